@@ -1,0 +1,214 @@
+//! Cycles: their time, their index, and when the next one is due.
+
+use core::fmt;
+
+use crate::instant::{Instant, Local, Span};
+
+/// The counter a sender increments with every message: a PLC `WORD`, so it wraps after 65 535.
+///
+/// TS5066, chapter 3.1, `iCycleIndex`.
+#[doc(alias = "iCycleIndex")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(transparent))]
+pub struct CycleIndex(pub u16);
+
+impl CycleIndex {
+    /// The index of cycle number `count` of a sender that counts from zero.
+    #[must_use]
+    pub const fn of_count(count: u64) -> Self {
+        Self(count as u16)
+    }
+
+    /// Signed steps from `earlier` to this index, the short way round: −32 768…32 767.
+    #[must_use]
+    pub const fn steps_since(self, earlier: Self) -> i16 {
+        self.0.wrapping_sub(earlier.0) as i16
+    }
+}
+
+/// A nominal cycle time between 100 µs and 100 ms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct CycleTime(Span);
+
+impl CycleTime {
+    /// The shortest cycle time.
+    pub const MIN: Span = Span::from_micros(100);
+    /// The longest cycle time.
+    pub const MAX: Span = Span::from_millis(100);
+
+    /// # Errors
+    /// [`CycleTimeOutOfRange`] outside [`Self::MIN`]…[`Self::MAX`].
+    pub fn new(span: Span) -> Result<Self, CycleTimeOutOfRange> {
+        if (Self::MIN..=Self::MAX).contains(&span) {
+            Ok(Self(span))
+        } else {
+            Err(CycleTimeOutOfRange { received: span })
+        }
+    }
+
+    /// The cycle time as a span.
+    #[must_use]
+    pub const fn span(self) -> Span {
+        self.0
+    }
+
+    /// The cycle time in seconds.
+    #[must_use]
+    pub fn as_secs_f64(self) -> f64 {
+        self.0.as_secs_f64()
+    }
+}
+
+/// A cycle time that no node runs at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CycleTimeOutOfRange {
+    /// What was asked for.
+    pub received: Span,
+}
+
+impl fmt::Display for CycleTimeOutOfRange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "a cycle time of {} is out of range, expected {} to {}",
+            self.received,
+            CycleTime::MIN,
+            CycleTime::MAX
+        )
+    }
+}
+
+impl core::error::Error for CycleTimeOutOfRange {}
+
+/// When a node's cycles are due: cycle `k` starts at `start + k·T`, ideally.
+///
+/// A node that wakes too late skips the cycles it missed, by time, and counts them. It never
+/// catches up with a burst.
+#[derive(Clone, Copy, Debug)]
+pub struct Schedule {
+    start: Instant<Local>,
+    cycle_time: CycleTime,
+    next: u64,
+    overruns: u64,
+}
+
+/// One cycle that is due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Turn {
+    /// Cycle number since the node's start, skipped cycles counted.
+    pub count: u64,
+    /// When the cycle ideally starts.
+    pub ideal_start: Instant<Local>,
+    /// Cycles since the previous turn: 1, or more when some were skipped.
+    pub elapsed: u32,
+}
+
+impl Schedule {
+    /// The schedule whose cycle 0 starts at `start`.
+    #[must_use]
+    pub const fn new(start: Instant<Local>, cycle_time: CycleTime) -> Self {
+        Self {
+            start,
+            cycle_time,
+            next: 0,
+            overruns: 0,
+        }
+    }
+
+    /// When the next cycle is due.
+    #[must_use]
+    pub fn next_start(&self) -> Instant<Local> {
+        self.start_of(self.next)
+    }
+
+    /// Cycles skipped so far.
+    #[must_use]
+    pub const fn overruns(&self) -> u64 {
+        self.overruns
+    }
+
+    /// The nominal cycle time.
+    #[must_use]
+    pub const fn cycle_time(&self) -> CycleTime {
+        self.cycle_time
+    }
+
+    /// Takes the cycle that is due at `now`. Waking early (cycle jitter has both signs) is the due
+    /// cycle; waking one or more whole cycles late skips to the newest one begun.
+    #[must_use]
+    pub fn take(&mut self, now: Instant<Local>) -> Turn {
+        let late = now - self.next_start();
+        let missed = late.div_floor(self.cycle_time.span()).max(0) as u64;
+        let count = self.next + missed;
+        self.overruns += missed;
+        self.next = count + 1;
+        Turn {
+            count,
+            ideal_start: self.start_of(count),
+            elapsed: (missed + 1).min(u64::from(u32::MAX)) as u32,
+        }
+    }
+
+    fn start_of(&self, count: u64) -> Instant<Local> {
+        self.start + self.cycle_time.span() * count as i64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(micros: i64) -> Instant<Local> {
+        Instant::EPOCH + Span::from_micros(micros)
+    }
+
+    fn schedule() -> Schedule {
+        Schedule::new(at(0), CycleTime::new(Span::from_millis(1)).unwrap())
+    }
+
+    #[test]
+    fn the_index_steps_the_short_way_round_its_wrap() {
+        assert_eq!(CycleIndex(2).steps_since(CycleIndex(65_534)), 4);
+        assert_eq!(CycleIndex(65_534).steps_since(CycleIndex(2)), -4);
+        assert_eq!(CycleIndex::of_count(65_536 + 7), CycleIndex(7));
+    }
+
+    #[test]
+    fn cycle_times_end_at_their_bounds() {
+        assert!(CycleTime::new(Span::from_micros(99)).is_err());
+        assert!(CycleTime::new(Span::from_micros(100)).is_ok());
+        assert!(CycleTime::new(Span::from_millis(100)).is_ok());
+        assert!(CycleTime::new(Span::from_millis(101)).is_err());
+    }
+
+    #[test]
+    fn a_punctual_node_takes_every_cycle() {
+        let mut schedule = schedule();
+        for k in 0..5 {
+            let turn = schedule.take(at(1_000 * k + 20));
+            assert_eq!((turn.count, turn.elapsed), (k as u64, 1));
+            assert_eq!(turn.ideal_start, at(1_000 * k));
+        }
+        assert_eq!(schedule.overruns(), 0);
+    }
+
+    #[test]
+    fn a_late_node_skips_by_time_and_never_bursts() {
+        let mut schedule = schedule();
+        let _ = schedule.take(at(0));
+        let turn = schedule.take(at(4_300));
+        assert_eq!((turn.count, turn.elapsed), (4, 4));
+        assert_eq!(turn.ideal_start, at(4_000));
+        assert_eq!(schedule.overruns(), 3);
+        assert_eq!(schedule.next_start(), at(5_000));
+    }
+
+    #[test]
+    fn waking_early_is_still_the_due_cycle() {
+        let mut schedule = schedule();
+        let _ = schedule.take(at(0));
+        let turn = schedule.take(at(990));
+        assert_eq!((turn.count, turn.elapsed), (1, 1));
+    }
+}

@@ -1,0 +1,438 @@
+//! `FB_TimeSync`: a correction time from nothing but the cycle index of what was received.
+//!
+//! TS5066, chapter 3.2. The receiver reads one index per cycle of its own. Where both clocks run
+//! alike the index grows by one each time; where they drift apart it now and then repeats or skips
+//! one: a *beat*. From the distance between beats the block learns the drift, and spreads the whole
+//! cycle that each beat is worth over the time until the next one.
+//!
+//! # How the manual is read where it is terse
+//!
+//! * Everything is counted in *ticks*, the shorter of the two cycle times; the other is a whole
+//!   multiple of it. The far clock then gains or loses one tick per beat for every ratio.
+//! * The *offset* is the received index minus the own cycle count, in ticks. It is looked at in
+//!   cycles that brought new data; a cycle without says nothing, as it may be a lost message.
+//! * A *plateau* is an offset that stays constant for `end_of_transition_limit` cycles. A beat is the
+//!   change from one plateau to another, dated at the first cycle of the new one. A beat of several
+//!   ticks counts as that many periods.
+//! * The correction time is compared with `threshold_for_sync` before `delay_time_offset` is added,
+//!   or no offset above the threshold would ever let it synchronise.
+//! * A plateau that lies further away than the manual's largest index difference is no beat but a
+//!   loss of sync for an unknown reason, should `max_cycle_index_difference` not have caught it.
+
+mod beats;
+mod line;
+mod parameters;
+
+pub use parameters::{TimeSyncParameters, WrongParameter};
+
+use core::fmt;
+
+use crate::cycle::CycleIndex;
+use crate::instant::{Seconds, Span};
+use beats::{Beat, Beats};
+use line::{Blend, Line};
+use parameters::Ticks;
+
+/// The largest step between two plateaus that can still be a beat, in indices: the manual's
+/// default for the largest index difference.
+const LARGEST_BEAT: i64 = 7;
+
+/// `FB_TimeSync`, enabled. To disable it, drop it; to restart it, make a new one.
+#[doc(alias = "FB_TimeSync")]
+#[derive(Clone, Debug)]
+pub struct TimeSync {
+    parameters: TimeSyncParameters,
+    ticks: Ticks,
+    status: Status,
+    warning: Option<SyncWarning>,
+    /// Own time since the first data, in ticks.
+    own: i64,
+    /// Own cycles since the first data.
+    cycle: i64,
+    /// The newest index, and the same unwrapped; none until the first data.
+    received: Option<Received>,
+    /// After a fault, the index that stood then: old data start nothing.
+    stale: Option<CycleIndex>,
+    beats: Beats,
+    /// What time mode follows: the plateaus, each blended into the next.
+    level: Blend,
+    /// What sync mode follows: the ramps from beat to beat.
+    ramp: Blend,
+    diagnostic: TimeSyncDiagnostic,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Received {
+    index: CycleIndex,
+    unwrapped: i64,
+}
+
+/// Corrected minus received index, in ticks.
+#[derive(Clone, Copy, Debug, Default)]
+struct Corrections {
+    in_force: f64,
+    time_mode: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Status {
+    StartUp,
+    Synced,
+    Failed(SyncError),
+}
+
+/// What one cycle of [`TimeSync`] gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeSyncOutput {
+    /// Start-up, synchronised or failed.
+    pub state: TimeSyncState,
+    /// Operation goes on, but not at its best.
+    #[doc(alias = "iWarningId")]
+    pub warning: Option<SyncWarning>,
+    /// How far to extrapolate what was received, s. None after a fault, until new data come.
+    #[doc(alias = "fCorrectionTime")]
+    pub correction_time: Option<Seconds>,
+    /// The same as time mode has it, whether synchronised or not.
+    pub time_mode_correction: Option<Seconds>,
+    /// Beats since the block was started.
+    pub beats: u32,
+    /// The manual's diagnostic values.
+    pub diagnostic: TimeSyncDiagnostic,
+}
+
+/// `bStartUp`, `bSynced`, `bError` and `iErrorId` in one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimeSyncState {
+    /// The drift is not known yet: the correction time only hides repeated and skipped data.
+    #[doc(alias = "bStartUp")]
+    StartUp,
+    /// The drift is known and corrected.
+    #[doc(alias = "bSynced")]
+    Synced,
+    /// A fault; it stays until the block is restarted (or restarts itself).
+    #[doc(alias = "bError")]
+    Failed(SyncError),
+}
+
+/// `ST_TimeSyncDiagnostic`, TS5066 chapter 3.11.
+#[doc(alias = "ST_TimeSyncDiagnostic")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TimeSyncDiagnostic {
+    /// The index read now minus the index read in the previous cycle: 1 in step, 0 read twice,
+    /// 2 one missed.
+    #[doc(alias = "iCycleIndexDiff")]
+    pub cycle_index_diff: i32,
+    /// Cycles without new data since the block was started.
+    #[doc(alias = "iTotalEqualDataCounter")]
+    pub total_equal_data: u64,
+    /// Cycles without new data in a row.
+    #[doc(alias = "iConsecutiveEqualDataCounter")]
+    pub consecutive_equal_data: u32,
+    /// Drift of the sender's clock against the own one, ppm; negative when the sender's cycle is
+    /// the longer one, 0 until known.
+    #[doc(alias = "fDrift")]
+    pub drift_ppm: f64,
+}
+
+/// `E_Sync_ErrorCodes`, TS5066 chapter 3.16.
+#[doc(alias = "E_Sync_ErrorCodes")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum SyncError {
+    /// The corrected and the received index lie too far apart.
+    #[doc(alias = "E_Sync_TimeSync_Error_MaxCycleIndexDiffExceeded")]
+    MaxCycleIndexDiffExceeded,
+    /// No new data for too long.
+    #[doc(alias = "E_Sync_TimeSync_Error_MaxDataAgeExceeded")]
+    MaxDataAgeExceeded,
+    /// Sync was lost, and neither of the above says why.
+    #[doc(alias = "E_Sync_TimeSync_Error_UnknownSyncLoss")]
+    UnknownSyncLoss,
+    /// A parameter has a value it must not have.
+    #[doc(alias = "E_Sync_Error_WrongParameter")]
+    WrongParameter,
+    /// The corrected set position lies too far from the received one.
+    #[doc(alias = "E_Sync_Extrapolate_Error_MaxPosDiffExceeded")]
+    MaxPositionDiffExceeded,
+}
+
+impl SyncError {
+    /// The manual's error code.
+    #[must_use]
+    pub const fn code(self) -> u16 {
+        match self {
+            Self::MaxCycleIndexDiffExceeded => 0x4b51,
+            Self::MaxDataAgeExceeded => 0x4b52,
+            Self::UnknownSyncLoss => 0x4b53,
+            Self::WrongParameter => 0x4b56,
+            Self::MaxPositionDiffExceeded => 0x4b59,
+        }
+    }
+}
+
+impl fmt::Display for SyncError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reason = match self {
+            Self::MaxCycleIndexDiffExceeded => "corrected and received cycle index differ too much",
+            Self::MaxDataAgeExceeded => "no new data for too long",
+            Self::UnknownSyncLoss => "synchronisation lost for an unknown reason",
+            Self::WrongParameter => "a parameter is wrong",
+            Self::MaxPositionDiffExceeded => "corrected and received position differ too much",
+        };
+        write!(f, "0x{:04x}: {reason}", self.code())
+    }
+}
+
+impl core::error::Error for SyncError {}
+
+/// `E_Sync_WarningCodes`, TS5066 chapter 3.17.
+#[doc(alias = "E_Sync_WarningCodes")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum SyncWarning {
+    /// The last beat gave a drift that differs from the one before by more than half.
+    #[doc(alias = "E_Sync_Warning_DriftChangedSignificantly")]
+    DriftChangedSignificantly,
+}
+
+impl SyncWarning {
+    /// The manual's warning code.
+    #[must_use]
+    pub const fn code(self) -> u16 {
+        match self {
+            Self::DriftChangedSignificantly => 1,
+        }
+    }
+}
+
+impl TimeSync {
+    /// The rising edge of `bEnable`. `task_cycle_time` is the receiver's nominal cycle time.
+    ///
+    /// # Errors
+    /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range.
+    pub fn start(
+        task_cycle_time: Span,
+        parameters: TimeSyncParameters,
+    ) -> Result<Self, WrongParameter> {
+        let ticks = parameters.check(task_cycle_time)?;
+        let parameters = parameters.raised_for(&ticks);
+        Ok(Self {
+            ticks,
+            status: Status::StartUp,
+            warning: None,
+            own: 0,
+            cycle: 0,
+            received: None,
+            stale: None,
+            beats: Beats::new(
+                i64::from(parameters.end_of_transition_limit),
+                parameters.no_of_periods_for_mean_drift,
+            ),
+            level: Blend::new(Line::level(0)),
+            ramp: Blend::new(Line::level(0)),
+            diagnostic: TimeSyncDiagnostic::default(),
+            parameters,
+        })
+    }
+
+    /// One cycle. `index` is what the input image holds now; `elapsed` counts the own cycles since
+    /// the previous call: 1, or more when some were skipped.
+    pub fn update(&mut self, index: CycleIndex, elapsed: u32) -> TimeSyncOutput {
+        let corrections = match self.status {
+            Status::Failed(_) if !self.parameters.automatic_re_init => None,
+            Status::Failed(_) => {
+                self.restart(index);
+                self.advance(index, elapsed)
+            }
+            _ => self.advance(index, elapsed),
+        };
+        self.output(corrections)
+    }
+
+    /// Forgets fault and drift and starts up again with the next data that are newer than `index`;
+    /// the counters go on. `automatic_re_init` does this one cycle after a fault.
+    pub fn restart(&mut self, index: CycleIndex) {
+        self.status = Status::StartUp;
+        self.warning = None;
+        self.received = None;
+        self.stale = Some(index);
+        self.own = 0;
+        self.cycle = 0;
+        self.beats.restart();
+        self.level = Blend::new(Line::level(0));
+        self.diagnostic.cycle_index_diff = 0;
+        self.diagnostic.consecutive_equal_data = 0;
+        self.diagnostic.drift_ppm = 0.0;
+    }
+
+    /// Changes `fDelayTimeOffset` while running. It acts at once: slew it.
+    pub fn set_delay_time_offset(&mut self, offset: Seconds) {
+        self.parameters.delay_time_offset = offset;
+    }
+
+    /// The parameters in force, with the limits raised that the ratio of the cycle times asks for.
+    #[must_use]
+    pub const fn parameters(&self) -> &TimeSyncParameters {
+        &self.parameters
+    }
+
+    /// One cycle of a block that is not in error.
+    fn advance(&mut self, index: CycleIndex, elapsed: u32) -> Option<Corrections> {
+        if self.stale.is_some_and(|stale| stale == index) {
+            return None;
+        }
+        self.stale = None;
+        let Some(received) = self.received else {
+            self.begin(index);
+            return Some(Corrections::default());
+        };
+        self.count(elapsed);
+        let unwrapped = self.take_index(received, index, elapsed);
+        let offset = unwrapped * self.ticks.per_data_cycle - self.own;
+        let arrived = self.diagnostic.cycle_index_diff != 0;
+        if let Some(beat) = self.beats.observe(arrived.then_some(offset), self.cycle) {
+            self.follow(beat);
+        }
+        self.try_to_synchronise(offset);
+        let corrections = self.corrections(offset);
+        if let Some(error) = self.fault(corrections.in_force) {
+            self.status = Status::Failed(error);
+            return None;
+        }
+        Some(corrections)
+    }
+
+    fn begin(&mut self, index: CycleIndex) {
+        self.received = Some(Received {
+            index,
+            unwrapped: 0,
+        });
+        let _ = self.beats.observe(Some(0), self.cycle);
+    }
+
+    fn count(&mut self, elapsed: u32) {
+        self.cycle += i64::from(elapsed);
+        self.own += i64::from(elapsed) * self.ticks.per_task_cycle;
+    }
+
+    fn take_index(&mut self, received: Received, index: CycleIndex, elapsed: u32) -> i64 {
+        let step = index.steps_since(received.index);
+        let unwrapped = received.unwrapped + i64::from(step);
+        self.received = Some(Received { index, unwrapped });
+        let diagnostic = &mut self.diagnostic;
+        diagnostic.cycle_index_diff = i32::from(step);
+        if step == 0 {
+            diagnostic.total_equal_data += u64::from(elapsed);
+            diagnostic.consecutive_equal_data += elapsed;
+        } else {
+            diagnostic.consecutive_equal_data = 0;
+        }
+        unwrapped
+    }
+
+    /// A new plateau: aim both lines at it.
+    fn follow(&mut self, beat: Beat) {
+        let before = self.diagnostic.drift_ppm;
+        self.diagnostic.drift_ppm = self.drift_ppm();
+        if let Beat::Counted { .. } = beat {
+            self.warning = drift_warning(before, self.diagnostic.drift_ppm);
+        }
+        let synced = self.status == Status::Synced;
+        if synced && beat.size() > LARGEST_BEAT * self.ticks.per_data_cycle {
+            self.status = Status::Failed(SyncError::UnknownSyncLoss);
+            return;
+        }
+        let plateau = Line::level(self.beats.plateau().unwrap_or(0));
+        let cycles = self.parameters.time_mode_blending_cycles;
+        self.level.aim(plateau, self.cycle, cycles);
+        if synced {
+            let cycles = self.parameters.new_drift_bending_cycles;
+            self.ramp
+                .aim(self.ramp_from_last_beat(), self.cycle, cycles);
+        }
+    }
+
+    fn ramp_from_last_beat(&self) -> Line {
+        Line::ramp(
+            self.beats.plateau().unwrap_or(0),
+            self.beats.last().unwrap_or(self.cycle),
+            self.beats.ticks_per_cycle(),
+            self.parameters.slopes(),
+        )
+    }
+
+    fn drift_ppm(&self) -> f64 {
+        1e6 * self.beats.ticks_per_cycle() / self.ticks.per_task_cycle as f64
+    }
+
+    /// Corrected minus received index, in ticks.
+    fn corrections(&self, offset: i64) -> Corrections {
+        let time_mode = self.level.at(self.cycle) - offset as f64;
+        let in_force = match self.status {
+            Status::Synced => self.ramp.at(self.cycle) - offset as f64,
+            _ => time_mode,
+        };
+        Corrections {
+            in_force,
+            time_mode,
+        }
+    }
+
+    fn try_to_synchronise(&mut self, offset: i64) {
+        let threshold = self.parameters.threshold_for_sync * self.ticks.per_task_cycle as f64;
+        if self.status == Status::StartUp
+            && !self.parameters.force_time_mode
+            && self.beats.mean_is_known()
+            && self.corrections(offset).time_mode.abs() < threshold
+        {
+            self.status = Status::Synced;
+            self.ramp = self.level;
+            let cycles = self.parameters.new_drift_bending_cycles;
+            self.ramp
+                .aim(self.ramp_from_last_beat(), self.cycle, cycles);
+        }
+    }
+
+    fn fault(&self, correction: f64) -> Option<SyncError> {
+        if let Status::Failed(error) = self.status {
+            return Some(error);
+        }
+        let age_limit = self.parameters.age_of_data_limit;
+        if age_limit > 0 && self.diagnostic.consecutive_equal_data > u32::from(age_limit) {
+            return Some(SyncError::MaxDataAgeExceeded);
+        }
+        let index_limit = self.parameters.max_cycle_index_difference;
+        let difference = correction.abs() / self.ticks.per_data_cycle as f64;
+        (index_limit > 0.0 && difference > index_limit)
+            .then_some(SyncError::MaxCycleIndexDiffExceeded)
+    }
+
+    fn output(&self, corrections: Option<Corrections>) -> TimeSyncOutput {
+        let state = match self.status {
+            Status::StartUp => TimeSyncState::StartUp,
+            Status::Synced => TimeSyncState::Synced,
+            Status::Failed(error) => TimeSyncState::Failed(error),
+        };
+        let offset = self.parameters.delay_time_offset;
+        let time = |ticks: f64| Seconds(ticks * self.ticks.seconds) + offset;
+        TimeSyncOutput {
+            state,
+            warning: self.warning,
+            correction_time: corrections.map(|ticks| time(ticks.in_force)),
+            time_mode_correction: corrections.map(|ticks| time(ticks.time_mode)),
+            beats: self.beats.count(),
+            diagnostic: self.diagnostic,
+        }
+    }
+}
+
+/// A drift that is known and changes by more than half of what it was.
+fn drift_warning(before: f64, now: f64) -> Option<SyncWarning> {
+    let changed = before != 0.0 && (now - before).abs() > 0.5 * before.abs();
+    changed.then_some(SyncWarning::DriftChangedSignificantly)
+}
+
+#[cfg(test)]
+mod tests;
