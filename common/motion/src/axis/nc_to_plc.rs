@@ -1,0 +1,109 @@
+//! `NCTOPLC_AXLESTRUCT`: what an axis tells the world, once per cycle.
+
+use super::{AxisState, CoupleState, StateWord};
+
+/// The NC-to-PLC axis structure, every field of it, in user units (`u`, say mm or degrees).
+///
+/// TS5066 (`NCTOPLC_AXLESTRUCT`), and the later `AXIS_REF.NcToPlc`, which names what the first one
+/// reserved. Kinematic values are finite in every frame that is accepted.
+#[doc(alias = "NCTOPLC_AXLESTRUCT")]
+#[doc(alias = "NCTOPLC_AXIS_REF")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct NcToPlcAxis {
+    /// The state word, bit by bit.
+    #[doc(alias = "nStateDWord")]
+    pub state_word: StateWord,
+    /// NC error code, 0 = none.
+    #[doc(alias = "nErrorCode")]
+    pub error_code: u32,
+    /// What the axis is doing.
+    #[doc(alias = "nAxisState")]
+    pub axis_state: AxisState,
+    /// Confirmed axis mode.
+    #[doc(alias = "nAxisModeCon")]
+    pub axis_mode: u32,
+    /// State of the reference run.
+    #[doc(alias = "nCalibrationState")]
+    pub calibration_state: u32,
+    /// Whether the axis is a master, a slave, or both.
+    #[doc(alias = "nCoupleState")]
+    pub couple_state: CoupleState,
+    /// Commands waiting in the preparation table.
+    #[doc(alias = "nSvbEntries")]
+    pub svb_entries: u32,
+    /// Commands waiting in the execution table.
+    #[doc(alias = "nSafEntries")]
+    pub saf_entries: u32,
+    /// The axis id on its controller.
+    #[doc(alias = "nAxisId")]
+    pub axis_id: u32,
+    /// Operation mode word.
+    #[doc(alias = "nOpModeDWord")]
+    pub op_mode: u32,
+    /// Control loop in use.
+    #[doc(alias = "nActiveControlLoopIndex")]
+    pub active_control_loop: u16,
+    /// Control loop asked for.
+    #[doc(alias = "nControlLoopIndex")]
+    pub control_loop: u16,
+    /// Actual position, u.
+    #[doc(alias = "fPosIst")]
+    pub actual_position: f64,
+    /// Actual position within one modulo turn, u.
+    #[doc(alias = "fModuloPosIst")]
+    pub modulo_actual_position: f64,
+    /// Whole modulo turns of the actual position.
+    #[doc(alias = "nModuloTurns")]
+    pub modulo_actual_turns: i32,
+    /// Actual velocity, u/s.
+    #[doc(alias = "fVeloIst")]
+    pub actual_velocity: f64,
+    /// Following error, u.
+    #[doc(alias = "fPosDiff")]
+    pub following_error: f64,
+    /// Set position, u.
+    #[doc(alias = "fPosSoll")]
+    pub set_position: f64,
+    /// Set velocity, u/s.
+    #[doc(alias = "fVeloSoll")]
+    pub set_velocity: f64,
+    /// Set acceleration, u/s².
+    #[doc(alias = "fAccSoll")]
+    pub set_acceleration: f64,
+    /// Target position of the current command, u (reserved in `NCTOPLC_AXLESTRUCT`).
+    #[doc(alias = "TargetPos")]
+    pub target_position: f64,
+    /// Set position within one modulo turn, u (reserved in `NCTOPLC_AXLESTRUCT`).
+    #[doc(alias = "ModuloSetPos")]
+    pub modulo_set_position: f64,
+    /// Whole modulo turns of the set position (reserved in `NCTOPLC_AXLESTRUCT`).
+    #[doc(alias = "ModuloSetTurns")]
+    pub modulo_set_turns: i32,
+    /// Number of the current command (reserved in `NCTOPLC_AXLESTRUCT`).
+    #[doc(alias = "CmdNo")]
+    pub command_number: u16,
+    /// State of the current command (reserved in `NCTOPLC_AXLESTRUCT`).
+    #[doc(alias = "CmdState")]
+    pub command_state: u16,
+}
+
+impl NcToPlcAxis {
+    /// The first kinematic field that is not a finite number, by its PLC name.
+    #[must_use]
+    pub fn non_finite_field(&self) -> Option<&'static str> {
+        [
+            ("fPosIst", self.actual_position),
+            ("fModuloPosIst", self.modulo_actual_position),
+            ("fVeloIst", self.actual_velocity),
+            ("fPosDiff", self.following_error),
+            ("fPosSoll", self.set_position),
+            ("fVeloSoll", self.set_velocity),
+            ("fAccSoll", self.set_acceleration),
+            ("TargetPos", self.target_position),
+            ("ModuloSetPos", self.modulo_set_position),
+        ]
+        .into_iter()
+        .find_map(|(name, value)| (!value.is_finite()).then_some(name))
+    }
+}

@@ -1,0 +1,97 @@
+//! The linear gear: slave = ratio · master + offset.
+
+use core::fmt;
+
+use crate::axis::NcToPlcAxis;
+use crate::profile::Kinematics;
+
+/// A slave coupled to its master by a constant ratio.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearGear {
+    ratio: f64,
+    offset: f64,
+}
+
+/// A gear ratio or offset that couples nothing: NC error 0x421B.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RatioZero {
+    /// The ratio that was given.
+    pub ratio: f64,
+    /// The offset that was given, u.
+    pub offset: f64,
+}
+
+impl fmt::Display for RatioZero {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "0x421b: gear ratio {} with offset {}, expected a finite ratio other than 0 and a finite offset",
+            self.ratio, self.offset
+        )
+    }
+}
+
+impl core::error::Error for RatioZero {}
+
+impl LinearGear {
+    /// A gear: slave units per master unit, and the slave's position at master position 0.
+    ///
+    /// # Errors
+    /// [`RatioZero`] unless the ratio is finite and not 0, and the offset finite.
+    pub fn new(ratio: f64, offset: f64) -> Result<Self, RatioZero> {
+        if ratio.is_finite() && ratio != 0.0 && offset.is_finite() {
+            Ok(Self { ratio, offset })
+        } else {
+            Err(RatioZero { ratio, offset })
+        }
+    }
+
+    /// Slave units per master unit.
+    #[must_use]
+    pub const fn ratio(&self) -> f64 {
+        self.ratio
+    }
+
+    /// The slave's position at master position 0, u.
+    #[must_use]
+    pub const fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    /// The slave's set values for the master's.
+    #[must_use]
+    pub fn slave_of(&self, master: &NcToPlcAxis) -> Kinematics {
+        Kinematics {
+            position: self.ratio * master.set_position + self.offset,
+            velocity: self.ratio * master.set_velocity,
+            acceleration: self.ratio * master.set_acceleration,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slave_follows_in_proportion() {
+        let gear = LinearGear::new(-2.5, 10.0).unwrap();
+        let master = NcToPlcAxis {
+            set_position: 4.0,
+            set_velocity: 3.0,
+            set_acceleration: 2.0,
+            ..NcToPlcAxis::default()
+        };
+        let slave = gear.slave_of(&master);
+        assert_eq!(slave.position, 0.0);
+        assert_eq!(slave.velocity, -7.5);
+        assert_eq!(slave.acceleration, -5.0);
+    }
+
+    #[test]
+    fn a_ratio_that_couples_nothing_is_refused() {
+        for (ratio, offset) in [(0.0, 0.0), (f64::NAN, 0.0), (1.0, f64::INFINITY)] {
+            assert!(LinearGear::new(ratio, offset).is_err());
+        }
+    }
+}

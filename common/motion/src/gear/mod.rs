@@ -1,0 +1,5 @@
+//! Gears: a slave that follows a master in proportion.
+
+mod linear;
+
+pub use linear::{LinearGear, RatioZero};

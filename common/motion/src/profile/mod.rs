@@ -1,0 +1,30 @@
+//! Motion profiles: from one state to another within limits of velocity, acceleration and jerk.
+//!
+//! A profile is planned once, in closed form up to one bisection, and then read at any time since
+//! its start:
+//!
+//! ```
+//! use coaxle_clock::Seconds;
+//! use coaxle_motion::profile::{Kinematics, Limits, to_position};
+//!
+//! let limits = Limits::new(100.0, 500.0, 500.0, 5_000.0)?;
+//! let profile = to_position(&Kinematics::at_rest(0.0), 50.0, &limits);
+//! let half_way = profile.at(Seconds(profile.duration().0 / 2.0));
+//! assert!((half_way.position - 25.0).abs() < 1e-9);
+//! assert_eq!(profile.at(profile.duration()).position, 50.0);
+//! # Ok::<(), coaxle_motion::profile::InvalidLimit>(())
+//! ```
+//!
+//! Positions are in user units (u, say mm or degrees), time in seconds.
+
+mod limits;
+mod phases;
+mod plan;
+mod velocity_change;
+
+#[cfg(test)]
+mod properties;
+
+pub use limits::{InvalidLimit, Limits};
+pub use phases::{Kinematics, Profile};
+pub use plan::{to_position, to_velocity};

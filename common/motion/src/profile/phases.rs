@@ -1,0 +1,196 @@
+//! A profile: phases of constant jerk, one after the other.
+
+use coaxle_clock::Seconds;
+
+/// The state of an axis: position, velocity and acceleration.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Kinematics {
+    /// Position, u.
+    pub position: f64,
+    /// Velocity, u/s.
+    pub velocity: f64,
+    /// Acceleration, u/s².
+    pub acceleration: f64,
+}
+
+impl Kinematics {
+    /// Standing still at a position.
+    #[must_use]
+    pub const fn at_rest(position: f64) -> Self {
+        Self {
+            position,
+            velocity: 0.0,
+            acceleration: 0.0,
+        }
+    }
+
+    /// The state after `duration` seconds of constant jerk.
+    #[must_use]
+    pub(super) fn after(&self, duration: f64, jerk: f64) -> Self {
+        let Self {
+            position,
+            velocity,
+            acceleration,
+        } = *self;
+        let t = duration;
+        Self {
+            position: position + t * (velocity + t * (acceleration / 2.0 + t * jerk / 6.0)),
+            velocity: velocity + t * (acceleration + t * jerk / 2.0),
+            acceleration: acceleration + t * jerk,
+        }
+    }
+
+    /// The same motion seen from the other side.
+    #[must_use]
+    pub(super) fn mirrored(&self) -> Self {
+        Self {
+            position: -self.position,
+            velocity: -self.velocity,
+            acceleration: -self.acceleration,
+        }
+    }
+}
+
+/// Turn round (3), speed up or slow down (3), cruise (1), stop (3).
+const MAX_PHASES: usize = 10;
+
+/// A motion planned ahead: read it with [`Profile::at`].
+///
+/// It holds its few phases in itself and is plain data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Profile {
+    phases: [Phase; MAX_PHASES],
+    len: usize,
+    end: Kinematics,
+    duration: f64,
+}
+
+/// A stretch of constant jerk, from the state at its begin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Phase {
+    begin: f64,
+    from: Kinematics,
+    jerk: f64,
+}
+
+impl Profile {
+    /// The state `since_start` after the start. Before it, the state at the start; after the end,
+    /// the motion goes on at its final velocity.
+    #[must_use]
+    pub fn at(&self, since_start: Seconds) -> Kinematics {
+        let t = since_start.0.max(0.0);
+        if t >= self.duration {
+            return self.end.after(t - self.duration, 0.0);
+        }
+        let phase = self.phase_at(t);
+        phase.from.after(t - phase.begin, phase.jerk)
+    }
+
+    /// The jerk `since_start` after the start, u/s³: zero before it and from the end on.
+    #[must_use]
+    pub fn jerk_at(&self, since_start: Seconds) -> f64 {
+        let t = since_start.0;
+        if (0.0..self.duration).contains(&t) {
+            self.phase_at(t).jerk
+        } else {
+            0.0
+        }
+    }
+
+    /// How long the motion takes until it is at its target.
+    #[must_use]
+    pub const fn duration(&self) -> Seconds {
+        Seconds(self.duration)
+    }
+
+    /// The state at the end.
+    #[must_use]
+    pub const fn end(&self) -> Kinematics {
+        self.end
+    }
+
+    /// When each phase begins, in seconds since the start: between two of these (and the end) the
+    /// jerk is constant.
+    pub fn phase_begins(&self) -> impl Iterator<Item = Seconds> + '_ {
+        self.phases[..self.len]
+            .iter()
+            .map(|phase| Seconds(phase.begin))
+    }
+
+    /// The phase under way at `t`, which lies before the end: then there is at least one phase.
+    fn phase_at(&self, t: f64) -> &Phase {
+        let phases = &self.phases[..self.len];
+        let next = phases.partition_point(|phase| phase.begin <= t);
+        &phases[next.saturating_sub(1)]
+    }
+
+    /// A profile without phases, at its end from the start.
+    pub(super) fn starting_from(start: &Kinematics) -> Self {
+        Self {
+            phases: [Phase::default(); MAX_PHASES],
+            len: 0,
+            end: *start,
+            duration: 0.0,
+        }
+    }
+
+    /// Appends a phase unless it takes no time. `acceleration` is what it ends with, known better
+    /// than the sum of rounded steps.
+    pub(super) fn push(&mut self, jerk: f64, duration: f64, acceleration: f64) {
+        if duration > 0.0 {
+            self.phases[self.len] = Phase {
+                begin: self.duration,
+                from: self.end,
+                jerk,
+            };
+            self.len += 1;
+            self.end = self.end.after(duration, jerk);
+            self.duration += duration;
+        }
+        self.end.acceleration = acceleration;
+    }
+
+    /// Says what velocity the last phase ends with, known better than the sum of rounded steps.
+    pub(super) fn settle_velocity(&mut self, velocity: f64) {
+        self.end.velocity = velocity;
+    }
+
+    /// Says where the motion ends, known better than the sum of rounded steps.
+    pub(super) fn settle_position(&mut self, position: f64) {
+        self.end.position = position;
+    }
+
+    /// Appends a motion whose positions count from where this one ends.
+    pub(super) fn followed_by(mut self, next: &Self) -> Self {
+        let next = next.shifted(self.end.position);
+        for phase in &next.phases[..next.len] {
+            self.phases[self.len] = Phase {
+                begin: self.duration + phase.begin,
+                ..*phase
+            };
+            self.len += 1;
+        }
+        self.end = next.end;
+        self.duration += next.duration;
+        self
+    }
+
+    /// The same motion seen from the other side.
+    pub(super) fn mirrored(mut self) -> Self {
+        for phase in &mut self.phases[..self.len] {
+            phase.from = phase.from.mirrored();
+            phase.jerk = -phase.jerk;
+        }
+        self.end = self.end.mirrored();
+        self
+    }
+
+    /// Moves the whole motion along the axis.
+    pub(super) fn shifted(mut self, by: f64) -> Self {
+        for phase in &mut self.phases[..self.len] {
+            phase.from.position += by;
+        }
+        self.end.position += by;
+        self
+    }
+}

@@ -1,0 +1,123 @@
+//! The planners.
+
+use super::limits::Limits;
+use super::phases::{Kinematics, Profile};
+use super::velocity_change::VelocityChange;
+
+/// The fastest change to a velocity, which then goes on for ever; to zero it is a halt.
+///
+/// `target` is in u/s and is cut to the velocity limit. The change itself is time-optimal from any
+/// start velocity and acceleration.
+#[must_use]
+pub fn to_velocity(start: &Kinematics, target: f64, limits: &Limits) -> Profile {
+    let target = target.clamp(-limits.velocity(), limits.velocity());
+    let mut profile = Profile::starting_from(start);
+    VelocityChange::new(start, target, limits).append_to(&mut profile);
+    profile
+}
+
+/// The way to a position where the axis stands still, from any start velocity and acceleration.
+///
+/// `target` is in u. An axis that cannot stop in time passes the target and comes back. A start
+/// beyond the limits is led back within them first.
+///
+/// The axis heads for its velocity limit and is stopped early enough. Each moment of stopping
+/// leads to another place, later ones to farther ones, so the right moment is found by bisection,
+/// to the last bit.
+#[must_use]
+pub fn to_position(start: &Kinematics, target: f64, limits: &Limits) -> Profile {
+    // Distances, not positions: far from zero a position has few digits left.
+    let here = Kinematics {
+        position: 0.0,
+        ..*start
+    };
+    let distance = target - start.position;
+    let stop_at_once = stopping_after(&here, 0.0, limits);
+    let undershoot = distance - stop_at_once.end().position;
+
+    let mut profile = if undershoot == 0.0 {
+        stop_at_once
+    } else if undershoot > 0.0 {
+        onwards(&here, distance, limits)
+    } else {
+        onwards(&here.mirrored(), -distance, limits).mirrored()
+    }
+    .shifted(start.position);
+    profile.settle_position(target);
+    profile
+}
+
+/// Travels a `distance` that lies beyond where the axis could stop at once.
+fn onwards(start: &Kinematics, distance: f64, limits: &Limits) -> Profile {
+    let straight = without_pause(start, distance, limits);
+    // Turning round without a pause keeps to the smaller limit all the way, which may be the
+    // longer way.
+    if start.velocity < 0.0 && limits.acceleration() != limits.deceleration() {
+        let paused = with_pause(start, distance, limits);
+        if paused.duration() < straight.duration() {
+            return paused;
+        }
+    }
+    straight
+}
+
+/// Stops first, then travels what is left.
+fn with_pause(start: &Kinematics, distance: f64, limits: &Limits) -> Profile {
+    let stop = to_velocity(start, 0.0, limits);
+    let rest = Kinematics::at_rest(0.0);
+    stop.followed_by(&without_pause(
+        &rest,
+        distance - stop.end().position,
+        limits,
+    ))
+}
+
+/// Heads straight for the target.
+fn without_pause(start: &Kinematics, distance: f64, limits: &Limits) -> Profile {
+    let top_speed = limits.velocity();
+    let without_cruise = cruising_for(start, 0.0, limits).end().position;
+    if without_cruise <= distance {
+        return cruising_for(start, (distance - without_cruise) / top_speed, limits);
+    }
+    let heading = VelocityChange::new(start, top_speed, limits);
+    let after = latest(heading.duration(), |after| {
+        stopping_after(start, after, limits).end().position <= distance
+    });
+    stopping_after(start, after, limits)
+}
+
+/// Heads for the velocity limit, stays there for `cruise` seconds and stops.
+fn cruising_for(start: &Kinematics, cruise: f64, limits: &Limits) -> Profile {
+    let mut profile = to_velocity(start, limits.velocity(), limits);
+    profile.push(0.0, cruise, 0.0);
+    stop(&mut profile, limits);
+    profile
+}
+
+/// Heads for the velocity limit for `after` seconds only and stops.
+fn stopping_after(start: &Kinematics, after: f64, limits: &Limits) -> Profile {
+    let mut profile = Profile::starting_from(start);
+    VelocityChange::new(start, limits.velocity(), limits).append_first(after, &mut profile);
+    stop(&mut profile, limits);
+    profile
+}
+
+fn stop(profile: &mut Profile, limits: &Limits) {
+    VelocityChange::new(&profile.end(), 0.0, limits).append_to(profile);
+}
+
+/// The largest number from 0 to `bound` that is `early` enough, where 0 is and `bound` is not.
+fn latest(bound: f64, early: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, bound);
+    loop {
+        let middle = low + (high - low) / 2.0;
+        if middle <= low || middle >= high {
+            return low;
+        }
+        if early(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+}

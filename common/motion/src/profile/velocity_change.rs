@@ -1,0 +1,200 @@
+//! The building block of every profile: the shortest change from one velocity to another.
+
+use super::limits::Limits;
+use super::phases::{Kinematics, Profile};
+
+/// The shortest way from a velocity and acceleration to another velocity without acceleration:
+/// lead the acceleration to a peak, hold it there, lead it back to zero.
+///
+/// A start acceleration beyond the limit is first led back to it, so the peak may also lie below
+/// the start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct VelocityChange {
+    ramps: [Ramp; 3],
+    target: f64,
+}
+
+/// A stretch of constant jerk that ends with a known acceleration.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ramp {
+    jerk: f64,
+    duration: f64,
+    acceleration: f64,
+}
+
+impl VelocityChange {
+    /// The change from `start` to the velocity `target`.
+    pub(super) fn new(start: &Kinematics, target: f64, limits: &Limits) -> Self {
+        // The velocity that would be reached by leading the acceleration to zero at once decides
+        // which way the axis must be pushed.
+        let a0 = start.acceleration;
+        let coasting = start.velocity + a0 * a0.abs() / (2.0 * limits.jerk());
+        if target >= coasting {
+            Self {
+                ramps: push_up(start, coasting, target, limits),
+                target,
+            }
+        } else {
+            let mut ramps = push_up(&start.mirrored(), -coasting, -target, limits);
+            for ramp in &mut ramps {
+                ramp.jerk = -ramp.jerk;
+                ramp.acceleration = -ramp.acceleration;
+            }
+            Self { ramps, target }
+        }
+    }
+
+    /// How long it takes, in seconds.
+    pub(super) fn duration(&self) -> f64 {
+        self.ramps.iter().map(|ramp| ramp.duration).sum()
+    }
+
+    /// Appends the change to a profile that ends where the change starts.
+    pub(super) fn append_to(&self, profile: &mut Profile) {
+        for ramp in &self.ramps {
+            profile.push(ramp.jerk, ramp.duration, ramp.acceleration);
+        }
+        profile.settle_velocity(self.target);
+    }
+
+    /// Appends no more than the first `duration` seconds of it.
+    pub(super) fn append_first(&self, duration: f64, profile: &mut Profile) {
+        let mut left = duration;
+        for ramp in &self.ramps {
+            if left < ramp.duration {
+                let acceleration = profile.end().acceleration + ramp.jerk * left;
+                return profile.push(ramp.jerk, left, acceleration);
+            }
+            profile.push(ramp.jerk, ramp.duration, ramp.acceleration);
+            left -= ramp.duration;
+        }
+    }
+}
+
+/// The ramps of a change towards larger velocities, where `target` is at least `coasting`.
+fn push_up(start: &Kinematics, coasting: f64, target: f64, limits: &Limits) -> [Ramp; 3] {
+    let jerk = limits.jerk();
+    let a0 = start.acceleration;
+    // Where the axis begins to be pushed: a negative acceleration is led to zero before that.
+    let pushed_from = if a0 < 0.0 { coasting } else { start.velocity };
+    let limit = acceleration_limit(pushed_from, target, limits);
+
+    // A triangle of acceleration from a0 over its peak to zero spans (2·peak² − a0²)/2j.
+    let span = target - start.velocity;
+    // Rounding must not put it below an acceleration that only has to be led to zero.
+    let highest = libm::sqrt((jerk * span + a0 * a0 / 2.0).max(0.0)).max(a0);
+    let peak = highest.min(limit);
+    let lead = Ramp {
+        jerk: if peak < a0 { -jerk } else { jerk },
+        duration: (peak - a0).abs() / jerk,
+        acceleration: peak,
+    };
+    let back = Ramp {
+        jerk: -jerk,
+        duration: peak / jerk,
+        acceleration: 0.0,
+    };
+    let hold = Ramp {
+        jerk: 0.0,
+        duration: if peak < highest {
+            hold_time(span, &lead, &back, a0, peak)
+        } else {
+            0.0
+        },
+        acceleration: peak,
+    };
+    [lead, hold, back]
+}
+
+/// How long the peak is held so that the three ramps together span the change.
+fn hold_time(span: f64, lead: &Ramp, back: &Ramp, a0: f64, peak: f64) -> f64 {
+    let ramped = (a0 + peak) / 2.0 * lead.duration + peak / 2.0 * back.duration;
+    ((span - ramped) / peak).max(0.0)
+}
+
+/// What bounds a push towards larger velocities.
+fn acceleration_limit(from: f64, target: f64, limits: &Limits) -> f64 {
+    if target <= 0.0 {
+        limits.deceleration()
+    } else if from >= 0.0 {
+        limits.acceleration()
+    } else {
+        limits.acceleration().min(limits.deceleration())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limits() -> Limits {
+        Limits::new(100.0, 20.0, 40.0, 200.0).unwrap()
+    }
+
+    fn duration(velocity: f64, acceleration: f64, target: f64) -> f64 {
+        let start = Kinematics {
+            position: 0.0,
+            velocity,
+            acceleration,
+        };
+        VelocityChange::new(&start, target, &limits()).duration()
+    }
+
+    fn close(a: f64, b: f64) -> bool {
+        (a - b).abs() <= 1e-12 * a.abs().max(b.abs())
+    }
+
+    #[test]
+    fn a_long_change_takes_dv_over_a_plus_a_over_j() {
+        assert!(close(duration(0.0, 0.0, 50.0), 50.0 / 20.0 + 20.0 / 200.0));
+        assert!(close(duration(50.0, 0.0, 0.0), 50.0 / 40.0 + 40.0 / 200.0));
+        assert!(close(duration(-50.0, 0.0, 0.0), 50.0 / 40.0 + 40.0 / 200.0));
+        assert!(close(duration(0.0, 0.0, -50.0), 50.0 / 20.0 + 20.0 / 200.0));
+    }
+
+    #[test]
+    fn a_short_change_never_reaches_the_limit() {
+        assert!(close(
+            duration(0.0, 0.0, 1.0),
+            2.0 * libm::sqrt(1.0 / 200.0)
+        ));
+        assert!(close(
+            duration(3.0, 0.0, 1.0),
+            2.0 * libm::sqrt(2.0 / 200.0)
+        ));
+    }
+
+    #[test]
+    fn passing_through_standstill_keeps_to_the_smaller_limit() {
+        assert!(close(
+            duration(30.0, 0.0, -30.0),
+            60.0 / 20.0 + 20.0 / 200.0
+        ));
+    }
+
+    #[test]
+    fn a_start_acceleration_is_used_not_thrown_away() {
+        // From half way up the lead-in, the rest of the change remains.
+        let whole = duration(0.0, 0.0, 50.0);
+        let t = 0.05;
+        let rest = duration(200.0 * t * t / 2.0, 200.0 * t, 50.0);
+        assert!(close(rest, whole - t), "{rest} {whole}");
+    }
+
+    #[test]
+    fn an_acceleration_beyond_the_limit_is_led_back_to_it() {
+        // 30 → 20 u/s² takes 0.05 s and 1.25 u/s, the way back 0.1 s and 1 u/s.
+        assert!(close(
+            duration(0.0, 30.0, 50.0),
+            0.05 + (50.0 - 1.25 - 1.0) / 20.0 + 0.1
+        ));
+    }
+
+    #[test]
+    fn only_leading_the_acceleration_to_zero_is_one_ramp() {
+        assert!(close(
+            duration(0.0, 10.0, 10.0 * 10.0 / 400.0),
+            10.0 / 200.0
+        ));
+    }
+}

@@ -1,0 +1,233 @@
+use super::*;
+use proptest::prelude::*;
+
+const CYCLE: Span = Span::from_millis(1);
+const VELOCITY: f64 = 500.0;
+const DRIFT_PPM: f64 = 200.0;
+
+/// A master at constant velocity on a clock that runs fast, read once per own cycle.
+fn far(cycle: u32) -> (CycleIndex, NcToPlcAxis) {
+    let count = (10.5 + f64::from(cycle) * (1.0 + DRIFT_PPM * 1e-6)).floor();
+    let axis = NcToPlcAxis {
+        set_position: VELOCITY * 1e-3 * count,
+        set_velocity: VELOCITY,
+        ..NcToPlcAxis::default()
+    };
+    (CycleIndex(count as u16), axis)
+}
+
+fn block(parameters: AxisSyncParameters) -> AxisSync {
+    AxisSync::start(CYCLE, parameters).unwrap()
+}
+
+fn scan(block: &mut AxisSync, cycle: u32, mode: FilterMode) -> AxisSyncOutput {
+    let (index, axis) = far(cycle);
+    block.update(index, &axis, mode, 1)
+}
+
+/// Runs until synchronised; gives the cycle after.
+fn synchronise(block: &mut AxisSync) -> u32 {
+    (0..50_000)
+        .find(|cycle| scan(block, *cycle, FilterMode::Auto).synced)
+        .expect("synchronised")
+        + 1
+}
+
+#[test]
+fn defaults_are_the_manuals() {
+    let p = AxisSyncParameters::default();
+    assert_eq!(p.start_up_mode, StartUpMode::Time);
+    assert_eq!(p.fall_back_mode, FallBackMode::Pt1);
+    assert_eq!(FilterMode::default(), FilterMode::Auto);
+    assert_eq!(FilterMode::Time as u8, 4);
+    assert_eq!(FilterState::Sync as u8, 3);
+}
+
+#[test]
+fn disabled_it_passes_everything_through() {
+    let mut block = block(AxisSyncParameters::default());
+    let _ = synchronise(&mut block);
+    block.disable();
+    let (index, axis) = far(77);
+    let out = block.update(index, &axis, FilterMode::Auto, 1);
+    assert_eq!(out.axis, axis);
+    assert!(!out.synced);
+    block.enable().unwrap();
+    assert!(
+        !scan(&mut block, 78, FilterMode::Auto).synced,
+        "starts anew"
+    );
+}
+
+#[test]
+fn automatic_mode_starts_in_the_chosen_mode_and_ends_in_sync() {
+    for (start_up_mode, state) in [
+        (StartUpMode::Bypass, FilterState::Bypass),
+        (StartUpMode::Pt1, FilterState::Pt1),
+        (StartUpMode::Time, FilterState::Time),
+    ] {
+        let mut block = block(AxisSyncParameters {
+            start_up_mode,
+            ..AxisSyncParameters::default()
+        });
+        let first = scan(&mut block, 0, FilterMode::Auto);
+        assert_eq!(first.state, state);
+        assert!(first.diagnostic.time_mode);
+        let cycle = synchronise(&mut block);
+        let out = scan(&mut block, cycle, FilterMode::Auto);
+        assert_eq!(out.state, FilterState::Sync);
+        assert!(!out.diagnostic.time_mode);
+        assert!(out.diagnostic.correction_time.is_some());
+    }
+}
+
+#[test]
+fn each_filter_mode_holds_whether_synchronised_or_not() {
+    let mut block = block(AxisSyncParameters::default());
+    let synced = synchronise(&mut block);
+    let mut cycle = synced;
+    for (mode, state) in [
+        (FilterMode::Bypass, FilterState::Bypass),
+        (FilterMode::Pt1, FilterState::Pt1),
+        (FilterMode::Time, FilterState::Time),
+        (FilterMode::Auto, FilterState::Sync),
+    ] {
+        for _ in 0..200 {
+            let out = scan(&mut block, cycle, mode);
+            assert_eq!(out.state, state);
+            assert!(out.synced, "the mode does not touch the synchronisation");
+            cycle += 1;
+        }
+    }
+}
+
+#[test]
+fn synchronised_the_velocity_has_no_spike_and_in_bypass_it_has() {
+    let worst = |mode| {
+        let mut block = block(AxisSyncParameters::default());
+        let start = synchronise(&mut block);
+        let mut previous = None;
+        let mut worst = 0.0_f64;
+        for cycle in start..start + 40_000 {
+            let position = scan(&mut block, cycle, mode).axis.set_position;
+            if let Some(previous) = previous.replace(position)
+                && cycle > start + 200
+            {
+                let velocity = (position - previous) / 1e-3;
+                worst = worst.max((velocity / VELOCITY - 1.0 - DRIFT_PPM * 1e-6).abs());
+            }
+        }
+        worst
+    };
+    assert!(worst(FilterMode::Auto) < 1e-3);
+    assert!((worst(FilterMode::Bypass) - 1.0).abs() < 0.01);
+    assert!((0.2..0.5).contains(&worst(FilterMode::Pt1)));
+    assert!((0.005..0.02).contains(&worst(FilterMode::Time)));
+}
+
+#[test]
+fn lost_data_fall_back_and_stay_there() {
+    for (fall_back_mode, state) in [
+        (FallBackMode::Pt1, FilterState::Pt1),
+        (FallBackMode::Bypass, FilterState::Bypass),
+    ] {
+        let mut block = block(AxisSyncParameters {
+            fall_back_mode,
+            ..AxisSyncParameters::default()
+        });
+        let lost = synchronise(&mut block);
+        let mut out = scan(&mut block, lost, FilterMode::Auto);
+        for _ in 0..8 {
+            out = scan(&mut block, lost, FilterMode::Auto);
+        }
+        assert_eq!(out.error, Some(SyncError::MaxDataAgeExceeded));
+        assert_eq!(out.state, state);
+        assert!(!out.synced);
+        // Data come back; the fault stays until the block is enabled anew.
+        let out = scan(&mut block, lost + 20, FilterMode::Auto);
+        assert_eq!(out.error, Some(SyncError::MaxDataAgeExceeded));
+        block.enable().unwrap();
+        assert_eq!(scan(&mut block, lost + 21, FilterMode::Auto).error, None);
+    }
+}
+
+/// The correction grows to a whole cycle of 0.5 mm; half of that is too much.
+fn narrow(automatic_re_init: bool) -> AxisSyncParameters {
+    let mut parameters = AxisSyncParameters::default();
+    parameters.extrapolate.max_position_diff = 0.25;
+    parameters.time_sync.automatic_re_init = automatic_re_init;
+    parameters
+}
+
+#[test]
+fn a_position_too_far_off_drops_sync_and_falls_back() {
+    let mut block = block(narrow(false));
+    let (cycle, out) = (0..50_000)
+        .map(|cycle| (cycle, scan(&mut block, cycle, FilterMode::Auto)))
+        .find(|(_, out)| out.error.is_some())
+        .unwrap();
+    assert_eq!(out.error, Some(SyncError::MaxPositionDiffExceeded));
+    assert_eq!(out.state, FilterState::Pt1);
+    let later = scan(&mut block, cycle + 1, FilterMode::Auto);
+    assert_eq!(later.error, Some(SyncError::MaxPositionDiffExceeded));
+    assert!(!later.synced);
+}
+
+#[test]
+fn automatic_re_initialisation_deletes_a_position_error_after_one_cycle() {
+    let mut block = block(narrow(true));
+    let errors: std::vec::Vec<u32> = (0..30_000)
+        .filter(|cycle| scan(&mut block, *cycle, FilterMode::Auto).error.is_some())
+        .collect();
+    assert!(!errors.is_empty());
+    let first = errors[0];
+    assert!(errors.contains(&(first + 1)) && !errors.contains(&(first + 2)));
+}
+
+#[test]
+fn a_wrong_parameter_keeps_it_from_starting() {
+    let mut parameters = AxisSyncParameters::default();
+    parameters.time_sync.slope1_numerator = 2.0;
+    assert!(AxisSync::start(CYCLE, parameters).is_err());
+    let mut parameters = AxisSyncParameters::default();
+    parameters.extrapolate.t1_factor_pos = -2.0;
+    assert!(AxisSync::start(CYCLE, parameters).is_err());
+}
+
+#[test]
+fn the_delay_offset_moves_the_axis_ahead() {
+    let mut plain = block(AxisSyncParameters::default());
+    let mut ahead = block(AxisSyncParameters::default());
+    ahead.set_delay_time_offset(Seconds(0.002));
+    for cycle in 0..3_000 {
+        let plain = scan(&mut plain, cycle, FilterMode::Auto).axis.set_position;
+        let ahead = scan(&mut ahead, cycle, FilterMode::Auto).axis.set_position;
+        assert!((ahead - plain - 1.0).abs() < 1e-9);
+    }
+}
+
+proptest! {
+    /// Whatever arrives, the output is finite and no mode lies about itself.
+    #[test]
+    fn any_input_gives_finite_set_values(
+        scans in prop::collection::vec((any::<u16>(), -1e6..1e6_f64, 0_u8..4, 1_u32..9), 1..300),
+        re_init: bool,
+    ) {
+        let mut parameters = narrow(re_init);
+        parameters.time_sync.end_of_transition_limit = 4;
+        let mut block = block(parameters);
+        for (index, value, mode, elapsed) in scans {
+            let mode = [FilterMode::Auto, FilterMode::Bypass, FilterMode::Pt1, FilterMode::Time]
+                [usize::from(mode)];
+            let axis = NcToPlcAxis {
+                set_position: value,
+                set_velocity: -value,
+                set_acceleration: value,
+                ..NcToPlcAxis::default()
+            };
+            let out = block.update(CycleIndex(index % 50), &axis, mode, elapsed);
+            prop_assert_eq!(out.axis.non_finite_field(), None);
+            prop_assert!(!(out.synced && out.error.is_some()));
+        }
+    }
+}

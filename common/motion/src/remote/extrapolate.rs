@@ -1,0 +1,355 @@
+//! `FB_AxisExtrapolateValues`: set values moved in time by a correction.
+//!
+//! TS5066, chapter 3.3. Where the manual is terse:
+//!
+//! * The largest position difference is in user units (the manual's velocity · s), whatever its
+//!   text calls it.
+//! * Every change of mode is blended over `blending_time`, not only that between PT1 and sync, so
+//!   that no change of mode is a step. A blend that is overtaken by another change goes on from
+//!   where it stands.
+//! * Sync and time mode differ only in where their correction comes from; both extrapolate.
+
+use coaxle_clock::time_sync::{SyncError, WrongParameter};
+use coaxle_clock::{Seconds, Span};
+
+use super::pt1::Pt1;
+use crate::axis::NcToPlcAxis;
+
+/// `FB_AxisExtrapolateValues`.
+#[doc(alias = "FB_AxisExtrapolateValues")]
+#[derive(Clone, Debug)]
+pub struct AxisExtrapolate {
+    parameters: ExtrapolateParameters,
+    task_cycle_time: f64,
+    pt1: Pt1,
+    mode: Option<ExtrapolateMode>,
+    last: SetValues,
+    blend: Blend,
+}
+
+/// `ST_AxisExtrapolateParameters` with the manual's defaults, TS5066 chapter 3.13.
+#[doc(alias = "ST_AxisExtrapolateParameters")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct ExtrapolateParameters {
+    /// Largest difference between received and calculated set position, u; 0: not watched.
+    #[doc(alias = "fMaxPositionDiff")]
+    #[doc(alias = "fMaxPositionDiffFactor")]
+    pub max_position_diff: f64,
+    /// Extrapolate with the set acceleration too. Switch off for encoder and interpolated axes.
+    #[doc(alias = "bUseAccForExtrapolation")]
+    pub use_acc_for_extrapolation: bool,
+    /// Time constant of the PT1 filter of the position, in receiver cycles; 0: no filter.
+    #[doc(alias = "fT1factorPos")]
+    pub t1_factor_pos: f64,
+    /// Time constant of the PT1 filter of the velocity, in receiver cycles; 0: no filter.
+    #[doc(alias = "fT1factorVelo")]
+    pub t1_factor_velo: f64,
+    /// Time over which a change of mode is blended, s.
+    #[doc(alias = "fBlendingTime")]
+    #[cfg_attr(feature = "serde", serde(rename = "blending-time-s"))]
+    pub blending_time: Seconds,
+    /// Reserved; kept for completeness.
+    #[doc(alias = "nSysCmd")]
+    pub sys_cmd: u32,
+}
+
+impl Default for ExtrapolateParameters {
+    fn default() -> Self {
+        Self {
+            max_position_diff: 0.0,
+            use_acc_for_extrapolation: true,
+            t1_factor_pos: 3.0,
+            t1_factor_velo: 3.0,
+            blending_time: Seconds(0.06),
+            sys_cmd: 1,
+        }
+    }
+}
+
+/// `E_Sync_ExtrapolateMode` and `E_Sync_ExtrapolateState`: how set values are calculated.
+#[doc(alias = "E_Sync_ExtrapolateMode")]
+#[doc(alias = "E_Sync_ExtrapolateState")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum ExtrapolateMode {
+    /// As received, beats and all.
+    Bypass = 1,
+    /// Through the PT1 filter.
+    Pt1 = 2,
+    /// Extrapolated by the correction time of sync mode.
+    Sync = 3,
+    /// Extrapolated by the correction time of time mode.
+    Time = 4,
+}
+
+/// `E_Sync_FallBackMode`: what to do when the calculated position strays too far, or sync is lost.
+#[doc(alias = "E_Sync_FallBackMode")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[repr(u8)]
+pub enum FallBackMode {
+    /// As received.
+    Bypass = 1,
+    /// Through the PT1 filter.
+    #[default]
+    Pt1 = 2,
+}
+
+impl From<FallBackMode> for ExtrapolateMode {
+    fn from(mode: FallBackMode) -> Self {
+        match mode {
+            FallBackMode::Bypass => Self::Bypass,
+            FallBackMode::Pt1 => Self::Pt1,
+        }
+    }
+}
+
+/// What one cycle of [`AxisExtrapolate`] gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExtrapolateOutput {
+    /// The received axis with its set values replaced; every other field passes through.
+    #[doc(alias = "AxisOut")]
+    pub axis: NcToPlcAxis,
+    /// The mode that was really used.
+    #[doc(alias = "eState")]
+    pub state: ExtrapolateMode,
+    /// 0x4b59 while the position difference is too large; the fallback is in force then.
+    #[doc(alias = "iErrorId")]
+    pub error: Option<SyncError>,
+    /// The manual's diagnostic values.
+    pub diagnostic: ExtrapolateDiagnostic,
+}
+
+/// `ST_AxisExtrapolateDiagnostic`, TS5066 chapter 3.12.
+#[doc(alias = "ST_AxisExtrapolateDiagnostic")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExtrapolateDiagnostic {
+    /// Received minus calculated set position, u.
+    #[doc(alias = "fPositionDiff")]
+    pub position_diff: f64,
+    /// Received minus calculated set velocity, u/s.
+    #[doc(alias = "fVeloDiff")]
+    pub velocity_diff: f64,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct SetValues {
+    position: f64,
+    velocity: f64,
+}
+
+impl SetValues {
+    fn minus(self, other: Self) -> Self {
+        Self {
+            position: self.position - other.position,
+            velocity: self.velocity - other.velocity,
+        }
+    }
+
+    fn plus_share(self, share: f64, other: Self) -> Self {
+        Self {
+            position: self.position + share * other.position,
+            velocity: self.velocity + share * other.velocity,
+        }
+    }
+}
+
+/// What is left of the difference between the old mode's values and the new one's.
+#[derive(Clone, Copy, Debug, Default)]
+struct Blend {
+    difference: SetValues,
+    /// Seconds left.
+    left: f64,
+}
+
+/// The correction times that the two extrapolating modes use, where they are known.
+#[derive(Clone, Copy)]
+pub(super) struct CorrectionTimes {
+    pub(super) sync: Option<Seconds>,
+    pub(super) time: Option<Seconds>,
+}
+
+/// The candidates of one cycle, one per mode; none where a mode has no correction time.
+#[derive(Clone, Copy)]
+struct Candidates {
+    received: SetValues,
+    filtered: SetValues,
+    sync: Option<SetValues>,
+    time: Option<SetValues>,
+}
+
+impl Candidates {
+    fn of(&self, mode: ExtrapolateMode) -> Option<SetValues> {
+        match mode {
+            ExtrapolateMode::Bypass => Some(self.received),
+            ExtrapolateMode::Pt1 => Some(self.filtered),
+            ExtrapolateMode::Sync => self.sync,
+            ExtrapolateMode::Time => self.time,
+        }
+    }
+}
+
+impl AxisExtrapolate {
+    /// A block at rest. `task_cycle_time` is the receiver's.
+    ///
+    /// # Errors
+    /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range.
+    pub fn start(
+        task_cycle_time: Span,
+        parameters: ExtrapolateParameters,
+    ) -> Result<Self, WrongParameter> {
+        let checks = [
+            ("max-position-diff", parameters.max_position_diff),
+            ("t1-factor-pos", parameters.t1_factor_pos),
+            ("t1-factor-velo", parameters.t1_factor_velo),
+            ("blending-time-s", parameters.blending_time.0),
+        ];
+        for (parameter, received) in checks {
+            if !(received.is_finite() && received >= 0.0) {
+                return Err(WrongParameter {
+                    parameter,
+                    received,
+                    expected: "a finite number of at least 0",
+                });
+            }
+        }
+        Ok(Self {
+            pt1: Pt1::new(&parameters),
+            task_cycle_time: task_cycle_time.as_secs_f64(),
+            parameters,
+            mode: None,
+            last: SetValues::default(),
+            blend: Blend::default(),
+        })
+    }
+
+    /// One cycle. Without a correction time sync and time mode have nothing to extrapolate by: the
+    /// fallback takes their place. `elapsed` counts the own cycles since the previous call.
+    pub fn update(
+        &mut self,
+        axis_in: &NcToPlcAxis,
+        correction_time: Option<Seconds>,
+        mode: ExtrapolateMode,
+        fall_back: FallBackMode,
+        elapsed: u32,
+    ) -> ExtrapolateOutput {
+        let corrections = CorrectionTimes {
+            sync: correction_time,
+            time: correction_time,
+        };
+        self.update_with(axis_in, corrections, mode, fall_back, elapsed)
+    }
+
+    /// The same, with a correction time for each of the two modes.
+    pub(super) fn update_with(
+        &mut self,
+        axis_in: &NcToPlcAxis,
+        corrections: CorrectionTimes,
+        mode: ExtrapolateMode,
+        fall_back: FallBackMode,
+        elapsed: u32,
+    ) -> ExtrapolateOutput {
+        let candidates = self.candidates(axis_in, corrections, elapsed);
+        let error = self.position_error(mode, &candidates);
+        let usable = error.is_none() && candidates.of(mode).is_some();
+        let mode = if usable { mode } else { fall_back.into() };
+        let set = self.blended(mode, &candidates, elapsed);
+        self.last = set;
+        ExtrapolateOutput {
+            axis: NcToPlcAxis {
+                set_position: set.position,
+                set_velocity: set.velocity,
+                ..*axis_in
+            },
+            state: mode,
+            error,
+            diagnostic: ExtrapolateDiagnostic {
+                position_diff: axis_in.set_position - set.position,
+                velocity_diff: axis_in.set_velocity - set.velocity,
+            },
+        }
+    }
+
+    fn candidates(
+        &mut self,
+        axis: &NcToPlcAxis,
+        corrections: CorrectionTimes,
+        elapsed: u32,
+    ) -> Candidates {
+        let received = SetValues {
+            position: axis.set_position,
+            velocity: axis.set_velocity,
+        };
+        let (position, velocity) = self
+            .pt1
+            .update(received.position, received.velocity, elapsed);
+        let acceleration = if self.parameters.use_acc_for_extrapolation {
+            axis.set_acceleration
+        } else {
+            0.0
+        };
+        let extrapolated = |Seconds(dt)| SetValues {
+            position: received.position + (received.velocity + 0.5 * acceleration * dt) * dt,
+            velocity: received.velocity + acceleration * dt,
+        };
+        Candidates {
+            received,
+            filtered: SetValues { position, velocity },
+            sync: corrections.sync.map(extrapolated),
+            time: corrections.time.map(extrapolated),
+        }
+    }
+
+    fn position_error(&self, mode: ExtrapolateMode, candidates: &Candidates) -> Option<SyncError> {
+        let limit = self.parameters.max_position_diff;
+        let extrapolates = matches!(mode, ExtrapolateMode::Sync | ExtrapolateMode::Time);
+        let extrapolated = candidates.of(mode).filter(|_| extrapolates)?;
+        let difference = (extrapolated.position - candidates.received.position).abs();
+        (limit > 0.0 && difference > limit).then_some(SyncError::MaxPositionDiffExceeded)
+    }
+
+    fn blended(
+        &mut self,
+        mode: ExtrapolateMode,
+        candidates: &Candidates,
+        elapsed: u32,
+    ) -> SetValues {
+        let aim = self.set_values(mode, candidates);
+        let blending_time = self.parameters.blending_time.0;
+        self.blend.left -= f64::from(elapsed) * self.task_cycle_time;
+        match self.mode.replace(mode) {
+            Some(old) if old != mode && blending_time > 0.0 => {
+                let standing = self.faded(self.set_values(old, candidates));
+                self.blend = Blend {
+                    difference: standing.minus(aim),
+                    left: blending_time,
+                };
+            }
+            _ => {}
+        }
+        self.faded(aim)
+    }
+
+    /// A mode's values, with what is left of the last blend on top.
+    fn faded(&self, values: SetValues) -> SetValues {
+        if self.blend.left <= 0.0 {
+            return values;
+        }
+        let share = self.blend.left / self.parameters.blending_time.0;
+        values.plus_share(share, self.blend.difference)
+    }
+
+    fn set_values(&self, mode: ExtrapolateMode, candidates: &Candidates) -> SetValues {
+        // The old mode of a change may have lost its correction: it ended where it last was.
+        candidates.of(mode).unwrap_or(self.last)
+    }
+}
+
+#[cfg(test)]
+mod tests;
