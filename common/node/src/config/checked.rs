@@ -1,0 +1,114 @@
+//! Numbers that know their range.
+
+use coaxle_clock::{CycleTime, Span};
+use serde::{Deserialize, Serialize};
+
+/// A number that lies outside the range of its field.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("received {received}, expected {expected}")]
+pub struct OutOfRange {
+    received: f64,
+    expected: &'static str,
+}
+
+macro_rules! checked_number {
+    ($(#[$meta:meta])* $name:ident, $expected:literal, $test:expr) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize, Deserialize)]
+        #[serde(try_from = "f64", into = "f64")]
+        pub struct $name(f64);
+
+        impl $name {
+            /// # Errors
+            /// [`OutOfRange`] when the number is.
+            pub fn new(number: f64) -> Result<Self, OutOfRange> {
+                let test: fn(f64) -> bool = $test;
+                if number.is_finite() && test(number) {
+                    Ok(Self(number))
+                } else {
+                    Err(OutOfRange { received: number, expected: $expected })
+                }
+            }
+
+            /// The number.
+            #[must_use]
+            pub const fn get(self) -> f64 {
+                self.0
+            }
+        }
+
+        impl TryFrom<f64> for $name {
+            type Error = OutOfRange;
+            fn try_from(number: f64) -> Result<Self, OutOfRange> {
+                Self::new(number)
+            }
+        }
+
+        impl From<$name> for f64 {
+            fn from(number: $name) -> Self {
+                number.0
+            }
+        }
+    };
+}
+
+checked_number! {
+    /// Any finite number.
+    Finite, "a finite number", |_| true
+}
+
+checked_number! {
+    /// A finite number above zero.
+    Positive, "a finite number above 0", |n| n > 0.0
+}
+
+checked_number! {
+    /// A finite number, zero or above.
+    AtLeastZero, "a finite number of at least 0", |n| n >= 0.0
+}
+
+checked_number! {
+    /// A share: 0 to 1.
+    Fraction, "a number from 0 to 1", |n| (0.0..=1.0).contains(&n)
+}
+
+impl Default for Finite {
+    fn default() -> Self {
+        Self(0.0)
+    }
+}
+
+impl Default for AtLeastZero {
+    fn default() -> Self {
+        Self(0.0)
+    }
+}
+
+impl Default for Fraction {
+    fn default() -> Self {
+        Self(0.0)
+    }
+}
+
+/// A cycle time in microseconds, 100 to 100 000.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
+pub struct CycleMicros(pub CycleTime);
+
+impl TryFrom<f64> for CycleMicros {
+    type Error = OutOfRange;
+    fn try_from(micros: f64) -> Result<Self, OutOfRange> {
+        CycleTime::new(Span::from_micros_f64(micros))
+            .map(Self)
+            .map_err(|_| OutOfRange {
+                received: micros,
+                expected: "100 to 100000 µs",
+            })
+    }
+}
+
+impl From<CycleMicros> for f64 {
+    fn from(cycle: CycleMicros) -> Self {
+        cycle.0.span().as_micros_f64()
+    }
+}

@@ -1,0 +1,72 @@
+//! The clock a node runs on, and what is wrong with it on purpose.
+
+use coaxle_clock::Span;
+use serde::{Deserialize, Serialize};
+
+use super::checked::{AtLeastZero, Positive};
+
+/// A deviation injected into a node's clock: linear, periodic, step, random walk, and jitter of
+/// its cycles. All zero by default: the machine's own quartz is bad enough in production.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct ClockConfig {
+    /// Constant drift, ppm. Positive: the node's clock runs fast, its cycles are short.
+    pub drift_ppm: f64,
+    /// Random walk of the drift, ppm per √s.
+    pub random_walk_ppm: AtLeastZero,
+    /// A periodic drift, as day and night make it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sine: Option<SineConfig>,
+    /// Changes of drift or phase at set times.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<DriftStep>,
+    /// Jitter of each wake-up around its ideal instant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jitter: Option<JitterConfig>,
+    /// How far the first cycle lies after the node's start, µs.
+    pub start_phase_us: AtLeastZero,
+}
+
+impl ClockConfig {
+    /// How far the first cycle lies after the node's start.
+    #[must_use]
+    pub fn start_phase(&self) -> Span {
+        Span::from_micros_f64(self.start_phase_us.get())
+    }
+}
+
+/// A drift that swings: `amplitude · sin(2π·t/period)`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct SineConfig {
+    /// Largest deviation from the mean drift, ppm.
+    pub amplitude_ppm: f64,
+    /// Length of one swing, s.
+    pub period_s: Positive,
+}
+
+/// A sudden change.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct DriftStep {
+    /// When, s after the start.
+    pub at_s: AtLeastZero,
+    /// What is added to the drift from then on, ppm.
+    #[serde(default)]
+    pub drift_ppm: f64,
+    /// How far the clock jumps ahead, µs. It never jumps back: clocks of cycles are monotone.
+    #[serde(default)]
+    pub phase_us: AtLeastZero,
+}
+
+/// Jitter of the wake-ups, µs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum JitterConfig {
+    /// Gaussian around the ideal instant: standard deviation.
+    NormalUs(AtLeastZero),
+    /// Late by an exponential time: mean.
+    ExponentialUs(AtLeastZero),
+    /// Late by anything up to this.
+    UniformUs(AtLeastZero),
+}

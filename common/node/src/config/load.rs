@@ -1,0 +1,123 @@
+//! Reading a config file.
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+
+/// Why a config was refused: the file, the field and what is wrong with it.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file could not be read.
+    #[error("{file}: cannot be read: {reason}")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// What the system said.
+        reason: std::io::Error,
+    },
+    /// The file is no TOML.
+    #[error("{file}: is not valid TOML: {reason}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// Where and why.
+        reason: String,
+    },
+    /// A field holds what it must not.
+    #[error("{file}: {field}: {reason}")]
+    Field {
+        /// The file.
+        file: String,
+        /// The field, as a path.
+        field: String,
+        /// What was received and what is expected.
+        reason: String,
+    },
+}
+
+impl ConfigError {
+    /// An error of one field, found by a check of its own.
+    pub fn field(file: &str, field: impl Into<String>, reason: impl ToString) -> Self {
+        Self::Field {
+            file: file.to_owned(),
+            field: field.into(),
+            reason: reason.to_string(),
+        }
+    }
+}
+
+/// Reads a config file.
+///
+/// # Errors
+/// [`ConfigError`], naming the file and the field.
+pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T, ConfigError> {
+    let file = path.display().to_string();
+    match std::fs::read_to_string(path) {
+        Ok(text) => parse(&file, &text),
+        Err(reason) => Err(ConfigError::Unreadable { file, reason }),
+    }
+}
+
+/// Reads a config from text; `file` is what the errors call it.
+///
+/// # Errors
+/// [`ConfigError`], naming the file and the field.
+pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, ConfigError> {
+    let table = text
+        .parse::<toml::Table>()
+        .map_err(|reason| ConfigError::Syntax {
+            file: file.to_owned(),
+            reason: reason.to_string(),
+        })?;
+    from_table(file, table)
+}
+
+/// Reads a config from a table, say one with some values overridden.
+///
+/// # Errors
+/// [`ConfigError`], naming the file and the field.
+pub fn from_table<T: DeserializeOwned>(file: &str, table: toml::Table) -> Result<T, ConfigError> {
+    serde_path_to_error::deserialize(table).map_err(|error| {
+        let field = error.path().to_string();
+        let reason = error.into_inner().message().to_owned();
+        ConfigError::field(file, field, reason.trim())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{ClockConfig, LinkConfig};
+
+    fn refusal<T: DeserializeOwned + std::fmt::Debug>(text: &str) -> String {
+        parse::<T>("test.toml", text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn an_unknown_field_is_named_with_the_known_ones() {
+        let message = refusal::<ClockConfig>("drift = 3.0");
+        assert!(message.starts_with("test.toml:"), "{message}");
+        assert!(message.contains("`drift`"), "{message}");
+        assert!(message.contains("drift-ppm"), "{message}");
+    }
+
+    #[test]
+    fn a_value_out_of_range_says_what_came_and_what_fits() {
+        let message = refusal::<LinkConfig>("loss = 1.5");
+        assert_eq!(
+            message,
+            "test.toml: loss: received 1.5, expected a number from 0 to 1"
+        );
+        let nested = refusal::<LinkConfig>("[[partitions]]\nat-s = 1\nfor-s = -2");
+        assert_eq!(
+            nested,
+            "test.toml: partitions[0].for-s: received -2, expected a finite number above 0"
+        );
+    }
+
+    #[test]
+    fn broken_toml_says_where() {
+        let message = refusal::<LinkConfig>("loss = = 1");
+        assert!(message.contains("line 1"), "{message}");
+    }
+}

@@ -1,0 +1,18 @@
+//! Config files: TOML, kebab-case, units in the names, unknown fields refused.
+//!
+//! A config is parsed once into types that cannot hold a wrong value; every error names the file,
+//! the field, what was received and what is expected.
+
+mod checked;
+mod clock;
+mod link;
+mod load;
+mod real_time;
+mod transport;
+
+pub use checked::{AtLeastZero, CycleMicros, Finite, Fraction, Positive};
+pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
+pub use link::{DelayStep, LinkConfig, Partition, SpikeConfig};
+pub use load::{ConfigError, from_table, load, parse};
+pub use real_time::RealTimeConfig;
+pub use transport::{TransportConfig, TransportMode};

@@ -1,0 +1,19 @@
+//! What a node asks of its operating system.
+
+use serde::{Deserialize, Serialize};
+
+/// Real-time wishes. What is not permitted is left out with a warning that says why.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct RealTimeConfig {
+    /// `SCHED_FIFO` priority of the cycle thread, 1 to 99; none leaves it to the normal scheduler.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub priority: Option<u8>,
+    /// The processor the cycle thread is bound to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cpu: Option<usize>,
+    /// Keep all memory in RAM.
+    pub lock_memory: bool,
+    /// Spin for the last microseconds before each cycle instead of sleeping.
+    pub spin_us: u32,
+}

@@ -1,0 +1,36 @@
+//! How a node reaches the others.
+
+use serde::{Deserialize, Serialize};
+
+/// The Zenoh session of a node: explicit endpoints, nothing found by chance.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct TransportConfig {
+    /// Peer (the default) or client of a router.
+    pub mode: TransportMode,
+    /// Endpoints to listen on, such as `tcp/0.0.0.0:7447`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub listen: Vec<String>,
+    /// Endpoints to connect to, such as `tcp/192.168.1.10:7447`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub connect: Vec<String>,
+    /// Look for peers by multicast. Off by default.
+    pub multicast: bool,
+    /// A Zenoh config file (JSON5) to start from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<std::path::PathBuf>,
+    /// Any Zenoh setting, by its path: `"transport/link/tx/lease" = 1000`.
+    #[serde(skip_serializing_if = "toml::Table::is_empty")]
+    pub settings: toml::Table,
+}
+
+/// A node's part in the Zenoh network.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TransportMode {
+    /// Talks to other peers directly, or through a router.
+    #[default]
+    Peer,
+    /// Talks through one router only.
+    Client,
+}

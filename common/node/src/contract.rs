@@ -1,0 +1,77 @@
+//! The contract between a node and the world that drives it.
+//!
+//! One invariant: between two cycles a node only stores. So the canonical loop is
+//!
+//! ```text
+//! loop {
+//!     wait until node.next_cycle()             (the world's clock, absolute)
+//!     node.receive(at, message)                (for each message that came, stamped on arrival)
+//!     node.cycle(now)                          (one scan; decides everything)
+//!     while let Some(outgoing) = node.transmit() { hand it to the publisher }
+//!     hand node.snapshot() to telemetry
+//! }
+//! ```
+//!
+//! and nothing in it allocates, locks, logs or waits.
+
+use coaxle_clock::cycle::Turn;
+use coaxle_clock::{Instant, Local};
+
+use crate::frame::Sample;
+use crate::intake::Rejection;
+
+/// A node: one PLC scan per cycle of its own clock, no I/O.
+pub trait Node {
+    /// What the node shows of itself after each cycle: plain data.
+    type Snapshot: Copy + Send + 'static;
+
+    /// Stores a message. `at` is when it arrived, in this node's own clock; arrivals may lie after
+    /// the start of the cycle that is due and then belong to the next one.
+    fn receive(&mut self, at: Instant<Local>, message: &Message);
+
+    /// One scan. `now` is when it really begins; the answer says which cycle that was and when it
+    /// ideally should have begun.
+    fn cycle(&mut self, now: Instant<Local>) -> Turn;
+
+    /// The next thing to send after a cycle, until there is nothing left.
+    fn transmit(&mut self) -> Option<Outgoing<'_>>;
+
+    /// When the next cycle is due.
+    fn next_cycle(&self) -> Instant<Local>;
+
+    /// What the node shows of itself.
+    fn snapshot(&self) -> Self::Snapshot;
+}
+
+/// What a node is told about its subscription. One variant per kind of event, so that the node is
+/// the only place that counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Message {
+    /// An accepted frame, reduced to the axis this node follows.
+    Sample(Sample),
+    /// A frame that was refused before it got here.
+    Rejected(Rejection),
+}
+
+/// A frame to send, but for its last two fields.
+///
+/// The send stamp says how long after `ideal_start` the message really left, so whoever sends it
+/// appends that (and the check sum) with [`crate::frame::seal`] at the last moment.
+#[derive(Clone, Copy, Debug)]
+pub struct Outgoing<'a> {
+    /// Where it goes.
+    pub channel: Channel,
+    /// The ideal start of the cycle it belongs to, in this node's clock.
+    pub ideal_start: Instant<Local>,
+    /// The frame up to its send stamp.
+    pub body: &'a [u8],
+}
+
+/// The cyclic channels of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// `coaxle/<node>/axes`: a sender's own axes.
+    Axes,
+    /// `coaxle/<node>/slaves`: a receiver's slave axes.
+    Slaves,
+}

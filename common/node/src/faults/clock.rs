@@ -1,0 +1,319 @@
+//! A clock that deviates from the one it is read off.
+
+use std::collections::VecDeque;
+
+use coaxle_clock::{Domain, Instant, Local, Span};
+
+use super::random::Random;
+use crate::config::{ClockConfig, DriftStep, JitterConfig};
+
+/// How finely a wandering drift is cut into straight pieces.
+const WANDERING_PIECE: Span = Span::from_millis(10);
+/// A drift that does not wander needs a new piece only to keep its numbers small.
+const STEADY_PIECE: Span = Span::from_secs(60);
+/// Pieces kept for instants of the past: at least five seconds' worth.
+const HISTORY: usize = 512;
+
+/// A node's clock: a reference clock `R` (true time, or the machine's monotonic clock) with a
+/// deviation. Local time is zero at the origin, strictly monotone, and made of straight pieces.
+#[derive(Clone, Debug)]
+pub struct DeviatedClock<R: Domain> {
+    config: ClockConfig,
+    random: Random,
+    origin: Instant<R>,
+    /// Integral of the random walk, ppm.
+    walk_ppm: f64,
+    pieces: VecDeque<Piece>,
+}
+
+/// From `reference` on, local time runs `1 + rate` times as fast as the reference.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    /// Start, since the origin, on the reference clock.
+    reference: Span,
+    /// Start on the local clock.
+    local: Span,
+    /// The part of `local` below a nanosecond, so that rounding never adds up.
+    local_fraction: f64,
+    rate: f64,
+    length: Span,
+}
+
+impl Piece {
+    fn local_at(&self, reference: Span) -> Span {
+        let passed = reference - self.reference;
+        self.local + passed + self.gained(passed)
+    }
+
+    fn gained(&self, passed: Span) -> Span {
+        let nanos = passed.as_nanos() as f64 * self.rate + self.local_fraction;
+        Span::from_nanos(nanos.round_ties_even() as i64)
+    }
+
+    fn reference_at(&self, local: Span) -> Span {
+        let passed = (local - self.local).as_nanos() as f64 - self.local_fraction;
+        // x/(1+r) = x − x·r/(1+r): only the small second term is rounded.
+        let lost = passed * self.rate / (1.0 + self.rate);
+        let reference = self.reference + (local - self.local)
+            - Span::from_nanos((lost + self.local_fraction).round_ties_even() as i64);
+        // Local instants that a jump ahead left out all happen at the jump.
+        reference.clamp(self.reference, self.end())
+    }
+
+    fn end(&self) -> Span {
+        self.reference + self.length
+    }
+}
+
+impl<R: Domain> DeviatedClock<R> {
+    /// The clock that reads zero at `origin`. Random parts are drawn from `seed`.
+    #[must_use]
+    pub fn new(config: &ClockConfig, seed: u64, origin: Instant<R>) -> Self {
+        let mut clock = Self {
+            config: config.clone(),
+            random: Random::new(seed),
+            origin,
+            walk_ppm: 0.0,
+            pieces: VecDeque::with_capacity(HISTORY),
+        };
+        clock.push_piece(Span::ZERO, Span::ZERO, 0.0);
+        clock
+    }
+
+    /// What this clock reads at an instant of the reference. Instants may lie back by a few
+    /// seconds; further back the oldest known rate is assumed.
+    pub fn local_at(&mut self, reference: Instant<R>) -> Instant<Local> {
+        let since = reference - self.origin;
+        while since >= self.newest().end() {
+            self.extend();
+        }
+        let piece = self.piece_where(|piece| piece.reference <= since);
+        Instant::EPOCH + piece.local_at(since)
+    }
+
+    /// When the reference shows it, if this clock reads `local`.
+    pub fn reference_at(&mut self, local: Instant<Local>) -> Instant<R> {
+        let local = local.since_epoch();
+        loop {
+            let newest = self.newest();
+            if local < newest.local_at(newest.end()) {
+                break;
+            }
+            self.extend();
+        }
+        let piece = self.piece_where(|piece| piece.local <= local);
+        self.origin + piece.reference_at(local)
+    }
+
+    /// The drift at the newest instant asked for, ppm.
+    #[must_use]
+    pub fn drift_ppm(&self) -> f64 {
+        self.newest().rate * 1e6
+    }
+
+    fn newest(&self) -> &Piece {
+        self.pieces.back().expect("a clock has at least one piece")
+    }
+
+    fn piece_where(&self, begun: impl Fn(&Piece) -> bool) -> &Piece {
+        self.pieces
+            .iter()
+            .rev()
+            .find(|piece| begun(piece))
+            .or_else(|| self.pieces.front())
+            .expect("a clock has at least one piece")
+    }
+
+    fn extend(&mut self) {
+        let last = *self.newest();
+        let exact = last.length.as_nanos() as f64 * last.rate + last.local_fraction;
+        let gained = exact.round_ties_even();
+        let mut local = last.local + last.length + Span::from_nanos(gained as i64);
+        for step in &self.config.steps {
+            if step_instant(step) == last.end() {
+                local += Span::from_micros_f64(step.phase_us.get());
+            }
+        }
+        if self.pieces.len() == HISTORY {
+            self.pieces.pop_front();
+        }
+        self.push_piece(last.end(), local, exact - gained);
+    }
+
+    fn push_piece(&mut self, reference: Span, local: Span, local_fraction: f64) {
+        let length = self.length_from(reference);
+        let rate = self.rate_from(reference, length) * 1e-6;
+        self.pieces.push_back(Piece {
+            reference,
+            local,
+            local_fraction,
+            rate,
+            length,
+        });
+    }
+
+    /// Pieces end at every step, so that a step is exact.
+    fn length_from(&self, start: Span) -> Span {
+        let wanders = self.config.random_walk_ppm.get() > 0.0 || self.config.sine.is_some();
+        let piece = if wanders {
+            WANDERING_PIECE
+        } else {
+            STEADY_PIECE
+        };
+        self.config
+            .steps
+            .iter()
+            .map(|step| step_instant(step) - start)
+            .filter(|until| *until > Span::ZERO)
+            .fold(piece, Span::min)
+    }
+
+    fn rate_from(&mut self, start: Span, length: Span) -> f64 {
+        let middle = (start + length / 2).as_secs_f64();
+        let steps: f64 = self
+            .config
+            .steps
+            .iter()
+            .filter(|step| step_instant(step) <= start)
+            .map(|step| step.drift_ppm)
+            .sum();
+        let sine = self.config.sine.map_or(0.0, |sine| {
+            let turn = core::f64::consts::TAU * middle / sine.period_s.get();
+            sine.amplitude_ppm * libm::sin(turn)
+        });
+        let walk = self.config.random_walk_ppm.get();
+        if walk > 0.0 {
+            self.walk_ppm += walk * length.as_secs_f64().sqrt() * self.random.normal();
+        }
+        self.config.drift_ppm + steps + sine + self.walk_ppm
+    }
+}
+
+fn step_instant(step: &DriftStep) -> Span {
+    Span::from_secs_f64(step.at_s.get())
+}
+
+/// How far each wake-up misses its ideal instant.
+#[derive(Clone, Debug)]
+pub struct CycleJitter {
+    jitter: Option<JitterConfig>,
+    random: Random,
+}
+
+impl CycleJitter {
+    /// The jitter of a clock, drawn from `seed`.
+    #[must_use]
+    pub fn new(config: &ClockConfig, seed: u64) -> Self {
+        Self {
+            jitter: config.jitter,
+            random: Random::new(seed),
+        }
+    }
+
+    /// What to add to the next wake-up; may be negative.
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "an endless source, not an iterator"
+    )]
+    pub fn next(&mut self) -> Span {
+        match &self.jitter {
+            Some(jitter) => Span::from_micros_f64(self.random.jitter_us(jitter)),
+            None => Span::ZERO,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::parse;
+    use proptest::prelude::*;
+
+    enum Reference {}
+    impl Domain for Reference {
+        const NAME: &'static str = "reference";
+    }
+
+    fn clock(config: &str) -> DeviatedClock<Reference> {
+        let config = parse("test", config).unwrap();
+        DeviatedClock::new(&config, 7, Instant::EPOCH)
+    }
+
+    fn at(secs: f64) -> Instant<Reference> {
+        Instant::EPOCH + Span::from_secs_f64(secs)
+    }
+
+    fn deviation_us(clock: &mut DeviatedClock<Reference>, secs: f64) -> f64 {
+        let local = clock.local_at(at(secs)).since_epoch();
+        (local - at(secs).since_epoch()).as_micros_f64()
+    }
+
+    #[test]
+    fn constant_drift_adds_up_without_rounding_error() {
+        let mut clock = clock("drift-ppm = 0.1");
+        // A day at 0.1 ppm: 8640 µs. Rounding each minute's piece would show.
+        let deviation = deviation_us(&mut clock, 86_400.0);
+        assert!((deviation - 8640.0).abs() < 0.002, "{deviation}");
+    }
+
+    #[test]
+    fn a_drift_step_begins_at_its_instant() {
+        let mut clock = clock("steps = [{ at-s = 10, drift-ppm = 5 }]");
+        assert_eq!(deviation_us(&mut clock, 10.0), 0.0);
+        assert_eq!(deviation_us(&mut clock, 12.0), 10.0);
+    }
+
+    #[test]
+    fn a_phase_step_jumps_ahead_once() {
+        let mut clock = clock("steps = [{ at-s = 2, phase-us = 300 }]");
+        assert_eq!(deviation_us(&mut clock, 1.999), 0.0);
+        assert_eq!(deviation_us(&mut clock, 2.0), 300.0);
+        // Local instants inside the jump all happen at it.
+        let inside = Instant::EPOCH + Span::from_micros(2_000_100);
+        assert_eq!(clock.reference_at(inside), at(2.0));
+    }
+
+    #[test]
+    fn a_sine_returns_after_one_period() {
+        let mut clock = clock("sine = { amplitude-ppm = 10, period-s = 4 }");
+        // The integral over half a period is amplitude · period / π.
+        let half = 10.0 * 4.0 / core::f64::consts::PI;
+        assert!((deviation_us(&mut clock, 2.0) - half).abs() < 1e-3 * half);
+        assert!(deviation_us(&mut clock, 4.0).abs() < 1e-3 * half);
+    }
+
+    #[test]
+    fn a_random_walk_spreads_with_the_root_of_time() {
+        let config = parse("test", "random-walk-ppm = 0.5").unwrap();
+        let mean_square: f64 = (0..200)
+            .map(|seed| {
+                let mut clock = DeviatedClock::<Reference>::new(&config, seed, Instant::EPOCH);
+                let _ = clock.local_at(at(4.0));
+                clock.drift_ppm().powi(2) / 200.0
+            })
+            .sum();
+        // 0.5 ppm/√s over 4 s: one ppm rms.
+        assert!((mean_square - 1.0).abs() < 0.3, "{mean_square}");
+    }
+
+    proptest! {
+        #[test]
+        fn there_and_back_again(
+            drift in -1000.0..1000.0f64,
+            walk in 0.0..10.0f64,
+            secs in prop::collection::vec(0.0..30.0f64, 1..20),
+        ) {
+            let mut config = ClockConfig { drift_ppm: drift, ..ClockConfig::default() };
+            config.random_walk_ppm = crate::config::AtLeastZero::new(walk).unwrap();
+            let mut clock = DeviatedClock::<Reference>::new(&config, 3, Instant::EPOCH);
+            let mut secs = secs;
+            secs.sort_by(f64::total_cmp);
+            for second in secs {
+                let reference = at(second);
+                let local = clock.local_at(reference);
+                let back = clock.reference_at(local);
+                prop_assert!((back - reference).abs() <= Span::from_nanos(2));
+            }
+        }
+    }
+}

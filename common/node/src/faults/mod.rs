@@ -1,0 +1,12 @@
+//! Faults to inject, in both worlds: deviated clocks and lossy links.
+//!
+//! They live beside the contract of a node because the real world lays them over a real quartz and
+//! a real subscription, while the pretend world has nothing else. Same seed, same faults.
+
+mod clock;
+mod link;
+mod random;
+
+pub use clock::{CycleJitter, DeviatedClock};
+pub use link::{Deliveries, LinkModel};
+pub use random::{Random, seed_of};

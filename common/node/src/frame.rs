@@ -1,0 +1,279 @@
+//! The frame on the wire: `docs/WIRE.md` describes every byte.
+//!
+//! A frame is written in two steps. The cycle thread encodes the body, everything up to the axes,
+//! into a buffer it owns ([`encode_body`]). Whoever publishes it appends the send stamp and the
+//! check sum at the last moment ([`KeySeal::seal`]).
+
+use coaxle_clock::{CycleIndex, CycleTime, Span};
+use coaxle_motion::axis::NcToPlcAxis;
+use serde::{Deserialize, Serialize};
+
+use crate::intake::Rejection;
+use crate::keys::NodeName;
+
+/// The version this code writes, and the only one it reads.
+pub const FORMAT_VERSION: u8 = 1;
+
+/// Most axes in one frame.
+pub const MAX_AXES: usize = 128;
+
+/// What a frame says besides its axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameHeader {
+    /// Which sender: the CRC-32 of its node name.
+    pub sender: u32,
+    /// Drawn at random when the sender starts: another epoch is another run of it.
+    pub epoch: u64,
+    /// The manual's cycle index.
+    pub index: CycleIndex,
+    /// The sender's cycle count since its epoch; `index` is its low 16 bits.
+    pub count: u64,
+    /// The sender's nominal cycle time.
+    pub cycle_time: CycleTime,
+    /// How long after the ideal start of its cycle, in the sender's own clock, the message left;
+    /// none from senders that do not say.
+    pub send_stamp: Option<Span>,
+}
+
+/// An accepted frame, reduced to the one axis its receiver follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// The frame's header.
+    pub header: FrameHeader,
+    /// The axis.
+    pub axis: NcToPlcAxis,
+}
+
+/// How a node is named in a frame: the CRC-32 of its name.
+#[must_use]
+pub fn sender_id(name: &NodeName) -> u32 {
+    crc32fast::hash(name.as_str().as_bytes())
+}
+
+/// A buffer of this many bytes holds the body of every frame with that many axes.
+#[must_use]
+pub const fn body_capacity(axes: usize) -> usize {
+    MAX_PREFIX_LEN + axes * MAX_AXIS_LEN
+}
+
+/// A buffer of this many bytes holds every sealed frame with that many axes.
+#[must_use]
+pub const fn frame_capacity(axes: usize) -> usize {
+    body_capacity(axes) + MAX_STAMP_LEN + CHECKSUM_LEN
+}
+
+/// Writes a frame up to its axes into `out` and says how long that is. The header's send stamp is
+/// left to [`KeySeal::seal`]. Does not allocate.
+///
+/// # Errors
+/// [`EncodeError`]; a buffer of [`body_capacity`] bytes is never too small.
+pub fn encode_body(
+    header: &FrameHeader,
+    axes: &[NcToPlcAxis],
+    out: &mut [u8],
+) -> Result<usize, EncodeError> {
+    if axes.len() > MAX_AXES {
+        let received = axes.len();
+        return Err(EncodeError::TooManyAxes { received });
+    }
+    let too_small = EncodeError::BufferTooSmall {
+        received: out.len(),
+        expected: body_capacity(axes.len()),
+    };
+    let prefix = Prefix::of(header, axes.len());
+    let mut used = write(&prefix, out).ok_or(too_small)?;
+    for axis in axes {
+        used += write(axis, &mut out[used..]).ok_or(too_small)?;
+    }
+    Ok(used)
+}
+
+/// A body that cannot be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EncodeError {
+    /// More axes than a frame holds.
+    #[error("received {received} axes, expected at most {MAX_AXES}")]
+    TooManyAxes {
+        /// How many axes were given.
+        received: usize,
+    },
+    /// The buffer does not hold the body.
+    #[error("received a buffer of {received} bytes, expected {expected}")]
+    BufferTooSmall {
+        /// The buffer's length.
+        received: usize,
+        /// A length that is enough.
+        expected: usize,
+    },
+}
+
+/// Ties frames to the key they travel under: the check sum covers the key too, so that a frame
+/// that strays to another key is refused there.
+///
+/// Made once per key; the key is not summed again for each frame.
+#[derive(Clone, Debug)]
+pub struct KeySeal {
+    after_key: crc32fast::Hasher,
+}
+
+impl KeySeal {
+    /// The seal of the frames under `key`.
+    #[must_use]
+    pub fn new(key: &str) -> Self {
+        let mut after_key = crc32fast::Hasher::new();
+        after_key.update(key.as_bytes());
+        Self { after_key }
+    }
+
+    /// Replaces what is in `out` by the complete frame. Does not allocate where `out` has room for
+    /// [`frame_capacity`] bytes.
+    ///
+    /// `send_stamp` is how long after the ideal start of its cycle the frame leaves, in the
+    /// sender's own clock.
+    pub fn seal(&self, body: &[u8], send_stamp: Option<Span>, out: &mut Vec<u8>) {
+        let mut stamp = [0; MAX_STAMP_LEN];
+        let stamp_len = write(&send_stamp, &mut stamp).expect("the buffer holds the longest stamp");
+        out.clear();
+        out.extend_from_slice(body);
+        out.extend_from_slice(&stamp[..stamp_len]);
+        let checksum = self.checksum(out);
+        out.extend_from_slice(&checksum.to_le_bytes());
+    }
+
+    /// Checks a frame and hands out its axes, one after the other, before it answers with the
+    /// header. What `each_axis` saw of a frame that is refused in the end is void. Does not
+    /// allocate.
+    ///
+    /// # Errors
+    /// [`Rejection`]: another version, then a wrong check sum, then content that is no frame.
+    pub fn open(
+        &self,
+        payload: &[u8],
+        each_axis: impl FnMut(&NcToPlcAxis),
+    ) -> Result<FrameHeader, Rejection> {
+        match payload.first() {
+            None => return Err(Rejection::Truncated),
+            Some(&FORMAT_VERSION) => {}
+            Some(_) => return Err(Rejection::WrongVersion),
+        }
+        let (content, checksum) = payload
+            .split_last_chunk::<CHECKSUM_LEN>()
+            .ok_or(Rejection::Truncated)?;
+        if u32::from_le_bytes(*checksum) != self.checksum(content) {
+            return Err(diagnose_damage(content));
+        }
+        read_content(content, each_axis)
+    }
+
+    fn checksum(&self, content: &[u8]) -> u32 {
+        let mut hasher = self.after_key.clone();
+        hasher.update(content);
+        hasher.finalize()
+    }
+}
+
+/// [`KeySeal::seal`] for a key that is used once.
+pub fn seal(key: &str, body: &[u8], send_stamp: Option<Span>, out: &mut Vec<u8>) {
+    KeySeal::new(key).seal(body, send_stamp, out);
+}
+
+/// [`KeySeal::open`] for a key that is used once.
+///
+/// # Errors
+/// As [`KeySeal::open`].
+pub fn decode(
+    key: &str,
+    payload: &[u8],
+    each_axis: impl FnMut(&NcToPlcAxis),
+) -> Result<FrameHeader, Rejection> {
+    KeySeal::new(key).open(payload, each_axis)
+}
+
+const CHECKSUM_LEN: usize = 4;
+/// Option tag and a 64-bit varint.
+const MAX_STAMP_LEN: usize = 1 + 10;
+/// Version, sender, epoch, index, count, cycle time, number of axes.
+const MAX_PREFIX_LEN: usize = 1 + 5 + 10 + 3 + 10 + 5 + 2;
+/// Nine 64-bit reals, twelve 32-bit varints, four 16-bit ones.
+const MAX_AXIS_LEN: usize = 9 * 8 + 12 * 5 + 4 * 3;
+
+/// The fields before the first axis, as they lie on the wire.
+#[derive(Serialize, Deserialize)]
+struct Prefix {
+    version: u8,
+    sender: u32,
+    epoch: u64,
+    index: CycleIndex,
+    count: u64,
+    cycle_time_ns: u32,
+    axes: u32,
+}
+
+impl Prefix {
+    fn of(header: &FrameHeader, axes: usize) -> Self {
+        Self {
+            version: FORMAT_VERSION,
+            sender: header.sender,
+            epoch: header.epoch,
+            index: header.index,
+            count: header.count,
+            // Neither loses anything: a cycle takes at most 100 ms, and the axes are counted.
+            cycle_time_ns: header.cycle_time.span().as_nanos() as u32,
+            axes: axes as u32,
+        }
+    }
+
+    fn header(&self, send_stamp: Option<Span>) -> Result<FrameHeader, Rejection> {
+        let cycle_time = CycleTime::new(Span::from_nanos(self.cycle_time_ns.into()))
+            .map_err(|_| Rejection::CycleTimeOutOfRange)?;
+        Ok(FrameHeader {
+            sender: self.sender,
+            epoch: self.epoch,
+            index: self.index,
+            count: self.count,
+            cycle_time,
+            send_stamp,
+        })
+    }
+}
+
+fn read_content(
+    content: &[u8],
+    mut each_axis: impl FnMut(&NcToPlcAxis),
+) -> Result<FrameHeader, Rejection> {
+    let (prefix, mut rest) = read::<Prefix>(content)?;
+    if prefix.axes > MAX_AXES as u32 {
+        return Err(Rejection::Malformed);
+    }
+    for _ in 0..prefix.axes {
+        let axis;
+        (axis, rest) = read::<NcToPlcAxis>(rest)?;
+        each_axis(&axis);
+    }
+    let (send_stamp, rest) = read::<Option<Span>>(rest)?;
+    if !rest.is_empty() {
+        return Err(Rejection::TrailingBytes);
+    }
+    prefix.header(send_stamp)
+}
+
+/// What to call a frame whose check sum is wrong. Nothing in it is believed; but one that ends in
+/// the middle of its fields was cut, and that points at another culprit than a flipped bit does.
+#[cold]
+fn diagnose_damage(content: &[u8]) -> Rejection {
+    match read_content(content, |_| {}) {
+        Err(Rejection::Truncated) => Rejection::Truncated,
+        _ => Rejection::WrongChecksum,
+    }
+}
+
+fn write<T: Serialize>(value: &T, out: &mut [u8]) -> Option<usize> {
+    postcard::to_slice(value, out).ok().map(|used| used.len())
+}
+
+fn read<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(T, &'a [u8]), Rejection> {
+    postcard::take_from_bytes(bytes).map_err(|error| match error {
+        postcard::Error::DeserializeUnexpectedEnd => Rejection::Truncated,
+        _ => Rejection::Malformed,
+    })
+}

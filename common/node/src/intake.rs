@@ -1,0 +1,60 @@
+//! What becomes of a frame on its way in: checked, reduced to one axis, or refused with a reason.
+
+use coaxle_motion::axis::NcToPlcAxis;
+
+use crate::contract::Message;
+use crate::frame::{KeySeal, Sample, sender_id};
+use crate::keys::NodeName;
+pub use crate::rejection::{Rejection, RejectionCounters};
+
+/// Turns the frames of one key into samples of the one axis that is followed.
+///
+/// It decides and keeps no count: the node that gets the [`Message`] does. It does not allocate.
+#[derive(Clone, Debug)]
+pub struct Intake {
+    seal: KeySeal,
+    sender: u32,
+    axis_id: u32,
+}
+
+impl Intake {
+    /// Follows the axis `axis_id` of the node `sender`, whose frames travel under `key`.
+    #[must_use]
+    pub fn new(key: &str, sender: &NodeName, axis_id: u32) -> Self {
+        Self {
+            seal: KeySeal::new(key),
+            sender: sender_id(sender),
+            axis_id,
+        }
+    }
+
+    /// What the node is told about a frame.
+    #[must_use]
+    pub fn message(&self, payload: &[u8]) -> Message {
+        match self.accept(payload) {
+            Ok(sample) => Message::Sample(sample),
+            Err(reason) => Message::Rejected(reason),
+        }
+    }
+
+    /// The followed axis from a frame. Of several axes with the same id the first counts.
+    ///
+    /// # Errors
+    /// [`Rejection`], the first reason that applies.
+    pub fn accept(&self, payload: &[u8]) -> Result<Sample, Rejection> {
+        let mut found: Option<NcToPlcAxis> = None;
+        let header = self.seal.open(payload, |axis| {
+            if axis.axis_id == self.axis_id && found.is_none() {
+                found = Some(*axis);
+            }
+        })?;
+        if header.sender != self.sender {
+            return Err(Rejection::ForeignSender);
+        }
+        let axis = found.ok_or(Rejection::AxisMissing)?;
+        if axis.non_finite_field().is_some() {
+            return Err(Rejection::NotFinite);
+        }
+        Ok(Sample { header, axis })
+    }
+}

@@ -1,0 +1,105 @@
+//! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/status`, `/alive`.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::contract::Channel;
+
+/// A node's name: one chunk of a key expression.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct NodeName(String);
+
+impl NodeName {
+    /// Longest name, in bytes.
+    pub const MAX_LEN: usize = 64;
+
+    /// # Errors
+    /// [`InvalidName`] unless the name is 1 to 64 letters, digits, `-`, `_` or `.`.
+    pub fn new(name: impl Into<String>) -> Result<Self, InvalidName> {
+        let name = name.into();
+        let fits = (1..=Self::MAX_LEN).contains(&name.len());
+        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+        if fits && name.chars().all(plain) {
+            Ok(Self(name))
+        } else {
+            Err(InvalidName { received: name })
+        }
+    }
+
+    /// The name.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// The key its cyclic frames travel under.
+    #[must_use]
+    pub fn channel_key(&self, channel: Channel) -> String {
+        match channel {
+            Channel::Axes => format!("coaxle/{self}/axes"),
+            Channel::Slaves => format!("coaxle/{self}/slaves"),
+        }
+    }
+
+    /// The key of its status, JSON a few times a second.
+    #[must_use]
+    pub fn status_key(&self) -> String {
+        format!("coaxle/{self}/status")
+    }
+
+    /// The key of its liveliness token.
+    #[must_use]
+    pub fn alive_key(&self) -> String {
+        format!("coaxle/{self}/alive")
+    }
+}
+
+impl fmt::Display for NodeName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl TryFrom<String> for NodeName {
+    type Error = InvalidName;
+    fn try_from(name: String) -> Result<Self, InvalidName> {
+        Self::new(name)
+    }
+}
+
+impl From<NodeName> for String {
+    fn from(name: NodeName) -> Self {
+        name.0
+    }
+}
+
+/// A name that cannot be part of a key expression.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{received:?} is no node name, expected 1 to 64 letters, digits, '-', '_' or '.'")]
+pub struct InvalidName {
+    /// What was given.
+    pub received: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_hang_under_the_node() {
+        let name = NodeName::new("saw-1").unwrap();
+        assert_eq!(name.channel_key(Channel::Axes), "coaxle/saw-1/axes");
+        assert_eq!(name.channel_key(Channel::Slaves), "coaxle/saw-1/slaves");
+        assert_eq!(name.status_key(), "coaxle/saw-1/status");
+        assert_eq!(name.alive_key(), "coaxle/saw-1/alive");
+    }
+
+    #[test]
+    fn names_that_would_change_a_key_are_refused() {
+        for name in ["", "a/b", "*", "a b", "ä", &"x".repeat(65)] {
+            assert!(NodeName::new(name).is_err(), "{name:?}");
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! What a node is.
+//!
+//! A [`Node`] decides and never does I/O: time and messages come in as arguments, what it wants
+//! sent goes out as bytes. The real world (`coaxle-host`) and the pretend one (`coaxle-sim`) call
+//! the very same code.
+
+pub mod config;
+pub mod contract;
+pub mod faults;
+pub mod frame;
+pub mod intake;
+pub mod keys;
+mod rejection;
+
+pub use contract::{Channel, Message, Node, Outgoing};
+pub use frame::{FrameHeader, Sample};
+pub use intake::{Intake, Rejection, RejectionCounters};
