@@ -1,0 +1,199 @@
+//! What the binaries share: the log, durations on the command line, errors and exit codes.
+
+use std::ffi::OsStr;
+use std::io::{IsTerminal, Write};
+use std::os::unix::process::CommandExt;
+use std::process::{Command, ExitCode};
+
+use coaxle_clock::Span;
+use tracing_subscriber::EnvFilter;
+
+use crate::transport::ZENOH_RUNTIME;
+
+/// How much a program logs; flatten it into its arguments.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct LogArgs {
+    /// Log more; twice for everything. RUST_LOG has the last word
+    #[arg(short, long, action = clap::ArgAction::Count, global = true)]
+    pub verbose: u8,
+    /// Log errors only
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+}
+
+impl LogArgs {
+    /// Starts logging to standard error. Only the first call in a process has an effect.
+    pub fn init(self) {
+        let filter = match std::env::var("RUST_LOG") {
+            Ok(wish) if !wish.is_empty() => EnvFilter::new(wish),
+            _ => EnvFilter::new(self.filter()),
+        };
+        let _ = tracing_subscriber::fmt()
+            .with_env_filter(filter)
+            .with_writer(std::io::stderr)
+            .with_ansi(std::io::stderr().is_terminal())
+            .with_target(self.verbose > 0)
+            .try_init();
+    }
+
+    /// Zenoh's own warnings repeat at every attempt to connect what the nodes say once.
+    fn filter(self) -> &'static str {
+        match (self.quiet, self.verbose) {
+            (true, _) => "error",
+            (false, 0) => "info,zenoh=error",
+            (false, 1) => "debug,zenoh=warn",
+            (false, _) => "trace,zenoh=debug",
+        }
+    }
+}
+
+/// Prints an error as one line, from the outermost context to the cause, and gives the exit code.
+#[must_use]
+pub fn exit_code(result: anyhow::Result<()>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // With standard error closed there is nobody left to tell.
+            let _ = writeln!(std::io::stderr(), "error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Starts the calling program anew with Zenoh's threads shared out as [`ZENOH_RUNTIME`] says,
+/// unless the environment has an opinion already. To be called first in `main`.
+///
+/// Zenoh reads nothing but the environment for this, and a program cannot safely change its own.
+/// The process, its id, its arguments and its open files stay the same. Where starting anew is not
+/// possible the program goes on with Zenoh's defaults.
+pub fn tune_transport() {
+    let (name, value) = ZENOH_RUNTIME;
+    if std::env::var_os(name).is_some() {
+        return;
+    }
+    let Ok(program) = std::env::current_exe() else {
+        return;
+    };
+    let mut arguments = std::env::args_os();
+    let called = arguments.next();
+    let mut command = Command::new(program);
+    command
+        .arg0(called.as_deref().unwrap_or(OsStr::new("coaxle")))
+        .args(arguments)
+        .env(name, value);
+    // Returns only if it failed.
+    let _ = command.exec();
+}
+
+/// Parses `10s`, `500ms`, `250us`, `2min`, `1h`, or plain seconds, for clap's `value_parser`.
+///
+/// # Errors
+/// Says what was received and what is expected.
+pub fn parse_duration(text: &str) -> Result<Span, BadDuration> {
+    let bad = || BadDuration {
+        received: text.to_owned(),
+    };
+    let trimmed = text.trim();
+    let number_len = trimmed
+        .find(|c: char| !(c.is_ascii_digit() || c == '.'))
+        .unwrap_or(trimmed.len());
+    let (number, unit) = trimmed.split_at(number_len);
+    let seconds_per_unit = match unit.trim() {
+        "us" | "µs" => 1e-6,
+        "ms" => 1e-3,
+        "" | "s" => 1.0,
+        "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(bad()),
+    };
+    let number: f64 = number.parse().map_err(|_| bad())?;
+    let span = Span::from_secs_f64(number * seconds_per_unit);
+    if span > Span::ZERO && span < Span::MAX {
+        Ok(span)
+    } else {
+        Err(bad())
+    }
+}
+
+/// A text that is no duration.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BadDuration {
+    received: String,
+}
+
+impl std::fmt::Display for BadDuration {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "received {:?}, expected a duration above zero such as 10s, 500ms, 2min, 1h, or plain seconds",
+            self.received
+        )
+    }
+}
+
+impl std::error::Error for BadDuration {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Args {
+        #[command(flatten)]
+        log: LogArgs,
+        #[arg(long = "for", value_parser = parse_duration)]
+        run_for: Option<Span>,
+    }
+
+    #[test]
+    fn durations_have_units() {
+        for (text, span) in [
+            ("10s", Span::from_secs(10)),
+            ("500ms", Span::from_millis(500)),
+            ("250us", Span::from_micros(250)),
+            ("2min", Span::from_secs(120)),
+            ("1.5h", Span::from_secs(5400)),
+            ("3", Span::from_secs(3)),
+            (" 0.5 s ", Span::from_millis(500)),
+        ] {
+            assert_eq!(parse_duration(text), Ok(span), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_duration_is_quoted() {
+        for text in [
+            "",
+            "s",
+            "10 parsecs",
+            "-3s",
+            "0s",
+            "1.2.3s",
+            "1e400h",
+            "99999999999h",
+        ] {
+            let error = parse_duration(text).unwrap_err().to_string();
+            assert!(error.contains(&format!("{text:?}")), "{error}");
+            assert!(error.contains("500ms"), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_command_line_takes_them() {
+        let args = Args::try_parse_from(["x", "-vv", "--for", "2s"]).unwrap();
+        assert_eq!(
+            (args.log.verbose, args.run_for),
+            (2, Some(Span::from_secs(2)))
+        );
+        let error = Args::try_parse_from(["x", "--for", "soon"]).err().unwrap();
+        assert!(error.to_string().contains("received \"soon\""), "{error}");
+        assert!(Args::try_parse_from(["x", "-q", "-v"]).is_err());
+    }
+
+    #[test]
+    fn errors_fail_the_program() {
+        assert_eq!(exit_code(Ok(())), ExitCode::SUCCESS);
+        assert_eq!(exit_code(Err(anyhow::anyhow!("no"))), ExitCode::FAILURE);
+    }
+}

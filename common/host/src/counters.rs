@@ -1,0 +1,36 @@
+//! What the host counts, shared by its threads.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Counters that several threads add to and the status reads. They order nothing, so relaxed
+/// access is enough.
+#[derive(Debug, Default)]
+pub(crate) struct Counters {
+    /// Cycles run.
+    pub(crate) cycles: AtomicU64,
+    /// Frames handed to Zenoh.
+    pub(crate) published: AtomicU64,
+    /// Frames that found the publisher's ring full.
+    pub(crate) publish_dropped: AtomicU64,
+    /// Frames that Zenoh refused.
+    pub(crate) publish_failed: AtomicU64,
+    /// Frames accepted on arrival.
+    pub(crate) received: AtomicU64,
+    /// Frames refused on arrival.
+    pub(crate) refused: AtomicU64,
+    /// Messages that found the mailbox full. Shared on its own, with the mailbox.
+    pub(crate) mailbox_dropped: Arc<AtomicU64>,
+    /// Records that found the telemetry ring full.
+    pub(crate) telemetry_dropped: AtomicU64,
+}
+
+/// Adds one.
+pub(crate) fn count(counter: &AtomicU64) {
+    counter.fetch_add(1, Ordering::Relaxed);
+}
+
+/// Reads.
+pub(crate) fn read(counter: &AtomicU64) -> u64 {
+    counter.load(Ordering::Relaxed)
+}

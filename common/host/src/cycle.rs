@@ -1,0 +1,277 @@
+//! The cycle thread: the canonical loop of [`coaxle_node::contract`] on the machine's clock.
+//!
+//! Nothing in the loop allocates, locks, logs or awaits. Messages come in through the mailbox,
+//! frames leave through the outbox, records through the telemetry ring; all three are wait-free.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_node::Node;
+use coaxle_node::config::ClockConfig;
+use coaxle_node::faults::{CycleJitter, DeviatedClock, seed_of};
+use rtrb::Producer;
+
+use crate::counters::{Counters, count};
+use crate::machine::{self, Machine};
+use crate::mailbox::Mailbox;
+use crate::outbox::{Outbox, Parcel};
+use crate::telemetry::Record;
+
+/// The longest sleep without a look at the stop flag.
+const NAP: Span = Span::from_millis(50);
+
+/// From the start of a clock to its zero, so that the first cycle is not late already.
+const RUN_UP: Span = Span::from_millis(5);
+
+/// Everything the cycle thread owns.
+pub(crate) struct Cycle<N: Node> {
+    pub(crate) node: N,
+    pub(crate) clock: NodeClock,
+    pub(crate) mailbox: Mailbox,
+    pub(crate) outbox: Outbox,
+    pub(crate) telemetry: Producer<Record<N::Snapshot>>,
+    pub(crate) counters: Arc<Counters>,
+}
+
+/// The node's clock as it hangs on the machine's: with a deviation, and with jittery wake-ups.
+pub(crate) struct NodeClock {
+    deviated: DeviatedClock<Machine>,
+    jitter: CycleJitter,
+}
+
+impl NodeClock {
+    /// The clock that reads zero at `origin`.
+    pub(crate) fn new(config: &ClockConfig, seed: u64, origin: Instant<Machine>) -> Self {
+        Self {
+            deviated: DeviatedClock::new(config, seed_of(seed, "clock"), origin),
+            jitter: CycleJitter::new(config, seed_of(seed, "jitter")),
+        }
+    }
+
+    /// The clock that reads zero in a moment.
+    pub(crate) fn starting_soon(config: &ClockConfig, seed: u64) -> Self {
+        Self::new(config, seed, machine::now() + RUN_UP)
+    }
+
+    /// When a node with this clock has its first cycle.
+    pub(crate) fn first_cycle(config: &ClockConfig) -> Instant<Local> {
+        Instant::EPOCH + config.start_phase()
+    }
+}
+
+/// When the loop ends, and how it waits.
+pub(crate) struct Limits {
+    pub(crate) run_for: Option<Span>,
+    pub(crate) spin: Span,
+}
+
+impl<N: Node> Cycle<N> {
+    /// Runs cycle after cycle until the time is up or `stop` is set.
+    pub(crate) fn run(mut self, limits: &Limits, stop: &AtomicBool) {
+        let end = limits.run_for.map(|run_for| machine::now() + run_for);
+        loop {
+            let due = self.clock.deviated.reference_at(self.node.next_cycle());
+            let wake = due + self.clock.jitter.next();
+            if end.is_some_and(|end| wake >= end) {
+                // The time up to the end is the node's too.
+                wait_until(end.unwrap_or(wake), limits.spin, stop);
+                return;
+            }
+            if !wait_until(wake, limits.spin, stop) {
+                return;
+            }
+            self.scan(machine::now());
+        }
+    }
+
+    /// One scan, which really begins at `woke`.
+    fn scan(&mut self, woke: Instant<Machine>) {
+        let Self {
+            node,
+            clock,
+            mailbox,
+            outbox,
+            telemetry,
+            counters,
+        } = self;
+        let clock = &mut clock.deviated;
+        let now = clock.local_at(woke);
+        mailbox.drain(|letter| node.receive(clock.local_at(letter.arrival), &letter.message));
+        let turn = node.cycle(now);
+        while let Some(outgoing) = node.transmit() {
+            let parcel = Parcel {
+                channel: outgoing.channel,
+                ideal_start: clock.reference_at(outgoing.ideal_start),
+                drift_ppm: clock.drift_ppm(),
+            };
+            if !outbox.push(&parcel, outgoing.body) {
+                count(&counters.publish_dropped);
+            }
+        }
+        outbox.wake();
+        let record = Record {
+            ideal_start: clock.reference_at(turn.ideal_start),
+            woke,
+            snapshot: node.snapshot(),
+        };
+        if telemetry.push(record).is_err() {
+            count(&counters.telemetry_dropped);
+        }
+        count(&counters.cycles);
+    }
+}
+
+/// Waits for an instant; false if `stop` was set meanwhile.
+fn wait_until(wake: Instant<Machine>, spin: Span, stop: &AtomicBool) -> bool {
+    while !stop.load(Ordering::Relaxed) {
+        let nap = machine::now() + NAP;
+        if nap < wake {
+            machine::sleep_until(nap);
+        } else {
+            machine::sleep_then_spin_until(wake, spin);
+            return true;
+        }
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mailbox::{Letter, mailbox};
+    use crate::outbox::{Outgoings, outbox};
+    use crate::toy::{Toy, ToySnapshot};
+    use assert_no_alloc::assert_no_alloc;
+    use coaxle_clock::CycleTime;
+    use coaxle_node::config::parse;
+    use coaxle_node::{Message, Rejection};
+    use rtrb::{Consumer, RingBuffer};
+
+    struct Bench {
+        cycle: Cycle<Toy>,
+        inbox: crate::mailbox::Inbox,
+        outgoings: Outgoings,
+        records: Consumer<Record<ToySnapshot>>,
+        counters: Arc<Counters>,
+    }
+
+    /// A toy with a cycle of 1 ms whose clock starts at machine time 0.
+    fn bench(clock: &str) -> Bench {
+        let config: ClockConfig = parse("test", clock).unwrap();
+        let counters = Arc::new(Counters::default());
+        let (inbox, mailbox) = mailbox(64, Arc::clone(&counters.mailbox_dropped));
+        let (outbox, outgoings) = outbox(4096);
+        let (telemetry, records) = RingBuffer::new(64);
+        let cycle_time = CycleTime::new(Span::from_millis(1)).unwrap();
+        let cycle = Cycle {
+            node: Toy::new(NodeClock::first_cycle(&config), cycle_time, 1),
+            clock: NodeClock::new(&config, 1, Instant::EPOCH),
+            mailbox,
+            outbox,
+            telemetry,
+            counters: Arc::clone(&counters),
+        };
+        Bench {
+            cycle,
+            inbox,
+            outgoings,
+            records,
+            counters,
+        }
+    }
+
+    fn at(micros: i64) -> Instant<Machine> {
+        Instant::EPOCH + Span::from_micros(micros)
+    }
+
+    fn refused_at(arrival: Instant<Machine>) -> Letter {
+        Letter {
+            arrival,
+            message: Message::Rejected(Rejection::Malformed),
+        }
+    }
+
+    #[test]
+    fn a_scan_takes_the_mail_and_leaves_a_frame_and_a_record() {
+        let mut bench = bench("");
+        bench.inbox.push(refused_at(at(1_500)));
+        bench.cycle.scan(at(2_030));
+
+        let mut body = Vec::new();
+        let parcel = bench.outgoings.pop(&mut body).unwrap();
+        assert_eq!(parcel.ideal_start, at(2_000));
+        let record = bench.records.pop().unwrap();
+        assert_eq!((record.ideal_start, record.woke), (at(2_000), at(2_030)));
+        assert_eq!(record.snapshot.rejected, 1);
+        assert_eq!(record.snapshot.last_arrival.as_nanos(), 1_500_000);
+    }
+
+    #[test]
+    fn the_node_sees_its_own_clock_and_the_record_the_machines() {
+        // 1000 ppm fast: local second 1 is at machine time 1/1.001.
+        let mut bench = bench("drift-ppm = 1000");
+        let woke = at(999_002);
+        bench.inbox.push(refused_at(at(500_000)));
+        bench.cycle.scan(woke);
+        let record = bench.records.pop().unwrap();
+        assert_eq!(record.snapshot.last_arrival.as_nanos(), 500_500_000);
+        assert_eq!(record.woke, woke);
+        assert!((record.ideal_start - at(999_001)).abs() < Span::from_micros(1));
+    }
+
+    #[test]
+    fn full_rings_are_counted_and_do_not_hold_the_scan() {
+        let mut bench = bench("");
+        for k in 0..200 {
+            bench.cycle.scan(at(1_000 * k));
+        }
+        let read = |counter| crate::counters::read(counter);
+        assert_eq!(read(&bench.counters.cycles), 200);
+        assert_eq!(read(&bench.counters.telemetry_dropped), 200 - 64);
+        assert!(read(&bench.counters.publish_dropped) > 0);
+    }
+
+    #[test]
+    fn a_scan_does_not_allocate() {
+        let mut bench = bench(
+            "drift-ppm = 100\nrandom-walk-ppm = 0.1\njitter = { normal-us = 5 }\n\
+             sine = { amplitude-ppm = 1, period-s = 10 }",
+        );
+        let mut body = Vec::with_capacity(4096);
+        assert_no_alloc(|| {
+            // Long enough for the clock to forget its oldest pieces.
+            for k in 0..10_000 {
+                for _ in 0..3 {
+                    bench.inbox.push(refused_at(at(1_000 * k - 100)));
+                }
+                let wake = bench.cycle.clock.jitter.next();
+                bench.cycle.scan(at(1_000 * k + 100) + wake);
+                while bench.outgoings.pop(&mut body).is_some() {}
+                while bench.records.pop().is_ok() {}
+            }
+        });
+        assert_eq!(crate::counters::read(&bench.counters.cycles), 10_000);
+    }
+
+    #[test]
+    fn the_loop_ends_in_time_and_on_demand() {
+        let limits = |run_for| Limits {
+            run_for,
+            spin: Span::ZERO,
+        };
+        let start = machine::now();
+        let run_for = Span::from_millis(30);
+        let mut timed = bench("");
+        timed.cycle.clock = NodeClock::starting_soon(&ClockConfig::default(), 1);
+        timed
+            .cycle
+            .run(&limits(Some(run_for)), &AtomicBool::new(false));
+        assert!(machine::now() - start >= run_for);
+        assert!(crate::counters::read(&timed.counters.cycles) > 0);
+
+        let stopped = bench("start-phase-us = 1e15");
+        stopped.cycle.run(&limits(None), &AtomicBool::new(true));
+        assert_eq!(crate::counters::read(&stopped.counters.cycles), 0);
+    }
+}

@@ -1,0 +1,96 @@
+//! Whether a node has what it needs from the network.
+
+use std::fmt;
+
+use coaxle_clock::Span;
+
+/// Frames older than this count as gone: five cycles of the slowest sender.
+const FRESH: Span = Span::from_millis(500);
+
+/// A node's health as far as the host can judge it. What the node itself thinks is added by its
+/// recorder and shows only while this is [`Health::Ok`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Health {
+    /// The counterpart is there: frames come in, or somebody takes the frames that go out.
+    Ok,
+    /// The counterpart is alive, but no good frame came for half a second.
+    NoData,
+    /// There is no counterpart.
+    Waiting,
+    /// The node has ended.
+    Stopped,
+}
+
+impl Health {
+    /// The word in the status.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::NoData => "no-data",
+            Self::Waiting => "waiting",
+            Self::Stopped => "stopped",
+        }
+    }
+}
+
+impl fmt::Display for Health {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// What the network shows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Evidence {
+    /// Of the source that this node follows.
+    Source {
+        /// Its liveliness token is there.
+        alive: bool,
+        /// Age of its last good frame.
+        age: Option<Span>,
+    },
+    /// Of those who follow this node.
+    Followers {
+        /// There is at least one.
+        any: bool,
+    },
+}
+
+/// Judges by what arrives: a session opens and a `put` succeeds without any counterpart at all.
+pub(crate) fn judge(evidence: Evidence) -> Health {
+    match evidence {
+        Evidence::Source { age: Some(age), .. } if age <= FRESH => Health::Ok,
+        Evidence::Source { alive: true, .. } => Health::NoData,
+        Evidence::Source { alive: false, .. } => Health::Waiting,
+        Evidence::Followers { any: true } => Health::Ok,
+        Evidence::Followers { any: false } => Health::Waiting,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_follower_is_healthy_only_while_good_frames_come() {
+        let source = |alive, age| judge(Evidence::Source { alive, age });
+        let (fresh, old) = (Some(Span::from_millis(3)), Some(Span::from_secs(2)));
+        assert_eq!(source(true, fresh), Health::Ok);
+        assert_eq!(
+            source(false, fresh),
+            Health::Ok,
+            "frames count, tokens do not"
+        );
+        assert_eq!(source(true, old), Health::NoData);
+        assert_eq!(source(true, None), Health::NoData);
+        assert_eq!(source(false, old), Health::Waiting);
+        assert_eq!(source(false, None), Health::Waiting);
+    }
+
+    #[test]
+    fn a_sender_is_healthy_only_with_a_follower() {
+        assert_eq!(judge(Evidence::Followers { any: true }), Health::Ok);
+        assert_eq!(judge(Evidence::Followers { any: false }), Health::Waiting);
+    }
+}

@@ -1,0 +1,36 @@
+//! The real world: the only crate that knows Zenoh, threads and the operating system's clock.
+//!
+//! [`run`] drives a [`Node`](coaxle_node::Node) from a [`Setup`]:
+//!
+//! ```text
+//! Zenoh ─▶ stamp, check ─▶ mailbox ─▶ cycle thread ─▶ outbox ─▶ publish thread ─▶ Zenoh
+//!                                          └────────▶ records ─▶ telemetry thread ─▶ recorder, status
+//! ```
+//!
+//! Each arrow into or out of the cycle thread is a bounded, wait-free ring: the cycle thread never
+//! waits for the network, a disk or a log, and what does not fit is counted. The crate needs Linux.
+
+pub mod cli;
+mod counters;
+mod cycle;
+mod health;
+mod link;
+pub mod machine;
+pub mod mailbox;
+mod outbox;
+mod publisher;
+pub mod real_time;
+mod run;
+mod status;
+mod telemetry;
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod toy;
+mod transport;
+
+pub use health::Health;
+pub use machine::Machine;
+pub use run::{BuildNode, Ended, Outcome, Setup, Subscription, run};
+pub use telemetry::{Record, Recorder};
+pub use transport::{ZENOH_RUNTIME, zenoh_config};

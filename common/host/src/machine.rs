@@ -1,0 +1,68 @@
+//! The machine's clock: what it reads, and sleeping until it reads something.
+
+use coaxle_clock::{Domain, Instant, Span};
+use rustix::io::Errno;
+use rustix::thread::clock_nanosleep_absolute;
+use rustix::time::{ClockId, Timespec, clock_gettime};
+
+/// The operating system's monotonic clock, `CLOCK_MONOTONIC`.
+///
+/// All processes of one machine read the same one, so their records can be laid side by side.
+pub enum Machine {}
+
+impl Domain for Machine {
+    const NAME: &'static str = "machine";
+}
+
+/// What the machine's clock reads now.
+#[must_use]
+pub fn now() -> Instant<Machine> {
+    let time = clock_gettime(ClockId::Monotonic);
+    // An i64 of nanoseconds holds 292 years of uptime.
+    Instant::from_nanos(time.tv_sec * NANOS_PER_SEC + time.tv_nsec)
+}
+
+/// Sleeps until the clock reads `deadline`, and returns at once if it has passed.
+///
+/// The deadline is absolute, so neither an interrupting signal nor the time between reading the
+/// clock and going to sleep adds to it.
+pub fn sleep_until(deadline: Instant<Machine>) {
+    let nanos = deadline.as_nanos().max(0);
+    let request = Timespec {
+        tv_sec: nanos / NANOS_PER_SEC,
+        tv_nsec: nanos % NANOS_PER_SEC,
+    };
+    // EINTR is the only error a valid deadline can meet.
+    while clock_nanosleep_absolute(ClockId::Monotonic, &request) == Err(Errno::INTR) {}
+}
+
+/// Sleeps like [`sleep_until`], but spends the last `spin` before the deadline awake: at the price
+/// of a busy processor the deadline is met to a fraction of a microsecond.
+pub fn sleep_then_spin_until(deadline: Instant<Machine>, spin: Span) {
+    sleep_until(deadline - spin);
+    while now() < deadline {
+        std::hint::spin_loop();
+    }
+}
+
+const NANOS_PER_SEC: i64 = 1_000_000_000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_never_wakes_early() {
+        for spin in [Span::ZERO, Span::from_micros(60)] {
+            let deadline = now() + Span::from_millis(3);
+            sleep_then_spin_until(deadline, spin);
+            assert!(now() >= deadline);
+        }
+    }
+
+    #[test]
+    fn a_deadline_in_the_past_or_before_the_epoch_is_no_sleep() {
+        sleep_until(now() - Span::from_secs(1));
+        sleep_until(Instant::from_nanos(-5));
+    }
+}

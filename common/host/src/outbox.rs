@@ -1,0 +1,192 @@
+//! The outbox: frames on their way from the cycle thread to the publisher.
+//!
+//! A wait-free ring of bytes, so that frames of any length fit without an allocation.
+
+use std::thread::Thread;
+
+use coaxle_clock::Instant;
+use coaxle_node::Channel;
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use crate::machine::Machine;
+
+/// Bytes before each body: channel, ideal start, rate, length.
+const HEADER: usize = 1 + 8 + 8 + 4;
+
+/// What the publisher must know of a frame besides its body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Parcel {
+    /// Where it goes.
+    pub(crate) channel: Channel,
+    /// The ideal start of its cycle.
+    pub(crate) ideal_start: Instant<Machine>,
+    /// How much faster the node's clock runs than the machine's, ppm.
+    pub(crate) drift_ppm: f64,
+}
+
+/// The end that the cycle thread fills.
+pub(crate) struct Outbox {
+    ring: Producer<u8>,
+    publisher: Option<Thread>,
+}
+
+/// The end that the publisher empties.
+pub(crate) struct Outgoings {
+    ring: Consumer<u8>,
+}
+
+/// An outbox for `capacity` bytes.
+pub(crate) fn outbox(capacity: usize) -> (Outbox, Outgoings) {
+    let (producer, consumer) = RingBuffer::new(capacity);
+    let outbox = Outbox {
+        ring: producer,
+        publisher: None,
+    };
+    (outbox, Outgoings { ring: consumer })
+}
+
+impl Outbox {
+    /// From now on [`Self::wake`] wakes this thread.
+    pub(crate) fn attach(&mut self, publisher: Thread) {
+        self.publisher = Some(publisher);
+    }
+
+    /// Puts a frame in as a whole; false if it does not fit.
+    #[must_use]
+    pub(crate) fn push(&mut self, parcel: &Parcel, body: &[u8]) -> bool {
+        let header = parcel.encode(body.len() as u32);
+        let Ok(mut chunk) = self.ring.write_chunk(HEADER + body.len()) else {
+            return false;
+        };
+        let (first, second) = chunk.as_mut_slices();
+        spread(&header, 0, first, second);
+        spread(body, HEADER, first, second);
+        chunk.commit_all();
+        true
+    }
+
+    /// Lets the publisher look.
+    pub(crate) fn wake(&self) {
+        if let Some(publisher) = &self.publisher {
+            publisher.unpark();
+        }
+    }
+}
+
+impl Drop for Outbox {
+    /// The publisher must learn that nothing more will come. The ring shows it only once this
+    /// value is gone, a moment later; the publisher's park has a timeout for that.
+    fn drop(&mut self) {
+        self.wake();
+    }
+}
+
+impl Outgoings {
+    /// Takes the oldest frame; its body replaces what `body` held.
+    pub(crate) fn pop(&mut self, body: &mut Vec<u8>) -> Option<Parcel> {
+        let mut header = [0; HEADER];
+        self.ring.pop_entire_slice(&mut header).ok()?;
+        let (parcel, length) = Parcel::decode(&header);
+        body.clear();
+        body.resize(length as usize, 0);
+        self.ring
+            .pop_entire_slice(body)
+            .expect("a frame is put in as a whole");
+        Some(parcel)
+    }
+
+    /// Whether nothing is left and nothing more will come.
+    pub(crate) fn is_finished(&self) -> bool {
+        // The order matters: once abandoned, what is in it is all there will be.
+        self.ring.is_abandoned() && self.ring.is_empty()
+    }
+}
+
+impl Parcel {
+    fn encode(&self, length: u32) -> [u8; HEADER] {
+        let mut header = [0; HEADER];
+        header[0] = match self.channel {
+            Channel::Axes => 0,
+            Channel::Slaves => 1,
+        };
+        header[1..9].copy_from_slice(&self.ideal_start.as_nanos().to_ne_bytes());
+        header[9..17].copy_from_slice(&self.drift_ppm.to_ne_bytes());
+        header[17..].copy_from_slice(&length.to_ne_bytes());
+        header
+    }
+
+    fn decode(header: &[u8; HEADER]) -> (Self, u32) {
+        let eight = |at: usize| {
+            let mut bytes = [0; 8];
+            bytes.copy_from_slice(&header[at..at + 8]);
+            bytes
+        };
+        let parcel = Self {
+            channel: match header[0] {
+                0 => Channel::Axes,
+                _ => Channel::Slaves,
+            },
+            ideal_start: Instant::from_nanos(i64::from_ne_bytes(eight(1))),
+            drift_ppm: f64::from_ne_bytes(eight(9)),
+        };
+        let mut length = [0; 4];
+        length.copy_from_slice(&header[17..]);
+        (parcel, u32::from_ne_bytes(length))
+    }
+}
+
+/// Copies `bytes` to offset `at` of a target that is split in two.
+fn spread(bytes: &[u8], at: usize, first: &mut [u8], second: &mut [u8]) {
+    let room = first.len().saturating_sub(at).min(bytes.len());
+    let (head, tail) = bytes.split_at(room);
+    if !head.is_empty() {
+        first[at..at + room].copy_from_slice(head);
+    }
+    if !tail.is_empty() {
+        let start = (at + room) - first.len();
+        second[start..start + tail.len()].copy_from_slice(tail);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parcel(k: i64) -> Parcel {
+        Parcel {
+            channel: if k % 2 == 0 {
+                Channel::Axes
+            } else {
+                Channel::Slaves
+            },
+            ideal_start: Instant::from_nanos(k * 1_000_003),
+            drift_ppm: k as f64 * 0.5,
+        }
+    }
+
+    #[test]
+    fn frames_of_every_length_pass_the_end_of_the_ring_unharmed() {
+        let (mut outbox, mut outgoings) = outbox(101);
+        let mut body = Vec::new();
+        for k in 0..500 {
+            let sent: Vec<u8> = (0..k % 37).map(|byte| (byte + k) as u8).collect();
+            assert!(outbox.push(&parcel(k), &sent));
+            assert_eq!(outgoings.pop(&mut body), Some(parcel(k)));
+            assert_eq!(body, sent);
+        }
+        assert_eq!(outgoings.pop(&mut body), None);
+    }
+
+    #[test]
+    fn a_frame_that_does_not_fit_leaves_the_others_whole() {
+        let (mut outbox, mut outgoings) = outbox(100);
+        assert!(outbox.push(&parcel(1), &[7; 60]));
+        assert!(!outbox.push(&parcel(2), &[8; 30]));
+        drop(outbox);
+        assert!(!outgoings.is_finished());
+        let mut body = Vec::new();
+        assert_eq!(outgoings.pop(&mut body), Some(parcel(1)));
+        assert_eq!(body, [7; 60]);
+        assert!(outgoings.is_finished());
+    }
+}

@@ -1,0 +1,271 @@
+//! The status of a node: JSON, four times a second, and the log lines when its health changes.
+
+use std::sync::Arc;
+
+use coaxle_clock::{Instant, Span};
+use coaxle_node::keys::NodeName;
+use serde_json::{Map, Value, json};
+
+use crate::counters::{Counters, read};
+use crate::health::{Evidence, Health, judge};
+use crate::link::Link;
+use crate::machine::{self, Machine};
+
+/// A node that waits says so this often.
+const REMINDER: Span = Span::from_secs(5);
+/// Counterparts usually turn up within this time; until then a wait is not worth a warning.
+const PATIENCE: Span = Span::from_secs(2);
+
+/// Who the status is about.
+pub(crate) struct Identity {
+    pub(crate) name: NodeName,
+    pub(crate) role: &'static str,
+    pub(crate) epoch: u64,
+    /// The followed node and the key of its frames.
+    pub(crate) source: Option<(NodeName, String)>,
+    /// The keys this node publishes.
+    pub(crate) publishes: Vec<String>,
+    /// How it reaches the others, for the log.
+    pub(crate) endpoints: String,
+}
+
+/// Publishes the status and watches the health.
+pub(crate) struct Reporter {
+    identity: Identity,
+    link: Arc<Link>,
+    counters: Arc<Counters>,
+    started: Instant<Machine>,
+    log: HealthLog,
+}
+
+impl Reporter {
+    pub(crate) fn new(identity: Identity, link: Arc<Link>, counters: Arc<Counters>) -> Self {
+        let started = machine::now();
+        Self {
+            identity,
+            link,
+            counters,
+            started,
+            log: HealthLog::new(started),
+        }
+    }
+
+    /// Publishes the status, with what the recorder adds to it.
+    pub(crate) fn report(&mut self, details: Map<String, Value>) {
+        let now = machine::now();
+        let evidence = self.evidence(now);
+        let health = judge(evidence);
+        self.log_health(now, health, evidence, &details);
+        self.publish(now, health, details);
+    }
+
+    /// Publishes the last status.
+    pub(crate) fn report_end(&mut self, details: Map<String, Value>) {
+        self.publish(machine::now(), Health::Stopped, details);
+    }
+
+    /// A node that follows another needs its frames; any other needs somebody to follow it.
+    fn evidence(&self, now: Instant<Machine>) -> Evidence {
+        match self.identity.source {
+            Some(_) => Evidence::Source {
+                alive: self.link.source_alive(),
+                age: self.link.frame_age(now),
+            },
+            None => Evidence::Followers {
+                any: self.link.has_subscriber(),
+            },
+        }
+    }
+
+    fn publish(&self, now: Instant<Machine>, health: Health, details: Map<String, Value>) {
+        let status = merged(self.facts(now), health, details);
+        self.link.publish_status(Value::Object(status).to_string());
+    }
+
+    fn facts(&self, now: Instant<Machine>) -> Map<String, Value> {
+        let counters = &self.counters;
+        let mut facts = Map::new();
+        let mut put = |name: &str, value: Value| facts.insert(name.to_owned(), value);
+        put("node", json!(self.identity.name.as_str()));
+        put("role", json!(self.identity.role));
+        put("epoch", json!(format!("{:016x}", self.identity.epoch)));
+        put("uptime_s", json!((now - self.started).as_secs_f64()));
+        put("cycles", json!(read(&counters.cycles)));
+        put(
+            "telemetry_dropped",
+            json!(read(&counters.telemetry_dropped)),
+        );
+        if !self.identity.publishes.is_empty() {
+            put("published", json!(read(&counters.published)));
+            put("publish_dropped", json!(read(&counters.publish_dropped)));
+            put("publish_failed", json!(read(&counters.publish_failed)));
+            put("followed", json!(self.link.has_subscriber()));
+        }
+        if let Some((source, _)) = &self.identity.source {
+            put("source", json!(source.as_str()));
+            put("source_alive", json!(self.link.source_alive()));
+            let age = self
+                .link
+                .frame_age(now)
+                .map(|age| age.as_micros_f64() * 1e-3);
+            put("frame_age_ms", json!(age));
+            put("received", json!(read(&counters.received)));
+            put("refused", json!(read(&counters.refused)));
+            put("mailbox_dropped", json!(read(&counters.mailbox_dropped)));
+        }
+        facts
+    }
+
+    fn log_health(
+        &mut self,
+        now: Instant<Machine>,
+        health: Health,
+        evidence: Evidence,
+        details: &Map<String, Value>,
+    ) {
+        let word = word_for(health, details);
+        let Some(note) = self.log.next(now, health, &word) else {
+            return;
+        };
+        let node = &self.identity.name;
+        let wanted = self.wanted(evidence);
+        match note {
+            Note::Changed if health == Health::Ok => tracing::info!(%node, "health is {word}"),
+            Note::Changed => tracing::warn!(%node, "health is {word}: needs {wanted}"),
+            Note::StillWaiting => tracing::warn!(%node, "still {word}: needs {wanted}"),
+        }
+    }
+
+    /// What a node that is not healthy lacks.
+    fn wanted(&self, evidence: Evidence) -> String {
+        let endpoints = &self.identity.endpoints;
+        match (&self.identity.source, evidence) {
+            (Some((source, key)), Evidence::Source { alive: true, .. }) => {
+                let refused = read(&self.counters.refused);
+                format!(
+                    "good frames on {key}; node {source} is alive, {refused} of its frames were refused"
+                )
+            }
+            (Some((source, key)), _) => {
+                format!("node {source}, whose frames come on {key}; {endpoints}")
+            }
+            (None, _) => format!(
+                "somebody who subscribes to {}; {endpoints}",
+                self.identity.publishes.join(", ")
+            ),
+        }
+    }
+}
+
+/// The recorder's details never overwrite the host's facts; its health only softens an "ok".
+fn merged(
+    facts: Map<String, Value>,
+    health: Health,
+    details: Map<String, Value>,
+) -> Map<String, Value> {
+    let word = word_for(health, &details);
+    let mut status = details;
+    status.extend(facts);
+    status.insert("health".to_owned(), json!(word));
+    status
+}
+
+fn word_for(health: Health, details: &Map<String, Value>) -> String {
+    match (health, details.get("health").and_then(Value::as_str)) {
+        (Health::Ok, Some(own)) => own.to_owned(),
+        (health, _) => health.to_string(),
+    }
+}
+
+/// When a line about the health is due.
+struct HealthLog {
+    last_word: Option<String>,
+    next_reminder: Instant<Machine>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Note {
+    Changed,
+    StillWaiting,
+}
+
+impl HealthLog {
+    fn new(started: Instant<Machine>) -> Self {
+        Self {
+            last_word: None,
+            next_reminder: started + PATIENCE,
+        }
+    }
+
+    fn next(&mut self, now: Instant<Machine>, health: Health, word: &str) -> Option<Note> {
+        let first = self.last_word.is_none();
+        let changed = self.last_word.as_deref() != Some(word);
+        if changed {
+            self.last_word = Some(word.to_owned());
+        }
+        // Nobody has met anybody in the first moment: that is no news.
+        if changed && !(first && health != Health::Ok) {
+            self.next_reminder = now + REMINDER;
+            return Some(Note::Changed);
+        }
+        if health != Health::Ok && now >= self.next_reminder {
+            self.next_reminder = now + REMINDER;
+            return Some(Note::StillWaiting);
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn details(json: Value) -> Map<String, Value> {
+        json.as_object().unwrap().clone()
+    }
+
+    #[test]
+    fn a_recorder_can_worsen_the_health_but_never_better_it() {
+        let own = details(json!({ "health": "not-synced", "cycles": 0, "mode": "sync" }));
+        let facts = details(json!({ "cycles": 5 }));
+        let ok = merged(facts.clone(), Health::Ok, own.clone());
+        assert_eq!(ok["health"], "not-synced");
+        assert_eq!((&ok["cycles"], &ok["mode"]), (&json!(5), &json!("sync")));
+
+        let hopeful = details(json!({ "health": "ok" }));
+        assert_eq!(
+            merged(facts.clone(), Health::Waiting, hopeful)["health"],
+            "waiting"
+        );
+        assert_eq!(merged(facts, Health::Ok, Map::new())["health"], "ok");
+    }
+
+    #[test]
+    fn a_long_wait_is_reported_again_and_again_a_short_one_never() {
+        let start = Instant::EPOCH;
+        let mut log = HealthLog::new(start);
+        let at = |secs: f64| start + Span::from_secs_f64(secs);
+        let mut notes = Vec::new();
+        for tick in 0..60 {
+            let now = at(f64::from(tick) * 0.25);
+            notes.extend(
+                log.next(now, Health::Waiting, "waiting")
+                    .map(|note| (note, now)),
+            );
+        }
+        assert_eq!(
+            notes,
+            [2.0, 7.0, 12.0].map(|secs| (Note::StillWaiting, at(secs)))
+        );
+        assert_eq!(log.next(at(15.0), Health::Ok, "ok"), Some(Note::Changed));
+        assert_eq!(log.next(at(16.0), Health::Ok, "ok"), None);
+        assert_eq!(
+            log.next(at(16.5), Health::NoData, "no-data"),
+            Some(Note::Changed)
+        );
+
+        let mut quick = HealthLog::new(start);
+        assert_eq!(quick.next(at(0.1), Health::Waiting, "waiting"), None);
+        assert_eq!(quick.next(at(0.6), Health::Ok, "ok"), Some(Note::Changed));
+    }
+}

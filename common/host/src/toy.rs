@@ -1,0 +1,70 @@
+//! A node for tests: sends a body each cycle and remembers what it received.
+
+use coaxle_clock::cycle::Turn;
+use coaxle_clock::{CycleTime, Instant, Local, Schedule};
+use coaxle_node::{Channel, Message, Node, Outgoing};
+
+/// The smallest node there is.
+pub(crate) struct Toy {
+    schedule: Schedule,
+    body: Vec<u8>,
+    pending: Option<Instant<Local>>,
+    snapshot: ToySnapshot,
+}
+
+/// What a toy remembers.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ToySnapshot {
+    pub(crate) samples: u64,
+    pub(crate) rejected: u64,
+    pub(crate) last_arrival: Instant<Local>,
+}
+
+impl Toy {
+    pub(crate) fn new(start: Instant<Local>, cycle_time: CycleTime, fill: u8) -> Self {
+        Self::sending(start, cycle_time, vec![fill; 100])
+    }
+
+    pub(crate) fn sending(start: Instant<Local>, cycle_time: CycleTime, body: Vec<u8>) -> Self {
+        Self {
+            schedule: Schedule::new(start, cycle_time),
+            body,
+            pending: None,
+            snapshot: ToySnapshot::default(),
+        }
+    }
+}
+
+impl Node for Toy {
+    type Snapshot = ToySnapshot;
+
+    fn receive(&mut self, at: Instant<Local>, message: &Message) {
+        self.snapshot.last_arrival = at;
+        match message {
+            Message::Sample(_) => self.snapshot.samples += 1,
+            Message::Rejected(_) => self.snapshot.rejected += 1,
+        }
+    }
+
+    fn cycle(&mut self, now: Instant<Local>) -> Turn {
+        let turn = self.schedule.take(now);
+        self.pending = Some(turn.ideal_start);
+        turn
+    }
+
+    fn transmit(&mut self) -> Option<Outgoing<'_>> {
+        self.pending.take().map(|ideal_start| Outgoing {
+            channel: Channel::Axes,
+            ideal_start,
+            body: &self.body,
+        })
+    }
+
+    fn next_cycle(&self) -> Instant<Local> {
+        self.schedule.next_start()
+    }
+
+    fn snapshot(&self) -> ToySnapshot {
+        self.snapshot
+    }
+}
