@@ -1,0 +1,197 @@
+//! The oracle: what the master really did, between its cycles too.
+
+use std::collections::VecDeque;
+
+use coaxle_clock::{CycleTime, Domain, Instant, Remote, Seconds, Span};
+use coaxle_motion::profile::Kinematics;
+
+/// One cycle of a master: where it was at the ideal start, on the reference clock `R`.
+#[derive(Clone, Copy, Debug)]
+pub struct TruthSample<R: Domain> {
+    /// Ideal start of the cycle.
+    pub at: Instant<R>,
+    /// The sender's run.
+    pub epoch: u64,
+    /// The sender's cycle count.
+    pub count: u64,
+    /// The axis.
+    pub axis: Kinematics,
+}
+
+/// The master at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// The sender's run.
+    pub epoch: u64,
+    /// Position, u.
+    pub position: f64,
+    /// Velocity, u/s of reference time.
+    pub velocity: f64,
+    /// The sender's own ideal time: whole nanoseconds, and what is beyond them.
+    far_time: Instant<Remote>,
+    far_fraction: f64,
+}
+
+impl Truth {
+    /// How far `far_time` is ahead of what the sender's clock really shows.
+    #[must_use]
+    pub fn error_of(&self, far_time: Instant<Remote>) -> Seconds {
+        let whole = (far_time - self.far_time).as_nanos() as f64;
+        Seconds((whole - self.far_fraction) * 1e-9)
+    }
+}
+
+/// Remembers the last few seconds of a master. Feed it in order; ask it in any order.
+#[derive(Clone, Debug)]
+pub struct Oracle<R: Domain> {
+    cycle_time: CycleTime,
+    memory: Span,
+    samples: VecDeque<TruthSample<R>>,
+}
+
+/// Cycles that may be missing between two samples for the motion between them to be known.
+const LARGEST_GAP: u64 = 20;
+
+impl<R: Domain> Oracle<R> {
+    /// An oracle for a sender with this nominal cycle time that remembers for `memory`.
+    #[must_use]
+    pub const fn new(cycle_time: CycleTime, memory: Span) -> Self {
+        Self {
+            cycle_time,
+            memory,
+            samples: VecDeque::new(),
+        }
+    }
+
+    /// The next cycle of the master.
+    pub fn push(&mut self, sample: TruthSample<R>) {
+        while self
+            .samples
+            .front()
+            .is_some_and(|oldest| sample.at - oldest.at > self.memory)
+        {
+            self.samples.pop_front();
+        }
+        self.samples.push_back(sample);
+    }
+
+    /// Up to when the master is known.
+    #[must_use]
+    pub fn known_until(&self) -> Option<Instant<R>> {
+        self.samples.back().map(|sample| sample.at)
+    }
+
+    /// The master at `at`; none before it began, after what is known, and in gaps.
+    #[must_use]
+    pub fn at(&self, at: Instant<R>) -> Option<Truth> {
+        let after = self.samples.partition_point(|sample| sample.at <= at);
+        let from = self.samples.get(after.checked_sub(1)?)?;
+        let Some(to) = self.samples.get(after) else {
+            return (from.at == at).then(|| self.between(from, from, at));
+        };
+        let known = from.epoch == to.epoch && to.count - from.count <= LARGEST_GAP;
+        known.then(|| self.between(from, to, at))
+    }
+
+    fn between(&self, from: &TruthSample<R>, to: &TruthSample<R>, at: Instant<R>) -> Truth {
+        let length = (to.at - from.at).as_secs_f64();
+        let share = if length > 0.0 {
+            (at - from.at).as_secs_f64() / length
+        } else {
+            0.0
+        };
+        let (position, velocity) = hermite(&from.axis, &to.axis, length, share);
+        let cycle = self.cycle_time.span().as_nanos();
+        let beyond = share * (to.count - from.count) as f64 * cycle as f64;
+        Truth {
+            epoch: from.epoch,
+            position,
+            velocity,
+            far_time: Instant::from_nanos(cycle * from.count as i64 + beyond.trunc() as i64),
+            far_fraction: beyond.fract(),
+        }
+    }
+}
+
+/// The quintic through both states; exact for constant velocity and constant acceleration.
+fn hermite(from: &Kinematics, to: &Kinematics, length: f64, x: f64) -> (f64, f64) {
+    if length <= 0.0 {
+        return (from.position, from.velocity);
+    }
+    let (c1, c2) = (
+        from.velocity * length,
+        0.5 * from.acceleration * length * length,
+    );
+    let d = to.position - from.position - c1 - c2;
+    let e = to.velocity * length - c1 - 2.0 * c2;
+    let f = to.acceleration * length * length - 2.0 * c2;
+    let c3 = 10.0 * d - 4.0 * e + 0.5 * f;
+    let c4 = -15.0 * d + 7.0 * e - f;
+    let c5 = 6.0 * d - 3.0 * e + 0.5 * f;
+    let position = from.position + x * (c1 + x * (c2 + x * (c3 + x * (c4 + x * c5))));
+    let slope = c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)));
+    (position, slope / length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::True;
+
+    fn oracle(cycles: std::ops::Range<u64>) -> Oracle<True> {
+        let cycle_time = CycleTime::new(Span::from_millis(1)).unwrap();
+        let mut oracle = Oracle::new(cycle_time, Span::from_secs(1));
+        for count in cycles {
+            // A sender whose cycles last 1.0001 ms, accelerating at 200 u/s².
+            let at = Instant::from_nanos(count as i64 * 1_000_100);
+            let t = at.since_epoch().as_secs_f64();
+            oracle.push(TruthSample {
+                at,
+                epoch: 1,
+                count,
+                axis: Kinematics {
+                    position: 100.0 * t * t,
+                    velocity: 200.0 * t,
+                    acceleration: 200.0,
+                },
+            });
+        }
+        oracle
+    }
+
+    #[test]
+    fn motion_between_cycles_is_exact() {
+        let oracle = oracle(0..100);
+        for micros in [0, 17, 5_500, 60_123] {
+            let at = Instant::from_nanos(micros * 1_000);
+            let t = at.since_epoch().as_secs_f64();
+            let truth = oracle.at(at).unwrap();
+            assert!((truth.position - 100.0 * t * t).abs() < 1e-12);
+            assert!((truth.velocity - 200.0 * t).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_senders_own_time_runs_at_its_own_pace() {
+        let truth = oracle(0..100).at(Instant::from_nanos(50_005_000)).unwrap();
+        let shown = Instant::from_nanos(50_000_000);
+        assert!(truth.error_of(shown).0.abs() < 1e-12);
+        let ahead = truth.error_of(shown + Span::from_micros(3));
+        assert!((ahead.0 - 3e-6).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_not_known_is_not_made_up() {
+        let oracle = oracle(0..100);
+        assert!(oracle.at(Instant::from_nanos(-1)).is_none());
+        assert!(oracle.at(Instant::from_nanos(200_000_000)).is_none());
+        let mut gap = self::oracle(0..10);
+        gap.samples.extend(self::oracle(500..510).samples);
+        assert!(gap.at(Instant::from_nanos(250_000_000)).is_none());
+    }
+
+    #[test]
+    fn memory_is_bounded() {
+        assert!(oracle(0..50_000).samples.len() < 1_010);
+    }
+}
