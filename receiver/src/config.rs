@@ -1,0 +1,166 @@
+//! The receiver's config file.
+
+use coaxle_motion::drive::DriveParameters;
+use coaxle_motion::remote::{AxisSyncParameters, FilterMode};
+use coaxle_node::Channel;
+use coaxle_node::config::{ClockConfig, CycleMicros, LinkConfig, RealTimeConfig, TransportConfig};
+use coaxle_node::keys::NodeName;
+use serde::{Deserialize, Serialize};
+
+/// A receiver: whose axis it follows, how, and what it drives.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct ReceiverConfig {
+    /// The node's name.
+    pub name: NodeName,
+    /// Nominal cycle time, µs.
+    pub cycle_time_us: CycleMicros,
+    /// The axis it follows.
+    pub master: MasterConfig,
+    /// How the set values are calculated.
+    #[serde(default)]
+    pub mode: Mode,
+    /// Parameters of the TS5066 blocks.
+    #[serde(default)]
+    pub sync: AxisSyncParameters,
+    /// The gear between the far axis and the slave.
+    #[serde(default)]
+    pub gear: GearConfig,
+    /// The slave's axis.
+    #[serde(default)]
+    pub slave: SlaveConfig,
+    /// The simulated drive.
+    #[serde(default)]
+    pub drive: DriveParameters,
+    /// Faults laid over the subscription.
+    #[serde(default)]
+    pub faults: LinkConfig,
+    /// The node's clock.
+    #[serde(default)]
+    pub clock: ClockConfig,
+    /// Seed of everything random in it.
+    #[serde(default)]
+    pub seed: u64,
+    /// How it reaches the others.
+    #[serde(default)]
+    pub transport: TransportConfig,
+    /// What it asks of its operating system.
+    #[serde(default)]
+    pub real_time: RealTimeConfig,
+}
+
+/// The axis to follow.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct MasterConfig {
+    /// The node that publishes it.
+    pub node: NodeName,
+    /// Whether it is one of a sender's axes, or the slave of another receiver.
+    #[serde(default)]
+    pub channel: MasterChannel,
+    /// Its axis id.
+    #[serde(default = "first_axis")]
+    pub axis: u32,
+}
+
+/// Where a master axis is published.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MasterChannel {
+    /// A sender's own axes.
+    #[default]
+    Axes,
+    /// A receiver's slaves.
+    Slaves,
+}
+
+impl From<MasterChannel> for Channel {
+    fn from(channel: MasterChannel) -> Self {
+        match channel {
+            MasterChannel::Axes => Self::Axes,
+            MasterChannel::Slaves => Self::Slaves,
+        }
+    }
+}
+
+/// How the set values are calculated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    /// TS5066's automatic mode: start-up mode, sync mode, fallback.
+    #[default]
+    Sync,
+    /// As received, beats and all.
+    Bypass,
+    /// Through the PT1 filter.
+    Pt1,
+    /// Beats are hidden when they happen.
+    Time,
+}
+
+impl Mode {
+    /// The mode's name in config, status and reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sync => "sync",
+            Self::Bypass => "bypass",
+            Self::Pt1 => "pt1",
+            Self::Time => "time",
+        }
+    }
+
+    /// Whether the mode ever synchronises.
+    #[must_use]
+    pub const fn synchronises(self) -> bool {
+        matches!(self, Self::Sync)
+    }
+}
+
+impl From<Mode> for FilterMode {
+    fn from(mode: Mode) -> Self {
+        match mode {
+            Mode::Sync => Self::Auto,
+            Mode::Bypass => Self::Bypass,
+            Mode::Pt1 => Self::Pt1,
+            Mode::Time => Self::Time,
+        }
+    }
+}
+
+/// A linear gear: slave = ratio · master + offset.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct GearConfig {
+    /// Slave units per master unit, not 0.
+    pub ratio: f64,
+    /// The slave's position at master position 0, u.
+    pub offset: f64,
+}
+
+impl Default for GearConfig {
+    fn default() -> Self {
+        Self {
+            ratio: 1.0,
+            offset: 0.0,
+        }
+    }
+}
+
+/// The slave's axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct SlaveConfig {
+    /// Its axis id, under which other receivers can follow it.
+    pub id: u32,
+}
+
+impl Default for SlaveConfig {
+    fn default() -> Self {
+        Self { id: first_axis() }
+    }
+}
+
+const fn first_axis() -> u32 {
+    1
+}

@@ -1,0 +1,18 @@
+//! The receiver node: a far axis made local and smooth, driving a slave.
+//!
+//! ```text
+//! inbox ─▶ newest fresh sample ─▶ AxisSync ─▶ gear ─▶ drive ─▶ slave axis, snapshot
+//! ```
+//!
+//! [`Receiver`] is the node, without any I/O; `pipeline.rs` reads like the picture.
+
+pub mod config;
+mod inbox;
+mod node;
+mod pipeline;
+mod slave;
+mod snapshot;
+
+pub use config::{MasterConfig, Mode, ReceiverConfig};
+pub use node::{Receiver, ReceiverError};
+pub use snapshot::{Counters, DriveSnapshot, Health, MasterSnapshot, ReceiverSnapshot};
