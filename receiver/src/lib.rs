@@ -10,9 +10,11 @@ pub mod config;
 mod inbox;
 mod node;
 mod pipeline;
+mod record;
 mod slave;
 mod snapshot;
 
 pub use config::{MasterConfig, Mode, ReceiverConfig};
 pub use node::{Receiver, ReceiverError};
+pub use record::{DriveStateName, HealthName, ReceiverRecord, StateName};
 pub use snapshot::{Counters, DriveSnapshot, Health, MasterSnapshot, ReceiverSnapshot};

@@ -7,6 +7,8 @@ use coaxle_motion::profile::Kinematics;
 use coaxle_motion::remote::FilterState;
 use coaxle_node::RejectionCounters;
 
+use crate::record::HealthName;
+
 /// A receiver after a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReceiverSnapshot {
@@ -118,17 +120,17 @@ pub enum Health {
 }
 
 impl Health {
-    /// As status and reports spell it: `ok`, or what is wrong.
+    /// As status, traces and reports spell it: `ok`, or what is wrong.
     #[must_use]
-    pub const fn name(self) -> &'static str {
+    pub const fn name(self) -> HealthName {
         match self {
-            Self::WaitingForMaster => "waiting-for-master",
-            Self::StartingUp => "starting-up",
-            Self::Ok => "ok",
-            Self::MasterSilent => "master-silent",
-            Self::Error(_) => "error",
-            Self::CycleTimesDoNotFit => "cycle-times-do-not-fit",
-            Self::DriveTripped => "drive-tripped",
+            Self::WaitingForMaster => HealthName::WaitingForMaster,
+            Self::StartingUp => HealthName::StartingUp,
+            Self::Ok => HealthName::Ok,
+            Self::MasterSilent => HealthName::MasterSilent,
+            Self::Error(_) => HealthName::Error,
+            Self::CycleTimesDoNotFit => HealthName::CycleTimesDoNotFit,
+            Self::DriveTripped => HealthName::DriveTripped,
         }
     }
 }

@@ -1,0 +1,222 @@
+//! One receiver cycle as a flat row: what trace files hold and measurements are made from.
+
+use coaxle_clock::{Instant, Remote};
+use coaxle_motion::drive::DriveState;
+use coaxle_motion::remote::FilterState;
+use serde::{Deserialize, Serialize};
+
+use crate::snapshot::ReceiverSnapshot;
+
+/// A row of a receiver's trace. Instants are nanoseconds of the world's reference clock: true time
+/// in the pretend world, the machine's monotonic clock in the real one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReceiverRecord {
+    /// Ideal start of the cycle, ns.
+    pub at_ns: i64,
+    /// When the scan really began, ns.
+    pub woke_ns: i64,
+    /// Cycle number, skipped ones counted.
+    pub cycle: u64,
+    /// Cycles skipped so far.
+    pub overruns: u64,
+    /// The node's own opinion of itself.
+    pub health: HealthName,
+    /// The mode that made the set values; none before the first message.
+    pub state: Option<StateName>,
+    /// Whether the far clock is known.
+    pub synced: bool,
+    /// The manual's error code, 0: none.
+    pub error: u16,
+    /// The manual's warning code, 0: none.
+    pub warning: u16,
+    /// Beats so far.
+    pub beats: u32,
+    /// The sender's run.
+    pub epoch: Option<u64>,
+    /// The sender's count in the input image.
+    pub count: Option<u64>,
+    /// The cycle index in the input image.
+    pub index: Option<u16>,
+    /// Own cycles since the input image was renewed.
+    pub age_cycles: u32,
+    /// Received set position, master units.
+    pub received_position: Option<f64>,
+    /// Received set velocity, master units/s.
+    pub received_velocity: Option<f64>,
+    /// Corrected set position, master units.
+    pub corrected_position: Option<f64>,
+    /// Corrected set velocity, master units/s.
+    pub corrected_velocity: Option<f64>,
+    /// Correction time, µs; none where the mode uses none.
+    pub correction_us: Option<f64>,
+    /// The instant of the sender's ideal time that the set values stand for, ns.
+    pub far_time_ns: Option<i64>,
+    /// Estimated drift, ppm.
+    pub drift_ppm: Option<f64>,
+    /// The slave's set position, slave units.
+    pub slave_position: Option<f64>,
+    /// The slave's set velocity, slave units/s.
+    pub slave_velocity: Option<f64>,
+    /// The drive's state.
+    pub drive_state: DriveStateName,
+    /// Actual position, slave units.
+    pub drive_position: f64,
+    /// Actual velocity, slave units/s.
+    pub drive_velocity: f64,
+    /// Following error, slave units.
+    pub following_error: f64,
+    /// Accepted messages so far.
+    pub received: u64,
+    /// Missing messages so far.
+    pub lost: u64,
+    /// Repeated messages so far.
+    pub duplicates: u64,
+    /// Overtaken messages so far.
+    pub late: u64,
+    /// Messages too old to use so far.
+    pub stale: u64,
+    /// Refused frames so far.
+    pub rejected: u64,
+    /// New runs of the sender so far.
+    pub restarts: u64,
+}
+
+macro_rules! named {
+    ($(#[$meta:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $text:literal,)* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        pub enum $name {
+            $($(#[$doc])* #[serde(rename = $text)] $variant,)*
+        }
+
+        impl $name {
+            /// The name, as traces and reports spell it.
+            #[must_use]
+            pub const fn as_str(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $text,)*
+                }
+            }
+        }
+    };
+}
+
+named! {
+    /// The mode that made the set values.
+    StateName {
+        /// As received.
+        Bypass = "bypass",
+        /// Through the PT1 filter.
+        Pt1 = "pt1",
+        /// Extrapolated in sync mode.
+        Sync = "sync",
+        /// Extrapolated in time mode.
+        Time = "time",
+    }
+}
+
+named! {
+    /// The drive's state.
+    DriveStateName {
+        /// No power.
+        Off = "off",
+        /// It follows.
+        Following = "following",
+        /// It tripped.
+        Tripped = "tripped",
+    }
+}
+
+named! {
+    /// The node's own opinion of itself.
+    HealthName {
+        /// Nothing heard of the master.
+        WaitingForMaster = "waiting-for-master",
+        /// The far clock is not known yet.
+        StartingUp = "starting-up",
+        /// All is well.
+        Ok = "ok",
+        /// Nothing new for too long.
+        MasterSilent = "master-silent",
+        /// An error is latched.
+        Error = "error",
+        /// The cycle times do not fit.
+        CycleTimesDoNotFit = "cycle-times-do-not-fit",
+        /// The drive tripped.
+        DriveTripped = "drive-tripped",
+    }
+}
+
+impl From<FilterState> for StateName {
+    fn from(state: FilterState) -> Self {
+        match state {
+            FilterState::Bypass => Self::Bypass,
+            FilterState::Pt1 => Self::Pt1,
+            FilterState::Sync => Self::Sync,
+            FilterState::Time => Self::Time,
+        }
+    }
+}
+
+impl From<DriveState> for DriveStateName {
+    fn from(state: DriveState) -> Self {
+        match state {
+            DriveState::Off => Self::Off,
+            DriveState::Following => Self::Following,
+            DriveState::Tripped => Self::Tripped,
+        }
+    }
+}
+
+impl ReceiverRecord {
+    /// The row of a cycle whose ideal start and wake-up the world dates in its own clock.
+    #[must_use]
+    pub fn new(at_ns: i64, woke_ns: i64, snapshot: &ReceiverSnapshot) -> Self {
+        let master = snapshot.master.as_ref();
+        let counters = &snapshot.counters;
+        Self {
+            at_ns,
+            woke_ns,
+            cycle: snapshot.cycle,
+            overruns: snapshot.overruns,
+            health: snapshot.health.name(),
+            state: master.map(|m| m.state.into()),
+            synced: master.is_some_and(|m| m.synced),
+            error: master.and_then(|m| m.error).map_or(0, |e| e.code()),
+            warning: master.and_then(|m| m.warning).map_or(0, |w| w.code()),
+            beats: master.map_or(0, |m| m.beats),
+            epoch: master.map(|m| m.epoch),
+            count: master.map(|m| m.count),
+            index: master.map(|m| m.index.0),
+            age_cycles: master.map_or(0, |m| m.age_cycles),
+            received_position: master.map(|m| m.received.position),
+            received_velocity: master.map(|m| m.received.velocity),
+            corrected_position: master.map(|m| m.corrected.position),
+            corrected_velocity: master.map(|m| m.corrected.velocity),
+            correction_us: master
+                .and_then(|m| m.correction_time)
+                .map(|time| time.as_micros()),
+            far_time_ns: master.and_then(|m| m.far_time).map(Instant::as_nanos),
+            drift_ppm: master.map(|m| m.drift_ppm),
+            slave_position: snapshot.slave.map(|s| s.position),
+            slave_velocity: snapshot.slave.map(|s| s.velocity),
+            drive_state: snapshot.drive.state.into(),
+            drive_position: snapshot.drive.position,
+            drive_velocity: snapshot.drive.velocity,
+            following_error: snapshot.drive.following_error,
+            received: counters.received,
+            lost: counters.lost,
+            duplicates: counters.duplicates,
+            late: counters.late,
+            stale: counters.stale,
+            rejected: counters.rejected.total(),
+            restarts: counters.restarts,
+        }
+    }
+
+    /// The far instant of the set values, typed.
+    #[must_use]
+    pub fn far_time(&self) -> Option<Instant<Remote>> {
+        self.far_time_ns.map(Instant::from_nanos)
+    }
+}

@@ -1,0 +1,173 @@
+//! One axis of a sender.
+
+use std::num::{NonZeroU16, NonZeroU32};
+use std::path::PathBuf;
+
+use coaxle_node::config::Positive;
+use serde::{Deserialize, Serialize};
+
+use super::program::ProgramConfig;
+
+/// An axis: who it is and what moves it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Written", into = "Written")]
+pub struct AxisConfig {
+    /// The axis id, 1 or more, which receivers pick it by.
+    pub id: NonZeroU32,
+    /// Its name, for people: 1 to 64 characters.
+    pub name: String,
+    /// The length of a modulo turn in u, say 360 for degrees; none for an axis without.
+    pub modulo: Option<Positive>,
+    /// What moves it.
+    pub source: SourceConfig,
+}
+
+/// What moves an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SourceConfig {
+    /// `program`: a virtual axis that runs a program.
+    Program(ProgramConfig),
+    /// `encoder`: such an axis, seen through an encoder.
+    Encoder(EncoderConfig),
+    /// `replay`: a recorded motion.
+    Replay(ReplayConfig),
+}
+
+/// An axis that is only measured: its position comes in increments.
+///
+/// Its velocity is differentiated, and its acceleration, if there is one at all, is too coarse to
+/// extrapolate with: receivers of such an axis must not use it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct EncoderConfig {
+    /// Length of one increment, u.
+    pub resolution: Positive,
+    /// Over how many cycles the velocity is differentiated: more are smoother and later. 8 by
+    /// default.
+    #[serde(default = "default_window")]
+    pub velocity_window_cycles: NonZeroU16,
+    /// Differentiate the velocity once more, over as many cycles; otherwise the acceleration is
+    /// zero. Off by default.
+    #[serde(default)]
+    pub differentiate_acceleration: bool,
+    /// How the measured axis really moves.
+    pub program: ProgramConfig,
+}
+
+const fn default_window() -> NonZeroU16 {
+    NonZeroU16::new(8).expect("8 is not zero")
+}
+
+/// A recorded motion: a CSV file with the columns `time_s`, `position` and, if recorded,
+/// `velocity` and `acceleration`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct ReplayConfig {
+    /// The file.
+    pub file: PathBuf,
+    /// Begin again after the last row, each pass going on where the last one ended. Otherwise the
+    /// axis stands still from then on, the default.
+    #[serde(default)]
+    pub repeat: bool,
+    /// How the motion goes on between two rows.
+    #[serde(default)]
+    pub interpolation: Interpolation,
+}
+
+/// How a recorded motion goes on between two rows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Interpolation {
+    /// A cubic through both positions and velocities: the velocity has no steps.
+    #[default]
+    Cubic,
+    /// A straight line: the velocity steps at each row unless it was recorded.
+    Linear,
+}
+
+/// The axis as it is written: one table for each kind of source, of which one is there.
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct Written {
+    id: NonZeroU32,
+    name: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    modulo: Option<Positive>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    program: Option<ProgramConfig>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    encoder: Option<EncoderConfig>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    replay: Option<ReplayConfig>,
+}
+
+impl TryFrom<Written> for AxisConfig {
+    type Error = String;
+
+    fn try_from(written: Written) -> Result<Self, String> {
+        let Written {
+            id, name, modulo, ..
+        } = written;
+        if !(1..=64).contains(&name.chars().count()) {
+            return Err(format!(
+                "name: received {name:?}, expected 1 to 64 characters"
+            ));
+        }
+        let source = match (written.program, written.encoder, written.replay) {
+            (Some(program), None, None) => SourceConfig::Program(program),
+            (None, Some(encoder), None) => SourceConfig::Encoder(encoder),
+            (None, None, Some(replay)) => SourceConfig::Replay(replay),
+            (program, encoder, replay) => {
+                return Err(not_one_source(&[
+                    ("`program`", program.is_some()),
+                    ("`encoder`", encoder.is_some()),
+                    ("`replay`", replay.is_some()),
+                ]));
+            }
+        };
+        Ok(Self {
+            id,
+            name,
+            modulo,
+            source,
+        })
+    }
+}
+
+fn not_one_source(sources: &[(&str, bool)]) -> String {
+    let given: Vec<&str> = sources
+        .iter()
+        .filter_map(|(name, given)| given.then_some(*name))
+        .collect();
+    let received = if given.is_empty() {
+        "no source".to_owned()
+    } else {
+        given.join(" and ")
+    };
+    format!("received {received}, expected one of `program`, `encoder` and `replay`")
+}
+
+impl From<AxisConfig> for Written {
+    fn from(axis: AxisConfig) -> Self {
+        let AxisConfig {
+            id,
+            name,
+            modulo,
+            source,
+        } = axis;
+        let mut written = Self {
+            id,
+            name,
+            modulo,
+            program: None,
+            encoder: None,
+            replay: None,
+        };
+        match source {
+            SourceConfig::Program(program) => written.program = Some(program),
+            SourceConfig::Encoder(encoder) => written.encoder = Some(encoder),
+            SourceConfig::Replay(replay) => written.replay = Some(replay),
+        }
+        written
+    }
+}

@@ -1,0 +1,257 @@
+//! What a sender's config file says.
+//!
+//! ```
+//! use coaxle_node::config::parse;
+//! use coaxle_sender::config::SenderConfig;
+//!
+//! let config: SenderConfig = parse(
+//!     "sender.toml",
+//!     r#"
+//!     name = "infeed"
+//!     cycle-time-us = 1000
+//!
+//!     [[axis]]
+//!     id = 1
+//!     name = "conveyor"
+//!
+//!     [axis.program]
+//!     start-velocity = 500.0
+//!     limits = { velocity = 1000.0, acceleration = 5000.0, jerk = 50000.0 }
+//!     "#,
+//! )?;
+//! assert_eq!(config.axes[0].id.get(), 1);
+//! # Ok::<(), coaxle_node::config::ConfigError>(())
+//! ```
+
+mod axis;
+mod check;
+mod program;
+
+use std::ops::Deref;
+use std::path::Path;
+
+use coaxle_node::config::{ClockConfig, CycleMicros, RealTimeConfig, TransportConfig};
+use coaxle_node::frame::MAX_AXES;
+use coaxle_node::keys::NodeName;
+use serde::{Deserialize, Serialize};
+
+pub use axis::{AxisConfig, EncoderConfig, Interpolation, ReplayConfig, SourceConfig};
+pub use check::InvalidProgram;
+pub use program::{LimitsConfig, MAX_LOOP_DEPTH, ProgramConfig, Repeat, StepConfig};
+
+/// A sender: its name, its clock and its axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct SenderConfig {
+    /// The node's name, part of its key expressions.
+    pub name: NodeName,
+    /// How often it publishes, in µs of its own clock.
+    pub cycle_time_us: CycleMicros,
+    /// Whether frames say how late they left. On by default.
+    #[serde(default = "on")]
+    pub send_stamps: bool,
+    /// Seeds whatever is random in its clock. 0 by default.
+    #[serde(default)]
+    pub seed: u64,
+    /// What is wrong with its clock on purpose. Nothing by default.
+    #[serde(default)]
+    pub clock: ClockConfig,
+    /// How it reaches the others.
+    #[serde(default)]
+    pub transport: TransportConfig,
+    /// What it asks of its operating system.
+    #[serde(default)]
+    pub real_time: RealTimeConfig,
+    /// Its axes.
+    #[serde(rename = "axis")]
+    pub axes: AxisList,
+}
+
+impl SenderConfig {
+    /// Takes the files that the config names by relative paths from `folder`, say the config's own.
+    pub fn relative_to(&mut self, folder: &Path) {
+        for axis in &mut self.axes.0 {
+            if let SourceConfig::Replay(replay) = &mut axis.source {
+                replay.file = folder.join(&replay.file);
+            }
+        }
+    }
+}
+
+const fn on() -> bool {
+    true
+}
+
+/// 1 to 128 axes, each with an id of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<AxisConfig>")]
+pub struct AxisList(Vec<AxisConfig>);
+
+impl AxisList {
+    /// # Errors
+    /// [`InvalidAxes`] with none, too many, or an id twice.
+    pub fn new(axes: Vec<AxisConfig>) -> Result<Self, InvalidAxes> {
+        if !(1..=MAX_AXES).contains(&axes.len()) {
+            let received = axes.len();
+            return Err(InvalidAxes::Count { received });
+        }
+        let mut ids: Vec<u32> = axes.iter().map(|axis| axis.id.get()).collect();
+        ids.sort_unstable();
+        match ids.windows(2).find(|pair| pair[0] == pair[1]) {
+            Some(pair) => Err(InvalidAxes::IdTwice { id: pair[0] }),
+            None => Ok(Self(axes)),
+        }
+    }
+}
+
+impl Deref for AxisList {
+    type Target = [AxisConfig];
+    fn deref(&self) -> &[AxisConfig] {
+        &self.0
+    }
+}
+
+impl TryFrom<Vec<AxisConfig>> for AxisList {
+    type Error = InvalidAxes;
+    fn try_from(axes: Vec<AxisConfig>) -> Result<Self, InvalidAxes> {
+        Self::new(axes)
+    }
+}
+
+/// Axes that cannot share a sender.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum InvalidAxes {
+    /// None, or more than a frame holds.
+    #[error("received {received} axes, expected 1 to {MAX_AXES}")]
+    Count {
+        /// How many there are.
+        received: usize,
+    },
+    /// Two axes share an id.
+    #[error("received id {id} twice, expected an id of its own for each axis")]
+    IdTwice {
+        /// The id.
+        id: u32,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::config::parse;
+
+    const HEAD: &str = "name = 'a'\ncycle-time-us = 1000\n";
+    const CONVEYOR: &str = "name = 'x'\nprogram = { start-velocity = 5.0, \
+                            limits = { velocity = 10, acceleration = 10, jerk = 10 } }\n";
+
+    fn axis(id: u32) -> String {
+        format!("[[axis]]\nid = {id}\n{CONVEYOR}")
+    }
+
+    fn read(axes: &str) -> Result<SenderConfig, String> {
+        parse("s.toml", &format!("{HEAD}{axes}")).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_is_left_out_has_its_default() {
+        let config = read(&axis(1)).unwrap();
+        assert!(config.send_stamps);
+        assert_eq!(config.seed, 0);
+        assert_eq!(config.clock, ClockConfig::default());
+        assert_eq!(config.transport, TransportConfig::default());
+        assert_eq!(config.real_time, RealTimeConfig::default());
+    }
+
+    #[test]
+    fn a_config_survives_being_written_and_read() {
+        let axes = "
+            [[axis]]
+            id = 7
+            name = 'table'
+            modulo = 360.0
+            [axis.encoder]
+            resolution = 0.01
+            differentiate-acceleration = true
+            [axis.encoder.program]
+            limits = { velocity = 10, acceleration = 20, deceleration = 30, jerk = 40 }
+            repeat = 3
+            steps = [
+                { enable = true },
+                { loop = { count = 2, steps = [{ move-relative = { distance = 1.0 } }] } },
+                { velocity = { value = -3.0, for-s = 0.5 } },
+                { halt = {} },
+                { dwell = { for-s = 1.0 } },
+                { move-absolute = { position = 0.0, velocity = 5.0 } },
+            ]
+            [[axis]]
+            id = 8
+            name = 'taught'
+            replay = { file = 'taught.csv', repeat = true, interpolation = 'linear' }
+        ";
+        let config = read(axes).unwrap();
+        let text = toml::to_string(&config).unwrap();
+        assert_eq!(parse::<SenderConfig>("again.toml", &text).unwrap(), config);
+    }
+
+    #[test]
+    fn files_are_found_from_the_config() {
+        let axes = "[[axis]]\nid = 1\nname = 'x'\nreplay = { file = 'a/b.csv' }";
+        let mut config = read(axes).unwrap();
+        config.relative_to(Path::new("there"));
+        let SourceConfig::Replay(replay) = &config.axes[0].source else {
+            panic!("{config:?}");
+        };
+        assert_eq!(replay.file, Path::new("there").join("a/b.csv"));
+    }
+
+    #[test]
+    fn errors_name_the_field_what_came_and_what_is_expected() {
+        let many: String = (1..=129).map(axis).collect();
+        for (axes, expected) in [
+            (axis(0), "s.toml: axis[0].id: "),
+            (
+                axis(1) + &axis(2) + &axis(1),
+                "s.toml: axis: received id 1 twice, expected an id of its own for each axis",
+            ),
+            (
+                "axis = []".to_owned(),
+                "s.toml: axis: received 0 axes, expected 1 to 128",
+            ),
+            (many, "s.toml: axis: received 129 axes, expected 1 to 128"),
+            (
+                "[[axis]]\nid = 1\nname = 'x'".to_owned(),
+                "s.toml: axis[0]: received no source, expected one of `program`, `encoder` and \
+                 `replay`",
+            ),
+            (
+                axis(1) + "replay = { file = 'x.csv' }",
+                "s.toml: axis[0]: received `program` and `replay`, expected one of `program`, \
+                 `encoder` and `replay`",
+            ),
+            (
+                axis(1).replace("'x'", "''"),
+                "s.toml: axis[0]: name: received \"\", expected 1 to 64 characters",
+            ),
+            (
+                axis(1).replace("jerk = 10", "jerk = -10"),
+                "s.toml: axis[0].program.limits.jerk: received -10, expected a finite number \
+                 above 0",
+            ),
+            (
+                axis(1).replace("5.0", "nan"),
+                "s.toml: axis[0].program.start-velocity: received NaN, expected a finite number",
+            ),
+            (
+                axis(1).replace("5.0", "11.0"),
+                "s.toml: axis[0].program: start-velocity: received 11, expected -10 to 10",
+            ),
+            (
+                axis(1) + "encodr = { }",
+                "s.toml: axis[0].encodr: unknown field `encodr`",
+            ),
+        ] {
+            let message = read(&axes).unwrap_err();
+            assert!(message.starts_with(expected), "{message}");
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! The program of a virtual axis.
+
+use std::fmt;
+use std::num::NonZeroU32;
+
+use coaxle_motion::profile::Limits;
+use coaxle_node::config::{AtLeastZero, Finite, Positive};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+use super::check;
+
+/// How deep loops may be nested.
+pub const MAX_LOOP_DEPTH: usize = 8;
+
+/// What a virtual axis does, step by step.
+///
+/// Steps follow each other without a gap, at the very instant the one before is over, whether or
+/// not that is the start of a cycle. After the last step the axis goes on as that one left it:
+/// standing still, or at constant velocity.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Written", into = "Written")]
+pub struct ProgramConfig {
+    /// Where the axis is at the start, u.
+    pub start_position: Finite,
+    /// How fast it is at the start, u/s. An axis that moves at the start is enabled from the start.
+    pub start_velocity: Finite,
+    /// What all its motions keep to.
+    pub limits: LimitsConfig,
+    /// How often the steps are run.
+    pub repeat: Repeat,
+    /// The steps. Without any, the axis goes on as it starts.
+    pub steps: Vec<StepConfig>,
+}
+
+/// Limits of all motions of a program.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct LimitsConfig {
+    /// Highest speed, u/s.
+    pub velocity: Positive,
+    /// Highest acceleration, u/s².
+    pub acceleration: Positive,
+    /// Highest deceleration, u/s². The same as the acceleration by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deceleration: Option<Positive>,
+    /// Highest jerk, u/s³.
+    pub jerk: Positive,
+}
+
+impl LimitsConfig {
+    /// The limits as the planners take them.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        Limits::new(
+            self.velocity.get(),
+            self.acceleration.get(),
+            self.deceleration.unwrap_or(self.acceleration).get(),
+            self.jerk.get(),
+        )
+        .expect("positive numbers are valid limits")
+    }
+}
+
+/// One step of a program.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(
+    rename_all = "kebab-case",
+    rename_all_fields = "kebab-case",
+    deny_unknown_fields
+)]
+pub enum StepConfig {
+    /// `MC_Power`: makes the axis ready for motions, or takes that away after halting it.
+    #[doc(alias = "MC_Power")]
+    Enable(bool),
+    /// `MC_MoveAbsolute`: goes to a position.
+    #[doc(alias = "MC_MoveAbsolute")]
+    MoveAbsolute {
+        /// Where to, u.
+        position: Finite,
+        /// Highest speed on the way, u/s; that of the limits by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        velocity: Option<Positive>,
+    },
+    /// `MC_MoveRelative`: goes a distance from where the step begins.
+    #[doc(alias = "MC_MoveRelative")]
+    MoveRelative {
+        /// How far, u.
+        distance: Finite,
+        /// Highest speed on the way, u/s; that of the limits by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        velocity: Option<Positive>,
+    },
+    /// `MC_MoveVelocity`: ramps to a velocity and keeps it.
+    #[doc(alias = "MC_MoveVelocity")]
+    Velocity {
+        /// The velocity, u/s.
+        value: Finite,
+        /// How long it is kept once reached before the next step begins, s. 0 by default.
+        #[serde(default)]
+        for_s: AtLeastZero,
+    },
+    /// `MC_Halt`: comes to a standstill.
+    #[doc(alias = "MC_Halt")]
+    Halt {},
+    /// Waits. An axis that moves goes on moving.
+    Dwell {
+        /// How long, s.
+        for_s: AtLeastZero,
+    },
+    /// Runs steps several times. Loops may be nested [`MAX_LOOP_DEPTH`] deep.
+    Loop {
+        /// How often.
+        count: NonZeroU32,
+        /// The steps.
+        steps: Vec<StepConfig>,
+    },
+}
+
+/// How often a program is run: `true` for ever, `false` once, or a count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Repeat {
+    /// For ever.
+    Forever,
+    /// So many times.
+    Times(NonZeroU32),
+}
+
+impl Repeat {
+    /// Once, the default.
+    pub const ONCE: Self = Self::Times(NonZeroU32::MIN);
+}
+
+impl Default for Repeat {
+    fn default() -> Self {
+        Self::ONCE
+    }
+}
+
+impl Serialize for Repeat {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Forever => serializer.serialize_bool(true),
+            &Self::ONCE => serializer.serialize_bool(false),
+            Self::Times(count) => count.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Repeat {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(RepeatVisitor)
+    }
+}
+
+struct RepeatVisitor;
+
+impl de::Visitor<'_> for RepeatVisitor {
+    type Value = Repeat;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("true, false, or a count from 1 to 4294967295")
+    }
+
+    fn visit_bool<E: de::Error>(self, forever: bool) -> Result<Repeat, E> {
+        Ok(if forever {
+            Repeat::Forever
+        } else {
+            Repeat::ONCE
+        })
+    }
+
+    fn visit_i64<E: de::Error>(self, count: i64) -> Result<Repeat, E> {
+        u32::try_from(count)
+            .ok()
+            .and_then(NonZeroU32::new)
+            .map(Repeat::Times)
+            .ok_or_else(|| E::invalid_value(de::Unexpected::Signed(count), &self))
+    }
+
+    fn visit_u64<E: de::Error>(self, count: u64) -> Result<Repeat, E> {
+        self.visit_i64(i64::try_from(count).unwrap_or(i64::MAX))
+    }
+}
+
+/// The program as it is written, before its steps are checked against each other.
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct Written {
+    #[serde(default)]
+    start_position: Finite,
+    #[serde(default)]
+    start_velocity: Finite,
+    limits: LimitsConfig,
+    #[serde(default)]
+    repeat: Repeat,
+    #[serde(default)]
+    steps: Vec<StepConfig>,
+}
+
+impl TryFrom<Written> for ProgramConfig {
+    type Error = check::InvalidProgram;
+
+    fn try_from(written: Written) -> Result<Self, check::InvalidProgram> {
+        let program = Self {
+            start_position: written.start_position,
+            start_velocity: written.start_velocity,
+            limits: written.limits,
+            repeat: written.repeat,
+            steps: written.steps,
+        };
+        check::program(&program)?;
+        Ok(program)
+    }
+}
+
+impl From<ProgramConfig> for Written {
+    fn from(program: ProgramConfig) -> Self {
+        Self {
+            start_position: program.start_position,
+            start_velocity: program.start_velocity,
+            limits: program.limits,
+            repeat: program.repeat,
+            steps: program.steps,
+        }
+    }
+}

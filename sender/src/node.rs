@@ -1,0 +1,219 @@
+//! The sender node.
+
+use coaxle_clock::cycle::Turn;
+use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
+use coaxle_motion::axis::NcToPlcAxis;
+use coaxle_motion::profile::Kinematics;
+use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
+use coaxle_node::{Channel, Message, Node, Outgoing};
+
+use crate::config::{AxisConfig, SenderConfig};
+use crate::show::show;
+use crate::source::{self, AxisSample, ReplayError, Source};
+
+/// How many axes a snapshot shows.
+const AXES_SHOWN: usize = 4;
+
+/// The sender node: each cycle it works out where its axes are at the ideal start of that cycle
+/// and encodes them into one frame, in the order of their ids.
+///
+/// Axes follow the time of the node's clock, not the number of its cycles: cycles that are skipped
+/// are skipped by the motion too.
+pub struct Sender {
+    schedule: Schedule,
+    start: Instant<Local>,
+    header: FrameHeader,
+    axes: Vec<Axis>,
+    shown: Vec<NcToPlcAxis>,
+    body: Vec<u8>,
+    /// Length of the body that waits to be sent.
+    waiting: Option<usize>,
+    snapshot: SenderSnapshot,
+}
+
+struct Axis {
+    id: u32,
+    modulo: Option<f64>,
+    source: Box<dyn Source>,
+}
+
+/// What a sender shows of itself after each cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SenderSnapshot {
+    /// The cycle, skipped ones counted.
+    pub count: u64,
+    /// The manual's index of that cycle.
+    pub index: CycleIndex,
+    /// This run of the sender.
+    pub epoch: u64,
+    /// When the cycle should have begun.
+    pub ideal_start: Instant<Local>,
+    /// When it began.
+    pub woke: Instant<Local>,
+    /// Cycles skipped so far.
+    pub overruns: u64,
+    /// How the first axes (by id) really move, at the ideal start of the cycle.
+    pub axes: [Option<AxisKinematics>; AXES_SHOWN],
+}
+
+/// How an axis really moves: behind an encoder, this is what the encoder measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisKinematics {
+    /// The axis id.
+    pub id: u32,
+    /// Position, u.
+    pub position: f64,
+    /// Velocity, u/s.
+    pub velocity: f64,
+    /// Acceleration, u/s².
+    pub acceleration: f64,
+}
+
+impl Sender {
+    /// The node whose first cycle is due at `start`. `epoch` tells this run from earlier ones of
+    /// the same sender. Reads the files of replayed axes.
+    ///
+    /// # Errors
+    /// [`SenderError`] where such a file cannot be replayed.
+    pub fn new(
+        config: &SenderConfig,
+        start: Instant<Local>,
+        epoch: u64,
+    ) -> Result<Self, SenderError> {
+        let mut axes = config
+            .axes
+            .iter()
+            .map(Axis::new)
+            .collect::<Result<Vec<_>, _>>()?;
+        axes.sort_by_key(|axis| axis.id);
+        let cycle_time = config.cycle_time_us.0;
+        Ok(Self {
+            schedule: Schedule::new(start, cycle_time),
+            start,
+            header: FrameHeader {
+                sender: sender_id(&config.name),
+                epoch,
+                index: CycleIndex::of_count(0),
+                count: 0,
+                cycle_time,
+                send_stamp: None,
+            },
+            shown: vec![NcToPlcAxis::default(); axes.len()],
+            body: vec![0; body_capacity(axes.len())],
+            axes,
+            waiting: None,
+            snapshot: SenderSnapshot {
+                count: 0,
+                index: CycleIndex::of_count(0),
+                epoch,
+                ideal_start: start,
+                woke: start,
+                overruns: 0,
+                axes: [None; AXES_SHOWN],
+            },
+        })
+    }
+
+    /// The axes as they are in the newest frame, in the order of their ids.
+    #[must_use]
+    pub fn axes(&self) -> &[NcToPlcAxis] {
+        &self.shown
+    }
+
+    fn move_axes(&mut self, since_start: Span) {
+        for (k, (axis, shown)) in self.axes.iter_mut().zip(&mut self.shown).enumerate() {
+            let sample = axis.source.sample(since_start);
+            *shown = show(axis.id, axis.modulo, &sample);
+            if let Some(slot) = self.snapshot.axes.get_mut(k) {
+                *slot = Some(AxisKinematics::of(axis.id, &sample));
+            }
+        }
+    }
+
+    fn encode(&mut self, turn: &Turn) {
+        self.header.count = turn.count;
+        self.header.index = CycleIndex::of_count(turn.count);
+        let length = encode_body(&self.header, &self.shown, &mut self.body)
+            .expect("the config bounds the axes and the body was made for them");
+        self.waiting = Some(length);
+    }
+}
+
+impl Node for Sender {
+    type Snapshot = SenderSnapshot;
+
+    /// A sender follows nobody: messages are ignored.
+    fn receive(&mut self, _at: Instant<Local>, _message: &Message) {}
+
+    fn cycle(&mut self, now: Instant<Local>) -> Turn {
+        let turn = self.schedule.take(now);
+        self.move_axes(turn.ideal_start - self.start);
+        self.encode(&turn);
+        self.snapshot.count = turn.count;
+        self.snapshot.index = self.header.index;
+        self.snapshot.ideal_start = turn.ideal_start;
+        self.snapshot.woke = now;
+        self.snapshot.overruns = self.schedule.overruns();
+        turn
+    }
+
+    fn transmit(&mut self) -> Option<Outgoing<'_>> {
+        let length = self.waiting.take()?;
+        Some(Outgoing {
+            channel: Channel::Axes,
+            ideal_start: self.snapshot.ideal_start,
+            body: &self.body[..length],
+        })
+    }
+
+    fn next_cycle(&self) -> Instant<Local> {
+        self.schedule.next_start()
+    }
+
+    fn snapshot(&self) -> SenderSnapshot {
+        self.snapshot
+    }
+}
+
+impl Axis {
+    fn new(config: &AxisConfig) -> Result<Self, SenderError> {
+        let source = source::open(&config.source).map_err(|reason| SenderError::Replay {
+            axis: config.name.clone(),
+            reason,
+        })?;
+        Ok(Self {
+            id: config.id.get(),
+            modulo: config.modulo.map(|modulo| modulo.get()),
+            source,
+        })
+    }
+}
+
+impl AxisKinematics {
+    fn of(id: u32, sample: &AxisSample) -> Self {
+        let Kinematics {
+            position,
+            velocity,
+            acceleration,
+        } = sample.motion;
+        Self {
+            id,
+            position,
+            velocity,
+            acceleration,
+        }
+    }
+}
+
+/// A sender that cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum SenderError {
+    /// A recorded motion cannot be replayed.
+    #[error("axis {axis:?}: {reason}")]
+    Replay {
+        /// The axis.
+        axis: String,
+        /// Why.
+        reason: ReplayError,
+    },
+}

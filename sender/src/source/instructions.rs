@@ -1,0 +1,124 @@
+//! A program, flattened: running it needs neither recursion nor memory.
+
+use std::num::NonZeroU32;
+
+use coaxle_clock::Span;
+use coaxle_motion::profile::Limits;
+use coaxle_node::config::{AtLeastZero, Positive};
+
+use crate::config::{ProgramConfig, Repeat, StepConfig};
+
+/// One instruction of a flat program.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Instruction {
+    Enable(bool),
+    MoveAbsolute {
+        position: f64,
+        limits: Limits,
+    },
+    MoveRelative {
+        distance: f64,
+        limits: Limits,
+    },
+    Velocity {
+        value: f64,
+        keep: Span,
+    },
+    Halt,
+    Dwell(Span),
+    /// Begins `passes` passes (none: without end) up to the matching end, counted at `depth`.
+    LoopBegin {
+        depth: usize,
+        passes: Option<NonZeroU32>,
+    },
+    /// Ends a pass of the loop whose body begins at the instruction `body`.
+    LoopEnd {
+        depth: usize,
+        body: usize,
+    },
+}
+
+/// The instructions of a program, and how deep its loops are nested: the whole is one, too.
+pub(super) fn compile(program: &ProgramConfig) -> (Vec<Instruction>, usize) {
+    let mut compiler = Compiler {
+        limits: program.limits.limits(),
+        instructions: Vec::new(),
+        depth: 0,
+        deepest: 0,
+    };
+    let passes = match program.repeat {
+        Repeat::Forever => None,
+        Repeat::Times(count) => Some(count),
+    };
+    compiler.repeated(passes, &program.steps);
+    (compiler.instructions, compiler.deepest)
+}
+
+struct Compiler {
+    limits: Limits,
+    instructions: Vec<Instruction>,
+    depth: usize,
+    deepest: usize,
+}
+
+impl Compiler {
+    fn repeated(&mut self, passes: Option<NonZeroU32>, steps: &[StepConfig]) {
+        let depth = self.depth;
+        self.depth += 1;
+        self.deepest = self.deepest.max(self.depth);
+        self.push(Instruction::LoopBegin { depth, passes });
+        let body = self.instructions.len();
+        for step in steps {
+            self.step(step);
+        }
+        self.push(Instruction::LoopEnd { depth, body });
+        self.depth = depth;
+    }
+
+    fn step(&mut self, step: &StepConfig) {
+        match step {
+            StepConfig::Enable(true) => self.push(Instruction::Enable(true)),
+            StepConfig::Enable(false) => {
+                self.push(Instruction::Halt);
+                self.push(Instruction::Enable(false));
+            }
+            StepConfig::MoveAbsolute { position, velocity } => {
+                self.push(Instruction::MoveAbsolute {
+                    position: position.get(),
+                    limits: self.limits_of_move(*velocity),
+                });
+            }
+            StepConfig::MoveRelative { distance, velocity } => {
+                self.push(Instruction::MoveRelative {
+                    distance: distance.get(),
+                    limits: self.limits_of_move(*velocity),
+                });
+            }
+            StepConfig::Velocity { value, for_s } => self.push(Instruction::Velocity {
+                value: value.get(),
+                keep: span(*for_s),
+            }),
+            StepConfig::Halt {} => self.push(Instruction::Halt),
+            StepConfig::Dwell { for_s } => self.push(Instruction::Dwell(span(*for_s))),
+            StepConfig::Loop { count, steps } => self.repeated(Some(*count), steps),
+        }
+    }
+
+    fn limits_of_move(&self, velocity: Option<Positive>) -> Limits {
+        match velocity {
+            Some(velocity) => self
+                .limits
+                .with_velocity(velocity.get())
+                .expect("a positive number is a valid limit"),
+            None => self.limits,
+        }
+    }
+
+    fn push(&mut self, instruction: Instruction) {
+        self.instructions.push(instruction);
+    }
+}
+
+fn span(seconds: AtLeastZero) -> Span {
+    Span::from_secs_f64(seconds.get())
+}

@@ -1,0 +1,192 @@
+//! A virtual axis that runs a program.
+
+use coaxle_clock::{Seconds, Span};
+use coaxle_motion::profile::{Kinematics, Limits, Profile, to_position, to_velocity};
+
+use super::instructions::{Instruction, compile};
+use super::{Activity, AxisSample, Source};
+use crate::config::ProgramConfig;
+
+/// Instructions run in one cycle at most. A node that slept through more of them than that catches
+/// up over its next cycles.
+const INSTRUCTIONS_PER_CYCLE: usize = 256;
+
+/// A virtual axis that runs a program.
+#[derive(Debug)]
+pub struct Program {
+    limits: Limits,
+    instructions: Vec<Instruction>,
+    /// The passes under way, by depth.
+    passes: Vec<Pass>,
+    /// The instruction that comes next.
+    next: usize,
+    /// When it is due.
+    due: Span,
+    motion: Motion,
+    enabled: bool,
+    command_number: u16,
+}
+
+/// A pass through a loop.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pass {
+    began: Span,
+    /// Passes that follow it; none: without end.
+    left: Option<u32>,
+}
+
+/// The motion under way, and what it leaves behind.
+#[derive(Clone, Copy, Debug)]
+struct Motion {
+    began: Span,
+    profile: Profile,
+    under_way: Activity,
+    afterwards: Activity,
+}
+
+impl Motion {
+    fn is_over(&self, at: Span) -> bool {
+        Seconds::from(at - self.began) >= self.profile.duration()
+    }
+
+    fn at(&self, at: Span) -> Kinematics {
+        self.profile.at(Seconds::from(at - self.began))
+    }
+
+    /// The first nanosecond at which it is over for sure.
+    fn end(&self) -> Span {
+        let nanos = (self.profile.duration().0 * 1e9).ceil();
+        if nanos > 0.0 {
+            self.began + Span::from_nanos(nanos as i64) + Span::from_nanos(1)
+        } else {
+            self.began
+        }
+    }
+}
+
+impl Program {
+    /// The axis at the start of its program.
+    #[must_use]
+    pub fn new(config: &ProgramConfig) -> Self {
+        let limits = config.limits.limits();
+        let (instructions, depth) = compile(config);
+        let start = Kinematics {
+            velocity: config.start_velocity.get(),
+            ..Kinematics::at_rest(config.start_position.get())
+        };
+        let moves = start.velocity != 0.0;
+        let activity = if moves {
+            Activity::Continuous
+        } else {
+            Activity::Idle
+        };
+        Self {
+            limits,
+            instructions,
+            passes: vec![Pass::default(); depth],
+            next: 0,
+            due: Span::ZERO,
+            motion: Motion {
+                began: Span::ZERO,
+                profile: to_velocity(&start, start.velocity, &limits),
+                under_way: activity,
+                afterwards: activity,
+            },
+            enabled: moves,
+            command_number: u16::from(moves),
+        }
+    }
+
+    fn run(&mut self, instruction: Instruction) {
+        match instruction {
+            Instruction::Enable(enabled) => self.enabled = enabled,
+            Instruction::MoveAbsolute { position, limits } => self.go_to(position, &limits),
+            Instruction::MoveRelative { distance, limits } => {
+                let from = self.motion.at(self.due).position;
+                self.go_to(from + distance, &limits);
+            }
+            Instruction::Velocity { value, keep } => {
+                let profile = to_velocity(&self.motion.at(self.due), value, &self.limits);
+                self.start(profile, Activity::Continuous, Activity::Continuous);
+                self.due += keep;
+            }
+            Instruction::Halt => {
+                let now = self.motion.at(self.due);
+                if (now.velocity, now.acceleration) != (0.0, 0.0) {
+                    let profile = to_velocity(&now, 0.0, &self.limits);
+                    self.start(profile, Activity::Halting, Activity::Halted);
+                }
+            }
+            Instruction::Dwell(time) => self.due += time,
+            Instruction::LoopBegin { depth, passes } => {
+                self.passes[depth] = Pass {
+                    began: self.due,
+                    left: passes.map(|count| count.get() - 1),
+                };
+            }
+            Instruction::LoopEnd { depth, body } => self.end_pass(depth, body),
+        }
+    }
+
+    fn go_to(&mut self, target: f64, limits: &Limits) {
+        let profile = to_position(&self.motion.at(self.due), target, limits);
+        self.start(profile, Activity::Positioning, Activity::InTarget);
+    }
+
+    fn start(&mut self, profile: Profile, under_way: Activity, afterwards: Activity) {
+        self.motion = Motion {
+            began: self.due,
+            profile,
+            under_way,
+            afterwards,
+        };
+        self.due = self.motion.end();
+        self.command_number = self.command_number.wrapping_add(1);
+    }
+
+    fn end_pass(&mut self, depth: usize, body: usize) {
+        let pass = &mut self.passes[depth];
+        pass.left = match pass.left {
+            Some(0) => return,
+            left => left.map(|count| count - 1),
+        };
+        self.next = body;
+        // A pass that took no time lasts until the next cycle, or it would be run without end.
+        if self.due == pass.began {
+            self.due += Span::from_nanos(1);
+        }
+        pass.began = self.due;
+    }
+}
+
+impl Source for Program {
+    fn sample(&mut self, since_start: Span) -> AxisSample {
+        for _ in 0..INSTRUCTIONS_PER_CYCLE {
+            let Some(&instruction) = self.instructions.get(self.next) else {
+                break;
+            };
+            if self.due > since_start {
+                break;
+            }
+            self.next += 1;
+            self.run(instruction);
+        }
+        let kinematics = self.motion.at(since_start);
+        let activity = if self.motion.is_over(since_start) {
+            self.motion.afterwards
+        } else {
+            self.motion.under_way
+        };
+        AxisSample {
+            motion: kinematics,
+            seen: kinematics,
+            enabled: self.enabled,
+            activity,
+            command_number: self.command_number,
+            target_position: match activity {
+                Activity::Continuous => kinematics.position,
+                _ => self.motion.profile.end().position,
+            },
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! A recorded motion, replayed.
+
+mod table;
+
+use coaxle_clock::Span;
+use coaxle_motion::profile::Kinematics;
+
+pub use table::ReplayError;
+use table::Row;
+
+use super::{Activity, AxisSample, Source};
+use crate::config::{Interpolation, ReplayConfig};
+
+/// A recorded motion, replayed.
+///
+/// Times count from the start of the node. Before the first row the axis stands at the first
+/// position, after the last one at the last, unless the motion is repeated.
+#[derive(Debug)]
+pub struct Replay {
+    rows: Vec<Row>,
+    interpolation: Interpolation,
+    repeat: bool,
+    velocity_recorded: bool,
+}
+
+impl Replay {
+    /// Reads the file.
+    ///
+    /// # Errors
+    /// [`ReplayError`], naming the file and, where there is one, line and column.
+    pub fn open(config: &ReplayConfig) -> Result<Self, ReplayError> {
+        let recording = table::read(&config.file)?;
+        Ok(Self {
+            velocity_recorded: recording.velocity_recorded,
+            rows: recording.rows,
+            interpolation: config.interpolation,
+            repeat: config.repeat,
+        })
+    }
+
+    /// The motion at `seconds`, or none where the axis stands.
+    fn motion_at(&self, seconds: f64) -> Option<Kinematics> {
+        let (first, last) = self.ends();
+        let length = last.time - first.time;
+        let since_first = seconds - first.time;
+        let passes = if self.repeat {
+            (since_first / length).floor()
+        } else {
+            0.0
+        };
+        // Rounding may put the remainder a trifle outside the pass.
+        let within = (since_first - passes * length).min(length);
+        if since_first < 0.0 || (!self.repeat && since_first >= length) {
+            return None;
+        }
+        let mut motion = self.within_pass(first.time + within.max(0.0));
+        motion.position += passes * (last.position - first.position);
+        Some(motion)
+    }
+
+    fn within_pass(&self, time: f64) -> Kinematics {
+        let after = self.rows.partition_point(|row| row.time <= time);
+        let segment = after.clamp(1, self.rows.len() - 1);
+        let (from, to) = (&self.rows[segment - 1], &self.rows[segment]);
+        match self.interpolation {
+            Interpolation::Cubic => cubic(from, to, time),
+            Interpolation::Linear => linear(from, to, time, self.velocity_recorded),
+        }
+    }
+
+    fn standing_at(&self, seconds: f64) -> f64 {
+        let (first, last) = self.ends();
+        if seconds < first.time {
+            first.position
+        } else {
+            last.position
+        }
+    }
+
+    fn ends(&self) -> (&Row, &Row) {
+        (&self.rows[0], &self.rows[self.rows.len() - 1])
+    }
+}
+
+impl Source for Replay {
+    fn sample(&mut self, since_start: Span) -> AxisSample {
+        let seconds = since_start.as_secs_f64();
+        let (kinematics, activity) = match self.motion_at(seconds) {
+            Some(motion) => (motion, Activity::Following),
+            None => (
+                Kinematics::at_rest(self.standing_at(seconds)),
+                Activity::Idle,
+            ),
+        };
+        AxisSample {
+            motion: kinematics,
+            seen: kinematics,
+            enabled: true,
+            activity,
+            command_number: 1,
+            target_position: kinematics.position,
+        }
+    }
+}
+
+/// The cubic Hermite polynomial through positions and velocities of both rows.
+fn cubic(from: &Row, to: &Row, time: f64) -> Kinematics {
+    let h = to.time - from.time;
+    let s = (time - from.time) / h;
+    let step = to.position - from.position;
+    // p(s) = p₀ + s·(c₁ + s·(c₂ + s·c₃))
+    let c1 = h * from.velocity;
+    let c2 = 3.0 * step - h * (2.0 * from.velocity + to.velocity);
+    let c3 = h * (from.velocity + to.velocity) - 2.0 * step;
+    Kinematics {
+        position: from.position + s * (c1 + s * (c2 + s * c3)),
+        velocity: (c1 + s * (2.0 * c2 + 3.0 * s * c3)) / h,
+        acceleration: match (from.acceleration, to.acceleration) {
+            (Some(a), Some(b)) => a + s * (b - a),
+            _ => (2.0 * c2 + 6.0 * s * c3) / (h * h),
+        },
+    }
+}
+
+/// Straight lines from row to row.
+fn linear(from: &Row, to: &Row, time: f64, velocity_recorded: bool) -> Kinematics {
+    let h = to.time - from.time;
+    let s = (time - from.time) / h;
+    let between = |a: f64, b: f64| a + s * (b - a);
+    let slope = (to.position - from.position) / h;
+    Kinematics {
+        position: between(from.position, to.position),
+        velocity: if velocity_recorded {
+            between(from.velocity, to.velocity)
+        } else {
+            slope
+        },
+        acceleration: match (from.acceleration, to.acceleration) {
+            (Some(a), Some(b)) => between(a, b),
+            _ if velocity_recorded => (to.velocity - from.velocity) / h,
+            _ => 0.0,
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn replay(text: &str, repeat: bool, interpolation: Interpolation) -> Replay {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("motion.csv");
+        fs::write(&file, text).unwrap();
+        let config = ReplayConfig {
+            file,
+            repeat,
+            interpolation,
+        };
+        Replay::open(&config).unwrap()
+    }
+
+    fn at(replay: &mut Replay, seconds: f64) -> AxisSample {
+        replay.sample(Span::from_secs_f64(seconds))
+    }
+
+    fn assert_close(received: f64, expected: f64) {
+        let slack = 1e-9 * (1.0 + expected.abs());
+        assert!((received - expected).abs() < slack, "{received} {expected}");
+    }
+
+    /// p = t², exactly what a cubic can be.
+    fn parabola(columns: usize) -> String {
+        let header = ["time_s", "position", "velocity", "acceleration"][..columns].join(",");
+        let rows = (0..=20).map(|k| {
+            let t = f64::from(k) * 0.1;
+            [t, t * t, 2.0 * t, 2.0].map(|x| x.to_string())[..columns].join(",")
+        });
+        std::iter::once(header)
+            .chain(rows)
+            .collect::<Vec<_>>()
+            .join("\n")
+    }
+
+    #[test]
+    fn a_cubic_gives_back_what_was_recorded_between_the_rows() {
+        for columns in [2, 3, 4] {
+            let mut replay = replay(&parabola(columns), false, Interpolation::Cubic);
+            for t in [0.0, 0.033, 0.1, 1.234, 1.999] {
+                let sample = at(&mut replay, t);
+                assert_close(sample.motion.position, t * t);
+                assert_close(sample.motion.velocity, 2.0 * t);
+                assert_close(sample.motion.acceleration, 2.0);
+                assert_eq!(sample.activity, Activity::Following);
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_is_straight_between_the_rows() {
+        let text = "time_s,position\n0,0\n1,10\n3,10\n";
+        let mut replay = replay(text, false, Interpolation::Linear);
+        let sample = at(&mut replay, 0.25);
+        assert_close(sample.motion.position, 2.5);
+        assert_close(sample.motion.velocity, 10.0);
+        assert_eq!(sample.motion.acceleration, 0.0);
+        assert_eq!(at(&mut replay, 2.0).motion, Kinematics::at_rest(10.0));
+    }
+
+    #[test]
+    fn a_line_keeps_a_recorded_velocity() {
+        let text = "position,time_s,velocity\n0,0,4\n10,1,6\n";
+        let mut replay = replay(text, false, Interpolation::Linear);
+        let sample = at(&mut replay, 0.5);
+        assert_close(sample.motion.velocity, 5.0);
+        assert_close(sample.motion.acceleration, 2.0);
+    }
+
+    #[test]
+    fn the_axis_stands_before_the_first_row_and_after_the_last() {
+        let text = "time_s,position\n1,5\n2,6\n3,9\n";
+        let mut replay = replay(text, false, Interpolation::Cubic);
+        for (t, position) in [(0.0, 5.0), (3.0, 9.0), (100.0, 9.0)] {
+            let sample = at(&mut replay, t);
+            assert_eq!(sample.motion, Kinematics::at_rest(position));
+            assert_eq!(sample.activity, Activity::Idle);
+        }
+    }
+
+    #[test]
+    fn repeated_it_goes_on_where_it_ended() {
+        let text = "time_s,position\n0,0\n1,2\n2,4\n";
+        let mut replay = replay(text, true, Interpolation::Cubic);
+        for t in [0.5, 1.5, 2.0, 3.25, 4.0, 1_000.75] {
+            let sample = at(&mut replay, t);
+            assert_close(sample.motion.position, 2.0 * t);
+            assert_close(sample.motion.velocity, 2.0);
+        }
+    }
+}

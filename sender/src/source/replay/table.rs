@@ -1,0 +1,294 @@
+//! Reading a recorded motion.
+
+use std::fs;
+use std::path::Path;
+
+/// A recording, its missing columns differentiated.
+#[derive(Debug)]
+pub(super) struct Recording {
+    pub(super) rows: Vec<Row>,
+    pub(super) velocity_recorded: bool,
+}
+
+/// One row of a recording.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    pub(super) time: f64,
+    pub(super) position: f64,
+    pub(super) velocity: f64,
+    /// None where it was not recorded.
+    pub(super) acceleration: Option<f64>,
+}
+
+/// A file that cannot be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The file cannot be read.
+    #[error("{file}: cannot be read: {reason}")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// What the system said.
+        reason: std::io::Error,
+    },
+    /// A line is no CSV, or has too few or too many values.
+    #[error("{file}: {reason}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// Where and why.
+        reason: csv::Error,
+    },
+    /// The header has not the columns it must have.
+    #[error(
+        "{file}: line 1: received the columns {received}, expected `time_s`, `position` and at \
+         most `velocity` and `acceleration`, each once"
+    )]
+    Columns {
+        /// The file.
+        file: String,
+        /// The header.
+        received: String,
+    },
+    /// A value is not what it must be.
+    #[error("{file}: line {line}: {column}: received {received:?}, expected {expected}")]
+    Value {
+        /// The file.
+        file: String,
+        /// The line, from 1.
+        line: usize,
+        /// The column's name.
+        column: &'static str,
+        /// What is there.
+        received: String,
+        /// What should be.
+        expected: String,
+    },
+    /// There is nothing to move along.
+    #[error("{file}: received {received} rows, expected at least 2")]
+    TooShort {
+        /// The file.
+        file: String,
+        /// How many rows there are.
+        received: usize,
+    },
+}
+
+/// Reads a recording.
+pub(super) fn read(path: &Path) -> Result<Recording, ReplayError> {
+    let file = path.display().to_string();
+    match fs::read_to_string(path) {
+        Ok(text) => Text { file, text }.parse(),
+        Err(reason) => Err(ReplayError::Unreadable { file, reason }),
+    }
+}
+
+/// A file and what is in it.
+struct Text {
+    file: String,
+    text: String,
+}
+
+impl Text {
+    fn parse(&self) -> Result<Recording, ReplayError> {
+        let mut csv = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_reader(self.text.as_bytes());
+        let header = csv.headers().map_err(|reason| self.syntax(reason))?;
+        let columns = Columns::find(self, header)?;
+
+        let mut rows: Vec<Row> = Vec::new();
+        for record in csv.records() {
+            let record = record.map_err(|reason| self.syntax(reason))?;
+            let row = columns.row(self, &record)?;
+            if let Some(before) = rows.last().filter(|before| row.time <= before.time) {
+                let expected = format!("more than {}, the time before", before.time);
+                return Err(self.value(&record, "time_s", columns.time, expected));
+            }
+            rows.push(row);
+        }
+        if rows.len() < 2 {
+            return Err(ReplayError::TooShort {
+                file: self.file.clone(),
+                received: rows.len(),
+            });
+        }
+        let velocity_recorded = columns.velocity.is_some();
+        if !velocity_recorded {
+            differentiate(&mut rows);
+        }
+        Ok(Recording {
+            rows,
+            velocity_recorded,
+        })
+    }
+
+    fn syntax(&self, reason: csv::Error) -> ReplayError {
+        ReplayError::Syntax {
+            file: self.file.clone(),
+            reason,
+        }
+    }
+
+    fn value(
+        &self,
+        record: &csv::StringRecord,
+        column: &'static str,
+        at: usize,
+        expected: String,
+    ) -> ReplayError {
+        ReplayError::Value {
+            file: self.file.clone(),
+            line: self.line(record),
+            column,
+            received: record[at].to_owned(),
+            expected,
+        }
+    }
+
+    /// The line a record is on. Its own position is where the record before it ended, which is
+    /// another line where some are blank.
+    fn line(&self, record: &csv::StringRecord) -> usize {
+        let ended = record
+            .position()
+            .map_or(0, |position| position.byte() as usize);
+        let before = self.text.get(..ended).unwrap_or_default();
+        let blank = self.text[before.len()..]
+            .bytes()
+            .take_while(|byte| matches!(byte, b'\r' | b'\n'));
+        let is_newline = |byte: &u8| *byte == b'\n';
+        1 + before.bytes().filter(is_newline).count() + blank.filter(is_newline).count()
+    }
+}
+
+/// Where each column is.
+struct Columns {
+    time: usize,
+    position: usize,
+    velocity: Option<usize>,
+    acceleration: Option<usize>,
+}
+
+impl Columns {
+    fn find(text: &Text, header: &csv::StringRecord) -> Result<Self, ReplayError> {
+        let find = |name: &str| header.iter().position(|column| column == name);
+        let velocity = find("velocity");
+        let acceleration = find("acceleration");
+        let known = 2 + usize::from(velocity.is_some()) + usize::from(acceleration.is_some());
+        match (find("time_s"), find("position")) {
+            (Some(time), Some(position)) if header.len() == known => Ok(Self {
+                time,
+                position,
+                velocity,
+                acceleration,
+            }),
+            _ => Err(ReplayError::Columns {
+                file: text.file.clone(),
+                received: header
+                    .iter()
+                    .map(|column| format!("`{column}`"))
+                    .collect::<Vec<_>>()
+                    .join(", "),
+            }),
+        }
+    }
+
+    fn row(&self, text: &Text, record: &csv::StringRecord) -> Result<Row, ReplayError> {
+        let number = |column: &'static str, at: usize| match record[at].parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(number),
+            _ => Err(text.value(record, column, at, "a finite number".to_owned())),
+        };
+        let optional =
+            |column: &'static str, at: Option<usize>| at.map(|at| number(column, at)).transpose();
+        Ok(Row {
+            time: number("time_s", self.time)?,
+            position: number("position", self.position)?,
+            velocity: optional("velocity", self.velocity)?.unwrap_or(0.0),
+            acceleration: optional("acceleration", self.acceleration)?,
+        })
+    }
+}
+
+/// Sets each row's velocity to the slope there of the parabola through it and its neighbours.
+fn differentiate(rows: &mut [Row]) {
+    let slope = |from: &Row, to: &Row| (to.position - from.position) / (to.time - from.time);
+    let last = rows.len() - 1;
+    if last == 1 {
+        let velocity = slope(&rows[0], &rows[1]);
+        rows[0].velocity = velocity;
+        rows[1].velocity = velocity;
+        return;
+    }
+    for k in 0..=last {
+        // The ends lie on the parabola of their neighbour.
+        let middle = k.clamp(1, last - 1);
+        let (a, b, c) = (&rows[middle - 1], &rows[middle], &rows[middle + 1]);
+        let (left, right) = (slope(a, b), slope(b, c));
+        let curvature = (right - left) / (c.time - a.time);
+        rows[k].velocity = left + curvature * (2.0 * rows[k].time - a.time - b.time);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(text: &str) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.csv");
+        std::fs::write(&path, text).unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        let file = path.display().to_string();
+        message
+            .strip_prefix(&file)
+            .expect("every error begins with the file")
+            .to_owned()
+    }
+
+    #[test]
+    fn a_bad_file_is_refused_with_place_value_and_expectation() {
+        for (text, expected) in [
+            (
+                "time_s,position\n0,1\n1,abc\n",
+                ": line 3: position: received \"abc\", expected a finite number",
+            ),
+            (
+                "time_s,position\n0,1\n1,inf\n",
+                ": line 3: position: received \"inf\", expected a finite number",
+            ),
+            (
+                "time_s,position\n0,1\n1,2\n\n1,3\n",
+                ": line 5: time_s: received \"1\", expected more than 1, the time before",
+            ),
+            (
+                "time_s,position\n0,1\n",
+                ": received 1 rows, expected at least 2",
+            ),
+            ("", ": line 1: received the columns , expected `time_s`"),
+            (
+                "time_s,pos\n0,1\n1,2\n",
+                ": line 1: received the columns `time_s`, `pos`, expected",
+            ),
+            (
+                "time_s,position,position\n0,1,1\n1,2,2\n",
+                ": line 1: received the columns `time_s`, `position`, `position`, expected",
+            ),
+            (
+                "time_s,position\n0,1\n1\n",
+                ": CSV error: record 2 (line: 3",
+            ),
+        ] {
+            let message = refusal(text);
+            assert!(message.starts_with(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let message = read(Path::new("no/such.csv")).unwrap_err().to_string();
+        assert!(
+            message.starts_with("no/such.csv: cannot be read: "),
+            "{message}"
+        );
+    }
+}

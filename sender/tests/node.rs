@@ -1,0 +1,177 @@
+//! The sender as the world sees it: cycles in, frames out.
+
+use coaxle_clock::{CycleIndex, Instant, Local, Span};
+use coaxle_motion::axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
+use coaxle_node::config::parse;
+use coaxle_node::frame::{FrameHeader, decode, seal, sender_id};
+use coaxle_node::keys::NodeName;
+use coaxle_node::{Channel, Node};
+use coaxle_sender::Sender;
+use coaxle_sender::config::SenderConfig;
+
+const START: Instant<Local> = Instant::from_nanos(5_000_000_000);
+const EPOCH: u64 = 0xC0A_C1E;
+
+fn axis(id: u32, velocity: f64) -> String {
+    format!(
+        "[[axis]]\nid = {id}\nname = 'axis {id}'\nprogram = {{ start-velocity = {velocity:?}, \
+         limits = {{ velocity = 1000, acceleration = 1000, jerk = 1000 }} }}\n"
+    )
+}
+
+fn sender(axes: &str) -> Sender {
+    let text = format!("name = 'test'\ncycle-time-us = 1000\n{axes}");
+    let config: SenderConfig = parse("s.toml", &text).expect("valid");
+    Sender::new(&config, START, EPOCH).expect("valid")
+}
+
+/// Runs the cycle that is due and opens the frame it sends.
+fn turn(sender: &mut Sender, now: Instant<Local>) -> (FrameHeader, Vec<NcToPlcAxis>) {
+    let taken = sender.cycle(now);
+    let outgoing = sender.transmit().expect("each cycle sends a frame");
+    assert_eq!(outgoing.channel, Channel::Axes);
+    assert_eq!(outgoing.ideal_start, taken.ideal_start);
+    let mut frame = Vec::new();
+    seal("coaxle/test/axes", outgoing.body, None, &mut frame);
+    let mut axes = Vec::new();
+    let header = decode("coaxle/test/axes", &frame, |axis| axes.push(*axis)).expect("a frame");
+    assert!(sender.transmit().is_none(), "a frame is sent once");
+    (header, axes)
+}
+
+#[test]
+fn a_frame_says_who_when_and_where() {
+    let mut sender = sender(&axis(3, 500.0));
+    assert!(
+        sender.transmit().is_none(),
+        "nothing to send before the first cycle"
+    );
+    assert_eq!(sender.next_cycle(), START);
+    let _ = turn(&mut sender, START);
+    assert_eq!(sender.next_cycle(), START + Span::from_millis(1));
+    let (header, axes) = turn(&mut sender, START + Span::from_micros(1_030));
+
+    assert_eq!(header.sender, sender_id(&NodeName::new("test").unwrap()));
+    assert_eq!(header.epoch, EPOCH);
+    assert_eq!((header.count, header.index), (1, CycleIndex(1)));
+    assert_eq!(header.cycle_time.span(), Span::from_millis(1));
+
+    let axis = axes[0];
+    assert_eq!(axes, sender.axes());
+    assert_eq!(axis.axis_id, 3);
+    // Where the axis is at the ideal start, not when the node woke.
+    assert_eq!(axis.set_position, 0.5);
+    assert_eq!(axis.actual_position, 0.5);
+    assert_eq!((axis.set_velocity, axis.actual_velocity), (500.0, 500.0));
+    assert_eq!(axis.axis_state, AxisState::ConstantVelocity);
+    assert_eq!(axis.couple_state, CoupleState::Master);
+    assert!(
+        axis.state_word
+            .contains(StateWord::OPERATIONAL | StateWord::CONSTANT_VELOCITY)
+    );
+}
+
+#[test]
+fn the_index_wraps_and_the_count_does_not() {
+    let mut sender = sender(&axis(1, 500.0));
+    for k in 0..65_540_i64 {
+        let (header, axes) = turn(&mut sender, START + Span::from_millis(k));
+        assert_eq!(header.count, k as u64);
+        assert_eq!(header.index, CycleIndex((k % 65_536) as u16));
+        assert_eq!(axes[0].set_velocity, 500.0);
+    }
+    assert_eq!(sender.snapshot().index, CycleIndex(3));
+    assert_eq!(sender.snapshot().count, 65_539);
+}
+
+#[test]
+fn an_overrun_skips_cycles_index_and_motion_alike() {
+    let mut sender = sender(&axis(1, 500.0));
+    let _ = turn(&mut sender, START);
+    let (header, axes) = turn(&mut sender, START + Span::from_micros(7_400));
+    assert_eq!((header.count, header.index), (7, CycleIndex(7)));
+    assert_eq!(axes[0].set_position, 3.5);
+    let snapshot = sender.snapshot();
+    assert_eq!(snapshot.overruns, 6);
+    assert_eq!(snapshot.ideal_start, START + Span::from_millis(7));
+    assert_eq!(snapshot.woke, START + Span::from_micros(7_400));
+    // No burst: the next cycle is the next one.
+    assert_eq!(sender.next_cycle(), START + Span::from_millis(8));
+}
+
+#[test]
+fn many_axes_share_a_frame_in_the_order_of_their_ids() {
+    let axes: String = (1..=32).rev().map(|id| axis(id, f64::from(id))).collect();
+    let mut sender = sender(&axes);
+    let _ = turn(&mut sender, START);
+    let (_, axes) = turn(&mut sender, START + Span::from_millis(1));
+    assert_eq!(axes.len(), 32);
+    for (axis, id) in axes.iter().zip(1..) {
+        assert_eq!(axis.axis_id, id);
+        assert_eq!(axis.set_velocity, f64::from(id));
+    }
+    let shown = sender.snapshot().axes.map(|axis| axis.unwrap().id);
+    assert_eq!(shown, [1, 2, 3, 4]);
+}
+
+#[test]
+fn a_frame_is_as_large_as_the_config_allows() {
+    let axes: String = (1..=128)
+        .map(|id| axis(id + 4_000_000_000, -999.9))
+        .collect();
+    let mut sender = sender(&axes);
+    assert_eq!(turn(&mut sender, START).1.len(), 128);
+}
+
+#[test]
+fn before_it_is_enabled_an_axis_stands_at_its_start() {
+    let mut sender = sender(
+        "[[axis]]\nid = 1\nname = 'x'\nmodulo = 360.0\n[axis.program]\nstart-position = 370.0\n\
+         limits = { velocity = 1, acceleration = 1, jerk = 1 }\n\
+         steps = [{ dwell = { for-s = 0.002 } }, { enable = true }]",
+    );
+    let (_, axes) = turn(&mut sender, START);
+    let axis = axes[0];
+    assert_eq!(axis.state_word, StateWord::HOMED | StateWord::NOT_MOVING);
+    assert_eq!(axis.axis_state, AxisState::Inactive);
+    assert_eq!(axis.set_position, 370.0);
+    assert_eq!((axis.modulo_set_position, axis.modulo_set_turns), (10.0, 1));
+    assert_eq!(
+        (axis.modulo_actual_position, axis.modulo_actual_turns),
+        (10.0, 1)
+    );
+    let (_, axes) = turn(&mut sender, START + Span::from_millis(2));
+    assert!(axes[0].state_word.contains(StateWord::OPERATIONAL));
+}
+
+#[test]
+fn an_encoder_shows_its_increments_and_the_snapshot_the_truth() {
+    let mut sender = sender(
+        "[[axis]]\nid = 1\nname = 'x'\n[axis.encoder]\nresolution = 0.2\n\
+         [axis.encoder.program]\nstart-velocity = 500.0\n\
+         limits = { velocity = 500, acceleration = 1, jerk = 1 }",
+    );
+    let _ = turn(&mut sender, START);
+    let (_, axes) = turn(&mut sender, START + Span::from_millis(1));
+    assert_eq!(axes[0].set_position, 0.4);
+    assert_eq!(axes[0].actual_position, 0.4);
+    assert!((axes[0].set_velocity - 400.0).abs() < 1e-9);
+    assert_eq!(axes[0].set_acceleration, 0.0);
+    let truth = sender.snapshot().axes[0].unwrap();
+    assert_eq!((truth.position, truth.velocity), (0.5, 500.0));
+}
+
+#[test]
+fn a_recording_that_is_not_there_names_its_axis() {
+    let text = "name = 'test'\ncycle-time-us = 1000\n[[axis]]\nid = 1\nname = 'taught'\n\
+                replay = { file = 'no/such.csv' }";
+    let config: SenderConfig = parse("s.toml", text).unwrap();
+    let error = Sender::new(&config, START, EPOCH)
+        .err()
+        .unwrap()
+        .to_string();
+    assert!(
+        error.starts_with("axis \"taught\": no/such.csv: cannot be read: "),
+        "{error}"
+    );
+}
