@@ -64,7 +64,8 @@ impl Beats {
 
     /// One cycle; `offset` is none when it brought no new data. Tells when the plateau changes.
     pub(super) fn observe(&mut self, offset: Option<i64>, cycle: i64) -> Option<Beat> {
-        let run = self.continue_run(offset, cycle)?;
+        // Silence confirms nothing: one late message before a pause would make a plateau.
+        let run = self.continue_run(offset?, cycle);
         if cycle - run.since < self.limit || self.plateau == Some(run.offset) {
             return None;
         }
@@ -82,16 +83,13 @@ impl Beats {
         Some(Beat::Counted { ticks })
     }
 
-    fn continue_run(&mut self, offset: Option<i64>, cycle: i64) -> Option<Run> {
-        if let Some(offset) = offset
-            && self.run.is_none_or(|run| run.offset != offset)
-        {
-            self.run = Some(Run {
-                offset,
-                since: cycle,
-            });
-        }
-        self.run
+    fn continue_run(&mut self, offset: i64, cycle: i64) -> Run {
+        let begun = Run {
+            offset,
+            since: cycle,
+        };
+        let run = self.run.filter(|run| run.offset == offset);
+        *self.run.insert(run.unwrap_or(begun))
     }
 
     /// The offset of the plateau in force.
@@ -163,5 +161,24 @@ impl Periods {
             .iter()
             .fold((0.0, 0.0), |sum, p| (sum.0 + p.0, sum.1 + p.1));
         if cycles > 0.0 { ticks / cycles } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_late_message_before_a_silence_makes_no_plateau() {
+        let mut beats = Beats::new(90, 1);
+        for cycle in 0..200 {
+            let _ = beats.observe(Some(3), cycle);
+        }
+        assert_eq!(beats.observe(Some(-35), 200), None);
+        for cycle in 201..400 {
+            assert_eq!(beats.observe(None, cycle), None);
+        }
+        assert_eq!(beats.observe(Some(3), 400), None);
+        assert_eq!((beats.plateau(), beats.count()), (Some(3), 0));
     }
 }

@@ -56,7 +56,7 @@ impl Line {
         }
     }
 
-    fn at(&self, cycle: i64) -> f64 {
+    pub(super) fn at(&self, cycle: i64) -> f64 {
         let Some(ramp) = &self.ramp else {
             return self.base;
         };
@@ -87,22 +87,27 @@ impl Blend {
     /// Aims at another line, to be reached in `cycles`. A blend that is under way is left where it
     /// stands.
     pub(super) fn aim(&mut self, line: Line, cycle: i64, cycles: u16) {
-        self.from = if cycle - self.since < self.cycles {
+        self.from = if self.has_arrived(cycle) {
+            self.to
+        } else {
             Line {
                 base: self.at(cycle),
                 ramp: None,
             }
-        } else {
-            self.to
         };
         self.to = line;
         self.since = cycle;
         self.cycles = i64::from(cycles);
     }
 
+    /// Whether the line aimed at is reached.
+    pub(super) const fn has_arrived(&self, cycle: i64) -> bool {
+        cycle - self.since >= self.cycles
+    }
+
     pub(super) fn at(&self, cycle: i64) -> f64 {
         let passed = cycle - self.since;
-        if passed >= self.cycles {
+        if self.has_arrived(cycle) {
             return self.to.at(cycle);
         }
         let share = passed as f64 / self.cycles as f64;

@@ -14,8 +14,13 @@
 //! * A *plateau* is an offset that stays constant for `end_of_transition_limit` cycles. A beat is the
 //!   change from one plateau to another, dated at the first cycle of the new one. A beat of several
 //!   ticks counts as that many periods.
+//! * Sync mode begins once the time-mode blending after the beat that made the drift known is over
+//!   and the correction is inside `threshold_for_sync`. That blending leads straight onto the ramp
+//!   where the ramp is still inside the threshold then, so that the switch is no bump at all.
 //! * The correction time is compared with `threshold_for_sync` before `delay_time_offset` is added,
 //!   or no offset above the threshold would ever let it synchronise.
+//! * While no new data come the age limit watches, if it is on, and the index difference, which
+//!   grows with the age, does not: a lost master is called by its name.
 //! * A plateau that lies further away than the manual's largest index difference is no beat but a
 //!   loss of sync for an unknown reason, should `max_cycle_index_difference` not have caught it.
 
@@ -56,8 +61,8 @@ pub struct TimeSync {
     beats: Beats,
     /// What time mode follows: the plateaus, each blended into the next.
     level: Blend,
-    /// What sync mode follows: the ramps from beat to beat.
-    ramp: Blend,
+    /// What is in force: as time mode until the drift is known, then the ramps from beat to beat.
+    course: Blend,
     diagnostic: TimeSyncDiagnostic,
 }
 
@@ -169,18 +174,23 @@ impl SyncError {
             Self::MaxPositionDiffExceeded => 0x4b59,
         }
     }
-}
 
-impl fmt::Display for SyncError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let reason = match self {
+    /// What happened, in words.
+    #[must_use]
+    pub const fn reason(self) -> &'static str {
+        match self {
             Self::MaxCycleIndexDiffExceeded => "corrected and received cycle index differ too much",
             Self::MaxDataAgeExceeded => "no new data for too long",
             Self::UnknownSyncLoss => "synchronisation lost for an unknown reason",
             Self::WrongParameter => "a parameter is wrong",
             Self::MaxPositionDiffExceeded => "corrected and received position differ too much",
-        };
-        write!(f, "0x{:04x}: {reason}", self.code())
+        }
+    }
+}
+
+impl fmt::Display for SyncError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "0x{:04x}: {}", self.code(), self.reason())
     }
 }
 
@@ -203,6 +213,14 @@ impl SyncWarning {
     pub const fn code(self) -> u16 {
         match self {
             Self::DriftChangedSignificantly => 1,
+        }
+    }
+
+    /// What happened, in words.
+    #[must_use]
+    pub const fn reason(self) -> &'static str {
+        match self {
+            Self::DriftChangedSignificantly => "the drift changed by more than half",
         }
     }
 }
@@ -231,7 +249,7 @@ impl TimeSync {
                 parameters.no_of_periods_for_mean_drift,
             ),
             level: Blend::new(Line::level(0)),
-            ramp: Blend::new(Line::level(0)),
+            course: Blend::new(Line::level(0)),
             diagnostic: TimeSyncDiagnostic::default(),
             parameters,
         })
@@ -262,6 +280,7 @@ impl TimeSync {
         self.cycle = 0;
         self.beats.restart();
         self.level = Blend::new(Line::level(0));
+        self.course = self.level;
         self.diagnostic.cycle_index_diff = 0;
         self.diagnostic.consecutive_equal_data = 0;
         self.diagnostic.drift_ppm = 0.0;
@@ -344,14 +363,40 @@ impl TimeSync {
             self.status = Status::Failed(SyncError::UnknownSyncLoss);
             return;
         }
-        let plateau = Line::level(self.beats.plateau().unwrap_or(0));
         let cycles = self.parameters.time_mode_blending_cycles;
-        self.level.aim(plateau, self.cycle, cycles);
+        self.level.aim(self.plateau(), self.cycle, cycles);
         if synced {
             let cycles = self.parameters.new_drift_bending_cycles;
-            self.ramp
+            self.course
                 .aim(self.ramp_from_last_beat(), self.cycle, cycles);
+        } else {
+            self.course.aim(self.approach(), self.cycle, cycles);
         }
+    }
+
+    /// Where the beats of the start-up lead. With the drift known, straight onto the ramp, if that
+    /// is still inside the threshold when it is reached; otherwise to the plateau, as time mode.
+    fn approach(&self) -> Line {
+        let plateau = self.plateau();
+        if self.parameters.force_time_mode || !self.beats.mean_is_known() {
+            return plateau;
+        }
+        let ramp = self.ramp_from_last_beat();
+        let reached = self.cycle + i64::from(self.parameters.time_mode_blending_cycles);
+        let correction = ramp.at(reached) - plateau.at(reached);
+        if correction.abs() < self.threshold() {
+            ramp
+        } else {
+            plateau
+        }
+    }
+
+    fn plateau(&self) -> Line {
+        Line::level(self.beats.plateau().unwrap_or(0))
+    }
+
+    fn threshold(&self) -> f64 {
+        self.parameters.threshold_for_sync * self.ticks.per_task_cycle as f64
     }
 
     fn ramp_from_last_beat(&self) -> Line {
@@ -369,28 +414,24 @@ impl TimeSync {
 
     /// Corrected minus received index, in ticks.
     fn corrections(&self, offset: i64) -> Corrections {
-        let time_mode = self.level.at(self.cycle) - offset as f64;
-        let in_force = match self.status {
-            Status::Synced => self.ramp.at(self.cycle) - offset as f64,
-            _ => time_mode,
-        };
         Corrections {
-            in_force,
-            time_mode,
+            in_force: self.course.at(self.cycle) - offset as f64,
+            time_mode: self.level.at(self.cycle) - offset as f64,
         }
     }
 
+    /// Sync mode begins when the approach is over and the correction inside the threshold: then the
+    /// switch itself changes nothing.
     fn try_to_synchronise(&mut self, offset: i64) {
-        let threshold = self.parameters.threshold_for_sync * self.ticks.per_task_cycle as f64;
         if self.status == Status::StartUp
             && !self.parameters.force_time_mode
             && self.beats.mean_is_known()
-            && self.corrections(offset).time_mode.abs() < threshold
+            && self.course.has_arrived(self.cycle)
+            && self.corrections(offset).in_force.abs() < self.threshold()
         {
             self.status = Status::Synced;
-            self.ramp = self.level;
             let cycles = self.parameters.new_drift_bending_cycles;
-            self.ramp
+            self.course
                 .aim(self.ramp_from_last_beat(), self.cycle, cycles);
         }
     }
@@ -399,9 +440,10 @@ impl TimeSync {
         if let Status::Failed(error) = self.status {
             return Some(error);
         }
-        let age_limit = self.parameters.age_of_data_limit;
-        if age_limit > 0 && self.diagnostic.consecutive_equal_data > u32::from(age_limit) {
-            return Some(SyncError::MaxDataAgeExceeded);
+        let age = self.diagnostic.consecutive_equal_data;
+        let age_limit = u32::from(self.parameters.age_of_data_limit);
+        if age_limit > 0 && age > 0 {
+            return (age > age_limit).then_some(SyncError::MaxDataAgeExceeded);
         }
         let index_limit = self.parameters.max_cycle_index_difference;
         let difference = correction.abs() / self.ticks.per_data_cycle as f64;

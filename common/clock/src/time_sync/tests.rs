@@ -104,22 +104,46 @@ fn sync_comes_after_one_beat_more_than_periods_and_the_drift_is_right() {
 }
 
 #[test]
-fn sync_waits_for_the_correction_to_fall_below_the_threshold() {
-    let far = Far::drifting(500.0);
-    let limit = i64::from(defaults().end_of_transition_limit);
-    let sync_after_second_beat = |threshold_for_sync| {
-        let mut sync = started(TimeSyncParameters {
-            threshold_for_sync,
-            ..defaults()
-        });
+fn sync_begins_when_the_blending_after_its_beat_is_over() {
+    // At 100 ppm the blending leads onto the ramp, at 500 ppm to the plateau: the ramp would be
+    // outside the threshold.
+    for drift in [100.0, 500.0] {
+        let far = Far::drifting(drift);
+        let mut sync = started(defaults());
         let second = (1..)
             .find(|cycle| far.count(*cycle) - far.count(0) - cycle == 2)
             .unwrap();
-        cycle_of_sync(&mut sync, &far, 100_000).unwrap().0 - second
-    };
-    // Half way through the blending of 90 cycles the correction is half a cycle.
-    assert_eq!(sync_after_second_beat(0.5), limit + 46);
-    assert_eq!(sync_after_second_beat(0.05), limit + 86);
+        let (cycle, output) = cycle_of_sync(&mut sync, &far, 100_000).unwrap();
+        assert_eq!(cycle - second, 90 + 90);
+        let correction = output.correction_time.unwrap().0 / CYCLE.as_secs_f64();
+        let on_the_ramp = 1.9 * 180.0 * drift * 1e-6;
+        let expected = if drift < 200.0 { on_the_ramp } else { 0.0 };
+        assert!((correction - expected).abs() < 1e-3, "{correction}");
+    }
+}
+
+#[test]
+fn sync_waits_for_the_correction_to_be_inside_the_threshold() {
+    let far = Far::drifting(500.0);
+    let mut sync = started(defaults());
+    let second = (1..)
+        .find(|cycle| far.count(*cycle) - far.count(0) - cycle == 2)
+        .unwrap();
+    // The message of the cycle in which it would synchronise is lost: a whole cycle to correct.
+    let due = second + 180;
+    let states: Vec<_> = (0..due + 3)
+        .map(|cycle| {
+            let read = if cycle == due { cycle - 1 } else { cycle };
+            sync.update(far.index(read), 1).state
+        })
+        .collect();
+    let last = &states[states.len() - 3..];
+    let expected = [
+        TimeSyncState::StartUp,
+        TimeSyncState::Synced,
+        TimeSyncState::Synced,
+    ];
+    assert_eq!(last, expected);
 }
 
 #[test]
@@ -135,16 +159,15 @@ fn corrected_time_never_jumps_and_stays_within_half_a_cycle_of_a_constant() {
                 far.count(cycle) as f64 + output.correction_time.unwrap().0 / CYCLE.as_secs_f64();
             if let Some(previous) = previous {
                 let step = corrected - previous;
-                // One cycle, and at most a whole one more blended over 90.
-                assert!((step - 1.0).abs() < 1.0 / 89.0, "cycle {cycle}: {step}");
+                // One cycle, and at most a whole one and the ramp so far more, blended over 90.
+                assert!((step - 1.0).abs() < 1.07 / 90.0, "cycle {cycle}: {step}");
             }
             previous = Some(corrected);
             if output.state == TimeSyncState::Synced {
                 errors.push(error_of(&far, cycle, &output, CYCLE.as_secs_f64()));
             }
         }
-        // The blend into sync starts from a correction of up to 0.05 cycles.
-        let (low, high) = errors[200..]
+        let (low, high) = errors
             .iter()
             .fold((f64::MAX, f64::MIN), |(l, h), e| (l.min(*e), h.max(*e)));
         // The default slopes wander by 0.45 of a cycle by design.
@@ -295,6 +318,21 @@ fn data_that_stay_away_too_long_are_an_error() {
     // Without automatic re-initialisation it stays.
     let later = sync.update(far.index(cycle + 20), 1);
     assert_eq!(later.state, failed);
+}
+
+#[test]
+fn with_the_age_not_watched_the_index_difference_ends_an_outage() {
+    let far = Far::drifting(-200.0);
+    let mut sync = started(TimeSyncParameters {
+        age_of_data_limit: 0,
+        ..defaults()
+    });
+    let (cycle, _) = cycle_of_sync(&mut sync, &far, 100_000).unwrap();
+    let failed = (1..20).find(|_| {
+        let state = sync.update(far.index(cycle), 1).state;
+        state == TimeSyncState::Failed(SyncError::MaxCycleIndexDiffExceeded)
+    });
+    assert_eq!(failed, Some(8));
 }
 
 #[test]
