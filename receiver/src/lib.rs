@@ -4,13 +4,16 @@
 //! inbox ─▶ newest fresh sample ─▶ AxisSync ─▶ gear ─▶ drive ─▶ slave axis, snapshot
 //! ```
 //!
-//! [`Receiver`] is the node, without any I/O; `pipeline.rs` reads like the picture.
+//! [`Receiver`] is the node, without any I/O; `pipeline.rs` reads like the picture. `run` (with the
+//! feature `host`) is its life in the real world.
 
 pub mod config;
 mod inbox;
 mod node;
 mod pipeline;
 mod record;
+#[cfg(feature = "host")]
+pub mod run;
 mod slave;
 mod snapshot;
 

@@ -137,6 +137,7 @@ impl Node for Receiver {
             overruns: self.schedule.overruns(),
             health: self.pipeline.health(),
             counters: self.pipeline.counters(),
+            data_cycle_time: self.pipeline.data_cycle_time(),
             master: self.pipeline.master(),
             slave: self.pipeline.slave(),
             drive: self.pipeline.drive(),

@@ -104,11 +104,7 @@ impl Pipeline {
     /// The far axis, local and smooth; none when the cycle times do not fit.
     fn synchronise(&mut self, sample: &Sample, elapsed: u32) -> Option<AxisSyncOutput> {
         let data = sample.header.cycle_time;
-        let started_for = match &self.sync {
-            Sync::Waiting => None,
-            Sync::Running { data, .. } | Sync::Refused { data } => Some(*data),
-        };
-        if started_for != Some(data) {
+        if self.data_cycle_time() != Some(data) {
             self.sync = self.start_sync(data);
         }
         match &mut self.sync {
@@ -190,6 +186,14 @@ impl Pipeline {
 
     fn silence(&self) -> Span {
         self.cycle_time.span() * i64::from(self.age_cycles)
+    }
+
+    /// The sender's cycle time that the synchronising block was started for.
+    pub(crate) const fn data_cycle_time(&self) -> Option<CycleTime> {
+        match &self.sync {
+            Sync::Waiting => None,
+            Sync::Running { data, .. } | Sync::Refused { data } => Some(*data),
+        }
     }
 
     pub(crate) fn counters(&self) -> Counters {

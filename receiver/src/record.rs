@@ -169,6 +169,44 @@ impl From<DriveState> for DriveStateName {
 }
 
 impl ReceiverRecord {
+    /// The names of all fields, in their order: the columns of a trace.
+    pub const COLUMNS: [&'static str; 34] = [
+        "at_ns",
+        "woke_ns",
+        "cycle",
+        "overruns",
+        "health",
+        "state",
+        "synced",
+        "error",
+        "warning",
+        "beats",
+        "epoch",
+        "count",
+        "index",
+        "age_cycles",
+        "received_position",
+        "received_velocity",
+        "corrected_position",
+        "corrected_velocity",
+        "correction_us",
+        "far_time_ns",
+        "drift_ppm",
+        "slave_position",
+        "slave_velocity",
+        "drive_state",
+        "drive_position",
+        "drive_velocity",
+        "following_error",
+        "received",
+        "lost",
+        "duplicates",
+        "late",
+        "stale",
+        "rejected",
+        "restarts",
+    ];
+
     /// The row of a cycle whose ideal start and wake-up the world dates in its own clock.
     #[must_use]
     pub fn new(at_ns: i64, woke_ns: i64, snapshot: &ReceiverSnapshot) -> Self {

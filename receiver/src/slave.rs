@@ -7,7 +7,7 @@ use coaxle_motion::profile::Kinematics;
 use crate::snapshot::{DriveSnapshot, MasterSnapshot};
 
 /// NC error of a following error that lasted too long.
-const FOLLOWING_ERROR: u32 = 0x4550;
+pub(crate) const FOLLOWING_ERROR: u32 = 0x4550;
 
 /// The axis structure of a coupled slave.
 pub(crate) fn axis_of(

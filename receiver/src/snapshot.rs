@@ -1,7 +1,7 @@
 //! What a receiver shows of itself after each cycle: plain data.
 
 use coaxle_clock::time_sync::{SyncError, SyncWarning};
-use coaxle_clock::{CycleIndex, Instant, Local, Remote, Seconds};
+use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Remote, Seconds};
 use coaxle_motion::drive::DriveState;
 use coaxle_motion::profile::Kinematics;
 use coaxle_motion::remote::FilterState;
@@ -24,6 +24,8 @@ pub struct ReceiverSnapshot {
     pub health: Health,
     /// What became of the messages.
     pub counters: Counters,
+    /// The sender's nominal cycle time, as its frames say; none before the first message.
+    pub data_cycle_time: Option<CycleTime>,
     /// The far axis; none before the first message.
     pub master: Option<MasterSnapshot>,
     /// The slave's set values, as given to the drive; none until it is coupled.

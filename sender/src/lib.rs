@@ -1,7 +1,7 @@
 //! The sender node: axes published at the pace of its own clock.
 //!
 //! [`Sender`] is the node, [`config::SenderConfig`] its config file, [`source`] what moves its
-//! axes.
+//! axes, and `run` (with the feature `host`) its life in the real world.
 //!
 //! | PLC name | here |
 //! |--|--|
@@ -13,7 +13,11 @@
 
 pub mod config;
 mod node;
+mod record;
+#[cfg(feature = "host")]
+pub mod run;
 mod show;
 pub mod source;
 
 pub use node::{AxisKinematics, Sender, SenderError, SenderSnapshot};
+pub use record::SenderRecord;

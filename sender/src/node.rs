@@ -1,5 +1,7 @@
 //! The sender node.
 
+use std::num::NonZeroU32;
+
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
 use coaxle_motion::axis::NcToPlcAxis;
@@ -7,12 +9,9 @@ use coaxle_motion::profile::Kinematics;
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::{Channel, Message, Node, Outgoing};
 
-use crate::config::{AxisConfig, SenderConfig};
+use crate::config::{AxisConfig, MAX_SHOWN_AXES, SenderConfig};
 use crate::show::show;
 use crate::source::{self, AxisSample, ReplayError, Source};
-
-/// How many axes a snapshot shows.
-const AXES_SHOWN: usize = 4;
 
 /// The sender node: each cycle it works out where its axes are at the ideal start of that cycle
 /// and encodes them into one frame, in the order of their ids.
@@ -35,6 +34,8 @@ struct Axis {
     id: u32,
     modulo: Option<f64>,
     source: Box<dyn Source>,
+    /// Its place in the snapshot, if it is shown there.
+    slot: Option<usize>,
 }
 
 /// What a sender shows of itself after each cycle.
@@ -52,8 +53,9 @@ pub struct SenderSnapshot {
     pub woke: Instant<Local>,
     /// Cycles skipped so far.
     pub overruns: u64,
-    /// How the first axes (by id) really move, at the ideal start of the cycle.
-    pub axes: [Option<AxisKinematics>; AXES_SHOWN],
+    /// How the axes that the config shows (the first ones by id, unless it names others) really
+    /// move, at the ideal start of the cycle.
+    pub axes: [Option<AxisKinematics>; MAX_SHOWN_AXES],
 }
 
 /// How an axis really moves: behind an encoder, this is what the encoder measures.
@@ -74,7 +76,8 @@ impl Sender {
     /// the same sender. Reads the files of replayed axes.
     ///
     /// # Errors
-    /// [`SenderError`] where such a file cannot be replayed.
+    /// [`SenderError`] where such a file cannot be replayed, or an axis is to be shown that does
+    /// not exist.
     pub fn new(
         config: &SenderConfig,
         start: Instant<Local>,
@@ -86,6 +89,7 @@ impl Sender {
             .map(Axis::new)
             .collect::<Result<Vec<_>, _>>()?;
         axes.sort_by_key(|axis| axis.id);
+        choose_shown(&mut axes, config.show_axes.ids())?;
         let cycle_time = config.cycle_time_us.0;
         Ok(Self {
             schedule: Schedule::new(start, cycle_time),
@@ -109,7 +113,7 @@ impl Sender {
                 ideal_start: start,
                 woke: start,
                 overruns: 0,
-                axes: [None; AXES_SHOWN],
+                axes: [None; MAX_SHOWN_AXES],
             },
         })
     }
@@ -121,11 +125,11 @@ impl Sender {
     }
 
     fn move_axes(&mut self, since_start: Span) {
-        for (k, (axis, shown)) in self.axes.iter_mut().zip(&mut self.shown).enumerate() {
+        for (axis, shown) in self.axes.iter_mut().zip(&mut self.shown) {
             let sample = axis.source.sample(since_start);
             *shown = show(axis.id, axis.modulo, &sample);
-            if let Some(slot) = self.snapshot.axes.get_mut(k) {
-                *slot = Some(AxisKinematics::of(axis.id, &sample));
+            if let Some(slot) = axis.slot {
+                self.snapshot.axes[slot] = Some(AxisKinematics::of(axis.id, &sample));
             }
         }
     }
@@ -185,8 +189,31 @@ impl Axis {
             id: config.id.get(),
             modulo: config.modulo.map(|modulo| modulo.get()),
             source,
+            slot: None,
         })
     }
+}
+
+/// Gives the axes that are to be shown their places in the snapshot: `wanted` in that order, or
+/// the first ones where nothing is said.
+fn choose_shown(axes: &mut [Axis], wanted: &[NonZeroU32]) -> Result<(), SenderError> {
+    if wanted.is_empty() {
+        for (slot, axis) in axes.iter_mut().take(MAX_SHOWN_AXES).enumerate() {
+            axis.slot = Some(slot);
+        }
+    }
+    for (slot, id) in wanted.iter().enumerate() {
+        match axes.iter_mut().find(|axis| axis.id == id.get()) {
+            Some(axis) => axis.slot = Some(slot),
+            None => {
+                return Err(SenderError::NoSuchAxis {
+                    received: id.get(),
+                    expected: axes.iter().map(|axis| axis.id).collect(),
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 impl AxisKinematics {
@@ -215,5 +242,13 @@ pub enum SenderError {
         axis: String,
         /// Why.
         reason: ReplayError,
+    },
+    /// An axis is to be shown that does not exist.
+    #[error("show-axes: received id {received}, expected ids of the sender's axes: {expected:?}")]
+    NoSuchAxis {
+        /// The id.
+        received: u32,
+        /// Those there are.
+        expected: Vec<u32>,
     },
 }

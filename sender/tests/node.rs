@@ -6,8 +6,8 @@ use coaxle_node::config::parse;
 use coaxle_node::frame::{FrameHeader, decode, seal, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, Node};
-use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
+use coaxle_sender::{Sender, SenderRecord};
 
 const START: Instant<Local> = Instant::from_nanos(5_000_000_000);
 const EPOCH: u64 = 0xC0A_C1E;
@@ -112,6 +112,37 @@ fn many_axes_share_a_frame_in_the_order_of_their_ids() {
     }
     let shown = sender.snapshot().axes.map(|axis| axis.unwrap().id);
     assert_eq!(shown, [1, 2, 3, 4]);
+}
+
+#[test]
+fn the_config_chooses_the_axes_that_are_shown() {
+    let axes: String = (1..=32).map(|id| axis(id, f64::from(id))).collect();
+    let mut sender = sender(&format!("show-axes = [32, 7]\n{axes}"));
+    let _ = turn(&mut sender, START);
+    let shown = sender.snapshot().axes;
+    let motions = shown.map(|axis| axis.map(|axis| (axis.id, axis.velocity)));
+    assert_eq!(motions, [Some((32, 32.0)), Some((7, 7.0)), None, None]);
+    let rows: Vec<_> = SenderRecord::rows(5, 6, &sender.snapshot()).collect();
+    assert_eq!(rows.iter().map(|row| row.axis).collect::<Vec<_>>(), [32, 7]);
+    assert_eq!(
+        (rows[1].at_ns, rows[1].woke_ns, rows[1].velocity),
+        (5, 6, 7.0)
+    );
+}
+
+#[test]
+fn an_axis_that_is_to_be_shown_must_exist() {
+    let text = format!(
+        "name = 'test'\ncycle-time-us = 1000\nshow-axes = [2, 9]\n{}{}",
+        axis(1, 1.0),
+        axis(2, 1.0)
+    );
+    let config: SenderConfig = parse("s.toml", &text).expect("valid");
+    let error = Sender::new(&config, START, EPOCH).err().expect("refused");
+    assert_eq!(
+        error.to_string(),
+        "show-axes: received id 9, expected ids of the sender's axes: [1, 2]"
+    );
 }
 
 #[test]

@@ -17,6 +17,7 @@ mod health;
 mod link;
 pub mod machine;
 pub mod mailbox;
+mod node_args;
 mod outbox;
 mod publisher;
 pub mod real_time;
@@ -27,10 +28,13 @@ mod telemetry;
 mod tests;
 #[cfg(test)]
 mod toy;
+mod trace;
 mod transport;
 
 pub use health::Health;
 pub use machine::Machine;
+pub use node_args::NodeArgs;
 pub use run::{BuildNode, Ended, Outcome, Setup, Subscription, run};
 pub use telemetry::{Record, Recorder};
+pub use trace::Trace;
 pub use transport::{ZENOH_RUNTIME, zenoh_config};

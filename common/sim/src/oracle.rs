@@ -39,6 +39,13 @@ impl Truth {
         let whole = (far_time - self.far_time).as_nanos() as f64;
         Seconds((whole - self.far_fraction) * 1e-9)
     }
+
+    /// The sender's own time that passed since an earlier instant of the same run.
+    #[must_use]
+    pub fn seconds_since(&self, earlier: &Self) -> Seconds {
+        let whole = (self.far_time - earlier.far_time).as_nanos() as f64;
+        Seconds((whole + self.far_fraction - earlier.far_fraction) * 1e-9)
+    }
 }
 
 /// Remembers the last few seconds of a master. Feed it in order; ask it in any order.

@@ -26,6 +26,7 @@
 mod axis;
 mod check;
 mod program;
+mod shown;
 
 use std::ops::Deref;
 use std::path::Path;
@@ -38,6 +39,7 @@ use serde::{Deserialize, Serialize};
 pub use axis::{AxisConfig, EncoderConfig, Interpolation, ReplayConfig, SourceConfig};
 pub use check::InvalidProgram;
 pub use program::{LimitsConfig, MAX_LOOP_DEPTH, ProgramConfig, Repeat, StepConfig};
+pub use shown::{InvalidShownAxes, MAX_SHOWN_AXES, ShownAxes};
 
 /// A sender: its name, its clock and its axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,6 +64,10 @@ pub struct SenderConfig {
     /// What it asks of its operating system.
     #[serde(default)]
     pub real_time: RealTimeConfig,
+    /// The axes that its snapshots, status and trace show: up to 4 ids. The first ones by id by
+    /// default.
+    #[serde(default, skip_serializing_if = "ShownAxes::is_default")]
+    pub show_axes: ShownAxes,
     /// Its axes.
     #[serde(rename = "axis")]
     pub axes: AxisList,
@@ -160,6 +166,7 @@ mod tests {
         assert_eq!(config.clock, ClockConfig::default());
         assert_eq!(config.transport, TransportConfig::default());
         assert_eq!(config.real_time, RealTimeConfig::default());
+        assert_eq!(config.show_axes, ShownAxes::default());
     }
 
     #[test]
@@ -188,7 +195,7 @@ mod tests {
             name = 'taught'
             replay = { file = 'taught.csv', repeat = true, interpolation = 'linear' }
         ";
-        let config = read(axes).unwrap();
+        let config = read(&format!("show-axes = [8, 7]\n{axes}")).unwrap();
         let text = toml::to_string(&config).unwrap();
         assert_eq!(parse::<SenderConfig>("again.toml", &text).unwrap(), config);
     }
@@ -244,6 +251,14 @@ mod tests {
             (
                 axis(1).replace("5.0", "11.0"),
                 "s.toml: axis[0].program: start-velocity: received 11, expected -10 to 10",
+            ),
+            (
+                "show-axes = [1, 2, 3, 4, 5]\n".to_owned() + &axis(1),
+                "s.toml: show-axes: received 5 axes, expected at most 4",
+            ),
+            (
+                "show-axes = [2, 1, 2]\n".to_owned() + &axis(1),
+                "s.toml: show-axes: received id 2 twice, expected each id once",
             ),
             (
                 axis(1) + "encodr = { }",

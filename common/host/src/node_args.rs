@@ -1,0 +1,176 @@
+//! What every node is told on its command line.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use coaxle_clock::Span;
+use coaxle_node::config::{TransportConfig, load};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::cli::parse_duration;
+use crate::trace::Trace;
+use crate::transport::zenoh_config;
+
+/// The arguments of a node; flatten them into those of a program.
+#[derive(Clone, Debug, clap::Args)]
+pub struct NodeArgs {
+    /// The node's config file (TOML)
+    pub config: PathBuf,
+    /// Stop after this time: 10s, 500ms, 2min … [default: run until Ctrl-C]
+    #[arg(long = "for", value_name = "DURATION", value_parser = parse_duration)]
+    pub run_for: Option<Span>,
+    /// Write every cycle to this file, as CSV with a head line
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+    /// Only check the config and the files it names: say "CONFIG: ok" or what is wrong
+    #[arg(long, conflicts_with_all = ["run_for", "trace"])]
+    pub check: bool,
+    /// Connect here instead of where the config says, such as tcp/192.168.1.10:7447; may be given
+    /// several times
+    #[arg(long, value_name = "ENDPOINT")]
+    pub connect: Vec<String>,
+    /// Listen here instead of where the config says, such as tcp/0.0.0.0:7447; may be given several
+    /// times
+    #[arg(long, value_name = "ENDPOINT")]
+    pub listen: Vec<String>,
+}
+
+impl NodeArgs {
+    /// Reads the config file.
+    ///
+    /// # Errors
+    /// Names the file, the field, what was received and what is expected.
+    pub fn load<C: DeserializeOwned>(&self) -> anyhow::Result<C> {
+        Ok(load(&self.config)?)
+    }
+
+    /// The config file, as errors call it.
+    #[must_use]
+    pub fn file(&self) -> String {
+        self.config.display().to_string()
+    }
+
+    /// The folder that relative paths in the config start from: the config's own.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        self.config.parent().unwrap_or(Path::new(""))
+    }
+
+    /// The config's transport section with what the command line puts in its place, checked.
+    ///
+    /// # Errors
+    /// Names the endpoint or setting that is wrong.
+    pub fn transport(&self, configured: &TransportConfig) -> anyhow::Result<TransportConfig> {
+        let mut transport = configured.clone();
+        if !self.connect.is_empty() {
+            transport.connect.clone_from(&self.connect);
+        }
+        if !self.listen.is_empty() {
+            transport.listen.clone_from(&self.listen);
+        }
+        if let Some(file) = &mut transport.file {
+            *file = self.folder().join(&*file);
+        }
+        zenoh_config(&transport).with_context(|| self.file())?;
+        Ok(transport)
+    }
+
+    /// Creates the trace file, if one is asked for.
+    ///
+    /// # Errors
+    /// Names the file that cannot be written.
+    pub fn trace<R: Serialize>(&self) -> anyhow::Result<Option<Trace<R>>> {
+        self.trace.as_deref().map(Trace::create).transpose()
+    }
+
+    /// Says on standard output that the config is all right.
+    ///
+    /// # Errors
+    /// Standard output cannot be written.
+    pub fn say_ok(&self) -> anyhow::Result<()> {
+        writeln!(std::io::stdout(), "{}: ok", self.file()).context("cannot write the answer")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+    use coaxle_node::config::parse;
+
+    #[derive(Parser)]
+    struct Cli {
+        #[command(flatten)]
+        node: NodeArgs,
+    }
+
+    fn args(line: &str) -> NodeArgs {
+        let words = std::iter::once("node").chain(line.split_whitespace());
+        Cli::try_parse_from(words)
+            .unwrap_or_else(|e| panic!("{e}"))
+            .node
+    }
+
+    #[test]
+    fn endpoints_of_the_command_line_replace_those_of_the_config() {
+        let configured: TransportConfig = parse(
+            "t",
+            "listen = ['tcp/0.0.0.0:7447']\nconnect = ['tcp/10.0.0.1:1', 'tcp/10.0.0.2:2']",
+        )
+        .unwrap();
+        let as_configured = args("a.toml").transport(&configured).unwrap();
+        assert_eq!(as_configured, configured);
+
+        let line = "a.toml --connect tcp/127.0.0.1:7447 --connect tcp/127.0.0.1:7448";
+        let connecting = args(line).transport(&configured).unwrap();
+        assert_eq!(
+            connecting.connect,
+            ["tcp/127.0.0.1:7447", "tcp/127.0.0.1:7448"]
+        );
+        assert_eq!(connecting.listen, configured.listen);
+
+        let listening = args("a.toml --listen tcp/[::]:7")
+            .transport(&configured)
+            .unwrap();
+        assert_eq!(listening.listen, ["tcp/[::]:7"]);
+        assert_eq!(listening.connect, configured.connect);
+    }
+
+    #[test]
+    fn a_wrong_endpoint_is_quoted() {
+        let error = args("a.toml --connect 192.168.1.10")
+            .transport(&TransportConfig::default())
+            .unwrap_err();
+        let message = format!("{error:#}");
+        assert!(message.contains("\"192.168.1.10\""), "{message}");
+        assert!(message.contains("tcp/192.168.1.10:7447"), "{message}");
+    }
+
+    #[test]
+    fn a_zenoh_file_is_found_from_the_config() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("zenoh.json5"), "{ mode: 'peer' }").unwrap();
+        let configured: TransportConfig = parse("t", "file = 'zenoh.json5'").unwrap();
+        let config = folder.path().join("a.toml");
+        let transport = args(&config.display().to_string())
+            .transport(&configured)
+            .unwrap();
+        assert_eq!(transport.file, Some(folder.path().join("zenoh.json5")));
+    }
+
+    #[test]
+    fn checking_is_not_running() {
+        assert!(args("a.toml --check").check);
+        for line in [
+            "node a.toml --check --for 1s",
+            "node a.toml --check --trace t.csv",
+        ] {
+            assert!(
+                Cli::try_parse_from(line.split_whitespace()).is_err(),
+                "{line}"
+            );
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! A trace file: one CSV row after the other, readable at any moment.
+
+use std::fs::File;
+use std::marker::PhantomData;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use coaxle_clock::{Instant, Span};
+use serde::Serialize;
+
+use crate::machine::Machine;
+
+/// Rows are written out this often, so that a killed process leaves a usable file.
+const FLUSH_PERIOD: Span = Span::from_millis(250);
+
+/// More than the rows of a flush period, so that the file always ends with a whole row.
+const BUFFER_BYTES: usize = 4 << 20;
+
+/// Rows of one kind, on their way into a CSV file with a head line.
+pub struct Trace<R> {
+    path: PathBuf,
+    writer: csv::Writer<File>,
+    flushed: Option<Instant<Machine>>,
+    /// What went wrong first; nothing is written after that.
+    failure: Option<csv::Error>,
+    rows: PhantomData<fn(R)>,
+}
+
+impl<R: Serialize> Trace<R> {
+    /// Creates the file, or empties it.
+    ///
+    /// # Errors
+    /// Names the file that cannot be written.
+    pub fn create(path: &Path) -> anyhow::Result<Self> {
+        let file = File::create(path)
+            .with_context(|| format!("cannot write the trace file {}", path.display()))?;
+        Ok(Self {
+            path: path.to_owned(),
+            writer: csv::WriterBuilder::new()
+                .buffer_capacity(BUFFER_BYTES)
+                .from_writer(file),
+            flushed: None,
+            failure: None,
+            rows: PhantomData,
+        })
+    }
+
+    /// Adds the rows of the cycle that began at `at`. A disk that is full is reported once in the
+    /// log, and again by [`Self::finish`].
+    pub fn write(&mut self, at: Instant<Machine>, rows: impl IntoIterator<Item = R>) {
+        if self.failure.is_some() {
+            return;
+        }
+        let written = self.try_write(at, rows);
+        if let Err(error) = written {
+            tracing::error!(file = %self.path.display(), "the trace ends here: {error}");
+            self.failure = Some(error);
+        }
+    }
+
+    /// Writes out what is left.
+    ///
+    /// # Errors
+    /// Not all rows could be written.
+    pub fn finish(&mut self) -> anyhow::Result<()> {
+        let result = match self.failure.take() {
+            Some(error) => Err(error),
+            None => self.writer.flush().map_err(csv::Error::from),
+        };
+        result.with_context(|| format!("the trace file {} is incomplete", self.path.display()))
+    }
+
+    fn try_write(
+        &mut self,
+        at: Instant<Machine>,
+        rows: impl IntoIterator<Item = R>,
+    ) -> Result<(), csv::Error> {
+        for row in rows {
+            self.writer.serialize(row)?;
+        }
+        if at - *self.flushed.get_or_insert(at) >= FLUSH_PERIOD {
+            self.flushed = Some(at);
+            self.writer.flush()?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Serialize)]
+    struct Row {
+        at_ns: i64,
+        position: Option<f64>,
+    }
+
+    fn row(k: i64) -> Row {
+        Row {
+            at_ns: k,
+            position: (k > 0).then_some(0.5 * k as f64),
+        }
+    }
+
+    #[test]
+    fn what_is_older_than_the_flush_period_can_be_read_while_it_runs() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trace.csv");
+        let mut trace = Trace::create(&path).unwrap();
+        for k in 0..=300 {
+            trace.write(Instant::EPOCH + Span::from_millis(k), [row(k)]);
+        }
+        let now = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(now.lines().count(), 1 + 251, "head line and 0 to 250 ms");
+        assert!(now.starts_with("at_ns,position\n0,\n1,0.5\n") && now.ends_with('\n'));
+        trace.finish().unwrap();
+        let all = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(all.lines().count(), 1 + 301);
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_written_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("no/such/folder.csv");
+        let Err(error) = Trace::<Row>::create(&path) else {
+            panic!("created");
+        };
+        assert!(format!("{error:#}").contains("no/such/folder.csv"));
+    }
+
+    #[test]
+    fn a_full_disk_is_an_error_at_the_end() {
+        let mut trace = Trace::create(Path::new("/dev/full")).unwrap();
+        for k in 0..1_000 {
+            trace.write(Instant::EPOCH + Span::from_millis(k), [row(k)]);
+        }
+        let message = format!("{:#}", trace.finish().unwrap_err());
+        assert!(message.contains("/dev/full is incomplete"), "{message}");
+    }
+}

@@ -1,0 +1,24 @@
+//! The receiver node as a program.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use coaxle_host::cli::{LogArgs, exit_code, tune_transport};
+use coaxle_receiver::run::{Args, run};
+
+/// Receiver node: makes a far axis local and smooth, and drives a slave with it
+#[derive(Parser)]
+#[command(version)]
+struct Cli {
+    #[command(flatten)]
+    args: Args,
+    #[command(flatten)]
+    log: LogArgs,
+}
+
+fn main() -> ExitCode {
+    tune_transport();
+    let cli = Cli::parse();
+    cli.log.init();
+    exit_code(run(&cli.args))
+}

@@ -1,0 +1,83 @@
+//! The receiver in the real world: what `coaxle-receiver` and `coaxle receiver` do.
+
+mod fault;
+mod journal;
+mod recorder;
+mod status;
+
+use anyhow::anyhow;
+use coaxle_clock::{Instant, Local};
+use coaxle_host::{NodeArgs, Setup, Subscription};
+use coaxle_node::{Channel, Intake};
+
+use crate::config::{MasterConfig, ReceiverConfig};
+use crate::node::Receiver;
+use recorder::ReceiverRecorder;
+
+/// What a receiver is told on its command line.
+pub type Args = NodeArgs;
+
+/// Checks the config, or runs the receiver until its time is up or a signal comes.
+///
+/// # Errors
+/// The config names a wrong value (file, field, received, expected), the trace file or the
+/// endpoints cannot be opened, or the trace could not be kept.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let mut config: ReceiverConfig = args.load()?;
+    config.transport = args.transport(&config.transport)?;
+    if args.check {
+        build(&args.file(), &config, Instant::EPOCH, 0)?;
+        return args.say_ok();
+    }
+    let outcome = coaxle_host::run(setup(args, config)?)?;
+    tracing::info!(
+        cycles = outcome.cycles,
+        received = outcome.received,
+        refused = outcome.refused,
+        mailbox_dropped = outcome.mailbox_dropped,
+        published = outcome.published,
+        not_published = outcome.not_published,
+        not_recorded = outcome.telemetry_dropped,
+        "cycles of this run"
+    );
+    Ok(())
+}
+
+fn setup(args: &Args, config: ReceiverConfig) -> anyhow::Result<Setup<Receiver>> {
+    let recorder = ReceiverRecorder::new(&config, args.trace()?);
+    let file = args.file();
+    Ok(Setup {
+        name: config.name.clone(),
+        role: "receiver",
+        transport: config.transport.clone(),
+        real_time: config.real_time,
+        clock: config.clock.clone(),
+        seed: config.seed,
+        send_stamps: true,
+        publishes: vec![Channel::Slaves],
+        subscription: Some(Subscription {
+            source: config.master.node.clone(),
+            channel: config.master.channel.into(),
+            intake: intake(&config.master),
+            faults: config.faults.clone(),
+        }),
+        run_for: args.run_for,
+        build: Box::new(move |start, epoch| build(&file, &config, start, epoch)),
+        recorder: Box::new(recorder),
+    })
+}
+
+fn intake(master: &MasterConfig) -> Intake {
+    let key = master.node.channel_key(master.channel.into());
+    Intake::new(&key, &master.node, master.axis)
+}
+
+fn build(
+    file: &str,
+    config: &ReceiverConfig,
+    start: Instant<Local>,
+    epoch: u64,
+) -> anyhow::Result<Receiver> {
+    // The error's own text tells its cause, which would be printed once more as its source.
+    Receiver::new(config, start, epoch).map_err(|error| anyhow!("{file}: {error}"))
+}

@@ -1,0 +1,197 @@
+//! What becomes of a receiver's cycles: trace, log and status.
+
+use coaxle_host::{Record, Recorder, Trace};
+use serde_json::{Map, Value};
+
+use super::journal::Journal;
+use super::status::Status;
+use crate::config::ReceiverConfig;
+use crate::record::ReceiverRecord;
+use crate::snapshot::ReceiverSnapshot;
+
+/// Keeps the newest cycle for the status, and all of them if there is a trace.
+pub(super) struct ReceiverRecorder {
+    config: ReceiverConfig,
+    trace: Option<Trace<ReceiverRecord>>,
+    journal: Journal,
+    newest: Option<ReceiverSnapshot>,
+}
+
+impl ReceiverRecorder {
+    pub(super) fn new(config: &ReceiverConfig, trace: Option<Trace<ReceiverRecord>>) -> Self {
+        Self {
+            config: config.clone(),
+            trace,
+            journal: Journal::default(),
+            newest: None,
+        }
+    }
+}
+
+impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
+    fn record(&mut self, record: &Record<ReceiverSnapshot>) {
+        let snapshot = &record.snapshot;
+        if let Some(trace) = &mut self.trace {
+            let (at, woke) = (record.ideal_start.as_nanos(), record.woke.as_nanos());
+            let row = ReceiverRecord::new(at, woke, snapshot);
+            trace.write(record.ideal_start, [row]);
+        }
+        for note in self.journal.take(record.ideal_start, snapshot) {
+            note.log(&self.config.name);
+        }
+        self.newest = Some(*snapshot);
+    }
+
+    fn status(&self) -> Map<String, Value> {
+        let status = self.newest.map(|snapshot| {
+            let status = Status::of(&self.config, &snapshot);
+            serde_json::to_value(status)
+        });
+        match status {
+            Some(Ok(Value::Object(fields))) => fields,
+            _ => Map::new(),
+        }
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.trace.as_mut().map_or(Ok(()), Trace::finish)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::node::Receiver;
+    use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
+    use coaxle_motion::axis::NcToPlcAxis;
+    use coaxle_node::config::parse;
+    use coaxle_node::{FrameHeader, Message, Node, Rejection, Sample};
+
+    const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
+
+    /// What the host adds, with a subscription and something to publish.
+    const HOST_FIELDS: [&str; 16] = [
+        "node",
+        "role",
+        "epoch",
+        "uptime_s",
+        "cycles",
+        "telemetry_dropped",
+        "published",
+        "publish_dropped",
+        "publish_failed",
+        "followed",
+        "source",
+        "source_alive",
+        "frame_age_ms",
+        "received",
+        "refused",
+        "mailbox_dropped",
+    ];
+
+    fn config() -> ReceiverConfig {
+        let text = "name = 'saw'\ncycle-time-us = 1000\nmaster = { node = 'conveyor', axis = 3 }";
+        parse("r", text).unwrap()
+    }
+
+    fn record(snapshot: ReceiverSnapshot) -> Record<ReceiverSnapshot> {
+        Record {
+            ideal_start: Instant::from_nanos(1_000),
+            woke: Instant::from_nanos(1_700),
+            snapshot,
+        }
+    }
+
+    fn coupled() -> ReceiverSnapshot {
+        let mut receiver = Receiver::new(&config(), Instant::EPOCH, 1).unwrap();
+        let sample = Sample {
+            header: FrameHeader {
+                sender: 1,
+                epoch: 5,
+                index: CycleIndex(9),
+                count: 9,
+                cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+                send_stamp: None,
+            },
+            axis: NcToPlcAxis {
+                set_position: 2.5,
+                ..NcToPlcAxis::default()
+            },
+        };
+        receiver.receive(Instant::EPOCH, &Message::Sample(sample));
+        receiver.receive(Instant::EPOCH, &Message::Rejected(Rejection::NotFinite));
+        let _ = receiver.cycle(Instant::EPOCH);
+        receiver.snapshot()
+    }
+
+    #[test]
+    fn the_status_has_the_fields_that_the_document_describes() {
+        let mut recorder = ReceiverRecorder::new(&config(), None);
+        assert_eq!(
+            recorder.status(),
+            Map::new(),
+            "nothing to say before the first cycle"
+        );
+        recorder.record(&record(coupled()));
+        let mut status = recorder.status();
+        assert_eq!(status["health"], "starting-up");
+        assert_eq!(status["counters"]["rejected"]["not-finite"], 1);
+        assert_eq!(status["master"]["received_position"], 2.5);
+        assert_eq!(status["error"], Value::Null);
+        for field in HOST_FIELDS {
+            assert!(!status.contains_key(field), "{field} is the host's");
+            status.insert(field.to_owned(), Value::Null);
+        }
+        let examples = DOCUMENT.split("```json\n").skip(1);
+        let example = examples
+            .filter_map(|rest| rest.split("```").next())
+            .map(|json| serde_json::from_str::<Value>(json).expect("valid JSON"))
+            .find(|example| example["role"] == "receiver")
+            .expect("an example");
+        assert_eq!(shape(&example), shape(&Value::Object(status)));
+    }
+
+    /// All paths of an object.
+    fn shape(value: &Value) -> Vec<String> {
+        let mut paths = Vec::new();
+        if let Value::Object(fields) = value {
+            for (name, inner) in fields {
+                paths.push(name.clone());
+                paths.extend(shape(inner).iter().map(|path| format!("{name}.{path}")));
+            }
+        }
+        paths
+    }
+
+    #[test]
+    fn an_error_is_code_and_text_and_a_master_that_does_not_fit_is_one() {
+        let mut recorder = ReceiverRecorder::new(&config(), None);
+        let mut snapshot = coupled();
+        snapshot.health = crate::Health::CycleTimesDoNotFit;
+        snapshot.data_cycle_time = CycleTime::new(Span::from_micros(1_500)).ok();
+        recorder.record(&record(snapshot));
+        let error = &recorder.status()["error"];
+        assert_eq!(error["code"], "0x4b56");
+        assert!(
+            error["text"].as_str().unwrap().contains("1500 µs"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_trace_has_a_row_per_cycle() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trace.csv");
+        let mut recorder = ReceiverRecorder::new(&config(), Some(Trace::create(&path).unwrap()));
+        for _ in 0..3 {
+            recorder.record(&record(coupled()));
+        }
+        recorder.finish().unwrap();
+        let rows: Vec<ReceiverRecord> = csv::Reader::from_path(&path)
+            .unwrap()
+            .deserialize()
+            .collect::<Result<_, _>>()
+            .unwrap();
+        assert_eq!(rows, [ReceiverRecord::new(1_000, 1_700, &coupled()); 3]);
+    }
+}

@@ -1,0 +1,151 @@
+//! What a receiver adds to its status: `docs/WIRE.md` describes each field.
+
+use coaxle_clock::CycleTime;
+use coaxle_node::RejectionCounters;
+use coaxle_node::keys::NodeName;
+use serde::Serialize;
+
+use super::fault::Fault;
+use crate::config::{MasterConfig, Mode, ReceiverConfig};
+use crate::record::{DriveStateName, HealthName, StateName};
+use crate::snapshot::{Counters, MasterSnapshot, ReceiverSnapshot};
+
+#[derive(Serialize)]
+pub(super) struct Status<'a> {
+    health: HealthName,
+    cycle: u64,
+    cycle_time_us: f64,
+    overruns: u64,
+    mode: Mode,
+    state: Option<StateName>,
+    synced: bool,
+    error: Option<Fault>,
+    warning: Option<Fault>,
+    beats: u32,
+    drift_ppm: Option<f64>,
+    correction_us: Option<f64>,
+    index: Option<u16>,
+    age_cycles: Option<u32>,
+    counters: CountersStatus,
+    master: MasterStatus<'a>,
+    slave: Option<SlaveStatus>,
+    drive: DriveStatus,
+}
+
+#[derive(Serialize)]
+struct CountersStatus {
+    received: u64,
+    lost: u64,
+    duplicates: u64,
+    late: u64,
+    stale: u64,
+    overflow: u64,
+    restarts: u64,
+    rejected: RejectionCounters,
+}
+
+#[derive(Serialize)]
+struct MasterStatus<'a> {
+    node: &'a NodeName,
+    axis: u32,
+    cycle_time_us: Option<f64>,
+    received_position: Option<f64>,
+    corrected_position: Option<f64>,
+    corrected_velocity: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct SlaveStatus {
+    position: f64,
+    velocity: f64,
+}
+
+#[derive(Serialize)]
+struct DriveStatus {
+    state: DriveStateName,
+    position: f64,
+    velocity: f64,
+    following_error: f64,
+}
+
+impl<'a> Status<'a> {
+    pub(super) fn of(config: &'a ReceiverConfig, snapshot: &ReceiverSnapshot) -> Self {
+        let master = snapshot.master.as_ref();
+        Self {
+            health: snapshot.health.name(),
+            cycle: snapshot.cycle,
+            cycle_time_us: micros(config.cycle_time_us.0),
+            overruns: snapshot.overruns,
+            mode: config.mode,
+            state: master.map(|m| m.state.into()),
+            synced: master.is_some_and(|m| m.synced),
+            error: Fault::of(snapshot),
+            warning: master.and_then(|m| m.warning).map(Fault::from),
+            beats: master.map_or(0, |m| m.beats),
+            drift_ppm: master.map(|m| m.drift_ppm),
+            correction_us: master
+                .and_then(|m| m.correction_time)
+                .map(|time| time.as_micros()),
+            index: master.map(|m| m.index.0),
+            age_cycles: master.map(|m| m.age_cycles),
+            counters: CountersStatus::of(&snapshot.counters),
+            master: MasterStatus::of(&config.master, snapshot.data_cycle_time, master),
+            slave: snapshot.slave.map(|slave| SlaveStatus {
+                position: slave.position,
+                velocity: slave.velocity,
+            }),
+            drive: DriveStatus {
+                state: snapshot.drive.state.into(),
+                position: snapshot.drive.position,
+                velocity: snapshot.drive.velocity,
+                following_error: snapshot.drive.following_error,
+            },
+        }
+    }
+}
+
+impl CountersStatus {
+    const fn of(counters: &Counters) -> Self {
+        let Counters {
+            received,
+            lost,
+            duplicates,
+            late,
+            stale,
+            overflow,
+            restarts,
+            rejected,
+        } = *counters;
+        Self {
+            received,
+            lost,
+            duplicates,
+            late,
+            stale,
+            overflow,
+            restarts,
+            rejected,
+        }
+    }
+}
+
+impl<'a> MasterStatus<'a> {
+    fn of(
+        config: &'a MasterConfig,
+        cycle_time: Option<CycleTime>,
+        master: Option<&MasterSnapshot>,
+    ) -> Self {
+        Self {
+            node: &config.node,
+            axis: config.axis,
+            cycle_time_us: cycle_time.map(micros),
+            received_position: master.map(|m| m.received.position),
+            corrected_position: master.map(|m| m.corrected.position),
+            corrected_velocity: master.map(|m| m.corrected.velocity),
+        }
+    }
+}
+
+fn micros(cycle_time: CycleTime) -> f64 {
+    cycle_time.span().as_micros_f64()
+}

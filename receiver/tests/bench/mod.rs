@@ -1,0 +1,249 @@
+//! A sender and a chain of receivers on computed clocks, without a network: each node is woken
+//! exactly at its cycles, and a frame takes a fixed time to the next node.
+
+#![allow(dead_code, reason = "each test file takes what it needs")]
+
+use std::collections::VecDeque;
+
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_node::config::parse;
+use coaxle_node::frame::KeySeal;
+use coaxle_node::{Channel, Intake, Message, Node, Sample};
+use coaxle_receiver::{Receiver, ReceiverConfig, ReceiverSnapshot};
+use coaxle_sender::Sender;
+use coaxle_sender::config::SenderConfig;
+
+/// How long a frame is on its way.
+pub(crate) const LATENCY: Span = Span::from_micros(230);
+
+/// The velocity of the sender's axis, u/s.
+pub(crate) const VELOCITY: f64 = 500.0;
+
+/// True time, in nanoseconds.
+pub(crate) type Nanos = i64;
+
+pub(crate) const SECOND: Nanos = 1_000_000_000;
+pub(crate) const MILLISECOND: Nanos = 1_000_000;
+
+/// A clock that runs fast by a constant share, and reads 0 at true time 0.
+#[derive(Clone, Copy)]
+pub(crate) struct Clock {
+    pub(crate) ppm: i64,
+}
+
+impl Clock {
+    pub(crate) fn read(self, truth: Nanos) -> Instant<Local> {
+        let local = i128::from(truth) * i128::from(MILLION + self.ppm) / i128::from(MILLION);
+        Instant::from_nanos(local as i64)
+    }
+
+    /// The first instant at which the clock reads at least `local`.
+    pub(crate) fn truth(self, local: Instant<Local>) -> Nanos {
+        let rate = i128::from(MILLION + self.ppm);
+        let scaled = i128::from(local.as_nanos()) * i128::from(MILLION);
+        ((scaled + rate - 1) / rate) as i64
+    }
+}
+
+const MILLION: i64 = 1_000_000;
+
+/// A sender of the one axis 1, moving at [`VELOCITY`].
+pub(crate) struct Far {
+    clock: Clock,
+    node: Sender,
+    seal: KeySeal,
+}
+
+impl Far {
+    /// Its clock runs fast by `ppm`; its first cycle is at true time `start`.
+    pub(crate) fn new(cycle_us: u32, ppm: i64, start: Nanos, epoch: u64) -> Self {
+        let text = format!(
+            "name = 'conveyor'\ncycle-time-us = {cycle_us}\n[[axis]]\nid = 1\nname = 'x'\n\
+             program = {{ start-velocity = {VELOCITY:?}, limits = {{ velocity = 1000, acceleration \
+             = 1000, jerk = 10000 }} }}\n"
+        );
+        let config: SenderConfig = parse("sender", &text).expect("valid");
+        let clock = Clock { ppm };
+        Self {
+            clock,
+            node: Sender::new(&config, clock.read(start), epoch).expect("valid"),
+            seal: KeySeal::new(&config.name.channel_key(Channel::Axes)),
+        }
+    }
+
+    pub(crate) fn next(&self) -> Nanos {
+        self.clock.truth(self.node.next_cycle())
+    }
+
+    /// Runs the cycle that is due and gives its frame.
+    pub(crate) fn turn(&mut self, truth: Nanos) -> Vec<u8> {
+        let _ = self.node.cycle(self.clock.read(truth));
+        let outgoing = self.node.transmit().expect("a frame per cycle");
+        let mut frame = Vec::new();
+        self.seal.seal(outgoing.body, Some(Span::ZERO), &mut frame);
+        frame
+    }
+
+    /// The count of the newest cycle.
+    pub(crate) fn count(&self) -> u64 {
+        self.node.snapshot().count
+    }
+}
+
+/// Changes a message just before the receiver gets it.
+pub(crate) type Tweak = Box<dyn FnMut(Nanos, &mut Sample)>;
+
+/// A receiver with its mailbox.
+pub(crate) struct Near {
+    clock: Clock,
+    pub(crate) node: Receiver,
+    intake: Intake,
+    seal: KeySeal,
+    mailbox: VecDeque<(Nanos, Message)>,
+    /// It is not woken before this.
+    asleep_until: Nanos,
+    pub(crate) tweak: Option<Tweak>,
+    /// One per cycle.
+    pub(crate) snapshots: Vec<ReceiverSnapshot>,
+    /// True time of each cycle.
+    pub(crate) truths: Vec<Nanos>,
+    /// The newest frame of its slave.
+    pub(crate) slave_frame: Option<Vec<u8>>,
+}
+
+impl Near {
+    /// A receiver of the sender's axis. `rest` is the rest of its config; its clock runs fast by
+    /// `ppm` and its first cycle comes half a millisecond after the sender's.
+    pub(crate) fn new(cycle_us: u32, ppm: i64, rest: &str) -> Self {
+        let head = format!("name = 'saw'\nmaster.node = 'conveyor'\ncycle-time-us = {cycle_us}\n");
+        Self::of(
+            &parse("receiver", &format!("{head}{rest}")).expect("valid"),
+            ppm,
+        )
+    }
+
+    /// A receiver of the slave of the one before.
+    pub(crate) fn chained(cycle_us: u32, ppm: i64, rest: &str) -> Self {
+        let head = format!(
+            "name = 'stamp'\nmaster = {{ node = 'saw', channel = 'slaves', axis = 4 }}\n\
+             cycle-time-us = {cycle_us}\n"
+        );
+        Self::of(
+            &parse("receiver", &format!("{head}{rest}")).expect("valid"),
+            ppm,
+        )
+    }
+
+    fn of(config: &ReceiverConfig, ppm: i64) -> Self {
+        let clock = Clock { ppm };
+        let start = clock.read(MILLISECOND / 2);
+        let key = config.master.node.channel_key(config.master.channel.into());
+        Self {
+            clock,
+            node: Receiver::new(config, start, 77).expect("valid"),
+            intake: Intake::new(&key, &config.master.node, config.master.axis),
+            seal: KeySeal::new(&config.name.channel_key(Channel::Slaves)),
+            mailbox: VecDeque::new(),
+            asleep_until: 0,
+            tweak: None,
+            snapshots: Vec::new(),
+            truths: Vec::new(),
+            slave_frame: None,
+        }
+    }
+
+    pub(crate) fn next(&self) -> Nanos {
+        let due = self.clock.truth(self.node.next_cycle());
+        due.max(self.asleep_until)
+    }
+
+    /// Stops it: whatever arrives meanwhile is stamped only when it wakes.
+    pub(crate) fn sleep_until(&mut self, truth: Nanos) {
+        self.asleep_until = truth;
+    }
+
+    /// A frame that was sent at this instant.
+    pub(crate) fn post(&mut self, sent: Nanos, frame: &[u8]) {
+        let message = self.intake.message(frame);
+        self.post_message(sent, message);
+    }
+
+    pub(crate) fn post_message(&mut self, sent: Nanos, mut message: Message) {
+        if let (Message::Sample(sample), Some(tweak)) = (&mut message, &mut self.tweak) {
+            tweak(sent, sample);
+        }
+        let arrival = sent + LATENCY.as_nanos();
+        self.mailbox
+            .push_back((arrival.max(self.asleep_until), message));
+    }
+
+    /// Runs the cycle that is due; gives the slave's frame, if there is one.
+    pub(crate) fn turn(&mut self, truth: Nanos) -> Option<Vec<u8>> {
+        while let Some((arrival, message)) = self.mailbox.front()
+            && *arrival <= truth
+        {
+            self.node.receive(self.clock.read(*arrival), message);
+            self.mailbox.pop_front();
+        }
+        let _ = self.node.cycle(self.clock.read(truth));
+        self.snapshots.push(self.node.snapshot());
+        self.truths.push(truth);
+        let outgoing = self.node.transmit()?;
+        let mut frame = Vec::new();
+        self.seal.seal(outgoing.body, Some(Span::ZERO), &mut frame);
+        self.slave_frame = Some(frame.clone());
+        Some(frame)
+    }
+
+    pub(crate) fn last(&self) -> &ReceiverSnapshot {
+        self.snapshots.last().expect("a cycle ran")
+    }
+
+    /// The snapshots of the last `count` cycles.
+    pub(crate) fn newest(&self, count: usize) -> &[ReceiverSnapshot] {
+        &self.snapshots[self.snapshots.len() - count..]
+    }
+}
+
+/// Runs a sender, if there is one, and a chain of receivers, each fed by the one before, to the
+/// true time `until`.
+pub(crate) fn run(mut far: Option<&mut Far>, chain: &mut [Near], until: Nanos) {
+    loop {
+        let (k, due) = chain
+            .iter()
+            .map(Near::next)
+            .enumerate()
+            .min_by_key(|(_, due)| *due)
+            .expect("a receiver");
+        match &mut far {
+            Some(far) if far.next() <= due && far.next() < until => {
+                let now = far.next();
+                let frame = far.turn(now);
+                chain[0].post(now, &frame);
+            }
+            _ if due < until => {
+                let frame = chain[k].turn(due);
+                if let (Some(frame), Some(after)) = (frame, chain.get_mut(k + 1)) {
+                    after.post(due, &frame);
+                }
+            }
+            _ => return,
+        }
+    }
+}
+
+/// Runs a sender and one receiver.
+pub(crate) fn run_pair(far: &mut Far, near: &mut Near, until: Nanos) {
+    run(Some(far), std::slice::from_mut(near), until);
+}
+
+/// The largest deviation of the slave's step per cycle from what `velocity` makes of it, as a share.
+pub(crate) fn ripple(snapshots: &[ReceiverSnapshot], cycle_s: f64, velocity: f64) -> f64 {
+    snapshots
+        .windows(2)
+        .map(|pair| {
+            let [before, after] = [0, 1].map(|k| pair[k].slave.expect("coupled").position);
+            (((after - before) / cycle_s - velocity) / velocity).abs()
+        })
+        .fold(0.0, f64::max)
+}

@@ -1,0 +1,70 @@
+//! The command line of the receiver, as far as it goes without a network.
+
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use coaxle_receiver::run::{Args, run};
+
+#[derive(Parser)]
+struct Cli {
+    #[command(flatten)]
+    args: Args,
+}
+
+fn check(file: &Path) -> Result<(), String> {
+    let cli = Cli::try_parse_from(["receiver".as_ref(), file.as_os_str(), "--check".as_ref()]);
+    run(&cli.expect("valid arguments").args).map_err(|error| format!("{error:#}"))
+}
+
+fn written(folder: &Path, text: &str) -> PathBuf {
+    let file = folder.join("r.toml");
+    std::fs::write(&file, text).expect("the folder can be written");
+    file
+}
+
+#[test]
+fn every_config_that_is_shipped_is_valid() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+    let files: Vec<_> = std::fs::read_dir(folder).unwrap().collect();
+    assert!(files.len() >= 2);
+    for file in files {
+        assert_eq!(check(&file.unwrap().path()), Ok(()));
+    }
+}
+
+#[test]
+fn a_check_finds_what_is_wrong_and_names_file_and_field() {
+    let folder = tempfile::tempdir().unwrap();
+    let head = "name = 'r'\ncycle-time-us = 1000\nmaster = { node = 'm' }\n";
+    for (rest, expected) in [
+        (
+            "sync.time-sync.force = true",
+            "sync.time-sync.force: unknown field `force`",
+        ),
+        (
+            "sync.time-sync.slope1-denominator = 1.0",
+            "sync: 0x4b56: slope1-denominator is 1, expected above 0 and below 1",
+        ),
+        (
+            "sync.time-sync.data-cycle-time-s = 0.0015",
+            "sync: 0x4b56: data-cycle-time-s is 0.0015, expected 0, or a whole multiple",
+        ),
+        ("gear.ratio = 0.0", "gear: "),
+        (
+            "drive.max-velocity = -1.0",
+            "drive: max-velocity is -1, expected a finite number of at least 0",
+        ),
+        (
+            "transport.listen = ['tcp/0.0.0.0']",
+            "transport.listen: \"tcp/0.0.0.0\": has no port",
+        ),
+        ("mode = 'magic'", "mode: unknown variant `magic`"),
+    ] {
+        let file = written(folder.path(), &format!("{head}{rest}\n"));
+        let message = check(&file).unwrap_err();
+        let place = format!("{}: {expected}", file.display());
+        assert!(message.starts_with(&place), "{message}");
+        assert_eq!(message.matches(expected).count(), 1, "{message}");
+    }
+    assert_eq!(check(&written(folder.path(), head)), Ok(()));
+}

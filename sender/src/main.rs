@@ -1,0 +1,24 @@
+//! The sender node as a program.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use coaxle_host::cli::{LogArgs, exit_code, tune_transport};
+use coaxle_sender::run::{Args, run};
+
+/// Sender node: publishes axes once per cycle of its own clock
+#[derive(Parser)]
+#[command(version)]
+struct Cli {
+    #[command(flatten)]
+    args: Args,
+    #[command(flatten)]
+    log: LogArgs,
+}
+
+fn main() -> ExitCode {
+    tune_transport();
+    let cli = Cli::parse();
+    cli.log.init();
+    exit_code(run(&cli.args))
+}

@@ -1,0 +1,67 @@
+//! The sender in the real world: what `coaxle-sender` and `coaxle sender` do.
+
+mod recorder;
+
+use anyhow::Context;
+use coaxle_clock::{Instant, Local};
+use coaxle_host::{NodeArgs, Setup};
+use coaxle_node::Channel;
+
+use crate::config::SenderConfig;
+use crate::node::Sender;
+use recorder::SenderRecorder;
+
+/// What a sender is told on its command line.
+pub type Args = NodeArgs;
+
+/// Checks the config, or runs the sender until its time is up or a signal comes.
+///
+/// # Errors
+/// The config names a wrong value (file, field, received, expected), the trace file or the
+/// endpoints cannot be opened, or the trace could not be kept.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let mut config: SenderConfig = args.load()?;
+    config.relative_to(args.folder());
+    config.transport = args.transport(&config.transport)?;
+    if args.check {
+        build(&args.file(), &config, Instant::EPOCH, 0)?;
+        return args.say_ok();
+    }
+    let outcome = coaxle_host::run(setup(args, config)?)?;
+    tracing::info!(
+        cycles = outcome.cycles,
+        published = outcome.published,
+        not_published = outcome.not_published,
+        not_recorded = outcome.telemetry_dropped,
+        "cycles of this run"
+    );
+    Ok(())
+}
+
+fn setup(args: &Args, config: SenderConfig) -> anyhow::Result<Setup<Sender>> {
+    let recorder = SenderRecorder::new(config.cycle_time_us.0, args.trace()?);
+    let file = args.file();
+    Ok(Setup {
+        name: config.name.clone(),
+        role: "sender",
+        transport: config.transport.clone(),
+        real_time: config.real_time,
+        clock: config.clock.clone(),
+        seed: config.seed,
+        send_stamps: config.send_stamps,
+        publishes: vec![Channel::Axes],
+        subscription: None,
+        run_for: args.run_for,
+        build: Box::new(move |start, epoch| build(&file, &config, start, epoch)),
+        recorder: Box::new(recorder),
+    })
+}
+
+fn build(
+    file: &str,
+    config: &SenderConfig,
+    start: Instant<Local>,
+    epoch: u64,
+) -> anyhow::Result<Sender> {
+    Sender::new(config, start, epoch).with_context(|| file.to_owned())
+}
