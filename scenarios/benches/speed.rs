@@ -1,0 +1,122 @@
+//! What a frame, a cycle and a virtual second cost: `cargo bench -p coaxle`.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use coaxle::pretend;
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_node::config::parse;
+use coaxle_node::frame::KeySeal;
+use coaxle_node::keys::NodeName;
+use coaxle_node::{Channel, Intake, Message, Node};
+use coaxle_receiver::{Receiver, ReceiverConfig};
+use coaxle_sender::Sender;
+use coaxle_sender::config::SenderConfig;
+use criterion::{Criterion, criterion_group, criterion_main};
+
+const CYCLE: Span = Span::from_millis(1);
+
+fn sender() -> Sender {
+    let config: SenderConfig = parse(
+        "bench",
+        r#"
+        name = "master"
+        cycle-time-us = 1000
+        [[axis]]
+        id = 1
+        name = "conveyor"
+        [axis.program]
+        start-velocity = 500.0
+        limits = { velocity = 1000.0, acceleration = 5000.0, jerk = 50000.0 }
+        "#,
+    )
+    .expect("a config");
+    Sender::new(&config, Instant::EPOCH, 1).expect("a sender")
+}
+
+fn receiver() -> Receiver {
+    let config: ReceiverConfig = parse(
+        "bench",
+        "name = \"saw\"\ncycle-time-us = 1000\nmaster = { node = \"master\" }",
+    )
+    .expect("a config");
+    Receiver::new(&config, Instant::EPOCH, 1).expect("a receiver")
+}
+
+fn cycle_start(cycle: i64) -> Instant<Local> {
+    Instant::EPOCH + CYCLE * cycle
+}
+
+/// The frames of the first cycles of a sender.
+fn frames(count: i64) -> Vec<Vec<u8>> {
+    let seal = KeySeal::new("coaxle/master/axes");
+    let mut sender = sender();
+    (0..count)
+        .map(|cycle| {
+            let _ = sender.cycle(cycle_start(cycle));
+            let mut frame = Vec::new();
+            while let Some(outgoing) = sender.transmit() {
+                seal.seal(outgoing.body, Some(Span::from_micros(40)), &mut frame);
+            }
+            frame
+        })
+        .collect()
+}
+
+fn frame_and_cycles(c: &mut Criterion) {
+    let frames = frames(20_000);
+    let name = NodeName::new("master").expect("a name");
+    let intake = Intake::new(&name.channel_key(Channel::Axes), &name, 1);
+    c.bench_function("accept a frame of one axis", |b| {
+        b.iter(|| intake.accept(black_box(&frames[7])));
+    });
+
+    let mut sender = sender();
+    let mut cycle = 0;
+    c.bench_function("sender: cycle with one axis, frame encoded", |b| {
+        b.iter(|| {
+            let _ = sender.cycle(cycle_start(cycle));
+            cycle += 1;
+            while let Some(outgoing) = sender.transmit() {
+                black_box(outgoing.body);
+            }
+        });
+    });
+
+    let messages: Vec<Message> = frames.iter().map(|frame| intake.message(frame)).collect();
+    c.bench_function("receiver: message and cycle, slave encoded", |b| {
+        b.iter_batched_ref(
+            receiver,
+            |receiver| {
+                for (cycle, message) in messages.iter().enumerate() {
+                    let at = cycle_start(cycle as i64);
+                    receiver.receive(at, message);
+                    let _ = receiver.cycle(at);
+                    while let Some(outgoing) = receiver.transmit() {
+                        black_box(outgoing.body);
+                    }
+                }
+            },
+            criterion::BatchSize::LargeInput,
+        );
+    });
+}
+
+fn virtual_time(c: &mut Criterion) {
+    let mut scenario = coaxle::catalog::find("beat")
+        .and_then(|source| source.read(&["duration-s=10".to_owned()]))
+        .expect("a scenario of the catalogue");
+    scenario
+        .keep_receivers(&["sync".to_owned()])
+        .expect("a receiver of the scenario");
+    c.bench_function("ten virtual seconds of one sender and one receiver", |b| {
+        b.iter(|| pretend::run(&scenario, &mut (), &mut ()));
+    });
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().measurement_time(Duration::from_secs(3)).sample_size(20);
+    targets = frame_and_cycles, virtual_time
+}
+criterion_main!(benches);

@@ -1,0 +1,94 @@
+//! The scenarios that come with the tool, built into it.
+
+use std::path::Path;
+
+use coaxle_node::config::ConfigError;
+
+use crate::scenario::Scenario;
+
+macro_rules! catalogue {
+    ($($name:literal,)*) => {
+        &[$(($name, include_str!(concat!("../catalog/", $name, ".toml"))),)*]
+    };
+}
+
+/// Name and text of every scenario, in the order in which a newcomer might look at them.
+pub const CATALOG: &[(&str, &str)] = catalogue![
+    "beat",
+    "beat-sender-slow",
+    "beat-sender-fast",
+    "cycle-ratio",
+    "encoder-master",
+    "jitter",
+    "loss",
+    "drift-change",
+    "sender-restart",
+    "chain",
+    "many-axes",
+];
+
+/// A scenario's text, and what errors call it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// The scenario's name: of the catalogue, or the file's without its ending.
+    pub name: String,
+    /// What errors call it.
+    pub file: String,
+    /// The TOML.
+    pub text: String,
+}
+
+/// Finds a scenario: by its name in the catalogue, or by its path.
+///
+/// # Errors
+/// Says what was asked for and which names there are.
+pub fn find(name_or_path: &str) -> anyhow::Result<Source> {
+    if let Some((name, text)) = CATALOG.iter().find(|(name, _)| *name == name_or_path) {
+        return Ok(Source {
+            name: (*name).to_owned(),
+            file: format!("{name}.toml"),
+            text: (*text).to_owned(),
+        });
+    }
+    let path = Path::new(name_or_path);
+    let looks_like_path = path.extension().is_some() || path.components().count() > 1;
+    if !looks_like_path {
+        let known: Vec<_> = CATALOG.iter().map(|(name, _)| *name).collect();
+        anyhow::bail!(
+            "received scenario {name_or_path:?}, expected a path ending in .toml or one of: {}",
+            known.join(", ")
+        );
+    }
+    let text = std::fs::read_to_string(path).map_err(|reason| ConfigError::Unreadable {
+        file: name_or_path.to_owned(),
+        reason,
+    })?;
+    let name = path.file_stem().map_or(name_or_path.into(), |stem| {
+        stem.to_string_lossy().into_owned()
+    });
+    Ok(Source {
+        name,
+        file: name_or_path.to_owned(),
+        text,
+    })
+}
+
+impl Source {
+    /// The scenario with some of its fields set to other values, each `path.to.field=value`.
+    ///
+    /// # Errors
+    /// Names the file, the field, what was received and what is expected.
+    pub fn read(&self, overrides: &[String]) -> anyhow::Result<Scenario> {
+        let mut table = self
+            .text
+            .parse::<toml::Table>()
+            .map_err(|error| ConfigError::Syntax {
+                file: self.file.clone(),
+                reason: error.to_string(),
+            })?;
+        for text in overrides {
+            crate::run::overrides::apply(&mut table, text)?;
+        }
+        Ok(Scenario::from_table(&self.file, table)?)
+    }
+}

@@ -1,0 +1,267 @@
+//! The `coaxle` tool's command line.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Context;
+use clap::{Args, Parser, Subcommand};
+use coaxle_host::cli::LogArgs;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::catalog::{self, CATALOG};
+use crate::run::{self, Options, Outcome, Progress};
+use crate::summary::World;
+use crate::table;
+
+/// Distributed axes: motion axes on different PCs that move as one, although every PC has its own
+/// clock.
+///
+/// Without a command it shows the beat effect of two drifting clocks and its cure, with real
+/// processes on this machine, in under a minute.
+#[derive(Debug, Parser)]
+#[command(name = "coaxle", version)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    log: LogArgs,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// List the scenarios that come with the tool
+    List,
+    /// Run a scenario and write summary.json, trace.csv and report.html
+    Run(RunArgs),
+    /// Check scenario files without running them; all built-in ones if none is named
+    Check {
+        /// Names of built-in scenarios, or paths
+        scenarios: Vec<String>,
+    },
+    /// Print a built-in scenario, to start a new one from
+    Show {
+        /// Name of a built-in scenario
+        scenario: String,
+    },
+    /// Run a sender node
+    Sender(coaxle_sender::run::Args),
+    /// Run a receiver node
+    Receiver(coaxle_receiver::run::Args),
+}
+
+#[derive(Debug, Args)]
+struct RunArgs {
+    /// Name of a built-in scenario, or path of a TOML file
+    scenario: String,
+    /// In virtual time, as fast as it goes (the default)
+    #[arg(long = "virtual", conflicts_with = "processes")]
+    virtual_time: bool,
+    /// As real processes over real Zenoh on this machine, in real time
+    #[arg(long)]
+    processes: bool,
+    /// Another seed than the scenario's
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Set a field of the scenario: path.to.field=value, e.g. sender.master.clock.drift-ppm=50
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Only these receivers, and those they follow
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    receivers: Vec<String>,
+    /// Folder for the results [default: out/<scenario>-<world>]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Do not write trace.csv (a line per receiver cycle: gigabytes for a day)
+    #[arg(long)]
+    no_trace: bool,
+    /// Print the summary as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// What the demonstration runs: the beat, with real processes.
+fn demonstration() -> RunArgs {
+    RunArgs {
+        scenario: "beat".to_owned(),
+        virtual_time: false,
+        processes: true,
+        seed: None,
+        overrides: Vec::new(),
+        receivers: Vec::new(),
+        out: None,
+        no_trace: false,
+        json: false,
+    }
+}
+
+/// Runs the tool: 0 if all went well, 1 if not or if an expectation failed, 2 for a wrong command.
+#[must_use]
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    cli.log.init();
+    let done = match cli.command {
+        None => run_scenario(&demonstration()),
+        Some(Command::Run(args)) => run_scenario(&args),
+        Some(Command::List) => list(),
+        Some(Command::Check { scenarios }) => check(&scenarios),
+        Some(Command::Show { scenario }) => show(&scenario),
+        Some(Command::Sender(args)) => coaxle_sender::run::run(&args).map(|()| true),
+        Some(Command::Receiver(args)) => coaxle_receiver::run::run(&args).map(|()| true),
+    };
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => coaxle_host::cli::exit_code(Err(error)),
+    }
+}
+
+fn say(text: &str) -> anyhow::Result<()> {
+    writeln!(io::stdout(), "{text}").context("cannot write to standard output")
+}
+
+fn list() -> anyhow::Result<bool> {
+    for (name, _) in CATALOG {
+        let scenario = catalog::find(name)?.read(&[])?;
+        say(&format!("{name:18} {}", scenario.title))?;
+    }
+    say("\nRun one with: coaxle run <name>")?;
+    Ok(true)
+}
+
+fn show(name: &str) -> anyhow::Result<bool> {
+    say(catalog::find(name)?.text.trim_end())?;
+    Ok(true)
+}
+
+fn check(names: &[String]) -> anyhow::Result<bool> {
+    let all: Vec<String> = match names {
+        [] => CATALOG.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        names => names.to_vec(),
+    };
+    let mut good = true;
+    for name in all {
+        match catalog::find(&name).and_then(|source| source.read(&[])) {
+            Ok(_) => say(&format!("{name}: ok"))?,
+            Err(error) => {
+                good = false;
+                say(&format!("{error:#}"))?;
+            }
+        }
+    }
+    Ok(good)
+}
+
+fn run_scenario(args: &RunArgs) -> anyhow::Result<bool> {
+    let source = catalog::find(&args.scenario)?;
+    let world = if args.processes {
+        World::Processes
+    } else {
+        World::Virtual
+    };
+    let default_out = || PathBuf::from("out").join(format!("{}-{}", source.name, world.name()));
+    let options = Options {
+        world,
+        seed: args.seed,
+        overrides: args.overrides.clone(),
+        receivers: args.receivers.clone(),
+        out: args.out.clone().unwrap_or_else(default_out),
+        trace: !args.no_trace,
+        command: command_of(args),
+    };
+    let scenario = run::prepare(&source, &options)?;
+    if !args.json {
+        say(&format!("{}: {}", source.name, scenario.title))?;
+        say(&announcement(
+            world,
+            scenario.duration_s.get(),
+            scenario.senders.len() + scenario.receivers.len(),
+        ))?;
+    }
+    let mut bar = Bar::new(scenario.duration_s.get());
+    let outcome = run::run(&source, &options, &mut bar);
+    bar.0.finish_and_clear();
+    let outcome = outcome?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&outcome.summary)
+            .context("cannot write the summary as JSON")?;
+        say(&text)?;
+    } else {
+        tell(&outcome)?;
+    }
+    Ok(outcome.summary.failed().next().is_none())
+}
+
+fn announcement(world: World, seconds: f64, nodes: usize) -> String {
+    match world {
+        World::Virtual => format!("{nodes} nodes, {seconds} s of virtual time"),
+        World::Processes => {
+            format!("{nodes} processes over Zenoh on this machine, {seconds} s of real time")
+        }
+    }
+}
+
+fn tell(outcome: &Outcome) -> anyhow::Result<()> {
+    let summary = &outcome.summary;
+    say(&format!("\n{}", table::results(summary)))?;
+    if let Some(conclusion) = table::conclusion(summary) {
+        say(&format!("\n{conclusion}"))?;
+    }
+    if !summary.expectations.is_empty() {
+        say(&format!("\n{}", table::verdicts(summary)))?;
+    }
+    say(&format!("\nreport: {}", outcome.report.display()))
+}
+
+/// The command that repeats a run, but for the folder.
+fn command_of(args: &RunArgs) -> String {
+    let mut words = vec!["coaxle".to_owned(), "run".to_owned(), args.scenario.clone()];
+    if args.processes {
+        words.push("--processes".to_owned());
+    }
+    if let Some(seed) = args.seed {
+        words.push(format!("--seed {seed}"));
+    }
+    words.extend(args.overrides.iter().map(|set| format!("--set '{set}'")));
+    if !args.receivers.is_empty() {
+        words.push(format!("--receivers {}", args.receivers.join(",")));
+    }
+    words.join(" ")
+}
+
+/// A progress bar, on a terminal only.
+struct Bar(ProgressBar);
+
+/// The bar's resolution.
+const STEPS: u64 = 1_000;
+
+impl Bar {
+    fn new(seconds: f64) -> Self {
+        if !io::stderr().is_terminal() {
+            return Self(ProgressBar::hidden());
+        }
+        let bar = ProgressBar::new(STEPS);
+        let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        bar.set_style(style);
+        bar.set_message(format!("of {seconds} s"));
+        Self(bar)
+    }
+}
+
+impl Progress for Bar {
+    fn at(&mut self, share: f64) {
+        self.0.set_position((share * STEPS as f64) as u64);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

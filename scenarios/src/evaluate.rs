@@ -1,0 +1,184 @@
+//! Every receiver cycle against what the master really did.
+
+mod drift;
+mod judge;
+mod moments;
+
+use coaxle_clock::{CycleTime, Domain, Instant, Span};
+use coaxle_motion::profile::Kinematics;
+use coaxle_receiver::ReceiverRecord;
+use coaxle_sim::{Oracle, TruthSample};
+
+use crate::curves::Curves;
+use crate::scenario::Scenario;
+use crate::summary::ReceiverSummary;
+use crate::topology::Topology;
+use judge::Judge;
+
+/// The clock both worlds are judged by: true time, or the machine's monotonic clock.
+#[derive(Debug)]
+pub enum Reference {}
+
+impl Domain for Reference {
+    const NAME: &'static str = "reference";
+}
+
+/// How long a master's past is kept for receivers that are late.
+const MEMORY: Span = Span::from_secs(5);
+
+/// One receiver cycle, judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// Ideal start of the cycle, s after the start of the run.
+    pub t_s: f64,
+    /// What the receiver recorded.
+    pub record: ReceiverRecord,
+    /// Where its master truly was: position and velocity, in units of the axis it receives.
+    pub truth: Option<(f64, f64)>,
+    /// Difference quotient of the set position given to the drive, slave units/s.
+    pub set_velocity: Option<f64>,
+    /// Corrected minus true far time, µs.
+    pub time_error_us: Option<f64>,
+}
+
+/// Takes every row, judged, in the order of its receiver's cycles.
+pub trait RowSink {
+    /// Row of the n-th receiver.
+    fn row(&mut self, receiver: usize, row: &Row);
+}
+
+impl RowSink for () {
+    fn row(&mut self, _receiver: usize, _row: &Row) {}
+}
+
+impl<S: RowSink> RowSink for Option<S> {
+    fn row(&mut self, receiver: usize, row: &Row) {
+        if let Some(sink) = self {
+            sink.row(receiver, row);
+        }
+    }
+}
+
+/// The evaluation of a run.
+#[derive(Debug)]
+pub struct Evaluation {
+    senders: usize,
+    start: Instant<Reference>,
+    masters: Vec<Master>,
+    receivers: Vec<Judge>,
+}
+
+/// A sender's axis that somebody follows, or a receiver that somebody follows: of that only its
+/// clock counts, as its motion is its sender's.
+#[derive(Debug)]
+struct Master {
+    node: usize,
+    axis: u32,
+    oracle: Oracle<Reference>,
+}
+
+/// The number of a master, among those known so far.
+fn master_of(masters: &mut Vec<Master>, node: usize, axis: u32, cycle_time: CycleTime) -> usize {
+    let known = |master: &Master| master.node == node && master.axis == axis;
+    masters.iter().position(known).unwrap_or_else(|| {
+        masters.push(Master {
+            node,
+            axis,
+            oracle: Oracle::new(cycle_time, MEMORY),
+        });
+        masters.len() - 1
+    })
+}
+
+/// Stands for the clock of a receiver: its slaves' ids begin at 1.
+const CLOCK_ONLY: u32 = 0;
+
+impl Evaluation {
+    /// Nothing evaluated yet; the run starts at `start`.
+    #[must_use]
+    pub(crate) fn new(scenario: &Scenario, topology: &Topology, start: Instant<Reference>) -> Self {
+        let mut masters = Vec::new();
+        let mut receivers = Vec::new();
+        let senders = scenario.senders.len();
+        for (n, config) in scenario.receivers.iter().enumerate() {
+            let root = topology.root(n);
+            let cycle_time = scenario.senders[root.sender].cycle_time_us.0;
+            let motion = master_of(&mut masters, root.sender, root.axis, cycle_time);
+            let clock = match root.source.checked_sub(senders) {
+                None => motion,
+                Some(before) => {
+                    let cycle_time = scenario.receivers[before].cycle_time_us.0;
+                    master_of(&mut masters, root.source, CLOCK_ONLY, cycle_time)
+                }
+            };
+            receivers.push(Judge::new(config, motion, clock, root));
+        }
+        Self {
+            senders,
+            start,
+            masters,
+            receivers,
+        }
+    }
+
+    /// A cycle of a sender: where one of its axes truly was.
+    pub(crate) fn master_was(&mut self, sender: usize, axis: u32, sample: TruthSample<Reference>) {
+        let master = self
+            .masters
+            .iter_mut()
+            .find(|master| master.node == sender && master.axis == axis);
+        if let Some(master) = master {
+            master.oracle.push(sample);
+        }
+    }
+
+    /// A cycle of a receiver.
+    pub(crate) fn receiver_did(
+        &mut self,
+        receiver: usize,
+        record: &ReceiverRecord,
+        sink: &mut impl RowSink,
+    ) {
+        self.clock_was(receiver, record);
+        let judge = &mut self.receivers[receiver];
+        judge.waiting.push_back(*record);
+        // The motion up to this cycle may be known only after the master's next one.
+        while let Some(record) = judge.waiting.front().copied() {
+            let at = Instant::from_nanos(record.at_ns);
+            if !judge.is_known(&self.masters, at) && judge.waiting.len() < LONGEST_WAIT {
+                break;
+            }
+            judge.waiting.pop_front();
+            let row = judge.judge(&record, &self.masters, self.start);
+            sink.row(receiver, &row);
+        }
+    }
+
+    /// A receiver is the clock of those who follow it.
+    fn clock_was(&mut self, receiver: usize, record: &ReceiverRecord) {
+        let sample = TruthSample {
+            at: Instant::from_nanos(record.at_ns),
+            epoch: 0,
+            count: record.cycle,
+            axis: Kinematics::default(),
+        };
+        self.master_was(self.senders + receiver, CLOCK_ONLY, sample);
+    }
+
+    /// The run is over: what still waits for the master is judged without it.
+    pub(crate) fn finish(
+        mut self,
+        sink: &mut impl RowSink,
+    ) -> Vec<(String, ReceiverSummary, Curves)> {
+        for (n, judge) in self.receivers.iter_mut().enumerate() {
+            while let Some(record) = judge.waiting.pop_front() {
+                let row = judge.judge(&record, &self.masters, self.start);
+                sink.row(n, &row);
+            }
+        }
+        self.receivers.into_iter().map(Judge::finish).collect()
+    }
+}
+
+/// Rows that wait for a master that is silent: a second's worth.
+const LONGEST_WAIT: usize = 1_000;

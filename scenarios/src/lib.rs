@@ -1,0 +1,22 @@
+//! Experiments with distributed axes.
+//!
+//! A [`Scenario`](scenario::Scenario) is a TOML file: senders, receivers, a network, events, and
+//! what is expected of it all. It runs in the pretend world ([`pretend`]) or as real processes over
+//! real Zenoh ([`processes`]); both feed the same [`Evaluation`](evaluate::Evaluation), which
+//! compares every receiver cycle with what the master really did and leaves a summary, a trace and
+//! a report.
+
+pub mod catalog;
+pub mod cli;
+pub mod curves;
+pub mod evaluate;
+pub mod expect;
+pub mod pretend;
+pub mod processes;
+pub mod report;
+pub mod run;
+pub mod scenario;
+pub mod summary;
+pub mod table;
+mod topology;
+mod trace;

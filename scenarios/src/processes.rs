@@ -1,0 +1,190 @@
+//! A scenario as real processes over real Zenoh, on this machine.
+//!
+//! Every node runs as a process of its own (this very program, called with `sender` or `receiver`)
+//! and writes its trace. All of them read one monotonic clock, so afterwards each receiver cycle
+//! can be compared with what the master really did.
+
+mod child;
+mod traces;
+
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::Context;
+use coaxle_host::machine;
+use coaxle_node::config::TransportConfig;
+use serde::Serialize;
+
+use crate::evaluate::RowSink;
+use crate::run::{Finished, Progress};
+use crate::scenario::{Action, Scenario};
+use crate::topology::Topology;
+use child::{Child, Role};
+
+/// Runs a checked scenario as processes. Their configs, logs and traces are left in
+/// `out/nodes`.
+///
+/// # Errors
+/// A node that does not start or ends badly; a trace that cannot be read.
+pub fn run(
+    scenario: &Scenario,
+    out: &Path,
+    sink: &mut impl RowSink,
+    progress: &mut dyn Progress,
+) -> anyhow::Result<Finished> {
+    let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
+    let folder = out.join("nodes");
+    if folder.exists() {
+        // Traces of an earlier run must not be taken for this one's.
+        std::fs::remove_dir_all(&folder)
+            .with_context(|| format!("cannot empty {}", folder.display()))?;
+    }
+    std::fs::create_dir_all(&folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    let mut children = write_configs(scenario, &topology, &folder)?;
+    play(scenario, &topology, &mut children, progress)?;
+    traces::evaluate(scenario, &topology, &children, sink)
+}
+
+fn write_configs(
+    scenario: &Scenario,
+    topology: &Topology,
+    folder: &Path,
+) -> anyhow::Result<Vec<Child>> {
+    let ports = free_ports(topology.names().len())?;
+    let endpoint = |node: usize| format!("tcp/127.0.0.1:{}", ports[node]);
+    let mut children = Vec::new();
+    for (n, config) in scenario.senders.iter().enumerate() {
+        let mut config = config.clone();
+        config.seed = scenario.seed_of(&config.name);
+        config.transport = local(&config.transport, endpoint(n), None);
+        let path = write_toml(folder, config.name.as_str(), &config)?;
+        children.push(Child::new(Role::Sender, config.name.as_str(), path));
+    }
+    for (n, config) in scenario.receivers.iter().enumerate() {
+        let mut config = config.clone();
+        let this = scenario.senders.len() + n;
+        config.seed = scenario.seed_of(&config.name);
+        let source = endpoint(topology.root(n).source);
+        config.transport = local(&config.transport, endpoint(this), Some(source));
+        let path = write_toml(folder, config.name.as_str(), &config)?;
+        children.push(Child::new(Role::Receiver, config.name.as_str(), path));
+    }
+    Ok(children)
+}
+
+/// The node's own Zenoh settings, on endpoints of this machine.
+fn local(config: &TransportConfig, listen: String, connect: Option<String>) -> TransportConfig {
+    TransportConfig {
+        listen: vec![listen],
+        connect: connect.into_iter().collect(),
+        ..config.clone()
+    }
+}
+
+fn write_toml(folder: &Path, name: &str, config: &impl Serialize) -> anyhow::Result<PathBuf> {
+    let path = folder.join(format!("{name}.toml"));
+    let text = toml::to_string(config).with_context(|| format!("cannot write {name} as TOML"))?;
+    std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+    Ok(path)
+}
+
+/// Ports that nobody uses now. All are held until the last is found, so that they differ.
+fn free_ports(count: usize) -> anyhow::Result<Vec<u16>> {
+    let held = (0..count)
+        .map(|_| TcpListener::bind(("127.0.0.1", 0)))
+        .collect::<Result<Vec<_>, _>>()
+        .context("cannot find free ports")?;
+    held.iter()
+        .map(|listener| Ok(listener.local_addr()?.port()))
+        .collect()
+}
+
+/// Starts every node, lets the events happen, and ends every node.
+fn play(
+    scenario: &Scenario,
+    topology: &Topology,
+    children: &mut [Child],
+    progress: &mut dyn Progress,
+) -> anyhow::Result<()> {
+    for child in children.iter_mut() {
+        child.start()?;
+    }
+    let mut changes = changes_of(scenario, topology);
+    let begin = machine::now();
+    let duration = scenario.duration_s.get();
+    loop {
+        let passed = (machine::now() - begin).as_secs_f64();
+        progress.at((passed / duration).min(1.0));
+        while changes.first().is_some_and(|change| change.at_s <= passed) {
+            let change = changes.remove(0);
+            change.apply(&mut children[change.node])?;
+        }
+        for child in children.iter_mut() {
+            child.check()?;
+        }
+        if passed >= duration {
+            break;
+        }
+        wait(LOOK);
+    }
+    for child in children.iter_mut() {
+        child.ask_to_end()?;
+    }
+    children.iter_mut().try_for_each(Child::wait_for_end)
+}
+
+/// How often the runner looks after its nodes.
+const LOOK: Duration = Duration::from_millis(20);
+
+fn wait(time: Duration) {
+    std::thread::park_timeout(time);
+}
+
+/// Something that happens to a node.
+#[derive(Clone, Copy)]
+struct Change {
+    at_s: f64,
+    node: usize,
+    what: What,
+}
+
+#[derive(Clone, Copy)]
+enum What {
+    Kill,
+    Start,
+    Stop,
+    Resume,
+}
+
+impl Change {
+    fn apply(&self, child: &mut Child) -> anyhow::Result<()> {
+        match self.what {
+            What::Kill => child.kill(),
+            What::Start => child.start(),
+            What::Stop => child.freeze(),
+            What::Resume => child.resume(),
+        }
+    }
+}
+
+fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<Change> {
+    let mut changes = Vec::new();
+    for event in &scenario.events {
+        let Some(node) = topology.node(&event.node) else {
+            continue;
+        };
+        let from = f64::from(event.at_s);
+        let until = from + f64::from(event.for_s);
+        let (away, back) = match event.action {
+            Action::Restart => (What::Kill, What::Start),
+            Action::Freeze => (What::Stop, What::Resume),
+        };
+        for (at_s, what) in [(from, away), (until, back)] {
+            changes.push(Change { at_s, node, what });
+        }
+    }
+    changes.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+    changes
+}

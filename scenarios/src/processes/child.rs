@@ -1,0 +1,173 @@
+//! One node as a process.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use coaxle_clock::Span;
+use coaxle_host::{ZENOH_RUNTIME, machine};
+use rustix::process::{Pid, Signal, kill_process};
+
+/// What a node is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    Sender,
+    Receiver,
+}
+
+/// A node's process, and the files of all its runs.
+#[derive(Debug)]
+pub(super) struct Child {
+    role: Role,
+    name: String,
+    config: PathBuf,
+    traces: Vec<PathBuf>,
+    process: Option<std::process::Child>,
+}
+
+/// How long a node may take to end by itself.
+const PATIENCE: Span = Span::from_secs(10);
+
+impl Child {
+    pub(super) fn new(role: Role, name: &str, config: PathBuf) -> Self {
+        Self {
+            role,
+            name: name.to_owned(),
+            config,
+            traces: Vec::new(),
+            process: None,
+        }
+    }
+
+    /// The traces of all runs, oldest first.
+    pub(super) fn traces(&self) -> impl Iterator<Item = &Path> {
+        self.traces.iter().map(PathBuf::as_path)
+    }
+
+    pub(super) fn start(&mut self) -> anyhow::Result<()> {
+        let run = self.traces.len();
+        let file = |ending: &str| {
+            let name = match run {
+                0 => format!("{}.{ending}", self.name),
+                run => format!("{}.{run}.{ending}", self.name),
+            };
+            self.config.with_file_name(name)
+        };
+        let trace = file("csv");
+        let log = file("log");
+        let log = File::create(&log).with_context(|| format!("cannot write {}", log.display()))?;
+        let program = std::env::current_exe().context("cannot find this program")?;
+        let (runtime, threads) = ZENOH_RUNTIME;
+        let process = Command::new(program)
+            .arg(match self.role {
+                Role::Sender => "sender",
+                Role::Receiver => "receiver",
+            })
+            .arg(&self.config)
+            .arg("--trace")
+            .arg(&trace)
+            .env(runtime, threads)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(log)
+            .spawn()
+            .with_context(|| format!("cannot start {}", self.name))?;
+        self.process = Some(process);
+        self.traces.push(trace);
+        Ok(())
+    }
+
+    /// A node that ends by itself ends the run: its log says why.
+    pub(super) fn check(&mut self) -> anyhow::Result<()> {
+        let Some(process) = &mut self.process else {
+            return Ok(());
+        };
+        match process.try_wait().context("cannot look after a node")? {
+            None => Ok(()),
+            Some(status) => bail!(
+                "{} ended early ({status}): {}",
+                self.name,
+                self.last_words()
+            ),
+        }
+    }
+
+    pub(super) fn kill(&mut self) -> anyhow::Result<()> {
+        if let Some(mut process) = self.process.take() {
+            process.kill().context("cannot kill a node")?;
+            process.wait().context("cannot wait for a node")?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn freeze(&self) -> anyhow::Result<()> {
+        self.signal(Signal::STOP)
+    }
+
+    pub(super) fn resume(&self) -> anyhow::Result<()> {
+        self.signal(Signal::CONT)
+    }
+
+    pub(super) fn ask_to_end(&self) -> anyhow::Result<()> {
+        // A frozen node hears nothing.
+        self.signal(Signal::CONT)?;
+        self.signal(Signal::TERM)
+    }
+
+    pub(super) fn wait_for_end(&mut self) -> anyhow::Result<()> {
+        let Some(mut process) = self.process.take() else {
+            return Ok(());
+        };
+        let asked = machine::now();
+        loop {
+            if let Some(status) = process.try_wait().context("cannot wait for a node")? {
+                if status.success() {
+                    return Ok(());
+                }
+                bail!(
+                    "{} ended badly ({status}): {}",
+                    self.name,
+                    self.last_words()
+                );
+            }
+            if machine::now() - asked > PATIENCE {
+                process.kill().context("cannot kill a node")?;
+                process.wait().context("cannot wait for a node")?;
+                bail!("{} did not end within {PATIENCE}", self.name);
+            }
+            std::thread::park_timeout(Duration::from_millis(5));
+        }
+    }
+
+    fn signal(&self, signal: Signal) -> anyhow::Result<()> {
+        if let Some(process) = &self.process {
+            kill_process(Pid::from_child(process), signal)
+                .with_context(|| format!("cannot signal {}", self.name))?;
+        }
+        Ok(())
+    }
+
+    fn last_words(&self) -> String {
+        let log = match self.traces.last() {
+            Some(trace) => trace.with_extension("log"),
+            None => return String::new(),
+        };
+        let text = std::fs::read_to_string(&log).unwrap_or_default();
+        match text.lines().rev().find(|line| !line.trim().is_empty()) {
+            Some(line) => line.trim().to_owned(),
+            None => format!("nothing in {}", log.display()),
+        }
+    }
+}
+
+impl Drop for Child {
+    /// Whatever goes wrong, no node is left running.
+    fn drop(&mut self) {
+        if let Some(process) = &mut self.process {
+            let _ = process.kill();
+            let _ = process.wait();
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! The report of a run: one HTML page that opens without a network.
+
+mod around_beat;
+mod draw;
+mod figures;
+mod html;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::Context;
+use plotly::Plot;
+
+use self::figures::Drawing;
+use self::html::{escaped, script_json};
+use crate::curves::Curves;
+use crate::expect::Verdict;
+use crate::summary::{Summary, World};
+use crate::table;
+
+/// What the report shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// The run in figures.
+    pub summary: &'a Summary,
+    /// The scenario as it was run, TOML.
+    pub scenario_toml: &'a str,
+    /// The curves of every receiver.
+    pub curves: &'a [Curves],
+    /// The command that repeats the run.
+    pub command: &'a str,
+}
+
+/// Writes the report. The same run gives the same bytes.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(path: &Path, report: &Report<'_>) -> anyhow::Result<()> {
+    let script = plotting_script()?;
+    let page = page(report, &script);
+    std::fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// The plotting library as a script element. The crate hands out a formula renderer behind it,
+/// which no figure here needs.
+fn plotting_script() -> anyhow::Result<String> {
+    let mut scripts = Plot::offline_js_sources();
+    let end = scripts
+        .find(SCRIPT_END)
+        .context("the plotting library is not a script element")?;
+    scripts.truncate(end + SCRIPT_END.len());
+    Ok(scripts)
+}
+
+const SCRIPT_END: &str = "</script>";
+
+fn page(report: &Report<'_>, plotting_script: &str) -> String {
+    let title = escaped(&report.summary.title);
+    let css = include_str!("report.css");
+    let js = include_str!("report.js");
+    let drawings = figures::all(report.summary, report.curves);
+    let mut body = introduction(report);
+    body += &results(report.summary);
+    body += &expectations(report.summary);
+    body += "<h2>Plots</h2>\n<p class=\"hint\">Drag to zoom in, double-click to zoom out, click a \
+             name to hide its curve. The plots over time zoom together.</p>\n";
+    for drawing in &drawings {
+        body += &figure(drawing);
+    }
+    body += &repeating(report);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n\
+         <style>\n{css}</style>\n{plotting_script}\n</head>\n<body>\n<main>\n{body}</main>\n\
+         <script>\n{js}</script>\n</body>\n</html>\n"
+    )
+}
+
+fn introduction(report: &Report<'_>) -> String {
+    let summary = report.summary;
+    let title = escaped(&summary.title);
+    let name = escaped(&summary.scenario);
+    let world = match summary.world {
+        World::Virtual => "virtual time",
+        World::Processes => "real processes over Zenoh",
+    };
+    let mut text = format!("<header>\n<h1>{title}</h1>\n");
+    if let Some(description) = description(report.scenario_toml) {
+        let _ = writeln!(text, "<p>{}</p>", escaped(description.trim()));
+    }
+    let _ = writeln!(
+        text,
+        "<p class=\"facts\">Scenario <b>{name}</b> · {world} · seed {} · {} s</p>\n</header>",
+        summary.seed, summary.duration_s,
+    );
+    if let Some(conclusion) = table::conclusion(summary) {
+        let lines: Vec<_> = conclusion.lines().map(escaped).collect();
+        let _ = writeln!(text, "<p class=\"conclusion\">{}</p>", lines.join("<br>\n"));
+    }
+    text
+}
+
+fn description(scenario_toml: &str) -> Option<String> {
+    let scenario: toml::Table = scenario_toml.parse().ok()?;
+    let text = scenario.get("description")?.as_str()?.trim().to_owned();
+    (!text.is_empty()).then_some(text)
+}
+
+fn results(summary: &Summary) -> String {
+    let mut text =
+        "<h2>Results</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>receiver</th>".to_owned();
+    for figure in &table::FIGURES {
+        let _ = write!(text, "<th>{}</th>", escaped(figure.label));
+    }
+    text += "</tr></thead>\n<tbody>\n";
+    for (name, figures) in table::in_order(summary) {
+        let _ = write!(text, "<tr><th>{}</th>", escaped(name));
+        for figure in &table::FIGURES {
+            let _ = write!(text, "<td>{}</td>", escaped(&(figure.text)(figures)));
+        }
+        text += "</tr>\n";
+    }
+    text += "</tbody>\n</table></div>\n<p class=\"hint\">From the first synchronisation on, or from \
+             the start where a receiver never synchronises. Time errors without their mean, which \
+             is the lag.</p>\n";
+    text
+}
+
+fn expectations(summary: &Summary) -> String {
+    if summary.expectations.is_empty() {
+        return String::new();
+    }
+    let mut text =
+        "<h2>Expectations</h2>\n<div class=\"wide\"><table class=\"words\">\n<thead><tr>\
+                    <th></th><th>receiver</th><th>figure</th><th>is</th><th>expected</th></tr>\
+                    </thead>\n<tbody>\n"
+            .to_owned();
+    for verdict in &summary.expectations {
+        text += &expectation(verdict);
+    }
+    text += "</tbody>\n</table></div>\n";
+    text
+}
+
+fn expectation(verdict: &Verdict) -> String {
+    let (class, outcome) = if verdict.met {
+        ("met", "✓ met")
+    } else {
+        ("failed", "✗ failed")
+    };
+    format!(
+        "<tr class=\"{class}\"><td class=\"outcome\">{outcome}</td><td>{}</td><td>{}</td>\
+         <td>{}</td><td>{}</td></tr>\n",
+        escaped(&verdict.receiver),
+        escaped(&verdict.field),
+        escaped(&table::value(&verdict.received)),
+        escaped(&verdict.expected),
+    )
+}
+
+fn figure(drawing: &Drawing) -> String {
+    let Drawing {
+        id,
+        title,
+        caption,
+        height,
+        figure,
+    } = drawing;
+    let title = escaped(title);
+    let caption = escaped(caption);
+    let Some(figure) = figure else {
+        return format!(
+            "<figure>\n<h3>{title}</h3>\n<p class=\"hint\">No receiver of this run has anything to \
+             show here.</p>\n</figure>\n"
+        );
+    };
+    let json = script_json(figure);
+    format!(
+        "<figure>\n<h3>{title}</h3>\n<figcaption>{caption}</figcaption>\n\
+         <div class=\"plot\" id=\"{id}\" style=\"height:{height}px\"></div>\n\
+         <script type=\"application/json\" id=\"{id}-figure\">{json}</script>\n</figure>\n"
+    )
+}
+
+fn repeating(report: &Report<'_>) -> String {
+    format!(
+        "<h2>Run it again</h2>\n<pre><code>{}</code></pre>\n<details>\n<summary>The scenario\
+         </summary>\n<pre><code>{}</code></pre>\n</details>\n",
+        escaped(report.command),
+        escaped(report.scenario_toml),
+    )
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,177 @@
+//! One run, from the scenario's text to what it leaves in its folder.
+
+pub mod overrides;
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+
+use crate::catalog::Source;
+use crate::curves::Curves;
+use crate::report::{self, Report};
+use crate::scenario::Scenario;
+use crate::summary::{ReceiverSummary, Summary, World};
+use crate::trace::TraceWriter;
+use crate::{pretend, processes};
+
+/// How to run a scenario.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Where.
+    pub world: World,
+    /// Another seed than the scenario's.
+    pub seed: Option<u64>,
+    /// Fields to set, each `path.to.field=value`.
+    pub overrides: Vec<String>,
+    /// Only these receivers; all if empty.
+    pub receivers: Vec<String>,
+    /// Where to leave `summary.json`, `trace.csv` and `report.html`.
+    pub out: PathBuf,
+    /// Whether to write `trace.csv`, a line per receiver cycle.
+    pub trace: bool,
+    /// The command that repeats the run, for the report.
+    pub command: String,
+}
+
+type FileTrace = TraceWriter<BufWriter<File>>;
+
+/// Hears how far a run is.
+pub trait Progress {
+    /// This share of the run is done, 0 to 1.
+    fn at(&mut self, share: f64);
+}
+
+impl Progress for () {
+    fn at(&mut self, _share: f64) {}
+}
+
+/// What either world hands back.
+#[derive(Debug)]
+pub struct Finished {
+    figures: BTreeMap<String, ReceiverSummary>,
+    curves: Vec<Curves>,
+}
+
+impl Finished {
+    pub(crate) fn new(receivers: Vec<(String, ReceiverSummary, Curves)>) -> Self {
+        let mut figures = BTreeMap::new();
+        let mut curves = Vec::new();
+        for (name, summary, drawn) in receivers {
+            figures.insert(name, summary);
+            curves.push(drawn);
+        }
+        Self { figures, curves }
+    }
+}
+
+/// What a run came to, and where the rest of it lies.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The figures.
+    pub summary: Summary,
+    /// The report.
+    pub report: PathBuf,
+}
+
+/// Runs a scenario and writes its files.
+///
+/// # Errors
+/// A scenario that is wrong, a node that does not start, a file that cannot be written. Failed
+/// expectations are no error: they are in the summary.
+pub fn run(
+    source: &Source,
+    options: &Options,
+    progress: &mut dyn Progress,
+) -> anyhow::Result<Outcome> {
+    let scenario = prepare(source, options)?;
+    let out = &options.out;
+    std::fs::create_dir_all(out)
+        .with_context(|| format!("cannot make the folder {}", out.display()))?;
+    let mut trace = open_trace(&scenario, options)?;
+    let finished = match options.world {
+        World::Virtual => pretend::run(&scenario, &mut trace, progress)?,
+        World::Processes => processes::run(&scenario, out, &mut trace, progress)?,
+    };
+    if let Some(writer) = trace {
+        writer.finish()?;
+    }
+    let summary = summarise(source, &scenario, options.world, finished.figures);
+    write_summary(&out.join("summary.json"), &summary)?;
+    let report = out.join("report.html");
+    let scenario_toml =
+        toml::to_string_pretty(&scenario).context("cannot write the scenario as TOML")?;
+    report::write(
+        &report,
+        &Report {
+            summary: &summary,
+            scenario_toml: &scenario_toml,
+            curves: &finished.curves,
+            command: &options.command,
+        },
+    )?;
+    Ok(Outcome { summary, report })
+}
+
+/// The scenario as it is to be run.
+///
+/// # Errors
+/// Names the file, the field, what was received and what is expected.
+pub fn prepare(source: &Source, options: &Options) -> anyhow::Result<Scenario> {
+    let mut scenario = source.read(&options.overrides)?;
+    if let Some(seed) = options.seed {
+        scenario.seed = seed;
+    }
+    if !options.receivers.is_empty() {
+        scenario
+            .keep_receivers(&options.receivers)
+            .map_err(|reason| anyhow::anyhow!("--receivers: {reason}"))?;
+    }
+    Ok(scenario)
+}
+
+fn summarise(
+    source: &Source,
+    scenario: &Scenario,
+    world: World,
+    receivers: BTreeMap<String, ReceiverSummary>,
+) -> Summary {
+    let mut summary = Summary {
+        scenario: source.name.clone(),
+        title: scenario.title.clone(),
+        world,
+        seed: scenario.seed,
+        duration_s: scenario.duration_s.get(),
+        receivers,
+        expectations: Vec::new(),
+    };
+    summary.expectations = scenario
+        .expectations
+        .iter()
+        .filter_map(|expectation| expectation.judge(&summary))
+        .collect();
+    summary
+}
+
+fn write_summary(path: &Path, summary: &Summary) -> anyhow::Result<()> {
+    let mut text = serde_json::to_string_pretty(summary).context("cannot write the summary")?;
+    text.push('\n');
+    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// The trace, if it is wanted.
+fn open_trace(scenario: &Scenario, options: &Options) -> anyhow::Result<Option<FileTrace>> {
+    if !options.trace {
+        return Ok(None);
+    }
+    let path = options.out.join("trace.csv");
+    let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
+    let names = scenario
+        .receivers
+        .iter()
+        .map(|receiver| receiver.name.to_string())
+        .collect();
+    Ok(Some(TraceWriter::new(names, BufWriter::new(file))))
+}

@@ -1,0 +1,111 @@
+//! `--set path.to.field=value`.
+
+use anyhow::{Context, bail};
+use toml::{Table, Value};
+
+/// Sets one field of a table. A path is keys and list positions with dots between; the elements of
+/// the lists `sender` and `receiver` also go by their names: `receiver.saw.cycle-time-us=2000`.
+///
+/// # Errors
+/// Says what was received and what is expected.
+pub fn apply(table: &mut Table, text: &str) -> anyhow::Result<()> {
+    let (path, value) = text
+        .split_once('=')
+        .with_context(|| format!("received --set {text:?}, expected path.to.field=value"))?;
+    let keys: Vec<&str> = path.trim().split('.').collect();
+    if keys.iter().any(|key| key.is_empty()) {
+        bail!("received --set {text:?}, expected keys with single dots between them");
+    }
+    let value = parse_value(value.trim());
+    let mut root = Value::Table(std::mem::take(table));
+    let set = set(&mut root, &keys, value).with_context(|| format!("--set {text}"));
+    if let Value::Table(changed) = root {
+        *table = changed;
+    }
+    set
+}
+
+/// Whatever TOML takes for a value; anything else is a text.
+fn parse_value(text: &str) -> Value {
+    format!("x = {text}")
+        .parse::<Table>()
+        .ok()
+        .and_then(|mut table| table.remove("x"))
+        .unwrap_or_else(|| Value::String(text.to_owned()))
+}
+
+fn set(at: &mut Value, keys: &[&str], value: Value) -> anyhow::Result<()> {
+    let [key, rest @ ..] = keys else {
+        *at = value;
+        return Ok(());
+    };
+    match at {
+        Value::Table(table) => {
+            let next = table
+                .entry((*key).to_owned())
+                .or_insert_with(|| Value::Table(Table::new()));
+            set(next, rest, value)
+        }
+        Value::Array(list) => {
+            let known = list.len();
+            let found = match key.parse::<usize>() {
+                Ok(position) => list.get_mut(position),
+                Err(_) => list.iter_mut().find(|element| is_named(element, key)),
+            };
+            let next = found.with_context(|| {
+                format!(
+                    "received {key:?}, expected the name or position (0 to {}) of an element",
+                    known.saturating_sub(1)
+                )
+            })?;
+            set(next, rest, value)
+        }
+        other => bail!("received {key:?} below a plain value ({other}), expected no more keys"),
+    }
+}
+
+fn is_named(element: &Value, name: &str) -> bool {
+    element.get("name").and_then(Value::as_str) == Some(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn changed(text: &str) -> anyhow::Result<Table> {
+        let mut table: Table = "seed = 1\n[network]\nloss = 0.0\n[[receiver]]\nname = \"a\"\n[[receiver]]\nname = \"b\"\n"
+            .parse()
+            .unwrap();
+        apply(&mut table, text)?;
+        Ok(table)
+    }
+
+    #[test]
+    fn fields_lists_and_names_are_reached() {
+        assert_eq!(changed("seed=7").unwrap()["seed"].as_integer(), Some(7));
+        let table = changed("network.loss = 0.25").unwrap();
+        assert_eq!(table["network"]["loss"].as_float(), Some(0.25));
+        for path in ["receiver.1.mode=pt1", "receiver.b.mode=\"pt1\""] {
+            let table = changed(path).unwrap();
+            assert_eq!(table["receiver"][1]["mode"].as_str(), Some("pt1"));
+        }
+        let table = changed("network.jitter={ normal-us = 5 }").unwrap();
+        assert_eq!(
+            table["network"]["jitter"]["normal-us"].as_integer(),
+            Some(5)
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_set_is_explained() {
+        for (text, part) in [
+            ("seed", "path.to.field=value"),
+            ("a..b=1", "single dots"),
+            ("receiver.c.mode=1", "expected the name or position"),
+            ("seed.x=1", "below a plain value"),
+        ] {
+            let message = format!("{:#}", changed(text).unwrap_err());
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! What came out of a run: `summary.json`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::expect::Verdict;
+
+/// A run in figures.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// The scenario's name.
+    pub scenario: String,
+    /// Its title.
+    pub title: String,
+    /// `virtual` or `processes`.
+    pub world: World,
+    /// The seed.
+    pub seed: u64,
+    /// How long it ran, s of true time.
+    pub duration_s: f64,
+    /// Each receiver's figures, by its name.
+    pub receivers: BTreeMap<String, ReceiverSummary>,
+    /// Each expectation's outcome.
+    pub expectations: Vec<Verdict>,
+}
+
+impl Summary {
+    /// The expectations that failed.
+    pub fn failed(&self) -> impl Iterator<Item = &Verdict> {
+        self.expectations.iter().filter(|verdict| !verdict.met)
+    }
+}
+
+/// Where a scenario runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum World {
+    /// In virtual time.
+    Virtual,
+    /// As real processes over real Zenoh.
+    Processes,
+}
+
+impl World {
+    /// As config and reports spell it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Virtual => "virtual",
+            Self::Processes => "processes",
+        }
+    }
+}
+
+/// One receiver in figures. What concerns motion is in units of its master axis, and taken over
+/// the time after it first synchronised, or from 100 cycles after its first data where its mode
+/// never does.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ReceiverSummary {
+    /// `bypass`, `pt1`, `time` or `sync`.
+    pub mode: &'static str,
+    /// Whose axis it follows: node, channel, axis id.
+    pub master: String,
+    /// Cycles run.
+    pub cycles: u64,
+    /// Cycles skipped.
+    pub overruns: u64,
+    /// Messages accepted.
+    pub received: u64,
+    /// Messages missing by the sender's count.
+    pub lost: u64,
+    /// Messages that came twice.
+    pub duplicates: u64,
+    /// Messages that a newer one overtook.
+    pub late: u64,
+    /// Messages too old to use.
+    pub stale: u64,
+    /// Frames refused.
+    pub rejected: u64,
+    /// New runs of the sender.
+    pub restarts: u64,
+    /// Times an error was raised.
+    pub errors: u64,
+    /// The last error's code, such as `0x4b52`; null if there was none.
+    pub last_error: Option<String>,
+    /// From the first data to the first cycle in sync, s; null if never.
+    pub time_to_sync_s: Option<f64>,
+    /// Beats counted at that moment.
+    pub beats_at_sync: Option<u32>,
+    /// How often synchronisation was reached.
+    pub synced_times: u64,
+    /// Whether it was in sync at the end.
+    pub synced_at_end: bool,
+    /// Estimated drift at the end, ppm; positive when the sender's clock is the faster one.
+    pub drift_ppm: Option<f64>,
+    /// The true one, over the last seconds.
+    pub drift_ppm_true: Option<f64>,
+    /// Beats counted.
+    pub beats: u64,
+    /// When the evaluation began, s after the start; null if there was nothing to evaluate.
+    pub evaluated_from_s: Option<f64>,
+    /// Cycles evaluated.
+    pub evaluated_cycles: u64,
+    /// Difference quotient of the set position given to the drive, minus the true master velocity:
+    /// root mean square, u/s.
+    pub velocity_ripple_rms: Option<f64>,
+    /// The same, largest magnitude, u/s.
+    pub velocity_ripple_max: Option<f64>,
+    /// The largest ripple divided by the largest master velocity.
+    pub velocity_ripple_ratio: Option<f64>,
+    /// Corrected far time minus true far time, mean removed: root mean square, µs.
+    pub corrected_time_error_rms_us: Option<f64>,
+    /// The same, largest magnitude, µs.
+    pub corrected_time_error_max_us: Option<f64>,
+    /// How far the corrected far time lies behind the true one in the mean, µs.
+    pub lag_us: Option<f64>,
+    /// Largest distance of the drive from where the master's true position puts the slave, lag and
+    /// all, in slave units.
+    pub drive_position_error_max: Option<f64>,
+    /// Largest following error of the drive, slave units.
+    pub following_error_max: f64,
+    /// Whether the drive tripped.
+    pub drive_tripped: bool,
+    /// Largest delay from the ideal start of a cycle to its scan, µs.
+    pub wake_up_max_us: f64,
+}

@@ -1,0 +1,281 @@
+//! The results as a person reads them in a terminal.
+
+use std::fmt::Write as _;
+
+use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+use comfy_table::{Cell, CellAlignment, Table};
+use serde_json::Value;
+
+use crate::expect::Verdict;
+use crate::summary::{ReceiverSummary, Summary};
+
+/// The table of results: a column per receiver, a row per figure. Where the terminal is too narrow
+/// for all receivers the table is continued below, so that nothing is cut.
+#[must_use]
+pub fn results(summary: &Summary) -> String {
+    let width = Table::new().width().unwrap_or(WIDTH_OF_A_FILE);
+    results_within(summary, width.into())
+}
+
+/// Columns assumed where the output is no terminal.
+const WIDTH_OF_A_FILE: u16 = 100;
+
+fn results_within(summary: &Summary, width: usize) -> String {
+    let receivers = in_order(summary);
+    let mut blocks = Vec::new();
+    let mut rest = receivers.as_slice();
+    while !rest.is_empty() {
+        let mut count = rest.len();
+        let mut table = block(&rest[..count]);
+        while count > 1 && table.lines().any(|line| line.chars().count() > width) {
+            count -= 1;
+            table = block(&rest[..count]);
+        }
+        blocks.push(table.trim_fmt());
+        rest = &rest[count..];
+    }
+    blocks.join("\n\n")
+}
+
+fn block(receivers: &[(&str, &ReceiverSummary)]) -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY);
+    let names = receivers.iter().map(|(name, _)| right(name));
+    table.set_header(std::iter::once(Cell::new("receiver")).chain(names));
+    for figure in &FIGURES {
+        let values = receivers.iter().map(|(_, r)| right(&(figure.text)(r)));
+        table.add_row(std::iter::once(Cell::new(figure.label)).chain(values));
+    }
+    // The horizontal style would draw a line under every row.
+    table.style_mut().row_separator = comfy_table::LineStyle::none();
+    table
+}
+
+fn right(text: &str) -> Cell {
+    Cell::new(text).set_alignment(CellAlignment::Right)
+}
+
+/// The expectations, one a line: those that failed last, where the eye is. Empty if there are none.
+#[must_use]
+pub fn verdicts(summary: &Summary) -> String {
+    let (met, failed): (Vec<_>, Vec<_>) = summary.expectations.iter().partition(|v| v.met);
+    let lines: Vec<_> = met.into_iter().chain(failed).map(verdict).collect();
+    lines.join("\n")
+}
+
+fn verdict(verdict: &Verdict) -> String {
+    let outcome = if verdict.met { "ok    " } else { "FAILED" };
+    let Verdict {
+        receiver,
+        field,
+        expected,
+        ..
+    } = verdict;
+    let received = value(&verdict.received);
+    format!("{outcome} {receiver}.{field} is {received}, expected {expected}")
+}
+
+/// What the run shows, in two lines: without correction, and with it. None where the scenario does
+/// not compare the two.
+#[must_use]
+pub fn conclusion(summary: &Summary) -> Option<String> {
+    let without = worst(summary, "bypass", None)?;
+    let master = Some(without.master.as_str());
+    let with = worst(summary, "sync", master).or_else(|| worst(summary, "time", master))?;
+    let bare = without.velocity_ripple_ratio?;
+    let mut text = format!(
+        "without correction: the velocity jumps by up to {} %",
+        significant(100.0 * bare, 3)
+    );
+    match without.beats {
+        0 => {}
+        1 => text.push_str(", with one beat"),
+        beats => {
+            let _ = write!(text, ", with {beats} beats");
+        }
+    }
+    text.push_str("\nwith correction:    ");
+    match with.velocity_ripple_ratio {
+        None => text.push_str("not synchronised within the run"),
+        Some(cured) => {
+            let _ = write!(text, "by up to {} %", significant(100.0 * cured, 3));
+            if cured > 0.0 && bare > cured {
+                let _ = write!(text, ", about {} times smaller", roughly(bare / cured));
+            }
+        }
+    }
+    Some(text)
+}
+
+/// Two significant digits, the rest zeros.
+fn roughly(factor: f64) -> String {
+    let rounded: f64 = format!("{factor:.1e}").parse().unwrap_or(factor);
+    significant(rounded, 2)
+}
+
+/// The receiver of a mode (and of a master) whose velocity is the roughest; one that was never
+/// judged, if there is any, is worse than all.
+fn worst<'a>(
+    summary: &'a Summary,
+    mode: &str,
+    master: Option<&str>,
+) -> Option<&'a ReceiverSummary> {
+    let ripple = |r: &ReceiverSummary| r.velocity_ripple_ratio.unwrap_or(f64::INFINITY);
+    summary
+        .receivers
+        .values()
+        .filter(|receiver| receiver.mode == mode)
+        .filter(|receiver| master.is_none_or(|master| receiver.master == master))
+        .max_by(|a, b| ripple(a).total_cmp(&ripple(b)))
+}
+
+/// One figure of a receiver, as tables show it.
+pub(crate) struct Figure {
+    /// Name and unit.
+    pub(crate) label: &'static str,
+    /// The value as text; a dash where there is none.
+    pub(crate) text: fn(&ReceiverSummary) -> String,
+}
+
+/// The figures shown, in the order of interest.
+pub(crate) const FIGURES: [Figure; 14] = [
+    Figure {
+        label: "correction",
+        text: |r| correction(r.mode).to_owned(),
+    },
+    Figure {
+        label: "velocity ripple max, u/s",
+        text: |r| optional(r.velocity_ripple_max, 1.0),
+    },
+    Figure {
+        label: "… of master velocity, %",
+        text: |r| optional(r.velocity_ripple_ratio, 100.0),
+    },
+    Figure {
+        label: "velocity ripple rms, u/s",
+        text: |r| optional(r.velocity_ripple_rms, 1.0),
+    },
+    Figure {
+        label: "time error max, µs",
+        text: |r| optional(r.corrected_time_error_max_us, 1.0),
+    },
+    Figure {
+        label: "time error rms, µs",
+        text: |r| optional(r.corrected_time_error_rms_us, 1.0),
+    },
+    Figure {
+        label: "lag, ms",
+        text: |r| optional(r.lag_us, 1e-3),
+    },
+    Figure {
+        label: "drift estimated, ppm",
+        // The estimator says 0 as long as it knows nothing.
+        text: |r| optional(r.drift_ppm.filter(|ppm| *ppm != 0.0), 1.0),
+    },
+    Figure {
+        label: "drift true, ppm",
+        text: |r| optional(r.drift_ppm_true, 1.0),
+    },
+    Figure {
+        label: "time to sync, s",
+        text: |r| optional(r.time_to_sync_s, 1.0),
+    },
+    Figure {
+        label: "beats",
+        text: |r| r.beats.to_string(),
+    },
+    Figure {
+        label: "cycles skipped",
+        text: |r| r.overruns.to_string(),
+    },
+    Figure {
+        label: "messages lost",
+        text: |r| r.lost.to_string(),
+    },
+    Figure {
+        label: "errors",
+        text: |r| match &r.last_error {
+            Some(last) => format!("{} ({last})", r.errors),
+            None => r.errors.to_string(),
+        },
+    },
+];
+
+/// A mode in words.
+pub(crate) fn correction(mode: &str) -> &str {
+    match mode {
+        "bypass" => "none",
+        "pt1" => "PT1 filter",
+        "time" => "time mode",
+        "sync" => "sync mode",
+        other => other,
+    }
+}
+
+/// Names and figures, receivers without correction first: what is cured stands before the cure.
+pub(crate) fn in_order(summary: &Summary) -> Vec<(&str, &ReceiverSummary)> {
+    let mut receivers: Vec<_> = summary
+        .receivers
+        .iter()
+        .map(|(name, figures)| (name.as_str(), figures))
+        .collect();
+    receivers.sort_by_key(|(_, figures)| rank(figures.mode));
+    receivers
+}
+
+/// How much is corrected.
+pub(crate) fn rank(mode: &str) -> u8 {
+    match mode {
+        "bypass" => 0,
+        "pt1" => 1,
+        "time" => 2,
+        _ => 3,
+    }
+}
+
+/// A value of the summary as text.
+pub(crate) fn value(value: &Value) -> String {
+    match value {
+        Value::Null => "null".to_owned(),
+        Value::Number(n) if n.is_f64() => n.as_f64().map_or_else(
+            || n.to_string(),
+            // Enough digits that a value just beyond its bound does not look like the bound.
+            |n| without_trailing_zeros(significant(n, 6)),
+        ),
+        other => other.to_string(),
+    }
+}
+
+fn optional(value: Option<f64>, factor: f64) -> String {
+    value
+        .filter(|value| value.is_finite())
+        .map_or_else(|| "–".to_owned(), |value| significant(value * factor, 3))
+}
+
+/// So many significant digits, in plain notation where that stays short.
+pub(crate) fn significant(value: f64, digits: i32) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let precision = (digits - 1).max(0) as usize;
+    let scientific = format!("{value:.precision$e}");
+    // Of the rounded value: 99.96 becomes 100, not 100.0.
+    let magnitude = scientific.split_once('e').and_then(|(_, m)| m.parse().ok());
+    let magnitude: i32 = magnitude.unwrap_or(0);
+    if !(-6..9).contains(&magnitude) {
+        return scientific;
+    }
+    let decimals = (digits - 1 - magnitude).max(0) as usize;
+    format!("{value:.decimals$}")
+}
+
+fn without_trailing_zeros(number: String) -> String {
+    if !number.contains('.') || number.contains('e') {
+        return number;
+    }
+    let short = number.trim_end_matches('0').trim_end_matches('.');
+    short.to_owned()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,145 @@
+use std::collections::BTreeMap;
+
+use super::*;
+use crate::summary::World;
+
+fn summary(receivers: Vec<(&str, ReceiverSummary)>) -> Summary {
+    let receivers: BTreeMap<_, _> = receivers
+        .into_iter()
+        .map(|(name, figures)| (name.to_owned(), figures))
+        .collect();
+    Summary {
+        scenario: "beat".to_owned(),
+        title: "Beats".to_owned(),
+        world: World::Virtual,
+        seed: 1,
+        duration_s: 40.0,
+        receivers,
+        expectations: Vec::new(),
+    }
+}
+
+fn receiver(mode: &'static str, ripple: Option<f64>) -> ReceiverSummary {
+    ReceiverSummary {
+        mode,
+        beats: 19,
+        velocity_ripple_max: ripple.map(|ratio| 500.0 * ratio),
+        velocity_ripple_ratio: ripple,
+        ..ReceiverSummary::default()
+    }
+}
+
+#[test]
+fn what_is_not_known_is_a_dash() {
+    let text = results(&summary(vec![("r", ReceiverSummary::default())]));
+    let lag = text.lines().find(|line| line.contains("lag")).unwrap();
+    assert!(lag.contains('–'), "{lag}");
+    assert!(!text.contains("NaN") && !text.contains("None"), "{text}");
+}
+
+#[test]
+fn receivers_without_correction_come_first() {
+    let text = results(&summary(vec![
+        ("a-cured", receiver("sync", Some(0.004))),
+        ("z-bare", receiver("bypass", Some(1.0))),
+    ]));
+    let header = text.lines().find(|line| line.contains("receiver")).unwrap();
+    assert!(header.find("z-bare") < header.find("a-cured"), "{text}");
+}
+
+#[test]
+fn a_narrow_terminal_cuts_nothing() {
+    let names: Vec<String> = (0..9).map(|n| format!("receiver-number-{n}")).collect();
+    let all = summary(
+        names
+            .iter()
+            .map(|name| (name.as_str(), receiver("sync", Some(0.001))))
+            .collect(),
+    );
+    let text = results_within(&all, 80);
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 80),
+        "{text}"
+    );
+    assert!(names.iter().all(|name| text.contains(name)), "{text}");
+}
+
+#[test]
+fn no_receivers_no_table() {
+    assert_eq!(results(&summary(Vec::new())), "");
+    assert_eq!(verdicts(&summary(Vec::new())), "");
+    assert_eq!(conclusion(&summary(Vec::new())), None);
+}
+
+#[test]
+fn a_failed_expectation_is_named_with_its_numbers() {
+    let mut run = summary(Vec::new());
+    run.expectations = vec![
+        Verdict {
+            receiver: "cured".to_owned(),
+            field: "lag_us".to_owned(),
+            expected: "at most 0.001".to_owned(),
+            received: Value::from(0.001_000_1),
+            met: false,
+        },
+        Verdict {
+            receiver: "cured".to_owned(),
+            field: "beats".to_owned(),
+            expected: "at least 3".to_owned(),
+            received: Value::from(19),
+            met: true,
+        },
+    ];
+    let text = verdicts(&run);
+    let lines: Vec<_> = text.lines().collect();
+    assert_eq!(lines[0], "ok     cured.beats is 19, expected at least 3");
+    assert_eq!(
+        lines[1],
+        "FAILED cured.lag_us is 0.0010001, expected at most 0.001"
+    );
+}
+
+#[test]
+fn the_conclusion_compares_the_beat_with_its_cure() {
+    let text = conclusion(&summary(vec![
+        ("bare", receiver("bypass", Some(1.0))),
+        ("cured", receiver("sync", Some(0.004))),
+    ]));
+    assert_eq!(
+        text.as_deref(),
+        Some(
+            "without correction: the velocity jumps by up to 100 %, with 19 beats\n\
+             with correction:    by up to 0.400 %, about 250 times smaller"
+        )
+    );
+}
+
+#[test]
+fn a_receiver_that_never_synchronised_is_no_success() {
+    let text = conclusion(&summary(vec![
+        ("bare", receiver("bypass", Some(1.0))),
+        ("cured", receiver("sync", Some(0.004))),
+        ("lost", receiver("sync", None)),
+    ]))
+    .unwrap();
+    assert!(text.ends_with("not synchronised within the run"), "{text}");
+}
+
+#[test]
+fn nothing_to_compare_no_conclusion() {
+    let only = summary(vec![("cured", receiver("sync", Some(0.004)))]);
+    assert_eq!(conclusion(&only), None);
+}
+
+#[test]
+fn numbers_are_rounded_to_what_is_significant() {
+    assert_eq!(significant(499.96, 3), "500");
+    assert_eq!(significant(99.96, 3), "100");
+    assert_eq!(significant(12_345.6, 3), "12346");
+    assert_eq!(significant(0.000_423_4, 3), "0.000423");
+    assert_eq!(significant(-1.5, 3), "-1.50");
+    assert_eq!(significant(1e-12, 3), "1.00e-12");
+    assert_eq!(significant(0.0, 3), "0");
+    assert_eq!(roughly(1515.2), "1500");
+    assert_eq!(roughly(2.345), "2.3");
+}
