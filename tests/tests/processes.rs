@@ -1,0 +1,167 @@
+//! Real processes over real Zenoh, as a user starts them. Bounds are wide: the machine is busy.
+
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::{Mutex, MutexGuard};
+
+use serde_json::Value;
+
+/// One run at a time: the cores are few.
+static MACHINE: Mutex<()> = Mutex::new(());
+
+fn alone() -> MutexGuard<'static, ()> {
+    MACHINE
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+fn coaxle(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"))
+        .args(arguments)
+        .output()
+        .expect("the tool starts")
+}
+
+fn run_processes(scenario: &str, out: &Path, sets: &[&str]) -> Value {
+    let out = out.to_str().expect("a plain path");
+    let mut arguments = vec!["run", scenario, "--processes", "--json", "--out", out];
+    for set in sets {
+        arguments.extend(["--set", set]);
+    }
+    let output = coaxle(&arguments);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    serde_json::from_slice(&output.stdout).expect("a summary")
+}
+
+#[test]
+fn the_beat_is_shown_and_cured() {
+    let _alone = alone();
+    let out = tempfile::tempdir().expect("a scratch folder");
+    let summary = run_processes(
+        "beat",
+        out.path(),
+        &[
+            "duration-s=15",
+            "sender.master.clock.drift-ppm=1000",
+            "expect=[]",
+        ],
+    );
+    let figure = |receiver: &str, field: &str| summary["receivers"][receiver][field].as_f64();
+    let without = figure("bypass", "velocity_ripple_max").expect("measured");
+    let with = figure("sync", "velocity_ripple_max").expect("synchronised");
+    assert!(without >= 0.9 * 500.0, "{without}");
+    assert!(with * 50.0 <= without, "{with} against {without}");
+    let drift = figure("sync", "drift_ppm").expect("estimated");
+    assert!((500.0..2000.0).contains(&drift), "{drift}");
+    let truth = figure("sync", "drift_ppm_true").expect("known");
+    assert!((truth - 1000.0).abs() < 20.0, "{truth}");
+    for file in ["summary.json", "trace.csv", "report.html"] {
+        assert!(
+            out.path()
+                .join(file)
+                .metadata()
+                .is_ok_and(|m| m.len() > 1_000),
+            "{file}"
+        );
+    }
+}
+
+#[test]
+fn a_sender_that_dies_and_one_that_freezes_are_found_again() {
+    let _alone = alone();
+    let out = tempfile::tempdir().expect("a scratch folder");
+    let summary = run_processes(
+        "sender-restart",
+        out.path(),
+        &[
+            "duration-s=16",
+            "sender.master.clock.drift-ppm=2000",
+            "event=[{ at-s = 5, node = \"master\", action = \"restart\", for-s = 0.5 }, { at-s = 10, node = \"master\", action = \"freeze\", for-s = 0.5 }]",
+            "expect=[]",
+        ],
+    );
+    let automatic = &summary["receivers"]["automatic"];
+    assert_eq!(automatic["restarts"].as_u64(), Some(1), "{automatic}");
+    assert!(automatic["synced_times"].as_u64() >= Some(2), "{automatic}");
+    assert!(automatic["errors"].as_u64() >= Some(1), "{automatic}");
+}
+
+#[test]
+fn receivers_can_be_chained() {
+    let _alone = alone();
+    let out = tempfile::tempdir().expect("a scratch folder");
+    let wide = "{ age-of-data-limit = 500, max-cycle-index-difference = 500 }";
+    let summary = run_processes(
+        "chain",
+        out.path(),
+        &[
+            "duration-s=12",
+            "sender.master.clock.drift-ppm=2000",
+            "receiver.second.clock.drift-ppm=-1500",
+            &format!("receiver.first.sync.time-sync={wide}"),
+            &format!("receiver.second.sync.time-sync={wide}"),
+            "expect=[]",
+        ],
+    );
+    let second = &summary["receivers"]["second"];
+    assert!(second["received"].as_u64() > Some(1_000), "{second}");
+    assert!(!second["time_to_sync_s"].is_null(), "{second}");
+}
+
+#[test]
+fn what_is_wrong_is_said_and_nothing_moves() {
+    let cases: [(&[&str], &str); 6] = [
+        (
+            &["run", "nonsense"],
+            "expected a path ending in .toml or one of: beat",
+        ),
+        (
+            &["run", "beat", "--set", "duration-s=-1"],
+            "beat.toml: duration-s: received -1",
+        ),
+        (
+            &["run", "beat", "--set", "receiver.sync.mode=fast"],
+            "beat.toml: receiver[3].mode",
+        ),
+        (
+            &["run", "beat", "--set", "receiver.sync.master.node=nobody"],
+            "receiver[3].master.node: received \"nobody\"",
+        ),
+        (
+            &["run", "beat", "--receivers", "saw"],
+            "expected some of: bypass",
+        ),
+        (
+            &["sender", "no-such-file.toml"],
+            "no-such-file.toml: cannot be read",
+        ),
+    ];
+    for (arguments, said) in cases {
+        let output = coaxle(arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success(), "{arguments:?}");
+        assert!(stderr.contains(said), "{arguments:?}: {stderr}");
+        assert!(!stderr.contains("panicked"), "{stderr}");
+    }
+}
+
+#[test]
+fn a_failed_expectation_is_named_and_ends_with_status_one() {
+    let out = tempfile::tempdir().expect("a scratch folder");
+    let path = out.path().to_str().expect("a plain path");
+    let impossible = "expect=[{ receiver = \"sync\", field = \"beats\", at-least = 1e6 }]";
+    let output = coaxle(&[
+        "run",
+        "beat-sender-fast",
+        "--set",
+        "duration-s=5",
+        "--set",
+        impossible,
+        "--out",
+        path,
+    ]);
+    assert_eq!(output.status.code(), Some(1));
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    assert!(stdout.contains("sync.beats is 0"), "{stdout}");
+}

@@ -1,0 +1,44 @@
+//! Running scenarios in virtual time, for all tests.
+
+use std::path::Path;
+
+use coaxle::catalog::{self, Source};
+use coaxle::run::{self, Options};
+use coaxle::summary::{ReceiverSummary, Summary, World};
+
+/// A scenario of the catalogue with some fields set.
+pub(crate) fn run(name: &str, overrides: &[&str]) -> Summary {
+    let source = catalog::find(name).expect("a scenario of the catalogue");
+    run_source(&source, overrides)
+}
+
+fn run_source(source: &Source, overrides: &[&str]) -> Summary {
+    let out = tempfile::tempdir().expect("a scratch folder");
+    run_into(source, overrides, None, out.path())
+}
+
+/// The same, with the files left in `out`.
+pub(crate) fn run_into(
+    source: &Source,
+    overrides: &[&str],
+    seed: Option<u64>,
+    out: &Path,
+) -> Summary {
+    let options = Options {
+        world: World::Virtual,
+        seed,
+        overrides: overrides.iter().map(|&set| set.to_owned()).collect(),
+        receivers: Vec::new(),
+        out: out.to_owned(),
+        trace: seed.is_some(),
+        command: String::new(),
+    };
+    run::run(source, &options, &mut ())
+        .expect("the scenario runs")
+        .summary
+}
+
+/// One receiver's figures.
+pub(crate) fn figures<'a>(summary: &'a Summary, receiver: &str) -> &'a ReceiverSummary {
+    &summary.receivers[receiver]
+}

@@ -1,0 +1,6 @@
+//! Scenarios in virtual time.
+
+mod accuracy;
+mod catalogue;
+mod common;
+mod determinism;
