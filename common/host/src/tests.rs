@@ -192,6 +192,40 @@ fn frames_arrive_and_both_ends_say_so() {
     assert!(samples > 100 && samples <= got.received, "{samples}");
 }
 
+/// A Zenoh router on a free endpoint; it ends with the session.
+fn router(endpoint: &str) -> zenoh::Session {
+    let mut config = zenoh_config(&listening(endpoint)).unwrap();
+    config.insert_json5("mode", "\"router\"").unwrap();
+    zenoh::open(config).wait().unwrap()
+}
+
+/// A router forwards between clients, and between a client and a peer; never between two peers.
+#[test]
+fn clients_talk_through_a_router() {
+    for sender_mode in ["client", "peer"] {
+        let at = endpoint();
+        let router = router(&at);
+        let through = |mode: &str| -> TransportConfig {
+            parse("test", &format!("mode = {mode:?}\nconnect = [{at:?}]")).unwrap()
+        };
+        let (from, to) = (through(sender_mode), through("client"));
+        let sender = started(move || setup("belt", from, 6, &Memory::default()));
+        let receiver = started(move || {
+            let mut setup = setup("saw", to, 5, &Memory::default());
+            setup.publishes.clear();
+            setup.subscription = following("belt", AXIS, "");
+            setup
+        });
+        let (sent, got) = (sender.join().unwrap(), receiver.join().unwrap());
+        assert!(sent.published > 100, "{sender_mode}: {sent:?}");
+        assert!(
+            got.received > 100 && got.refused == 0,
+            "{sender_mode}: {got:?}"
+        );
+        router.close().wait().unwrap();
+    }
+}
+
 #[test]
 fn a_follower_without_its_source_is_never_healthy() {
     let at = endpoint();

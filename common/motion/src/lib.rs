@@ -2,9 +2,21 @@
 //!
 //! | PLC name | manual | here |
 //! |--|--|--|
-//! | `NCTOPLC_AXLESTRUCT` | TS5066 | [`axis::NcToPlcAxis`] |
-//! | `FB_AxisSync` | TS5066 | [`remote::AxisSync`] |
-//! | `FB_AxisExtrapolateValues` | TS5066 | [`remote::AxisExtrapolate`] |
+//! | `NCTOPLC_AXLESTRUCT`, `NCTOPLC_AXIS_REF` | TS5066 | [`axis::NcToPlcAxis`], [`axis::ImageLayout`] |
+//! | `nStateDWord`, `nAxisState`, `nCoupleState` | TS5066 | [`axis::StateWord`], [`axis::AxisState`], [`axis::CoupleState`] |
+//! | `FB_AxisSync` | TS5066 3.1 | [`remote::AxisSync`] |
+//! | `FB_AxisExtrapolateValues` | TS5066 3.3 | [`remote::AxisExtrapolate`] |
+//! | `ST_AxisSyncParameters` | TS5066 3.4 | [`remote::AxisSyncParameters`] |
+//! | `ST_AxisSyncDiagnostic` | TS5066 3.5 | [`remote::AxisSyncDiagnostic`] |
+//! | `E_Sync_FallBackMode` | TS5066 3.6 | [`remote::FallBackMode`] |
+//! | `E_Sync_FilterMode` | TS5066 3.7 | [`remote::FilterMode`] |
+//! | `E_Sync_FilterState` | TS5066 3.8 | [`remote::FilterState`] |
+//! | `E_Sync_StartUpMode` | TS5066 3.9 | [`remote::StartUpMode`] |
+//! | `ST_AxisExtrapolateDiagnostic` | TS5066 3.12 | [`remote::ExtrapolateDiagnostic`] |
+//! | `ST_AxisExtrapolateParameters` | TS5066 3.13 | [`remote::ExtrapolateParameters`] |
+//! | `E_Sync_ExtrapolateMode`, `E_Sync_ExtrapolateState` | TS5066 3.14, 3.15 | [`remote::ExtrapolateMode`] |
+//!
+//! `FB_TimeSync` and what belongs to it is in `coaxle-clock`.
 //!
 //! The crate is `no_std` and asks no machine for the time.
 #![no_std]

@@ -28,9 +28,10 @@ pub struct TransportConfig {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TransportMode {
-    /// Talks to other peers directly, or through a router.
+    /// Talks to other peers directly, and to clients through a router. A router never forwards
+    /// between two peers: nodes that meet only there are clients.
     #[default]
     Peer,
-    /// Talks through one router only.
+    /// Talks through one router only, to everybody else there.
     Client,
 }
