@@ -12,6 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::catalog::{self, CATALOG};
 use crate::run::{self, Options, Outcome, Progress};
 use crate::summary::World;
+use crate::sweep::{self, Axis};
 use crate::table;
 
 /// Distributed axes: motion axes on different PCs that move as one, although every PC has its own
@@ -34,6 +35,8 @@ enum Command {
     List,
     /// Run a scenario and write summary.json, trace.csv and report.html
     Run(RunArgs),
+    /// Run a scenario over a grid of values, in virtual time, and write sweep.csv
+    Sweep(SweepArgs),
     /// Check scenario files without running them; all built-in ones if none is named
     Check {
         /// Names of built-in scenarios, or paths
@@ -80,6 +83,24 @@ struct RunArgs {
     json: bool,
 }
 
+#[derive(Debug, Args)]
+struct SweepArgs {
+    /// Name of a built-in scenario, or path of a TOML file
+    scenario: String,
+    /// A field and its values: path.to.field=a,b,c. Several span a grid
+    #[arg(long = "over", value_name = "PATH=VALUES", required = true)]
+    over: Vec<Axis>,
+    /// Set a field of the scenario at all points: path.to.field=value
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Only these receivers, and those they follow
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    receivers: Vec<String>,
+    /// Folder for the results [default: out/<scenario>-sweep]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
 /// What the demonstration runs: the beat, with real processes.
 fn demonstration() -> RunArgs {
     RunArgs {
@@ -103,6 +124,7 @@ pub fn main() -> ExitCode {
     let done = match cli.command {
         None => run_scenario(&demonstration()),
         Some(Command::Run(args)) => run_scenario(&args),
+        Some(Command::Sweep(args)) => run_sweep(&args),
         Some(Command::List) => list(),
         Some(Command::Check { scenarios }) => check(&scenarios),
         Some(Command::Show { scenario }) => show(&scenario),
@@ -178,7 +200,7 @@ fn run_scenario(args: &RunArgs) -> anyhow::Result<bool> {
             scenario.senders.len() + scenario.receivers.len(),
         ))?;
     }
-    let mut bar = Bar::new(scenario.duration_s.get());
+    let mut bar = Bar::new(format!("of {} s", scenario.duration_s.get()));
     let outcome = run::run(&source, &options, &mut bar);
     bar.0.finish_and_clear();
     let outcome = outcome?;
@@ -190,6 +212,31 @@ fn run_scenario(args: &RunArgs) -> anyhow::Result<bool> {
         tell(&outcome)?;
     }
     Ok(outcome.summary.failed().next().is_none())
+}
+
+fn run_sweep(args: &SweepArgs) -> anyhow::Result<bool> {
+    let source = catalog::find(&args.scenario)?;
+    let out = args
+        .out
+        .clone()
+        .unwrap_or_else(|| PathBuf::from("out").join(format!("{}-sweep", source.name)));
+    std::fs::create_dir_all(&out)
+        .with_context(|| format!("cannot make the folder {}", out.display()))?;
+    let mut bar = Bar::new("of the grid".to_owned());
+    let swept = sweep::run(
+        &source,
+        &args.over,
+        &args.overrides,
+        &args.receivers,
+        &mut bar,
+    );
+    bar.0.finish_and_clear();
+    let swept = swept?;
+    let path = out.join("sweep.csv");
+    swept.write_csv(&path)?;
+    say(&swept.table())?;
+    say(&format!("\ntable: {}", path.display()))?;
+    Ok(true)
 }
 
 fn announcement(world: World, seconds: f64, nodes: usize) -> String {
@@ -236,7 +283,7 @@ struct Bar(ProgressBar);
 const STEPS: u64 = 1_000;
 
 impl Bar {
-    fn new(seconds: f64) -> Self {
+    fn new(message: String) -> Self {
         if !io::stderr().is_terminal() {
             return Self(ProgressBar::hidden());
         }
@@ -244,7 +291,7 @@ impl Bar {
         let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         bar.set_style(style);
-        bar.set_message(format!("of {seconds} s"));
+        bar.set_message(message);
         Self(bar)
     }
 }

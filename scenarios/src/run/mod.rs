@@ -65,6 +65,10 @@ impl Finished {
         }
         Self { figures, curves }
     }
+
+    pub(crate) fn into_figures(self) -> Vec<(String, ReceiverSummary)> {
+        self.figures.into_iter().collect()
+    }
 }
 
 /// What a run came to, and where the rest of it lies.
