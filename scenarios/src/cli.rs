@@ -72,7 +72,7 @@ struct RunArgs {
     /// Only these receivers, and those they follow
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     receivers: Vec<String>,
-    /// Folder for the results [default: out/<scenario>-<world>]
+    /// Folder for the results [default: out/SCENARIO-WORLD]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Do not write trace.csv (a line per receiver cycle: gigabytes for a day)
@@ -96,7 +96,7 @@ struct SweepArgs {
     /// Only these receivers, and those they follow
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     receivers: Vec<String>,
-    /// Folder for the results [default: out/<scenario>-sweep]
+    /// Folder for the results [default: out/SCENARIO-sweep]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

@@ -1,6 +1,6 @@
 //! The real world: the only crate that knows Zenoh, threads and the operating system's clock.
 //!
-//! [`run`] drives a [`Node`](coaxle_node::Node) from a [`Setup`]:
+//! [`run()`] drives a [`Node`](coaxle_node::Node) from a [`Setup`]:
 //!
 //! ```text
 //! Zenoh ─▶ stamp, check ─▶ mailbox ─▶ cycle thread ─▶ outbox ─▶ publish thread ─▶ Zenoh
