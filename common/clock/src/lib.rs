@@ -21,8 +21,10 @@ extern crate std;
 pub mod age_gate;
 pub mod cycle;
 pub mod instant;
+pub mod observer;
 pub mod time_sync;
 
 pub use age_gate::{Age, AgeGate};
 pub use cycle::{CycleIndex, CycleTime, Schedule};
 pub use instant::{Domain, Instant, Local, Remote, Seconds, Span};
+pub use observer::PhaseObserver;

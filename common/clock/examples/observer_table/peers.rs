@@ -1,0 +1,262 @@
+//! Simple ways of doing the same, on the same arrivals, each with the tuning that suited it best.
+
+use coaxle_clock::observer::{ObserverOutput, ObserverParameters, ObserverState, PhaseObserver};
+use coaxle_clock::{CycleTime, Instant, Local, Span};
+
+use crate::world::Message;
+
+/// Something that turns arrivals into far time.
+pub(crate) trait Follower {
+    fn observe(&mut self, message: &Message);
+    /// The far time, s, at the local time `now` (ns).
+    fn far(&mut self, now: i64) -> Option<f64>;
+    fn output(&self) -> Option<ObserverOutput> {
+        None
+    }
+}
+
+pub(crate) struct Observer {
+    observer: PhaseObserver,
+    output: ObserverOutput,
+}
+
+impl Observer {
+    pub(crate) fn new(cycle: f64) -> Self {
+        let cycle = CycleTime::new(Span::from_secs_f64(cycle)).unwrap();
+        Self {
+            observer: PhaseObserver::new(cycle, ObserverParameters::default()).unwrap(),
+            output: ObserverOutput::default(),
+        }
+    }
+}
+
+impl Follower for Observer {
+    fn observe(&mut self, message: &Message) {
+        let arrived: Instant<Local> = Instant::from_nanos(message.arrived);
+        let stamp = message.stamp.map(Span::from_nanos);
+        self.observer
+            .observe(1, message.count as u64, arrived, stamp);
+    }
+    fn far(&mut self, now: i64) -> Option<f64> {
+        self.output = self.observer.cycle(Instant::from_nanos(now));
+        let far = self.output.far_time?;
+        (self.output.state != ObserverState::Startup)
+            .then(|| far.instant.as_nanos() as f64 * 1e-9 + far.fraction_ns * 1e-9)
+    }
+    fn output(&self) -> Option<ObserverOutput> {
+        Some(self.output)
+    }
+}
+fn phase(message: &Message, cycle: f64) -> (f64, f64) {
+    let due = message.count as f64 * cycle;
+    let arrived = (message.arrived - message.stamp.unwrap_or(0)) as f64 * 1e-9;
+    (due, arrived - due)
+}
+
+/// Far time from a line `offset + drift·(due − at)`.
+fn far_by(now: i64, at: f64, offset: f64, drift: f64) -> f64 {
+    at + (now as f64 * 1e-9 - at - offset) / (1.0 + drift)
+}
+
+/// A two-state Kalman filter on every message, as if the jitter were normal; outliers of more than
+/// three sigma are clamped. Noise and random walk are told to it.
+pub(crate) struct Kalman {
+    cycle: f64,
+    noise: f64,
+    walk: f64,
+    at: f64,
+    x: Option<(f64, f64)>,
+    p: (f64, f64, f64),
+}
+
+impl Kalman {
+    pub(crate) fn new(cycle: f64, noise: f64, walk: f64) -> Self {
+        Self {
+            cycle,
+            noise: noise * noise,
+            walk: walk * walk,
+            at: 0.0,
+            x: None,
+            p: (0.0, 0.0, 0.0),
+        }
+    }
+}
+
+impl Follower for Kalman {
+    fn observe(&mut self, message: &Message) {
+        let (due, phase) = phase(message, self.cycle);
+        let Some((mut offset, mut drift)) = self.x else {
+            self.x = Some((phase, 0.0));
+            self.p = (self.noise, 0.0, 1e-8);
+            self.at = due;
+            return;
+        };
+        let dt = (due - self.at).max(0.0);
+        self.at = self.at.max(due);
+        let (mut a, mut b, mut c) = self.p;
+        offset += drift * dt;
+        a += dt * (2.0 * b + dt * (c + self.walk * dt / 3.0));
+        b += dt * (c + 0.5 * self.walk * dt);
+        c += self.walk * dt;
+        let total = a + self.noise;
+        let bound = 3.0 * total.sqrt();
+        let innovation = (phase - offset).clamp(-bound, bound);
+        offset += a / total * innovation;
+        drift += b / total * innovation;
+        self.p = (a - a * a / total, b - a * b / total, c - b * b / total);
+        self.x = Some((offset, drift));
+    }
+    fn far(&mut self, now: i64) -> Option<f64> {
+        self.x
+            .map(|(offset, drift)| far_by(now, self.at, offset, drift))
+    }
+}
+
+/// A straight line fitted to the last so many messages.
+pub(crate) struct LeastSquares {
+    cycle: f64,
+    window: std::collections::VecDeque<(f64, f64)>,
+    length: usize,
+    sums: [f64; 4],
+    base: Option<(f64, f64)>,
+}
+
+impl LeastSquares {
+    pub(crate) fn new(cycle: f64, seconds: f64) -> Self {
+        Self {
+            cycle,
+            window: std::collections::VecDeque::new(),
+            length: (seconds / cycle) as usize,
+            sums: [0.0; 4],
+            base: None,
+        }
+    }
+    fn add(&mut self, (t, y): (f64, f64), sign: f64) {
+        for (sum, term) in self.sums.iter_mut().zip([t, y, t * t, t * y]) {
+            *sum += sign * term;
+        }
+    }
+}
+
+impl Follower for LeastSquares {
+    fn observe(&mut self, message: &Message) {
+        let (due, phase) = phase(message, self.cycle);
+        let base = *self.base.get_or_insert((due, phase));
+        let point = (due - base.0, phase - base.1);
+        self.window.push_back(point);
+        self.add(point, 1.0);
+        if self.window.len() > self.length {
+            let oldest = self.window.pop_front().unwrap();
+            self.add(oldest, -1.0);
+        }
+    }
+    fn far(&mut self, now: i64) -> Option<f64> {
+        let n = self.window.len() as f64;
+        if n < 16.0 {
+            return None;
+        }
+        let base = self.base?;
+        let [t, y, tt, ty] = self.sums.map(|sum| sum / n);
+        let drift = (ty - t * y) / (tt - t * t);
+        Some(far_by(now, base.0 + t, base.1 + y, drift))
+    }
+}
+
+/// The least phase of each block, followed by a proportional-integral servo.
+pub(crate) struct MinimumServo {
+    cycle: f64,
+    length: usize,
+    filled: usize,
+    least: f64,
+    line: Option<(f64, f64, f64)>,
+    bandwidth: f64,
+}
+
+impl MinimumServo {
+    pub(crate) fn new(cycle: f64, length: usize, bandwidth: f64) -> Self {
+        Self {
+            cycle,
+            length,
+            filled: 0,
+            least: f64::INFINITY,
+            line: None,
+            bandwidth,
+        }
+    }
+}
+
+impl Follower for MinimumServo {
+    fn observe(&mut self, message: &Message) {
+        let (due, phase) = phase(message, self.cycle);
+        let (at, offset, drift) = self.line.unwrap_or((due, 0.0, 0.0));
+        self.least = self.least.min(phase - offset - drift * (due - at));
+        self.filled += 1;
+        if self.filled == self.length {
+            let dt = self.length as f64 * self.cycle;
+            let w = self.bandwidth * dt;
+            self.line = Some(if self.line.is_none() {
+                (due, self.least, 0.0)
+            } else {
+                (
+                    due,
+                    offset + drift * (due - at) + 1.4 * w * self.least,
+                    drift + w * w / dt * self.least,
+                )
+            });
+            self.filled = 0;
+            self.least = f64::INFINITY;
+        }
+    }
+    fn far(&mut self, now: i64) -> Option<f64> {
+        self.line
+            .map(|(at, offset, drift)| far_by(now, at, offset, drift))
+    }
+}
+
+/// The lower convex hull of a window of phases: its edge below the middle of the window.
+pub(crate) struct Hull {
+    cycle: f64,
+    seconds: f64,
+    hull: std::collections::VecDeque<(f64, f64)>,
+}
+
+impl Hull {
+    pub(crate) fn new(cycle: f64, seconds: f64) -> Self {
+        Self {
+            cycle,
+            seconds,
+            hull: std::collections::VecDeque::new(),
+        }
+    }
+}
+
+impl Follower for Hull {
+    fn observe(&mut self, message: &Message) {
+        let point = phase(message, self.cycle);
+        if self.hull.back().is_some_and(|last| point.0 <= last.0) {
+            return;
+        }
+        while self.hull.len() >= 2 {
+            let (a, b) = (
+                self.hull[self.hull.len() - 2],
+                self.hull[self.hull.len() - 1],
+            );
+            let turn = (b.0 - a.0) * (point.1 - a.1) - (b.1 - a.1) * (point.0 - a.0);
+            if turn > 0.0 {
+                break;
+            }
+            let _ = self.hull.pop_back();
+        }
+        self.hull.push_back(point);
+        while self.hull.len() > 2 && self.hull[1].0 < point.0 - self.seconds {
+            let _ = self.hull.pop_front();
+        }
+    }
+    fn far(&mut self, now: i64) -> Option<f64> {
+        let (first, last) = (*self.hull.front()?, *self.hull.back()?);
+        let middle = 0.5 * (first.0 + last.0);
+        let right = self.hull.iter().position(|point| point.0 >= middle)?.max(1);
+        let (a, b) = (*self.hull.get(right - 1)?, *self.hull.get(right)?);
+        Some(far_by(now, a.0, a.1, (b.1 - a.1) / (b.0 - a.0)))
+    }
+}

@@ -1,0 +1,175 @@
+//! A sender with a wandering clock and a link with jitter, in virtual time. The receiver's clock is
+//! the true one.
+
+use rand_distr::{Distribution, Exp1, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+#[derive(Clone, Copy)]
+pub(crate) struct Case {
+    pub(crate) cycle: f64,
+    pub(crate) sender_jitter: f64,
+    pub(crate) network_jitter: f64,
+    pub(crate) stamp_noise: Option<f64>,
+    pub(crate) walk: f64,
+    pub(crate) loss: f64,
+    pub(crate) spikes: f64,
+    pub(crate) in_order: bool,
+    pub(crate) seconds: f64,
+    /// At this time the drift changes by so much.
+    pub(crate) drift_step: Option<(f64, f64)>,
+    /// At this time the delay changes by so much.
+    pub(crate) delay_step: Option<(f64, f64)>,
+    /// Between these times the network's jitter is so many times as large.
+    pub(crate) load: Option<(f64, f64, f64)>,
+}
+
+impl Case {
+    pub(crate) const fn new(sender_us: f64, network_us: f64, stamps: bool) -> Self {
+        Self {
+            cycle: 1e-3,
+            sender_jitter: sender_us * 1e-6,
+            network_jitter: network_us * 1e-6,
+            stamp_noise: if stamps { Some(1e-6) } else { None },
+            walk: 1e-8,
+            loss: 0.01,
+            spikes: 1e-4,
+            in_order: true,
+            seconds: 240.0,
+            drift_step: None,
+            delay_step: None,
+            load: None,
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct Message {
+    pub(crate) count: i64,
+    /// ns
+    pub(crate) arrived: i64,
+    /// ns
+    pub(crate) stamp: Option<i64>,
+}
+
+pub(crate) struct Run {
+    pub(crate) messages: Vec<Message>,
+    /// When each count was due, s.
+    due: Vec<f64>,
+    cycle: f64,
+}
+
+pub(crate) const MIN_DELAY: f64 = 300e-6;
+
+impl Run {
+    pub(crate) fn new(case: &Case, seed: u64) -> Self {
+        let mut random =
+            Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        let mut uniform = {
+            let mut random = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5555);
+            move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+        };
+        // Log-uniform 1 to 100 ppm, either sign.
+        let size = 1e-6 * 100f64.powf(uniform());
+        let mut drift = if uniform() < 0.5 { size } else { -size };
+        let cycles = (case.seconds / case.cycle) as i64 + 20;
+        let step_walk = case.walk * case.cycle.sqrt();
+        let mut due = Vec::with_capacity(cycles as usize);
+        let mut messages = Vec::with_capacity(cycles as usize);
+        let mut now = 0.0123 + uniform() * case.cycle;
+        let (mut stepped, mut last) = (false, 0.0_f64);
+        for count in 0..cycles {
+            due.push(now);
+            let normal = |random: &mut Xoshiro256PlusPlus| -> f64 { StandardNormal.sample(random) };
+            let late = case.sender_jitter * normal(&mut random);
+            let exponential: f64 = Exp1.sample(&mut random);
+            let load = case.load.map_or(1.0, |(from, to, times)| {
+                if (from..to).contains(&now) {
+                    times
+                } else {
+                    1.0
+                }
+            });
+            let mut arrived = now + late + MIN_DELAY + load * case.network_jitter * exponential;
+            let stamp = case
+                .stamp_noise
+                .map(|noise| ((late + noise * normal(&mut random)) * 1e9).round() as i64);
+            if let Some((at, by)) = case.delay_step
+                && now > at
+            {
+                arrived += by;
+            }
+            let spike = uniform();
+            let size = uniform();
+            if spike < case.spikes {
+                arrived += 1e-3 + 4e-3 * size;
+            }
+            if case.in_order {
+                arrived = arrived.max(last);
+                last = arrived;
+            }
+            let lost = uniform() < case.loss;
+            if !lost {
+                messages.push(Message {
+                    count,
+                    arrived: (arrived * 1e9).round() as i64,
+                    stamp,
+                });
+            }
+            drift += step_walk * normal(&mut random);
+            if let Some((at, by)) = case.drift_step
+                && now > at
+                && !stepped
+            {
+                stepped = true;
+                drift += by;
+            }
+            now += case.cycle * (1.0 + drift);
+        }
+        messages.sort_by_key(|message| message.arrived);
+        Self {
+            messages,
+            due,
+            cycle: case.cycle,
+        }
+    }
+
+    /// The far time, s, at local time `now`.
+    pub(crate) fn far(&self, now: f64) -> f64 {
+        let guess = ((now - self.due[0]) / self.cycle) as isize;
+        let mut k = guess.clamp(0, self.due.len() as isize - 2) as usize;
+        while k > 0 && self.due[k] > now {
+            k -= 1;
+        }
+        while k + 2 < self.due.len() && self.due[k + 1] <= now {
+            k += 1;
+        }
+        let part = (now - self.due[k]) / (self.due[k + 1] - self.due[k]);
+        (k as f64 + part) * self.cycle
+    }
+}
+
+/// The Bayesian Cramér–Rao bound of the ripple, s: a drift that wanders, observed through a location
+/// parameter with the Fisher information of the jitter.
+pub(crate) fn bound(case: &Case) -> f64 {
+    let sigma = case.stamp_noise.unwrap_or(case.sender_jitter);
+    let tau = case.network_jitter;
+    let density = |e: f64| -> f64 {
+        let z = e / sigma - sigma / tau;
+        let below = 0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2);
+        (0.5 * (sigma / tau).powi(2) - e / tau).exp() * below / tau
+    };
+    let step = 0.02 * sigma.min(tau);
+    let (mut information, mut e) = (0.0, -8.0 * sigma);
+    while e < 8.0 * sigma + 20.0 * tau {
+        let slope = (density(e + step) - density(e - step)) / (2.0 * step);
+        let here = density(e);
+        if here > 1e-30 {
+            information += slope * slope / here * step;
+        }
+        e += step;
+    }
+    information *= 1.0 - case.loss;
+    let noise = case.cycle / information;
+    (2f64.sqrt() * case.walk.sqrt() * noise.powf(0.75)).sqrt()
+}

@@ -1,0 +1,261 @@
+//! Several filters side by side, each for another restlessness of the drift; the better one
+//! predicts, the more it has to say.
+
+use super::filter::Estimate;
+
+/// Random walks of the drift that are considered, ppm/√s.
+pub(super) const RANDOM_WALKS_PPM: [f64; FILTERS] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
+const FILTERS: usize = 6;
+const FASTEST: usize = FILTERS - 1;
+const AGILE: usize = FASTEST;
+/// Taken to be likelier before anything is known.
+const USUAL: usize = 1;
+
+/// How large a drift each filter expects at first, as a part of the largest usual one. Quartzes
+/// are mostly far better than their worst: together these are a prior with a sharp top and long
+/// tails, and the first tenths of a second tell which filter was right.
+const EXPECTED_DRIFTS: [f64; FILTERS] = [0.03, 0.1, 0.3, 1.0, 2.0, 5.0];
+
+/// Losses are forgotten with this time constant, s.
+const LOSS_MEMORY: f64 = 300.0;
+/// The measurement variance is a mean over so many blocks.
+const VARIANCE_MEMORY: f64 = 1_000.0;
+/// A slow filter this many standard deviations off a faster one for so many blocks is wrong.
+const CONTRADICTION: f64 = 5.0;
+/// The faster filter itself still lags behind: its variances are taken so many times.
+const DOUBT: f64 = 2.0;
+const CONTRADICTING_BLOCKS: u8 = 4;
+/// Losses from before an event are kept this long, s.
+const SNAPSHOT_INTERVAL: f64 = 3.0;
+
+#[derive(Clone, Debug)]
+pub(super) struct Bank {
+    filters: [Estimate; FILTERS],
+    losses: [f64; FILTERS],
+    contradicting: [u8; FILTERS],
+    /// Losses of up to two intervals ago: an event must not decide which filter is the best.
+    snapshots: [[f64; FILTERS]; 2],
+    since_snapshot: f64,
+    variance: f64,
+    blocks: f64,
+    combined: Estimate,
+    chosen: usize,
+    since_event: f64,
+}
+
+impl Bank {
+    /// Begins with a first measurement of the offset, and its variance.
+    pub(super) fn new(offset: f64, variance: f64, drift_variance: f64) -> Self {
+        let estimate = Estimate {
+            offset,
+            drift: 0.0,
+            offset_variance: variance,
+            covariance: 0.0,
+            drift_variance,
+        };
+        let filters = EXPECTED_DRIFTS.map(|part| Estimate {
+            drift_variance: part * part * drift_variance,
+            ..estimate
+        });
+        Self {
+            filters,
+            losses: PRIOR_LOSSES,
+            contradicting: [0; FILTERS],
+            snapshots: [PRIOR_LOSSES; 2],
+            since_snapshot: 0.0,
+            variance,
+            blocks: 0.0,
+            combined: estimate,
+            chosen: USUAL,
+            since_event: 0.0,
+        }
+    }
+
+    /// What all filters together say.
+    pub(super) const fn combined(&self) -> &Estimate {
+        &self.combined
+    }
+
+    /// Where the most agile filter expects the offset after `dt` seconds, and the variance of that.
+    pub(super) fn agile(&self, dt: f64) -> (f64, f64) {
+        let mut estimate = self.filters[AGILE];
+        estimate.predict(dt, WALKS[AGILE]);
+        (estimate.offset, estimate.offset_variance)
+    }
+
+    /// The random walk that predicts best, ppm/√s.
+    pub(super) const fn random_walk_ppm(&self) -> f64 {
+        RANDOM_WALKS_PPM[self.chosen]
+    }
+
+    /// The same as the variance per second of the drift.
+    pub(super) const fn drift_walk(&self) -> f64 {
+        WALKS[self.chosen]
+    }
+
+    /// How long all has gone well.
+    pub(super) const fn seconds_since_event(&self) -> f64 {
+        self.since_event
+    }
+
+    /// The offset jumped: all filters with it. What they know of the drift remains.
+    pub(super) fn shift(&mut self, by: f64, variance: f64) {
+        for filter in self.filters.iter_mut().chain([&mut self.combined]) {
+            filter.offset += by;
+            filter.offset_variance += variance;
+        }
+        self.since_event = 0.0;
+        self.forget_event();
+    }
+
+    /// Moves on without a measurement, as when many messages were lost.
+    pub(super) fn predict(&mut self, dt: f64) {
+        for (filter, walk) in self.filters.iter_mut().zip(WALKS) {
+            filter.predict(dt, walk);
+        }
+    }
+
+    /// Takes the measurement of one block, `dt` seconds after the previous one. `expected` is the
+    /// variance that the jitter model promises for it.
+    pub(super) fn observe(&mut self, dt: f64, measured: f64, expected: f64) {
+        self.predict(dt);
+        self.since_event += dt;
+        let forget = 1.0 - (dt / LOSS_MEMORY).min(1.0);
+        let mut fastest = 0.0;
+        let mut predicted = 0.0;
+        for (i, filter) in self.filters.iter_mut().enumerate() {
+            predicted = filter.offset_variance;
+            let innovation = filter.correct(measured, self.variance);
+            fastest = innovation.value * innovation.value;
+            let loss =
+                fastest / innovation.variance + libm::log(innovation.variance / self.variance);
+            self.losses[i] =
+                forget * self.losses[i] + (1.0 - forget) * PRIOR_LOSSES[i] + 0.5 * loss;
+        }
+        self.learn_variance(fastest - predicted, predicted, expected);
+        self.reseed_contradicted();
+        self.snapshot(dt);
+        self.combine();
+    }
+
+    fn learn_variance(&mut self, sample: f64, predicted: f64, expected: f64) {
+        // While the offset is hardly known its innovations say nothing of the messages.
+        if predicted > self.variance {
+            return;
+        }
+        self.blocks = (self.blocks + 1.0).min(VARIANCE_MEMORY);
+        self.variance += (sample - self.variance) / (self.blocks + 50.0);
+        self.variance = self.variance.clamp(0.3 * expected, 10.0 * expected);
+    }
+
+    fn reseed_contradicted(&mut self) {
+        for slow in 0..FASTEST {
+            let contradicting = (slow + 1..FILTERS).rev().find(|fast| {
+                let difference = self.filters[*fast].offset - self.filters[slow].offset;
+                let bound = self.filters[*fast].offset_variance;
+                difference * difference > CONTRADICTION * CONTRADICTION * bound
+            });
+            let Some(fast) = contradicting else {
+                self.contradicting[slow] = 0;
+                continue;
+            };
+            self.contradicting[slow] += 1;
+            if self.contradicting[slow] < CONTRADICTING_BLOCKS {
+                continue;
+            }
+            let seed = Estimate {
+                offset_variance: DOUBT * self.filters[fast].offset_variance,
+                covariance: DOUBT * self.filters[fast].covariance,
+                drift_variance: DOUBT * self.filters[fast].drift_variance,
+                ..self.filters[fast]
+            };
+            self.filters[slow] = seed;
+            self.forget_event();
+        }
+    }
+
+    /// Keeps the choice of before the event.
+    fn forget_event(&mut self) {
+        self.losses = self.snapshots[1];
+        self.snapshots[0] = self.losses;
+        self.since_snapshot = 0.0;
+        self.contradicting = [0; FILTERS];
+    }
+
+    fn snapshot(&mut self, dt: f64) {
+        self.since_snapshot += dt;
+        if self.since_snapshot > SNAPSHOT_INTERVAL {
+            self.since_snapshot = 0.0;
+            self.snapshots = [self.losses, self.snapshots[0]];
+        }
+    }
+
+    /// The mean of all filters, weighted by their likelihood.
+    fn combine(&mut self) {
+        let mut best = 0;
+        for i in 1..FILTERS {
+            if self.losses[i] < self.losses[best] {
+                best = i;
+            }
+        }
+        let least = self.losses[best];
+        let mut total = 0.0;
+        let mut sum = Estimate {
+            offset: 0.0,
+            drift: 0.0,
+            offset_variance: 0.0,
+            covariance: 0.0,
+            drift_variance: 0.0,
+        };
+        let reference = self.filters[best];
+        for (filter, loss) in self.filters.iter().zip(self.losses) {
+            let loss = loss - least;
+            if loss > NEGLIGIBLE {
+                continue;
+            }
+            let weight = libm::exp(-loss);
+            let offset = filter.offset - reference.offset;
+            let drift = filter.drift - reference.drift;
+            total += weight;
+            sum.offset += weight * offset;
+            sum.drift += weight * drift;
+            sum.offset_variance += weight * (filter.offset_variance + offset * offset);
+            sum.covariance += weight * (filter.covariance + offset * drift);
+            sum.drift_variance += weight * (filter.drift_variance + drift * drift);
+        }
+        let part = 1.0 / total;
+        self.chosen = best;
+        self.combined = Estimate {
+            offset: reference.offset + sum.offset * part,
+            drift: reference.drift + sum.drift * part,
+            offset_variance: sum.offset_variance * part,
+            covariance: sum.covariance * part,
+            drift_variance: sum.drift_variance * part,
+        };
+    }
+}
+
+/// A filter whose loss is by so much larger has no say.
+const NEGLIGIBLE: f64 = 8.0;
+
+const WALKS: [f64; FILTERS] = {
+    let mut walks = [0.0; FILTERS];
+    let mut i = 0;
+    while i < FILTERS {
+        let walk = RANDOM_WALKS_PPM[i] * 1e-6;
+        walks[i] = walk * walk;
+        i += 1;
+    }
+    walks
+};
+
+const PRIOR_LOSSES: [f64; FILTERS] = {
+    let mut losses = [0.0; FILTERS];
+    let mut i = 0;
+    while i < FILTERS {
+        let distance = i as f64 - USUAL as f64;
+        losses[i] = 0.5 * distance * distance;
+        i += 1;
+    }
+    losses
+};

@@ -1,0 +1,75 @@
+//! Which messages are news.
+
+/// Remembers the newest count and which of the 64 counts up to it were seen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Counts {
+    newest: u64,
+    seen: u64,
+    refused: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum News {
+    /// Seen for the first time.
+    New,
+    /// A duplicate, or too old to tell.
+    Old,
+    /// Nothing but old counts for a long time: the sender counts anew.
+    Restarted,
+}
+
+/// So many old counts in a row are no stragglers any more.
+const PATIENCE: u32 = 128;
+
+impl Counts {
+    pub(super) const fn starting_at(count: u64) -> Self {
+        Self {
+            newest: count,
+            seen: 0,
+            refused: 0,
+        }
+    }
+
+    pub(super) fn take(&mut self, count: u64) -> News {
+        let ahead = count.wrapping_sub(self.newest) as i64;
+        if ahead > 0 {
+            self.seen = if ahead < 64 { self.seen << ahead } else { 0 };
+            self.newest = count;
+        }
+        let back = ahead.min(0).unsigned_abs();
+        if back < 64 && self.seen & (1 << back) == 0 {
+            self.seen |= 1 << back;
+            self.refused = 0;
+            return News::New;
+        }
+        self.refused += 1;
+        if back >= 64 && self.refused >= PATIENCE {
+            News::Restarted
+        } else {
+            News::Old
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_count_is_news_once() {
+        let mut counts = Counts::starting_at(100);
+        for count in [100, 101, 104, 103, 102, 300, 299] {
+            assert_eq!(counts.take(count), News::New, "{count}");
+            assert_eq!(counts.take(count), News::Old, "{count}");
+        }
+        assert_eq!(counts.take(100), News::Old);
+    }
+
+    #[test]
+    fn a_sender_that_counts_anew_is_noticed() {
+        let mut counts = Counts::starting_at(10_000);
+        let _ = counts.take(10_000);
+        let noticed = (0..1_000).find(|count| counts.take(*count) == News::Restarted);
+        assert_eq!(noticed, Some(u64::from(PATIENCE) - 1));
+    }
+}

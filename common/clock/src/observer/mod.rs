@@ -1,0 +1,404 @@
+//! The phase observer: a far clock made local from when its messages arrive.
+//!
+//! TS5066 sees only which cycle index lies in the input image when a cycle starts, and so needs
+//! whole beats to learn the drift. The observer looks at the arrival of each message instead:
+//!
+//! ```text
+//! arrival(k) = offset + k·T·(1 + drift) + least delay + jitter
+//! ```
+//!
+//! What remains of an arrival when `k·T` (and the sender's own lateness, if it sends it) is taken
+//! away is the *phase*: a straight line plus jitter. Eight messages at a time are reduced to one
+//! measurement of the line, the most likely one under a model of the jitter that is itself measured
+//! (`jitter`); a `bank` of Kalman filters, each for another restlessness of the drift, follows the
+//! measurements; `shift` notices when the line jumps; and `output` walks along it without steps.
+//!
+//! Nothing here allocates, and the work per message and per cycle is bounded.
+
+mod bank;
+mod counts;
+mod filter;
+mod hazard;
+mod jitter;
+mod output;
+mod parameters;
+mod progress;
+mod report;
+mod shift;
+mod stream;
+
+pub use output::FarTime;
+pub use parameters::ObserverParameters;
+pub use report::{ObserverOutput, ObserverState};
+
+use crate::cycle::CycleTime;
+use crate::instant::{Instant, Local, Remote, Seconds, Span};
+use crate::time_sync::WrongParameter;
+use counts::{Counts, News};
+use jitter::Jitter;
+use output::Shown;
+use progress::{Events, Progress};
+use shift::ShiftDetector;
+use stream::{BLOCK, FIRST_BLOCK, Line, Residual, Stream};
+
+/// After so many seconds without an event the drift is trusted, whatever the offset does.
+const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
+/// No clock this crate is made for drifts more, s/s.
+const LARGEST_DRIFT: f64 = 0.01;
+
+/// Follows one sender's clock. Feed it each message with [`observe`](Self::observe) and ask it for
+/// the far time once per receiver cycle with [`cycle`](Self::cycle).
+///
+/// # What the far time means
+///
+/// At the local instant `t` the far time is that `k·T` whose message, if it met no jitter, arrives at
+/// `t`. It lags behind the sender's true time by the least delay of the link, which one-way messages
+/// cannot show; tell it by [`set_delay`](Self::set_delay).
+#[derive(Clone, Debug)]
+pub struct PhaseObserver {
+    parameters: ObserverParameters,
+    data_cycle_time: Span,
+    seconds_per_count: f64,
+    holdover_after: Span,
+    lost_after: Span,
+    shift_messages: u16,
+    delay: Span,
+    stream: Option<Stream>,
+    shown: Option<Shown>,
+    progress: Progress,
+    jitter: Jitter,
+    detector: ShiftDetector,
+    events: Events,
+}
+
+impl PhaseObserver {
+    /// An observer of a sender of the given nominal cycle time.
+    ///
+    /// # Errors
+    /// [`WrongParameter`] names the parameter that is out of its range.
+    pub fn new(
+        data_cycle_time: CycleTime,
+        parameters: ObserverParameters,
+    ) -> Result<Self, WrongParameter> {
+        parameters.check()?;
+        let data_cycle_time = data_cycle_time.span();
+        let (holdover_after, lost_after) = parameters.silences(data_cycle_time);
+        Ok(Self {
+            seconds_per_count: data_cycle_time.as_secs_f64(),
+            data_cycle_time,
+            holdover_after,
+            lost_after,
+            shift_messages: parameters.messages_of_a_shift(data_cycle_time),
+            parameters,
+            delay: Span::ZERO,
+            stream: None,
+            shown: None,
+            progress: Progress::starting_at(Instant::EPOCH),
+            jitter: Jitter::new(),
+            detector: ShiftDetector::new(),
+            events: Events::default(),
+        })
+    }
+
+    /// Takes a message: number `count` of the sender's run `epoch`, which arrived at `arrived`.
+    /// `send_stamp` is how late after its ideal cycle start the sender sent it.
+    ///
+    /// Duplicates and stragglers do no harm. Messages that lay in a mailbox while the receiver stood
+    /// still do little, but are better kept away: see [`AgeGate`](crate::AgeGate).
+    pub fn observe(
+        &mut self,
+        epoch: u64,
+        count: u64,
+        arrived: Instant<Local>,
+        send_stamp: Option<Span>,
+    ) {
+        match self.news(epoch, count) {
+            News::Old => return,
+            News::Restarted => self.begin(epoch, count, arrived),
+            News::New => {}
+        }
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        stream.newest_arrival = stream.newest_arrival.max(arrived);
+        self.progress.heard(arrived, &mut self.events);
+        let count = count.wrapping_sub(stream.first_count) as i64;
+        let sent = arrived - send_stamp.unwrap_or(Span::ZERO);
+        let phase = sent - stream.first_arrival - self.data_cycle_time * count;
+        let value = phase.as_secs_f64() - stream.expected(count, self.seconds_per_count);
+        stream.block[stream.filled] = Residual { count, value };
+        stream.filled += 1;
+        let shifted = stream.line.as_ref().is_some_and(|line| {
+            self.detector.observe(
+                value,
+                line.bounds,
+                arrived,
+                self.data_cycle_time,
+                self.shift_messages,
+            )
+        });
+        if shifted {
+            self.follow_shift(arrived);
+        } else if stream.block_is_full() {
+            self.end_block(arrived);
+        }
+    }
+
+    /// One receiver cycle, which ideally starts at `ideal_start` (when it really woke up would only
+    /// add jitter).
+    pub fn cycle(&mut self, ideal_start: Instant<Local>) -> ObserverOutput {
+        let state = self.state(ideal_start);
+        self.show(ideal_start, state);
+        let output = self.output(ideal_start, state);
+        self.events.rebased = false;
+        output
+    }
+
+    /// The far time at which message number `count` of the present run was due to be sent. It is
+    /// `count·T` for a sender that never stood still. None until the first message.
+    #[must_use]
+    pub fn far_time_of(&self, count: u64) -> Option<Instant<Remote>> {
+        let stream = self.stream.as_ref()?;
+        let count = count.wrapping_sub(stream.first_count) as i64;
+        Some(stream.origin + self.data_cycle_time * count)
+    }
+
+    /// The least delay of the link, as measured by a two-way exchange or known otherwise. The far
+    /// time then leads by it; the change is slewed.
+    pub fn set_delay(&mut self, delay: Span) {
+        self.delay = delay;
+    }
+
+    /// The parameters in force.
+    #[must_use]
+    pub const fn parameters(&self) -> &ObserverParameters {
+        &self.parameters
+    }
+
+    fn news(&mut self, epoch: u64, count: u64) -> News {
+        match &mut self.stream {
+            Some(stream) if stream.epoch == epoch => stream.counts.take(count),
+            // A straggler of the run before the present one.
+            Some(stream) if stream.previous_epoch == Some(epoch) => News::Old,
+            _ => News::Restarted,
+        }
+    }
+
+    /// A first message, or the first of a sender that was restarted.
+    fn begin(&mut self, epoch: u64, count: u64, arrived: Instant<Local>) {
+        let mut counts = Counts::starting_at(count);
+        let _ = counts.take(count);
+        let previous_epoch = match &self.stream {
+            Some(stream) if stream.epoch != epoch => Some(stream.epoch),
+            Some(stream) => stream.previous_epoch,
+            None => None,
+        };
+        if self.stream.is_some() {
+            self.events.relock(arrived);
+            self.events.rebase();
+        }
+        let origin = self.origin_of(count, arrived);
+        self.progress = Progress::starting_at(arrived);
+        self.detector.clear();
+        self.stream = Some(Stream {
+            epoch,
+            previous_epoch,
+            first_count: count,
+            first_arrival: arrived,
+            origin,
+            counts,
+            newest_arrival: arrived,
+            block: [Residual::default(); FIRST_BLOCK],
+            filled: 0,
+            line: None,
+        });
+    }
+
+    /// The far time of a first count: its own, or (far time must not go back) the whole cycle that
+    /// is nearest to what is shown.
+    fn origin_of(&self, count: u64, arrived: Instant<Local>) -> Instant<Remote> {
+        let cycle = self.data_cycle_time;
+        let Some(shown) = &self.shown else {
+            let count = i64::try_from(count).unwrap_or(0);
+            let fits = count < i64::MAX / 4 / cycle.as_nanos();
+            return Instant::EPOCH + cycle * if fits { count } else { 0 };
+        };
+        let passed = (arrived - shown.at).as_nanos() as f64 / (1.0 + self.drift());
+        let far = shown.far.plus(passed).instant - self.delay;
+        let cycles = (far.since_epoch() + cycle / 2).div_floor(cycle);
+        Instant::EPOCH + cycle * cycles
+    }
+
+    fn drift(&self) -> f64 {
+        match &self.stream {
+            Some(Stream {
+                line: Some(line), ..
+            }) => line.bank.combined().drift,
+            _ => 0.0,
+        }
+        .clamp(-LARGEST_DRIFT, LARGEST_DRIFT)
+    }
+
+    fn end_block(&mut self, arrived: Instant<Local>) {
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        let middle = stream.middle();
+        let values = stream.block.map(|residual| residual.value);
+        stream.filled = 0;
+        let Some(line) = &mut stream.line else {
+            let drift = self.parameters.expected_drift_ppm * 1e-6;
+            stream.line = Some(Line::first(middle, &values, &mut self.jitter, drift));
+            return;
+        };
+        if self.detector.is_suspected() {
+            return;
+        }
+        let dt = (middle - line.at).max(0) as f64 * self.seconds_per_count;
+        let estimate = *line.bank.combined();
+        let walk = line.bank.drift_walk();
+        let (expected, prior) = line.bank.agile(dt);
+        let line_offset = estimate.offset + estimate.drift * dt;
+        let reference = expected - line_offset + self.jitter.moved();
+        let mut residuals = [0.0; BLOCK];
+        for (residual, value) in residuals.iter_mut().zip(values) {
+            *residual = value - reference;
+        }
+        let location = self.jitter.locate(&residuals, prior);
+        let variance = self.jitter.variance() / BLOCK as f64;
+        let measured = expected + location.measured;
+        line.at = line.at.max(middle);
+        line.bank.observe(dt, measured, variance);
+        let known = estimate.offset_variance_after(dt, walk) < 0.5 * variance;
+        if known {
+            self.jitter.learn(&residuals, line_offset - expected);
+        }
+        line.bounds = Line::bounds(&line.bank, &self.jitter);
+        let sigma = libm::sqrt(line.bank.combined().offset_variance);
+        self.progress.judge(arrived, sigma, &self.parameters);
+    }
+
+    /// The phase jumped. Whole cycles of a sender that stood still go into the index map.
+    fn follow_shift(&mut self, arrived: Instant<Local>) {
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        let Some(line) = &mut stream.line else {
+            return;
+        };
+        let young = line.bank.seconds_since_event() < DRIFT_IS_KNOWN_AFTER;
+        let shift = if young {
+            // Soon after another one, or after the start: the line was wrong in more than its offset.
+            let drift = self.parameters.expected_drift_ppm * 1e-6;
+            let before = line.bank.combined().offset;
+            let newest = stream.block[stream.filled - 1].count;
+            let mut recent = *self.detector.recent();
+            for value in &mut recent {
+                *value += before;
+            }
+            *line = Line::first(newest, &recent, &mut self.jitter, drift);
+            line.bank.combined().offset - before
+        } else {
+            let moved = self.jitter.moved();
+            let shift = self.jitter.locate(self.detector.recent(), 1e20).most_likely - moved;
+            line.bank.shift(shift, self.jitter.variance());
+            line.bounds = Line::bounds(&line.bank, &self.jitter);
+            shift
+        };
+        stream.filled = 0;
+        self.detector.clear();
+        self.events.shift(arrived);
+        let cycles = shift::skipped_cycles(shift, self.seconds_per_count, &self.parameters);
+        if cycles != 0 {
+            stream.origin += self.data_cycle_time * cycles;
+            self.events.rebase();
+        }
+    }
+
+    fn state(&mut self, now: Instant<Local>) -> ObserverState {
+        let Some(stream) = &self.stream else {
+            return ObserverState::Startup;
+        };
+        let silence = now - stream.newest_arrival;
+        if silence > self.lost_after {
+            self.progress.lost = true;
+        }
+        if self.shown.is_none() && stream.line.is_none() {
+            ObserverState::Startup
+        } else if self.progress.lost {
+            ObserverState::Lost
+        } else if silence > self.holdover_after {
+            ObserverState::Holdover
+        } else if self.progress.synced {
+            ObserverState::Synced
+        } else {
+            ObserverState::Locking
+        }
+    }
+
+    fn show(&mut self, now: Instant<Local>, state: ObserverState) {
+        let rate = 1.0 / (1.0 + self.drift());
+        let target = self.target(now, rate);
+        let Some(shown) = &mut self.shown else {
+            self.shown = target.map(|target| Shown::new(now, target));
+            return;
+        };
+        let coasting = shown.far.plus((now - shown.at).as_nanos() as f64 * rate);
+        let pace = self.parameters.pace(state == ObserverState::Locking);
+        shown.advance(now, rate, target.unwrap_or(coasting), pace);
+    }
+
+    /// Where the line says far time is.
+    fn target(&self, now: Instant<Local>, rate: f64) -> Option<FarTime> {
+        let stream = self.stream.as_ref()?;
+        let line = stream.line.as_ref()?;
+        let due = self.data_cycle_time * line.at;
+        let passed = ((now - stream.first_arrival) - due).as_nanos() as f64;
+        let offset = line.bank.combined().offset * 1e9;
+        let reference = FarTime {
+            instant: stream.origin + due + self.delay,
+            fraction_ns: 0.0,
+        };
+        Some(reference.plus((passed - offset) * rate))
+    }
+
+    fn output(&self, now: Instant<Local>, state: ObserverState) -> ObserverOutput {
+        let events = &self.events;
+        let mut output = ObserverOutput {
+            state,
+            far_time: self.shown.map(|shown| shown.far),
+            slew_remaining: self.shown.map_or(Seconds::ZERO, |shown| shown.remaining),
+            block_length: BLOCK as u16,
+            shifts: events.shifts,
+            last_shift: events.last_shift,
+            relocks: events.relocks,
+            last_relock: events.last_relock,
+            rebases: events.rebases,
+            rebased: events.rebased,
+            ..ObserverOutput::default()
+        };
+        if let Some(Stream {
+            line: Some(line),
+            first_arrival,
+            ..
+        }) = &self.stream
+        {
+            let due = *first_arrival + self.data_cycle_time * line.at;
+            let dt = (now - due).as_secs_f64().max(0.0);
+            let walk = line.bank.drift_walk();
+            let estimate = line.bank.combined();
+            let drift_variance = estimate.drift_variance + dt * walk;
+            output.drift_ppm = (1.0 / (1.0 + self.drift()) - 1.0) * 1e6;
+            output.drift_sigma_ppm = libm::sqrt(drift_variance) * 1e6;
+            output.offset_sigma = Seconds(libm::sqrt(estimate.offset_variance_after(dt, walk)));
+            output.random_walk_ppm = line.bank.random_walk_ppm();
+            output.lead = Seconds(self.jitter.moved());
+            output.normal_jitter = Seconds(self.jitter.normal());
+            output.exponential_jitter = Seconds(self.jitter.exponential());
+        }
+        output
+    }
+}
+
+#[cfg(test)]
+mod tests;

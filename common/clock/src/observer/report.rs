@@ -1,0 +1,65 @@
+//! What the observer says of itself.
+
+use super::output::FarTime;
+use crate::instant::{Instant, Local, Seconds};
+
+/// How far the observer is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum ObserverState {
+    /// Too few messages to say anything.
+    #[default]
+    Startup,
+    /// There is a far time, but it is not yet sure, and may still move fast.
+    Locking,
+    /// The far time is sure.
+    Synced,
+    /// No messages lately: going on by the last estimate.
+    Holdover,
+    /// No messages for too long.
+    Lost,
+}
+
+/// What one cycle of [`PhaseObserver`](super::PhaseObserver) gives.
+#[must_use]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ObserverOutput {
+    /// How far the observer is.
+    pub state: ObserverState,
+    /// The far time now. None in start-up. Strictly monotone from then on, through everything.
+    pub far_time: Option<FarTime>,
+    /// The far clock's rate against the own, ppm; negative when the sender's cycle is the longer one.
+    pub drift_ppm: f64,
+    /// Standard deviation of the drift, ppm.
+    pub drift_sigma_ppm: f64,
+    /// Standard deviation of the estimated offset, s.
+    pub offset_sigma: Seconds,
+    /// The estimate minus the far time shown: what is still to be slewed, s.
+    pub slew_remaining: Seconds,
+    /// Messages per measurement.
+    pub block_length: u16,
+    /// The random walk of the drift that predicts best, ppm/√s.
+    pub random_walk_ppm: f64,
+    /// The far time leads the one that lags by exactly the least delay by so much, s: the first
+    /// messages fix what counts as no jitter, and learning the jitter better afterwards does not
+    /// move the far time. To have no lag at all, take this from the delay that is told.
+    pub lead: Seconds,
+    /// Measured standard deviation of the normal part of the jitter, s.
+    pub normal_jitter: Seconds,
+    /// Measured mean of the exponential part of the jitter, s.
+    pub exponential_jitter: Seconds,
+    /// Jumps of the delay (or of the sender) so far.
+    pub shifts: u32,
+    /// When the last of them was noticed.
+    pub last_shift: Option<Instant<Local>>,
+    /// How often locking had to begin again: a restarted or lost sender.
+    pub relocks: u32,
+    /// When it last did.
+    pub last_relock: Option<Instant<Local>>,
+    /// How often counts were mapped anew to far time: see
+    /// [`far_time_of`](super::PhaseObserver::far_time_of).
+    pub rebases: u32,
+    /// That happened since the previous cycle.
+    pub rebased: bool,
+}

@@ -1,0 +1,106 @@
+//! One run of the sender, and the straight line through the phases of its messages.
+
+use super::bank::Bank;
+use super::counts::Counts;
+use super::jitter::Jitter;
+use super::shift::Bounds;
+use crate::instant::{Instant, Local, Remote};
+
+/// Messages that make one measurement.
+pub(super) const BLOCK: usize = 8;
+/// Messages that make the first one, and the first guess of the jitter.
+pub(super) const FIRST_BLOCK: usize = 16;
+/// One run of the sender, and the line through its phases.
+#[derive(Clone, Debug)]
+pub(super) struct Stream {
+    pub(super) epoch: u64,
+    pub(super) previous_epoch: Option<u64>,
+    pub(super) first_count: u64,
+    pub(super) first_arrival: Instant<Local>,
+    /// The far time of the first count. Not its own once the index map changed.
+    pub(super) origin: Instant<Remote>,
+    pub(super) counts: Counts,
+    pub(super) newest_arrival: Instant<Local>,
+    pub(super) block: [Residual; FIRST_BLOCK],
+    pub(super) filled: usize,
+    /// None until the first block is full.
+    pub(super) line: Option<Line>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Residual {
+    /// Counts since the first.
+    pub(super) count: i64,
+    /// Phase less the line, s.
+    pub(super) value: f64,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Line {
+    /// The bank's estimate is of this count since the first.
+    pub(super) at: i64,
+    pub(super) bank: Bank,
+    pub(super) bounds: Bounds,
+}
+
+impl Stream {
+    /// Where the line expects the phase of a count, s.
+    pub(super) fn expected(&self, count: i64, seconds_per_count: f64) -> f64 {
+        self.line.as_ref().map_or(0.0, |line| {
+            let estimate = line.bank.combined();
+            let ahead = count.saturating_sub(line.at) as f64 * seconds_per_count;
+            estimate.offset + estimate.drift * ahead
+        })
+    }
+
+    pub(super) fn block_is_full(&self) -> bool {
+        let length = if self.line.is_some() {
+            BLOCK
+        } else {
+            FIRST_BLOCK
+        };
+        self.filled >= length
+    }
+
+    /// The mean count of a block. Counts differ little, or were gone through by the detector.
+    pub(super) fn middle(&self) -> i64 {
+        let first = self.block[0].count;
+        let length = self.filled.max(1) as i64;
+        let (mut whole, mut parts) = (0, 0);
+        for residual in &self.block[..self.filled] {
+            let ahead = residual.count.saturating_sub(first);
+            whole += ahead / length;
+            parts += ahead % length;
+        }
+        first.saturating_add(whole).saturating_add(parts / length)
+    }
+}
+
+impl Line {
+    /// The line through the very first phases, level as yet.
+    pub(super) fn first(
+        at: i64,
+        phases: &[f64; FIRST_BLOCK],
+        jitter: &mut Jitter,
+        drift: f64,
+    ) -> Self {
+        jitter.guess(phases);
+        let offset = jitter.locate(phases, 1e20).most_likely;
+        let variance = jitter.variance() / FIRST_BLOCK as f64;
+        let bank = Bank::new(offset, variance, drift * drift);
+        let bounds = Self::bounds(&bank, jitter);
+        Self { at, bank, bounds }
+    }
+
+    pub(super) fn bounds(bank: &Bank, jitter: &Jitter) -> Bounds {
+        let unsure = 5.0 * libm::sqrt(bank.combined().offset_variance);
+        let doubt = jitter.doubt();
+        Bounds {
+            early: jitter.moved() - 4.0 * jitter.normal() * doubt - unsure,
+            late: jitter.moved() + (2.0 * jitter.normal() + jitter.exponential()) * doubt + unsure,
+            above: jitter.moved()
+                + (2.0 * jitter.normal() + 0.25 * jitter.exponential()) * doubt
+                + unsure,
+        }
+    }
+}

@@ -1,0 +1,329 @@
+use super::*;
+use proptest::prelude::*;
+use std::vec::Vec;
+
+/// A sender and a link in virtual time; the receiver's clock is the true one.
+struct World {
+    observer: PhaseObserver,
+    random: u64,
+    cycle: Span,
+    drift: f64,
+    /// When the next count is due, ns.
+    due: f64,
+    count: u64,
+    epoch: u64,
+    /// ns
+    now: i64,
+    delay: f64,
+    silent: bool,
+    outputs: Vec<ObserverOutput>,
+}
+
+const SIGMA: f64 = 5e3;
+const TAU: f64 = 20e3;
+
+impl World {
+    fn new(cycle: Span, drift_ppm: f64) -> Self {
+        let cycle_time = CycleTime::new(cycle).unwrap();
+        Self {
+            observer: PhaseObserver::new(cycle_time, ObserverParameters::default()).unwrap(),
+            random: 88_172_645_463_325_252,
+            cycle,
+            drift: drift_ppm * 1e-6,
+            due: 12.3e6,
+            count: 0,
+            epoch: 7,
+            now: 0,
+            delay: 3e5,
+            silent: false,
+            outputs: Vec::new(),
+        }
+    }
+
+    fn uniform(&mut self) -> f64 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 7;
+        self.random ^= self.random << 17;
+        ((self.random >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+
+    fn jitter(&mut self) -> f64 {
+        let radius = libm::sqrt(-2.0 * libm::log(self.uniform()));
+        let normal = radius * libm::cos(core::f64::consts::TAU * self.uniform());
+        SIGMA * normal - TAU * libm::log(self.uniform())
+    }
+
+    /// One cycle of both; the message is observed when it arrives.
+    fn step(&mut self) -> ObserverOutput {
+        let jitter = self.jitter();
+        let arrived: Instant<Local> = Instant::from_nanos((self.due + self.delay + jitter) as i64);
+        let lost = self.uniform() < 0.01;
+        if !self.silent && !lost {
+            self.observer.observe(self.epoch, self.count, arrived, None);
+        }
+        self.count += 1;
+        self.due += self.cycle.as_nanos() as f64 * (1.0 + self.drift);
+        self.now = self.due as i64;
+        let output = self.observer.cycle(Instant::from_nanos(self.now));
+        self.outputs.push(output);
+        output
+    }
+
+    fn run(&mut self, seconds: f64) -> ObserverOutput {
+        let cycles = (seconds / self.cycle.as_secs_f64()) as usize;
+        (0..cycles).map(|_| self.step()).last().unwrap()
+    }
+
+    /// Far time shown less what it should be, s: message `count` is due now.
+    fn error(&self) -> f64 {
+        let far = self.outputs.last().unwrap().far_time.unwrap();
+        let lag = self.delay * 1e-9;
+        far.since(self.observer.far_time_of(self.count).unwrap()).0 + lag
+    }
+
+    fn is_monotone(&self) -> bool {
+        let shown: Vec<_> = self.outputs.iter().filter_map(|o| o.far_time).collect();
+        shown
+            .windows(2)
+            .all(|pair| pair[1].since(pair[0].instant).0 * 1e9 > pair[0].fraction_ns)
+    }
+}
+
+fn millis(ms: i64) -> Span {
+    Span::from_millis(ms)
+}
+
+#[test]
+fn it_locks_within_a_second_whatever_the_drift() {
+    for drift in [-100.0, -3.0, 0.0, 10.0, 500.0] {
+        let mut world = World::new(millis(1), drift);
+        let output = world.run(2.0);
+        assert_eq!(output.state, ObserverState::Synced, "{drift}");
+        assert!(world.error().abs() < 5e-6, "{drift}: {}", world.error());
+        let output = world.run(60.0);
+        assert!(world.error().abs() < 4e-6, "{drift}: {}", world.error());
+        // A longer cycle is a slower clock.
+        assert!(
+            (output.drift_ppm + drift).abs() < 0.4,
+            "{}",
+            output.drift_ppm
+        );
+        assert!(output.drift_sigma_ppm < 0.2 && output.offset_sigma.as_micros() < 0.3);
+        assert!((output.exponential_jitter.as_micros() - 20.0).abs() < 2.0);
+        assert!((output.normal_jitter.as_micros() - 5.0).abs() < 1.0);
+        assert_eq!((output.shifts, output.relocks, output.rebases), (0, 0, 0));
+        assert!(world.is_monotone());
+    }
+}
+
+#[test]
+fn it_stays_true_for_days_at_the_longest_cycle() {
+    let mut world = World::new(millis(100), 500.0);
+    let output = world.run(200_000.0);
+    assert_eq!(output.state, ObserverState::Synced);
+    assert!(world.error().abs() < 15e-6, "{}", world.error());
+    assert_eq!((output.shifts, output.relocks), (0, 0));
+}
+
+#[test]
+fn the_shortest_cycle_and_any_other_own_cycle_will_do() {
+    let mut world = World::new(Span::from_micros(100), -50.0);
+    let _ = world.run(5.0);
+    assert!(world.error().abs() < 3e-6);
+    let mut now = world.now;
+    let mut last = None;
+    for own in [314_159, 7_000_000, 250_000, 1] {
+        now += own;
+        let far = world
+            .observer
+            .cycle(Instant::from_nanos(now))
+            .far_time
+            .unwrap();
+        let expected = (now - world.now) as f64 * 1e-9 * (1.0 + 50e-6);
+        let due = world.observer.far_time_of(world.count).unwrap();
+        assert!((far.since(due).0 + 3e-4 - expected).abs() < 4e-6);
+        assert!(
+            last.is_none_or(|last: FarTime| far.since(last.instant).0 * 1e9 > last.fraction_ns)
+        );
+        last = Some(far);
+    }
+}
+
+#[test]
+fn duplicates_and_stragglers_change_nothing() {
+    let (mut once, mut twice) = (World::new(millis(1), 20.0), World::new(millis(1), 20.0));
+    for _ in 0..3_000 {
+        let before = twice.count;
+        let _ = (once.step(), twice.step());
+        let late = Instant::from_nanos(twice.now);
+        if once.observer.news(7, before) == News::Old {
+            twice.observer.observe(7, before, late, None);
+        }
+        twice
+            .observer
+            .observe(7, before.saturating_sub(80), late, None);
+    }
+    assert_eq!(once.outputs, twice.outputs);
+}
+
+#[test]
+fn a_delay_step_is_noticed_at_once_and_slewed() {
+    for step in [2e5, -2e5, 2e6, -2e6] {
+        let mut world = World::new(millis(1), 30.0);
+        let _ = world.run(20.0);
+        world.delay += step;
+        let output = world.run(0.1);
+        assert_eq!(output.shifts, 1, "{step}");
+        assert!(output.last_shift.is_some());
+        assert_eq!(output.rebases, 0, "{step}");
+        let remaining = output.slew_remaining.0;
+        assert!((remaining + step * 1e-9).abs() < 4e-5, "{remaining}");
+        let output = world.run(25.0);
+        assert!(output.slew_remaining.as_micros().abs() < 1.0);
+        assert!(world.error().abs() < 5e-6, "{}", world.error());
+        assert!(world.is_monotone());
+        let shown: Vec<_> = world.outputs[20_000..]
+            .iter()
+            .filter_map(|o| o.far_time)
+            .collect();
+        for pair in shown.windows(2) {
+            let gained = pair[1].since(pair[0].instant).0 * 1e9 - pair[0].fraction_ns;
+            assert!((gained - 1e6).abs() < 1e6 * 110e-6, "{gained}");
+        }
+    }
+}
+
+#[test]
+fn a_sender_that_stood_still_changes_the_index_map() {
+    for cycles in [7.0, 400.0] {
+        let mut world = World::new(millis(1), 30.0);
+        let _ = world.run(20.0);
+        world.due += 1e6 * (1.0 + world.drift) * cycles;
+        let output = world.run(0.2);
+        assert_eq!((output.shifts, output.rebases), (1, 1), "{cycles}");
+        assert!(world.outputs.iter().filter(|o| o.rebased).count() == 1);
+        assert!(output.slew_remaining.as_micros().abs() < 40.0);
+        let output = world.run(5.0);
+        assert_eq!(output.state, ObserverState::Synced);
+        assert!(world.error().abs() < 5e-6, "{}", world.error());
+        assert!(world.is_monotone());
+    }
+}
+
+#[test]
+fn a_restarted_sender_is_followed_again() {
+    let mut world = World::new(millis(1), 30.0);
+    let _ = world.run(5.0);
+    let stale = world.count;
+    world.epoch = 8;
+    world.count = 0;
+    world.due += 0.4e6;
+    let _ = world.step();
+    world
+        .observer
+        .observe(7, stale, Instant::from_nanos(world.now), None);
+    let output = world.run(2.0);
+    assert_eq!((output.relocks, output.rebases), (1, 1));
+    assert_eq!(output.state, ObserverState::Synced);
+    assert!(world.error().abs() < 6e-6, "{}", world.error());
+    assert!(world.is_monotone());
+}
+
+#[test]
+fn silence_is_held_over_and_then_lost() {
+    let mut world = World::new(millis(1), 30.0);
+    assert_eq!(
+        world.observer.cycle(Instant::EPOCH).state,
+        ObserverState::Startup
+    );
+    assert!(world.observer.far_time_of(3).is_none());
+    let _ = world.run(10.0);
+    world.silent = true;
+    assert_eq!(world.run(0.5).state, ObserverState::Holdover);
+    assert!(world.error().abs() < 5e-6);
+    world.silent = false;
+    assert_eq!(world.run(0.1).state, ObserverState::Synced);
+    world.silent = true;
+    let output = world.run(3.0);
+    assert_eq!(output.state, ObserverState::Lost);
+    assert!(output.offset_sigma.0 > 0.0);
+    world.silent = false;
+    assert_eq!(world.run(0.01).state, ObserverState::Locking);
+    let output = world.run(1.0);
+    assert_eq!((output.state, output.relocks), (ObserverState::Synced, 1));
+    assert!(world.error().abs() < 5e-6);
+    assert!(world.is_monotone());
+}
+
+#[test]
+fn a_delay_that_is_told_is_slewed_in() {
+    let mut world = World::new(millis(1), 30.0);
+    let _ = world.run(5.0);
+    world.observer.set_delay(Span::from_micros(300));
+    let output = world.run(1.0);
+    assert!(output.slew_remaining.as_micros() > 150.0);
+    let _ = world.run(4.0);
+    let lag = world.error() - 300e-6;
+    assert!(lag.abs() < 5e-6, "{lag}");
+    assert!(world.is_monotone());
+}
+
+#[test]
+fn a_wrong_parameter_is_named() {
+    let parameters = ObserverParameters {
+        slew_limit_ppm: f64::NAN,
+        ..ObserverParameters::default()
+    };
+    let wrong = PhaseObserver::new(CycleTime::new(millis(1)).unwrap(), parameters).unwrap_err();
+    assert_eq!(wrong.parameter, "slew-limit-ppm");
+}
+
+fn is_sane(output: &ObserverOutput) -> bool {
+    let values = [
+        output.drift_ppm,
+        output.drift_sigma_ppm,
+        output.offset_sigma.0,
+        output.slew_remaining.0,
+        output.normal_jitter.0,
+        output.exponential_jitter.0,
+    ];
+    let fraction = output.far_time.map_or(0.0, |far| far.fraction_ns);
+    values.iter().all(|value| value.is_finite()) && (0.0..1.0).contains(&fraction)
+}
+
+proptest! {
+    #[test]
+    fn any_messages_leave_it_sane_and_monotone(
+        cycle_us in 100_i64..100_000,
+        messages in proptest::collection::vec(
+            (0_u64..3, 0_u8..4, any::<u64>(), any::<i64>(), any::<Option<i64>>()), 1..400),
+        own_us in 1_i64..200_000,
+    ) {
+        let cycle = CycleTime::new(Span::from_micros(cycle_us)).unwrap();
+        let mut observer = PhaseObserver::new(cycle, ObserverParameters::default()).unwrap();
+        let (mut count, mut last): (u64, Option<FarTime>) = (0, None);
+        for (i, (epoch, kind, wild_count, wild_nanos, stamp)) in messages.iter().enumerate() {
+            let now = Instant::from_nanos(own_us * 1_000 * i as i64);
+            count = count.wrapping_add(1);
+            match kind {
+                0 => observer.observe(*epoch, *wild_count, now, None),
+                1 => observer.observe(*epoch, count, Instant::from_nanos(*wild_nanos), None),
+                2 => observer.observe(0, count, now, stamp.map(Span::from_nanos)),
+                _ => {
+                    for _ in 0..20 {
+                        count = count.wrapping_add(1);
+                        observer.observe(0, count, now, None);
+                    }
+                }
+            }
+            let output = observer.cycle(now);
+            prop_assert!(is_sane(&output), "{output:?}");
+            if let (Some(last), Some(far)) = (last, output.far_time) {
+                let gained = (far.instant - last.instant).as_nanos() as f64
+                    + far.fraction_ns - last.fraction_ns;
+                prop_assert!(gained > 0.0 || far.instant.as_nanos() == i64::MAX, "{gained}");
+            }
+            last = output.far_time.or(last);
+        }
+    }
+}
