@@ -1,5 +1,6 @@
 //! The receiver's config file.
 
+use coaxle_clock::observer::ObserverParameters;
 use coaxle_motion::drive::DriveParameters;
 use coaxle_motion::remote::{AxisSyncParameters, FilterMode};
 use coaxle_node::Channel;
@@ -23,6 +24,9 @@ pub struct ReceiverConfig {
     /// Parameters of the TS5066 blocks.
     #[serde(default)]
     pub sync: AxisSyncParameters,
+    /// Parameters of the phase observer.
+    #[serde(default)]
+    pub observer: ObserverParameters,
     /// The gear between the far axis and the slave.
     #[serde(default)]
     pub gear: GearConfig,
@@ -96,6 +100,8 @@ pub enum Mode {
     Pt1,
     /// Beats are hidden when they happen.
     Time,
+    /// By the phase observer: locked within a second whatever the drift. Time mode bridges.
+    Observer,
 }
 
 impl Mode {
@@ -107,13 +113,14 @@ impl Mode {
             Self::Bypass => "bypass",
             Self::Pt1 => "pt1",
             Self::Time => "time",
+            Self::Observer => "observer",
         }
     }
 
     /// Whether the mode ever synchronises.
     #[must_use]
     pub const fn synchronises(self) -> bool {
-        matches!(self, Self::Sync)
+        matches!(self, Self::Sync | Self::Observer)
     }
 }
 
@@ -124,6 +131,7 @@ impl From<Mode> for FilterMode {
             Mode::Bypass => Self::Bypass,
             Mode::Pt1 => Self::Pt1,
             Mode::Time => Self::Time,
+            Mode::Observer => Self::Observer,
         }
     }
 }

@@ -64,13 +64,21 @@ impl Inbox {
 
     /// The input image of the cycle that ideally begins at `cycle_start`; none as long as nothing
     /// has come.
-    pub(crate) fn image(&mut self, cycle_start: Instant<Local>) -> Option<Sample> {
+    ///
+    /// Every message that is taken in and young enough is shown to `heard`, with its arrival.
+    pub(crate) fn image(
+        &mut self,
+        cycle_start: Instant<Local>,
+        mut heard: impl FnMut(Instant<Local>, &Sample),
+    ) -> Option<Sample> {
         for _ in 0..self.waiting.len() {
             let Some((at, sample)) = self.waiting.pop_front() else {
                 break;
             };
             if at <= cycle_start {
-                self.take(at, &sample, cycle_start);
+                if self.take(at, &sample, cycle_start) {
+                    heard(at, &sample);
+                }
             } else {
                 self.waiting.push_back((at, sample));
             }
@@ -86,7 +94,8 @@ impl Inbox {
         }
     }
 
-    fn take(&mut self, at: Instant<Local>, sample: &Sample, now: Instant<Local>) {
+    /// Whether the message is new and young enough.
+    fn take(&mut self, at: Instant<Local>, sample: &Sample, now: Instant<Local>) -> bool {
         let count = sample.header.count;
         match &mut self.sender {
             Some(sender) if sender.epoch == sample.header.epoch => {
@@ -100,11 +109,17 @@ impl Inbox {
                 let stale = |gate: &mut AgeGate| gate.judge(count, at, now) == Age::Stale;
                 if gate.as_mut().is_some_and(stale) {
                     self.counters.stale += 1;
-                } else if place == Place::Newest {
+                    return false;
+                }
+                if place == Place::Newest {
                     self.image = Some(*sample);
                 }
+                place != Place::Repeated
             }
-            _ => self.follow(at, sample, now),
+            _ => {
+                self.follow(at, sample, now);
+                true
+            }
         }
     }
 
@@ -216,15 +231,23 @@ mod tests {
         image.map(|sample| sample.header.count)
     }
 
+    fn image(inbox: &mut Inbox, cycle_start: Instant<Local>) -> Option<Sample> {
+        inbox.image(cycle_start, |_, _| {})
+    }
+
     #[test]
     fn a_cycle_sees_what_had_arrived_when_it_ideally_began() {
         let mut inbox = inbox();
         inbox.store(at(900), &sample(1, 0));
         inbox.store(at(1_100), &sample(1, 1));
-        assert_eq!(count_of(inbox.image(at(800))), None);
-        assert_eq!(count_of(inbox.image(at(1_000))), Some(0));
-        assert_eq!(count_of(inbox.image(at(2_000))), Some(1));
-        assert_eq!(count_of(inbox.image(at(3_000))), Some(1), "the image stays");
+        assert_eq!(count_of(image(&mut inbox, at(800))), None);
+        assert_eq!(count_of(image(&mut inbox, at(1_000))), Some(0));
+        assert_eq!(count_of(image(&mut inbox, at(2_000))), Some(1));
+        assert_eq!(
+            count_of(image(&mut inbox, at(3_000))),
+            Some(1),
+            "the image stays"
+        );
     }
 
     #[test]
@@ -240,7 +263,7 @@ mod tests {
         ] {
             inbox.store(at(micros), &sample(1, count));
         }
-        assert_eq!(count_of(inbox.image(at(1_000))), Some(15));
+        assert_eq!(count_of(image(&mut inbox, at(1_000))), Some(15));
         let counters = inbox.counters();
         assert_eq!(counters.duplicates, 2);
         assert_eq!(counters.late, 1);
@@ -254,7 +277,7 @@ mod tests {
         inbox.store(at(0), &sample(1, 70_000));
         inbox.store(at(1_000), &sample(1, 70_003));
         inbox.store(at(2_000), &sample(2, 0));
-        assert_eq!(count_of(inbox.image(at(2_000))), Some(0));
+        assert_eq!(count_of(image(&mut inbox, at(2_000))), Some(0));
         let counters = inbox.counters();
         assert_eq!((counters.restarts, counters.lost), (1, 2));
     }
@@ -264,17 +287,17 @@ mod tests {
         let mut inbox = inbox();
         for count in 0..100 {
             inbox.store(at(1_000 * count), &sample(1, count as u64));
-            let _ = inbox.image(at(1_000 * count));
+            let _ = image(&mut inbox, at(1_000 * count));
         }
         // The receiver stood still for a second; half of the backlog comes, all of it old.
         for count in 100..600 {
             inbox.store(at(1_100_000), &sample(1, count));
         }
-        assert_eq!(count_of(inbox.image(at(1_100_000))), Some(99));
+        assert_eq!(count_of(image(&mut inbox, at(1_100_000))), Some(99));
         assert_eq!(inbox.counters().stale, 500);
         // Then a fresh one.
         inbox.store(at(1_101_000), &sample(1, 1_101));
-        assert_eq!(count_of(inbox.image(at(1_101_000))), Some(1_101));
+        assert_eq!(count_of(image(&mut inbox, at(1_101_000))), Some(1_101));
     }
 
     #[test]

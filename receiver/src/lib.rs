@@ -8,6 +8,7 @@
 //! feature `host`) is its life in the real world.
 
 pub mod config;
+mod far_clock;
 mod inbox;
 mod node;
 mod pipeline;

@@ -9,6 +9,7 @@ use coaxle_node::frame::{body_capacity, encode_body, sender_id};
 use coaxle_node::{Channel, FrameHeader, Message, Node, Outgoing};
 
 use crate::config::ReceiverConfig;
+use crate::far_clock::FarClockSetup;
 use crate::pipeline::Pipeline;
 use crate::slave;
 use crate::snapshot::ReceiverSnapshot;
@@ -61,7 +62,13 @@ impl Receiver {
         let gear = LinearGear::new(config.gear.ratio, config.gear.offset)?;
         let drive = Drive::new(config.drive)?;
         let cycle_time = config.cycle_time_us.0;
-        let pipeline = Pipeline::new(cycle_time, config.mode, config.sync, gear, drive)?;
+        let setup = FarClockSetup {
+            cycle_time,
+            mode: config.mode,
+            sync: config.sync,
+            observer: config.observer,
+        };
+        let pipeline = Pipeline::new(setup, gear, drive)?;
         Ok(Self {
             schedule: Schedule::new(start, cycle_time),
             pipeline,
@@ -139,6 +146,7 @@ impl Node for Receiver {
             counters: self.pipeline.counters(),
             data_cycle_time: self.pipeline.data_cycle_time(),
             master: self.pipeline.master(),
+            observer: self.pipeline.observer(),
             slave: self.pipeline.slave(),
             drive: self.pipeline.drive(),
         }

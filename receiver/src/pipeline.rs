@@ -1,16 +1,18 @@
 //! The way of the data: far axis in, slave set values out. One scan, top to bottom.
 
 use coaxle_clock::cycle::Turn;
-use coaxle_clock::time_sync::{TimeSyncParameters, WrongParameter};
-use coaxle_clock::{CycleTime, Instant, Local, Remote, Seconds, Span};
+use coaxle_clock::observer::ObserverOutput;
+use coaxle_clock::time_sync::WrongParameter;
+use coaxle_clock::{CycleTime, Instant, Local, Remote, Span};
 use coaxle_motion::axis::NcToPlcAxis;
 use coaxle_motion::drive::{Drive, DriveState};
 use coaxle_motion::gear::LinearGear;
 use coaxle_motion::profile::Kinematics;
-use coaxle_motion::remote::{AxisSync, AxisSyncOutput, AxisSyncParameters, FilterState};
+use coaxle_motion::remote::{AxisSyncOutput, FilterState};
 use coaxle_node::{Message, Sample};
 
 use crate::config::Mode;
+use crate::far_clock::{Far, FarClock, FarClockSetup};
 use crate::inbox::Inbox;
 use crate::snapshot::{Counters, DriveSnapshot, Health, MasterSnapshot};
 
@@ -19,53 +21,38 @@ use crate::snapshot::{Counters, DriveSnapshot, Health, MasterSnapshot};
 pub(crate) struct Pipeline {
     cycle_time: CycleTime,
     mode: Mode,
-    parameters: AxisSyncParameters,
     inbox: Inbox,
-    sync: Sync,
+    far_clock: FarClock,
     gear: LinearGear,
     drive: Drive,
     master: Option<MasterSnapshot>,
+    observer: Option<ObserverOutput>,
     slave: Option<Kinematics>,
     /// The newest message that was used, and own cycles since.
     last: Option<(u64, u64)>,
     age_cycles: u32,
 }
 
-/// The synchronising block: it starts with the first message, which tells the sender's cycle time.
-#[derive(Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "there is one, and boxing it would allocate in the cycle"
-)]
-enum Sync {
-    Waiting,
-    Running { block: AxisSync, data: CycleTime },
-    Refused { data: CycleTime },
-}
-
 impl Pipeline {
     pub(crate) fn new(
-        cycle_time: CycleTime,
-        mode: Mode,
-        parameters: AxisSyncParameters,
+        setup: FarClockSetup,
         gear: LinearGear,
         drive: Drive,
     ) -> Result<Self, WrongParameter> {
-        // Wrong parameters are refused now, not when the first message comes.
-        let _ = AxisSync::start(cycle_time.span(), parameters)?;
-        let age_limit = match parameters.time_sync.age_of_data_limit {
+        let cycle_time = setup.cycle_time;
+        let age_limit = match setup.sync.time_sync.age_of_data_limit {
             0 => None,
             cycles => Some(cycle_time.span() * i64::from(cycles)),
         };
         Ok(Self {
             cycle_time,
-            mode,
-            parameters,
+            mode: setup.mode,
             inbox: Inbox::new(age_limit),
-            sync: Sync::Waiting,
+            far_clock: FarClock::new(setup)?,
             gear,
             drive,
             master: None,
+            observer: None,
             slave: None,
             last: None,
             age_cycles: 0,
@@ -78,17 +65,22 @@ impl Pipeline {
 
     /// One scan.
     pub(crate) fn scan(&mut self, turn: &Turn) {
-        let Some(sample) = self.inbox.image(turn.ideal_start) else {
+        let far_clock = &mut self.far_clock;
+        let image = self
+            .inbox
+            .image(turn.ideal_start, |at, sample| far_clock.hear(at, sample));
+        let Some(sample) = image else {
             return;
         };
         self.count_age(&sample, turn.elapsed);
-        let Some(far) = self.synchronise(&sample, turn.elapsed) else {
+        let Some(far) = self.far_clock.update(&sample, turn) else {
             self.master = None;
             return;
         };
-        let slave = self.gear.slave_of(&far.axis);
+        let slave = self.gear.slave_of(&far.axis.axis);
         self.move_drive(&slave, turn.elapsed);
         self.master = Some(self.master_snapshot(&sample, &far));
+        self.observer = far.observer;
         self.slave = Some(slave);
     }
 
@@ -101,39 +93,6 @@ impl Pipeline {
         }
     }
 
-    /// The far axis, local and smooth; none when the cycle times do not fit.
-    fn synchronise(&mut self, sample: &Sample, elapsed: u32) -> Option<AxisSyncOutput> {
-        let data = sample.header.cycle_time;
-        if self.data_cycle_time() != Some(data) {
-            self.sync = self.start_sync(data);
-        }
-        match &mut self.sync {
-            Sync::Running { block, .. } => {
-                Some(block.update(sample.header.index, &sample.axis, self.mode.into(), elapsed))
-            }
-            Sync::Waiting | Sync::Refused { .. } => None,
-        }
-    }
-
-    /// The frame says how long the sender's cycle is. A config that says otherwise is wrong.
-    fn start_sync(&self, data: CycleTime) -> Sync {
-        let configured = self.parameters.time_sync.data_cycle_time;
-        if configured != Seconds::ZERO && configured.to_span() != data.span() {
-            return Sync::Refused { data };
-        }
-        let parameters = AxisSyncParameters {
-            time_sync: TimeSyncParameters {
-                data_cycle_time: data.span().into(),
-                ..self.parameters.time_sync
-            },
-            ..self.parameters
-        };
-        match AxisSync::start(self.cycle_time.span(), parameters) {
-            Ok(block) => Sync::Running { block, data },
-            Err(_) => Sync::Refused { data },
-        }
-    }
-
     fn move_drive(&mut self, slave: &Kinematics, elapsed: u32) {
         if self.drive.state() == DriveState::Off {
             self.drive.power_on(slave.position, slave.velocity);
@@ -143,7 +102,9 @@ impl Pipeline {
         }
     }
 
-    fn master_snapshot(&self, sample: &Sample, far: &AxisSyncOutput) -> MasterSnapshot {
+    fn master_snapshot(&self, sample: &Sample, far: &Far) -> MasterSnapshot {
+        let observed = far.observer.map(|observer| observer.drift_ppm);
+        let far = &far.axis;
         MasterSnapshot {
             epoch: sample.header.epoch,
             index: sample.header.index,
@@ -158,7 +119,7 @@ impl Pipeline {
             warning: far.warning,
             beats: far.beats,
             correction_time: far.diagnostic.correction_time,
-            drift_ppm: far.diagnostic.time_sync.drift_ppm,
+            drift_ppm: observed.unwrap_or(far.diagnostic.time_sync.drift_ppm),
         }
     }
 
@@ -166,7 +127,7 @@ impl Pipeline {
         if self.drive.state() == DriveState::Tripped {
             return Health::DriveTripped;
         }
-        if let Sync::Refused { .. } = self.sync {
+        if self.far_clock.is_refused() {
             return Health::CycleTimesDoNotFit;
         }
         let Some(master) = &self.master else {
@@ -190,10 +151,7 @@ impl Pipeline {
 
     /// The sender's cycle time that the synchronising block was started for.
     pub(crate) const fn data_cycle_time(&self) -> Option<CycleTime> {
-        match &self.sync {
-            Sync::Waiting => None,
-            Sync::Running { data, .. } | Sync::Refused { data } => Some(*data),
-        }
+        self.far_clock.data_cycle_time()
     }
 
     pub(crate) fn counters(&self) -> Counters {
@@ -202,6 +160,10 @@ impl Pipeline {
 
     pub(crate) const fn master(&self) -> Option<MasterSnapshot> {
         self.master
+    }
+
+    pub(crate) const fn observer(&self) -> Option<ObserverOutput> {
+        self.observer
     }
 
     pub(crate) const fn slave(&self) -> Option<Kinematics> {
@@ -235,7 +197,7 @@ fn far_time(sample: &Sample, far: &AxisSyncOutput) -> Option<Instant<Remote>> {
     match far.state {
         FilterState::Bypass => Some(sent),
         FilterState::Pt1 => None,
-        FilterState::Sync | FilterState::Time => {
+        FilterState::Sync | FilterState::Time | FilterState::Observer => {
             let correction = far.diagnostic.correction_time?;
             Some(sent + correction.to_span())
         }

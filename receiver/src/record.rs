@@ -1,5 +1,6 @@
 //! One receiver cycle as a flat row: what trace files hold and measurements are made from.
 
+use coaxle_clock::observer::ObserverState;
 use coaxle_clock::{Instant, Remote};
 use coaxle_motion::drive::DriveState;
 use coaxle_motion::remote::FilterState;
@@ -53,6 +54,16 @@ pub struct ReceiverRecord {
     pub far_time_ns: Option<i64>,
     /// Estimated drift, ppm.
     pub drift_ppm: Option<f64>,
+    /// How far the phase observer is; none in other modes.
+    pub observer: Option<ObserverState>,
+    /// Its own standard deviation of the offset, µs.
+    pub offset_sigma_us: Option<f64>,
+    /// Its own standard deviation of the drift, ppm.
+    pub drift_sigma_ppm: Option<f64>,
+    /// Jumps of the delay that it noticed so far.
+    pub shifts: u32,
+    /// Times it began to lock anew.
+    pub relocks: u32,
     /// The slave's set position, slave units.
     pub slave_position: Option<f64>,
     /// The slave's set velocity, slave units/s.
@@ -112,6 +123,8 @@ named! {
         Sync = "sync",
         /// Extrapolated in time mode.
         Time = "time",
+        /// Extrapolated by the phase observer.
+        Observer = "observer",
     }
 }
 
@@ -154,6 +167,7 @@ impl From<FilterState> for StateName {
             FilterState::Pt1 => Self::Pt1,
             FilterState::Sync => Self::Sync,
             FilterState::Time => Self::Time,
+            FilterState::Observer => Self::Observer,
         }
     }
 }
@@ -170,7 +184,7 @@ impl From<DriveState> for DriveStateName {
 
 impl ReceiverRecord {
     /// The names of all fields, in their order: the columns of a trace.
-    pub const COLUMNS: [&'static str; 34] = [
+    pub const COLUMNS: [&'static str; 39] = [
         "at_ns",
         "woke_ns",
         "cycle",
@@ -192,6 +206,11 @@ impl ReceiverRecord {
         "correction_us",
         "far_time_ns",
         "drift_ppm",
+        "observer",
+        "offset_sigma_us",
+        "drift_sigma_ppm",
+        "shifts",
+        "relocks",
         "slave_position",
         "slave_velocity",
         "drive_state",
@@ -211,6 +230,7 @@ impl ReceiverRecord {
     #[must_use]
     pub fn new(at_ns: i64, woke_ns: i64, snapshot: &ReceiverSnapshot) -> Self {
         let master = snapshot.master.as_ref();
+        let observer = snapshot.observer.as_ref();
         let counters = &snapshot.counters;
         Self {
             at_ns,
@@ -236,6 +256,11 @@ impl ReceiverRecord {
                 .map(|time| time.as_micros()),
             far_time_ns: master.and_then(|m| m.far_time).map(Instant::as_nanos),
             drift_ppm: master.map(|m| m.drift_ppm),
+            observer: observer.map(|o| o.state),
+            offset_sigma_us: observer.map(|o| o.offset_sigma.as_micros()),
+            drift_sigma_ppm: observer.map(|o| o.drift_sigma_ppm),
+            shifts: observer.map_or(0, |o| o.shifts),
+            relocks: observer.map_or(0, |o| o.relocks),
             slave_position: snapshot.slave.map(|s| s.position),
             slave_velocity: snapshot.slave.map(|s| s.velocity),
             drive_state: snapshot.drive.state.into(),

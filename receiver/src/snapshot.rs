@@ -1,5 +1,6 @@
 //! What a receiver shows of itself after each cycle: plain data.
 
+use coaxle_clock::observer::ObserverOutput;
 use coaxle_clock::time_sync::{SyncError, SyncWarning};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Remote, Seconds};
 use coaxle_motion::drive::DriveState;
@@ -28,6 +29,8 @@ pub struct ReceiverSnapshot {
     pub data_cycle_time: Option<CycleTime>,
     /// The far axis; none before the first message.
     pub master: Option<MasterSnapshot>,
+    /// The phase observer; none in other modes, and before the first message.
+    pub observer: Option<ObserverOutput>,
     /// The slave's set values, as given to the drive; none until it is coupled.
     pub slave: Option<Kinematics>,
     /// The drive.

@@ -16,6 +16,7 @@ fn each_mode_shows_itself() {
         ("pt1", StateName::Pt1, HealthName::Ok),
         ("time", StateName::Time, HealthName::Ok),
         ("sync", StateName::Time, HealthName::StartingUp),
+        ("observer", StateName::Time, HealthName::StartingUp),
     ] {
         let mut far = Far::new(1000, 1000, 0, 1);
         let mut near = Near::new(1000, 0, &format!("mode = '{mode}'"));
@@ -26,10 +27,10 @@ fn each_mode_shows_itself() {
             "{mode}"
         );
         run_pair(&mut far, &mut near, 5 * SECOND);
-        let later = if mode == "sync" {
-            StateName::Sync
-        } else {
-            state
+        let later = match mode {
+            "sync" => StateName::Sync,
+            "observer" => StateName::Observer,
+            _ => state,
         };
         assert_eq!(state_of(&near), later, "{mode}");
         assert_eq!(near.last().health, Health::Ok, "{mode}");

@@ -15,11 +15,19 @@ static ALLOCATOR: AllocDisabler = AllocDisabler;
 /// Synchronises, pauses for 3 s with a backlog, loses its master, finds a new run of it.
 #[test]
 fn receiving_cycling_transmitting_and_showing_do_not_allocate() {
+    for mode in ["sync", "observer"] {
+        goes_through_its_life_without_allocating(mode);
+    }
+}
+
+fn goes_through_its_life_without_allocating(mode: &str) {
     let config: ReceiverConfig = parse(
         "r.toml",
-        "name = 'saw'\nmaster.node = 'conveyor'\ncycle-time-us = 1000\n\
-         sync.time-sync.automatic-re-init = true\n\
-         drive = { following-error-window = 1.0 }",
+        &format!(
+            "name = 'saw'\nmaster.node = 'conveyor'\ncycle-time-us = 1000\nmode = '{mode}'\n\
+             sync.time-sync.automatic-re-init = true\n\
+             drive = {{ following-error-window = 1.0 }}"
+        ),
     )
     .unwrap();
     let intake = Intake::new("coaxle/conveyor/axes", &config.master.node, 1);

@@ -1,6 +1,7 @@
 //! What a receiver adds to its status: `docs/WIRE.md` describes each field.
 
-use coaxle_clock::CycleTime;
+use coaxle_clock::observer::{ObserverOutput, ObserverState};
+use coaxle_clock::{CycleTime, Instant, Local};
 use coaxle_node::RejectionCounters;
 use coaxle_node::keys::NodeName;
 use serde::Serialize;
@@ -23,6 +24,7 @@ pub(super) struct Status<'a> {
     warning: Option<Fault>,
     beats: u32,
     drift_ppm: Option<f64>,
+    observer: Option<ObserverStatus>,
     correction_us: Option<f64>,
     index: Option<u16>,
     age_cycles: Option<u32>,
@@ -30,6 +32,19 @@ pub(super) struct Status<'a> {
     master: MasterStatus<'a>,
     slave: Option<SlaveStatus>,
     drive: DriveStatus,
+}
+
+#[derive(Serialize)]
+struct ObserverStatus {
+    state: ObserverState,
+    drift_sigma_ppm: f64,
+    offset_sigma_us: f64,
+    random_walk_ppm: f64,
+    block_length: u16,
+    shifts: u32,
+    last_shift_s: Option<f64>,
+    relocks: u32,
+    last_relock_s: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -83,6 +98,7 @@ impl<'a> Status<'a> {
             warning: master.and_then(|m| m.warning).map(Fault::from),
             beats: master.map_or(0, |m| m.beats),
             drift_ppm: master.map(|m| m.drift_ppm),
+            observer: snapshot.observer.as_ref().map(ObserverStatus::of),
             correction_us: master
                 .and_then(|m| m.correction_time)
                 .map(|time| time.as_micros()),
@@ -100,6 +116,23 @@ impl<'a> Status<'a> {
                 velocity: snapshot.drive.velocity,
                 following_error: snapshot.drive.following_error,
             },
+        }
+    }
+}
+
+impl ObserverStatus {
+    fn of(observer: &ObserverOutput) -> Self {
+        let seconds = |at: Instant<Local>| at.since_epoch().as_secs_f64();
+        Self {
+            state: observer.state,
+            drift_sigma_ppm: observer.drift_sigma_ppm,
+            offset_sigma_us: observer.offset_sigma.as_micros(),
+            random_walk_ppm: observer.random_walk_ppm,
+            block_length: observer.block_length,
+            shifts: observer.shifts,
+            last_shift_s: observer.last_shift.map(seconds),
+            relocks: observer.relocks,
+            last_relock_s: observer.last_relock.map(seconds),
         }
     }
 }

@@ -11,7 +11,7 @@ use coaxle_clock::time_sync::{
 use coaxle_clock::{CycleIndex, Seconds, Span};
 
 use super::extrapolate::{
-    AxisExtrapolate, CorrectionTimes, ExtrapolateDiagnostic, ExtrapolateMode,
+    AxisExtrapolate, CorrectionTimes, ExtrapolateDiagnostic, ExtrapolateMode, ExtrapolateOutput,
     ExtrapolateParameters, FallBackMode,
 };
 use crate::axis::NcToPlcAxis;
@@ -32,6 +32,23 @@ struct Enabled {
     extrapolate: AxisExtrapolate,
     /// A position error latches here; errors of the time sync latch there.
     position_error: Option<SyncError>,
+    silence: Silence,
+}
+
+/// How long the index has not changed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Silence {
+    index: Option<CycleIndex>,
+    cycles: u32,
+}
+
+impl Silence {
+    fn count(&mut self, index: CycleIndex, elapsed: u32) {
+        self.cycles = match self.index.replace(index) {
+            Some(last) if last == index => self.cycles.saturating_add(elapsed),
+            _ => 0,
+        };
+    }
 }
 
 /// `ST_AxisSyncParameters` with the manual's defaults, TS5066 chapter 3.4.
@@ -98,6 +115,9 @@ pub enum FilterMode {
     Pt1 = 2,
     /// Beats are hidden when they happen.
     Time = 4,
+    /// By a phase observer's clock; time mode, or whatever the start-up mode is, bridges until that is
+    /// sure. Not in the manual.
+    Observer = 5,
 }
 
 /// `E_Sync_FilterState`: how the set values were calculated. TS5066 chapter 3.8.
@@ -177,6 +197,7 @@ impl AxisSync {
             time_sync: TimeSync::start(self.task_cycle_time, self.parameters.time_sync)?,
             extrapolate: AxisExtrapolate::start(self.task_cycle_time, self.parameters.extrapolate)?,
             position_error: None,
+            silence: Silence::default(),
         });
         Ok(())
     }
@@ -208,6 +229,24 @@ impl AxisSync {
             None => unmodified(axis_in),
         }
     }
+
+    /// One cycle in observer mode. `clock` is the correction a phase observer asks for, once it is
+    /// sure of the far clock; without one the start-up mode bridges. Here the only errors are data
+    /// that stay away beyond the age limit and a position too far off; neither latches.
+    pub fn update_by_clock(
+        &mut self,
+        index: CycleIndex,
+        axis_in: &NcToPlcAxis,
+        clock: Option<Seconds>,
+        elapsed: u32,
+    ) -> AxisSyncOutput {
+        match &mut self.enabled {
+            Some(enabled) => {
+                enabled.update_by_clock(&self.parameters, index, axis_in, clock, elapsed)
+            }
+            None => unmodified(axis_in),
+        }
+    }
 }
 
 impl Enabled {
@@ -223,6 +262,7 @@ impl Enabled {
         let corrections = CorrectionTimes {
             sync: time.correction_time,
             time: time.time_mode_correction,
+            observer: None,
         };
         let mode = self.mode(parameters, filter_mode, &time);
         let fall_back = parameters.fall_back_mode;
@@ -238,24 +278,45 @@ impl Enabled {
         if was_latched && parameters.time_sync.automatic_re_init {
             self.re_initialise(index);
         }
-        AxisSyncOutput {
-            axis: moved.axis,
-            synced: time.state == TimeSyncState::Synced && error.is_none(),
-            error,
-            warning: time.warning,
-            state: moved.state,
-            beats: time.beats,
-            diagnostic: AxisSyncDiagnostic {
-                correction_time: match moved.state {
-                    FilterState::Sync => corrections.sync,
-                    FilterState::Time => corrections.time,
-                    FilterState::Bypass | FilterState::Pt1 => None,
-                },
-                time_mode: time.state == TimeSyncState::StartUp,
-                time_sync: time.diagnostic,
-                extrapolate: moved.diagnostic,
-            },
+        let synced = time.state == TimeSyncState::Synced && error.is_none();
+        output(&time, &moved, &corrections, synced, error)
+    }
+
+    fn update_by_clock(
+        &mut self,
+        parameters: &AxisSyncParameters,
+        index: CycleIndex,
+        axis_in: &NcToPlcAxis,
+        clock: Option<Seconds>,
+        elapsed: u32,
+    ) -> AxisSyncOutput {
+        self.silence.count(index, elapsed);
+        let time = self.time_sync.update(index, elapsed);
+        if let TimeSyncState::Failed(_) = time.state {
+            // It only bridges: whatever it lost, it starts over.
+            self.time_sync.restart(index);
         }
+        let limit = u32::from(self.time_sync.parameters().age_of_data_limit);
+        let silent = limit > 0 && self.silence.cycles > limit;
+        let corrections = CorrectionTimes {
+            sync: None,
+            time: time.time_mode_correction,
+            observer: clock.map(|clock| clock + parameters.time_sync.delay_time_offset),
+        };
+        let mode = match clock {
+            _ if silent => parameters.fall_back_mode.into(),
+            Some(_) => ExtrapolateMode::Observer,
+            None => parameters.start_up_mode.into(),
+        };
+        let fall_back = parameters.fall_back_mode;
+        let moved = self
+            .extrapolate
+            .update_with(axis_in, corrections, mode, fall_back, elapsed);
+        let error = silent
+            .then_some(SyncError::MaxDataAgeExceeded)
+            .or(moved.error);
+        let synced = clock.is_some() && error.is_none();
+        output(&time, &moved, &corrections, synced, error)
     }
 
     fn mode(
@@ -270,15 +331,44 @@ impl Enabled {
             (_, TimeSyncState::Failed(_)) => parameters.fall_back_mode.into(),
             _ if self.position_error.is_some() => parameters.fall_back_mode.into(),
             (FilterMode::Time, _) => ExtrapolateMode::Time,
+            (FilterMode::Observer, _) => ExtrapolateMode::Observer,
             (FilterMode::Auto, TimeSyncState::Synced) => ExtrapolateMode::Sync,
             (FilterMode::Auto, TimeSyncState::StartUp) => parameters.start_up_mode.into(),
         }
     }
 
-    /// One cycle after a position error: start up again, without a word about the blend under way.
+    /// One cycle after a position error: start up again.
     fn re_initialise(&mut self, index: CycleIndex) {
         self.position_error = None;
         self.time_sync.restart(index);
+    }
+}
+
+fn output(
+    time: &TimeSyncOutput,
+    moved: &ExtrapolateOutput,
+    corrections: &CorrectionTimes,
+    synced: bool,
+    error: Option<SyncError>,
+) -> AxisSyncOutput {
+    AxisSyncOutput {
+        axis: moved.axis,
+        synced,
+        error,
+        warning: time.warning,
+        state: moved.state,
+        beats: time.beats,
+        diagnostic: AxisSyncDiagnostic {
+            correction_time: match moved.state {
+                FilterState::Sync => corrections.sync,
+                FilterState::Time => corrections.time,
+                FilterState::Observer => corrections.observer,
+                FilterState::Bypass | FilterState::Pt1 => None,
+            },
+            time_mode: time.state == TimeSyncState::StartUp,
+            time_sync: time.diagnostic,
+            extrapolate: moved.diagnostic,
+        },
     }
 }
 

@@ -7,7 +7,7 @@
 //! * Every change of mode is blended over `blending_time`, not only that between PT1 and sync, so
 //!   that no change of mode is a step. A blend that is overtaken by another change goes on from
 //!   where it stands.
-//! * Sync and time mode differ only in where their correction comes from; both extrapolate.
+//! * Sync, time and observer mode differ only in where their correction comes from; all extrapolate.
 
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{Seconds, Span};
@@ -85,6 +85,8 @@ pub enum ExtrapolateMode {
     Sync = 3,
     /// Extrapolated by the correction time of time mode.
     Time = 4,
+    /// Extrapolated by what the phase observer says; not in the manual.
+    Observer = 5,
 }
 
 /// `E_Sync_FallBackMode`: what to do when the calculated position strays too far, or sync is lost.
@@ -173,6 +175,7 @@ struct Blend {
 pub(super) struct CorrectionTimes {
     pub(super) sync: Option<Seconds>,
     pub(super) time: Option<Seconds>,
+    pub(super) observer: Option<Seconds>,
 }
 
 /// The candidates of one cycle, one per mode; none where a mode has no correction time.
@@ -182,6 +185,7 @@ struct Candidates {
     filtered: SetValues,
     sync: Option<SetValues>,
     time: Option<SetValues>,
+    observer: Option<SetValues>,
 }
 
 impl Candidates {
@@ -191,6 +195,7 @@ impl Candidates {
             ExtrapolateMode::Pt1 => Some(self.filtered),
             ExtrapolateMode::Sync => self.sync,
             ExtrapolateMode::Time => self.time,
+            ExtrapolateMode::Observer => self.observer,
         }
     }
 }
@@ -242,6 +247,7 @@ impl AxisExtrapolate {
         let corrections = CorrectionTimes {
             sync: correction_time,
             time: correction_time,
+            observer: correction_time,
         };
         self.update_with(axis_in, corrections, mode, fall_back, elapsed)
     }
@@ -303,12 +309,13 @@ impl AxisExtrapolate {
             filtered: SetValues { position, velocity },
             sync: corrections.sync.map(extrapolated),
             time: corrections.time.map(extrapolated),
+            observer: corrections.observer.map(extrapolated),
         }
     }
 
     fn position_error(&self, mode: ExtrapolateMode, candidates: &Candidates) -> Option<SyncError> {
         let limit = self.parameters.max_position_diff;
-        let extrapolates = matches!(mode, ExtrapolateMode::Sync | ExtrapolateMode::Time);
+        let extrapolates = !matches!(mode, ExtrapolateMode::Bypass | ExtrapolateMode::Pt1);
         let extrapolated = candidates.of(mode).filter(|_| extrapolates)?;
         let difference = (extrapolated.position - candidates.received.position).abs();
         (limit > 0.0 && difference > limit).then_some(SyncError::MaxPositionDiffExceeded)

@@ -231,3 +231,56 @@ proptest! {
         }
     }
 }
+
+/// The correction that an observer would ask for: to the true count, less the mean it cannot see.
+fn clock_of(cycle: u32) -> Option<Seconds> {
+    let truth = 10.5 + f64::from(cycle) * (1.0 + DRIFT_PPM * 1e-6);
+    Some(Seconds((truth - truth.floor()) * 1e-3))
+}
+
+#[test]
+fn by_a_clock_time_mode_bridges_until_it_is_sure_and_the_change_is_no_step() {
+    let mut block = block(AxisSyncParameters::default());
+    let mut previous: Option<f64> = None;
+    for cycle in 0..20_000 {
+        let clock = clock_of(cycle).filter(|_| cycle >= 3_000);
+        let (index, axis) = far(cycle);
+        let out = block.update_by_clock(index, &axis, clock, 1);
+        let expected = match clock {
+            Some(_) => FilterState::Observer,
+            None => FilterState::Time,
+        };
+        assert_eq!((out.state, out.synced), (expected, clock.is_some()));
+        if let Some(previous) = previous {
+            let velocity = (out.axis.set_position - previous) / 1e-3;
+            let ripple = velocity / VELOCITY - 1.0 - DRIFT_PPM * 1e-6;
+            // A correction of up to a cycle, faded in over 60.
+            assert!(ripple.abs() < 1.0 / 59.0, "cycle {cycle}: {ripple}");
+            if cycle > 3_100 {
+                assert!(ripple.abs() < 1e-9, "cycle {cycle}: {ripple}");
+            }
+        }
+        previous = Some(out.axis.set_position);
+    }
+}
+
+#[test]
+fn by_a_clock_silence_falls_back_and_new_data_are_followed_again() {
+    let mut block = block(AxisSyncParameters::default());
+    for cycle in 0..500 {
+        let (index, axis) = far(cycle);
+        let _ = block.update_by_clock(index, &axis, clock_of(cycle), 1);
+    }
+    let (index, axis) = far(499);
+    for age in 1..=7 {
+        let held = block.update_by_clock(index, &axis, clock_of(499 + age), 1);
+        assert_eq!(held.state, FilterState::Observer, "held over");
+    }
+    let out = block.update_by_clock(index, &axis, clock_of(507), 1);
+    assert_eq!(out.state, FilterState::Pt1);
+    assert_eq!(out.error, Some(SyncError::MaxDataAgeExceeded));
+    assert!(!out.synced);
+    let (index, axis) = far(520);
+    let out = block.update_by_clock(index, &axis, clock_of(520), 1);
+    assert_eq!((out.state, out.error), (FilterState::Observer, None));
+}
