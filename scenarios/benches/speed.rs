@@ -4,7 +4,8 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use coaxle::pretend;
-use coaxle_clock::{Instant, Local, Span};
+use coaxle_clock::observer::{ObserverParameters, PhaseObserver};
+use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_node::config::parse;
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::NodeName;
@@ -102,6 +103,29 @@ fn frame_and_cycles(c: &mut Criterion) {
     });
 }
 
+fn observer(c: &mut Criterion) {
+    let cycle_time = CycleTime::new(CYCLE).expect("a cycle time");
+    let mut observer =
+        PhaseObserver::new(cycle_time, ObserverParameters::default()).expect("an observer");
+    // A deterministic jitter of 0 to 20 µs, so that every branch is taken.
+    let jitter = |count: u64| Span::from_nanos((count.wrapping_mul(7_919) % 20_011) as i64);
+    let mut count = 0_u64;
+    c.bench_function("phase observer: one message", |b| {
+        b.iter(|| {
+            let at = cycle_start(count as i64) + jitter(count);
+            observer.observe(1, count, at, None);
+            count += 1;
+        });
+    });
+    let mut cycle = count as i64;
+    c.bench_function("phase observer: one cycle", |b| {
+        b.iter(|| {
+            cycle += 1;
+            black_box(observer.cycle(cycle_start(cycle)))
+        });
+    });
+}
+
 fn virtual_time(c: &mut Criterion) {
     let mut scenario = coaxle::catalog::find("beat")
         .and_then(|source| source.read(&["duration-s=10".to_owned()]))
@@ -117,6 +141,6 @@ fn virtual_time(c: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().measurement_time(Duration::from_secs(3)).sample_size(20);
-    targets = frame_and_cycles, virtual_time
+    targets = frame_and_cycles, observer, virtual_time
 }
 criterion_main!(benches);

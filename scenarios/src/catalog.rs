@@ -25,6 +25,11 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "sender-restart",
     "chain",
     "many-axes",
+    "observer",
+    "delay-step",
+    "drift-step",
+    "sender-stop-resume",
+    "hour",
 ];
 
 /// A scenario's text, and what errors call it.

@@ -5,8 +5,8 @@ use coaxle_clock::{Instant, Local, Span};
 use coaxle_motion::profile::Kinematics;
 use coaxle_node::faults::seed_of;
 use coaxle_node::{Intake, Message, Node, Outgoing};
-use coaxle_receiver::{Receiver, ReceiverRecord, ReceiverSnapshot};
-use coaxle_sender::{Sender, SenderSnapshot};
+use coaxle_receiver::{Receiver, ReceiverRecord};
+use coaxle_sender::Sender;
 use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, True, TruthSample, World};
 
 use crate::evaluate::{Evaluation, Reference, RowSink};
@@ -193,19 +193,9 @@ enum AnyNode {
     Receiver(Box<Receiver>),
 }
 
-/// What either kind shows.
-#[derive(Clone, Copy)]
-#[expect(
-    dead_code,
-    reason = "the watcher asks the nodes themselves; the contract wants a snapshot of each"
-)]
-enum AnySnapshot {
-    Sender(SenderSnapshot),
-    Receiver(ReceiverSnapshot),
-}
-
 impl Node for AnyNode {
-    type Snapshot = AnySnapshot;
+    /// The watcher asks the nodes themselves.
+    type Snapshot = ();
 
     fn receive(&mut self, at: Instant<Local>, message: &Message) {
         match self {
@@ -235,10 +225,5 @@ impl Node for AnyNode {
         }
     }
 
-    fn snapshot(&self) -> AnySnapshot {
-        match self {
-            Self::Sender(node) => AnySnapshot::Sender(node.snapshot()),
-            Self::Receiver(node) => AnySnapshot::Receiver(node.snapshot()),
-        }
-    }
+    fn snapshot(&self) {}
 }

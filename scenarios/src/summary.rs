@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use coaxle_clock::observer::ObserverState;
 use serde::Serialize;
 
 use crate::expect::Verdict;
@@ -58,7 +59,7 @@ impl World {
 /// never does.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ReceiverSummary {
-    /// `bypass`, `pt1`, `time` or `sync`.
+    /// `bypass`, `pt1`, `time`, `sync` or `observer`.
     pub mode: &'static str,
     /// Whose axis it follows: node, channel, axis id.
     pub master: String,
@@ -96,6 +97,16 @@ pub struct ReceiverSummary {
     pub drift_ppm: Option<f64>,
     /// The true one, over the last seconds.
     pub drift_ppm_true: Option<f64>,
+    /// How far the phase observer was at the end; null in other modes.
+    pub observer_state: Option<ObserverState>,
+    /// Its own standard deviation of the drift at the end, ppm.
+    pub drift_uncertainty_ppm: Option<f64>,
+    /// Its own standard deviation of the offset at the end, µs.
+    pub offset_uncertainty_us: Option<f64>,
+    /// Jumps of the delay that it noticed.
+    pub shifts: u64,
+    /// Times it began to lock anew.
+    pub relocks: u64,
     /// Beats counted.
     pub beats: u64,
     /// When the evaluation began, s after the start; null if there was nothing to evaluate.

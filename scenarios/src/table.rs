@@ -208,6 +208,7 @@ pub(crate) fn correction(mode: &str) -> &str {
         "pt1" => "PT1 filter",
         "time" => "time mode",
         "sync" => "sync mode",
+        "observer" => "observer",
         other => other,
     }
 }

@@ -159,6 +159,11 @@ impl Judge {
         summary.restarts = record.restarts;
         summary.beats = record.beats.into();
         summary.drift_ppm = record.drift_ppm;
+        summary.observer_state = record.observer;
+        summary.drift_uncertainty_ppm = record.drift_sigma_ppm;
+        summary.offset_uncertainty_us = record.offset_sigma_us;
+        summary.shifts = record.shifts.into();
+        summary.relocks = record.relocks.into();
         summary.synced_at_end = record.synced;
         summary.drive_tripped |= record.drive_state == DriveStateName::Tripped;
         summary.following_error_max = summary

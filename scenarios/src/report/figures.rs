@@ -223,9 +223,9 @@ impl Run<'_> {
         }
         let mut layout = layout(TIME);
         layout["yaxis"] = json!({
-            "tickvals": [0, 1, 2, 3, 4],
-            "ticktext": ["no data", "bypass", "pt1", "time", "sync"],
-            "range": [-0.5, 4.5],
+            "tickvals": [0, 1, 2, 3, 4, 5],
+            "ticktext": ["no data", "bypass", "pt1", "time", "sync", "observer"],
+            "range": [-0.5, 5.5],
             "zeroline": false,
         });
         Drawing {
@@ -323,6 +323,7 @@ fn level(state: Option<StateName>) -> f64 {
         Some(StateName::Pt1) => 2.0,
         Some(StateName::Time) => 3.0,
         Some(StateName::Sync) => 4.0,
+        Some(StateName::Observer) => 5.0,
     }
 }
 
