@@ -29,11 +29,11 @@ fn goes_through_its_life_without_allocating(mode: &str) {
              drive = {{ following-error-window = 1.0 }}"
         ),
     )
-    .unwrap();
+    .expect("a config");
     let intake = Intake::new("coaxle/conveyor/axes", &config.master.node, 1);
     let messages = messages(&intake);
     let clock = Clock { ppm: 0 };
-    let mut receiver = Receiver::new(&config, clock.read(MILLISECOND / 2), 7).unwrap();
+    let mut receiver = Receiver::new(&config, clock.read(MILLISECOND / 2), 7).expect("a receiver");
 
     let mut next = messages.iter().peekable();
     let mut seen = [false; 4];
