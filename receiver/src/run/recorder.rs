@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use super::journal::Journal;
 use super::status::Status;
 use crate::config::ReceiverConfig;
-use crate::record::ReceiverRecord;
+use crate::record::{HealthName, ReceiverRecord};
 use crate::snapshot::ReceiverSnapshot;
 
 /// Keeps the newest cycle for the status, and all of them if there is a trace.
@@ -49,7 +49,11 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
         });
         match status {
             Some(Ok(Value::Object(fields))) => fields,
-            _ => Map::new(),
+            // Before its first cycle it has not looked at its master yet.
+            _ => {
+                let health = HealthName::WaitingForMaster.as_str();
+                Map::from_iter([("health".to_owned(), health.into())])
+            }
         }
     }
 
@@ -127,10 +131,12 @@ mod tests {
     #[test]
     fn the_status_has_the_fields_that_the_document_describes() {
         let mut recorder = ReceiverRecorder::new(&config(), None);
+        let before = recorder.status();
+        assert_eq!(before["health"], "waiting-for-master");
         assert_eq!(
-            recorder.status(),
-            Map::new(),
-            "nothing to say before the first cycle"
+            before.len(),
+            1,
+            "nothing more to say before the first cycle"
         );
         recorder.record(&record(coupled()));
         let mut status = recorder.status();
