@@ -89,7 +89,7 @@ impl Inbox {
     pub(crate) fn counters(&self) -> Counters {
         let lost = self.sender.as_ref().map_or(0, |s| s.sequence.missing());
         Counters {
-            lost: self.lost_before + lost,
+            lost: self.lost_before.saturating_add(lost),
             ..self.counters
         }
     }
@@ -127,7 +127,7 @@ impl Inbox {
     fn follow(&mut self, at: Instant<Local>, sample: &Sample, now: Instant<Local>) {
         if let Some(before) = &self.sender {
             self.counters.restarts += 1;
-            self.lost_before += before.sequence.missing();
+            self.lost_before = self.lost_before.saturating_add(before.sequence.missing());
         }
         let mut gate = self
             .age_limit
@@ -280,6 +280,17 @@ mod tests {
         assert_eq!(count_of(image(&mut inbox, at(2_000))), Some(0));
         let counters = inbox.counters();
         assert_eq!((counters.restarts, counters.lost), (1, 2));
+    }
+
+    #[test]
+    fn counts_at_the_end_of_their_range_are_only_counted() {
+        let mut inbox = inbox();
+        for epoch in 1..=3 {
+            inbox.store(at(0), &sample(epoch, 0));
+            inbox.store(at(0), &sample(epoch, u64::MAX));
+        }
+        let _ = image(&mut inbox, at(0));
+        assert_eq!(inbox.counters().lost, u64::MAX);
     }
 
     #[test]

@@ -344,7 +344,8 @@ impl TimeSync {
         diagnostic.cycle_index_diff = i32::from(step);
         if step == 0 {
             diagnostic.total_equal_data += u64::from(elapsed);
-            diagnostic.consecutive_equal_data += elapsed;
+            diagnostic.consecutive_equal_data =
+                diagnostic.consecutive_equal_data.saturating_add(elapsed);
         } else {
             diagnostic.consecutive_equal_data = 0;
         }
