@@ -201,7 +201,7 @@ fn run_scenario(args: &RunArgs) -> anyhow::Result<bool> {
         ))?;
     }
     let mut bar = Bar::new(format!("of {} s", scenario.duration_s.get()));
-    let outcome = run::run(&source, &options, &mut bar);
+    let outcome = run::run(&source.name, &scenario, &options, &mut bar);
     bar.0.finish_and_clear();
     let outcome = outcome?;
     if args.json {

@@ -19,5 +19,6 @@ pub mod scenario;
 pub mod summary;
 pub mod sweep;
 pub mod table;
+mod timeline;
 mod topology;
 mod trace;

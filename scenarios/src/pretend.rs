@@ -11,7 +11,8 @@ use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, True, TruthSample, W
 
 use crate::evaluate::{Evaluation, Reference, RowSink};
 use crate::run::{Finished, Progress};
-use crate::scenario::{Action, Scenario};
+use crate::scenario::Scenario;
+use crate::timeline::{What, changes_of};
 use crate::topology::Topology;
 
 /// Runs a checked scenario in virtual time.
@@ -30,19 +31,18 @@ pub fn run(
         evaluation: Evaluation::new(scenario, &topology, Instant::EPOCH),
         sink,
     };
-    let end = seconds(scenario.duration_s.get());
-    let mut changes = changes_of(scenario, &topology);
-    changes.push((end, Change::None));
-    for (until, change) in changes {
-        run_in_steps(&mut world, until.min(end), &mut watcher, progress, end)?;
-        match change {
-            Change::Kill(node) => world.kill(node),
-            Change::Start(node) => world.start(node),
-            Change::Stop(node) => world.stop(node),
-            Change::Resume(node) => world.resume(node),
-            Change::None => {}
+    let end = Instant::EPOCH + Span::from_secs_f64(scenario.duration_s.get());
+    for change in changes_of(scenario, &topology) {
+        let at = (Instant::EPOCH + change.at).min(end);
+        run_in_steps(&mut world, at, &mut watcher, progress, end)?;
+        match change.what {
+            What::Kill => world.kill(change.node),
+            What::Start => world.start(change.node),
+            What::Stop => world.stop(change.node),
+            What::Resume => world.resume(change.node),
         }
     }
+    run_in_steps(&mut world, end, &mut watcher, progress, end)?;
     let Watcher {
         evaluation, sink, ..
     } = watcher;
@@ -99,36 +99,6 @@ fn populate(scenario: &Scenario, topology: &Topology) -> anyhow::Result<World<An
     Ok(world)
 }
 
-/// What an event asks of the world.
-#[derive(Clone, Copy)]
-enum Change {
-    Kill(usize),
-    Start(usize),
-    Stop(usize),
-    Resume(usize),
-    None,
-}
-
-/// The scenario's events in the order of time.
-fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<(Instant<True>, Change)> {
-    let mut changes = Vec::new();
-    for event in &scenario.events {
-        let Some(node) = topology.node(&event.node) else {
-            continue;
-        };
-        let millis = |millis: u64| Instant::EPOCH + Span::from_millis(millis as i64);
-        let from = millis(event.at_s.millis());
-        let until = millis(event.at_s.millis() + event.for_s.millis());
-        let (away, back) = match event.action {
-            Action::Restart => (Change::Kill(node), Change::Start(node)),
-            Action::Freeze => (Change::Stop(node), Change::Resume(node)),
-        };
-        changes.extend([(from, away), (until, back)]);
-    }
-    changes.sort_by_key(|(at, _)| *at);
-    changes
-}
-
 fn run_in_steps<S: RowSink>(
     world: &mut World<AnyNode>,
     until: Instant<True>,
@@ -147,10 +117,6 @@ fn run_in_steps<S: RowSink>(
 
 /// Virtual time between two looks at the progress bar.
 const PROGRESS_STEP: Span = Span::from_secs(1);
-
-fn seconds(seconds: f64) -> Instant<True> {
-    Instant::EPOCH + Span::from_secs_f64(seconds)
-}
 
 struct Watcher<'a, S> {
     senders: usize,

@@ -12,13 +12,15 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Context;
+use coaxle_clock::Span;
 use coaxle_host::machine;
 use coaxle_node::config::TransportConfig;
 use serde::Serialize;
 
 use crate::evaluate::RowSink;
 use crate::run::{Finished, Progress};
-use crate::scenario::{Action, Scenario};
+use crate::scenario::Scenario;
+use crate::timeline::{What, changes_of};
 use crate::topology::Topology;
 use child::{Child, Role};
 
@@ -111,15 +113,14 @@ fn play(
     for child in children.iter_mut() {
         child.start()?;
     }
-    let mut changes = changes_of(scenario, topology);
+    let mut changes = changes_of(scenario, topology).into_iter().peekable();
     let begin = machine::now();
-    let duration = scenario.duration_s.get();
+    let duration = Span::from_secs_f64(scenario.duration_s.get());
     loop {
-        let passed = (machine::now() - begin).as_secs_f64();
-        progress.at((passed / duration).min(1.0));
-        while changes.first().is_some_and(|change| change.at_s <= passed) {
-            let change = changes.remove(0);
-            change.apply(&mut children[change.node])?;
+        let passed = machine::now() - begin;
+        progress.at((passed.as_secs_f64() / duration.as_secs_f64()).min(1.0));
+        while let Some(change) = changes.next_if(|change| change.at <= passed) {
+            apply(change.what, &mut children[change.node])?;
         }
         for child in children.iter_mut() {
             child.check()?;
@@ -142,49 +143,11 @@ fn wait(time: Duration) {
     std::thread::park_timeout(time);
 }
 
-/// Something that happens to a node.
-#[derive(Clone, Copy)]
-struct Change {
-    at_s: f64,
-    node: usize,
-    what: What,
-}
-
-#[derive(Clone, Copy)]
-enum What {
-    Kill,
-    Start,
-    Stop,
-    Resume,
-}
-
-impl Change {
-    fn apply(&self, child: &mut Child) -> anyhow::Result<()> {
-        match self.what {
-            What::Kill => child.kill(),
-            What::Start => child.start(),
-            What::Stop => child.freeze(),
-            What::Resume => child.resume(),
-        }
+fn apply(what: What, child: &mut Child) -> anyhow::Result<()> {
+    match what {
+        What::Kill => child.kill(),
+        What::Start => child.start(),
+        What::Stop => child.freeze(),
+        What::Resume => child.resume(),
     }
-}
-
-fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<Change> {
-    let mut changes = Vec::new();
-    for event in &scenario.events {
-        let Some(node) = topology.node(&event.node) else {
-            continue;
-        };
-        let from = f64::from(event.at_s);
-        let until = from + f64::from(event.for_s);
-        let (away, back) = match event.action {
-            Action::Restart => (What::Kill, What::Start),
-            Action::Freeze => (What::Stop, What::Resume),
-        };
-        for (at_s, what) in [(from, away), (until, back)] {
-            changes.push(Change { at_s, node, what });
-        }
-    }
-    changes.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
-    changes
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::num::NonZeroU32;
 
+use coaxle_clock::Span;
 use coaxle_node::config::{ConfigError, LinkConfig, Positive, from_table};
 use coaxle_node::faults::seed_of;
 use coaxle_node::keys::NodeName;
@@ -67,10 +68,10 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// Milliseconds.
+    /// The time since the start.
     #[must_use]
-    pub const fn millis(self) -> u64 {
-        self.millis
+    pub const fn span(self) -> Span {
+        Span::from_millis(self.millis as i64)
     }
 }
 

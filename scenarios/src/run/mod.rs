@@ -80,33 +80,33 @@ pub struct Outcome {
     pub report: PathBuf,
 }
 
-/// Runs a scenario and writes its files.
+/// Runs a scenario as [`prepare`] gave it, under a name, and writes its files.
 ///
 /// # Errors
-/// A scenario that is wrong, a node that does not start, a file that cannot be written. Failed
-/// expectations are no error: they are in the summary.
+/// A node that does not start, a file that cannot be written. Failed expectations are no error:
+/// they are in the summary.
 pub fn run(
-    source: &Source,
+    name: &str,
+    scenario: &Scenario,
     options: &Options,
     progress: &mut dyn Progress,
 ) -> anyhow::Result<Outcome> {
-    let scenario = prepare(source, options)?;
     let out = &options.out;
     std::fs::create_dir_all(out)
         .with_context(|| format!("cannot make the folder {}", out.display()))?;
-    let mut trace = open_trace(&scenario, options)?;
+    let mut trace = open_trace(scenario, options)?;
     let finished = match options.world {
-        World::Virtual => pretend::run(&scenario, &mut trace, progress)?,
-        World::Processes => processes::run(&scenario, out, &mut trace, progress)?,
+        World::Virtual => pretend::run(scenario, &mut trace, progress)?,
+        World::Processes => processes::run(scenario, out, &mut trace, progress)?,
     };
     if let Some(writer) = trace {
         writer.finish()?;
     }
-    let summary = summarise(source, &scenario, options.world, finished.figures);
+    let summary = summarise(name, scenario, options.world, finished.figures);
     write_summary(&out.join("summary.json"), &summary)?;
     let report = out.join("report.html");
     let scenario_toml =
-        toml::to_string_pretty(&scenario).context("cannot write the scenario as TOML")?;
+        toml::to_string_pretty(scenario).context("cannot write the scenario as TOML")?;
     report::write(
         &report,
         &Report {
@@ -137,13 +137,13 @@ pub fn prepare(source: &Source, options: &Options) -> anyhow::Result<Scenario> {
 }
 
 fn summarise(
-    source: &Source,
+    name: &str,
     scenario: &Scenario,
     world: World,
     receivers: BTreeMap<String, ReceiverSummary>,
 ) -> Summary {
     let mut summary = Summary {
-        scenario: source.name.clone(),
+        scenario: name.to_owned(),
         title: scenario.title.clone(),
         world,
         seed: scenario.seed,

@@ -33,7 +33,8 @@ pub(crate) fn run_into(
         trace: seed.is_some(),
         command: String::new(),
     };
-    run::run(source, &options, &mut ())
+    let scenario = run::prepare(source, &options).expect("the scenario is right");
+    run::run(&source.name, &scenario, &options, &mut ())
         .expect("the scenario runs")
         .summary
 }
