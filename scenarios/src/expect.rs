@@ -1,5 +1,6 @@
 //! What a scenario expects of its outcome.
 
+use coaxle_host::fields_of;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -169,11 +170,4 @@ fn value_of(summary: &Summary, receiver: &str, field: &str) -> Value {
         .get(receiver)
         .and_then(|figures| fields_of(figures).get(field).cloned())
         .unwrap_or(Value::Null)
-}
-
-fn fields_of(figures: &ReceiverSummary) -> serde_json::Map<String, Value> {
-    match serde_json::to_value(figures) {
-        Ok(Value::Object(fields)) => fields,
-        _ => serde_json::Map::new(),
-    }
 }

@@ -35,6 +35,6 @@ pub use health::Health;
 pub use machine::Machine;
 pub use node_args::NodeArgs;
 pub use run::{BuildNode, Ended, Outcome, Setup, Subscription, run};
-pub use telemetry::{Record, Recorder};
+pub use telemetry::{Record, Recorder, fields_of};
 pub use trace::Trace;
 pub use transport::{ZENOH_RUNTIME, zenoh_config};

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use coaxle_clock::{Instant, Span};
 use rtrb::Consumer;
+use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::machine::{self, Machine};
@@ -35,6 +36,15 @@ pub trait Recorder<S>: Send {
     /// # Errors
     /// Whatever was recorded could not be kept.
     fn finish(&mut self) -> anyhow::Result<()>;
+}
+
+/// The fields of a structure, as a recorder adds them to the status; none of anything else.
+#[must_use]
+pub fn fields_of(structure: &impl Serialize) -> Map<String, Value> {
+    match serde_json::to_value(structure) {
+        Ok(Value::Object(fields)) => fields,
+        _ => Map::new(),
+    }
 }
 
 /// How often the ring is emptied.

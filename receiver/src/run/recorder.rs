@@ -1,6 +1,6 @@
 //! What becomes of a receiver's cycles: trace, log and status.
 
-use coaxle_host::{Record, Recorder, Trace};
+use coaxle_host::{Record, Recorder, Trace, fields_of};
 use serde_json::{Map, Value};
 
 use super::journal::Journal;
@@ -43,14 +43,10 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
     }
 
     fn status(&self) -> Map<String, Value> {
-        let status = self.newest.map(|snapshot| {
-            let status = Status::of(&self.config, &snapshot);
-            serde_json::to_value(status)
-        });
-        match status {
-            Some(Ok(Value::Object(fields))) => fields,
+        match &self.newest {
+            Some(snapshot) => fields_of(&Status::of(&self.config, snapshot)),
             // Before its first cycle it has not looked at its master yet.
-            _ => {
+            None => {
                 let health = HealthName::WaitingForMaster.as_str();
                 Map::from_iter([("health".to_owned(), health.into())])
             }

@@ -1,7 +1,7 @@
 //! What becomes of a sender's cycles: trace and status.
 
 use coaxle_clock::CycleTime;
-use coaxle_host::{Record, Recorder, Trace};
+use coaxle_host::{Record, Recorder, Trace, fields_of};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -54,12 +54,9 @@ impl Recorder<SenderSnapshot> for SenderRecorder {
     }
 
     fn status(&self) -> Map<String, Value> {
-        let status = self
-            .newest
-            .map(|snapshot| Status::of(self.cycle_time, &snapshot));
-        match status.map(serde_json::to_value) {
-            Some(Ok(Value::Object(fields))) => fields,
-            _ => Map::new(),
+        match &self.newest {
+            Some(snapshot) => fields_of(&Status::of(self.cycle_time, snapshot)),
+            None => Map::new(),
         }
     }
 
