@@ -3,169 +3,13 @@
 //! `cargo run --release --example observer_table -- [seeds] [what…]`
 #![allow(missing_docs, clippy::print_stdout, clippy::unwrap_used)]
 
+mod figures;
 mod peers;
 mod world;
 
-use peers::{Follower, Hull, Kalman, LeastSquares, MinimumServo, Observer};
-use world::{Case, Run, bound};
-
-/// What one run came to. Seconds.
-#[derive(Clone, Copy, Default)]
-struct Figures {
-    rms: f64,
-    max: f64,
-    mean: f64,
-    lock1: f64,
-    lock5: f64,
-    synced: f64,
-    shifts: u32,
-    backward: u32,
-    settle: f64,
-    worst: f64,
-    detect: f64,
-    sigma: f64,
-    normal: f64,
-    exponential: f64,
-    walk: f64,
-    lock_rms: f64,
-    early: [f64; 6],
-    seed: u64,
-    lead: f64,
-}
-
-const WITHIN: f64 = 1e-6;
-
-fn follow(follower: &mut dyn Follower, case: &Case, run: &Run) -> Figures {
-    let cycle = (case.cycle * 1e9) as i64;
-    let cycles = (case.seconds / case.cycle) as i64;
-    let mut errors = vec![f64::NAN; cycles as usize];
-    let mut figures = Figures {
-        synced: f64::NAN,
-        detect: f64::NAN,
-        ..Figures::default()
-    };
-    let (mut next, mut previous) = (0, f64::NEG_INFINITY);
-    for k in 0..cycles {
-        let now = k * cycle;
-        while next < run.messages.len() && run.messages[next].arrived <= now {
-            follower.observe(&run.messages[next]);
-            next += 1;
-        }
-        if let Some(far) = follower.far(now) {
-            let now = now as f64 * 1e-9;
-            errors[k as usize] = far - run.far(now) + world::MIN_DELAY;
-            figures.backward += u32::from(far <= previous);
-            previous = far;
-            if let Some(output) = follower.output() {
-                use coaxle_clock::observer::ObserverState::Synced;
-                if figures.synced.is_nan() && output.state == Synced {
-                    figures.synced = now;
-                }
-                if figures.detect.is_nan() && output.shifts > 0 {
-                    figures.detect = now;
-                }
-            }
-        }
-    }
-    if let Some(output) = follower.output() {
-        figures.shifts = output.shifts;
-        figures.lead = output.lead.0;
-        figures.sigma = output.offset_sigma.0;
-        figures.normal = output.normal_jitter.0;
-        figures.exponential = output.exponential_jitter.0;
-        figures.walk = output.random_walk_ppm;
-    }
-    let steady_from = ((case.seconds * 0.25) / case.cycle) as usize;
-    let mut steady = &errors[steady_from..];
-    let step = case.drift_step.or(case.delay_step);
-    if let Some((at, _)) = step {
-        steady = &errors[steady_from..(at / case.cycle) as usize];
-    }
-    let n = steady.len() as f64;
-    let mean = steady.iter().sum::<f64>() / n;
-    figures.mean = mean;
-    figures.rms = (steady.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / n).sqrt();
-    figures.max = steady.iter().map(|e| (e - mean).abs()).fold(0.0, f64::max);
-    figures.lock1 = lock(&errors, mean, 1.0, case.cycle);
-    figures.lock5 = lock(&errors, mean, 5.0, case.cycle);
-    figures.lock_rms = lock_rms(&errors, mean, case.cycle);
-    for (early, at) in figures.early.iter_mut().zip(EARLY) {
-        *early = errors[(at / case.cycle) as usize] - mean;
-    }
-    if let Some((at, _)) = case.drift_step {
-        let after = (at / case.cycle) as usize;
-        let after = &errors[after..];
-        figures.settle = lock(after, mean, 1.0, case.cycle);
-        figures.worst = after.iter().map(|e| (e - mean).abs()).fold(0.0, f64::max);
-    }
-    if let Some((at, _)) = case.delay_step {
-        figures.detect -= at;
-    }
-    figures
-}
-
-/// The first time from which the error stays within a microsecond of the constant for so long.
-fn lock(errors: &[f64], constant: f64, seconds: f64, cycle: f64) -> f64 {
-    let needed = (seconds / cycle) as usize;
-    let mut good = 0;
-    for (k, error) in errors.iter().enumerate() {
-        good = if (error - constant).abs() <= WITHIN {
-            good + 1
-        } else {
-            0
-        };
-        if good == needed {
-            return (k + 1 - needed) as f64 * cycle;
-        }
-    }
-    f64::INFINITY
-}
-
-const EARLY: [f64; 6] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
-
-/// The first time from which the error has an rms within a microsecond over both the next one and
-/// the next five seconds.
-fn lock_rms(errors: &[f64], constant: f64, cycle: f64) -> f64 {
-    let (short, long) = ((1.0 / cycle) as usize, (5.0 / cycle) as usize);
-    let mut sums = vec![0.0];
-    for error in errors {
-        let e = error - constant;
-        sums.push(sums[sums.len() - 1] + if e.is_nan() { 1.0 } else { e * e });
-    }
-    let within = |k: usize, n: usize| sums[k + n] - sums[k] <= n as f64 * WITHIN * WITHIN;
-    (0..errors.len().saturating_sub(long))
-        .find(|k| (errors[*k] - constant).abs() <= WITHIN && within(*k, short) && within(*k, long))
-        .map_or(f64::INFINITY, |k| k as f64 * cycle)
-}
-
-fn quantile(values: &[f64], part: f64) -> f64 {
-    let mut values = values.to_vec();
-    values.sort_by(f64::total_cmp);
-    values[((values.len() - 1) as f64 * part).round() as usize]
-}
-
-fn all<F: Fn() -> Box<dyn Follower> + Sync>(
-    case: &Case,
-    first: u64,
-    seeds: u64,
-    make: F,
-) -> Vec<Figures> {
-    let half = |odd: u64| {
-        (0..seeds)
-            .filter(|seed| seed % 2 == odd)
-            .map(|seed| Figures {
-                seed: first + seed,
-                ..follow(&mut *make(), case, &Run::new(case, first + seed))
-            })
-            .collect::<Vec<_>>()
-    };
-    std::thread::scope(|scope| {
-        let other = scope.spawn(|| half(1));
-        let mut figures = half(0);
-        figures.extend(other.join().unwrap());
-        figures
-    })
-}
+use figures::{EARLY, Figures, all, quantile};
+use peers::{Efficient, Hull, Kalman, LeastSquares, MinimumServo, Observer};
+use world::{Case, bound, efficient_width};
 
 fn print(name: &str, case: &Case, figures: &[Figures]) {
     let column = |f: fn(&Figures) -> f64| figures.iter().map(f).collect::<Vec<_>>();
@@ -245,6 +89,13 @@ fn main() {
             let figures = all(case, first, seeds, || Box::new(Observer::new(case.cycle)));
             print(name, case, &figures);
             early(&figures);
+            let ideal = Case {
+                efficient: Some(efficient_width(case)),
+                ..*case
+            };
+            let figures = all(&ideal, first, seeds, || Box::new(Efficient::new(&ideal)));
+            print(&format!("{name}, what is possible"), &ideal, &figures);
+            early(&figures);
         }
     }
     if wanted("unordered") {
@@ -282,15 +133,13 @@ fn main() {
         }
     }
     if wanted("load") {
-        for (name, case) in cases_of() {
-            for times in [5.0, 20.0, 0.2] {
-                let case = Case {
-                    load: Some((100.0, 160.0, times)),
-                    ..case
-                };
-                let figures = all(&case, first, seeds, || Box::new(Observer::new(case.cycle)));
-                print(&format!("{name}, 60 s x{times}"), &case, &figures);
-            }
+        load(first, seeds);
+    }
+    if wanted("busy") {
+        for network in [50.0, 75.0, 100.0] {
+            let case = Case::busy(network);
+            let figures = all(&case, first, seeds, || Box::new(Observer::new(case.cycle)));
+            print(&format!("busy, {network} µs"), &case, &figures);
         }
     }
     if wanted("other") {
@@ -312,6 +161,30 @@ fn main() {
             let case = Case::new(sender, network, false);
             let figures = all(&case, first, seeds, || Box::new(Observer::new(case.cycle)));
             print(&format!("{sender}/{network}"), &case, &figures);
+        }
+    }
+}
+
+/// A minute of other jitter: how far off, how soon within a microsecond (rms) again.
+fn load(first: u64, seeds: u64) {
+    for (name, case) in cases_of() {
+        for times in [5.0, 20.0, 0.2] {
+            let case = Case {
+                load: Some((100.0, 160.0, times)),
+                ..case
+            };
+            let figures = all(&case, first, seeds, || Box::new(Observer::new(case.cycle)));
+            let settle: Vec<f64> = figures.iter().map(|f| f.settle).collect();
+            let worst: Vec<f64> = figures.iter().map(|f| f.worst).collect();
+            println!(
+                "{name:14} network jitter x {times}: worst error {:.2}/{:.2} µs, back after {:.2}/{:.2} s, {} shifts, {} backward",
+                quantile(&worst, 0.5) * 1e6,
+                quantile(&worst, 1.0) * 1e6,
+                quantile(&settle, 0.5),
+                quantile(&settle, 1.0),
+                figures.iter().map(|f| f.shifts).sum::<u32>(),
+                figures.iter().map(|f| f.backward).sum::<u32>(),
+            );
         }
     }
 }

@@ -64,6 +64,8 @@ pub(crate) struct Kalman {
     cycle: f64,
     noise: f64,
     walk: f64,
+    expected_drift: f64,
+    clamp: f64,
     at: f64,
     x: Option<(f64, f64)>,
     p: (f64, f64, f64),
@@ -75,21 +77,22 @@ impl Kalman {
             cycle,
             noise: noise * noise,
             walk: walk * walk,
+            expected_drift: 1e-4,
+            clamp: 3.0,
             at: 0.0,
             x: None,
             p: (0.0, 0.0, 0.0),
         }
     }
-}
 
-impl Follower for Kalman {
-    fn observe(&mut self, message: &Message) {
+    /// Takes a message and says how unlikely it was: minus the logarithm.
+    fn take(&mut self, message: &Message) -> f64 {
         let (due, phase) = phase(message, self.cycle);
         let Some((mut offset, mut drift)) = self.x else {
             self.x = Some((phase, 0.0));
-            self.p = (self.noise, 0.0, 1e-8);
+            self.p = (self.noise, 0.0, self.expected_drift.powi(2));
             self.at = due;
-            return;
+            return 0.0;
         };
         let dt = (due - self.at).max(0.0);
         self.at = self.at.max(due);
@@ -99,16 +102,67 @@ impl Follower for Kalman {
         b += dt * (c + 0.5 * self.walk * dt);
         c += self.walk * dt;
         let total = a + self.noise;
-        let bound = 3.0 * total.sqrt();
+        let bound = self.clamp * total.sqrt();
         let innovation = (phase - offset).clamp(-bound, bound);
         offset += a / total * innovation;
         drift += b / total * innovation;
         self.p = (a - a * a / total, b - a * b / total, c - b * b / total);
         self.x = Some((offset, drift));
+        0.5 * (innovation * innovation / total + (total / self.noise).ln())
+    }
+}
+
+impl Follower for Kalman {
+    fn observe(&mut self, message: &Message) {
+        let _ = self.take(message);
     }
     fn far(&mut self, now: i64) -> Option<f64> {
         self.x
             .map(|(offset, drift)| far_by(now, self.at, offset, drift))
+    }
+}
+
+/// What is possible: the exact posterior mean for normal jitter of the same information, when its
+/// width, the random walk and the distribution of the drift are known.
+pub(crate) struct Efficient {
+    lines: Vec<(Kalman, f64)>,
+}
+
+impl Efficient {
+    pub(crate) fn new(case: &crate::world::Case) -> Self {
+        let noise = case.efficient.unwrap();
+        // Together nearly log-uniform from 1 to 100 ppm.
+        let lines = [1.5e-6, 4e-6, 10e-6, 25e-6, 65e-6].map(|expected_drift| {
+            let line = Kalman {
+                expected_drift,
+                clamp: f64::INFINITY,
+                ..Kalman::new(case.cycle, noise, case.walk)
+            };
+            (line, 0.0)
+        });
+        Self {
+            lines: lines.into(),
+        }
+    }
+}
+
+impl Follower for Efficient {
+    fn observe(&mut self, message: &Message) {
+        for (line, loss) in &mut self.lines {
+            *loss += line.take(message);
+        }
+    }
+    fn far(&mut self, now: i64) -> Option<f64> {
+        let least = self.lines.iter().map(|(_, loss)| *loss);
+        let least = least.fold(f64::INFINITY, f64::min);
+        let (mut sum, mut total) = (0.0, 0.0);
+        for (line, loss) in &mut self.lines {
+            let weight = (least - *loss).exp();
+            let ahead = line.far(now)? - now as f64 * 1e-9;
+            sum += weight * ahead;
+            total += weight;
+        }
+        Some(now as f64 * 1e-9 + sum / total)
     }
 }
 

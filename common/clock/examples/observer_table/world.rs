@@ -22,6 +22,11 @@ pub(crate) struct Case {
     pub(crate) delay_step: Option<(f64, f64)>,
     /// Between these times the network's jitter is so many times as large.
     pub(crate) load: Option<(f64, f64, f64)>,
+    /// So often a second everything is held up for 2 to 10 ms.
+    pub(crate) stalls: f64,
+    /// Instead of all jitter: what an efficient estimator would make of it, normal noise of this
+    /// width.
+    pub(crate) efficient: Option<f64>,
 }
 
 impl Case {
@@ -39,6 +44,20 @@ impl Case {
             drift_step: None,
             delay_step: None,
             load: None,
+            stalls: 0.0,
+            efficient: None,
+        }
+    }
+
+    /// Arrivals at a busy PC without real-time priority: send stamps, but 10 µs of normal and
+    /// `network_us` of exponential jitter after them, outliers and hold-ups.
+    pub(crate) const fn busy(network_us: f64) -> Self {
+        Self {
+            stamp_noise: Some(10e-6),
+            spikes: 1e-2,
+            stalls: 1.0,
+            seconds: 60.0,
+            ..Self::new(100.0, network_us, true)
         }
     }
 }
@@ -93,6 +112,7 @@ impl Run {
             let mut arrived = now + late + MIN_DELAY + load * case.network_jitter * exponential;
             let stamp = case
                 .stamp_noise
+                .filter(|_| case.efficient.is_none())
                 .map(|noise| ((late + noise * normal(&mut random)) * 1e9).round() as i64);
             if let Some((at, by)) = case.delay_step
                 && now > at
@@ -103,8 +123,13 @@ impl Run {
             let size = uniform();
             if spike < case.spikes {
                 arrived += 1e-3 + 4e-3 * size;
+            } else if spike > 1.0 - case.stalls * case.cycle {
+                arrived += 2e-3 + 8e-3 * size;
             }
-            if case.in_order {
+            if let Some(width) = case.efficient {
+                arrived = now + MIN_DELAY + width / case.sender_jitter * late;
+            }
+            if case.in_order && case.efficient.is_none() {
                 arrived = arrived.max(last);
                 last = arrived;
             }
@@ -152,6 +177,13 @@ impl Run {
 /// The Bayesian Cramér–Rao bound of the ripple, s: a drift that wanders, observed through a location
 /// parameter with the Fisher information of the jitter.
 pub(crate) fn bound(case: &Case) -> f64 {
+    let width = efficient_width(case);
+    let noise = case.cycle * width * width / (1.0 - case.loss);
+    (2f64.sqrt() * case.walk.sqrt() * noise.powf(0.75)).sqrt()
+}
+
+/// The width of the normal jitter that says as much of its location as the jitter of a case, s.
+pub(crate) fn efficient_width(case: &Case) -> f64 {
     let sigma = case.stamp_noise.unwrap_or(case.sender_jitter);
     let tau = case.network_jitter;
     let density = |e: f64| -> f64 {
@@ -169,7 +201,5 @@ pub(crate) fn bound(case: &Case) -> f64 {
         }
         e += step;
     }
-    information *= 1.0 - case.loss;
-    let noise = case.cycle / information;
-    (2f64.sqrt() * case.walk.sqrt() * noise.powf(0.75)).sqrt()
+    information.sqrt().recip()
 }

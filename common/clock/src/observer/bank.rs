@@ -21,9 +21,12 @@ const LOSS_MEMORY: f64 = 300.0;
 /// The measurement variance is a mean over so many blocks.
 const VARIANCE_MEMORY: f64 = 1_000.0;
 /// A slow filter this many standard deviations off a faster one for so many blocks is wrong.
-const CONTRADICTION: f64 = 5.0;
-/// The faster filter itself still lags behind: its variances are taken so many times.
-const DOUBT: f64 = 2.0;
+const CONTRADICTION: f64 = 4.0;
+
+/// The faster filter itself still lags behind, in the drift more than in the offset: its variances
+/// are taken so many times.
+const DRIFT_DOUBT: f64 = 8.0;
+const BOTH_DOUBT: f64 = 2.0;
 const CONTRADICTING_BLOCKS: u8 = 4;
 /// Losses from before an event are kept this long, s.
 const SNAPSHOT_INTERVAL: f64 = 3.0;
@@ -36,7 +39,8 @@ pub(super) struct Bank {
     /// Losses of up to two intervals ago: an event must not decide which filter is the best.
     snapshots: [[f64; FILTERS]; 2],
     since_snapshot: f64,
-    variance: f64,
+    /// The variance of a measurement as a part of what the jitter promises.
+    excess: f64,
     blocks: f64,
     combined: Estimate,
     chosen: usize,
@@ -63,7 +67,7 @@ impl Bank {
             contradicting: [0; FILTERS],
             snapshots: [PRIOR_LOSSES; 2],
             since_snapshot: 0.0,
-            variance,
+            excess: 1.0,
             blocks: 0.0,
             combined: estimate,
             chosen: USUAL,
@@ -121,31 +125,30 @@ impl Bank {
         self.predict(dt);
         self.since_event += dt;
         let forget = 1.0 - (dt / LOSS_MEMORY).min(1.0);
+        let variance = self.excess * expected;
         let mut fastest = 0.0;
         let mut predicted = 0.0;
         for (i, filter) in self.filters.iter_mut().enumerate() {
             predicted = filter.offset_variance;
-            let innovation = filter.correct(measured, self.variance);
+            let innovation = filter.correct(measured, variance);
             fastest = innovation.value * innovation.value;
-            let loss =
-                fastest / innovation.variance + libm::log(innovation.variance / self.variance);
+            let loss = fastest / innovation.variance + libm::log(innovation.variance / variance);
             self.losses[i] =
                 forget * self.losses[i] + (1.0 - forget) * PRIOR_LOSSES[i] + 0.5 * loss;
         }
-        self.learn_variance(fastest - predicted, predicted, expected);
+        // While the offset is hardly known its innovations say nothing of the messages.
+        if predicted < variance {
+            self.learn_excess((fastest - predicted) / expected);
+        }
         self.reseed_contradicted();
         self.snapshot(dt);
         self.combine();
     }
 
-    fn learn_variance(&mut self, sample: f64, predicted: f64, expected: f64) {
-        // While the offset is hardly known its innovations say nothing of the messages.
-        if predicted > self.variance {
-            return;
-        }
+    fn learn_excess(&mut self, sample: f64) {
         self.blocks = (self.blocks + 1.0).min(VARIANCE_MEMORY);
-        self.variance += (sample - self.variance) / (self.blocks + 50.0);
-        self.variance = self.variance.clamp(0.3 * expected, 10.0 * expected);
+        self.excess += (sample - self.excess) / (self.blocks + 50.0);
+        self.excess = self.excess.clamp(0.3, 10.0);
     }
 
     fn reseed_contradicted(&mut self) {
@@ -164,9 +167,8 @@ impl Bank {
                 continue;
             }
             let seed = Estimate {
-                offset_variance: DOUBT * self.filters[fast].offset_variance,
-                covariance: DOUBT * self.filters[fast].covariance,
-                drift_variance: DOUBT * self.filters[fast].drift_variance,
+                covariance: BOTH_DOUBT * self.filters[fast].covariance,
+                drift_variance: DRIFT_DOUBT * self.filters[fast].drift_variance,
                 ..self.filters[fast]
             };
             self.filters[slow] = seed;

@@ -7,40 +7,28 @@
 
 use super::FIRST_BLOCK;
 use super::hazard::Hazard;
+use super::information::{Information, InformationTable, Scores};
+use super::misfit::{LATE, Misfit};
+use super::pull::Pull;
 
 /// Widths of the jitter, and the functions of it that estimation needs. Seconds.
 #[derive(Clone, Debug)]
 pub(super) struct Jitter {
     hazard: Hazard,
+    table: InformationTable,
     normal: f64,
     exponential: f64,
     /// `normal / exponential`
     ratio: f64,
-    /// Mean curvature of the log-likelihood, made dimensionless by both widths.
-    curvature: f64,
-    /// The information about the logarithms of both widths.
+    /// What a message says, at this ratio.
     information: Information,
-    /// What a change of the logarithm of each width does to the mean score, times the exponential
-    /// width.
     pull: Pull,
     /// By how much the most likely location moved because the widths were learned better.
     moved: f64,
     messages: f64,
-    /// Mean score of the exponential width over the last messages: near 0 while it is right.
-    misfit: f64,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Pull {
-    normal: f64,
-    exponential: f64,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Information {
-    normal: f64,
-    both: f64,
-    exponential: f64,
+    misfit: Misfit,
+    /// The location stays where it was: until the widths, once known, change.
+    pinned: bool,
 }
 
 /// What a block of messages says about its location.
@@ -55,15 +43,15 @@ pub(super) struct Location {
 const LEAST_NORMAL: f64 = 50e-9;
 const MOST: f64 = 0.1;
 const LEAST_RATIO: f64 = 0.02;
+/// Beside a loaded network the sender's jitter may be less.
+const LEAST_RATIO_UNDER_LOAD: f64 = 0.005;
 const MOST_RATIO: f64 = 3.0;
 /// The widths are averages over the last so many messages.
 const MEMORY: f64 = 131_072.0;
-/// So many messages tell whether the width still fits; a mean score beyond this says no, and only so
-/// many of the messages before still count.
-const MISFIT_MEMORY: f64 = 256.0;
-const MISFIT: f64 = 0.6;
-const MEMORY_AFTER_CHANGE: f64 = 512.0;
-const CURVATURE_MEMORY: f64 = 8_192.0;
+/// So many messages make known widths.
+const SETTLED: f64 = 4_096.0;
+/// The pull is an average over so many messages.
+const PULL_MEMORY: f64 = 8_192.0;
 /// Residuals later than this many exponential widths are spikes and say nothing of the width.
 const SPIKE: f64 = 8.0;
 /// The location stays where it was at most by this many normal widths: a first guess that was far
@@ -74,25 +62,23 @@ const STEPS: usize = 6;
 
 impl Jitter {
     pub(super) fn new() -> Self {
-        Self {
-            hazard: Hazard::new(),
-            normal: 5e-6,
-            exponential: 20e-6,
-            ratio: 0.25,
-            curvature: 0.9,
-            information: Information {
-                normal: 0.3,
-                both: 0.0,
-                exponential: 0.9,
-            },
-            pull: Pull {
-                normal: 0.0,
-                exponential: 0.0,
-            },
+        let hazard = Hazard::new();
+        let table = InformationTable::new(&hazard);
+        let mut jitter = Self {
+            hazard,
+            table,
+            normal: 0.0,
+            exponential: 0.0,
+            ratio: 0.0,
+            information: Information::default(),
+            pull: Pull::default(),
             moved: 0.0,
             messages: 0.0,
-            misfit: 0.0,
-        }
+            misfit: Misfit::default(),
+            pinned: true,
+        };
+        jitter.set(5e-6, 20e-6);
+        jitter
     }
 
     /// A first guess from a few residuals.
@@ -106,7 +92,10 @@ impl Jitter {
         let width = (mean - sorted[0]) / GUESS;
         self.messages = 0.0;
         self.moved = 0.0;
+        self.misfit = Misfit::default();
+        self.pinned = true;
         self.set(0.25 * width, width);
+        self.pull = Pull::beside(&self.information);
     }
 
     pub(super) const fn normal(&self) -> f64 {
@@ -115,6 +104,11 @@ impl Jitter {
 
     pub(super) const fn exponential(&self) -> f64 {
         self.exponential
+    }
+
+    /// The standard deviation of the jitter.
+    pub(super) fn width(&self) -> f64 {
+        libm::sqrt(self.normal * self.normal + self.exponential * self.exponential)
     }
 
     /// By what factor the widths may still be wrong: little by little 1.
@@ -130,7 +124,7 @@ impl Jitter {
 
     /// The variance of a location measured by a single message.
     pub(super) fn variance(&self) -> f64 {
-        self.normal * self.exponential / self.curvature
+        self.normal * self.normal / self.information.curvature
     }
 
     /// The location of a block, knowing beforehand that it is 0 with the given variance.
@@ -177,40 +171,26 @@ impl Jitter {
     /// of both widths.
     pub(super) fn learn(&mut self, residuals: &[f64], location: f64) {
         let inverse = 1.0 / self.normal;
-        let (mut normal, mut exponential) = (0.0, 0.0);
-        let (mut nn, mut ne, mut ee, mut curvature) = (0.0, 0.0, 0.0, 0.0);
-        let (mut pull_n, mut pull_e) = (0.0, 0.0);
+        let (mut normal, mut exponential, mut change) = (0.0, 0.0, 0.0);
+        let mut pull = Pull::default();
         for residual in residuals {
             let z = (residual - location) * inverse - self.ratio;
             let h = self.hazard.at(z);
-            let slope = h * (z + h);
-            let n = ((self.ratio - h) * (self.ratio - h) - slope).clamp(-SPIKE, SPIKE);
-            let e = (self.ratio * (z + h)).min(SPIKE) - 1.0;
-            normal += n;
-            exponential += e;
-            nn += n * n;
-            ne += n * e;
-            ee += e * e;
-            curvature += slope;
-            pull_n += h - slope * (z + 2.0 * self.ratio);
-            pull_e += self.ratio * (slope - 1.0);
+            let scores = Scores::new(self.ratio, z, h);
+            normal += scores.normal.clamp(-SPIKE, SPIKE);
+            exponential += scores.exponential.min(SPIKE);
+            change += scores.exponential.min(LATE);
+            pull.curvature += scores.slope;
+            pull.normal += h - scores.slope * (z + 2.0 * self.ratio);
+            pull.exponential += self.ratio * (scores.slope - 1.0);
         }
         let n = residuals.len() as f64;
-        self.messages = (self.messages + n).min(MEMORY);
-        self.misfit += (exponential - n * self.misfit) / MISFIT_MEMORY;
-        if self.misfit.abs() > MISFIT {
-            // The network itself has changed.
-            self.messages = self.messages.min(MEMORY_AFTER_CHANGE);
-        }
-        let part = 1.0 / (self.messages + 512.0).min(CURVATURE_MEMORY);
-        self.curvature += part * (curvature / self.ratio - n * self.curvature);
-        self.curvature = self.curvature.clamp(0.05, 4.0);
-        self.pull.normal += part * (pull_n / self.ratio - n * self.pull.normal);
-        self.pull.exponential += part * (pull_e / self.ratio - n * self.pull.exponential);
-        let i = &mut self.information;
-        i.normal += part * (nn - n * i.normal);
-        i.both += part * (ne - n * i.both);
-        i.exponential += part * (ee - n * i.exponential);
+        let i = self.information;
+        // Without this block: its noise is in the steps below already.
+        let known = self.pull;
+        let part = 1.0 / (self.messages + 128.0).min(PULL_MEMORY);
+        self.pull.approach(&pull, &i, n, part);
+        self.notice_change(exponential, change, n);
         let (a, b, c) = (i.normal + 0.02, i.both, i.exponential + 0.02);
         let determinant = (a * c - b * b).max(0.1 * a * c);
         let gain = 2.0 / ((self.messages + 64.0) * determinant);
@@ -224,19 +204,45 @@ impl Jitter {
             before.0 * grown(normal_step),
             before.1 * grown(exponential_step),
         );
-        let pull = self.pull.normal * (self.normal / before.0 - 1.0)
-            + self.pull.exponential * (self.exponential / before.1 - 1.0);
+        if !self.pinned {
+            return;
+        }
+        let shift = known.shift(
+            &i,
+            self.normal / before.0 - 1.0,
+            self.exponential / before.1 - 1.0,
+        );
         let bound = MOST_MOVED * self.normal;
-        self.moved = (self.moved + before.0 * pull / self.curvature).clamp(-bound, bound);
+        self.moved = (self.moved + before.0 * shift).clamp(-bound, bound);
+    }
+
+    /// Counts the messages that make the widths: only few, once they no longer fit.
+    fn notice_change(&mut self, score: f64, clipped: f64, messages: f64) {
+        let known = !self.pinned || self.messages >= SETTLED;
+        let memory = self.misfit.take(score, clipped, messages, known);
+        // What was right before fits a changed network too: the location is the same.
+        self.pinned &= self.messages < SETTLED || memory.is_none();
+        self.messages = (self.messages + messages).min(memory.unwrap_or(MEMORY));
+    }
+
+    /// Whether the network seems to be changing, so that measurements had better wait a little.
+    pub(super) fn is_unfit(&self) -> bool {
+        self.misfit.is_waited_for()
     }
 
     fn set(&mut self, normal: f64, exponential: f64) {
         self.exponential = exponential.clamp(LEAST_NORMAL, MOST);
+        let least = if self.pinned {
+            LEAST_RATIO
+        } else {
+            LEAST_RATIO_UNDER_LOAD
+        };
         let bounds = (
-            LEAST_NORMAL.max(LEAST_RATIO * self.exponential),
+            LEAST_NORMAL.max(least * self.exponential),
             MOST_RATIO * self.exponential,
         );
         self.normal = normal.clamp(bounds.0.min(bounds.1), bounds.1);
         self.ratio = self.normal / self.exponential;
+        self.information = self.table.at(self.ratio);
     }
 }

@@ -17,16 +17,22 @@
 
 mod bank;
 mod counts;
+mod far_line;
 mod filter;
 mod hazard;
+mod information;
 mod jitter;
+mod misfit;
 mod output;
 mod parameters;
 mod progress;
+mod pull;
 mod report;
 mod shift;
 mod stream;
+mod told_delay;
 
+pub use far_line::FarLine;
 pub use output::FarTime;
 pub use parameters::ObserverParameters;
 pub use report::{ObserverOutput, ObserverState};
@@ -40,6 +46,7 @@ use output::Shown;
 use progress::{Events, Progress};
 use shift::ShiftDetector;
 use stream::{BLOCK, FIRST_BLOCK, Line, Residual, Stream};
+use told_delay::ToldDelay;
 
 /// After so many seconds without an event the drift is trusted, whatever the offset does.
 const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
@@ -62,7 +69,9 @@ pub struct PhaseObserver {
     holdover_after: Span,
     lost_after: Span,
     shift_messages: u16,
-    delay: Span,
+    delay: ToldDelay,
+    /// See [`FarLine::jumped`].
+    jumped: Seconds,
     stream: Option<Stream>,
     shown: Option<Shown>,
     progress: Progress,
@@ -90,7 +99,8 @@ impl PhaseObserver {
             lost_after,
             shift_messages: parameters.messages_of_a_shift(data_cycle_time),
             parameters,
-            delay: Span::ZERO,
+            delay: ToldDelay::default(),
+            jumped: Seconds::ZERO,
             stream: None,
             shown: None,
             progress: Progress::starting_at(Instant::EPOCH),
@@ -120,25 +130,31 @@ impl PhaseObserver {
         let Some(stream) = &mut self.stream else {
             return;
         };
+        let gap = arrived - stream.newest_arrival;
         stream.newest_arrival = stream.newest_arrival.max(arrived);
         self.progress.heard(arrived, &mut self.events);
         let count = count.wrapping_sub(stream.first_count) as i64;
         let sent = arrived - send_stamp.unwrap_or(Span::ZERO);
         let phase = sent - stream.first_arrival - self.data_cycle_time * count;
         let value = phase.as_secs_f64() - stream.expected(count, self.seconds_per_count);
-        stream.block[stream.filled] = Residual { count, value };
-        stream.filled += 1;
+        let held_up = stream.is_held_up(value, gap);
+        if !held_up {
+            stream.block[stream.filled] = Residual { count, value };
+            stream.filled += 1;
+        }
+        let queued = held_up && gap * 2 < self.data_cycle_time;
         let shifted = stream.line.as_ref().is_some_and(|line| {
-            self.detector.observe(
-                value,
-                line.bounds,
-                arrived,
-                self.data_cycle_time,
-                self.shift_messages,
-            )
+            !queued
+                && self.detector.observe(
+                    value,
+                    line.bounds,
+                    arrived,
+                    self.data_cycle_time,
+                    self.shift_messages,
+                )
         });
         if shifted {
-            self.follow_shift(arrived);
+            self.follow_shift(arrived, count);
         } else if stream.block_is_full() {
             self.end_block(arrived);
         }
@@ -161,12 +177,6 @@ impl PhaseObserver {
         let stream = self.stream.as_ref()?;
         let count = count.wrapping_sub(stream.first_count) as i64;
         Some(stream.origin + self.data_cycle_time * count)
-    }
-
-    /// The least delay of the link, as measured by a two-way exchange or known otherwise. The far
-    /// time then leads by it; the change is slewed.
-    pub fn set_delay(&mut self, delay: Span) {
-        self.delay = delay;
     }
 
     /// The parameters in force.
@@ -210,6 +220,7 @@ impl PhaseObserver {
             newest_arrival: arrived,
             block: [Residual::default(); FIRST_BLOCK],
             filled: 0,
+            held_up: 0,
             line: None,
         });
     }
@@ -224,7 +235,7 @@ impl PhaseObserver {
             return Instant::EPOCH + cycle * if fits { count } else { 0 };
         };
         let passed = (arrived - shown.at).as_nanos() as f64 / (1.0 + self.drift());
-        let far = shown.far.plus(passed).instant - self.delay;
+        let far = shown.far.plus(passed - self.delay.shown()).instant;
         let cycles = (far.since_epoch() + cycle / 2).div_floor(cycle);
         Instant::EPOCH + cycle * cycles
     }
@@ -267,19 +278,22 @@ impl PhaseObserver {
         let location = self.jitter.locate(&residuals, prior);
         let variance = self.jitter.variance() / BLOCK as f64;
         let measured = expected + location.measured;
-        line.at = line.at.max(middle);
-        line.bank.observe(dt, measured, variance);
+        if !self.jitter.is_unfit() {
+            line.at = line.at.max(middle);
+            line.bank.observe(dt, measured, variance);
+        }
         let known = estimate.offset_variance_after(dt, walk) < 0.5 * variance;
         if known {
             self.jitter.learn(&residuals, line_offset - expected);
         }
         line.bounds = Line::bounds(&line.bank, &self.jitter);
         let sigma = libm::sqrt(line.bank.combined().offset_variance);
-        self.progress.judge(arrived, sigma, &self.parameters);
+        let jitter = self.jitter.width();
+        (self.progress).judge(arrived, sigma, jitter, &self.parameters);
     }
 
     /// The phase jumped. Whole cycles of a sender that stood still go into the index map.
-    fn follow_shift(&mut self, arrived: Instant<Local>) {
+    fn follow_shift(&mut self, arrived: Instant<Local>, newest: i64) {
         let Some(stream) = &mut self.stream else {
             return;
         };
@@ -291,7 +305,6 @@ impl PhaseObserver {
             // Soon after another one, or after the start: the line was wrong in more than its offset.
             let drift = self.parameters.expected_drift_ppm * 1e-6;
             let before = line.bank.combined().offset;
-            let newest = stream.block[stream.filled - 1].count;
             let mut recent = *self.detector.recent();
             for value in &mut recent {
                 *value += before;
@@ -309,6 +322,7 @@ impl PhaseObserver {
         self.detector.clear();
         self.events.shift(arrived);
         let cycles = shift::skipped_cycles(shift, self.seconds_per_count, &self.parameters);
+        self.jumped.0 += shift - cycles as f64 * self.seconds_per_count;
         if cycles != 0 {
             stream.origin += self.data_cycle_time * cycles;
             self.events.rebase();
@@ -337,29 +351,26 @@ impl PhaseObserver {
     }
 
     fn show(&mut self, now: Instant<Local>, state: ObserverState) {
-        let rate = 1.0 / (1.0 + self.drift());
-        let target = self.target(now, rate);
+        let line = self.line();
         let Some(shown) = &mut self.shown else {
-            self.shown = target.map(|target| Shown::new(now, target));
+            self.delay.jump();
+            let delay = self.delay.shown();
+            self.shown = line.map(|line| Shown::new(now, line.at(now).plus(delay)));
             return;
         };
-        let coasting = shown.far.plus((now - shown.at).as_nanos() as f64 * rate);
-        let pace = self.parameters.pace(state == ObserverState::Locking);
-        shown.advance(now, rate, target.unwrap_or(coasting), pace);
-    }
-
-    /// Where the line says far time is.
-    fn target(&self, now: Instant<Local>, rate: f64) -> Option<FarTime> {
-        let stream = self.stream.as_ref()?;
-        let line = stream.line.as_ref()?;
-        let due = self.data_cycle_time * line.at;
-        let passed = ((now - stream.first_arrival) - due).as_nanos() as f64;
-        let offset = line.bank.combined().offset * 1e9;
-        let reference = FarTime {
-            instant: stream.origin + due + self.delay,
-            fraction_ns: 0.0,
+        let locking = state == ObserverState::Locking;
+        let passed = (now - shown.at).as_nanos() as f64;
+        let gained = if locking {
+            self.delay.jump();
+            0.0
+        } else {
+            self.delay.advance(passed)
         };
-        Some(reference.plus((passed - offset) * rate))
+        let rate = line.map_or(1.0, |line| line.rate);
+        let coasting = shown.far.plus(passed * rate + gained);
+        let delay = self.delay.shown();
+        let target = line.map_or(coasting, |line| line.at(now).plus(delay));
+        shown.advance(now, coasting, target, self.parameters.pace(locking));
     }
 
     fn output(&self, now: Instant<Local>, state: ObserverState) -> ObserverOutput {
@@ -367,7 +378,9 @@ impl PhaseObserver {
         let mut output = ObserverOutput {
             state,
             far_time: self.shown.map(|shown| shown.far),
-            slew_remaining: self.shown.map_or(Seconds::ZERO, |shown| shown.remaining),
+            slew_remaining: self.shown.map_or(Seconds::ZERO, |shown| {
+                shown.remaining + Seconds(self.delay.missing() * 1e-9)
+            }),
             block_length: BLOCK as u16,
             shifts: events.shifts,
             last_shift: events.last_shift,

@@ -58,20 +58,25 @@ impl Shown {
         }
     }
 
-    /// Moves on to `at`, at the far clock's `rate` and towards `target`.
-    pub(super) fn advance(&mut self, at: Instant<Local>, rate: f64, target: FarTime, pace: Pace) {
+    /// Moves on to `at`, where the far clock alone would lead to `coasting`, towards `target`.
+    pub(super) fn advance(
+        &mut self,
+        at: Instant<Local>,
+        coasting: FarTime,
+        target: FarTime,
+        pace: Pace,
+    ) {
         let passed = (at - self.at).as_nanos();
         if passed <= 0 {
             return;
         }
         let passed = passed as f64;
-        let by_rate = self.far.plus(passed * rate);
-        let error = target.since(by_rate.instant).0 * 1e9 - by_rate.fraction_ns;
+        let error = target.since(coasting.instant).0 * 1e9 - coasting.fraction_ns;
         let seconds = passed * 1e-9;
         let pull = error * (seconds / (seconds + pace.pull_time));
         let bound = passed * pace.limit;
         let correction = pull.clamp(-bound, bound);
-        self.far = by_rate.plus(correction);
+        self.far = coasting.plus(correction);
         self.remaining = Seconds((error - correction) * 1e-9);
         self.at = at;
     }

@@ -18,9 +18,12 @@ pub struct ObserverParameters {
     pub expected_drift_ppm: f64,
     /// Synchronised needs an offset that is known to this standard deviation, µs. Above 0.
     pub synced_sigma_us: f64,
+    /// Or to this part of the standard deviation of a message's jitter: no link is kept waiting for
+    /// an accuracy that is fine only on a better one. Above 0, at most 1.
+    pub synced_sigma_part: f64,
     /// Synchronised needs so many messages, at least 16.
     pub synced_messages: u32,
-    /// Where the jitter never allows `synced_sigma_us`: after so long the best there is will do,
+    /// Where the sender's clock allows neither: after so long the best there is will do,
     /// s. Above 0.
     pub longest_locking_s: f64,
     /// The far time once synchronised gains or loses at most this much on the estimated far
@@ -54,6 +57,7 @@ impl Default for ObserverParameters {
         Self {
             expected_drift_ppm: 100.0,
             synced_sigma_us: 1.0,
+            synced_sigma_part: 0.03,
             synced_messages: 256,
             longest_locking_s: 30.0,
             slew_limit_ppm: 100.0,
@@ -87,6 +91,12 @@ impl ObserverParameters {
                 self.synced_sigma_us,
                 above_zero(self.synced_sigma_us),
                 ABOVE_ZERO,
+            ),
+            (
+                "synced-sigma-part",
+                self.synced_sigma_part,
+                self.synced_sigma_part > 0.0 && self.synced_sigma_part <= 1.0,
+                "above 0 and at most 1",
             ),
             (
                 "synced-messages",

@@ -43,9 +43,11 @@ impl Progress {
         &mut self,
         now: Instant<Local>,
         sigma: f64,
+        jitter: f64,
         parameters: &ObserverParameters,
     ) {
         let sure = sigma * 1e6 < parameters.synced_sigma_us
+            || sigma < parameters.synced_sigma_part * jitter
             || (now - self.since).as_secs_f64() > parameters.longest_locking_s;
         self.synced |= sure && self.messages >= parameters.synced_messages;
     }

@@ -6,15 +6,52 @@ use crate::instant::{Instant, Local, Span};
 /// Watches the residuals, message by message.
 #[derive(Clone, Debug)]
 pub(super) struct ShiftDetector {
-    late: u16,
+    /// Two for each early message, less one for each other.
     early: u16,
-    above: u16,
+    level: f64,
     since: Instant<Local>,
+    late_run: Run,
+    above_run: Run,
     /// The newest residuals, to find the new level from. Seconds.
     recent: [f64; RECENT],
     next: usize,
 }
 
+/// Messages in a row that all came too late.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    least: f64,
+    sum: f64,
+    messages: u16,
+}
+
+impl Run {
+    const NONE: Self = Self {
+        least: f64::INFINITY,
+        sum: 0.0,
+        messages: 0,
+    };
+
+    fn take(&mut self, residual: f64) {
+        self.messages = self.messages.saturating_add(1);
+        // The first may have been late by chance, before the shift.
+        if self.messages > CHANCE {
+            self.least = self.least.min(residual);
+            self.sum += residual;
+        }
+    }
+
+    /// A longer delay makes all messages later, also the earliest; wider jitter only most of them.
+    /// For exponential jitter of whatever width, `n` messages without one below this part of their
+    /// mean have a chance of about `exp(-PART·n)`.
+    fn is_displaced(&self, level: f64) -> bool {
+        let n = f64::from(self.messages.saturating_sub(CHANCE));
+        self.least - level > PART * (self.sum / n - level)
+    }
+}
+
+const PART: f64 = 0.4;
+const CHANCE: u16 = 8;
 const RECENT: usize = 16;
 /// A suspected shift holds the estimate back from so many messages on.
 const SUSPECTED: u16 = 8;
@@ -26,24 +63,27 @@ pub(super) struct Bounds {
     pub(super) late: f64,
     /// Some messages should be below this, however late the others.
     pub(super) above: f64,
+    /// Where the line is.
+    pub(super) level: f64,
 }
 
 impl ShiftDetector {
     pub(super) const fn new() -> Self {
         Self {
-            late: 0,
             early: 0,
-            above: 0,
+            level: 0.0,
             since: Instant::EPOCH,
+            late_run: Run::NONE,
+            above_run: Run::NONE,
             recent: [0.0; RECENT],
             next: 0,
         }
     }
 
     pub(super) fn clear(&mut self) {
-        self.late = 0;
         self.early = 0;
-        self.above = 0;
+        self.late_run = Run::NONE;
+        self.above_run = Run::NONE;
     }
 
     /// Takes one residual. Says whether a shift is certain: `messages` late ones, or a third as
@@ -59,30 +99,52 @@ impl ShiftDetector {
         self.recent[self.next] = residual;
         self.next = (self.next + 1) % RECENT;
         if residual < bounds.early {
-            self.early = self.early.saturating_add(1);
-            self.late = 0;
-            return self.early >= messages / 3;
+            self.early = self.early.saturating_add(2);
+            self.late_run = Run::NONE;
+            return self.early >= messages / 3 * 2;
         }
         self.early = self.early.saturating_sub(1);
+        self.level = bounds.level;
         if residual < bounds.above {
-            self.above = 0;
-        } else if self.above == 0 {
-            self.since = arrived;
+            self.above_run = Run::NONE;
+        } else {
+            if self.above_run.messages == 0 {
+                self.since = arrived;
+            }
+            self.above_run.take(residual);
         }
         if residual < bounds.late {
-            self.late = 0;
+            self.late_run = Run::NONE;
         } else {
-            self.late = self.late.saturating_add(1);
+            self.late_run.take(residual);
         }
-        self.above = self
-            .above
-            .saturating_add(u16::from(residual >= bounds.above));
-        let certain = self.late >= messages || self.above >= messages.saturating_mul(2);
-        certain && arrived - self.since >= pace * i64::from(messages / 2)
+        self.is_certain(messages) && arrived - self.since >= pace * i64::from(messages / 2)
     }
 
-    pub(super) const fn is_suspected(&self) -> bool {
-        self.late >= SUSPECTED || self.early >= SUSPECTED / 2
+    /// A run that is long enough for a shift, but is none, makes room for the next.
+    fn is_certain(&mut self, messages: u16) -> bool {
+        let level = self.level;
+        let runs = [
+            (&mut self.late_run, messages),
+            (&mut self.above_run, messages.saturating_mul(2)),
+        ];
+        for (run, needed) in runs {
+            if run.messages >= needed {
+                if run.is_displaced(level) {
+                    return true;
+                }
+                *run = Run::NONE;
+            }
+        }
+        false
+    }
+
+    /// Whether to hold the estimate back.
+    pub(super) fn is_suspected(&self) -> bool {
+        let run = &self.late_run;
+        let wider = run.messages > 2 * CHANCE && !run.is_displaced(self.level);
+        let late = run.messages >= SUSPECTED && !wider;
+        late || self.early >= SUSPECTED
     }
 
     /// The newest residuals.
@@ -131,6 +193,7 @@ mod tests {
             early: -1e-5,
             late: 1e-4,
             above: 2e-5,
+            level: 0.0,
         };
         let pace = Span::from_millis(1);
         let notice = |spacing: Span| {
@@ -142,5 +205,27 @@ mod tests {
         };
         assert!(notice(pace));
         assert!(!notice(Span::from_micros(10)));
+    }
+
+    #[test]
+    fn wider_jitter_is_no_shift_but_a_longer_delay_is() {
+        let bounds = Bounds {
+            early: -1e-5,
+            late: 3e-5,
+            above: 1.5e-5,
+            level: 0.0,
+        };
+        let pace = Span::from_millis(1);
+        let notice = |residual: fn(f64) -> f64| {
+            let mut detector = ShiftDetector::new();
+            (0..400).any(|k| {
+                // Every twentieth is the earliest.
+                let part = (0.5 + f64::from(k * 7 % 20)) / 20.0;
+                let arrived = Instant::EPOCH + pace * i64::from(k);
+                detector.observe(residual(-libm::log(part)), bounds, arrived, pace, 48)
+            })
+        };
+        assert!(!notice(|late| 3.5e-5 + 4e-4 * late));
+        assert!(notice(|late| 2e-4 + 2e-5 * late));
     }
 }

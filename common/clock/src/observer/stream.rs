@@ -4,12 +4,15 @@ use super::bank::Bank;
 use super::counts::Counts;
 use super::jitter::Jitter;
 use super::shift::Bounds;
-use crate::instant::{Instant, Local, Remote};
+use crate::instant::{Instant, Local, Remote, Span};
 
 /// Messages that make one measurement.
 pub(super) const BLOCK: usize = 8;
 /// Messages that make the first one, and the first guess of the jitter.
 pub(super) const FIRST_BLOCK: usize = 16;
+/// A longer queue is none.
+const LONGEST_QUEUE: u16 = 256;
+
 /// One run of the sender, and the line through its phases.
 #[derive(Clone, Debug)]
 pub(super) struct Stream {
@@ -23,6 +26,8 @@ pub(super) struct Stream {
     pub(super) newest_arrival: Instant<Local>,
     pub(super) block: [Residual; FIRST_BLOCK],
     pub(super) filled: usize,
+    /// So many messages in a row may have been held up.
+    pub(super) held_up: u16,
     /// None until the first block is full.
     pub(super) line: Option<Line>,
 }
@@ -51,6 +56,20 @@ impl Stream {
             let ahead = count.saturating_sub(line.at) as f64 * seconds_per_count;
             estimate.offset + estimate.drift * ahead
         })
+    }
+
+    /// Whether the link was still busy with the message before, `gap` earlier, when this one could
+    /// have come: on a link that keeps the order it then tells of the one before.
+    pub(super) fn is_held_up(&mut self, residual: f64, gap: Span) -> bool {
+        let busy_until = residual - gap.as_secs_f64();
+        let held_up = (self.line.as_ref()).is_some_and(|line| busy_until > line.bounds.level);
+        self.held_up = if held_up { self.held_up + 1 } else { 0 };
+        // So many are no queue: the line is wrong.
+        if self.held_up > LONGEST_QUEUE {
+            self.held_up = LONGEST_QUEUE;
+            return false;
+        }
+        held_up
     }
 
     pub(super) fn block_is_full(&self) -> bool {
@@ -96,6 +115,7 @@ impl Line {
         let unsure = 5.0 * libm::sqrt(bank.combined().offset_variance);
         let doubt = jitter.doubt();
         Bounds {
+            level: jitter.moved(),
             early: jitter.moved() - 4.0 * jitter.normal() * doubt - unsure,
             late: jitter.moved() + (2.0 * jitter.normal() + jitter.exponential()) * doubt + unsure,
             above: jitter.moved()

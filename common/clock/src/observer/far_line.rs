@@ -1,0 +1,86 @@
+//! The line that the observer follows as others may use it, and the delay that they tell it.
+
+use super::PhaseObserver;
+use super::output::FarTime;
+use crate::instant::{Instant, Local, Remote, Seconds, Span};
+
+/// The straight line from local time to far time as it was estimated when it was asked for: at the
+/// local instant `t` it is at that `k·T` whose message, if it met no jitter, arrives at `t`.
+///
+/// Unlike the far time that is shown it knows nothing of a delay, and is not slewed.
+#[derive(Clone, Copy, Debug)]
+pub struct FarLine {
+    /// The sender's run.
+    pub epoch: u64,
+    /// Whether the observer is synchronised.
+    pub synced: bool,
+    /// How often locking had to begin again.
+    pub relocks: u32,
+    /// Standard deviation of its offset.
+    pub sigma: Seconds,
+    /// All jumps of the path's delay so far, added up: the line fell by as much.
+    pub jumped: Seconds,
+    /// The far time of the run's count 0.
+    pub(crate) count_zero: Instant<Remote>,
+    /// It goes through `far` at `here`.
+    pub(crate) here: Instant<Local>,
+    pub(crate) far: FarTime,
+    /// Seconds of the far clock per local second.
+    pub(crate) rate: f64,
+}
+
+impl FarLine {
+    /// How far the sender's clock is ahead of the line at the local instant `at`, if it shows
+    /// `since_count_zero` there, counted from the ideal start of its cycle 0.
+    #[must_use]
+    pub fn is_led_by(&self, since_count_zero: Span, at: Instant<Local>) -> Seconds {
+        let line = self.at(at);
+        let ahead = (self.count_zero + since_count_zero) - line.instant;
+        Seconds((ahead.as_nanos() as f64 - line.fraction_ns) * 1e-9)
+    }
+
+    pub(crate) fn at(&self, at: Instant<Local>) -> FarTime {
+        self.far
+            .plus((at - self.here).as_nanos() as f64 * self.rate)
+    }
+}
+
+impl PhaseObserver {
+    /// The least delay of the link, as measured by a two-way exchange or known otherwise. The far
+    /// time then leads by it. Once there is a synchronised far time the change is slewed, by up to
+    /// 1 ms/s.
+    pub const fn set_delay(&mut self, delay: Span) {
+        self.delay.tell(delay);
+    }
+
+    /// A jump of the line (see [`FarLine::jumped`]) was the path's doing, not the sender's: the delay
+    /// grows by as much, and the far time goes on as if nothing had happened.
+    pub fn blame_path(&mut self, jump: Seconds) {
+        self.delay.shift(jump.0 * 1e9);
+    }
+
+    /// The line as it is now; none until there is one.
+    #[must_use]
+    pub fn line(&self) -> Option<FarLine> {
+        let stream = self.stream.as_ref()?;
+        let line = stream.line.as_ref()?;
+        let estimate = line.bank.combined();
+        let due = self.data_cycle_time * line.at;
+        let far = FarTime {
+            instant: stream.origin + due,
+            fraction_ns: 0.0,
+        };
+        let rate = 1.0 / (1.0 + self.drift());
+        Some(FarLine {
+            epoch: stream.epoch,
+            synced: self.progress.synced,
+            relocks: self.events.relocks,
+            sigma: Seconds(libm::sqrt(estimate.offset_variance)),
+            jumped: self.jumped,
+            count_zero: stream.origin - self.data_cycle_time * stream.first_count as i64,
+            here: stream.first_arrival + due,
+            far: far.plus(-estimate.offset * 1e9 * rate),
+            rate,
+        })
+    }
+}

@@ -1,0 +1,39 @@
+//! By how much the most likely location moves when the widths of the jitter are learned better.
+
+use super::information::Information;
+
+/// What a change of the logarithm of each width really does to the mean score of the location,
+/// beside what the table says, which holds only once the widths are right.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Pull {
+    pub(super) curvature: f64,
+    pub(super) normal: f64,
+    pub(super) exponential: f64,
+}
+
+impl Pull {
+    /// At first guess, which is wrong, half of what the table says.
+    pub(super) fn beside(information: &Information) -> Self {
+        Self {
+            curvature: 0.0,
+            normal: -0.5 * information.normal_pull,
+            exponential: -0.5 * information.exponential_pull,
+        }
+    }
+
+    /// Takes the sums over `n` messages.
+    pub(super) fn approach(&mut self, sums: &Self, table: &Information, n: f64, part: f64) {
+        self.curvature += part * (sums.curvature - n * (table.curvature + self.curvature));
+        self.normal += part * (sums.normal - n * (table.normal_pull + self.normal));
+        self.exponential +=
+            part * (sums.exponential - n * (table.exponential_pull + self.exponential));
+    }
+
+    /// By how many normal widths the location moves when the widths grow by these parts.
+    pub(super) fn shift(&self, table: &Information, normal: f64, exponential: f64) -> f64 {
+        let curvature = (table.curvature + self.curvature).max(0.1 * table.curvature);
+        let pull = (table.normal_pull + self.normal) * normal
+            + (table.exponential_pull + self.exponential) * exponential;
+        pull / curvature
+    }
+}

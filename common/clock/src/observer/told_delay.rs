@@ -1,0 +1,54 @@
+//! The delay that the observer is told, on its way into the far time.
+
+use crate::instant::Span;
+
+/// Time constant of the approach, s.
+const PULL_TIME: f64 = 0.5;
+/// A new delay is taken over at most this fast, s/s: at 500 mm/s the slave then moves by 0.5 mm/s
+/// faster or slower.
+const SLEW_LIMIT: f64 = 1e-3;
+
+/// A delay, and how much of it the far time contains already.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ToldDelay {
+    told: Span,
+    /// ns
+    shown: f64,
+}
+
+impl ToldDelay {
+    pub(super) const fn tell(&mut self, delay: Span) {
+        self.told = delay;
+    }
+
+    /// Both change at once.
+    pub(super) fn shift(&mut self, by_ns: f64) {
+        self.told += Span::from_nanos(libm::round(by_ns) as i64);
+        self.shown += by_ns;
+    }
+
+    /// What the far time contains, ns.
+    pub(super) const fn shown(&self) -> f64 {
+        self.shown
+    }
+
+    /// What the far time still lacks, ns.
+    pub(super) fn missing(&self) -> f64 {
+        self.told.as_nanos() as f64 - self.shown
+    }
+
+    /// Takes all of it over.
+    pub(super) const fn jump(&mut self) {
+        self.shown = self.told.as_nanos() as f64;
+    }
+
+    /// Goes on for so many ns of local time. By how much the far time gains, ns.
+    pub(super) fn advance(&mut self, passed_ns: f64) -> f64 {
+        let passed = passed_ns.max(0.0);
+        let seconds = passed * 1e-9;
+        let bound = passed * SLEW_LIMIT;
+        let gain = (self.missing() * (seconds / (seconds + PULL_TIME))).clamp(-bound, bound);
+        self.shown += gain;
+        gain
+    }
+}
