@@ -1,7 +1,8 @@
 //! What time is it?
 //!
 //! Instants typed by the clock that read them, signed spans, the wrapping cycle index of a far
-//! sender, and the block that turns that index into a correction time.
+//! sender, the block that turns that index into a correction time, and what is better than it: the
+//! phase observer and the exchange that measures the delay.
 //!
 //! | PLC name (TS5066) | here |
 //! |--|--|
@@ -20,11 +21,13 @@ extern crate std;
 
 pub mod age_gate;
 pub mod cycle;
+pub mod delay;
 pub mod instant;
 pub mod observer;
 pub mod time_sync;
 
 pub use age_gate::{Age, AgeGate};
 pub use cycle::{CycleIndex, CycleTime, Schedule};
+pub use delay::DelayExchange;
 pub use instant::{Domain, Instant, Local, Remote, Seconds, Span};
 pub use observer::PhaseObserver;

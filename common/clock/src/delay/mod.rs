@@ -1,0 +1,334 @@
+//! Zero lag: the constant part of a link's delay, by questions and answers.
+//!
+//! One-way messages show how a far clock runs, but not how long they were under way: the line that
+//! a [`PhaseObserver`](crate::PhaseObserver) finds lies behind the sender's own time by a constant. So
+//! the receiver asks now and then, and the sender answers. Each of the two messages is stamped when
+//! it leaves and when it arrives:
+//!
+//! ```text
+//! sender     ────────── t2 ─── t3 ──────────▶ S, told as spans since its cycle 0
+//!                     ↗          ↘
+//! receiver   ─────── t1           t4 ───────▶ local, where the line F is known
+//! ```
+//!
+//! With `d = S − F`, how far the sender's time is ahead of the line,
+//!
+//! ```text
+//! there = t2 − F(t1) = d + way there        back = F(t4) − t3 = −d + way back
+//! ```
+//!
+//! Jitter only lengthens a way, so the least of each over the last exchanges counts, and
+//! `d = (least there − least back) / 2`. That takes the two ways for equally long. Whatever they are
+//! in truth, neither is shorter than nothing, so the error is at most half of the least round trip,
+//! `(least there + least back) / 2`: the uncertainty. (RFC 5905 reasons alike; as the line takes the
+//! drift out, the two least ways need not be of the same exchange.)
+
+mod outcome;
+#[cfg(test)]
+mod tests;
+mod window;
+
+pub use outcome::{DelayOutput, DelayState, Refusal};
+
+use crate::instant::{Instant, Local, Seconds, Span};
+use crate::observer::FarLine;
+use window::{Exchange, Window};
+
+/// Between two questions as long as little is known …
+const HASTE: Span = Span::from_millis(20);
+/// … and later, or where nobody answers.
+const LEISURE: Span = Span::from_millis(100);
+/// After an event it is in haste until so many exchanges came, for so many questions at most.
+const PLENTY: usize = 48;
+const HASTY_QUESTIONS: u32 = 128;
+/// So many exchanges make a measurement; and what was known before an event is held until then.
+const ENOUGH: usize = 16;
+/// Without an exchange for so long the measurement is stale.
+const STALE_AFTER: Span = Span::from_secs(3);
+/// No way is longer, and no sender further ahead: what says so is wrong.
+const LONGEST: Span = Span::from_secs(1);
+/// What the line's rate can be wrong by while it locks, s/s, and what rounding adds, s.
+const RATE_TOLERANCE: f64 = 1e-3;
+const ROUNDING: f64 = 10e-9;
+/// So many standard deviations are out of the ordinary. An estimate that is so far off is followed at
+/// once, a nearer one enters the mean of [`LONGEST_MEMORY`].
+const OUT_OF_THE_ORDINARY: f64 = 3.0;
+const LONGEST_MEMORY: u32 = 300;
+/// An exchange that is older says nothing of the present path.
+const LONGEST_AGE: Span = Span::from_secs(10);
+
+/// A sender's answer. Every stamp was taken as near to the wire as the machines allow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Answer {
+    /// The run of the asker, as it was asked.
+    pub run: u64,
+    /// Which question.
+    pub number: u32,
+    /// When the question left, in the asker's clock: `t1`.
+    pub asked: Instant<Local>,
+    /// The run of the sender.
+    pub epoch: u64,
+    /// When the question arrived, in the sender's clock since the ideal start of its cycle 0: `t2`.
+    pub heard: Span,
+    /// When the answer left, likewise: `t3`.
+    pub answered: Span,
+}
+
+/// Measures how far a sender's time is ahead of the line that an observer follows.
+///
+/// Call [`follow`](Self::follow) once per cycle, [`ask`](Self::ask) after it, and
+/// [`take`](Self::take) for each answer. Nothing allocates.
+#[derive(Clone, Debug)]
+pub struct DelayExchange {
+    run: u64,
+    /// The number of the next question.
+    next: u32,
+    /// Bit n: question `next − 1 − n` waits for its answer.
+    open: u64,
+    next_question: Instant<Local>,
+    /// Questions since the last event.
+    hasty: u32,
+    window: Window,
+    sender: Option<Sender>,
+    estimate: Option<Estimate>,
+    exchanges: u64,
+    refused: u64,
+}
+
+/// The run of the sender that is asked, and what was known of its line.
+#[derive(Clone, Copy, Debug)]
+struct Sender {
+    epoch: u64,
+    jumped: Seconds,
+    relocks: u32,
+    synced: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Estimate {
+    delay: f64,
+    /// Half of the least round trip, and what a jump has added since, s.
+    uncertainty: f64,
+    /// Deviation that jitter causes, s.
+    jitter: f64,
+    /// Estimates this one is the mean of.
+    count: u32,
+    newest: Instant<Local>,
+    /// Enough exchanges have gone into it.
+    measured: bool,
+}
+
+impl DelayExchange {
+    /// An exchange that has asked nothing yet. `run` tells this run of the asker from others.
+    #[must_use]
+    pub const fn new(run: u64) -> Self {
+        Self {
+            run,
+            next: 0,
+            open: 0,
+            next_question: Instant::from_nanos(i64::MIN),
+            hasty: 0,
+            window: Window::new(),
+            sender: None,
+            estimate: None,
+            exchanges: 0,
+            refused: 0,
+        }
+    }
+
+    /// Looks at what became of the line. A new run of the sender: all is forgotten. A jump is taken
+    /// for the path's doing, so that the sender's time stays where it was, until the next exchanges
+    /// say otherwise; it is returned, and [`PhaseObserver::blame_path`] is to be told.
+    ///
+    /// [`PhaseObserver::blame_path`]: crate::PhaseObserver::blame_path
+    pub fn follow(&mut self, line: &FarLine) -> Option<Seconds> {
+        let now = Sender {
+            epoch: line.epoch,
+            jumped: line.jumped,
+            relocks: line.relocks,
+            synced: line.synced,
+        };
+        let before = match self.sender.replace(now) {
+            Some(before) if before.epoch == now.epoch => before,
+            _ => {
+                self.forget();
+                return None;
+            }
+        };
+        let jump = now.jumped - before.jumped;
+        if jump != Seconds::ZERO {
+            self.start_over();
+            let estimate = self.estimate.as_mut()?;
+            estimate.delay += jump.0;
+            estimate.uncertainty += libm::fabs(jump.0);
+            return Some(jump);
+        }
+        if now.relocks != before.relocks || now.synced && !before.synced {
+            // What was measured against an unsure line is no help any more.
+            self.start_over();
+        }
+        None
+    }
+
+    /// The number of the question that is due, if one is. Once there is a line to measure against.
+    pub fn ask(&mut self, now: Instant<Local>) -> Option<u32> {
+        if self.sender.is_none() || now < self.next_question {
+            return None;
+        }
+        let hurried = self.window.len() < PLENTY && self.hasty < HASTY_QUESTIONS;
+        self.hasty = self.hasty.saturating_add(1);
+        self.next_question = now + if hurried { HASTE } else { LEISURE };
+        let number = self.next;
+        self.next = self.next.wrapping_add(1);
+        self.open = self.open << 1 | 1;
+        Some(number)
+    }
+
+    /// Takes an answer that arrived at `arrived`, measured against the line as it is now.
+    ///
+    /// # Errors
+    /// [`Refusal`], the first reason that applies; the answer is counted and not used.
+    pub fn take(
+        &mut self,
+        answer: &Answer,
+        arrived: Instant<Local>,
+        line: &FarLine,
+    ) -> Result<(), Refusal> {
+        let checked = self.check(answer, arrived, line);
+        match checked {
+            Ok(exchange) => {
+                self.exchanges = self.exchanges.saturating_add(1);
+                self.window.push(exchange);
+                self.estimate(arrived);
+            }
+            Err(_) => self.refused = self.refused.saturating_add(1),
+        }
+        checked.map(|_| ())
+    }
+
+    /// The delay, once there is one: how far the sender's time is ahead of the line.
+    #[must_use]
+    pub fn delay(&self) -> Option<Span> {
+        self.estimate
+            .map(|estimate| Span::from_secs_f64(estimate.delay))
+    }
+
+    /// What is known at `now`, with the line's own standard deviation `sigma`.
+    pub fn output(&self, now: Instant<Local>, sigma: Seconds) -> DelayOutput {
+        let blank = DelayOutput {
+            state: DelayState::Asking,
+            exchanges: self.exchanges,
+            refused: self.refused,
+            ..DelayOutput::default()
+        };
+        let Some(estimate) = &self.estimate else {
+            return blank;
+        };
+        let age = now - estimate.newest;
+        DelayOutput {
+            state: match estimate.measured {
+                false => DelayState::Asking,
+                true if age > STALE_AFTER => DelayState::Stale,
+                true => DelayState::Measured,
+            },
+            delay: Some(Seconds(estimate.delay)),
+            uncertainty: Some(Seconds(
+                estimate.uncertainty + OUT_OF_THE_ORDINARY * sigma.0,
+            )),
+            jitter: Some(Seconds(estimate.jitter)),
+            age: Some(age),
+            ..blank
+        }
+    }
+
+    fn check(
+        &mut self,
+        answer: &Answer,
+        arrived: Instant<Local>,
+        line: &FarLine,
+    ) -> Result<Exchange, Refusal> {
+        if answer.run != self.run {
+            return Err(Refusal::OtherRun);
+        }
+        if answer.epoch != line.epoch {
+            return Err(Refusal::OtherEpoch);
+        }
+        let back = self.next.wrapping_sub(1).wrapping_sub(answer.number);
+        let question = if back < 64 { 1 << back } else { 0 };
+        if self.open & question == 0 {
+            return Err(Refusal::NotAsked);
+        }
+        self.open &= !question;
+        let passed = arrived - answer.asked;
+        if !(Span::ZERO..=LONGEST).contains(&passed) || answer.answered < answer.heard {
+            return Err(Refusal::Implausible);
+        }
+        let there = line.is_led_by(answer.heard, answer.asked);
+        let back = Seconds::ZERO - line.is_led_by(answer.answered, arrived);
+        let longest = Seconds::from(LONGEST).0;
+        if libm::fabs(there.0) > longest || libm::fabs(back.0) > longest {
+            return Err(Refusal::Implausible);
+        }
+        if there.0 + back.0 < -(RATE_TOLERANCE * passed.as_secs_f64() + ROUNDING) {
+            return Err(Refusal::NegativeRoundTrip);
+        }
+        Ok(Exchange {
+            at: arrived,
+            there: there.0,
+            back: back.0,
+            sigma: line.sigma,
+        })
+    }
+
+    /// What the window says; before that is worth something, what was measured before is better.
+    fn estimate(&mut self, now: Instant<Local>) {
+        let Some((there, back)) = self.window.least() else {
+            return;
+        };
+        let enough = self.window.len() >= ENOUGH;
+        let seen = Estimate {
+            delay: 0.5 * (there.least - back.least),
+            uncertainty: 0.5 * (there.least + back.least).max(0.0),
+            jitter: 0.5 * libm::hypot(there.deviation, back.deviation),
+            count: 1,
+            newest: now,
+            measured: enough,
+        };
+        match &mut self.estimate {
+            Some(before) if before.measured && !enough => before.newest = now,
+            Some(before) if before.measured && before.agrees_with(&seen) => {
+                let count = (before.count + 1).min(LONGEST_MEMORY);
+                let delay = before.delay + (seen.delay - before.delay) / f64::from(count);
+                self.estimate = Some(Estimate {
+                    delay,
+                    uncertainty: seen.uncertainty + libm::fabs(seen.delay - delay),
+                    count,
+                    ..seen
+                });
+            }
+            _ => self.estimate = Some(seen),
+        }
+    }
+
+    /// The window begins anew, and is filled in haste.
+    fn start_over(&mut self) {
+        self.window.clear();
+        self.hasty = 0;
+        self.next_question = Instant::from_nanos(i64::MIN);
+        if let Some(estimate) = &mut self.estimate {
+            estimate.count = 0;
+        }
+    }
+
+    fn forget(&mut self) {
+        self.start_over();
+        self.estimate = None;
+        self.open = 0;
+    }
+}
+
+impl Estimate {
+    fn agrees_with(&self, seen: &Self) -> bool {
+        libm::fabs(seen.delay - self.delay) <= OUT_OF_THE_ORDINARY * seen.jitter
+    }
+}

@@ -1,0 +1,74 @@
+//! What a delay exchange says of itself, and of answers it does not use.
+
+use core::fmt;
+
+use crate::instant::{Seconds, Span};
+
+/// Where a delay comes from, and how far its measurement is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum DelayState {
+    /// Nothing is done about it.
+    #[default]
+    Off,
+    /// It was told.
+    Fixed,
+    /// Questions go out; too few answers came as yet, or none.
+    Asking,
+    /// It is measured.
+    Measured,
+    /// It was measured; for some seconds no answer came.
+    Stale,
+}
+
+/// What is known of the delay.
+#[must_use]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DelayOutput {
+    /// Where it comes from, and how far the measurement is.
+    pub state: DelayState,
+    /// How far the sender's time is ahead of the one that arrives.
+    pub delay: Option<Seconds>,
+    /// The delay is wrong by at most this, however unequal the ways there and back are: half of the
+    /// least round trip, and three standard deviations of the line.
+    pub uncertainty: Option<Seconds>,
+    /// The part of the error that jitter causes, as a standard deviation. Were the ways equal, there
+    /// would be no other.
+    pub jitter: Option<Seconds>,
+    /// Since the newest exchange.
+    pub age: Option<Span>,
+    /// Exchanges used.
+    pub exchanges: u64,
+    /// Answers refused.
+    pub refused: u64,
+}
+
+/// Why an answer was not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// An earlier run of the asker asked.
+    OtherRun,
+    /// Another run of the sender answered than the one that is followed.
+    OtherEpoch,
+    /// The question was never asked, is answered already, or is too old.
+    NotAsked,
+    /// A stamp lies more than a second off, or before the one it must follow.
+    Implausible,
+    /// The question and its answer would have been under way for less than no time.
+    NegativeRoundTrip,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::OtherRun => "the answer is for another run of the asker",
+            Self::OtherEpoch => "another run of the sender answered",
+            Self::NotAsked => "no question with this number waits for an answer",
+            Self::Implausible => "a stamp is more than a second off, or out of order",
+            Self::NegativeRoundTrip => "the round trip would take less than no time",
+        })
+    }
+}
+
+impl core::error::Error for Refusal {}

@@ -1,0 +1,360 @@
+mod with_observer;
+
+use super::*;
+use crate::instant::Remote;
+use crate::observer::FarTime;
+use proptest::prelude::*;
+
+const RUN: u64 = 11;
+const EPOCH: u64 = 5;
+/// The sender's clock shows this at the asker's time 0.
+const AHEAD: Span = Span::from_millis(7_000);
+
+fn at(micros: i64) -> Instant<Local> {
+    Instant::EPOCH + Span::from_micros(micros)
+}
+
+fn micros(micros: i64) -> Span {
+    Span::from_micros(micros)
+}
+
+/// A line that is `delay` behind a sender whose clock runs like the asker's.
+fn line(delay: Span) -> FarLine {
+    FarLine {
+        epoch: EPOCH,
+        synced: true,
+        relocks: 0,
+        sigma: Seconds::ZERO,
+        jumped: Seconds::ZERO,
+        count_zero: Instant::from_nanos(123),
+        here: at(0),
+        far: FarTime {
+            instant: Instant::<Remote>::from_nanos(123) + AHEAD - delay,
+            fraction_ns: 0.0,
+        },
+        rate: 1.0,
+    }
+}
+
+/// The right answer to a question that left at `asked`, and when it arrives.
+fn answer(number: u32, asked: Instant<Local>, there: Span, back: Span) -> (Answer, Instant<Local>) {
+    let heard = asked + there;
+    let answered = heard + micros(700);
+    let answer = Answer {
+        run: RUN,
+        number,
+        asked,
+        epoch: EPOCH,
+        heard: AHEAD + heard.since_epoch(),
+        answered: AHEAD + answered.since_epoch(),
+    };
+    (answer, answered + back)
+}
+
+/// Asks until `count` questions are answered, from `start` on; gives the instant after them.
+fn exchanges(
+    exchange: &mut DelayExchange,
+    line: &FarLine,
+    start: Instant<Local>,
+    count: usize,
+    mut ways: impl FnMut() -> (Span, Span),
+) -> Instant<Local> {
+    let mut now = start;
+    let mut answered = 0;
+    while answered < count {
+        let _ = exchange.follow(line);
+        if let Some(number) = exchange.ask(now) {
+            let (there, back) = ways();
+            let (answer, arrived) = answer(number, now, there, back);
+            exchange
+                .take(&answer, arrived, line)
+                .expect("a right answer");
+            answered += 1;
+        }
+        now += micros(1_000);
+    }
+    now
+}
+
+fn delay_us(exchange: &DelayExchange, now: Instant<Local>) -> (DelayState, f64, f64) {
+    let output = exchange.output(now, Seconds::ZERO);
+    let micros = |seconds: Option<Seconds>| seconds.map_or(f64::NAN, Seconds::as_micros);
+    (
+        output.state,
+        micros(output.delay),
+        micros(output.uncertainty),
+    )
+}
+
+/// Exponential jitter from a generator of the simplest kind.
+fn jitter(mean_us: f64, seed: u64) -> impl FnMut() -> Span {
+    let mut state = seed.wrapping_mul(2).wrapping_add(0x9E37_79B9_7F4A_7C15) | 1;
+    move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        let uniform = ((state >> 11) as f64 + 0.5) / (1u64 << 53) as f64;
+        Span::from_micros_f64(-mean_us * libm::log(uniform))
+    }
+}
+
+#[test]
+fn equal_ways_give_the_delay_and_half_of_the_round_trip_as_its_uncertainty() {
+    let mut exchange = DelayExchange::new(RUN);
+    let line = line(micros(1_200));
+    assert_eq!(exchange.delay(), None);
+    let now = exchanges(&mut exchange, &line, at(0), 1, || {
+        (micros(900), micros(900))
+    });
+    let (state, delay, uncertainty) = delay_us(&exchange, now);
+    assert_eq!(state, DelayState::Asking, "one exchange is little");
+    assert!((delay - 1_200.0).abs() < 0.01, "{delay}");
+    assert!((uncertainty - 900.0).abs() < 0.01, "{uncertainty}");
+    let now = exchanges(&mut exchange, &line, now, 20, || (micros(900), micros(900)));
+    assert_eq!(delay_us(&exchange, now).0, DelayState::Measured);
+    assert_eq!(exchange.delay(), Some(micros(1_200)));
+}
+
+#[test]
+fn jitter_averages_out() {
+    for seed in 1..50 {
+        let mut exchange = DelayExchange::new(RUN);
+        let (mut there, mut back) = (jitter(20.0, seed), jitter(20.0, seed + 1_000));
+        let line = line(micros(1_000));
+        let ways = || (micros(1_000) + there(), micros(1_000) + back());
+        let now = exchanges(&mut exchange, &line, at(0), 200, ways);
+        let (_, delay, uncertainty) = delay_us(&exchange, now);
+        assert!((delay - 1_000.0).abs() < 1.0, "{seed}: {delay}");
+        assert!((999.9..1_002.0).contains(&uncertainty), "{uncertainty}");
+        let sigma = exchange.output(now, Seconds::ZERO).jitter.unwrap();
+        assert!((0.05..0.5).contains(&sigma.as_micros()), "{sigma:?}");
+    }
+}
+
+#[test]
+fn a_shorter_way_counts_at_once_and_a_longer_one_once_the_shorter_is_old() {
+    let mut exchange = DelayExchange::new(RUN);
+    let line = line(micros(1_000));
+    let now = exchanges(&mut exchange, &line, at(0), 100, || {
+        (micros(500), micros(500))
+    });
+    let now = exchanges(&mut exchange, &line, now, 2, || (micros(500), micros(300)));
+    assert_eq!(delay_us(&exchange, now).1.round(), 1_100.0);
+    let now = exchanges(&mut exchange, &line, now, 50, || (micros(500), micros(500)));
+    assert_eq!(delay_us(&exchange, now).1.round(), 1_100.0);
+    let now = exchanges(&mut exchange, &line, now, 60, || (micros(500), micros(500)));
+    assert_eq!(delay_us(&exchange, now).1.round(), 1_000.0, "after 10 s");
+}
+
+#[test]
+fn a_jump_of_the_line_is_the_paths_doing_until_exchanges_say_otherwise() {
+    let mut exchange = DelayExchange::new(RUN);
+    let now = exchanges(&mut exchange, &line(micros(500)), at(0), 100, || {
+        (micros(500), micros(500))
+    });
+    // The path grew by 300 µs, both ways: the line falls by as much.
+    let jump = Seconds::from(micros(300));
+    let fallen = FarLine {
+        jumped: jump,
+        ..line(micros(800))
+    };
+    assert_eq!(exchange.follow(&fallen), Some(jump));
+    assert_eq!(exchange.follow(&fallen), None, "told once");
+    let (state, delay, uncertainty) = delay_us(&exchange, now);
+    assert_eq!((state, delay.round()), (DelayState::Measured, 800.0));
+    assert_eq!(
+        uncertainty.round(),
+        800.0,
+        "as sure as before, plus the jump"
+    );
+    let later = exchanges(&mut exchange, &fallen, now, 16, || {
+        (micros(800), micros(800))
+    });
+    assert!(later - now < micros(450_000), "in haste");
+    assert_eq!(exchange.delay(), Some(micros(800)));
+
+    // It was the sender's clock that jumped: the path is what it was.
+    let jumped = FarLine {
+        jumped: jump + jump,
+        ..line(micros(800))
+    };
+    assert_eq!(exchange.follow(&jumped), Some(jump));
+    assert_eq!(exchange.delay(), Some(micros(1_100)));
+    let _ = exchanges(&mut exchange, &jumped, later, 16, || {
+        (micros(800), micros(800))
+    });
+    assert_eq!(exchange.delay(), Some(micros(800)));
+}
+
+#[test]
+fn what_was_measured_against_an_unsure_line_is_replaced() {
+    let mut exchange = DelayExchange::new(RUN);
+    let mut unsure = line(micros(1_090));
+    unsure.synced = false;
+    let ways = || (micros(1_000), micros(1_000));
+    let now = exchanges(&mut exchange, &unsure, at(0), 20, ways);
+    let now = exchanges(&mut exchange, &line(micros(1_000)), now, 15, ways);
+    assert_eq!(
+        exchange.delay(),
+        Some(micros(1_090)),
+        "held until enough came"
+    );
+    let _ = exchanges(&mut exchange, &line(micros(1_000)), now, 1, ways);
+    assert_eq!(exchange.delay(), Some(micros(1_000)));
+}
+
+#[test]
+fn another_run_of_the_sender_forgets_all() {
+    let mut exchange = DelayExchange::new(RUN);
+    let first = line(micros(1_000));
+    let ways = || (micros(400), micros(400));
+    let now = exchanges(&mut exchange, &first, at(0), 30, ways);
+    let second = FarLine { epoch: 6, ..first };
+    assert_eq!(exchange.follow(&second), None);
+    assert_eq!(exchange.delay(), None);
+    let number = exchange.ask(now).expect("asks at once");
+    let (mut late, arrived) = answer(number, now, micros(400), micros(400));
+    assert_eq!(
+        exchange.take(&late, arrived, &second),
+        Err(Refusal::OtherEpoch)
+    );
+    late.epoch = 6;
+    assert_eq!(exchange.take(&late, arrived, &second), Ok(()));
+}
+
+#[test]
+fn answers_that_cannot_be_right_are_counted_and_not_used() {
+    let mut exchange = DelayExchange::new(RUN);
+    let line = line(micros(1_000));
+    let now = exchanges(&mut exchange, &line, at(0), 30, || {
+        (micros(400), micros(400))
+    });
+    let before = (exchange.delay(), exchange.exchanges);
+    let mut refused = 0;
+    let mut refuse = |spoil: fn(&mut Answer, &mut Instant<Local>), expected| {
+        let asked = now + micros(200_000 * (refused + 1));
+        let number = exchange.ask(asked).expect("due");
+        let (mut answer, mut arrived) = answer(number, asked, micros(400), micros(400));
+        spoil(&mut answer, &mut arrived);
+        assert_eq!(exchange.take(&answer, arrived, &line), Err(expected));
+        refused += 1;
+        assert_eq!(exchange.refused, refused as u64);
+        assert_eq!((exchange.delay(), exchange.exchanges), before);
+    };
+    refuse(|a, _| a.run += 1, Refusal::OtherRun);
+    refuse(|a, _| a.epoch += 1, Refusal::OtherEpoch);
+    refuse(|a, _| a.number += 1, Refusal::NotAsked);
+    refuse(|a, _| a.number -= 20, Refusal::NotAsked);
+    refuse(|a, _| a.number = u32::MAX, Refusal::NotAsked);
+    refuse(|a, _| a.heard += Span::MAX, Refusal::Implausible);
+    refuse(
+        |a, _| a.answered = a.heard - micros(1),
+        Refusal::Implausible,
+    );
+    refuse(
+        |_, arrived| *arrived += Span::from_secs(2),
+        Refusal::Implausible,
+    );
+    refuse(|a, _| a.asked += micros(90_000), Refusal::Implausible);
+    refuse(
+        |a, _| {
+            a.heard += Span::from_secs(3);
+            a.answered += Span::from_secs(3);
+        },
+        Refusal::Implausible,
+    );
+    refuse(|a, _| a.answered += micros(900), Refusal::NegativeRoundTrip);
+}
+
+#[test]
+fn an_answer_counts_once() {
+    let mut exchange = DelayExchange::new(RUN);
+    let line = line(micros(1_000));
+    assert_eq!(exchange.ask(at(0)), None, "no line yet");
+    let _ = exchange.follow(&line);
+    let number = exchange.ask(at(0)).expect("due");
+    let (answer, arrived) = answer(number, at(0), micros(400), micros(400));
+    assert_eq!(exchange.take(&answer, arrived, &line), Ok(()));
+    assert_eq!(
+        exchange.take(&answer, arrived, &line),
+        Err(Refusal::NotAsked)
+    );
+}
+
+#[test]
+fn who_never_answers_is_asked_at_leisure() {
+    let mut exchange = DelayExchange::new(RUN);
+    let _ = exchange.follow(&line(micros(1_000)));
+    let asked = |from: i64, exchange: &mut DelayExchange| {
+        (from..from + 1_000)
+            .filter(|k| exchange.ask(at(1_000 * k)).is_some())
+            .count()
+    };
+    assert_eq!(asked(0, &mut exchange), 50);
+    let _ = asked(1_000, &mut exchange);
+    let _ = asked(2_000, &mut exchange);
+    assert_eq!(asked(3_000, &mut exchange), 10);
+    assert_eq!(delay_us(&exchange, at(4_000_000)).0, DelayState::Asking);
+}
+
+#[test]
+fn silence_makes_a_measurement_stale_and_keeps_it() {
+    let mut exchange = DelayExchange::new(RUN);
+    let now = exchanges(&mut exchange, &line(micros(1_000)), at(0), 30, || {
+        (micros(400), micros(400))
+    });
+    let soon = now + Span::from_secs(2);
+    assert_eq!(delay_us(&exchange, soon).0, DelayState::Measured);
+    let late = now + Span::from_secs(4);
+    assert_eq!(delay_us(&exchange, late).0, DelayState::Stale);
+    assert_eq!(exchange.delay(), Some(micros(1_000)));
+    let age = exchange.output(late, Seconds::ZERO).age.expect("known");
+    assert!((micros(3_990_000)..micros(4_100_000)).contains(&age));
+}
+
+proptest! {
+    #[test]
+    fn the_uncertainty_covers_any_two_ways(
+        delay in -500..5_000_i64,
+        there in 0..3_000_i64,
+        back in 0..3_000_i64,
+        spread in 0.0..200.0_f64,
+        seed in 1..10_000_u64,
+        count in 1..140_usize,
+    ) {
+        let mut exchange = DelayExchange::new(RUN);
+        let (mut late, mut later) = (jitter(spread, seed), jitter(spread, seed + 77_777));
+        let ways = || (micros(there) + late(), micros(back) + later());
+        let now = exchanges(&mut exchange, &line(micros(delay)), at(0), count, ways);
+        let (_, estimate, uncertainty) = delay_us(&exchange, now);
+        let error = estimate - delay as f64;
+        prop_assert!(error.abs() <= uncertainty + 0.01, "{error} ± {uncertainty}");
+        let asymmetry = 0.5 * (there - back) as f64;
+        prop_assert!((error - asymmetry).abs() <= 8.0 * spread + 0.01);
+    }
+
+    #[test]
+    fn no_answer_whatever_it_says_does_harm(
+        answers in prop::collection::vec(any::<(bool, u8, i64, bool, i64, i64, i64)>(), 1..60),
+    ) {
+        let mut exchange = DelayExchange::new(RUN);
+        let line = line(micros(1_000));
+        for (k, (run, number, asked, epoch, heard, answered, arrived)) in (0..).zip(answers) {
+            let _ = exchange.follow(&line);
+            let _ = exchange.ask(at(20_000 * k));
+            let answer = Answer {
+                run: if run { RUN } else { asked as u64 },
+                number: u32::from(number),
+                asked: Instant::from_nanos(asked),
+                epoch: if epoch { EPOCH } else { heard as u64 },
+                heard: Span::from_nanos(heard),
+                answered: Span::from_nanos(answered),
+            };
+            let _ = exchange.take(&answer, Instant::from_nanos(arrived), &line);
+            let output = exchange.output(Instant::from_nanos(arrived), Seconds::ZERO);
+            let delay = output.delay.map_or(0.0, |delay| delay.0);
+            prop_assert!(delay.abs() <= 1.0);
+            prop_assert!(output.uncertainty.is_none_or(|u| (0.0..=1.0).contains(&u.0)));
+        }
+    }
+}

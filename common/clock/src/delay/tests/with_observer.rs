@@ -1,0 +1,111 @@
+//! Together with an observer: the far time shown is the sender's own.
+
+use std::boxed::Box;
+use std::vec::Vec;
+
+use super::*;
+use crate::CycleTime;
+use crate::observer::{ObserverParameters, PhaseObserver};
+
+/// A sender, a link and an observer; the asker's clock is the true one.
+struct World {
+    observer: PhaseObserver,
+    exchange: DelayExchange,
+    drift: f64,
+    latency: Span,
+    jitters: [Box<dyn FnMut() -> Span>; 3],
+    count: u64,
+    answers: Vec<(Instant<Local>, Answer)>,
+}
+
+impl World {
+    fn new(drift_ppm: f64, seed: u64) -> Self {
+        let cycle_time = CycleTime::new(Span::from_millis(1)).unwrap();
+        let parameters = ObserverParameters::default();
+        Self {
+            observer: PhaseObserver::new(cycle_time, parameters).unwrap(),
+            exchange: DelayExchange::new(RUN),
+            drift: drift_ppm * 1e-6,
+            latency: micros(1_000),
+            jitters: [1, 2, 3].map(|n| Box::new(jitter(20.0, seed * 3 + n)) as _),
+            count: 0,
+            answers: Vec::new(),
+        }
+    }
+
+    /// The true time at which the sender's clock shows so many of its nanoseconds.
+    fn truth(&self, sender_ns: f64) -> Instant<Local> {
+        Instant::from_nanos((sender_ns * (1.0 + self.drift)) as i64)
+    }
+
+    fn shown(&self, truth: Instant<Local>) -> Span {
+        Span::from_nanos((truth.as_nanos() as f64 / (1.0 + self.drift)) as i64)
+    }
+
+    /// One cycle of both; gives the shown far time minus the sender's true time, µs.
+    fn step(&mut self) -> f64 {
+        let due = self.truth(self.count as f64 * 1e6);
+        let arrived = due + self.latency + (self.jitters[0])();
+        self.observer
+            .observe(EPOCH, self.count, arrived, Some(Span::ZERO));
+        self.count += 1;
+        let now = due + micros(500);
+        if let Some(line) = self.observer.line() {
+            if let Some(jump) = self.exchange.follow(&line) {
+                self.observer.blame_path(jump);
+            }
+            while let Some((arrived, answer)) = self.answers.pop_if(|(at, _)| *at <= now) {
+                self.exchange.take(&answer, arrived, &line).unwrap();
+            }
+            if let Some(number) = self.exchange.ask(now) {
+                self.post_question(now, number);
+            }
+        }
+        self.observer
+            .set_delay(self.exchange.delay().unwrap_or(Span::ZERO));
+        let output = self.observer.cycle(now);
+        output.far_time.map_or(f64::NAN, |far| {
+            let error = far.instant.since_epoch() - self.shown(now);
+            error.as_micros_f64()
+        })
+    }
+
+    fn post_question(&mut self, asked: Instant<Local>, number: u32) {
+        let heard = asked + self.latency + (self.jitters[1])();
+        let answered = heard + micros(600);
+        let arrived = answered + self.latency + (self.jitters[2])();
+        let answer = Answer {
+            run: RUN,
+            number,
+            asked,
+            epoch: EPOCH,
+            heard: self.shown(heard),
+            answered: self.shown(answered),
+        };
+        self.answers.insert(0, (arrived, answer));
+    }
+
+    fn worst(&mut self, seconds: f64) -> f64 {
+        let cycles = (seconds * 1e3) as u64;
+        (0..cycles).map(|_| self.step().abs()).fold(0.0, f64::max)
+    }
+}
+
+#[test]
+fn with_an_observer_the_far_time_is_the_senders_own_through_steps_of_the_delay() {
+    for (drift, seed) in [(80.0, 1), (-30.0, 2), (3.0, 3)] {
+        let mut world = World::new(drift, seed);
+        let _ = world.worst(2.0);
+        let worst = world.worst(15.0);
+        assert!(worst < 3.0, "{drift} ppm: {worst} µs");
+        for step in [300, -500] {
+            world.latency += micros(step);
+            let worst = world.worst(15.0);
+            // Until it is noticed the line is pulled; then the jump is blamed on the path.
+            assert!(worst < 30.0, "{drift} ppm, step {step}: {worst} µs");
+            let worst = world.worst(5.0);
+            assert!(worst < 3.0, "{drift} ppm, after {step}: {worst} µs");
+        }
+        assert_eq!(world.exchange.refused, 0);
+    }
+}

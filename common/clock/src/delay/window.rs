@@ -1,0 +1,101 @@
+//! The last exchanges.
+
+use super::{ENOUGH, LONGEST_AGE};
+use crate::instant::{Instant, Local, Seconds};
+
+/// Where there are enough, exchanges against a line so many times less sure than now are no help.
+const LESS_SURE: f64 = 2.0;
+/// Exchanges kept: ten seconds' worth at ten per second, and some of the hasty ones.
+const KEPT: usize = 128;
+
+/// What one exchange measured, s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Exchange {
+    pub(super) at: Instant<Local>,
+    /// How far the sender is ahead, plus the way there.
+    pub(super) there: f64,
+    /// The way back, less how far the sender is ahead.
+    pub(super) back: f64,
+    /// How sure the line was.
+    pub(super) sigma: Seconds,
+}
+
+/// One direction over the whole window, s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Least {
+    pub(super) least: f64,
+    /// Standard deviation of the least, if what is above it is exponential: that of one way, divided
+    /// by their number.
+    pub(super) deviation: f64,
+}
+
+/// A bounded number of exchanges, none too old.
+#[derive(Clone, Debug)]
+pub(super) struct Window {
+    kept: [Exchange; KEPT],
+    oldest: usize,
+    len: usize,
+}
+
+impl Window {
+    pub(super) const fn new() -> Self {
+        const BLANK: Exchange = Exchange {
+            at: Instant::EPOCH,
+            there: 0.0,
+            back: 0.0,
+            sigma: Seconds::ZERO,
+        };
+        Self {
+            kept: [BLANK; KEPT],
+            oldest: 0,
+            len: 0,
+        }
+    }
+
+    pub(super) const fn len(&self) -> usize {
+        self.len
+    }
+
+    pub(super) const fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Puts the newest in; the oldest goes if there is no room.
+    pub(super) fn push(&mut self, exchange: Exchange) {
+        if self.len == KEPT {
+            self.drop_oldest();
+        }
+        self.kept[(self.oldest + self.len) % KEPT] = exchange;
+        self.len += 1;
+        while exchange.at - self.kept[self.oldest].at > LONGEST_AGE {
+            self.drop_oldest();
+        }
+        let unsure = LESS_SURE * exchange.sigma.0;
+        while self.len > ENOUGH && self.kept[self.oldest].sigma.0 > unsure {
+            self.drop_oldest();
+        }
+    }
+
+    /// The way there and the way back; none of an empty window.
+    pub(super) fn least(&self) -> Option<(Least, Least)> {
+        let there = self.least_of(|exchange| exchange.there)?;
+        let back = self.least_of(|exchange| exchange.back)?;
+        Some((there, back))
+    }
+
+    const fn drop_oldest(&mut self) {
+        self.oldest = (self.oldest + 1) % KEPT;
+        self.len -= 1;
+    }
+
+    fn least_of(&self, way: fn(&Exchange) -> f64) -> Option<Least> {
+        let ways = || (0..self.len).map(|n| way(&self.kept[(self.oldest + n) % KEPT]));
+        let least = ways().reduce(f64::min)?;
+        let count = self.len as f64;
+        let mean = ways().sum::<f64>() / count;
+        Some(Least {
+            least,
+            deviation: (mean - least) / count,
+        })
+    }
+}
