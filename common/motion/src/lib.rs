@@ -15,6 +15,7 @@
 //! | `ST_AxisExtrapolateDiagnostic` | TS5066 3.12 | [`remote::ExtrapolateDiagnostic`] |
 //! | `ST_AxisExtrapolateParameters` | TS5066 3.13 | [`remote::ExtrapolateParameters`] |
 //! | `E_Sync_ExtrapolateMode`, `E_Sync_ExtrapolateState` | TS5066 3.14, 3.15 | [`remote::ExtrapolateMode`] |
+//! | `MC_MotionFunctionType` | TF5050 8.9 | [`law::MotionLaw`] |
 //!
 //! `FB_TimeSync` and what belongs to it is in `coaxle-clock`.
 //!
@@ -28,5 +29,6 @@ extern crate std;
 pub mod axis;
 pub mod drive;
 pub mod gear;
+pub mod law;
 pub mod profile;
 pub mod remote;

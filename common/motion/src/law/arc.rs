@@ -1,0 +1,299 @@
+//! Arcs: pieces of a parabola plus sines, of which the trigonometric laws are chained.
+
+use core::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4};
+
+use super::motion::{MinMax, Motion};
+use super::roots::{Curve, Reaching, Roots, roots_between_turns};
+use super::wave::Wave;
+
+/// How far the angle of an arc turns, with its sine and cosine: exact, unlike computed ones.
+#[derive(Clone, Copy)]
+pub(super) struct Angle {
+    radians: f64,
+    sin: f64,
+    cos: f64,
+}
+
+impl Angle {
+    /// No wave at all.
+    pub(super) const ZERO: Self = Self::new(0.0, 0.0, 1.0);
+    /// 45°.
+    pub(super) const EIGHTH: Self = Self::new(FRAC_PI_4, FRAC_1_SQRT_2, FRAC_1_SQRT_2);
+    /// 90°.
+    pub(super) const QUARTER: Self = Self::new(FRAC_PI_2, 1.0, 0.0);
+
+    const fn new(radians: f64, sin: f64, cos: f64) -> Self {
+        Self { radians, sin, cos }
+    }
+}
+
+/// A stretch of an acceleration law: `constant` + `wave`, while its angle turns from 0 by `angle`.
+#[derive(Clone, Copy)]
+pub(super) struct Acceleration {
+    pub(super) length: f64,
+    pub(super) angle: Angle,
+    pub(super) constant: f64,
+    pub(super) wave: Wave,
+}
+
+impl Acceleration {
+    /// A quarter turn of a wave.
+    pub(super) const fn quarter(length: f64, sin: f64, cos: f64) -> Self {
+        Self {
+            length,
+            angle: Angle::QUARTER,
+            constant: 0.0,
+            wave: Wave::new(sin, cos),
+        }
+    }
+
+    /// Constant acceleration.
+    pub(super) const fn constant(length: f64, constant: f64) -> Self {
+        Self {
+            length,
+            angle: Angle::ZERO,
+            constant,
+            wave: Wave::NONE,
+        }
+    }
+}
+
+/// A piece of a law: with x = z − `begin` and the angle u = `omega`·x (a quarter turn at most), the
+/// position is a parabola of x plus a wave of u.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Arc {
+    pub(super) begin: f64,
+    pub(super) omega: f64,
+    pub(super) powers: [f64; 3],
+    pub(super) wave: Wave,
+}
+
+impl Arc {
+    /// At z, derivatives with respect to z.
+    #[inline]
+    pub(super) fn at(&self, z: f64) -> Motion {
+        let x = z - self.begin;
+        let [p0, p1, p2] = self.powers;
+        let parabola = Motion {
+            position: p0 + x * (p1 + x * p2),
+            velocity: p1 + 2.0 * x * p2,
+            acceleration: 2.0 * p2,
+            jerk: 0.0,
+        };
+        if self.omega == 0.0 {
+            return parabola;
+        }
+        let (sin, cos) = libm::sincos(self.omega * x);
+        let first = self.wave.derivative(self.omega);
+        let second = first.derivative(self.omega);
+        let third = second.derivative(self.omega);
+        Motion {
+            position: parabola.position + self.wave.value(sin, cos),
+            velocity: parabola.velocity + first.value(sin, cos),
+            acceleration: parabola.acceleration + second.value(sin, cos),
+            jerk: third.value(sin, cos),
+        }
+    }
+
+    /// The places from z = `begin` to `end` where velocity, acceleration, jerk and snap vanish.
+    fn turns(&self, end: f64) -> [Roots; 4] {
+        let second = self.wave.derivative(self.omega).derivative(self.omega);
+        let third = second.derivative(self.omega);
+        let fourth = third.derivative(self.omega);
+        let zeros = |constant: f64, wave: &Wave| {
+            if self.omega == 0.0 {
+                return Roots::none();
+            }
+            let angles = wave.zeros(constant, self.omega * (end - self.begin));
+            angles.map(|u| (self.begin + u / self.omega).min(end))
+        };
+        let acceleration = zeros(2.0 * self.powers[2], &second);
+        let velocity = roots_between_turns(&Velocity(self), &acceleration, self.begin, end);
+        [
+            velocity,
+            acceleration,
+            zeros(0.0, &third),
+            zeros(0.0, &fourth),
+        ]
+    }
+
+    /// The extremes of position and derivatives from z = `begin` to `end`.
+    fn ranges(&self, end: f64) -> [MinMax; 4] {
+        let turns = self.turns(end);
+        core::array::from_fn(|order| {
+            let range = |z: f64| MinMax::at(z, self.derivatives(z)[order]);
+            let places = turns[order].iter().chain(core::iter::once(&end));
+            places.fold(range(self.begin), |so_far, &z| so_far.joined(range(z)))
+        })
+    }
+
+    fn derivatives(&self, z: f64) -> [f64; 4] {
+        let motion = self.at(z);
+        [
+            motion.position,
+            motion.velocity,
+            motion.acceleration,
+            motion.jerk,
+        ]
+    }
+}
+
+/// The velocity of an arc over z.
+struct Velocity<'a>(&'a Arc);
+
+impl Curve for Velocity<'_> {
+    fn at(&self, z: f64) -> (f64, f64) {
+        let motion = self.0.at(z);
+        (motion.velocity, motion.acceleration)
+    }
+
+    fn rounding(&self, z: f64) -> f64 {
+        let Arc { powers, omega, .. } = self.0;
+        let slope = powers[1].abs() + (2.0 * (z - self.0.begin) * powers[2]).abs();
+        let wave = self.0.wave.derivative(*omega).magnitude();
+        4.0 * f64::EPSILON * (slope + wave)
+    }
+}
+
+/// Arcs in a row, from z = 0 to z = 1.
+pub(super) trait Chain {
+    /// How many there are.
+    fn len(&self) -> usize;
+
+    /// The arc of a number below [`len`](Self::len).
+    fn arc(&self, index: usize) -> Arc;
+
+    /// The number of the arc that z lies on.
+    fn index_at(&self, z: f64) -> usize;
+
+    /// Where an arc ends.
+    fn end_of(&self, index: usize) -> f64 {
+        if index + 1 < self.len() {
+            self.arc(index + 1).begin
+        } else {
+            1.0
+        }
+    }
+
+    /// The extremes of position and derivatives, placed by z.
+    fn ranges(&self) -> [MinMax; 4] {
+        let first = self.arc(0).ranges(self.end_of(0));
+        (1..self.len()).fold(first, |so_far, index| {
+            let next = self.arc(index).ranges(self.end_of(index));
+            core::array::from_fn(|order| so_far[order].joined(next[order]))
+        })
+    }
+
+    /// The places z at which the slave reaches a position.
+    fn shares_at(&self, position: f64) -> Roots
+    where
+        Self: Sized,
+    {
+        let mut turns = Roots::none();
+        for index in 0..self.len() {
+            let end = self.end_of(index);
+            let [velocity, ..] = self.arc(index).turns(end);
+            velocity.iter().for_each(|&z| turns.push(z));
+            turns.push(end);
+        }
+        let reaching = Reaching {
+            curve: Position(self),
+            target: position,
+        };
+        roots_between_turns(&reaching, &turns, 0.0, 1.0)
+    }
+}
+
+/// The position along a chain.
+struct Position<'a, C>(&'a C);
+
+impl<C: Chain> Curve for Position<'_, C> {
+    fn at(&self, z: f64) -> (f64, f64) {
+        let motion = self.0.arc(self.0.index_at(z)).at(z);
+        (motion.position, motion.velocity)
+    }
+
+    fn rounding(&self, z: f64) -> f64 {
+        let arc = self.0.arc(self.0.index_at(z));
+        let x = z - arc.begin;
+        let [p0, p1, p2] = arc.powers;
+        let parabola = p0.abs() + (p1 * x).abs() + (p2 * x * x).abs();
+        4.0 * f64::EPSILON * (parabola + arc.wave.magnitude())
+    }
+}
+
+/// Integrates an acceleration law twice, from `position` and `velocity` at z = 0.
+pub(super) const fn chained<const N: usize>(
+    law: &[Acceleration; N],
+    mut position: f64,
+    mut velocity: f64,
+) -> [Arc; N] {
+    const UNSET: Arc = Arc {
+        begin: 0.0,
+        omega: 0.0,
+        powers: [0.0; 3],
+        wave: Wave::NONE,
+    };
+    let mut arcs = [UNSET; N];
+    let mut begin = 0.0;
+    let mut i = 0;
+    while i < N {
+        let Acceleration {
+            length,
+            angle,
+            constant,
+            wave,
+        } = law[i];
+        let turning = angle.radians > 0.0 && length > 0.0;
+        let omega = if turning { angle.radians / length } else { 0.0 };
+        let first = if turning {
+            wave.integral(omega)
+        } else {
+            Wave::NONE
+        };
+        let zeroth = if turning {
+            first.integral(omega)
+        } else {
+            Wave::NONE
+        };
+        let powers = [
+            position - zeroth.value(0.0, 1.0),
+            velocity - first.value(0.0, 1.0),
+            constant / 2.0,
+        ];
+        position = powers[0]
+            + length * (powers[1] + length * powers[2])
+            + zeroth.value(angle.sin, angle.cos);
+        velocity = powers[1] + 2.0 * length * powers[2] + first.value(angle.sin, angle.cos);
+        arcs[i] = Arc {
+            begin,
+            omega,
+            powers,
+            wave: zeroth,
+        };
+        begin += length;
+        i += 1;
+    }
+    arcs
+}
+
+/// The law from rest whose stroke is 1 and whose acceleration has the shape given.
+pub(super) const fn with_unit_stroke<const N: usize>(shape: &[Acceleration; N]) -> [Arc; N] {
+    let mut law = *shape;
+    let stroke = stroke(shape);
+    let mut i = 0;
+    while i < N {
+        law[i].constant /= stroke;
+        law[i].wave = law[i].wave.scaled(1.0 / stroke);
+        i += 1;
+    }
+    chained(&law, 0.0, 0.0)
+}
+
+/// How far an acceleration law leads from rest.
+const fn stroke<const N: usize>(law: &[Acceleration; N]) -> f64 {
+    let arcs = chained(law, 0.0, 0.0);
+    let Acceleration { length, angle, .. } = law[N - 1];
+    let Arc { powers, wave, .. } = arcs[N - 1];
+    powers[0] + length * (powers[1] + length * powers[2]) + wave.value(angle.sin, angle.cos)
+}

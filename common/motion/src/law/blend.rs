@@ -1,0 +1,75 @@
+//! Trigonometric laws as weighted sums of two fixed ones.
+
+use super::arc::{Arc, Chain};
+use super::motion::Motion;
+
+/// A fixed law from 0 and its weight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Part {
+    pub(super) weight: f64,
+    pub(super) arcs: &'static [Arc],
+}
+
+/// `start` + `slope`·z plus two fixed laws, whose arcs have their joints and angles in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Blend {
+    start: f64,
+    slope: f64,
+    parts: [Part; 2],
+}
+
+impl Blend {
+    /// A sum of two laws.
+    pub(super) const fn new(start: f64, slope: f64, parts: [Part; 2]) -> Self {
+        Self {
+            start,
+            slope,
+            parts,
+        }
+    }
+
+    /// A single law.
+    pub(super) const fn single(start: f64, stroke: f64, arcs: &'static [Arc]) -> Self {
+        let law = Part {
+            weight: stroke,
+            arcs,
+        };
+        let nothing = Part { weight: 0.0, arcs };
+        Self::new(start, 0.0, [law, nothing])
+    }
+
+    /// At the share `z` of the segment, derivatives with respect to z.
+    #[inline]
+    pub(super) fn at(&self, z: f64) -> Motion {
+        self.arc(self.index_at(z)).at(z)
+    }
+}
+
+impl Chain for Blend {
+    fn len(&self) -> usize {
+        self.parts[0].arcs.len()
+    }
+
+    #[inline]
+    fn arc(&self, index: usize) -> Arc {
+        let [one, other] = &self.parts;
+        let (a, b) = (&one.arcs[index], &other.arcs[index]);
+        let sum = |k: usize| one.weight * a.powers[k] + other.weight * b.powers[k];
+        Arc {
+            begin: a.begin,
+            omega: a.omega,
+            powers: [
+                self.start + self.slope * a.begin + sum(0),
+                self.slope + sum(1),
+                sum(2),
+            ],
+            wave: a.wave.scaled(one.weight).plus(&b.wave.scaled(other.weight)),
+        }
+    }
+
+    #[inline]
+    fn index_at(&self, z: f64) -> usize {
+        let arcs = self.parts[0].arcs;
+        arcs.iter().rposition(|arc| arc.begin <= z).unwrap_or(0)
+    }
+}

@@ -1,0 +1,116 @@
+//! What a law demands of its points.
+
+use super::error::{LawError, Quantity, Side};
+use super::motion::{Knot, Motion};
+use super::motion_law::MotionLaw;
+
+/// What a law does at one end.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// Whatever the point says, or whatever comes out.
+    Free,
+    /// No acceleration.
+    Steady,
+    /// No velocity.
+    Still,
+    /// Neither velocity nor acceleration.
+    Rest,
+}
+
+/// Refuses points which contradict what the law does there.
+pub(super) fn check(law: MotionLaw, start: &Knot, end: &Knot) -> Result<(), LawError> {
+    finite(Side::Start, start)?;
+    finite(Side::End, end)?;
+    let length = end.master - start.master;
+    // The reciprocal is what derivatives are scaled by.
+    if !(length > 0.0 && length.is_finite() && (1.0 / length).is_finite()) {
+        return Err(LawError::NoLength {
+            start: start.master,
+            end: end.master,
+        });
+    }
+    let size = start.motion.position.abs().max(end.motion.position.abs());
+    let stroke = (end.motion.position - start.motion.position).abs();
+    // What cannot be told from nothing beside the stroke and the rounding of the positions.
+    let slack = 1e-9 * stroke + 1e-12 * size;
+    let [at_start, at_end] = conditions(law);
+    for (side, condition, knot) in [(Side::Start, at_start, start), (Side::End, at_end, end)] {
+        let Motion {
+            velocity,
+            acceleration,
+            ..
+        } = knot.motion;
+        let zero = |quantity, received: f64, over_the_length: f64| {
+            if over_the_length.abs() <= slack {
+                return Ok(());
+            }
+            Err(LawError::Boundary {
+                law,
+                side,
+                quantity,
+                received,
+                expected: 0.0,
+            })
+        };
+        if matches!(condition, End::Still | End::Rest) {
+            zero(Quantity::Velocity, velocity, velocity * length)?;
+        }
+        if matches!(condition, End::Steady | End::Rest) {
+            let over_the_length = acceleration * length * length;
+            zero(Quantity::Acceleration, acceleration, over_the_length)?;
+        }
+    }
+    Ok(())
+}
+
+fn finite(side: Side, knot: &Knot) -> Result<(), LawError> {
+    let motion = &knot.motion;
+    let numbers = [
+        (Quantity::Master, knot.master),
+        (Quantity::Position, motion.position),
+        (Quantity::Velocity, motion.velocity),
+        (Quantity::Acceleration, motion.acceleration),
+        (Quantity::Jerk, motion.jerk),
+    ];
+    numbers
+        .into_iter()
+        .find(|(_, number)| !number.is_finite())
+        .map_or(Ok(()), |(quantity, received)| {
+            Err(LawError::NotFinite {
+                side,
+                quantity,
+                received,
+            })
+        })
+}
+
+fn conditions(law: MotionLaw) -> [End; 2] {
+    match law {
+        MotionLaw::Polynom3 | MotionLaw::Sinuslinie => [End::Still, End::Still],
+        MotionLaw::Polynom5
+        | MotionLaw::Polynom7
+        | MotionLaw::Polynom8
+        | MotionLaw::Polynom9
+        | MotionLaw::Polynom11
+        | MotionLaw::Peisekah11
+        | MotionLaw::Modsinuslinie
+        | MotionLaw::Bestehorn
+        | MotionLaw::Beschltrapez => [End::Rest, End::Rest],
+        MotionLaw::HarmonicKombiRt | MotionLaw::BeschltrapezRt => [End::Rest, End::Still],
+        MotionLaw::HarmonicKombiTr | MotionLaw::BeschltrapezTr => [End::Still, End::Rest],
+        MotionLaw::HarmonicKombiVt => [End::Steady, End::Still],
+        MotionLaw::HarmonicKombiTv => [End::Still, End::Steady],
+        MotionLaw::ModsinuslinieVv => [End::Steady, End::Steady],
+        MotionLaw::BeschltrapezRv => [End::Rest, End::Steady],
+        MotionLaw::BeschltrapezVr => [End::Steady, End::Rest],
+        MotionLaw::Polynom1
+        | MotionLaw::Polynom3Vv
+        | MotionLaw::Polynom5Mm
+        | MotionLaw::Polynom7Mm
+        | MotionLaw::Spline
+        | MotionLaw::SplineNatural
+        | MotionLaw::SplineTangential
+        | MotionLaw::SplinePeriodic
+        | MotionLaw::SplineLinear => [End::Free, End::Free],
+    }
+}

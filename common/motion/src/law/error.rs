@@ -1,0 +1,168 @@
+//! Why a law refuses its points.
+
+use core::fmt;
+
+use super::MotionLaw;
+
+/// An end of a segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// At the lower master position.
+    Start,
+    /// At the higher master position.
+    End,
+}
+
+impl fmt::Display for Side {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Start => "start",
+            Self::End => "end",
+        })
+    }
+}
+
+/// A number of a [`Knot`](super::Knot).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// The master position.
+    Master,
+    /// The slave position.
+    Position,
+    /// The first derivative.
+    Velocity,
+    /// The second derivative.
+    Acceleration,
+    /// The third derivative.
+    Jerk,
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Master => "master position",
+            Self::Position => "slave position",
+            Self::Velocity => "velocity",
+            Self::Acceleration => "acceleration",
+            Self::Jerk => "jerk",
+        })
+    }
+}
+
+/// Two points between which a law cannot lead.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LawError {
+    /// The segment has no length.
+    NoLength {
+        /// Master position of the start.
+        start: f64,
+        /// Master position of the end.
+        end: f64,
+    },
+    /// A number is not finite, or not beside the length of the segment.
+    NotFinite {
+        /// At which end.
+        side: Side,
+        /// Which number.
+        quantity: Quantity,
+        /// What was given.
+        received: f64,
+    },
+    /// The law has a condition of its own here, and the point contradicts it.
+    Boundary {
+        /// Which law.
+        law: MotionLaw,
+        /// At which end.
+        side: Side,
+        /// Which number.
+        quantity: Quantity,
+        /// What was given.
+        received: f64,
+        /// What the law does there.
+        expected: f64,
+    },
+    /// The turning point of the harmonic combination is not within the segment.
+    TurnShare {
+        /// The share that was given.
+        received: f64,
+    },
+    /// No turning point within the segment gives the harmonic combination this acceleration.
+    TurnAcceleration {
+        /// The acceleration that was given.
+        received: f64,
+    },
+    /// No turning point makes the jerk of the harmonic combination continuous at this velocity.
+    TurnVelocity {
+        /// The velocity that was given.
+        received: f64,
+        /// The mean velocity of the segment.
+        mean: f64,
+    },
+    /// A spline is no law between two points: its pieces depend on all of its points.
+    Spline {
+        /// Which kind.
+        law: MotionLaw,
+    },
+}
+
+impl LawError {
+    /// The NC error code: motion function table parameter incorrect.
+    #[must_use]
+    pub const fn code(&self) -> u32 {
+        0x42DA
+    }
+}
+
+impl fmt::Display for LawError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoLength { start, end } => write!(
+                f,
+                "master position at the end: received {end}, expected more than {start}"
+            ),
+            Self::NotFinite {
+                side,
+                quantity,
+                received,
+            } => write!(
+                f,
+                "{quantity} at the {side}: received {received}, expected a finite number that \
+                 stays finite over the length of the segment"
+            ),
+            Self::Boundary {
+                law,
+                side,
+                quantity,
+                received,
+                expected,
+            } => write!(
+                f,
+                "{quantity} at the {side}: received {received}, expected {expected} for {}",
+                law.name()
+            ),
+            Self::TurnShare { received } => write!(
+                f,
+                "turning point: received {received}, expected a share between 0 and 1"
+            ),
+            Self::TurnAcceleration { received } => write!(
+                f,
+                "acceleration at the turn: received {received}, expected one that a turning point \
+                 within the segment gives"
+            ),
+            Self::TurnVelocity { received, mean } => write!(
+                f,
+                "velocity: received {received}, expected at most {} or at least {} times the mean \
+                 velocity {mean}, or a given turning point",
+                core::f64::consts::FRAC_PI_2,
+                2
+            ),
+            Self::Spline { law } => write!(
+                f,
+                "motion law: received {}, expected a law between two points",
+                law.name()
+            ),
+        }
+    }
+}
+
+impl core::error::Error for LawError {}

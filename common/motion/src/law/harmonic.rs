@@ -1,0 +1,105 @@
+//! The harmonic combinations: half a sine of acceleration, then a quarter sine that brakes into
+//! the turn. See VDI 2143.
+//!
+//! With z = 0..1, the half sine A over the share λ, the quarter sine −B over μ = 1 − λ, a start
+//! velocity v and a stroke h, velocity zero at the end and the stroke ask for
+//! Aλ = Bμ − πv/2 and Bμ(πλ + 4μ) = π²(h − vλ/2).
+
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use super::arc::{Acceleration, Arc, Chain, chained};
+use super::motion::Motion;
+use super::polynomial::Polynomial;
+
+/// Where the acceleration of a harmonic combination (HARMONIC_KOMBI) changes its sign: the inner
+/// turning point. Other laws have none to choose and take no notice.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Turn {
+    /// Where the jerk is continuous.
+    #[default]
+    Default,
+    /// The share of the segment, between 0 and 1, that the half sine takes. It lies at the end
+    /// that is not the turn.
+    At(f64),
+    /// So that the slave has this acceleration at the turn, in slave units per squared master
+    /// unit.
+    Acceleration(f64),
+}
+
+/// Half a sine (in two quarters) and a quarter sine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Combination([Arc; 3]);
+
+impl Combination {
+    /// From a position and velocity, with the half sine over the share `half_sine` (below 1).
+    pub(super) fn new(start: &Motion, stroke: f64, half_sine: f64) -> Self {
+        let (lambda, mu) = (half_sine, 1.0 - half_sine);
+        let velocity = start.velocity;
+        let braking = PI * PI * (stroke - 0.5 * velocity * lambda) / (PI * lambda + 4.0 * mu);
+        let b = braking / mu;
+        let a = if lambda > 0.0 {
+            (braking - FRAC_PI_2 * velocity) / lambda
+        } else {
+            0.0
+        };
+        let law = [
+            Acceleration::quarter(0.5 * lambda, a, 0.0),
+            Acceleration::quarter(0.5 * lambda, 0.0, a),
+            Acceleration::quarter(mu, -b, 0.0),
+        ];
+        Self(chained(&law, start.position, velocity))
+    }
+
+    /// At the share `z` of the segment, derivatives with respect to z.
+    #[inline]
+    pub(super) fn at(&self, z: f64) -> Motion {
+        self.0[self.index_at(z)].at(z)
+    }
+}
+
+impl Chain for Combination {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    fn arc(&self, index: usize) -> Arc {
+        self.0[index]
+    }
+
+    #[inline]
+    fn index_at(&self, z: f64) -> usize {
+        self.0.iter().rposition(|arc| arc.begin <= z).unwrap_or(0)
+    }
+}
+
+/// The share λ with continuous jerk: A/λ = B/2μ. From rest it is 2 − √2. None at all exists where
+/// 1/2 < h/v < 2/π.
+pub(super) fn share_with_continuous_jerk(velocity: f64, stroke: f64) -> Option<f64> {
+    // v(λq + λ³/2 + 4μ³/π) = hq with q = 2μ² − λ², by powers of λ.
+    let (v, h) = (velocity, stroke);
+    Polynomial([
+        v * 4.0 / PI - 2.0 * h,
+        v * (2.0 - 12.0 / PI) + 4.0 * h,
+        v * (12.0 / PI - 4.0) - h,
+        v * (1.5 - 4.0 / PI),
+    ])
+    .roots_in(0.0, 1.0)
+    .iter()
+    .copied()
+    .find(|&share| share < 1.0)
+}
+
+/// The share λ with which the slave turns at the acceleration −B.
+pub(super) fn share_with_acceleration(velocity: f64, stroke: f64, at_turn: f64) -> Option<f64> {
+    let b = -at_turn;
+    // b((4 − π)μ² + πμ) = π²(h − v(1 − μ)/2)
+    Polynomial([
+        -PI * PI * (stroke - 0.5 * velocity),
+        PI * b - 0.5 * PI * PI * velocity,
+        (4.0 - PI) * b,
+    ])
+    .roots_in(0.0, 1.0)
+    .iter()
+    .map(|mu| 1.0 - mu)
+    .find(|&share| 0.0 < share && share < 1.0)
+}

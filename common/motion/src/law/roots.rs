@@ -1,0 +1,172 @@
+//! Where a curve is zero.
+
+use core::ops::Deref;
+
+/// Eleven roots of the highest polynomial; the joints and turns of the longest chain of arcs.
+const CAPACITY: usize = 16;
+
+/// A few places in ascending order, held in place. Reads as a slice.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Roots {
+    places: [f64; CAPACITY],
+    len: usize,
+}
+
+impl Roots {
+    /// No place.
+    #[must_use]
+    pub const fn none() -> Self {
+        Self {
+            places: [0.0; CAPACITY],
+            len: 0,
+        }
+    }
+
+    /// Adds a place behind the others, unless it is the last one up to rounding.
+    pub(crate) fn push(&mut self, place: f64) {
+        let known = self
+            .last()
+            .is_some_and(|last| (place - last).abs() <= 4.0 * f64::EPSILON * place.abs());
+        if !known && self.len < CAPACITY {
+            self.places[self.len] = place;
+            self.len += 1;
+        }
+    }
+
+    /// The same places in the opposite order.
+    #[must_use]
+    pub(crate) fn reversed(mut self) -> Self {
+        self.places[..self.len].reverse();
+        self
+    }
+
+    /// Every place led through `f`, which must be monotone.
+    #[must_use]
+    pub(crate) fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
+        for place in &mut self.places[..self.len] {
+            *place = f(*place);
+        }
+        self
+    }
+}
+
+impl Deref for Roots {
+    type Target = [f64];
+
+    fn deref(&self) -> &[f64] {
+        &self.places[..self.len]
+    }
+}
+
+/// A smooth curve whose roots are looked for.
+pub(crate) trait Curve {
+    /// Value and slope at `x`.
+    fn at(&self, x: f64) -> (f64, f64);
+
+    /// How far off rounding can make the value at `x`.
+    fn rounding(&self, x: f64) -> f64;
+}
+
+/// A curve on its way to a value other than zero.
+pub(crate) struct Reaching<C> {
+    pub(crate) curve: C,
+    pub(crate) target: f64,
+}
+
+impl<C: Curve> Curve for Reaching<C> {
+    fn at(&self, x: f64) -> (f64, f64) {
+        let (value, slope) = self.curve.at(x);
+        (value - self.target, slope)
+    }
+
+    fn rounding(&self, x: f64) -> f64 {
+        self.curve.rounding(x) + f64::EPSILON * self.target.abs()
+    }
+}
+
+/// All roots of `curve` between `lo` and `hi`, both included, given its `turns`: all roots of its
+/// slope there.
+///
+/// Between two turns the curve is monotone, so the signs at the turns tell where the roots are. A
+/// turn at which the curve is zero up to rounding is a root.
+pub(crate) fn roots_between_turns(curve: &impl Curve, turns: &[f64], lo: f64, hi: f64) -> Roots {
+    let mut roots = Roots::none();
+    let mut left = Sample::of(curve, lo);
+    if left.is_root() {
+        roots.push(lo);
+    }
+    for &turn in turns.iter().chain(core::iter::once(&hi)) {
+        if turn <= left.x {
+            continue;
+        }
+        let right = Sample::of(curve, turn);
+        if right.is_root() {
+            // Zero at both ends of a monotone stretch is zero all along: its begin stands for it.
+            if !left.is_root() {
+                roots.push(right.x);
+            }
+        } else if left.sign * right.sign < 0.0 {
+            roots.push(refine(curve, left, right));
+        }
+        left = right;
+    }
+    roots
+}
+
+/// A place and the sign of the curve there.
+#[derive(Clone, Copy)]
+struct Sample {
+    x: f64,
+    value: f64,
+    sign: f64,
+}
+
+impl Sample {
+    fn of(curve: &impl Curve, x: f64) -> Self {
+        let value = curve.at(x).0;
+        let sign = if value.abs() <= curve.rounding(x) {
+            0.0
+        } else {
+            value.signum()
+        };
+        Self { x, value, sign }
+    }
+
+    fn is_root(&self) -> bool {
+        self.sign == 0.0
+    }
+}
+
+/// Narrows a change of sign down to the last bit: Newton's steps, and a halving wherever they
+/// leave the bracket or are slower than that.
+fn refine(curve: &impl Curve, left: Sample, right: Sample) -> f64 {
+    let rising = right.value > 0.0;
+    let (mut low, mut high) = (left.x, right.x);
+    let mut x = low - (high - low) * (left.value / (right.value - left.value));
+    let mut last_step = high - low;
+    // Halving alone would be through after some thousand steps, from any bracket.
+    for _ in 0..2_000 {
+        let (value, slope) = curve.at(x);
+        if value == 0.0 {
+            return x;
+        }
+        if (value > 0.0) == rising {
+            high = x;
+        } else {
+            low = x;
+        }
+        let newton = x - value / slope;
+        let slow = (newton - x).abs() > 0.5 * last_step;
+        let next = if slow || !(newton > low && newton < high) {
+            low + (high - low) / 2.0
+        } else {
+            newton
+        };
+        last_step = (next - x).abs();
+        if last_step <= f64::EPSILON * x.abs() || next <= low || next >= high {
+            return next;
+        }
+        x = next;
+    }
+    x
+}

@@ -1,0 +1,88 @@
+//! The modified acceleration trapezoid: constant acceleration between sine ramps. See VDI 2143.
+
+use core::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI};
+
+use super::arc::{Acceleration, Angle, Arc, with_unit_stroke};
+use super::blend::{Blend, Part};
+use super::wave::Wave;
+
+/// Ramps of an eighth: up, hold, through zero, hold, up.
+pub(super) static BESCHLTRAPEZ: [Arc; 8] = with_unit_stroke(&eighths([
+    twice(1.0, 0.0),
+    held(1.0),
+    held(1.0),
+    twice(0.0, 1.0),
+    twice(-1.0, 0.0),
+    held(-1.0),
+    held(-1.0),
+    twice(0.0, -1.0),
+]));
+
+/// The accelerating half of the trapezoid, stretched: leads from rest to twice the mean velocity.
+static PULSE: [Arc; 8] = with_unit_stroke(&eighths([
+    once(1.0, 0.0),
+    once(FRAC_1_SQRT_2, FRAC_1_SQRT_2),
+    held(1.0),
+    held(1.0),
+    held(1.0),
+    held(1.0),
+    once(0.0, 1.0),
+    once(-FRAC_1_SQRT_2, FRAC_1_SQRT_2),
+]));
+
+/// The ramp of the trapezoid from rest to turn, where the velocity comes out as zero.
+const RAMP: f64 = 1.0 / (7.0 + FRAC_2_PI);
+
+/// The trapezoid without its last ramp: it ends braking.
+pub(super) static BESCHLTRAPEZ_RT: [Arc; 5] = with_unit_stroke(&[
+    Acceleration::quarter(RAMP, 1.0, 0.0),
+    Acceleration::constant(2.0 * RAMP, 1.0),
+    Acceleration::quarter(RAMP, 0.0, 1.0),
+    Acceleration::quarter(RAMP, -1.0, 0.0),
+    Acceleration::constant(1.0 - 5.0 * RAMP, -1.0),
+]);
+
+/// BESCHLTRAPEZ_RV: the pulse gives the velocity, the trapezoid the rest of the stroke.
+pub(super) const fn to_velocity(start: f64, stroke: f64, end_velocity: f64) -> Blend {
+    let pulse = Part {
+        weight: 0.5 * end_velocity,
+        arcs: &PULSE,
+    };
+    let trapezoid = Part {
+        weight: stroke - 0.5 * end_velocity,
+        arcs: &BESCHLTRAPEZ,
+    };
+    Blend::new(start, 0.0, [pulse, trapezoid])
+}
+
+/// Eight equal stretches, given by constant acceleration and wave. Pulse and trapezoid have them
+/// in common, so that they can be added.
+const fn eighths(law: [(f64, Wave); 8]) -> [Acceleration; 8] {
+    let mut stretches = [Acceleration::constant(0.125, 0.0); 8];
+    let mut i = 0;
+    while i < 8 {
+        stretches[i].angle = Angle::EIGHTH;
+        (stretches[i].constant, stretches[i].wave) = law[i];
+        i += 1;
+    }
+    stretches
+}
+
+const fn held(constant: f64) -> (f64, Wave) {
+    (constant, Wave::NONE)
+}
+
+/// An eighth of a turn.
+const fn once(sin: f64, cos: f64) -> (f64, Wave) {
+    (0.0, Wave::new(sin, cos))
+}
+
+/// A quarter of a turn: the doubled angle.
+const fn twice(sin2: f64, cos2: f64) -> (f64, Wave) {
+    let wave = Wave {
+        sin2,
+        cos2,
+        ..Wave::NONE
+    };
+    (0.0, wave)
+}
