@@ -16,6 +16,7 @@
 //! | `ST_AxisExtrapolateParameters` | TS5066 3.13 | [`remote::ExtrapolateParameters`] |
 //! | `E_Sync_ExtrapolateMode`, `E_Sync_ExtrapolateState` | TS5066 3.14, 3.15 | [`remote::ExtrapolateMode`] |
 //! | `MC_MotionFunctionType` | TF5050 8.9 | [`law::MotionLaw`] |
+//! | the cam plates of TF5050, their reading and changing | TF5050 | [`cam`] has the table |
 //!
 //! `FB_TimeSync` and what belongs to it is in `coaxle-clock`.
 //!
@@ -27,6 +28,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod axis;
+pub mod cam;
 pub mod drive;
 pub mod gear;
 pub mod law;

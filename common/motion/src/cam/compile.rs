@@ -1,0 +1,251 @@
+//! From points to segments.
+
+use super::curve::Curve;
+use super::error::{CamError, Place};
+use super::point::{MotionPoint, PointType};
+use super::spline::{End, Ends, SplineKnot, SplineSolver, push_spline};
+use crate::law::{Knot, Motion, MotionLaw, Segment, Turn};
+
+/// Checks all points and leaves the segments between those in use in `curve`. It allocates only if
+/// there is less room than rows.
+pub(super) fn compile(
+    points: &[MotionPoint],
+    splines: &mut SplineSolver,
+    curve: &mut Curve,
+) -> Result<(), CamError> {
+    check(points)?;
+    curve.clear();
+    let mut row = 0;
+    while row + 1 < points.len() {
+        row = if points[row].function.is_spline() {
+            push_spline_from(points, row, splines, curve)?
+        } else {
+            push_segment(points, row, curve)?
+        };
+    }
+    Ok(())
+}
+
+/// What can be said of each point on its own.
+fn check(points: &[MotionPoint]) -> Result<(), CamError> {
+    let [first, .., last] = points else {
+        return Err(CamError::TooFewPoints {
+            received: points.len(),
+        });
+    };
+    for (row, point) in points.iter().enumerate() {
+        check_index(row, point)?;
+    }
+    for end in [first, last] {
+        if end.point_type == PointType::Ignore {
+            return Err(CamError::EndIgnored { point: end.index });
+        }
+    }
+    points
+        .iter()
+        .filter(|point| point.point_type != PointType::Ignore)
+        .try_for_each(check_values)
+}
+
+fn check_index(row: usize, point: &MotionPoint) -> Result<(), CamError> {
+    let expected = u32::try_from(row + 1).unwrap_or(u32::MAX);
+    if point.index == expected {
+        return Ok(());
+    }
+    Err(CamError::PointIndex {
+        row,
+        received: point.index,
+        expected,
+    })
+}
+
+fn check_values(point: &MotionPoint) -> Result<(), CamError> {
+    let fields = [
+        ("master", point.master),
+        ("slave", point.slave),
+        ("velocity", point.velocity),
+        ("acceleration", point.acceleration),
+        ("jerk", point.jerk),
+    ];
+    if let Some((field, received)) = fields.into_iter().find(|(_, value)| !value.is_finite()) {
+        return Err(CamError::NotFinite {
+            place: Place::Point(point.index),
+            field,
+            received,
+        });
+    }
+    if point.point_type == PointType::Add {
+        return Err(CamError::AddNotAvailable { point: point.index });
+    }
+    let contradiction = |field, received| CamError::PointContradicts {
+        point: point.index,
+        point_type: point.point_type,
+        field,
+        received,
+    };
+    if point.point_type.stands_still() && point.velocity != 0.0 {
+        return Err(contradiction("velocity", point.velocity));
+    }
+    if point.point_type.keeps_its_velocity() && point.acceleration != 0.0 {
+        return Err(contradiction("acceleration", point.acceleration));
+    }
+    Ok(())
+}
+
+/// The row that follows on the course.
+fn next_of(points: &[MotionPoint], row: usize) -> Result<usize, CamError> {
+    let point = &points[row];
+    let most = points.len() - 1 - row;
+    let step = usize::try_from(point.relative_next).unwrap_or(0);
+    if !(1..=most).contains(&step) {
+        return Err(CamError::NextPoint {
+            point: point.index,
+            relative_next: point.relative_next,
+            most: most as u32,
+        });
+    }
+    let next = &points[row + step];
+    if next.point_type == PointType::Ignore {
+        return Err(CamError::NextPointIgnored {
+            point: point.index,
+            next: next.index,
+        });
+    }
+    if next.master <= point.master {
+        return Err(CamError::NotAscending {
+            place: Place::Point(next.index),
+            received: next.master,
+            above: point.master,
+        });
+    }
+    Ok(row + step)
+}
+
+fn push_segment(points: &[MotionPoint], row: usize, curve: &mut Curve) -> Result<usize, CamError> {
+    let next_row = next_of(points, row)?;
+    let (point, next) = (&points[row], &points[next_row]);
+    let law = point.function;
+    let segment = Segment::with_turn(law, &knot(point), &knot(next), turn(point, next));
+    curve.push(segment.map_err(|error| CamError::Law {
+        point: point.index,
+        next: next.index,
+        law,
+        error,
+    })?);
+    Ok(next_row)
+}
+
+/// An acceleration at the turning end of a harmonic combination says where its inner turning point
+/// is.
+fn turn(point: &MotionPoint, next: &MotionPoint) -> Turn {
+    let turning = match point.function {
+        MotionLaw::HarmonicKombiRt | MotionLaw::HarmonicKombiVt => next,
+        MotionLaw::HarmonicKombiTr | MotionLaw::HarmonicKombiTv => point,
+        _ => return Turn::Default,
+    };
+    if turning.acceleration == 0.0 {
+        Turn::Default
+    } else {
+        Turn::Acceleration(turning.acceleration)
+    }
+}
+
+fn knot(point: &MotionPoint) -> Knot {
+    Knot {
+        master: point.master,
+        motion: Motion {
+            position: point.slave,
+            velocity: point.velocity,
+            acceleration: point.acceleration,
+            jerk: point.jerk,
+        },
+    }
+}
+
+/// One spline from `row` over all inner spline points to the point after them.
+fn push_spline_from(
+    points: &[MotionPoint],
+    row: usize,
+    splines: &mut SplineSolver,
+    curve: &mut Curve,
+) -> Result<usize, CamError> {
+    let start = &points[row];
+    if start.function == MotionLaw::Spline {
+        return Err(CamError::SplineNotBegun { point: start.index });
+    }
+    let end_row = collect_knots(points, row, splines)?;
+    let ends = ends_of(start, &points[end_row])?;
+    let (received, least) = (splines.knots().len(), least_points(ends));
+    if received < least {
+        return Err(CamError::TooFewSplinePoints {
+            start: start.index,
+            received,
+            least,
+        });
+    }
+    push_spline(splines, ends, Place::Point(start.index), curve)?;
+    Ok(end_row)
+}
+
+/// Gives the solver the points of the spline; returns the row it ends at.
+fn collect_knots(
+    points: &[MotionPoint],
+    start: usize,
+    splines: &mut SplineSolver,
+) -> Result<usize, CamError> {
+    let spline_knot = |row: usize| SplineKnot {
+        master: points[row].master,
+        slave: points[row].slave,
+    };
+    splines.clear();
+    splines.push(spline_knot(start));
+    let mut row = start;
+    loop {
+        row = next_of(points, row)?;
+        splines.push(spline_knot(row));
+        if row + 1 == points.len() || points[row].function != MotionLaw::Spline {
+            return Ok(row);
+        }
+    }
+}
+
+/// The end conditions. The last point of a spline may name its own; if another law goes on from
+/// there, or it names none, both ends are alike.
+fn ends_of(start: &MotionPoint, end: &MotionPoint) -> Result<Ends, CamError> {
+    let start_law = start.function;
+    let end_law = match end.function {
+        MotionLaw::Spline => start_law,
+        law if law.is_spline() => law,
+        _ => start_law,
+    };
+    match (
+        start_law == MotionLaw::SplinePeriodic,
+        end_law == MotionLaw::SplinePeriodic,
+    ) {
+        (true, true) => Ok(Ends::Periodic),
+        (false, false) => Ok(Ends::Open(
+            end_condition(start_law, start.velocity),
+            end_condition(end_law, end.velocity),
+        )),
+        _ => Err(CamError::SplineHalfPeriodic {
+            start: start.index,
+            end: end.index,
+        }),
+    }
+}
+
+fn end_condition(law: MotionLaw, velocity: f64) -> End {
+    match law {
+        MotionLaw::SplineTangential => End::Slope(velocity),
+        MotionLaw::SplineLinear => End::Secant,
+        _ => End::Natural,
+    }
+}
+
+/// A spline through two points is one cubic, but one period needs a point inside.
+fn least_points(ends: Ends) -> usize {
+    match ends {
+        Ends::Open(..) => 2,
+        Ends::Periodic => 3,
+    }
+}

@@ -1,0 +1,364 @@
+//! What is wrong with a plate, a change to it or a question about it.
+
+use core::fmt;
+
+use super::kind::TableType;
+use super::point::PointType;
+use crate::law::{LawError, MotionLaw};
+
+/// A plate that cannot be made, or cannot be asked that. [`CamError::code`] is the NC's number,
+/// the text names the place, what was received and what is expected.
+#[doc(alias = "MC_TableErrorCodes")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CamError {
+    /// 0x4A23: a motion function needs at least two points.
+    TooFewPoints {
+        /// How many there are.
+        received: usize,
+    },
+    /// 0x4A1F: the numbers of the points leave a gap, repeat or do not begin at 1.
+    PointIndex {
+        /// Which row, from 0.
+        row: usize,
+        /// The number it has.
+        received: u32,
+        /// The number it should have.
+        expected: u32,
+    },
+    /// 0x4B33: there is no point of that number.
+    #[doc(alias = "MC_ERROR_POINTID_INVALID")]
+    UnknownPoint {
+        /// The number asked for.
+        received: u32,
+        /// The number of the last point.
+        last: u32,
+    },
+    /// 0x4B34: a change without points.
+    #[doc(alias = "MC_ERROR_NUMPOINTS_INVALID")]
+    NoPoints,
+    /// 0x4A1C: a number that is none.
+    NotFinite {
+        /// Where.
+        place: Place,
+        /// Which field or column.
+        field: &'static str,
+        /// What it is.
+        received: f64,
+    },
+    /// 0x4A06: the master does not ascend strictly.
+    NotAscending {
+        /// Where.
+        place: Place,
+        /// The master position there.
+        received: f64,
+        /// The master position it must be above.
+        above: f64,
+    },
+    /// 0x42DB: the first or the last point is to be ignored.
+    EndIgnored {
+        /// Which point.
+        point: u32,
+    },
+    /// 0x42DB: a point leads backwards, nowhere or beyond the last one.
+    NextPoint {
+        /// Which point.
+        point: u32,
+        /// How far it leads.
+        relative_next: i32,
+        /// How far the last point is.
+        most: u32,
+    },
+    /// 0x42DB: a point leads to one that is to be ignored.
+    NextPointIgnored {
+        /// Which point.
+        point: u32,
+        /// The point it leads to.
+        next: u32,
+    },
+    /// 0x42DA: a point's value contradicts its kind.
+    PointContradicts {
+        /// Which point.
+        point: u32,
+        /// Its kind.
+        point_type: PointType,
+        /// Which of its values.
+        field: &'static str,
+        /// The value, where the kind says 0.
+        received: f64,
+    },
+    /// 0x4A12: points that add segments have no defined course.
+    AddNotAvailable {
+        /// Which point.
+        point: u32,
+    },
+    /// The code of the law's own error: the law cannot lead from this point to the next one.
+    Law {
+        /// The point the segment starts at.
+        point: u32,
+        /// The point it leads to.
+        next: u32,
+        /// The law between them.
+        law: MotionLaw,
+        /// Why not.
+        error: LawError,
+    },
+    /// 0x42DA: an inner spline point where no spline has begun.
+    SplineNotBegun {
+        /// Which point.
+        point: u32,
+    },
+    /// 0x42DA: a spline that is periodic at one end only.
+    SplineHalfPeriodic {
+        /// The point it starts at.
+        start: u32,
+        /// The point it ends at.
+        end: u32,
+    },
+    /// 0x4A21: a spline has too few points.
+    TooFewSplinePoints {
+        /// The point it starts at.
+        start: u32,
+        /// How many it has.
+        received: usize,
+        /// How many it needs.
+        least: usize,
+    },
+    /// 0x4A20: the slopes of a spline or a table are not finite: positions or distances are too
+    /// extreme.
+    NoFiniteSlopes {
+        /// Where the spline or the table starts.
+        start: Place,
+    },
+    /// 0x4A02: a position table has too few rows.
+    TooFewRows {
+        /// How many there are.
+        received: usize,
+        /// How many its interpolation needs.
+        least: usize,
+    },
+    /// 0x4A04: a table that is to be equidistant is not.
+    StepSize {
+        /// Which row, from 0.
+        row: usize,
+        /// The master position there.
+        received: f64,
+        /// The master position at equal steps.
+        expected: f64,
+    },
+    /// 0x4A08: four-point interpolation is no longer supported.
+    FourPoint,
+    /// 0x4262: the plate is a position table where a motion function is needed.
+    NotAMotionFunction {
+        /// What it is.
+        received: TableType,
+    },
+    /// 0x4B38: an increment that leads nowhere.
+    #[doc(alias = "MC_ERROR_INCREMENT_INVALID")]
+    Increment {
+        /// The increment.
+        received: f64,
+        /// The distance it should cover.
+        distance: f64,
+    },
+    /// 0x4B37: a selection of values with unknown bits, or none.
+    #[doc(alias = "MC_ERROR_NUMCOLUMNS_INVALID")]
+    NoColumns {
+        /// The bits that were given.
+        received: u16,
+    },
+    /// 0x4A1C: a parameter of a reading is not allowed.
+    Parameter {
+        /// Which one.
+        name: &'static str,
+        /// What was given.
+        received: f64,
+        /// What is allowed.
+        expected: &'static str,
+    },
+}
+
+/// Where in a plate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// The point of that index, in a motion function.
+    Point(u32),
+    /// The row, from 0, in a position table.
+    Row(usize),
+}
+
+impl CamError {
+    /// The number the NC gives to this error.
+    #[must_use]
+    pub fn code(&self) -> u32 {
+        match self {
+            Self::NotAMotionFunction { .. } => 0x4262,
+            Self::PointContradicts { .. }
+            | Self::SplineNotBegun { .. }
+            | Self::SplineHalfPeriodic { .. } => 0x42DA,
+            Self::EndIgnored { .. } | Self::NextPoint { .. } | Self::NextPointIgnored { .. } => {
+                0x42DB
+            }
+            Self::Law { error, .. } => error.code(),
+            Self::TooFewRows { .. } => 0x4A02,
+            Self::StepSize { .. } => 0x4A04,
+            Self::NotAscending { .. } => 0x4A06,
+            Self::FourPoint => 0x4A08,
+            Self::AddNotAvailable { .. } => 0x4A12,
+            Self::NotFinite { .. } | Self::Parameter { .. } => 0x4A1C,
+            Self::PointIndex { .. } => 0x4A1F,
+            Self::NoFiniteSlopes { .. } => 0x4A20,
+            Self::TooFewSplinePoints { .. } => 0x4A21,
+            Self::TooFewPoints { .. } => 0x4A23,
+            Self::UnknownPoint { .. } => 0x4B33,
+            Self::NoPoints => 0x4B34,
+            Self::NoColumns { .. } => 0x4B37,
+            Self::Increment { .. } => 0x4B38,
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Point(index) => write!(f, "point {index}"),
+            Self::Row(row) => write!(f, "row {row}"),
+        }
+    }
+}
+
+impl fmt::Display for CamError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // The law's error names its code itself.
+        if !matches!(self, Self::Law { .. }) {
+            write!(f, "{:#06x}: ", self.code())?;
+        }
+        match *self {
+            Self::TooFewPoints { received } => {
+                write!(f, "received {received} points, expected at least 2")
+            }
+            Self::PointIndex {
+                row,
+                received,
+                expected,
+            } => write!(
+                f,
+                "row {row}: received point index {received}, expected {expected}"
+            ),
+            Self::UnknownPoint { received, last } => {
+                write!(f, "received point index {received}, expected 1 to {last}")
+            }
+            Self::NoPoints => write!(f, "received no points to change, expected at least 1"),
+            Self::NotFinite {
+                place,
+                field,
+                received,
+            } => write!(
+                f,
+                "{place}, {field}: received {received}, expected a finite number"
+            ),
+            Self::NotAscending {
+                place,
+                received,
+                above,
+            } => write!(
+                f,
+                "{place}, master: received {received}, expected above {above}"
+            ),
+            Self::EndIgnored { point } => write!(
+                f,
+                "point {point}: received point type ignore, expected the first and the last point in use"
+            ),
+            Self::NextPoint {
+                point,
+                relative_next,
+                most,
+            } => write!(
+                f,
+                "point {point}, relative next: received {relative_next}, expected 1 to {most}"
+            ),
+            Self::NextPointIgnored { point, next } => write!(
+                f,
+                "point {point}, relative next: leads to point {next}, which is ignored, expected a point in use"
+            ),
+            Self::PointContradicts {
+                point,
+                point_type,
+                field,
+                received,
+            } => write!(
+                f,
+                "point {point}, {field}: received {received}, expected 0 at a point of type {point_type:?}"
+            ),
+            Self::AddNotAvailable { point } => write!(
+                f,
+                "point {point}: received point type add, which has no defined course, expected another one"
+            ),
+            Self::Law {
+                point,
+                next,
+                law,
+                error,
+            } => write!(
+                f,
+                "{}, from point {point} to point {next}: {error}",
+                law.name()
+            ),
+            Self::SplineNotBegun { point } => write!(
+                f,
+                "point {point}: received an inner spline point, expected it after the first point of a spline"
+            ),
+            Self::SplineHalfPeriodic { start, end } => write!(
+                f,
+                "spline from point {start} to point {end}: periodic at one end, expected at both or none"
+            ),
+            Self::TooFewSplinePoints {
+                start,
+                received,
+                least,
+            } => write!(
+                f,
+                "spline from point {start}: received {received} points, expected at least {least}"
+            ),
+            Self::NoFiniteSlopes { start } => write!(
+                f,
+                "from {start}: received slopes that are not finite, expected less extreme positions"
+            ),
+            Self::TooFewRows { received, least } => {
+                write!(f, "received {received} rows, expected at least {least}")
+            }
+            Self::StepSize {
+                row,
+                received,
+                expected,
+            } => write!(
+                f,
+                "row {row}, master: received {received}, expected {expected} at equal steps"
+            ),
+            Self::FourPoint => write!(
+                f,
+                "four-point interpolation is no longer supported, expected linear, spline or sliding spline"
+            ),
+            Self::NotAMotionFunction { received } => {
+                write!(
+                    f,
+                    "received a table of type {received:?}, expected a motion function"
+                )
+            }
+            Self::Increment { received, distance } => write!(
+                f,
+                "increment: received {received}, expected a number other than 0 towards a distance of {distance}"
+            ),
+            Self::NoColumns { received } => write!(
+                f,
+                "value selection: received {received:#06x}, expected a sum of some of 1, 2, 4 and 8"
+            ),
+            Self::Parameter {
+                name,
+                received,
+                expected,
+            } => write!(f, "{name}: received {received}, expected {expected}"),
+        }
+    }
+}
+
+impl core::error::Error for CamError {}

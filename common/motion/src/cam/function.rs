@@ -1,0 +1,194 @@
+//! Motion functions: a cam of few points with a law from each to the next.
+
+use alloc::vec::Vec;
+use core::mem;
+use core::ops::Range;
+
+use super::compile::compile;
+use super::curve::Curve;
+use super::error::CamError;
+use super::point::MotionPoint;
+use super::spline::SplineSolver;
+
+/// A motion function: points, checked and compiled to segments. TF5050 chapters 2 and 6.
+///
+/// The number of rows is fixed. Points that shall come into use later are kept as
+/// [`PointType::Ignore`](super::PointType::Ignore).
+#[doc(alias = "MC_TABLETYPE_MOTIONFUNCTION")]
+#[doc(alias = "MC_WriteMotionFunction")]
+#[doc(alias = "MC_WriteMotionFunctionPoint")]
+#[doc(alias = "MC_ReadMotionFunction")]
+#[doc(alias = "MC_ReadMotionFunctionPoint")]
+#[derive(Debug)]
+pub struct MotionFunction {
+    points: Vec<MotionPoint>,
+    curve: Curve,
+    /// A change is built here in full before it replaces what is in force.
+    stage: Stage,
+}
+
+#[derive(Debug)]
+struct Stage {
+    points: Vec<MotionPoint>,
+    curve: Curve,
+    splines: SplineSolver,
+}
+
+impl MotionFunction {
+    /// A motion function of at least two points, in the order of their indices.
+    ///
+    /// # Errors
+    /// [`CamError`] names the first point that is not right, and what is expected of it.
+    pub fn new(points: Vec<MotionPoint>) -> Result<Self, CamError> {
+        let mut function = Self::with_room_for(points);
+        compile(
+            &function.points,
+            &mut function.stage.splines,
+            &mut function.curve,
+        )?;
+        Ok(function)
+    }
+
+    /// All rows, ignored points included.
+    #[must_use]
+    pub fn points(&self) -> &[MotionPoint] {
+        &self.points
+    }
+
+    /// `MC_ReadMotionFunctionPoint`: the point of an index.
+    ///
+    /// # Errors
+    /// 0x4B33 if there is none.
+    pub fn point(&self, index: u32) -> Result<&MotionPoint, CamError> {
+        Ok(&self.points[self.row(index)?])
+    }
+
+    /// `MC_ReadMotionFunction`: up to `count` points from an index on, all that follow for 0.
+    ///
+    /// # Errors
+    /// 0x4B33 if there is no first one.
+    pub fn read(&self, first: u32, count: usize) -> Result<&[MotionPoint], CamError> {
+        let from_first = &self.points[self.row(first)?..];
+        let count = if count == 0 { usize::MAX } else { count };
+        Ok(&from_first[..count.min(from_first.len())])
+    }
+
+    /// `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint`: puts points in the place of those
+    /// with the same index, all at once. Of two with one index the later one counts.
+    ///
+    /// Nothing is allocated; it may run in the cycle.
+    ///
+    /// # Errors
+    /// As [`Self::new`], 0x4B33 for an index beyond the rows, 0x4B34 without points. Then
+    /// everything is as it was.
+    pub fn change(&mut self, points: &[MotionPoint]) -> Result<(), CamError> {
+        self.check_change(points)?;
+        mem::swap(&mut self.points, &mut self.stage.points);
+        mem::swap(&mut self.curve, &mut self.stage.curve);
+        Ok(())
+    }
+
+    /// Whether [`Self::change`] would accept these points; nothing in force changes.
+    ///
+    /// # Errors
+    /// As [`Self::change`].
+    pub fn check_change(&mut self, points: &[MotionPoint]) -> Result<(), CamError> {
+        if points.is_empty() {
+            return Err(CamError::NoPoints);
+        }
+        self.stage.points.clear();
+        self.stage.points.extend_from_slice(&self.points);
+        for point in points {
+            let row = self.row(point.index)?;
+            self.stage.points[row] = *point;
+        }
+        let Stage {
+            points,
+            curve,
+            splines,
+        } = &mut self.stage;
+        compile(points, splines, curve)
+    }
+
+    /// The stretch of the master, in x, in which the course would be another one after
+    /// [`Self::change`]: from the first segment that differs to the last, the old and the new ones.
+    /// It is empty if the course stays.
+    ///
+    /// # Errors
+    /// As [`Self::change`].
+    pub fn segments_changed(&mut self, points: &[MotionPoint]) -> Result<Range<f64>, CamError> {
+        self.check_change(points)?;
+        Ok(difference(&self.curve, &self.stage.curve))
+    }
+
+    pub(super) fn curve(&self) -> &Curve {
+        &self.curve
+    }
+
+    /// The points [`Self::check_change`] has seen last.
+    pub(super) fn staged_points(&self) -> &[MotionPoint] {
+        &self.stage.points
+    }
+
+    /// What it has built from them.
+    pub(super) fn staged_curve(&self) -> &Curve {
+        &self.stage.curve
+    }
+
+    fn row(&self, index: u32) -> Result<usize, CamError> {
+        let row = (index as usize).wrapping_sub(1);
+        if row < self.points.len() {
+            Ok(row)
+        } else {
+            Err(CamError::UnknownPoint {
+                received: index,
+                last: self.points.len() as u32,
+            })
+        }
+    }
+
+    /// The points, not compiled yet, with the room every change to them can need.
+    fn with_room_for(points: Vec<MotionPoint>) -> Self {
+        let rows = points.len();
+        Self {
+            points,
+            curve: Curve::with_capacity(rows),
+            stage: Stage {
+                points: Vec::with_capacity(rows),
+                curve: Curve::with_capacity(rows),
+                splines: SplineSolver::with_capacity(rows),
+            },
+        }
+    }
+}
+
+/// By hand, since a cloned vector keeps no spare room.
+impl Clone for MotionFunction {
+    fn clone(&self) -> Self {
+        let mut copy = Self::with_room_for(self.points.clone());
+        copy.curve.copy_from(&self.curve);
+        copy
+    }
+}
+
+/// From the start of the first segment that is not in both to the end of the last.
+fn difference(old: &Curve, new: &Curve) -> Range<f64> {
+    let same = |(a, b): &(_, _)| a == b;
+    let (before, after) = (old.segments(), new.segments());
+    let head = before.iter().zip(after).take_while(same).count();
+    if head == before.len() && head == after.len() {
+        return old.start()..old.start();
+    }
+    let (before, after) = (&before[head..], &after[head..]);
+    let tail = before
+        .iter()
+        .rev()
+        .zip(after.iter().rev())
+        .take_while(same)
+        .count();
+    let (before, after) = (&before[..before.len() - tail], &after[..after.len() - tail]);
+    let both = || before.iter().chain(after);
+    let start = both().fold(f64::INFINITY, |least, s| least.min(s.start()));
+    let end = both().fold(f64::NEG_INFINITY, |most, s| most.max(s.end()));
+    start..end
+}

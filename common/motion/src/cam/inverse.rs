@@ -1,0 +1,273 @@
+//! `MC_ReadCamTableMasterPosition`: where the master is when the slave is somewhere.
+//!
+//! One master has one slave, but a slave may have many masters. Each segment names all of its own
+//! exactly; here they are put in order, over the turns of a cyclic plate.
+
+use super::error::CamError;
+use super::kind::Course;
+use super::plate::Plate;
+use crate::law::MinMax;
+
+/// What `MC_ReadCamTableMasterPosition` asks, TF5050 chapter 7.5: axis positions of a coupling with
+/// its offsets and scalings.
+#[doc(alias = "MC_ReadCamTableMasterPosition")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MasterQuery {
+    /// Position of the slave axis, u.
+    pub slave_position: f64,
+    /// What is added to the position of the master axis, x.
+    pub master_offset: f64,
+    /// What is added to the position of the slave in the plate, u.
+    pub slave_offset: f64,
+    /// How much longer the plate is for the master axis.
+    pub master_scaling: f64,
+    /// How much higher the plate is for the slave axis.
+    pub slave_scaling: f64,
+    /// Position of the master axis to look from, x.
+    pub master_start: f64,
+    /// Masters no farther than this from the start count as on both sides of it, x. Places are
+    /// found to full precision whatever it is.
+    pub accuracy: f64,
+}
+
+impl Default for MasterQuery {
+    fn default() -> Self {
+        Self {
+            slave_position: 0.0,
+            master_offset: 0.0,
+            slave_offset: 0.0,
+            master_scaling: 1.0,
+            slave_scaling: 1.0,
+            master_start: 0.0,
+            accuracy: 0.0,
+        }
+    }
+}
+
+/// `CamMasterData`, TF5050 chapter 8.17; where `Valid` is false there is none.
+#[doc(alias = "CamMasterData")]
+#[doc(alias = "ST_CamMasterData")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MasterPosition {
+    /// Position of the master axis, x.
+    #[doc(alias = "MasterAxisPosition")]
+    pub axis: f64,
+    /// Position of the master in the base cycle of the plate, x.
+    #[doc(alias = "MasterCamPosition")]
+    pub cam: f64,
+    /// The slave offset with which a coupling there, which begins in the base cycle, finds the
+    /// slave in its place: the one of the query and the lifts up to there, u.
+    #[doc(alias = "SlaveOffset")]
+    pub slave_offset: f64,
+}
+
+impl Plate {
+    /// `MC_ReadCamTableMasterPosition`: the nearest masters below and above the start at which the
+    /// slave axis is where the query says. Either is None if there is no such master.
+    ///
+    /// # Errors
+    /// 0x4A1C for a number that is not finite, a scaling of 0 or an accuracy below 0.
+    #[doc(alias = "MC_ReadCamTableMasterPosition")]
+    pub fn master_positions(
+        &self,
+        query: &MasterQuery,
+    ) -> Result<[Option<MasterPosition>; 2], CamError> {
+        query.check()?;
+        let slave = (query.slave_position - query.slave_offset) / query.slave_scaling;
+        let start = (query.master_start + query.master_offset) / query.master_scaling;
+        let accuracy = query.accuracy / query.master_scaling.abs();
+        let mut found = [
+            self.master_below(slave, start, accuracy),
+            self.master_above(slave, start, accuracy),
+        ];
+        if query.master_scaling < 0.0 {
+            found.reverse();
+        }
+        Ok(found.map(|master| master.map(|master| self.located(master, query))))
+    }
+
+    /// The highest master not above `start` at which the slave is at `slave`; one up to `accuracy`
+    /// above counts too. In x and u, raw.
+    #[must_use]
+    pub fn master_below(&self, slave: f64, start: f64, accuracy: f64) -> Option<f64> {
+        self.neighbour(slave, start, accuracy, Side::Below)
+    }
+
+    /// The lowest master not below `start` at which the slave is at `slave`; one up to `accuracy`
+    /// below counts too. In x and u, raw.
+    #[must_use]
+    pub fn master_above(&self, slave: f64, start: f64, accuracy: f64) -> Option<f64> {
+        self.neighbour(slave, start, accuracy, Side::Above)
+    }
+
+    /// All masters of the base cycle at which the slave is at `slave`, ascending, in x and u, raw.
+    ///
+    /// Where the slave rests there, the begin of the rest stands for it. The end of a cyclic plate
+    /// is the begin of the next cycle and so does not count.
+    pub fn masters_at(&self, slave: f64) -> impl Iterator<Item = f64> + '_ {
+        let (start, end) = self.master_range();
+        let excluded = match self.course() {
+            Course::Linear => f64::INFINITY,
+            Course::Cyclic => end - rounding(start, end),
+        };
+        self.crossings(slave).take_while(move |&m| m < excluded)
+    }
+
+    /// The same, the end of a cyclic plate included.
+    fn crossings(&self, slave: f64) -> impl Iterator<Item = f64> + '_ {
+        let (start, end) = self.master_range();
+        let mut last = f64::NEG_INFINITY;
+        self.curve()
+            .segments()
+            .iter()
+            .flat_map(move |segment| {
+                let roots = segment.masters_at(slave);
+                (0..roots.len()).map(move |i| roots[i])
+            })
+            .filter(move |&master| {
+                // Two segments both name the point between them.
+                let new = master > last + rounding(start, end);
+                if new {
+                    last = master;
+                }
+                new
+            })
+    }
+
+    fn located(&self, master: f64, query: &MasterQuery) -> MasterPosition {
+        let turn = self.turn(master);
+        MasterPosition {
+            axis: master * query.master_scaling - query.master_offset,
+            cam: master - turn * self.period(),
+            slave_offset: query.slave_offset + turn * self.lift() * query.slave_scaling,
+        }
+    }
+
+    fn neighbour(&self, slave: f64, start: f64, accuracy: f64, side: Side) -> Option<f64> {
+        if self.rests_at(slave, start) {
+            return Some(start);
+        }
+        let range = self.slave_range();
+        self.turns_to_search(slave, start, range, side)
+            .into_iter()
+            .find_map(|turn| {
+                let mut masters = self
+                    .crossings(self.base_slave(slave, turn, range))
+                    .map(|master| master + turn * self.period());
+                match side {
+                    Side::Below => masters
+                        .take_while(|&m| m <= start + accuracy.max(0.0))
+                        .last(),
+                    Side::Above => masters.find(|&m| m >= start - accuracy.max(0.0)),
+                }
+            })
+    }
+
+    /// Whether the start lies where the slave stands still in its place: there is no nearer master.
+    fn rests_at(&self, slave: f64, start: f64) -> bool {
+        let (first, last) = self.master_range();
+        let on_plate = self.course() == Course::Cyclic || (first..=last).contains(&start);
+        let here = self.at(start);
+        on_plate
+            && here.velocity == 0.0
+            && (here.position - slave).abs()
+                <= 4.0 * f64::EPSILON * here.position.abs().max(slave.abs())
+    }
+
+    /// Where the slave is in the base cycle. After many lifts it may miss the range by rounding.
+    fn base_slave(&self, slave: f64, turn: f64, range: MinMax) -> f64 {
+        let lifted = turn * self.lift();
+        let base = slave - lifted;
+        let nearest = base.clamp(range.minimum.value, range.maximum.value);
+        let rounding = 4.0 * f64::EPSILON * slave.abs().max(lifted.abs());
+        if (base - nearest).abs() <= rounding {
+            nearest
+        } else {
+            base
+        }
+    }
+
+    /// The turns in which the neighbour can be, the nearest first.
+    ///
+    /// The slave is continuous, so each turn whose range holds it well inside has a master. Hence,
+    /// beginning at the turn of the start or at the nearest in range, the next few are enough; the
+    /// one nearer still is for an accuracy across the edge.
+    fn turns_to_search(
+        &self,
+        slave: f64,
+        start: f64,
+        range: MinMax,
+        side: Side,
+    ) -> impl Iterator<Item = f64> {
+        let here = self.turn(start);
+        let (first, step) = match side {
+            Side::Below => (here.min(self.turns_reaching(slave, range).1), -1.0),
+            Side::Above => (here.max(self.turns_reaching(slave, range).0), 1.0),
+        };
+        let all = match self.course() {
+            Course::Linear => 0..1,
+            Course::Cyclic => -1..4,
+        };
+        all.map(move |i| first + f64::from(i) * step)
+    }
+
+    /// The first and the last turn in which the slave can get there.
+    fn turns_reaching(&self, slave: f64, range: MinMax) -> (f64, f64) {
+        if self.course() == Course::Linear {
+            return (0.0, 0.0);
+        }
+        if self.lift() == 0.0 {
+            return (f64::NEG_INFINITY, f64::INFINITY);
+        }
+        let a = (slave - range.minimum.value) / self.lift();
+        let b = (slave - range.maximum.value) / self.lift();
+        (libm::floor(a.min(b)), libm::ceil(a.max(b)))
+    }
+}
+
+impl MasterQuery {
+    fn check(&self) -> Result<(), CamError> {
+        let refused = |name, received, expected| CamError::Parameter {
+            name,
+            received,
+            expected,
+        };
+        for (name, received) in [
+            ("slave position", self.slave_position),
+            ("master offset", self.master_offset),
+            ("slave offset", self.slave_offset),
+            ("master start position", self.master_start),
+        ] {
+            if !received.is_finite() {
+                return Err(refused(name, received, "a finite number"));
+            }
+        }
+        for (name, received) in [
+            ("master scaling", self.master_scaling),
+            ("slave scaling", self.slave_scaling),
+        ] {
+            if !received.is_finite() || received == 0.0 {
+                return Err(refused(name, received, "a finite number other than 0"));
+            }
+        }
+        if !(self.accuracy.is_finite() && self.accuracy >= 0.0) {
+            return Err(refused(
+                "master accuracy",
+                self.accuracy,
+                "a finite number from 0",
+            ));
+        }
+        Ok(())
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Side {
+    Below,
+    Above,
+}
+
+/// How far two ways of computing one master may be apart.
+fn rounding(start: f64, end: f64) -> f64 {
+    16.0 * f64::EPSILON * start.abs().max(end.abs())
+}

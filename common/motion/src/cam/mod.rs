@@ -1,0 +1,80 @@
+//! Cam plates: the slave as a function of the master. TF5050.
+//!
+//! A plate is a [`MotionFunction`] (few points, a [law](crate::law) from each to the next) or a
+//! [`PositionTable`] (many rows, interpolated), passed once or repeated:
+//!
+//! ```
+//! use coaxle_motion::cam::{Course, MotionFunction, MotionPoint, Plate, PointType};
+//! use coaxle_motion::law::MotionLaw;
+//!
+//! let rest = |index, master, slave| MotionPoint {
+//!     index,
+//!     function: MotionLaw::Polynom5,
+//!     point_type: PointType::Rest,
+//!     relative_next: 1,
+//!     master,
+//!     slave,
+//!     velocity: 0.0,
+//!     acceleration: 0.0,
+//!     jerk: 0.0,
+//! };
+//! let up_and_down = [rest(1, 0.0, 0.0), rest(2, 180.0, 50.0), rest(3, 360.0, 0.0)];
+//! let plate = Plate::from_function(MotionFunction::new(up_and_down.into())?, Course::Cyclic);
+//!
+//! assert_eq!(plate.at(180.0).position, 50.0);
+//! assert_eq!(plate.at(180.0 + 3.0 * 360.0).position, 50.0);
+//! assert!((plate.at(90.0).position - 25.0).abs() < 1e-12);
+//! let masters: Vec<f64> = plate.masters_at(25.0).collect();
+//! assert!((masters[0] - 90.0).abs() < 1e-9 && (masters[1] - 270.0).abs() < 1e-9);
+//! # Ok::<(), coaxle_motion::cam::CamError>(())
+//! ```
+//!
+//! Positions are in master units (x) and slave units (u), raw: offsets and scalings belong to the
+//! coupling. Derivatives are with respect to the master unless they say "over time".
+//!
+//! | PLC name | TF5050 | here |
+//! |--|--|--|
+//! | `MC_MotionFunctionPoint`, `MC_MotionFunctionPoint_ID` | 8.7, 8.8 | [`MotionPoint`] |
+//! | `MC_MotionFunctionType` | 8.9 | [`MotionLaw`](crate::law::MotionLaw) |
+//! | `MC_MotionPointType` | 8.10 | [`PointType`] |
+//! | `MC_CAM_REF`, `Periodic` | 8.2, 4.1 | [`Plate`], [`Course`] |
+//! | `MC_TableType` | 8.13 | [`TableType`] |
+//! | `MC_InterpolationType` | 8.6 | [`Interpolation`] |
+//! | `MC_TableErrorCodes` | 8.12 | [`CamError`] |
+//! | `MC_ReadMotionFunction` | 6.1 | [`MotionFunction::read`] |
+//! | `MC_ReadMotionFunctionPoint` | 6.2 | [`MotionFunction::point`] |
+//! | `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint` | 6.3, 6.4 | [`Plate::change`] |
+//! | `MC_ReadMotionFunctionValues` | 6.6 | [`Plate::values`] |
+//! | `MC_ValueSelectType` | 8.14 | [`ValueSelect`] |
+//! | `MC_ReadCamTableSlaveDynamics` | 7.1 | [`Plate::slave_dynamics`] |
+//! | `MC_ReadCamTableCharacteristics` | 7.4 | [`Plate::characteristics`] |
+//! | `MC_TableCharacValues` | 8.11 | [`Characteristics`] |
+//! | `MC_ReadCamTableMasterPosition` | 7.5 | [`Plate::master_positions`], [`MasterQuery`] |
+//! | `CamMasterData` | 8.17 | [`MasterPosition`] |
+
+mod characteristics;
+mod compile;
+mod curve;
+mod error;
+mod function;
+mod inverse;
+mod kind;
+mod plate;
+mod point;
+mod quadrature;
+mod spline;
+mod table;
+mod values;
+
+#[cfg(test)]
+mod tests;
+
+pub use characteristics::{Characteristics, PlateEnd};
+pub use error::{CamError, Place};
+pub use function::MotionFunction;
+pub use inverse::{MasterPosition, MasterQuery};
+pub use kind::{Course, TableType};
+pub use plate::{Cursor, Plate, slave_of};
+pub use point::{MotionPoint, PointType};
+pub use table::{Interpolation, PositionTable};
+pub use values::{ValueRow, ValueSelect};

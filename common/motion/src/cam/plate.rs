@@ -1,0 +1,336 @@
+//! A cam plate: a motion function or a position table, passed once or repeated.
+
+use core::ops::Range;
+
+use super::curve::Curve;
+use super::error::CamError;
+use super::function::MotionFunction;
+use super::kind::{Course, TableType};
+use super::point::MotionPoint;
+use super::table::{Interpolation, PositionTable};
+use crate::law::Motion;
+use crate::profile::Kinematics;
+
+/// A cam plate, ready to be evaluated: what `MC_CamTableSelect` loads.
+///
+/// Masters are in master units (x), slaves in slave units (u), both raw: without a coupling's
+/// offsets and scalings.
+#[doc(alias = "MC_CAM_REF")]
+#[derive(Clone, Debug)]
+pub struct Plate {
+    source: Source,
+    course: Course,
+    lift: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Source {
+    Function(MotionFunction),
+    Table(PositionTable),
+}
+
+/// Where the last look at a plate ended, so that the next one near by is quick. Any cursor is good
+/// for any plate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cursor {
+    segment: usize,
+    turn: f64,
+}
+
+impl Cursor {
+    /// How many cycles the plate had done: 0 in the base cycle, below it negative. Always 0 on a
+    /// linear plate.
+    #[must_use]
+    pub const fn turn(&self) -> f64 {
+        self.turn
+    }
+}
+
+impl Plate {
+    /// A plate from a motion function.
+    #[must_use]
+    pub fn from_function(function: MotionFunction, course: Course) -> Self {
+        Self {
+            lift: lift_of_points(function.points()),
+            source: Source::Function(function),
+            course,
+        }
+    }
+
+    /// A plate from a position table, with the table's course.
+    #[must_use]
+    pub fn from_table(table: PositionTable) -> Self {
+        Self {
+            lift: lift_of_rows(table.rows()),
+            course: table.course(),
+            source: Source::Table(table),
+        }
+    }
+
+    /// What it is made from.
+    #[must_use]
+    pub const fn table_type(&self) -> TableType {
+        match &self.source {
+            Source::Function(_) => TableType::MotionFunction,
+            Source::Table(table) => table.table_type(),
+        }
+    }
+
+    /// Whether it is passed once or repeated.
+    #[must_use]
+    pub const fn course(&self) -> Course {
+        self.course
+    }
+
+    /// The motion function it is made from, if it is.
+    #[must_use]
+    pub const fn function(&self) -> Option<&MotionFunction> {
+        match &self.source {
+            Source::Function(function) => Some(function),
+            Source::Table(_) => None,
+        }
+    }
+
+    /// The position table it is made from, if it is.
+    #[must_use]
+    pub const fn table(&self) -> Option<&PositionTable> {
+        match &self.source {
+            Source::Function(_) => None,
+            Source::Table(table) => Some(table),
+        }
+    }
+
+    /// The interpolation of a position table, the PLC's default for a motion function.
+    #[must_use]
+    pub fn interpolation(&self) -> Interpolation {
+        self.table()
+            .map_or_else(Interpolation::default, PositionTable::interpolation)
+    }
+
+    /// How many rows or points it has, those ignored included.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        match &self.source {
+            Source::Function(function) => function.points().len(),
+            Source::Table(table) => table.rows().len(),
+        }
+    }
+
+    /// How many columns it has: 1 for a motion function, 2 for a position table.
+    #[must_use]
+    pub const fn columns(&self) -> usize {
+        match self.source {
+            Source::Function(_) => 1,
+            Source::Table(_) => 2,
+        }
+    }
+
+    /// The first and the last master position of the base cycle, x.
+    #[must_use]
+    pub fn master_range(&self) -> (f64, f64) {
+        (self.curve().start(), self.curve().end())
+    }
+
+    /// The master's way from the first to the last position, x.
+    #[must_use]
+    pub fn period(&self) -> f64 {
+        let (start, end) = self.master_range();
+        end - start
+    }
+
+    /// The slave's way from the first to the last position, u. It counts as 0 if it is no more than
+    /// rounding.
+    #[must_use]
+    pub const fn lift(&self) -> f64 {
+        self.lift
+    }
+
+    /// The motion at any master position, x.
+    #[must_use]
+    pub fn at(&self, master: f64) -> Motion {
+        match self.course {
+            Course::Linear => self.held(master).unwrap_or_else(|| self.curve().at(master)),
+            Course::Cyclic => {
+                let turn = self.turn_of(master);
+                self.lifted(self.curve().at(self.base_master(turn, master)), turn)
+            }
+        }
+    }
+
+    /// The same as [`Self::at`], to the last bit, quicker the nearer it is to the last look.
+    #[must_use]
+    pub fn along(&self, cursor: &mut Cursor, master: f64) -> Motion {
+        match self.course {
+            Course::Linear => {
+                cursor.turn = 0.0;
+                self.held(master)
+                    .unwrap_or_else(|| self.curve().along(&mut cursor.segment, master))
+            }
+            Course::Cyclic => {
+                if !self.is_in_turn(cursor.turn, master) {
+                    cursor.turn = self.turn_of(master);
+                }
+                let base = self.base_master(cursor.turn, master);
+                let motion = self.curve().along(&mut cursor.segment, base);
+                self.lifted(motion, cursor.turn)
+            }
+        }
+    }
+
+    /// `MC_ReadCamTableSlaveDynamics`: the slave's set values where the master is and as it moves.
+    ///
+    /// For a master velocity of 1 and no acceleration these are the plate's own derivatives. Unlike
+    /// the original, position tables answer with velocity and acceleration too.
+    #[doc(alias = "MC_ReadCamTableSlaveDynamics")]
+    #[must_use]
+    pub fn slave_dynamics(&self, master: &Kinematics) -> Kinematics {
+        slave_of(&self.at(master.position), master)
+    }
+
+    /// How many whole cycles lie between the base cycle and a master position: 0 on a linear plate.
+    #[must_use]
+    pub fn turn(&self, master: f64) -> f64 {
+        match self.course {
+            Course::Linear => 0.0,
+            Course::Cyclic => self.turn_of(master),
+        }
+    }
+
+    /// [`MotionFunction::change`] in the plate; then period and lift are those of the new points.
+    ///
+    /// # Errors
+    /// As there, and 0x4262 for a position table.
+    pub fn change(&mut self, points: &[MotionPoint]) -> Result<(), CamError> {
+        let function = self.function_mut()?;
+        function.change(points)?;
+        self.lift = lift_of_points(function.points());
+        Ok(())
+    }
+
+    /// [`MotionFunction::check_change`] in the plate.
+    ///
+    /// # Errors
+    /// As [`Self::change`].
+    pub fn check_change(&mut self, points: &[MotionPoint]) -> Result<(), CamError> {
+        self.function_mut()?.check_change(points)
+    }
+
+    /// [`MotionFunction::segments_changed`] in the plate, in masters of the base cycle. A cyclic
+    /// plate changes as a whole if its period or lift would, since every turn but the first moves.
+    ///
+    /// # Errors
+    /// As [`Self::change`].
+    pub fn segments_changed(&mut self, points: &[MotionPoint]) -> Result<Range<f64>, CamError> {
+        let (course, lift) = (self.course, self.lift);
+        let function = self.function_mut()?;
+        let changed = function.segments_changed(points)?;
+        let (old, new) = (function.curve(), function.staged_curve());
+        let same_period = old.start() == new.start() && old.end() == new.end();
+        let same_lift = lift == lift_of_points(function.staged_points());
+        if course == Course::Linear || same_period && same_lift {
+            Ok(changed)
+        } else {
+            Ok(old.start().min(new.start())..old.end().max(new.end()))
+        }
+    }
+
+    pub(super) fn curve(&self) -> &Curve {
+        match &self.source {
+            Source::Function(function) => function.curve(),
+            Source::Table(table) => table.curve(),
+        }
+    }
+
+    /// What is added to the position in a turn.
+    fn lifted(&self, motion: Motion, turn: f64) -> Motion {
+        Motion {
+            position: motion.position + turn * self.lift,
+            ..motion
+        }
+    }
+
+    fn function_mut(&mut self) -> Result<&mut MotionFunction, CamError> {
+        match &mut self.source {
+            Source::Function(function) => Ok(function),
+            Source::Table(table) => Err(CamError::NotAMotionFunction {
+                received: table.table_type(),
+            }),
+        }
+    }
+
+    /// Outside the range of a linear plate: the slave stands where it came to the edge.
+    fn held(&self, master: f64) -> Option<Motion> {
+        let (start, end) = self.master_range();
+        let edge = if master < start {
+            start
+        } else if master > end {
+            end
+        } else {
+            return None;
+        };
+        Some(Motion {
+            position: self.curve().at(edge).position,
+            ..Motion::default()
+        })
+    }
+
+    /// The turn a master position is in. One correction makes up for what rounding did, so that
+    /// [`Self::is_in_turn`] agrees.
+    fn turn_of(&self, master: f64) -> f64 {
+        let (start, end) = self.master_range();
+        let guess = libm::floor((master - start) / (end - start));
+        if master < self.turn_start(guess) {
+            guess - 1.0
+        } else if master >= self.turn_start(guess + 1.0) {
+            guess + 1.0
+        } else {
+            guess
+        }
+    }
+
+    fn is_in_turn(&self, turn: f64, master: f64) -> bool {
+        self.turn_start(turn) <= master && master < self.turn_start(turn + 1.0)
+    }
+
+    fn turn_start(&self, turn: f64) -> f64 {
+        let (start, end) = self.master_range();
+        start + turn * (end - start)
+    }
+
+    /// The same place in the base cycle. Far out a master has few digits left, so it may miss the
+    /// range by its rounding.
+    fn base_master(&self, turn: f64, master: f64) -> f64 {
+        let (start, end) = self.master_range();
+        (master - turn * (end - start)).clamp(start, end)
+    }
+}
+
+/// The slave of a moving master, by the chain rule: v = f'·V, a = f''·V² + f'·A.
+#[must_use]
+pub fn slave_of(cam: &Motion, master: &Kinematics) -> Kinematics {
+    Kinematics {
+        position: cam.position,
+        velocity: cam.velocity * master.velocity,
+        acceleration: cam.acceleration * master.velocity * master.velocity
+            + cam.velocity * master.acceleration,
+    }
+}
+
+/// From the positions of its ends themselves: a segment meets its end only to the last few bits,
+/// which would add up over the turns.
+fn lift_of(first: f64, last: f64) -> f64 {
+    let lift = last - first;
+    // Start and end of a plate without lift may be written differently, as 0.3 and 0.1 + 0.2 are.
+    let rounding = 8.0 * f64::EPSILON * first.abs().max(last.abs());
+    if lift.abs() <= rounding { 0.0 } else { lift }
+}
+
+fn lift_of_points(points: &[MotionPoint]) -> f64 {
+    let slave = |row: usize| points[row].slave;
+    lift_of(slave(0), slave(points.len() - 1))
+}
+
+fn lift_of_rows(rows: &[(f64, f64)]) -> f64 {
+    let slave = |row: usize| rows[row].1;
+    lift_of(slave(0), slave(rows.len() - 1))
+}

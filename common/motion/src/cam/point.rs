@@ -1,0 +1,139 @@
+//! `MC_MotionFunctionPoint`: where the slave is at one position of the master, and how it goes on.
+
+use crate::law::MotionLaw;
+
+/// `MC_MotionFunctionPoint`, TF5050 chapter 8.7: one row of a motion function.
+///
+/// Master positions are in master units (x), slave positions in slave units (u); derivatives are
+/// with respect to the master, so `velocity` is in u/x, `acceleration` in u/x², `jerk` in u/x³.
+#[doc(alias = "MC_MotionFunctionPoint")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct MotionPoint {
+    /// Number of the point: from 1, each one more than the row before.
+    #[doc(alias = "PointIndex")]
+    #[doc(alias = "MC_MotionFunctionPoint_ID")]
+    pub index: u32,
+    /// The law from this point to the next one. For the last point it only matters where it ends a
+    /// spline.
+    #[doc(alias = "FunctionType")]
+    #[cfg_attr(feature = "serde", serde(alias = "law"))]
+    pub function: MotionLaw,
+    /// What kind of point it is.
+    #[doc(alias = "PointType")]
+    #[cfg_attr(feature = "serde", serde(alias = "type"))]
+    pub point_type: PointType,
+    /// How many rows further the next point is; 1 unless points are skipped. The last point's is
+    /// not read.
+    #[doc(alias = "RelIndexNextPoint")]
+    #[cfg_attr(feature = "serde", serde(default = "one_row_further"))]
+    pub relative_next: i32,
+    /// Position of the master, x.
+    #[doc(alias = "MasterPos")]
+    pub master: f64,
+    /// Position of the slave, u.
+    #[doc(alias = "SlavePos")]
+    pub slave: f64,
+    /// Velocity of the slave, u/x.
+    #[doc(alias = "SlaveVelo")]
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub velocity: f64,
+    /// Acceleration of the slave, u/x².
+    #[doc(alias = "SlaveAcc")]
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub acceleration: f64,
+    /// Jerk of the slave, u/x³.
+    #[doc(alias = "SlaveJerk")]
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub jerk: f64,
+}
+
+#[cfg(feature = "serde")]
+const fn one_row_further() -> i32 {
+    1
+}
+
+/// `MC_MotionPointType`, TF5050 chapter 8.10.
+#[doc(alias = "MC_MotionPointType")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[repr(u16)]
+pub enum PointType {
+    /// Not part of the course: a place kept free. Never the first or the last row.
+    #[doc(alias = "MOTIONPOINTTYPE_IGNORE")]
+    Ignore = 0,
+    /// The slave rests: velocity and acceleration are 0.
+    #[doc(alias = "MOTIONPOINTTYPE_REST")]
+    #[default]
+    Rest = 0x0001,
+    /// The slave passes at a velocity: the acceleration is 0.
+    #[doc(alias = "MOTIONPOINTTYPE_VELOCITY")]
+    Velocity = 0x0002,
+    /// The slave turns round: the velocity is 0.
+    #[doc(alias = "MOTIONPOINTTYPE_TURN")]
+    Turn = 0x0004,
+    /// The slave passes at a velocity and an acceleration.
+    #[doc(alias = "MOTIONPOINTTYPE_MOTION")]
+    Motion = 0x0008,
+    /// Adds segments. The manual gives the name and no course, so such a point is refused: plates
+    /// are superposed by coupling more than one.
+    #[doc(alias = "MOTIONPOINTTYPE_ADD")]
+    Add = 0x0F00,
+    /// A marked point. The manual gives it no effect on the course: it is passed like a motion
+    /// point.
+    #[doc(alias = "MOTIONPOINTTYPE_ACTIVATION")]
+    Activation = 0x2000,
+}
+
+impl PointType {
+    /// All kinds, by their codes.
+    pub const ALL: [Self; 7] = [
+        Self::Ignore,
+        Self::Rest,
+        Self::Velocity,
+        Self::Turn,
+        Self::Motion,
+        Self::Add,
+        Self::Activation,
+    ];
+
+    /// The number the PLC has for it.
+    #[must_use]
+    pub const fn code(self) -> u16 {
+        self as u16
+    }
+
+    /// The kind of that number, if there is one.
+    #[must_use]
+    pub fn from_code(code: u16) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.code() == code)
+    }
+
+    /// Whether the kind says that the slave stands still for a moment.
+    pub(super) const fn stands_still(self) -> bool {
+        matches!(self, Self::Rest | Self::Turn)
+    }
+
+    /// Whether the kind says that the slave's velocity does not change for a moment.
+    pub(super) const fn keeps_its_velocity(self) -> bool {
+        matches!(self, Self::Rest | Self::Velocity)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kind_and_its_code_are_one_to_one() {
+        for kind in PointType::ALL {
+            assert_eq!(PointType::from_code(kind.code()), Some(kind));
+        }
+        assert_eq!(PointType::from_code(0x0010), None);
+    }
+}

@@ -1,0 +1,288 @@
+//! Cubic splines: the slopes at the knots that make the second derivative continuous.
+//!
+//! The equations for the slopes have three unknowns each and a dominant diagonal, so elimination
+//! without pivoting is stable (Carl de Boor, A Practical Guide to Splines, chapter IV). A periodic
+//! spline joins the last knot to the first; its two corner entries are taken out as a rank-one
+//! change (Sherman and Morrison).
+
+use alloc::vec::Vec;
+
+use super::curve::Curve;
+use super::error::{CamError, Place};
+use crate::law::{Motion, Segment};
+
+/// A place the spline passes through.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct SplineKnot {
+    pub(super) master: f64,
+    pub(super) slave: f64,
+}
+
+/// What holds at an end of an open spline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum End {
+    /// No curvature.
+    Natural,
+    /// A given slope.
+    Slope(f64),
+    /// The slope of the straight line across the end segment.
+    Secant,
+}
+
+/// What holds at both ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Ends {
+    Open(End, End),
+    /// Slope and curvature at the end are those of the start.
+    Periodic,
+}
+
+/// Room for solving; it allocates no more once it has seen the longest spline.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SplineSolver {
+    knots: Vec<SplineKnot>,
+    rows: Vec<Row>,
+    slopes: Vec<f64>,
+}
+
+/// One equation: `below`·previous slope + `diagonal`·slope + `above`·next slope = `right`.
+/// `border` is a second right-hand side, used by periodic splines only.
+#[derive(Clone, Copy, Debug, Default)]
+struct Row {
+    below: f64,
+    diagonal: f64,
+    above: f64,
+    right: f64,
+    border: f64,
+}
+
+impl SplineSolver {
+    pub(super) fn with_capacity(knots: usize) -> Self {
+        Self {
+            knots: Vec::with_capacity(knots),
+            rows: Vec::with_capacity(knots),
+            slopes: Vec::with_capacity(knots),
+        }
+    }
+
+    /// Forgets the knots of the last spline.
+    pub(super) fn clear(&mut self) {
+        self.knots.clear();
+    }
+
+    /// The next knot, with a master above the one before.
+    pub(super) fn push(&mut self, knot: SplineKnot) {
+        self.knots.push(knot);
+    }
+
+    pub(super) fn knots(&self) -> &[SplineKnot] {
+        &self.knots
+    }
+
+    /// Finds the slopes at the knots, of which there are at least two, or three for a periodic
+    /// spline.
+    fn solve(&mut self, ends: Ends) {
+        self.rows.clear();
+        self.slopes.clear();
+        match ends {
+            Ends::Open(start, end) => self.solve_open(start, end),
+            Ends::Periodic => self.solve_periodic(),
+        }
+    }
+
+    fn solve_open(&mut self, start: End, end: End) {
+        let last = self.knots.len() - 1;
+        let (first, second) = (secant(&self.knots[..2]), secant(&self.knots[last - 1..]));
+        self.rows.push(start_row(start, first));
+        for i in 1..last {
+            let (before, after) = (secant(&self.knots[i - 1..]), secant(&self.knots[i..]));
+            self.rows.push(inner_row(before, after));
+        }
+        let mirrored = start_row(end, second);
+        self.rows.push(Row {
+            below: mirrored.above,
+            above: 0.0,
+            ..mirrored
+        });
+        eliminate(&mut self.rows);
+        self.slopes.extend(self.rows.iter().map(|row| row.right));
+    }
+
+    fn solve_periodic(&mut self) {
+        let last = self.knots.len() - 1;
+        // The last knot is the first one again, so its slope is not an unknown of its own.
+        let mut before = secant(&self.knots[last - 1..]);
+        for i in 0..last {
+            let after = secant(&self.knots[i..]);
+            self.rows.push(inner_row(before, after));
+            before = after;
+        }
+        solve_bordered(&mut self.rows);
+        self.slopes.extend(self.rows.iter().map(|row| row.right));
+        self.slopes.push(self.rows[0].right);
+    }
+}
+
+/// The straight line between two neighbours.
+#[derive(Clone, Copy)]
+struct Secant {
+    width: f64,
+    slope: f64,
+}
+
+fn secant(knots: &[SplineKnot]) -> Secant {
+    let width = knots[1].master - knots[0].master;
+    Secant {
+        width,
+        slope: (knots[1].slave - knots[0].slave) / width,
+    }
+}
+
+/// The second derivative is the same on both sides of a knot. Widths are taken relative to each
+/// other, so that no product of two can overflow.
+fn inner_row(before: Secant, after: Secant) -> Row {
+    let both = before.width + after.width;
+    let (below, above) = (after.width / both, before.width / both);
+    Row {
+        below,
+        diagonal: 2.0,
+        above,
+        right: 3.0 * (below * before.slope + above * after.slope),
+        border: 0.0,
+    }
+}
+
+fn start_row(end: End, secant: Secant) -> Row {
+    let (diagonal, above, right) = match end {
+        End::Natural => (2.0, 1.0, 3.0 * secant.slope),
+        End::Slope(slope) => (1.0, 0.0, slope),
+        End::Secant => (1.0, 0.0, secant.slope),
+    };
+    Row {
+        diagonal,
+        above,
+        right,
+        ..Row::default()
+    }
+}
+
+/// Leaves the solutions of the three-diagonal system in `right` and `border`.
+fn eliminate(rows: &mut [Row]) {
+    let mut previous = Row::default();
+    for row in rows.iter_mut() {
+        let pivot = row.diagonal - row.below * previous.above;
+        row.right = (row.right - row.below * previous.right) / pivot;
+        row.border = (row.border - row.below * previous.border) / pivot;
+        row.above /= pivot;
+        previous = *row;
+    }
+    let mut next = Row::default();
+    for row in rows.iter_mut().rev() {
+        row.right -= row.above * next.right;
+        row.border -= row.above * next.border;
+        next = *row;
+    }
+}
+
+/// The same where the first row also reaches the last unknown by its `below`, and the last row the
+/// first unknown by its `above`. The corners are w·vᵀ with w = (γ, 0…, above), v = (1, 0…, below/γ).
+fn solve_bordered(rows: &mut [Row]) {
+    let last = rows.len() - 1;
+    let gamma = -rows[0].diagonal;
+    let corner = rows[0].below / gamma;
+    let above = rows[last].above;
+    rows[0].below = 0.0;
+    rows[0].diagonal -= gamma;
+    rows[0].border = gamma;
+    rows[last].above = 0.0;
+    rows[last].diagonal -= above * corner;
+    rows[last].border = above;
+    eliminate(rows);
+    let share = (rows[0].right + corner * rows[last].right)
+        / (1.0 + rows[0].border + corner * rows[last].border);
+    for row in rows {
+        row.right -= share * row.border;
+    }
+}
+
+/// Solves for the knots the solver holds and appends the cubics between them to a curve.
+pub(super) fn push_spline(
+    splines: &mut SplineSolver,
+    ends: Ends,
+    start: Place,
+    curve: &mut Curve,
+) -> Result<(), CamError> {
+    splines.solve(ends);
+    let slopes = splines.slopes.iter().copied();
+    push_hermite(splines.knots.iter().copied().zip(slopes), start, curve)
+}
+
+/// Appends the cubics that have the given slopes at the given knots to a curve.
+pub(super) fn push_hermite(
+    mut knots_and_slopes: impl Iterator<Item = (SplineKnot, f64)>,
+    start: Place,
+    curve: &mut Curve,
+) -> Result<(), CamError> {
+    let Some((mut from, mut leaving)) = knots_and_slopes.next() else {
+        return Ok(());
+    };
+    for (to, arriving) in knots_and_slopes {
+        push_cubic(from, to, cubic(from, to, leaving, arriving), start, curve)?;
+        (from, leaving) = (to, arriving);
+    }
+    Ok(())
+}
+
+/// Appends the straight lines between the given knots to a curve.
+pub(super) fn push_lines(
+    mut knots: impl Iterator<Item = SplineKnot>,
+    start: Place,
+    curve: &mut Curve,
+) -> Result<(), CamError> {
+    let Some(mut from) = knots.next() else {
+        return Ok(());
+    };
+    for to in knots {
+        let slope = secant(&[from, to]).slope;
+        push_cubic(from, to, [from.slave, slope, 0.0, 0.0], start, curve)?;
+        from = to;
+    }
+    Ok(())
+}
+
+fn push_cubic(
+    from: SplineKnot,
+    to: SplineKnot,
+    coefficients: [f64; 4],
+    start: Place,
+    curve: &mut Curve,
+) -> Result<(), CamError> {
+    let segment = Segment::cubic(from.master, to.master, coefficients);
+    // A number that is not finite at the end was not at the start, or has become so on the way.
+    let Motion {
+        position,
+        velocity,
+        acceleration,
+        jerk,
+    } = segment.at(to.master);
+    if ![position, velocity, acceleration, jerk]
+        .iter()
+        .all(|value| value.is_finite())
+    {
+        return Err(CamError::NoFiniteSlopes { start });
+    }
+    curve.push(segment);
+    Ok(())
+}
+
+/// The cubic between two knots with the slopes it leaves and arrives with: coefficients in powers
+/// of the distance from the first.
+fn cubic(from: SplineKnot, to: SplineKnot, leaving: f64, arriving: f64) -> [f64; 4] {
+    let Secant { width, slope } = secant(&[from, to]);
+    [
+        from.slave,
+        leaving,
+        (3.0 * slope - 2.0 * leaving - arriving) / width,
+        (leaving + arriving - 2.0 * slope) / width / width,
+    ]
+}

@@ -1,0 +1,283 @@
+//! Position tables: a cam of many rows of master and slave positions.
+
+use alloc::vec::Vec;
+
+use super::curve::Curve;
+use super::error::{CamError, Place};
+use super::kind::{Course, TableType};
+use super::spline::{End, Ends, SplineKnot, SplineSolver, push_hermite, push_lines, push_spline};
+
+/// `MC_InterpolationType`, TF5050 chapter 8.6: the way from one row of a position table to the
+/// next.
+#[doc(alias = "MC_InterpolationType")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[repr(u8)]
+pub enum Interpolation {
+    /// Straight lines: the velocity steps at each row.
+    #[doc(alias = "MC_INTERPOLATIONTYPE_LINEAR")]
+    #[default]
+    Linear = 0,
+    /// No longer supported, and refused.
+    #[doc(alias = "MC_INTERPOLATIONTYPE_4POINT")]
+    FourPoint = 1,
+    /// One cubic spline through all rows: position, velocity and acceleration are continuous.
+    /// In a linear cam its end slopes are those of the parabola through the three rows at that
+    /// end; in a cyclic one it is periodic.
+    #[doc(alias = "MC_INTERPOLATIONTYPE_SPLINE")]
+    Spline = 2,
+    /// Local cubics: position and velocity are continuous, and a row has no effect beyond its
+    /// second neighbours. The slope at a row is that of the parabola through it and its neighbours;
+    /// each cubic so depends on four rows.
+    #[doc(alias = "MC_INTERPOLATIONTYPE_SLIDINGSPLINE")]
+    SlidingSpline = 3,
+}
+
+impl Interpolation {
+    /// All kinds, by their codes.
+    pub const ALL: [Self; 4] = [
+        Self::Linear,
+        Self::FourPoint,
+        Self::Spline,
+        Self::SlidingSpline,
+    ];
+
+    /// The number the PLC has for it.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The kind of that number, if there is one.
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.code() == code)
+    }
+
+    /// How many rows it needs.
+    fn least_rows(self) -> Result<usize, CamError> {
+        match self {
+            Self::Linear => Ok(2),
+            Self::FourPoint => Err(CamError::FourPoint),
+            Self::Spline | Self::SlidingSpline => Ok(4),
+        }
+    }
+}
+
+/// A position table: rows of (master, slave) in x and u, the masters strictly ascending.
+#[doc(alias = "MC_TABLETYPE_NONEQUIDISTANT")]
+#[doc(alias = "MC_TABLETYPE_EQUIDISTANT")]
+#[derive(Clone, Debug)]
+pub struct PositionTable {
+    rows: Vec<(f64, f64)>,
+    interpolation: Interpolation,
+    course: Course,
+    equidistant: bool,
+    curve: Curve,
+}
+
+/// How far a row of an equidistant table may be from its place, in steps: a file with a few decimal
+/// places is still equidistant.
+const STEP_TOLERANCE: f64 = 1e-3;
+
+impl PositionTable {
+    /// A table whose masters may be at any distance: at least two rows for linear interpolation,
+    /// four for splines.
+    ///
+    /// # Errors
+    /// 0x4A02 for too few rows, 0x4A06 if the master does not ascend, 0x4A08 for four-point
+    /// interpolation, 0x4A1C for a number that is not finite, 0x4A20 for a spline without a
+    /// solution.
+    pub fn new(
+        rows: &[(f64, f64)],
+        interpolation: Interpolation,
+        course: Course,
+    ) -> Result<Self, CamError> {
+        check(rows, interpolation)?;
+        let mut curve = Curve::with_capacity(rows.len() - 1);
+        match interpolation {
+            Interpolation::Spline => push_global_spline(rows, course, &mut curve)?,
+            Interpolation::SlidingSpline => push_sliding_spline(rows, course, &mut curve)?,
+            Interpolation::Linear | Interpolation::FourPoint => {
+                push_lines(rows.iter().copied().map(knot), Place::Row(0), &mut curve)?;
+            }
+        }
+        Ok(Self {
+            rows: rows.to_vec(),
+            interpolation,
+            course,
+            equidistant: false,
+            curve,
+        })
+    }
+
+    /// A table whose masters are at equal distances, to a thousandth of a step. The segment of a
+    /// master is then computed, not searched.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and 0x4A04 naming the first row that is not in its place.
+    pub fn equidistant(
+        rows: &[(f64, f64)],
+        interpolation: Interpolation,
+        course: Course,
+    ) -> Result<Self, CamError> {
+        let mut table = Self::new(rows, interpolation, course)?;
+        let (first, last) = (table.curve.start(), table.curve.end());
+        let step = (last - first) / (rows.len() - 1) as f64;
+        for (row, &(received, _)) in rows.iter().enumerate() {
+            let expected = first + row as f64 * step;
+            let strays = (received - expected).abs() > STEP_TOLERANCE * step;
+            if strays {
+                return Err(CamError::StepSize {
+                    row,
+                    received,
+                    expected,
+                });
+            }
+        }
+        table.equidistant = true;
+        table.curve.settle_equidistant();
+        Ok(table)
+    }
+
+    /// The same rows with another interpolation. It allocates.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn interpolated(&self, interpolation: Interpolation) -> Result<Self, CamError> {
+        let construct = if self.equidistant {
+            Self::equidistant
+        } else {
+            Self::new
+        };
+        construct(&self.rows, interpolation, self.course)
+    }
+
+    /// The rows: master and slave positions.
+    #[must_use]
+    pub fn rows(&self) -> &[(f64, f64)] {
+        &self.rows
+    }
+
+    /// The way between rows.
+    #[must_use]
+    pub const fn interpolation(&self) -> Interpolation {
+        self.interpolation
+    }
+
+    /// Whether it was made for one pass or to be repeated.
+    #[must_use]
+    pub const fn course(&self) -> Course {
+        self.course
+    }
+
+    /// Whether it was made as an equidistant table.
+    #[must_use]
+    pub const fn table_type(&self) -> TableType {
+        if self.equidistant {
+            TableType::Equidistant
+        } else {
+            TableType::NonEquidistant
+        }
+    }
+
+    pub(super) fn curve(&self) -> &Curve {
+        &self.curve
+    }
+}
+
+fn check(rows: &[(f64, f64)], interpolation: Interpolation) -> Result<(), CamError> {
+    let least = interpolation.least_rows()?;
+    if rows.len() < least {
+        return Err(CamError::TooFewRows {
+            received: rows.len(),
+            least,
+        });
+    }
+    for (row, &(master, slave)) in rows.iter().enumerate() {
+        for (field, received) in [("master", master), ("slave", slave)] {
+            if !received.is_finite() {
+                return Err(CamError::NotFinite {
+                    place: Place::Row(row),
+                    field,
+                    received,
+                });
+            }
+        }
+    }
+    for (row, pair) in rows.windows(2).enumerate() {
+        if pair[1].0 <= pair[0].0 {
+            return Err(CamError::NotAscending {
+                place: Place::Row(row + 1),
+                received: pair[1].0,
+                above: pair[0].0,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn push_global_spline(
+    rows: &[(f64, f64)],
+    course: Course,
+    curve: &mut Curve,
+) -> Result<(), CamError> {
+    let mut splines = SplineSolver::with_capacity(rows.len());
+    for &row in rows {
+        splines.push(knot(row));
+    }
+    let last = rows.len() - 1;
+    let ends = match course {
+        Course::Cyclic => Ends::Periodic,
+        Course::Linear => Ends::Open(
+            End::Slope(parabola_slope(rows[0], rows[1], rows[2])),
+            End::Slope(parabola_slope(rows[last], rows[last - 1], rows[last - 2])),
+        ),
+    };
+    push_spline(&mut splines, ends, Place::Row(0), curve)
+}
+
+fn push_sliding_spline(
+    rows: &[(f64, f64)],
+    course: Course,
+    curve: &mut Curve,
+) -> Result<(), CamError> {
+    let slopes = (0..rows.len()).map(|row| sliding_slope(rows, course, row));
+    push_hermite(
+        rows.iter().copied().map(knot).zip(slopes),
+        Place::Row(0),
+        curve,
+    )
+}
+
+/// The slope at a row of the parabola through it and its neighbours. Beyond the end of a cyclic
+/// table its first rows follow again, one lift further.
+fn sliding_slope(rows: &[(f64, f64)], course: Course, row: usize) -> f64 {
+    let last = rows.len() - 1;
+    match course {
+        Course::Linear if row == 0 => parabola_slope(rows[0], rows[1], rows[2]),
+        Course::Linear if row == last => parabola_slope(rows[last], rows[last - 1], rows[last - 2]),
+        Course::Cyclic if row == 0 || row == last => {
+            let (period, lift) = (rows[last].0 - rows[0].0, rows[last].1 - rows[0].1);
+            let before = (rows[last - 1].0 - period, rows[last - 1].1 - lift);
+            parabola_slope(rows[0], rows[1], before)
+        }
+        _ => parabola_slope(rows[row], rows[row + 1], rows[row - 1]),
+    }
+}
+
+/// The slope at `here` of the parabola through three places (Newton's divided differences).
+fn parabola_slope(here: (f64, f64), second: (f64, f64), third: (f64, f64)) -> f64 {
+    let to_second = secant(here, second);
+    let curvature = (secant(second, third) - to_second) / (third.0 - here.0);
+    to_second - curvature * (second.0 - here.0)
+}
+
+fn secant(from: (f64, f64), to: (f64, f64)) -> f64 {
+    (to.1 - from.1) / (to.0 - from.0)
+}
+
+const fn knot((master, slave): (f64, f64)) -> SplineKnot {
+    SplineKnot { master, slave }
+}

@@ -1,0 +1,132 @@
+//! `MC_ReadMotionFunctionValues`: a plate as a table of interpolated values.
+
+use bitflags::bitflags;
+
+use super::error::CamError;
+use super::plate::{Cursor, Plate};
+use crate::law::Motion;
+
+bitflags! {
+    /// `MC_ValueSelectType`, TF5050 chapter 8.14: which columns a table of values has beside the
+    /// master.
+    #[doc(alias = "MC_ValueSelectType")]
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct ValueSelect: u16 {
+        /// The slave's position, u.
+        #[doc(alias = "MC_VALUETYPE_POSITION")]
+        const POSITION = 1;
+        /// The slave's velocity, u/x.
+        #[doc(alias = "MC_VALUETYPE_VELOCITY")]
+        const VELOCITY = 2;
+        /// The slave's acceleration, u/x².
+        #[doc(alias = "MC_VALUETYPE_ACCELERATION")]
+        const ACCELERATION = 4;
+        /// The slave's jerk, u/x³.
+        #[doc(alias = "MC_VALUETYPE_JERK")]
+        const JERK = 8;
+    }
+}
+
+/// A row of such a table: the master, then the selected values in the order of their bits. Reads
+/// as a slice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ValueRow {
+    columns: [f64; 5],
+    len: usize,
+}
+
+impl core::ops::Deref for ValueRow {
+    type Target = [f64];
+
+    fn deref(&self) -> &[f64] {
+        &self.columns[..self.len]
+    }
+}
+
+/// Grid points this close to the end, in increments, are at the end.
+const END_TOLERANCE: f64 = 1e-9;
+
+/// More rows than anybody can read are a mistyped increment.
+const MOST_ROWS: f64 = 1e15;
+
+impl Plate {
+    /// `MC_ReadMotionFunctionValues`: the values at `from`, and each `increment` further up to `to`,
+    /// all in x. The increment has the sign of the way. If `to` is not a whole number of increments
+    /// away, the last row is the one before it.
+    ///
+    /// The masters may lie anywhere, over several cycles too, and the plate may be of any type.
+    ///
+    /// # Errors
+    /// 0x4B37 if no column is selected, 0x4B38 for an increment that is 0 or leads away from
+    /// `to`, 0x4A1C for an end that is not finite.
+    #[doc(alias = "MC_ReadMotionFunctionValues")]
+    pub fn values(
+        &self,
+        from: f64,
+        to: f64,
+        increment: f64,
+        select: ValueSelect,
+    ) -> Result<impl Iterator<Item = ValueRow> + '_, CamError> {
+        check_select(select)?;
+        let rows = count_rows(from, to, increment)?;
+        let mut cursor = Cursor::default();
+        Ok((0..rows).map(move |row| {
+            let along = row as f64 * increment;
+            let at_end =
+                row + 1 == rows && (to - from - along).abs() <= END_TOLERANCE * increment.abs();
+            let master = if at_end { to } else { from + along };
+            row_of(master, &self.along(&mut cursor, master), select)
+        }))
+    }
+}
+
+fn check_select(select: ValueSelect) -> Result<(), CamError> {
+    if select.is_empty() || !ValueSelect::all().contains(select) {
+        return Err(CamError::NoColumns {
+            received: select.bits(),
+        });
+    }
+    Ok(())
+}
+
+fn count_rows(from: f64, to: f64, increment: f64) -> Result<u64, CamError> {
+    for (name, received) in [("start position", from), ("end position", to)] {
+        if !received.is_finite() {
+            return Err(CamError::Parameter {
+                name,
+                received,
+                expected: "a finite number",
+            });
+        }
+    }
+    let distance = to - from;
+    let increments = distance / increment;
+    // Not a number if the increment is none, or if both are 0; infinite if only the increment is.
+    if !(increment.is_finite() && (0.0..MOST_ROWS).contains(&increments)) {
+        return Err(CamError::Increment {
+            received: increment,
+            distance,
+        });
+    }
+    Ok(libm::floor(increments + END_TOLERANCE) as u64 + 1)
+}
+
+fn row_of(master: f64, motion: &Motion, select: ValueSelect) -> ValueRow {
+    let mut row = ValueRow {
+        columns: [master, 0.0, 0.0, 0.0, 0.0],
+        len: 1,
+    };
+    let values = [
+        (ValueSelect::POSITION, motion.position),
+        (ValueSelect::VELOCITY, motion.velocity),
+        (ValueSelect::ACCELERATION, motion.acceleration),
+        (ValueSelect::JERK, motion.jerk),
+    ];
+    for (column, value) in values {
+        if select.contains(column) {
+            row.columns[row.len] = value;
+            row.len += 1;
+        }
+    }
+    row
+}
