@@ -32,5 +32,6 @@ pub mod cam;
 pub mod drive;
 pub mod gear;
 pub mod law;
+pub mod plc;
 pub mod profile;
 pub mod remote;

@@ -54,6 +54,7 @@
 
 mod characteristics;
 mod compile;
+pub mod coupling;
 mod curve;
 mod error;
 mod function;

@@ -1,0 +1,369 @@
+//! What can be commanded to a coupling.
+
+use super::error::{CouplingError, TableId};
+use super::modes::{ActivationMode, JumpHandling, OperationMode, ScalingMode, StartMode};
+
+/// A command to one slave's coupling: the inputs of a block, without `Execute`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(rename_all = "kebab-case")
+)]
+pub enum Command {
+    /// Couples the slave, or switches to another plate.
+    #[doc(alias = "MC_CamIn")]
+    CamIn(CamIn),
+    /// Ends the coupling, of either kind. The slave goes on at its velocity, without acceleration.
+    #[doc(alias = "MC_CamOut")]
+    CamOut,
+    /// Scales the plate.
+    #[doc(alias = "MC_CamScaling")]
+    CamScaling(CamScaling),
+    /// Couples the slave, or adds, exchanges or removes a plate.
+    #[doc(alias = "MC_CamIn_V2")]
+    CamInV2(CamInV2),
+    /// Superposes one more plate.
+    #[doc(alias = "MC_CamAdd")]
+    CamAdd(CamAdd),
+    /// Puts a plate in the place of another.
+    #[doc(alias = "MC_CamExchange")]
+    CamExchange(CamExchange),
+    /// Takes a plate out. Without the last one the coupling ends as by `CamOut`.
+    #[doc(alias = "MC_CamRemove")]
+    CamRemove(CamRemove),
+    /// Scales one of the plates.
+    #[doc(alias = "MC_CamScaling_V2")]
+    CamScalingV2(CamScalingV2),
+}
+
+/// When a change takes effect: `ActivationMode` and `ActivationPosition`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct Activation {
+    /// When.
+    #[doc(alias = "ActivationMode")]
+    pub mode: ActivationMode,
+    /// Where the master is then, if the mode asks for it: on the unscaled plate, in x, or on its
+    /// axis, in u.
+    #[doc(alias = "ActivationPosition")]
+    pub position: f64,
+}
+
+impl Activation {
+    /// A mode that needs no position.
+    #[must_use]
+    pub const fn new(mode: ActivationMode) -> Self {
+        Self {
+            mode,
+            position: 0.0,
+        }
+    }
+
+    /// A mode and its position.
+    #[must_use]
+    pub const fn at(mode: ActivationMode, position: f64) -> Self {
+        Self { mode, position }
+    }
+}
+
+/// `ST_CamScalingData`, TF5050 chapter 8.19: how a plate lies in the axes of master and slave.
+///
+/// ```text
+/// master on the plate = (master + master offset) / master scaling
+/// slave               = slave on the plate * slave scaling + slave offset
+/// ```
+#[doc(alias = "ST_CamScalingData")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct ScalingData {
+    /// For the master.
+    pub master: AxisScaling,
+    /// For the slave.
+    pub slave: AxisScaling,
+}
+
+/// How a plate lies in one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct AxisScaling {
+    /// Where scaling and offset come from.
+    #[doc(alias = "MasterScalingMode")]
+    #[doc(alias = "SlaveScalingMode")]
+    pub mode: ScalingMode,
+    /// Whether the plate's origin is where the axis is when the change takes effect. Not used where
+    /// the offset is automatic for the slave.
+    #[doc(alias = "MasterRelative")]
+    #[doc(alias = "SlaveRelative")]
+    pub relative: bool,
+    /// The offset, u of that axis.
+    #[doc(alias = "MasterOffset")]
+    #[doc(alias = "SlaveOffset")]
+    pub offset: f64,
+    /// The scaling. A master's is not 0.
+    #[doc(alias = "MasterScaling")]
+    #[doc(alias = "SlaveScaling")]
+    pub scaling: f64,
+}
+
+impl Default for AxisScaling {
+    fn default() -> Self {
+        Self {
+            mode: ScalingMode::UserDefined,
+            relative: false,
+            offset: 0.0,
+            scaling: 1.0,
+        }
+    }
+}
+
+/// The inputs of `MC_CamIn` and `ST_CamInOptions`, TF5050 chapters 4.3 and 8.16.
+///
+/// `BufferMode` is not implemented in the original either. `InterpolationType` belongs to the
+/// position table here.
+#[doc(alias = "MC_CamIn")]
+#[doc(alias = "ST_CamInOptions")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct CamIn {
+    /// The plate.
+    #[doc(alias = "CamTableID")]
+    pub table: TableId,
+    /// What its positions count from.
+    pub start_mode: StartMode,
+    /// Offset of the master, u.
+    pub master_offset: f64,
+    /// Offset of the slave, u.
+    pub slave_offset: f64,
+    /// Scaling of the master, not 0.
+    pub master_scaling: f64,
+    /// Scaling of the slave.
+    pub slave_scaling: f64,
+    /// When the plate becomes active.
+    pub activation: Activation,
+    /// Where offset and scaling of the master come from.
+    pub master_scaling_mode: ScalingMode,
+    /// Where offset and scaling of the slave come from.
+    pub slave_scaling_mode: ScalingMode,
+    /// What to do if the slave is not on the plate.
+    pub jump: JumpHandling,
+}
+
+impl Default for CamIn {
+    fn default() -> Self {
+        Self {
+            table: 0,
+            start_mode: StartMode::default(),
+            master_offset: 0.0,
+            slave_offset: 0.0,
+            master_scaling: 1.0,
+            slave_scaling: 1.0,
+            activation: Activation::default(),
+            master_scaling_mode: ScalingMode::default(),
+            slave_scaling_mode: ScalingMode::default(),
+            jump: JumpHandling::default(),
+        }
+    }
+}
+
+impl CamIn {
+    pub(super) const fn scaling(&self) -> ScalingData {
+        ScalingData {
+            master: AxisScaling {
+                mode: self.master_scaling_mode,
+                relative: self.start_mode.master_relative(),
+                offset: self.master_offset,
+                scaling: self.master_scaling,
+            },
+            slave: AxisScaling {
+                mode: self.slave_scaling_mode,
+                relative: self.start_mode.slave_relative(),
+                offset: self.slave_offset,
+                scaling: self.slave_scaling,
+            },
+        }
+    }
+}
+
+/// The inputs of `MC_CamScaling`, TF5050 chapter 4.5. A relative scaling is only in `_V2`.
+#[doc(alias = "MC_CamScaling")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct CamScaling {
+    /// When it takes effect.
+    pub activation: Activation,
+    /// The new scaling.
+    pub scaling: ScalingData,
+    /// What to do if the slave would jump.
+    pub jump: JumpHandling,
+}
+
+/// The inputs of `MC_CamIn_V2` and `ST_CamInOptions_V2`, TF5050 chapter 5.1.
+#[doc(alias = "MC_CamIn_V2")]
+#[doc(alias = "ST_CamInOptions_V2")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct CamInV2 {
+    /// When it takes effect.
+    pub activation: Activation,
+    /// The plate.
+    #[doc(alias = "CamTableID")]
+    pub table: TableId,
+    /// How it lies in the axes.
+    pub scaling: ScalingData,
+    /// What is done with the plate.
+    #[doc(alias = "CamOperationMode")]
+    pub operation: OperationMode,
+    /// The plate it is exchanged for; 0 if there is but one.
+    #[doc(alias = "ReferenceCamTableID")]
+    pub reference: TableId,
+    /// What to do if the slave would jump.
+    pub jump: JumpHandling,
+}
+
+/// The inputs of `MC_CamAdd`, TF5050 chapter 5.2.
+#[doc(alias = "MC_CamAdd")]
+#[doc(alias = "ST_CamAddOptions")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct CamAdd {
+    /// When it takes effect.
+    pub activation: Activation,
+    /// The plate.
+    pub table: TableId,
+    /// How it lies in the axes. Relative to the slave: what the plate gives is added to where the
+    /// slave is.
+    pub scaling: ScalingData,
+    /// What to do if the slave would jump.
+    pub jump: JumpHandling,
+}
+
+/// The inputs of `MC_CamExchange`, TF5050 chapter 5.3.
+#[doc(alias = "MC_CamExchange")]
+#[doc(alias = "ST_CamExchangeOptions")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct CamExchange {
+    /// When it takes effect.
+    pub activation: Activation,
+    /// The plate.
+    pub table: TableId,
+    /// The plate it takes the place of; 0 if there is but one.
+    pub reference: TableId,
+    /// How it lies in the axes.
+    pub scaling: ScalingData,
+    /// What to do if the slave would jump.
+    pub jump: JumpHandling,
+}
+
+/// The inputs of `MC_CamRemove`, TF5050 chapter 5.4.
+#[doc(alias = "MC_CamRemove")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct CamRemove {
+    /// When it takes effect.
+    pub activation: Activation,
+    /// The plate.
+    pub table: TableId,
+    /// What to do if the slave would jump.
+    pub jump: JumpHandling,
+}
+
+/// The inputs of `MC_CamScaling_V2`, TF5050 chapter 5.5.
+#[doc(alias = "MC_CamScaling_V2")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct CamScalingV2 {
+    /// When it takes effect.
+    pub activation: Activation,
+    /// The plate; 0 if there is but one.
+    pub table: TableId,
+    /// The new scaling.
+    pub scaling: ScalingData,
+    /// What to do if the slave would jump.
+    pub jump: JumpHandling,
+}
+
+impl ScalingData {
+    /// What holds for every operation; `has_reference`: there is a plate to keep the position of.
+    pub(super) fn check(&self, has_reference: bool) -> Result<(), CouplingError> {
+        let Self { master, slave } = self;
+        if master.mode == ScalingMode::AutoOffset {
+            if master.relative {
+                return Err(CouplingError::AutoOffsetWithRelativeMaster);
+            }
+            if !has_reference {
+                return Err(CouplingError::NoReferencePlate);
+            }
+        }
+        let fields = [
+            ("master scaling", master.scaling, master.scaling != 0.0),
+            ("slave scaling", slave.scaling, true),
+            ("master offset", master.offset, true),
+            ("slave offset", slave.offset, true),
+        ];
+        for (field, received, allowed) in fields {
+            if !received.is_finite() || !allowed {
+                return Err(CouplingError::Scaling { field, received });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl JumpHandling {
+    pub(super) fn check(&self) -> Result<(), CouplingError> {
+        match *self {
+            Self::RampIn { master_length }
+                if !(master_length.is_finite() && master_length > 0.0) =>
+            {
+                Err(CouplingError::Parameter {
+                    name: "master length of the ramp",
+                    received: master_length,
+                    expected: "a finite number above 0",
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+}

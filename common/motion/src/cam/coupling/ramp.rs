@@ -1,0 +1,108 @@
+//! The jump-free way onto a plate.
+
+use super::placement::Path;
+
+/// What is left of a step between the old course and the new one: it fades over a distance of the
+/// master, to either side, and starts and ends without a step in position, slope or curvature.
+///
+/// The slave follows the new course plus this, so it needs no plan that a moving plate could break.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ramp {
+    start: f64,
+    length: f64,
+    gap: Path,
+}
+
+impl Ramp {
+    /// A ramp from a gap (old course less new one) where the master is at `start`, u, over a
+    /// `length` above 0, u.
+    pub(super) const fn new(start: f64, length: f64, gap: Path) -> Self {
+        Self { start, length, gap }
+    }
+
+    /// What the slave is off the new course; None once that is reached.
+    pub(super) fn at(&self, master: f64) -> Option<Path> {
+        let way = master - self.start;
+        let z = way.abs() / self.length;
+        if z >= 1.0 {
+            return None;
+        }
+        // Mirrored behind the start, where the slope counts the other way.
+        let side = if way < 0.0 { -1.0 } else { 1.0 };
+        let Path {
+            position,
+            slope,
+            curvature,
+        } = self.gap;
+        let (p, s, c) = (
+            position,
+            side * slope * self.length,
+            curvature * self.length * self.length,
+        );
+        let rest = 1.0 - z;
+        // The quintic with these values at 0 and none at 1: rest³·(k0 + k1·z + k2·z²).
+        let (k0, k1, k2) = (p, 3.0 * p + s, 6.0 * p + 3.0 * s + c / 2.0);
+        let q = k0 + z * (k1 + z * k2);
+        let dq = k1 + 2.0 * k2 * z;
+        let ddq = 2.0 * k2;
+        Some(Path {
+            position: rest * rest * rest * q,
+            slope: side * rest * rest * (rest * dq - 3.0 * q) / self.length,
+            curvature: rest * (rest * rest * ddq - 6.0 * rest * dq + 6.0 * q)
+                / (self.length * self.length),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_starts_with_the_gap_and_ends_with_nothing() {
+        let gap = Path {
+            position: 3.0,
+            slope: -2.0,
+            curvature: 0.5,
+        };
+        let ramp = Ramp::new(10.0, 4.0, gap);
+        assert_eq!(ramp.at(10.0), Some(gap));
+        for end in [14.0, 6.0] {
+            assert_eq!(ramp.at(end), None);
+            let near = ramp.at(end + (10.0 - end) * 1e-6).unwrap();
+            assert!(near.position.abs() < 1e-12, "{near:?}");
+            assert!(near.slope.abs() < 1e-9);
+            assert!(near.curvature.abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn it_agrees_with_the_hermite_basis_and_its_difference_quotients() {
+        let gap = Path {
+            position: 1.5,
+            slope: 0.7,
+            curvature: -0.3,
+        };
+        let length = 2.5;
+        let ramp = Ramp::new(0.0, length, gap);
+        let at = |master: f64| ramp.at(master).unwrap();
+        for i in -9..=9 {
+            let master = f64::from(i) * 0.25;
+            let t = master.abs() / length;
+            let (slope, curvature) = (gap.slope * master.signum(), gap.curvature);
+            let expected = gap.position
+                * (1.0 - 10.0 * t.powi(3) + 15.0 * t.powi(4) - 6.0 * t.powi(5))
+                + slope * length * (t - 6.0 * t.powi(3) + 8.0 * t.powi(4) - 3.0 * t.powi(5))
+                + curvature
+                    * length
+                    * length
+                    * (0.5 * t.powi(2) - 1.5 * t.powi(3) + 1.5 * t.powi(4) - 0.5 * t.powi(5));
+            assert!((at(master).position - expected).abs() < 1e-14, "{master}");
+            let h = 1e-5;
+            let slope = (at(master + h).position - at(master - h).position) / (2.0 * h);
+            let curvature = (at(master + h).slope - at(master - h).slope) / (2.0 * h);
+            assert!((at(master).slope - slope).abs() < 1e-8, "{master}");
+            assert!((at(master).curvature - curvature).abs() < 1e-4, "{master}");
+        }
+    }
+}
