@@ -15,8 +15,13 @@
 //! | `ST_AxisExtrapolateDiagnostic` | TS5066 3.12 | [`remote::ExtrapolateDiagnostic`] |
 //! | `ST_AxisExtrapolateParameters` | TS5066 3.13 | [`remote::ExtrapolateParameters`] |
 //! | `E_Sync_ExtrapolateMode`, `E_Sync_ExtrapolateState` | TS5066 3.14, 3.15 | [`remote::ExtrapolateMode`] |
+//! | `MC_FlyingGear` | `MC_FlyingGear_BkPlcMc` | [`gear::FlyingGear`] |
+//! | the PLCopen state diagram, `MC_ReadStatus` | PLCopen part 1 | [`axis::AxisStatus`] |
 //! | `MC_MotionFunctionType` | TF5050 8.9 | [`law::MotionLaw`] |
 //! | the cam plates of TF5050, their reading and changing | TF5050 | [`cam`] has the table |
+//! | `MC_CamTableSelect`, `MC_CamIn`, `MC_CamOut`, `MC_CamScaling`, `MC_CamIn_V2`, `MC_CamAdd`, `MC_CamExchange`, `MC_CamRemove`, `MC_CamScaling_V2`, `MC_SetCamOnlineChangeMode`, `MC_CamInfo`, `MC_CamInfo_V2` | TF5050 | [`cam::coupling`] has the table |
+//! | `Execute`, `Busy`, `Active`, `InSync`, `Done`, `CommandAborted`, `Error`, `ErrorID` | PLCopen part 1 | [`plc`] |
+//! | `MC_GearInPos`, `MC_GearInVelo`, `MC_ReadFlyingSawCharacteristics`, the flying saw | TS5055, TF5055 | [`saw`] has the table |
 //!
 //! `FB_TimeSync` and what belongs to it is in `coaxle-clock`.
 //!
@@ -35,3 +40,4 @@ pub mod law;
 pub mod plc;
 pub mod profile;
 pub mod remote;
+pub mod saw;

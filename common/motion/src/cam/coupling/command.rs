@@ -6,10 +6,7 @@ use super::modes::{ActivationMode, JumpHandling, OperationMode, ScalingMode, Sta
 /// A command to one slave's coupling: the inputs of a block, without `Execute`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(rename_all = "kebab-case")
-)]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Command {
     /// Couples the slave, or switches to another plate.
     #[doc(alias = "MC_CamIn")]

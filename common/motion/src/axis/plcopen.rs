@@ -1,0 +1,215 @@
+//! The PLCopen state diagram: what an axis may be asked for, and what becomes of it.
+
+use core::fmt;
+
+/// What an axis is doing, as PLCopen Motion Control part 1 names it.
+#[doc(alias = "MC_ReadStatus")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum AxisStatus {
+    /// Without power.
+    #[default]
+    Disabled,
+    /// Powered, at rest, without a job.
+    Standstill,
+    /// Finding its position.
+    Homing,
+    /// On its way to a standstill: at a position, or by a halt.
+    DiscreteMotion,
+    /// At a velocity, without an end.
+    ContinuousMotion,
+    /// Coupled to a master.
+    SynchronizedMotion,
+    /// Stopping; nothing can interrupt that.
+    Stopping,
+    /// In error, until reset.
+    ErrorStop,
+}
+
+impl AxisStatus {
+    /// All of them, in the order of the diagram.
+    pub const ALL: [Self; 8] = [
+        Self::Disabled,
+        Self::Standstill,
+        Self::Homing,
+        Self::DiscreteMotion,
+        Self::ContinuousMotion,
+        Self::SynchronizedMotion,
+        Self::Stopping,
+        Self::ErrorStop,
+    ];
+
+    /// The name in status reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Disabled => "disabled",
+            Self::Standstill => "standstill",
+            Self::Homing => "homing",
+            Self::DiscreteMotion => "discrete-motion",
+            Self::ContinuousMotion => "continuous-motion",
+            Self::SynchronizedMotion => "synchronized-motion",
+            Self::Stopping => "stopping",
+            Self::ErrorStop => "error-stop",
+        }
+    }
+
+    /// What becomes of the axis; none where the diagram has no such arrow.
+    ///
+    /// One deliberate deviation: an axis that loses its power while it moves is stopped first
+    /// (`Stopping`) and is disabled at rest, where PLCopen has it disabled at once.
+    #[must_use]
+    pub const fn after(self, transition: Transition) -> Option<Self> {
+        use AxisStatus::{
+            ContinuousMotion, Disabled, DiscreteMotion, ErrorStop, Homing, Standstill, Stopping,
+            SynchronizedMotion,
+        };
+        use Transition as T;
+        match (self, transition) {
+            (_, T::Fault) => Some(ErrorStop),
+
+            (ErrorStop, T::Reset { powered: true }) => Some(Standstill),
+            (ErrorStop, T::Reset { powered: false }) => Some(Disabled),
+            (_, T::Reset { .. }) => Some(self),
+
+            (Disabled, T::PowerOn) => Some(Standstill),
+            (_, T::PowerOn) => Some(self),
+            (Disabled | Standstill, T::PowerOff) => Some(Disabled),
+            (ErrorStop, T::PowerOff) => Some(ErrorStop),
+            (_, T::PowerOff) => Some(Stopping),
+
+            (Disabled | ErrorStop, _) => None,
+
+            (Standstill, T::Home) => Some(Homing),
+            (Stopping, T::Finished { powered: false }) => Some(Disabled),
+            (Homing | DiscreteMotion | ContinuousMotion | Stopping, T::Finished { .. }) => {
+                Some(Standstill)
+            }
+            (Standstill | Homing, T::Stop) => Some(Stopping),
+
+            (Standstill | DiscreteMotion | ContinuousMotion | SynchronizedMotion, _) => {
+                self.commanded(transition)
+            }
+            (Homing | Stopping, _) => None,
+        }
+    }
+
+    /// What a command makes of an axis that takes motion commands.
+    const fn commanded(self, transition: Transition) -> Option<Self> {
+        match transition {
+            Transition::Move | Transition::Halt => Some(Self::DiscreteMotion),
+            Transition::MoveWithoutEnd => Some(Self::ContinuousMotion),
+            Transition::Couple => Some(Self::SynchronizedMotion),
+            Transition::Uncouple if matches!(self, Self::SynchronizedMotion) => {
+                Some(Self::ContinuousMotion)
+            }
+            Transition::Stop => Some(Self::Stopping),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for AxisStatus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// An arrow of the state diagram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Transition {
+    /// `MC_Power` with `Enable`.
+    PowerOn,
+    /// `MC_Power` without `Enable`.
+    PowerOff,
+    /// `MC_Reset`.
+    Reset {
+        /// Whether the axis shall have power afterwards.
+        powered: bool,
+    },
+    /// `MC_Home`.
+    Home,
+    /// A motion with an end: `MC_MoveAbsolute`, `MC_MoveRelative`.
+    Move,
+    /// A motion without an end: `MC_MoveVelocity`.
+    MoveWithoutEnd,
+    /// A coupling to a master.
+    Couple,
+    /// The end of a coupling: `MC_GearOut`, `MC_CamOut`.
+    Uncouple,
+    /// `MC_Halt`.
+    Halt,
+    /// `MC_Stop`.
+    Stop,
+    /// What the axis was doing has come to its end.
+    Finished {
+        /// Whether the axis still has power.
+        powered: bool,
+    },
+    /// An error.
+    Fault,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::string::String;
+
+    const COLUMNS: [Transition; 14] = [
+        Transition::PowerOn,
+        Transition::PowerOff,
+        Transition::Reset { powered: true },
+        Transition::Reset { powered: false },
+        Transition::Home,
+        Transition::Move,
+        Transition::MoveWithoutEnd,
+        Transition::Couple,
+        Transition::Uncouple,
+        Transition::Halt,
+        Transition::Stop,
+        Transition::Finished { powered: true },
+        Transition::Finished { powered: false },
+        Transition::Fault,
+    ];
+
+    /// Two letters a state, `--` where there is no arrow; rows are states, columns as above.
+    const DIAGRAM: [(&str, &str); 8] = [
+        //     on off rst rs0 hom mov vel cpl unc hlt stp fin fi0 flt
+        ("Di", "St Di Di Di -- -- -- -- -- -- -- -- -- Er"),
+        ("St", "St Di St St Ho Mo Co Sy -- Mo Sp -- -- Er"),
+        ("Ho", "Ho Sp Ho Ho -- -- -- -- -- -- Sp St St Er"),
+        ("Mo", "Mo Sp Mo Mo -- Mo Co Sy -- Mo Sp St St Er"),
+        ("Co", "Co Sp Co Co -- Mo Co Sy -- Mo Sp St St Er"),
+        ("Sy", "Sy Sp Sy Sy -- Mo Co Sy Co Mo Sp -- -- Er"),
+        ("Sp", "Sp Sp Sp Sp -- -- -- -- -- -- -- St Di Er"),
+        ("Er", "Er Er St Di -- -- -- -- -- -- -- -- -- Er"),
+    ];
+
+    fn short(status: Option<AxisStatus>) -> &'static str {
+        match status {
+            None => "--",
+            Some(AxisStatus::Disabled) => "Di",
+            Some(AxisStatus::Standstill) => "St",
+            Some(AxisStatus::Homing) => "Ho",
+            Some(AxisStatus::DiscreteMotion) => "Mo",
+            Some(AxisStatus::ContinuousMotion) => "Co",
+            Some(AxisStatus::SynchronizedMotion) => "Sy",
+            Some(AxisStatus::Stopping) => "Sp",
+            Some(AxisStatus::ErrorStop) => "Er",
+        }
+    }
+
+    #[test]
+    fn the_state_diagram() {
+        for (status, (name, row)) in AxisStatus::ALL.into_iter().zip(DIAGRAM) {
+            assert_eq!(short(Some(status)), name);
+            let after: std::vec::Vec<&str> = COLUMNS
+                .into_iter()
+                .map(|t| short(status.after(t)))
+                .collect();
+            let after: String = after.join(" ");
+            assert_eq!(after, row, "{status}");
+        }
+    }
+}

@@ -1,0 +1,295 @@
+//! `MC_FlyingGear`: a gear that is engaged and released on the fly.
+
+use crate::profile::Kinematics;
+
+mod error;
+mod window;
+
+pub use error::FlyingGearError;
+use window::{Course, Window};
+
+/// What a flying gear shall do.
+///
+/// `MC_FlyingGear_BkPlcMc`. The *working direction* of the slave is the one that leads it from where
+/// it stands to `slave_sync_position`; the master's is the same, or the opposite one if the ratio is
+/// negative.
+#[doc(alias = "MC_FlyingGear")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct FlyingGearParameters {
+    /// Slave units per master unit while fully coupled, not 0.
+    #[doc(alias = "Ratio")]
+    pub ratio: f64,
+    /// Where the master is when the gear is fully engaged, master u.
+    #[doc(alias = "MasterSyncPosition")]
+    pub master_sync_position: f64,
+    /// Where the slave is when the gear is fully engaged, u.
+    #[doc(alias = "SlaveSyncPosition")]
+    pub slave_sync_position: f64,
+    /// Where the slave begins to be released, u.
+    #[doc(alias = "SlaveDesyncPosition")]
+    pub slave_desync_position: f64,
+    /// Where the slave is fully released and stands, u. Beyond the desync position seen in the
+    /// working direction, the slave is released on the way out, before it, on the way back.
+    #[doc(alias = "SlaveStopPosition")]
+    pub slave_stop_position: f64,
+    /// The working direction of a slave that already stands at its sync position, where nothing
+    /// else tells it: towards smaller positions.
+    #[doc(alias = "DefaultSlaveNegative")]
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub default_slave_negative: bool,
+}
+
+/// Where a flying gear is in its course.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum FlyingGearPhase {
+    /// Enabled; the master has not reached the window yet and the slave stands at its start.
+    Waiting,
+    /// The gear is being engaged (`StartSync`).
+    Engaging,
+    /// Fully coupled (`InSync`).
+    Engaged,
+    /// The gear is being released.
+    Releasing,
+    /// The slave stands at its stop position.
+    Released,
+}
+
+/// A flying gear, enabled.
+///
+/// The slave follows the master's position, whatever its velocity and direction:
+///
+/// * The gear is engaged over a master distance of 2·|slave distance|/|ratio| that ends at the sync
+///   positions. Over it the slope leads from 0 to the ratio along `3x² − 2x³`, a symmetric ramp.
+/// * Then the gear is rigid.
+/// * It is released over the like distance from the desync to the stop position.
+///
+/// A master that turns round inside a window leads the slave back the way it came. A slave that is
+/// released where it started is engaged again by the master's next stroke.
+#[doc(alias = "MC_FlyingGear")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlyingGear {
+    /// Where the progress of both counts from: their sync positions.
+    master_sync: f64,
+    slave_sync: f64,
+    /// Working directions, ±1.
+    master_direction: f64,
+    slave_direction: f64,
+    engaging: Window,
+    releasing: Window,
+    /// Whether the release leads back against the working direction.
+    returns: bool,
+    /// Whether the slave is released where it started.
+    stops_at_start: bool,
+    phase: FlyingGearPhase,
+    /// Whether the master has been beyond the point where a release on the way back begins.
+    armed: bool,
+}
+
+impl FlyingGear {
+    /// Enables the gear for a slave that stands at `slave_position`.
+    ///
+    /// # Errors
+    /// [`FlyingGearError`] names the parameter that makes no gear, or how far the master is past
+    /// the point where it should have begun.
+    pub fn enable(
+        parameters: &FlyingGearParameters,
+        master: &Kinematics,
+        slave_position: f64,
+    ) -> Result<Self, FlyingGearError> {
+        check_finite(parameters)?;
+        let gear = Self::new(parameters, slave_position);
+        gear.check_release(parameters)?;
+        gear.check_master(master)?;
+        Ok(gear)
+    }
+
+    fn new(parameters: &FlyingGearParameters, slave_start: f64) -> Self {
+        let slave_sync = parameters.slave_sync_position;
+        let slave_direction = if slave_sync == slave_start {
+            if parameters.default_slave_negative {
+                -1.0
+            } else {
+                1.0
+            }
+        } else {
+            (slave_sync - slave_start).signum()
+        };
+        let slope = parameters.ratio.abs();
+        let progress = |position: f64| (position - slave_sync) * slave_direction;
+        let desync = progress(parameters.slave_desync_position);
+        let stop = progress(parameters.slave_stop_position);
+        Self {
+            master_sync: parameters.master_sync_position,
+            slave_sync,
+            master_direction: slave_direction * parameters.ratio.signum(),
+            slave_direction,
+            engaging: Window::between(0.0, progress(slave_start), slope),
+            releasing: Window::between(desync, stop, slope),
+            returns: stop < desync,
+            stops_at_start: parameters.slave_stop_position == slave_start,
+            phase: FlyingGearPhase::Waiting,
+            armed: false,
+        }
+    }
+
+    fn check_release(&self, parameters: &FlyingGearParameters) -> Result<(), FlyingGearError> {
+        let FlyingGearParameters {
+            slave_desync_position,
+            slave_stop_position,
+            ..
+        } = *parameters;
+        if slave_stop_position == slave_desync_position {
+            return Err(FlyingGearError::WrongParameter {
+                parameter: "slave-stop-position",
+                received: slave_stop_position,
+                expected: "a way from the desync position to it",
+            });
+        }
+        if !self.returns && self.releasing.coupled_master < 0.0 {
+            return Err(FlyingGearError::WrongParameter {
+                parameter: "slave-desync-position",
+                received: slave_desync_position,
+                expected: "one that is not before the sync position, to be released on the way out",
+            });
+        }
+        Ok(())
+    }
+
+    fn check_master(&self, master: &Kinematics) -> Result<(), FlyingGearError> {
+        let past = self.master_progress(master) - self.engaging.free_master();
+        // Written so that a position that is no number is refused too.
+        if past <= 0.0 {
+            Ok(())
+        } else {
+            Err(FlyingGearError::MasterPastStart {
+                master: master.position,
+                start: self.start_position(),
+            })
+        }
+    }
+
+    /// Where the master begins to engage the gear, master u.
+    #[must_use]
+    pub fn start_position(&self) -> f64 {
+        self.master_sync + self.master_direction * self.engaging.free_master()
+    }
+
+    /// Where the gear is in its course.
+    #[must_use]
+    pub const fn phase(&self) -> FlyingGearPhase {
+        self.phase
+    }
+
+    /// The slave's set values for the master's.
+    pub fn update(&mut self, master: &Kinematics) -> Kinematics {
+        let progress = self.master_progress(master);
+        self.phase = self.next_phase(progress);
+        let course = match self.phase {
+            FlyingGearPhase::Waiting => self.engaging.freed(),
+            FlyingGearPhase::Engaging => self.engaging.at(progress),
+            FlyingGearPhase::Engaged => self.engaging.rigid(progress),
+            FlyingGearPhase::Releasing => self.releasing.at(progress),
+            FlyingGearPhase::Released => self.releasing.freed(),
+        };
+        self.slave_of(&course, master)
+    }
+
+    fn master_progress(&self, master: &Kinematics) -> f64 {
+        (master.position - self.master_sync) * self.master_direction
+    }
+
+    fn next_phase(&mut self, progress: f64) -> FlyingGearPhase {
+        let rests_again = self.stops_at_start && progress <= self.engaging.free_master();
+        match self.phase {
+            FlyingGearPhase::Released if !rests_again => FlyingGearPhase::Released,
+            FlyingGearPhase::Engaged | FlyingGearPhase::Releasing => self.release(progress),
+            _ => {
+                self.armed = false;
+                self.engage(progress)
+            }
+        }
+    }
+
+    fn engage(&mut self, progress: f64) -> FlyingGearPhase {
+        if progress >= 0.0 && progress > self.engaging.free_master() {
+            self.release(progress)
+        } else if progress > self.engaging.free_master() {
+            FlyingGearPhase::Engaging
+        } else {
+            FlyingGearPhase::Waiting
+        }
+    }
+
+    fn release(&mut self, progress: f64) -> FlyingGearPhase {
+        let begin = self.releasing.coupled_master;
+        let way = if self.returns {
+            self.armed |= progress > begin;
+            begin - progress
+        } else {
+            self.armed = true;
+            progress - begin
+        };
+        if self.armed && way >= self.releasing.master_length {
+            FlyingGearPhase::Released
+        } else if self.armed && way >= 0.0 {
+            FlyingGearPhase::Releasing
+        } else if progress < 0.0 && !(self.returns && self.armed) {
+            // The master turned round before there was anything to release.
+            self.armed = false;
+            self.engage(progress)
+        } else {
+            FlyingGearPhase::Engaged
+        }
+    }
+
+    fn slave_of(&self, course: &Course, master: &Kinematics) -> Kinematics {
+        let v = master.velocity;
+        let direction = self.slave_direction;
+        let slope = direction * self.master_direction * course.slope;
+        Kinematics {
+            position: self.slave_sync + direction * course.progress,
+            velocity: slope * v,
+            acceleration: direction * course.curvature * v * v + slope * master.acceleration,
+        }
+    }
+}
+
+fn check_finite(parameters: &FlyingGearParameters) -> Result<(), FlyingGearError> {
+    let FlyingGearParameters {
+        ratio,
+        master_sync_position,
+        slave_sync_position,
+        slave_desync_position,
+        slave_stop_position,
+        default_slave_negative: _,
+    } = *parameters;
+    if !(ratio.is_finite() && ratio != 0.0) {
+        return Err(FlyingGearError::Ratio { received: ratio });
+    }
+    let positions = [
+        ("master-sync-position", master_sync_position),
+        ("slave-sync-position", slave_sync_position),
+        ("slave-desync-position", slave_desync_position),
+        ("slave-stop-position", slave_stop_position),
+    ];
+    for (parameter, received) in positions {
+        if !received.is_finite() {
+            return Err(FlyingGearError::WrongParameter {
+                parameter,
+                received,
+                expected: "a finite number",
+            });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,71 @@
+//! The stretches over which a flying gear is engaged and released.
+
+/// The slave's progress over the master's, and its first two derivatives.
+pub(super) struct Course {
+    pub(super) progress: f64,
+    pub(super) slope: f64,
+    pub(super) curvature: f64,
+}
+
+/// The stretch over which the slave changes between standing and being coupled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Window {
+    /// The master's progress at the coupled end.
+    pub(super) coupled_master: f64,
+    /// The slave's progress at the end where it stands.
+    free_slave: f64,
+    pub(super) master_length: f64,
+    /// +1: the slave stands ahead of the coupled end, −1: behind it.
+    side: f64,
+    /// Slope of the rigid gear.
+    slope: f64,
+}
+
+impl Window {
+    pub(super) fn between(coupled_slave: f64, free_slave: f64, slope: f64) -> Self {
+        Self {
+            coupled_master: coupled_slave / slope,
+            free_slave,
+            master_length: 2.0 * (free_slave - coupled_slave).abs() / slope,
+            side: if free_slave > coupled_slave {
+                1.0
+            } else {
+                -1.0
+            },
+            slope,
+        }
+    }
+
+    /// The master's progress at the end where the slave stands.
+    pub(super) fn free_master(&self) -> f64 {
+        self.coupled_master + self.side * self.master_length
+    }
+
+    /// Inside the window: x runs from 0 where the slave stands to 1 where it is coupled.
+    pub(super) fn at(&self, master: f64) -> Course {
+        let x = (self.free_master() - master) * self.side / self.master_length;
+        Course {
+            progress: self.free_slave
+                - self.side * self.slope * self.master_length * x * x * x * (1.0 - x / 2.0),
+            slope: self.slope * x * x * (3.0 - 2.0 * x),
+            curvature: -self.side * self.slope * 6.0 * x * (1.0 - x) / self.master_length,
+        }
+    }
+
+    pub(super) const fn freed(&self) -> Course {
+        Course {
+            progress: self.free_slave,
+            slope: 0.0,
+            curvature: 0.0,
+        }
+    }
+
+    /// Between the windows. Progress counts from the sync positions, so there is no offset.
+    pub(super) fn rigid(&self, master: f64) -> Course {
+        Course {
+            progress: self.slope * master,
+            slope: self.slope,
+            curvature: 0.0,
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! Planning `MC_GearInPos`: the optimisation steps of TS5055 7, in their order.
+
+use super::checks::Ends;
+use super::command::GearInPos;
+use super::moment::CouplingMoment;
+use super::piece::{Demands, Piece};
+use super::plan::{SawForm, SawPlan, SyncLine};
+use super::plateau::Plateau;
+use super::refusal::{SawRefusal, Violation};
+use super::task::{NEGLIGIBLE, Task, finite};
+use super::way::Way;
+use super::{GearInSyncMode, SyncMask};
+
+impl GearInPos {
+    /// The synchronisation that this command asks for, from this coupling moment: a dry run, as it
+    /// moves nothing. `MasterStartDistance` is left to [`super::SawCoupling`].
+    ///
+    /// Tried in this order, and the first that passes all checks is taken:
+    /// 1. P1+P5 or P5+P1, free of velocity over- and undershoot, if either is checked;
+    /// 2. P5+P1+P5 at the limits of acceleration, if constant velocity is preferred or the slave
+    ///    already has the synchronous velocity but is not in place;
+    /// 3. P5+P1+P5 at the limit of velocity, if that is checked and P5 breaks it;
+    /// 4. P5.
+    ///
+    /// 1 to 3 need both axes free of acceleration.
+    ///
+    /// # Errors
+    /// [`SawRefusal`]; of a profile, what the P5 violates.
+    pub fn plan(&self, moment: &CouplingMoment) -> Result<SawPlan, SawRefusal> {
+        if self.sync_mode.base == GearInSyncMode::TimeBased {
+            return Err(SawRefusal::TimeBasedPosition);
+        }
+        let task = Task::new(&self.ratio, &self.sync_mode, &self.limits, moment)?;
+        let span = Span::new(&task, self)?;
+        let (form, way) = span.best_way()?;
+        let line = SyncLine {
+            ratio: task.ratio,
+            master: self.master_sync_position,
+            slave: self.slave_sync_position,
+        };
+        Ok(SawPlan::over_master(&task, form, way, line))
+    }
+}
+
+/// From the coupling moment to the synchronisation position.
+pub(super) struct Span<'a> {
+    pub(super) task: &'a Task,
+    /// M, signed.
+    pub(super) master: f64,
+    /// Δs.
+    pub(super) slave: f64,
+    /// Start slope.
+    pub(super) from: f64,
+    /// Start curvature.
+    curvature: f64,
+    sync: (f64, f64),
+}
+
+impl<'a> Span<'a> {
+    fn new(task: &'a Task, command: &GearInPos) -> Result<Self, SawRefusal> {
+        let sync = (command.master_sync_position, command.slave_sync_position);
+        finite("master-sync-position", sync.0)?;
+        finite("slave-sync-position", sync.1)?;
+        let master = sync.0 - task.master_position;
+        let slave = sync.1 - task.slave_position;
+        if master == 0.0 || master * task.master_velocity < 0.0 {
+            return Err(SawRefusal::MasterNotAhead {
+                position: task.master_position,
+                velocity: task.master_velocity,
+                sync_position: sync.0,
+            });
+        }
+        let direction = task.ratio.signum() * master.signum();
+        if slave * direction <= 0.0 {
+            return Err(SawRefusal::SlaveNotAhead {
+                position: task.slave_position,
+                sync_position: sync.1,
+                direction,
+            });
+        }
+        Ok(Self {
+            task,
+            master,
+            slave,
+            from: task.slope(),
+            curvature: task.curvature(),
+            sync,
+        })
+    }
+
+    fn best_way(&self) -> Result<(SawForm, Way), SawRefusal> {
+        let checklist = &self.task.checklist;
+        let quintic = self.quintic();
+        if !quintic.is_finite() {
+            return Err(SawRefusal::NotFinite {
+                field: "profile",
+                received: f64::NAN,
+            });
+        }
+        let free = self.task.is_free_of_acceleration(self.master);
+        if checklist.is_empty() && !(free && self.wants_plateau()) {
+            return Ok((SawForm::Quintic, quintic));
+        }
+        if free {
+            let preferred = || self.passing(self.with_preferred_plateau());
+            if let Some(way) = self.passing(self.without_shoot()).or_else(preferred) {
+                return Ok(way);
+            }
+        }
+        let demands = self.demands(&quintic);
+        if free
+            && checklist.speed(&demands).is_err()
+            && let Some(way) = self.passing(self.at_highest_velocity(&demands))
+        {
+            return Ok(way);
+        }
+        self.check(demands)?;
+        Ok((SawForm::Quintic, quintic))
+    }
+
+    /// P5.
+    fn quintic(&self) -> Way {
+        Way::of(Piece::quintic(
+            self.task.master_position,
+            self.master,
+            (self.task.slave_position, self.from, self.curvature),
+            (self.slave, self.task.ratio),
+        ))
+    }
+
+    /// P1+P5 or P5+P1: one ramp, and for the rest of the distance the start or the synchronous
+    /// slope, so that the velocity has no over- or undershoot by construction.
+    fn without_shoot(&self) -> Option<(SawForm, Way)> {
+        let shoots = SyncMask::OVERSHOOT_VELO.union(SyncMask::UNDERSHOOT_VELO);
+        if !self.task.checklist.mask.intersects(shoots) || self.has_sync_slope() {
+            return None;
+        }
+        let share = (self.slave / self.master - self.from) / (self.task.ratio - self.from);
+        if !(share > 0.0 && share < 1.0) {
+            return None;
+        }
+        let (start, position) = (self.task.master_position, self.task.slave_position);
+        let gear = self.task.ratio;
+        if share <= 0.5 {
+            let ramp = 2.0 * share * self.master;
+            let rest = self.master - ramp;
+            let line = Piece::line(start, rest, position, self.from);
+            let way = Way::of(line).then(Piece::ramp(
+                self.sync.0 - ramp,
+                ramp,
+                position + line.distance(),
+                self.from,
+                gear,
+            ));
+            Some((SawForm::LineQuintic, way))
+        } else {
+            let ramp = Piece::ramp(
+                start,
+                2.0 * (1.0 - share) * self.master,
+                position,
+                self.from,
+                gear,
+            );
+            let way = Way::of(ramp).then(Piece::line(
+                ramp.end(),
+                self.sync.0 - ramp.end(),
+                position + ramp.distance(),
+                gear,
+            ));
+            Some((SawForm::QuinticLine, way))
+        }
+    }
+
+    /// P5+P1+P5 with the peak velocity at the limit that P5 breaks, both ramps with the same peak
+    /// of acceleration.
+    fn at_highest_velocity(&self, quintic: &Demands) -> Option<(SawForm, Way)> {
+        let limit = self.task.checklist.velocity;
+        let velocity = &quintic.course.velocity;
+        let too_fast = velocity.maximum.value > limit;
+        let peak = if too_fast { limit } else { -limit };
+        let slope = peak / self.task.master_velocity;
+
+        let (rise, fall) = (slope - self.from, slope - self.task.ratio);
+        let to_make_up = slope * self.master - self.slave;
+        let steepness = (rise * rise.abs() + fall * fall.abs()) / (2.0 * to_make_up);
+        let ramps = Plateau {
+            slope,
+            first: rise.abs() / steepness,
+            last: fall.abs() / steepness,
+        };
+        // A ramp of the wrong sign would run against the master.
+        (steepness * self.master > 0.0)
+            .then(|| self.plateau(&ramps))
+            .flatten()
+    }
+
+    fn with_preferred_plateau(&self) -> Option<(SawForm, Way)> {
+        if !self.wants_plateau() {
+            return None;
+        }
+        self.plateau(&Plateau::with_shortest_ramps(self)?)
+    }
+
+    fn wants_plateau(&self) -> bool {
+        let preferred = self
+            .task
+            .checklist
+            .mask
+            .contains(SyncMask::PREFER_CONST_VELO);
+        let difference = self.slave - self.task.ratio * self.master;
+        let out_of_place = difference.abs() > NEGLIGIBLE * self.slave.abs();
+        self.task.master_velocity != 0.0 && (preferred || (self.has_sync_slope() && out_of_place))
+    }
+
+    fn has_sync_slope(&self) -> bool {
+        let gear = self.task.ratio;
+        (gear - self.from).abs() <= NEGLIGIBLE * gear.abs().max(self.from.abs())
+    }
+
+    /// P5+P1+P5.
+    fn plateau(&self, ramps: &Plateau) -> Option<(SawForm, Way)> {
+        let between = self.master - ramps.first - ramps.last;
+        // Whatever rounding leaves between two ramps that touch.
+        let none_left = between.abs() <= f64::EPSILON * 4.0 * self.master.abs();
+        if !(between * self.master >= 0.0 || none_left) {
+            return None;
+        }
+        let (start, position) = (self.task.master_position, self.task.slave_position);
+        let first = Piece::ramp(start, ramps.first, position, self.from, ramps.slope);
+        let position = position + first.distance();
+        let line = Piece::line(first.end(), between, position, ramps.slope);
+        let position = position + line.distance();
+        let last = Piece::ramp(
+            self.sync.0 - ramps.last,
+            ramps.last,
+            position,
+            ramps.slope,
+            self.task.ratio,
+        );
+        let way = Way::of(first).then(line).then(last);
+        Some((SawForm::QuinticLineQuintic, way))
+    }
+
+    /// The way, if there is one that passes all checks.
+    fn passing(&self, way: Option<(SawForm, Way)>) -> Option<(SawForm, Way)> {
+        way.filter(|(_, way)| self.check(self.demands(way)).is_ok())
+    }
+
+    fn demands(&self, way: &Way) -> Demands {
+        way.demands(self.task.master_velocity)
+    }
+
+    fn check(&self, demands: Demands) -> Result<(), Violation> {
+        let task = self.task;
+        task.checklist.pass(
+            &demands,
+            &Ends {
+                start: (task.slave_position, self.from * task.master_velocity),
+                sync: (self.sync.1, task.sync_velocity()),
+            },
+        )
+    }
+}

@@ -1,0 +1,288 @@
+//! Why a synchronisation is refused.
+
+use core::fmt;
+
+/// A synchronisation that is not carried out. A refusal never moves the slave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SawRefusal {
+    /// A gear that couples nothing: 0x421B.
+    RatioZero {
+        /// The numerator that was given.
+        numerator: f64,
+    },
+    /// A gear ratio without a value: 0x4B06.
+    DenominatorZero,
+    /// An input that is not a finite number: 0x4B06.
+    NotFinite {
+        /// Which one.
+        field: &'static str,
+        /// What was given.
+        received: f64,
+    },
+    /// A limit that no motion can keep: 0x42DD.
+    Limit {
+        /// Which one.
+        field: &'static str,
+        /// What was given; expected is a finite number above 0.
+        received: f64,
+    },
+    /// The gear would take the slave beyond its axis's own highest velocity: 0x42DD.
+    SyncVelocity {
+        /// The synchronous velocity, u/s.
+        velocity: f64,
+        /// The axis's highest, u/s.
+        limit: f64,
+    },
+    /// A time-based profile to a position: 0x4B04, as in the manual.
+    TimeBasedPosition,
+    /// The master's synchronisation position is not ahead of it: 0x42DE.
+    MasterNotAhead {
+        /// Where the master is, u.
+        position: f64,
+        /// How it moves, u/s.
+        velocity: f64,
+        /// Its synchronisation position, u.
+        sync_position: f64,
+    },
+    /// The slave's synchronisation position is not ahead of it, as the gear turns: 0x42DE.
+    SlaveNotAhead {
+        /// Where the slave is, u.
+        position: f64,
+        /// Its synchronisation position, u.
+        sync_position: f64,
+        /// Which way the gear leads it: 1 or −1.
+        direction: f64,
+    },
+    /// The master stands while the slave moves: 0x426E.
+    MasterAtRest {
+        /// The slave's velocity, u/s.
+        slave_velocity: f64,
+        /// The slave's acceleration, u/s².
+        slave_acceleration: f64,
+    },
+    /// A start distance of the master that is none: 0x4B06.
+    StartDistance {
+        /// What was given; expected is a finite number above 0.
+        received: f64,
+    },
+    /// No change of velocity from the slave's acceleration keeps the limits: 0x42DF.
+    NoRamp {
+        /// The slave's acceleration, u/s².
+        slave_acceleration: f64,
+    },
+    /// The table that the profile needs is in use: 0x4063.
+    TableInUse {
+        /// The table's id.
+        table: u32,
+    },
+    /// No table belongs to this axis id, which is not from 1 to 255: 0x4A00.
+    NoTable {
+        /// The axis id.
+        axis_id: u32,
+    },
+    /// The profile violates a check.
+    Violation(Violation),
+}
+
+/// A check that a profile does not pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Violation {
+    /// Which check.
+    pub check: Check,
+    /// The profile's value: u, u/s, u/s² or u/s³ by the check.
+    pub measured: f64,
+    /// What it may be at most (or at least, for lower bounds).
+    pub limit: f64,
+    /// The master position at which it happens, u.
+    pub master_position: f64,
+    /// Whether the detailed code was asked for.
+    pub detailed: bool,
+}
+
+macro_rules! checks {
+    ($($(#[$meta:meta])* $variant:ident = $code:literal, $text:literal;)*) => {
+        /// The checks of TF5055 8.1, by detailed error code.
+        ///
+        /// Forwards and backwards is how the master moves for velocities, and which way the
+        /// synchronisation position lies for positions.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Check {
+            $($(#[$meta])* #[doc = $text] $variant = $code,)*
+        }
+
+        impl Check {
+            /// All of them.
+            pub const ALL: &[Self] = &[$(Self::$variant),*];
+
+            const fn text(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $text,)*
+                }
+            }
+        }
+    };
+}
+
+checks! {
+    MinPos = 0x4372, "position below the axis's lower limit";
+    MaxPos = 0x4373, "position above the axis's upper limit";
+    OptionalMinPos = 0x4374, "position below the command's lower limit";
+    OptionalMaxPos = 0x4375, "position above the command's upper limit";
+    UndershootPosBackward = 0x4376, "position below the synchronisation position, which lies below the start";
+    UndershootPosForward = 0x4377, "position below the start position";
+    OvershootPosBackward = 0x4378, "position above the start position, the synchronisation position lies below it";
+    OvershootPosForward = 0x4379, "position above the synchronisation position";
+    MaxVelo = 0x437a, "velocity above the limit";
+    MinVelo = 0x437b, "velocity below the limit, in the negative direction";
+    OvershootVeloForwardFromBelow = 0x437c, "velocity above the synchronous velocity, master forwards";
+    OvershootVeloForwardFromAbove = 0x437d, "velocity above the start velocity, master forwards";
+    OvershootVeloBackwardFromBelow = 0x437e, "velocity above the synchronous velocity, master backwards";
+    OvershootVeloBackwardFromAbove = 0x437f, "velocity above the start velocity, master backwards";
+    UndershootVeloForwardFromAbove = 0x4380, "velocity below the synchronous velocity, master forwards";
+    UndershootVeloForwardFromBelow = 0x4381, "velocity below the start velocity, master forwards";
+    UndershootVeloBackwardFromAbove = 0x4382, "velocity below the synchronous velocity, master backwards";
+    UndershootVeloBackwardFromBelow = 0x4383, "velocity below the start velocity, master backwards";
+    OvershootVeloZeroForward = 0x4384, "velocity above zero, master forwards";
+    OvershootVeloZeroBackward = 0x4385, "velocity above zero, master backwards";
+    UndershootVeloZeroForward = 0x4386, "velocity below zero, master forwards";
+    UndershootVeloZeroBackward = 0x4387, "velocity below zero, master backwards";
+    MaxAcc = 0x4388, "acceleration above the limit";
+    MaxDec = 0x4389, "deceleration above the limit";
+    MaxJerk = 0x438a, "jerk above the limit";
+    MinJerk = 0x438b, "jerk below the limit, in the negative direction";
+}
+
+impl Check {
+    /// The detailed error code.
+    #[must_use]
+    pub const fn code(self) -> u32 {
+        self as u32
+    }
+}
+
+impl Violation {
+    /// The error code: the check's own, or the common one if no details were asked for.
+    #[must_use]
+    pub const fn code(&self) -> u32 {
+        if self.detailed {
+            self.check.code()
+        } else {
+            0x42df
+        }
+    }
+
+    /// By how much the limit is violated, in the unit of the quantity.
+    #[must_use]
+    pub fn excess(&self) -> f64 {
+        (self.measured - self.limit).abs()
+    }
+}
+
+impl SawRefusal {
+    /// The NC error code.
+    #[doc(alias = "ErrorID")]
+    #[must_use]
+    pub const fn code(&self) -> u32 {
+        match self {
+            Self::RatioZero { .. } => 0x421b,
+            Self::DenominatorZero | Self::NotFinite { .. } | Self::StartDistance { .. } => 0x4b06,
+            Self::Limit { .. } | Self::SyncVelocity { .. } => 0x42dd,
+            Self::TimeBasedPosition => 0x4b04,
+            Self::MasterNotAhead { .. } | Self::SlaveNotAhead { .. } => 0x42de,
+            Self::MasterAtRest { .. } => 0x426e,
+            Self::NoRamp { .. } => 0x42df,
+            Self::TableInUse { .. } => 0x4063,
+            Self::NoTable { .. } => 0x4a00,
+            Self::Violation(violation) => violation.code(),
+        }
+    }
+
+    /// The check that was violated, if it was one.
+    #[must_use]
+    pub const fn violation(&self) -> Option<&Violation> {
+        match self {
+            Self::Violation(violation) => Some(violation),
+            _ => None,
+        }
+    }
+}
+
+impl From<Violation> for SawRefusal {
+    fn from(violation: Violation) -> Self {
+        Self::Violation(violation)
+    }
+}
+
+impl fmt::Display for SawRefusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:#06x}: ", self.code())?;
+        match self {
+            Self::RatioZero { numerator } => write!(
+                f,
+                "ratio numerator {numerator}, expected a finite number other than 0"
+            ),
+            Self::DenominatorZero => write!(f, "ratio denominator 0, expected 1 to 65535"),
+            Self::NotFinite { field, received } => {
+                write!(f, "{field}: received {received}, expected a finite number")
+            }
+            Self::Limit { field, received } => write!(
+                f,
+                "{field}: received {received}, expected a finite number above 0"
+            ),
+            Self::SyncVelocity { velocity, limit } => write!(
+                f,
+                "synchronous velocity {velocity} u/s, the axis's highest is {limit} u/s"
+            ),
+            Self::TimeBasedPosition => write!(
+                f,
+                "time-based mode, expected position-based to synchronise to a position"
+            ),
+            Self::MasterNotAhead {
+                position,
+                velocity,
+                sync_position,
+            } => write!(
+                f,
+                "master synchronisation position {sync_position} u is not ahead of the master at {position} u, {velocity} u/s"
+            ),
+            Self::SlaveNotAhead {
+                position,
+                sync_position,
+                direction,
+            } => write!(
+                f,
+                "slave synchronisation position {sync_position} u, expected it {} the slave at {position} u",
+                if *direction > 0.0 { "above" } else { "below" }
+            ),
+            Self::MasterAtRest {
+                slave_velocity,
+                slave_acceleration,
+            } => write!(
+                f,
+                "the master stands while the slave moves at {slave_velocity} u/s, {slave_acceleration} u/s²"
+            ),
+            Self::StartDistance { received } => write!(
+                f,
+                "master-start-distance: received {received}, expected a finite number above 0"
+            ),
+            Self::NoRamp { slave_acceleration } => write!(
+                f,
+                "no ramp from the slave's acceleration of {slave_acceleration} u/s² keeps the limits"
+            ),
+            Self::TableInUse { table } => write!(f, "table {table} is in use"),
+            Self::NoTable { axis_id } => {
+                write!(f, "axis id {axis_id}, expected 1 to 255")
+            }
+            Self::Violation(violation) => write!(
+                f,
+                "{}: {} where {} is allowed, at master position {} u",
+                violation.check.text(),
+                violation.measured,
+                violation.limit,
+                violation.master_position
+            ),
+        }
+    }
+}
+
+impl core::error::Error for SawRefusal {}

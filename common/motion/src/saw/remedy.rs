@@ -1,0 +1,103 @@
+//! What would have to be otherwise for a refused synchronisation to pass.
+
+use super::command::{GearInPos, GearInVelo};
+use super::moment::CouplingMoment;
+
+/// Each try is this much away from the one before.
+const STEP: f64 = 1.02;
+/// The last try is a thousand times as far (or a thousandth).
+const TRIES: usize = 350;
+/// Halvings of the step in which the verdict changes.
+const HALVINGS: usize = 24;
+
+/// What would have passed, all else unchanged. Found by trial: planning again with other values,
+/// and halving the step in which the verdict changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub struct SawRemedy {
+    /// How far before its synchronisation position the master should be at the coupling moment, u:
+    /// the smallest distance beyond the given one that passes, or, if none does, the largest below
+    /// it. None if no distance helps, or none was asked for.
+    pub master_distance: Option<f64>,
+    /// The master's largest speed below the given one that passes, u/s. None if no speed helps.
+    pub master_speed: Option<f64>,
+}
+
+impl GearInPos {
+    /// What would make a refused command pass. It plans some hundred times: not for the cycle.
+    #[must_use]
+    pub fn remedy(&self, moment: &CouplingMoment) -> SawRemedy {
+        let master = moment.master.position;
+        let distance = self.master_sync_position - master;
+        let at_distance = |distance: f64| {
+            let command = Self {
+                master_sync_position: master + distance,
+                ..*self
+            };
+            command.plan(moment).is_ok()
+        };
+        let first = first_distance(self, moment);
+        SawRemedy {
+            master_distance: nearest(first, STEP, at_distance)
+                .or_else(|| nearest(distance, 1.0 / STEP, at_distance))
+                .map(f64::abs),
+            master_speed: speed(moment, |moment| self.plan(moment).is_ok()),
+        }
+    }
+}
+
+impl GearInVelo {
+    /// What would make a refused command pass. It plans some hundred times: not for the cycle.
+    #[must_use]
+    pub fn remedy(&self, moment: &CouplingMoment) -> SawRemedy {
+        SawRemedy {
+            master_distance: None,
+            master_speed: speed(moment, |moment| self.plan(moment).is_ok()),
+        }
+    }
+}
+
+/// The given distance, or, if that is not ahead of the master, a thousandth of what the slave has
+/// to go.
+fn first_distance(command: &GearInPos, moment: &CouplingMoment) -> f64 {
+    let velocity = moment.master.velocity;
+    let distance = command.master_sync_position - moment.master.position;
+    if distance * velocity > 0.0 || velocity == 0.0 {
+        return distance;
+    }
+    let way = command.slave_sync_position - moment.slave.position;
+    (way * 1e-3).abs().copysign(velocity)
+}
+
+fn speed(moment: &CouplingMoment, passes: impl Fn(&CouplingMoment) -> bool) -> Option<f64> {
+    let at_velocity = |velocity: f64| {
+        let mut moment = *moment;
+        moment.master.velocity = velocity;
+        passes(&moment)
+    };
+    nearest(moment.master.velocity, 1.0 / STEP, at_velocity).map(f64::abs)
+}
+
+/// The value nearest to `from`, in steps by `factor`, that passes.
+fn nearest(from: f64, factor: f64, passes: impl Fn(f64) -> bool) -> Option<f64> {
+    if from == 0.0 {
+        return None;
+    }
+    let mut tries = core::iter::successors(Some(from), |value| Some(value * factor)).take(TRIES);
+    let mut passed = tries.find(|&value| passes(value))?;
+    let mut failed = if passed == from {
+        from
+    } else {
+        passed / factor
+    };
+    for _ in 0..HALVINGS {
+        let middle = failed + (passed - failed) / 2.0;
+        if passes(middle) {
+            passed = middle;
+        } else {
+            failed = middle;
+        }
+    }
+    Some(passed)
+}

@@ -1,0 +1,65 @@
+//! The slave's limits, watched as long as it is coupled.
+
+use crate::profile::Kinematics;
+use crate::saw::moment::SlaveLimits;
+use crate::saw::refusal::{Check, Violation};
+
+use super::settings::{SawFault, SawTolerances};
+
+/// What the axis can do, whatever was checked while planning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Watch {
+    fastest: f64,
+    margin: f64,
+    lowest: f64,
+    highest: f64,
+}
+
+impl Watch {
+    pub(super) fn new(axis: &SlaveLimits, tolerances: &SawTolerances) -> Self {
+        Self {
+            fastest: axis.dynamics.velocity(),
+            margin: 1.0 + tolerances.velocity_margin,
+            lowest: axis.min_position.unwrap_or(f64::MIN),
+            highest: axis.max_position.unwrap_or(f64::MAX),
+        }
+    }
+
+    /// Whether the slave is within its limits; what is not a number is not.
+    #[inline]
+    pub(super) fn lets_pass(&self, slave: &Kinematics) -> bool {
+        slave.velocity.abs() <= self.fastest * self.margin
+            && slave.position >= self.lowest
+            && slave.position <= self.highest
+            && slave.acceleration.is_finite()
+    }
+
+    /// Why it is not.
+    pub(super) fn fault(
+        &self,
+        slave: &Kinematics,
+        master: &Kinematics,
+        detailed: bool,
+    ) -> SawFault {
+        let (check, measured, limit) = if slave.velocity > self.fastest {
+            (Check::MaxVelo, slave.velocity, self.fastest)
+        } else if slave.velocity < -self.fastest {
+            (Check::MinVelo, slave.velocity, -self.fastest)
+        } else if slave.position < self.lowest {
+            (Check::MinPos, slave.position, self.lowest)
+        } else {
+            (Check::MaxPos, slave.position, self.highest)
+        };
+        let numbers = [slave.position, slave.velocity, slave.acceleration];
+        if !numbers.iter().all(|number| number.is_finite()) {
+            return SawFault::MasterNotFinite;
+        }
+        SawFault::Limit(Violation {
+            check,
+            measured,
+            limit,
+            master_position: master.position,
+            detailed,
+        })
+    }
+}

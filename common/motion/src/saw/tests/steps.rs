@@ -1,0 +1,75 @@
+//! Which profile is chosen.
+
+use super::super::{Check, EncoderMaster, SawForm, SyncMask};
+use super::*;
+
+#[test]
+fn an_encoders_noise_is_no_acceleration() {
+    let mask = SyncMask::OVERSHOOT_VELO | SyncMask::UNDERSHOOT_VELO;
+    let mode = SyncMode::position_based(mask);
+    let command = to_position(1.0, (1_000.0, 1_000.0), mode, SyncLimits::default());
+    let mut start = moment((-500.0, 500.0), (-250.0, 250.0));
+    start.master.acceleration = 150.0;
+    assert!(command.plan(&start).is_err(), "P5 overshoots");
+    start.encoder = Some(EncoderMaster {
+        scaling: 1e-4,
+        cycle: seconds(1e-3),
+    });
+    assert_eq!(command.plan(&start).unwrap().form(), SawForm::QuinticLine);
+    start.master.acceleration = 250.0;
+    assert!(command.plan(&start).is_err());
+
+    let mode = SyncMode::position_based(mask | SyncMask::IGNORE_MASTER_ACC);
+    let command = to_position(1.0, (1_000.0, 1_000.0), mode, SyncLimits::default());
+    assert_eq!(command.plan(&start).unwrap().form(), SawForm::QuinticLine);
+    start.slave.acceleration = 10.0;
+    assert!(command.plan(&start).is_err());
+    let mode = SyncMode::position_based(mode.mask | SyncMask::IGNORE_SLAVE_ACC);
+    let command = to_position(1.0, (1_000.0, 1_000.0), mode, SyncLimits::default());
+    assert_eq!(command.plan(&start).unwrap().form(), SawForm::QuinticLine);
+}
+
+#[test]
+fn the_steps_are_taken_in_the_manuals_order() {
+    let start = moment((-500.0, 500.0), (-250.0, 250.0));
+    let form = |mask, limits| {
+        let mode = SyncMode::position_based(mask);
+        let command = to_position(1.0, (1_000.0, 1_000.0), mode, limits);
+        command.plan(&start).map(|plan| plan.form())
+    };
+    let below_peak = SyncLimits {
+        velocity: Some(503.0),
+        ..SyncLimits::default()
+    };
+    let velocity = SyncMask::MAX_VELO;
+    let shoots = SyncMask::OVERSHOOT_VELO | SyncMask::UNDERSHOOT_VELO;
+    assert_eq!(form(SyncMask::empty(), below_peak), Ok(SawForm::Quintic));
+    assert_eq!(form(velocity, below_peak), Ok(SawForm::QuinticLineQuintic));
+    assert_eq!(
+        form(velocity | shoots, below_peak),
+        Ok(SawForm::QuinticLine)
+    );
+    let constant = SyncMask::PREFER_CONST_VELO;
+    assert_eq!(form(constant, below_peak), Ok(SawForm::QuinticLineQuintic));
+    // 187.5 u/s² for step 1, 175.046 u/s² for P5: what is between allows P5 only.
+    let between = dynamics(180.0, 5_000.0);
+    assert_eq!(form(SyncMask::MAX_ACC, between), Ok(SawForm::Quintic));
+    let refused = form(SyncMask::MAX_ACC | shoots, between).unwrap_err();
+    assert_eq!(
+        refused.violation().unwrap().check,
+        Check::OvershootVeloForwardFromBelow
+    );
+}
+
+#[test]
+fn a_slave_with_the_gears_velocity_makes_up_its_place_at_the_acceleration_limit() {
+    let start = moment((0.0, 100.0), (0.0, 100.0));
+    let limits = dynamics(500.0, 1e4);
+    let plan = to_position(1.0, (100.0, 110.0), SyncMode::default(), limits)
+        .plan(&start)
+        .unwrap();
+    assert_eq!(plan.form(), SawForm::QuinticLineQuintic);
+    let extremes = plan.characteristics(1).extremes;
+    assert!((extremes.acceleration.maximum.value - 500.0).abs() < 1e-9);
+    assert!((extremes.acceleration.minimum.value + 500.0).abs() < 1e-9);
+}
