@@ -4,7 +4,9 @@ use coaxle_clock::observer::ObserverParameters;
 use coaxle_motion::drive::DriveParameters;
 use coaxle_motion::remote::{AxisSyncParameters, FilterMode};
 use coaxle_node::Channel;
-use coaxle_node::config::{ClockConfig, CycleMicros, LinkConfig, RealTimeConfig, TransportConfig};
+use coaxle_node::config::{
+    ClockConfig, CycleMicros, DelayMicros, LinkConfig, RealTimeConfig, TransportConfig,
+};
 use coaxle_node::keys::NodeName;
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +29,9 @@ pub struct ReceiverConfig {
     /// Parameters of the phase observer.
     #[serde(default)]
     pub observer: ObserverParameters,
+    /// The constant part of the delay, in observer mode.
+    #[serde(default)]
+    pub delay: DelayConfig,
     /// The gear between the far axis and the slave.
     #[serde(default)]
     pub gear: GearConfig,
@@ -36,9 +41,12 @@ pub struct ReceiverConfig {
     /// The simulated drive.
     #[serde(default)]
     pub drive: DriveParameters,
-    /// Faults laid over the subscription.
+    /// Faults laid over everything that comes from the followed node, and over the questions to it.
     #[serde(default)]
     pub faults: LinkConfig,
+    /// Faults laid over the questions instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub question_faults: Option<LinkConfig>,
     /// The node's clock.
     #[serde(default)]
     pub clock: ClockConfig,
@@ -51,6 +59,20 @@ pub struct ReceiverConfig {
     /// What it asks of its operating system.
     #[serde(default)]
     pub real_time: RealTimeConfig,
+}
+
+impl ReceiverConfig {
+    /// Whether the node asks the one it follows, to measure the delay.
+    #[must_use]
+    pub fn asks(&self) -> bool {
+        self.mode == Mode::Observer && self.delay == DelayConfig::Measured
+    }
+
+    /// Faults laid over its questions.
+    #[must_use]
+    pub fn faults_of_questions(&self) -> &LinkConfig {
+        self.question_faults.as_ref().unwrap_or(&self.faults)
+    }
 }
 
 /// The axis to follow.
@@ -92,7 +114,6 @@ impl From<MasterChannel> for Channel {
 #[serde(rename_all = "kebab-case")]
 pub enum Mode {
     /// TS5066's automatic mode: start-up mode, sync mode, fallback.
-    #[default]
     Sync,
     /// As received, beats and all.
     Bypass,
@@ -101,7 +122,21 @@ pub enum Mode {
     /// Beats are hidden when they happen.
     Time,
     /// By the phase observer: locked within a second whatever the drift. Time mode bridges.
+    #[default]
     Observer,
+}
+
+/// Where the constant part of the delay comes from, in observer mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DelayConfig {
+    /// The followed node is asked: the set values are those that the master has at the same moment.
+    #[default]
+    Measured,
+    /// It is this much, µs.
+    FixedUs(DelayMicros),
+    /// Nothing is done about it, as in TS5066.
+    Off,
 }
 
 impl Mode {

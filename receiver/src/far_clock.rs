@@ -1,13 +1,15 @@
 //! The far axis made local: the blocks that know the sender's clock, started by its first message.
 
 use coaxle_clock::cycle::Turn;
+use coaxle_clock::delay::{Answer, DelayOutput};
 use coaxle_clock::observer::{ObserverOutput, ObserverParameters, ObserverState, PhaseObserver};
 use coaxle_clock::time_sync::{TimeSyncParameters, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Local, Seconds};
 use coaxle_motion::remote::{AxisSync, AxisSyncOutput, AxisSyncParameters};
 use coaxle_node::Sample;
 
-use crate::config::Mode;
+use crate::config::{DelayConfig, Mode};
+use crate::delay::Delay;
 
 /// How the far clock is to be followed.
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +18,9 @@ pub(crate) struct FarClockSetup {
     pub(crate) mode: Mode,
     pub(crate) sync: AxisSyncParameters,
     pub(crate) observer: ObserverParameters,
+    pub(crate) delay: DelayConfig,
+    /// This run of the node.
+    pub(crate) run: u64,
 }
 
 /// The far clock. Each frame says how long the sender's cycle is, so it starts with the first one.
@@ -43,7 +48,14 @@ enum State {
 struct Running {
     data: CycleTime,
     block: AxisSync,
-    observer: Option<PhaseObserver>,
+    observed: Option<Observed>,
+}
+
+/// The far clock as the observer has it.
+#[derive(Debug)]
+struct Observed {
+    observer: PhaseObserver,
+    delay: Delay,
     /// The observer was sure of the far clock when it last heard of it.
     sure: bool,
 }
@@ -53,6 +65,7 @@ struct Running {
 pub(crate) struct Far {
     pub(crate) axis: AxisSyncOutput,
     pub(crate) observer: Option<ObserverOutput>,
+    pub(crate) delay: Option<DelayOutput>,
 }
 
 impl FarClock {
@@ -70,12 +83,30 @@ impl FarClock {
     pub(crate) fn hear(&mut self, at: Instant<Local>, sample: &Sample) {
         let header = &sample.header;
         self.start_for(header.cycle_time);
-        if let State::Running(Running {
-            observer: Some(observer),
-            ..
-        }) = &mut self.state
-        {
-            observer.observe(header.epoch, header.count, at, header.send_stamp);
+        if let Some(observed) = self.observed() {
+            let stamp = header.send_stamp;
+            observed
+                .observer
+                .observe(header.epoch, header.count, at, stamp);
+        }
+    }
+
+    /// An answer that arrived at `at`.
+    pub(crate) fn hear_answer(&mut self, at: Instant<Local>, answer: &Answer) {
+        if let Some(observed) = self.observed() {
+            observed.delay.hear(at, answer);
+        }
+    }
+
+    /// The number of the question to ask in the cycle that ideally began at `now`, if one is due.
+    pub(crate) fn ask(&mut self, now: Instant<Local>) -> Option<u32> {
+        self.observed()?.delay.ask(now)
+    }
+
+    const fn observed(&mut self) -> Option<&mut Observed> {
+        match &mut self.state {
+            State::Running(running) => running.observed.as_mut(),
+            State::Waiting | State::Refused { .. } => None,
         }
     }
 
@@ -86,30 +117,26 @@ impl FarClock {
         let State::Running(running) = &mut self.state else {
             return None;
         };
-        let Some(observer) = &mut running.observer else {
-            let index = sample.header.index;
+        let index = sample.header.index;
+        let Some(observed) = &mut running.observed else {
             let axis = running
                 .block
                 .update(index, &sample.axis, mode.into(), turn.elapsed);
             return Some(Far {
                 axis,
                 observer: None,
+                delay: None,
             });
         };
-        let seen = observer.cycle(turn.ideal_start);
-        running.sure = is_sure(seen.state, running.sure);
-        let sent = observer.far_time_of(sample.header.count);
-        let correction = match (running.sure, seen.far_time, sent) {
-            (true, Some(now), Some(sent)) => Some(now.since(sent)),
-            _ => None,
-        };
-        let index = sample.header.index;
+        let now = turn.ideal_start;
+        let (seen, correction) = observed.cycle(now, sample.header.count);
         let axis = running
             .block
             .update_by_clock(index, &sample.axis, correction, turn.elapsed);
         Some(Far {
             axis,
             observer: Some(seen),
+            delay: Some(observed.delay.output(now)),
         })
     }
 
@@ -148,16 +175,35 @@ impl FarClock {
             },
             ..self.setup.sync
         };
-        let observer = match self.setup.mode {
-            Mode::Observer => Some(PhaseObserver::new(data, self.setup.observer).ok()?),
+        let observed = match self.setup.mode {
+            Mode::Observer => Some(Observed {
+                observer: PhaseObserver::new(data, self.setup.observer).ok()?,
+                delay: Delay::new(self.setup.delay, self.setup.run),
+                sure: false,
+            }),
             _ => None,
         };
         Some(Running {
             data,
             block: AxisSync::start(self.setup.cycle_time.span(), parameters).ok()?,
-            observer,
-            sure: false,
+            observed,
         })
+    }
+}
+
+impl Observed {
+    /// One cycle: what the observer says, and by how much the message number `count` is to be moved
+    /// in time, once that is sure.
+    fn cycle(&mut self, now: Instant<Local>, count: u64) -> (ObserverOutput, Option<Seconds>) {
+        self.delay.steer(&mut self.observer, now);
+        let seen = self.observer.cycle(now);
+        self.sure = is_sure(seen.state, self.sure);
+        let sent = self.observer.far_time_of(count);
+        let correction = match (self.sure, seen.far_time, sent) {
+            (true, Some(now), Some(sent)) => Some(now.since(sent)),
+            _ => None,
+        };
+        (seen, correction)
     }
 }
 

@@ -51,6 +51,8 @@ impl Inbox {
     pub(crate) fn store(&mut self, at: Instant<Local>, message: &Message) {
         match message {
             Message::Rejected(reason) => self.counters.rejected.count(*reason),
+            // The receiver keeps these itself.
+            Message::Question(_) | Message::Answer(_) => {}
             Message::Sample(sample) => {
                 self.counters.received += 1;
                 if self.waiting.len() == CAPACITY {

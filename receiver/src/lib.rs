@@ -8,6 +8,7 @@
 //! feature `host`) is its life in the real world.
 
 pub mod config;
+mod delay;
 mod far_clock;
 mod inbox;
 mod node;
@@ -18,7 +19,7 @@ pub mod run;
 mod slave;
 mod snapshot;
 
-pub use config::{MasterConfig, Mode, ReceiverConfig};
+pub use config::{DelayConfig, MasterConfig, Mode, ReceiverConfig};
 pub use node::{Receiver, ReceiverError};
 pub use record::{DriveStateName, HealthName, ReceiverRecord, StateName};
 pub use snapshot::{Counters, DriveSnapshot, Health, MasterSnapshot, ReceiverSnapshot};

@@ -5,8 +5,9 @@ use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
 use coaxle_motion::drive::{Drive, WrongDriveParameter};
 use coaxle_motion::gear::{LinearGear, RatioZero};
+use coaxle_node::exchange::{QUESTION_CAPACITY, encode_question};
 use coaxle_node::frame::{body_capacity, encode_body, sender_id};
-use coaxle_node::{Channel, FrameHeader, Message, Node, Outgoing};
+use coaxle_node::{Answering, Channel, FrameHeader, Message, Node, Outgoing};
 
 use crate::config::ReceiverConfig;
 use crate::far_clock::FarClockSetup;
@@ -25,6 +26,10 @@ pub struct Receiver {
     body: Vec<u8>,
     /// Bytes of `body` that wait to be sent.
     pending: Option<usize>,
+    answering: Answering,
+    question: [u8; QUESTION_CAPACITY],
+    /// Bytes of `question` that wait to be sent.
+    asking: Option<usize>,
 }
 
 /// What every frame of the slave says of its sender.
@@ -67,13 +72,16 @@ impl Receiver {
             mode: config.mode,
             sync: config.sync,
             observer: config.observer,
+            delay: config.delay,
+            run: epoch,
         };
+        let sender = sender_id(&config.name);
         let pipeline = Pipeline::new(setup, gear, drive)?;
         Ok(Self {
             schedule: Schedule::new(start, cycle_time),
             pipeline,
             identity: Identity {
-                sender: sender_id(&config.name),
+                sender,
                 epoch,
                 slave_id: config.slave.id,
             },
@@ -85,6 +93,9 @@ impl Receiver {
             woke: start,
             body: vec![0; body_capacity(1)],
             pending: None,
+            answering: Answering::new(sender, epoch, start, cycle_time),
+            question: [0; QUESTION_CAPACITY],
+            asking: None,
         })
     }
 
@@ -104,13 +115,26 @@ impl Receiver {
         };
         encode_body(&header, &[axis], body).ok()
     }
+
+    /// The question of this cycle, if one is due.
+    fn encode_question(&mut self) -> Option<usize> {
+        let number = self.pipeline.ask(&self.turn)?;
+        let Identity { sender, epoch, .. } = self.identity;
+        let ideal_start = self.turn.ideal_start;
+        let body = &mut self.question;
+        Some(encode_question(sender, epoch, number, ideal_start, body))
+    }
 }
 
 impl Node for Receiver {
     type Snapshot = ReceiverSnapshot;
 
     fn receive(&mut self, at: Instant<Local>, message: &Message) {
-        self.pipeline.store(at, message);
+        match message {
+            Message::Question(question) => self.answering.hear(at, question),
+            Message::Answer(answer) => self.pipeline.store_answer(at, answer),
+            Message::Sample(_) | Message::Rejected(_) => self.pipeline.store(at, message),
+        }
     }
 
     fn cycle(&mut self, now: Instant<Local>) -> Turn {
@@ -120,16 +144,28 @@ impl Node for Receiver {
         let mut body = std::mem::take(&mut self.body);
         self.pending = self.encode_slave(&mut body);
         self.body = body;
+        self.answering.answer(&self.turn, now);
+        self.asking = self.encode_question();
         self.turn
     }
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
-        let length = self.pending.take()?;
-        Some(Outgoing {
-            channel: Channel::Slaves,
-            ideal_start: self.turn.ideal_start,
-            body: &self.body[..length],
-        })
+        let ideal_start = self.turn.ideal_start;
+        if let Some(length) = self.pending.take() {
+            return Some(Outgoing {
+                channel: Channel::Slaves,
+                ideal_start,
+                body: &self.body[..length],
+            });
+        }
+        if let Some(length) = self.asking.take() {
+            return Some(Outgoing {
+                channel: Channel::Questions,
+                ideal_start,
+                body: &self.question[..length],
+            });
+        }
+        self.answering.transmit()
     }
 
     fn next_cycle(&self) -> Instant<Local> {
@@ -147,6 +183,8 @@ impl Node for Receiver {
             data_cycle_time: self.pipeline.data_cycle_time(),
             master: self.pipeline.master(),
             observer: self.pipeline.observer(),
+            delay: self.pipeline.delay(),
+            questions: self.answering.counters(),
             slave: self.pipeline.slave(),
             drive: self.pipeline.drive(),
         }

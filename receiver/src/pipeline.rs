@@ -1,6 +1,7 @@
 //! The way of the data: far axis in, slave set values out. One scan, top to bottom.
 
 use coaxle_clock::cycle::Turn;
+use coaxle_clock::delay::{Answer, DelayOutput};
 use coaxle_clock::observer::ObserverOutput;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleTime, Instant, Local, Remote, Span};
@@ -27,6 +28,7 @@ pub(crate) struct Pipeline {
     drive: Drive,
     master: Option<MasterSnapshot>,
     observer: Option<ObserverOutput>,
+    delay: Option<DelayOutput>,
     slave: Option<Kinematics>,
     /// The newest message that was used, and own cycles since.
     last: Option<(u64, u64)>,
@@ -53,6 +55,7 @@ impl Pipeline {
             drive,
             master: None,
             observer: None,
+            delay: None,
             slave: None,
             last: None,
             age_cycles: 0,
@@ -61,6 +64,15 @@ impl Pipeline {
 
     pub(crate) fn store(&mut self, at: Instant<Local>, message: &Message) {
         self.inbox.store(at, message);
+    }
+
+    pub(crate) fn store_answer(&mut self, at: Instant<Local>, answer: &Answer) {
+        self.far_clock.hear_answer(at, answer);
+    }
+
+    /// The number of the question that is due, if one is.
+    pub(crate) fn ask(&mut self, turn: &Turn) -> Option<u32> {
+        self.far_clock.ask(turn.ideal_start)
     }
 
     /// One scan.
@@ -81,6 +93,7 @@ impl Pipeline {
         self.move_drive(&slave, turn.elapsed);
         self.master = Some(self.master_snapshot(&sample, &far));
         self.observer = far.observer;
+        self.delay = far.delay;
         self.slave = Some(slave);
     }
 
@@ -164,6 +177,10 @@ impl Pipeline {
 
     pub(crate) const fn observer(&self) -> Option<ObserverOutput> {
         self.observer
+    }
+
+    pub(crate) const fn delay(&self) -> Option<DelayOutput> {
+        self.delay
     }
 
     pub(crate) const fn slave(&self) -> Option<Kinematics> {

@@ -1,7 +1,8 @@
 //! One receiver cycle as a flat row: what trace files hold and measurements are made from.
 
+use coaxle_clock::delay::DelayState;
 use coaxle_clock::observer::ObserverState;
-use coaxle_clock::{Instant, Remote};
+use coaxle_clock::{Instant, Remote, Seconds};
 use coaxle_motion::drive::DriveState;
 use coaxle_motion::remote::FilterState;
 use serde::{Deserialize, Serialize};
@@ -64,6 +65,16 @@ pub struct ReceiverRecord {
     pub shifts: u32,
     /// Times it began to lock anew.
     pub relocks: u32,
+    /// Where the delay comes from; none in other modes.
+    pub delay: Option<DelayState>,
+    /// How far the sender's time is taken to be ahead of the observer's line, µs.
+    pub delay_us: Option<f64>,
+    /// That is wrong by at most this, µs.
+    pub delay_uncertainty_us: Option<f64>,
+    /// Exchanges of a question and an answer so far.
+    pub exchanges: u64,
+    /// Answers refused so far.
+    pub answers_refused: u64,
     /// The slave's set position, slave units.
     pub slave_position: Option<f64>,
     /// The slave's set velocity, slave units/s.
@@ -184,7 +195,7 @@ impl From<DriveState> for DriveStateName {
 
 impl ReceiverRecord {
     /// The names of all fields, in their order: the columns of a trace.
-    pub const COLUMNS: [&'static str; 39] = [
+    pub const COLUMNS: [&'static str; 44] = [
         "at_ns",
         "woke_ns",
         "cycle",
@@ -211,6 +222,11 @@ impl ReceiverRecord {
         "drift_sigma_ppm",
         "shifts",
         "relocks",
+        "delay",
+        "delay_us",
+        "delay_uncertainty_us",
+        "exchanges",
+        "answers_refused",
         "slave_position",
         "slave_velocity",
         "drive_state",
@@ -231,6 +247,7 @@ impl ReceiverRecord {
     pub fn new(at_ns: i64, woke_ns: i64, snapshot: &ReceiverSnapshot) -> Self {
         let master = snapshot.master.as_ref();
         let observer = snapshot.observer.as_ref();
+        let delay = snapshot.delay.as_ref();
         let counters = &snapshot.counters;
         Self {
             at_ns,
@@ -261,6 +278,11 @@ impl ReceiverRecord {
             drift_sigma_ppm: observer.map(|o| o.drift_sigma_ppm),
             shifts: observer.map_or(0, |o| o.shifts),
             relocks: observer.map_or(0, |o| o.relocks),
+            delay: delay.map(|d| d.state),
+            delay_us: delay.and_then(|d| d.delay).map(Seconds::as_micros),
+            delay_uncertainty_us: delay.and_then(|d| d.uncertainty).map(Seconds::as_micros),
+            exchanges: delay.map_or(0, |d| d.exchanges),
+            answers_refused: delay.map_or(0, |d| d.refused),
             slave_position: snapshot.slave.map(|s| s.position),
             slave_velocity: snapshot.slave.map(|s| s.velocity),
             drive_state: snapshot.drive.state.into(),

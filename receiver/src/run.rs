@@ -7,10 +7,10 @@ mod status;
 
 use anyhow::anyhow;
 use coaxle_clock::{Instant, Local};
-use coaxle_host::{NodeArgs, Setup, Subscription};
-use coaxle_node::{Channel, Intake};
+use coaxle_host::{NodeArgs, Publication, Setup, Subscription};
+use coaxle_node::{Channel, Intake, Reader};
 
-use crate::config::{MasterConfig, ReceiverConfig};
+use crate::config::ReceiverConfig;
 use crate::node::Receiver;
 use recorder::ReceiverRecorder;
 
@@ -54,22 +54,48 @@ fn setup(args: &Args, config: ReceiverConfig) -> anyhow::Result<Setup<Receiver>>
         clock: config.clock.clone(),
         seed: config.seed,
         send_stamps: true,
-        publishes: vec![Channel::Slaves],
-        subscription: Some(Subscription {
-            source: config.master.node.clone(),
-            channel: config.master.channel.into(),
-            intake: intake(&config.master),
-            faults: config.faults.clone(),
-        }),
+        publishes: publications(&config),
+        subscriptions: subscriptions(&config),
         run_for: args.run_for,
         build: Box::new(move |start, epoch| build(&file, &config, start, epoch)),
         recorder: Box::new(recorder),
     })
 }
 
-fn intake(master: &MasterConfig) -> Intake {
-    let key = master.node.channel_key(master.channel.into());
-    Intake::new(&key, &master.node, master.axis)
+fn publications(config: &ReceiverConfig) -> Vec<Publication> {
+    let own = [Channel::Slaves, Channel::Answers];
+    let questions = config.asks().then(|| Publication {
+        node: config.master.node.clone(),
+        channel: Channel::Questions,
+        faults: config.faults_of_questions().clone(),
+    });
+    own.map(|channel| Publication::new(&config.name, channel))
+        .into_iter()
+        .chain(questions)
+        .collect()
+}
+
+fn subscriptions(config: &ReceiverConfig) -> Vec<Subscription> {
+    let master = &config.master;
+    let of_master = |channel, reader| Subscription {
+        node: master.node.clone(),
+        channel,
+        reader,
+        faults: config.faults.clone(),
+    };
+    let channel = master.channel.into();
+    let intake = Intake::new(&master.node.channel_key(channel), &master.node, master.axis);
+    let answers = config.asks().then(|| {
+        let reader = Reader::answers_of(&master.node, &config.name);
+        of_master(Channel::Answers, reader)
+    });
+    [
+        of_master(channel, intake.into()),
+        Subscription::questions_to(&config.name),
+    ]
+    .into_iter()
+    .chain(answers)
+    .collect()
 }
 
 fn build(

@@ -1,12 +1,13 @@
 //! What a receiver shows of itself after each cycle: plain data.
 
+use coaxle_clock::delay::DelayOutput;
 use coaxle_clock::observer::ObserverOutput;
 use coaxle_clock::time_sync::{SyncError, SyncWarning};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Remote, Seconds};
 use coaxle_motion::drive::DriveState;
 use coaxle_motion::profile::Kinematics;
 use coaxle_motion::remote::FilterState;
-use coaxle_node::RejectionCounters;
+use coaxle_node::{AnsweringCounters, RejectionCounters};
 
 use crate::record::HealthName;
 
@@ -31,6 +32,10 @@ pub struct ReceiverSnapshot {
     pub master: Option<MasterSnapshot>,
     /// The phase observer; none in other modes, and before the first message.
     pub observer: Option<ObserverOutput>,
+    /// The constant part of the delay; likewise.
+    pub delay: Option<DelayOutput>,
+    /// What became of questions about the node's own clock.
+    pub questions: AnsweringCounters,
     /// The slave's set values, as given to the drive; none until it is coupled.
     pub slave: Option<Kinematics>,
     /// The drive.

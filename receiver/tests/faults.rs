@@ -26,7 +26,7 @@ fn healths(snapshots: &[ReceiverSnapshot]) -> Vec<HealthName> {
 
 #[test]
 fn health_goes_from_waiting_over_starting_up_to_ok() {
-    let mut near = Near::new(1000, 0, "");
+    let mut near = Near::new(1000, 0, "mode = 'sync'");
     run(None, from_mut(&mut near), 100 * MILLISECOND);
     assert_eq!(healths(&near.snapshots), [HealthName::WaitingForMaster]);
     let mut far = Far::new(1000, 1000, 100 * MILLISECOND, 1);
@@ -44,7 +44,7 @@ fn health_goes_from_waiting_over_starting_up_to_ok() {
 #[test]
 fn a_master_that_stops_is_an_error_that_stays() {
     let mut far = Far::new(1000, 1000, 0, 1);
-    let mut near = Near::new(1000, 0, "");
+    let mut near = Near::new(1000, 0, "mode = 'sync'");
     run_pair(&mut far, &mut near, 5 * SECOND);
     assert_eq!(near.last().health, Health::Ok);
     let before = near.snapshots.len();
@@ -92,7 +92,11 @@ fn a_master_that_stops_is_never_healthy_even_where_nothing_watches_its_age() {
 #[test]
 fn a_backlog_after_a_stop_never_reaches_the_slave() {
     let mut far = Far::new(1000, 200, 0, 1);
-    let mut near = Near::new(1000, 0, "sync.time-sync.automatic-re-init = true");
+    let mut near = Near::new(
+        1000,
+        0,
+        "mode = 'sync'\nsync.time-sync.automatic-re-init = true",
+    );
     run_pair(&mut far, &mut near, 2 * SECOND);
     let before = near.last().master.unwrap().count;
     let woken = near.snapshots.len();
@@ -121,7 +125,11 @@ fn a_backlog_after_a_stop_never_reaches_the_slave() {
 #[test]
 fn a_sender_that_starts_anew_is_followed_and_synchronised_again() {
     let mut far = Far::new(1000, 1000, 0, 11);
-    let mut near = Near::new(1000, 0, "sync.time-sync.automatic-re-init = true");
+    let mut near = Near::new(
+        1000,
+        0,
+        "mode = 'sync'\nsync.time-sync.automatic-re-init = true",
+    );
     run_pair(&mut far, &mut near, 4 * SECOND);
     assert_eq!(near.last().health, Health::Ok);
     assert_eq!(near.last().counters.restarts, 0);
@@ -147,7 +155,7 @@ fn a_sender_that_starts_anew_is_followed_and_synchronised_again() {
 #[test]
 fn every_reason_for_refusal_is_counted_and_the_receiver_goes_on() {
     let mut far = Far::new(1000, 1000, 0, 1);
-    let mut near = Near::new(1000, 0, "");
+    let mut near = Near::new(1000, 0, "mode = 'sync'");
     run_pair(&mut far, &mut near, 4 * SECOND);
     let bad = refused_frames();
     for (k, (_, frame)) in bad.iter().enumerate() {

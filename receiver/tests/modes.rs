@@ -45,7 +45,11 @@ fn each_mode_shows_itself() {
 fn start_up_modes_are_obeyed() {
     for (mode, state) in [("bypass", StateName::Bypass), ("pt1", StateName::Pt1)] {
         let mut far = Far::new(1000, 1000, 0, 1);
-        let mut near = Near::new(1000, 0, &format!("sync.start-up-mode = '{mode}'"));
+        let mut near = Near::new(
+            1000,
+            0,
+            &format!("mode = 'sync'\nsync.start-up-mode = '{mode}'"),
+        );
         run_pair(&mut far, &mut near, 200 * MILLISECOND);
         assert_eq!(state_of(&near), state);
     }
@@ -70,7 +74,7 @@ fn without_correction_every_beat_is_a_spike_and_with_it_there_is_none() {
 fn the_cycle_time_of_the_sender_is_taken_from_its_frames() {
     for (data_us, own_us) in [(2000, 1000), (1000, 4000), (1000, 1000)] {
         let mut far = Far::new(data_us, 400, 0, 1);
-        let mut near = Near::new(own_us, 0, "");
+        let mut near = Near::new(own_us, 0, "mode = 'sync'");
         run_pair(&mut far, &mut near, 20 * SECOND);
         let last = near.last();
         let master = last.master.expect("a master");
@@ -115,7 +119,11 @@ fn a_cycle_time_that_does_not_fit_moves_nothing() {
 #[test]
 fn a_configured_cycle_time_that_fits_is_no_obstacle() {
     let mut far = Far::new(2000, 0, 0, 1);
-    let mut near = Near::new(1000, 0, "sync.time-sync.data-cycle-time-s = 0.002");
+    let mut near = Near::new(
+        1000,
+        0,
+        "mode = 'sync'\nsync.time-sync.data-cycle-time-s = 0.002",
+    );
     run_pair(&mut far, &mut near, SECOND);
     assert_eq!(near.last().health, Health::StartingUp);
 }
@@ -124,7 +132,7 @@ fn a_configured_cycle_time_that_fits_is_no_obstacle() {
 fn the_index_wraps_unnoticed() {
     let run = |first: u16| {
         let mut far = Far::new(1000, 1000, 0, 1);
-        let mut near = Near::new(1000, 0, "");
+        let mut near = Near::new(1000, 0, "mode = 'sync'");
         near.tweak = Some(Box::new(move |_, sample| {
             sample.header.index.0 = sample.header.index.0.wrapping_add(first);
         }));

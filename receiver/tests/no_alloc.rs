@@ -4,9 +4,13 @@ mod bench;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use bench::{Clock, Far, LATENCY, MILLISECOND};
-use coaxle_clock::{Instant, Local};
+use coaxle_clock::cycle::Turn;
+use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_node::config::parse;
-use coaxle_node::{Intake, Message, Node, Rejection};
+use coaxle_node::frame::{KeySeal, sender_id};
+use coaxle_node::{
+    Answering, Channel, Intake, Message, Node, Outgoing, Question, Reader, Rejection,
+};
 use coaxle_receiver::{HealthName, Receiver, ReceiverConfig};
 
 #[global_allocator]
@@ -38,6 +42,8 @@ fn goes_through_its_life_without_allocating(mode: &str) {
     let mut next = messages.iter().peekable();
     let mut seen = [false; 4];
     let mut bytes = 0;
+    let mut master = Master::new(&config);
+    let (mut asked, mut answers) = (None, 0);
     assert_no_alloc(|| {
         while receiver.next_cycle() < clock.read(12_000 * MILLISECOND) {
             let mut now = receiver.next_cycle();
@@ -50,6 +56,16 @@ fn goes_through_its_life_without_allocating(mode: &str) {
             let _ = receiver.cycle(now);
             while let Some(outgoing) = receiver.transmit() {
                 bytes += outgoing.body.len();
+                match outgoing.channel {
+                    Channel::Questions => asked = Some(master.question_of(&outgoing)),
+                    Channel::Answers => answers += 1,
+                    Channel::Axes | Channel::Slaves => {}
+                }
+            }
+            if let Some(question) = asked.take() {
+                // The receiver may be asked too, and is, whenever it asks.
+                receiver.receive(now, &Message::Question(question));
+                master.answer(&question, now, |at, message| receiver.receive(at, &message));
             }
             match receiver.snapshot().health.name() {
                 HealthName::WaitingForMaster => seen[0] = true,
@@ -67,7 +83,76 @@ fn goes_through_its_life_without_allocating(mode: &str) {
     let counters = receiver.snapshot().counters;
     assert!(counters.restarts == 1 && counters.rejected.total() > 10);
     assert!(counters.overflow > 0 && counters.stale > 0);
+    if config.asks() {
+        let delay = receiver.snapshot().delay.expect("an observer");
+        assert!(delay.exchanges > 60 && delay.refused > 0, "{delay:?}");
+        assert!(answers > 60);
+    }
 }
+
+/// The first run of the sender as far as it answers, without a heap.
+struct Master {
+    clock: Clock,
+    start: Instant<Local>,
+    answering: Answering,
+    questions: KeySeal,
+    answers: KeySeal,
+    reader: Reader,
+    frame: Vec<u8>,
+}
+
+impl Master {
+    fn new(config: &ReceiverConfig) -> Self {
+        let clock = Clock { ppm: 1000 };
+        let start = clock.read(100 * MILLISECOND);
+        let name = &config.master.node;
+        let cycle_time = CycleTime::new(CYCLE).expect("a cycle time");
+        Self {
+            clock,
+            start,
+            answering: Answering::new(sender_id(name), 1, start, cycle_time),
+            questions: KeySeal::new(&name.channel_key(Channel::Questions)),
+            answers: KeySeal::new(&name.channel_key(Channel::Answers)),
+            reader: Reader::answers_of(name, &config.name),
+            frame: Vec::with_capacity(1_000),
+        }
+    }
+
+    fn question_of(&mut self, outgoing: &Outgoing<'_>) -> Question {
+        let stamp = Some(Span::ZERO);
+        self.questions.seal(outgoing.body, stamp, &mut self.frame);
+        self.questions
+            .open_question(&self.frame)
+            .expect("a question")
+    }
+
+    /// Answers what was asked at `asked`, which is true time.
+    fn answer(
+        &mut self,
+        question: &Question,
+        asked: Instant<Local>,
+        mut deliver: impl FnMut(Instant<Local>, Message),
+    ) {
+        let heard = asked + LATENCY;
+        let heard_here = self.clock.read(heard.as_nanos());
+        let count = (heard_here - self.start).div_floor(CYCLE) + 1;
+        let turn = Turn {
+            count: count as u64,
+            ideal_start: self.start + CYCLE * count,
+            elapsed: 1,
+        };
+        self.answering.hear(heard_here, question);
+        self.answering.answer(&turn, turn.ideal_start);
+        let outgoing = self.answering.transmit().expect("an answer");
+        self.answers
+            .seal(outgoing.body, Some(Span::ZERO), &mut self.frame);
+        let left = Instant::from_nanos(self.clock.truth(turn.ideal_start));
+        self.reader
+            .read(&self.frame, |message| deliver(left + LATENCY, message));
+    }
+}
+
+const CYCLE: Span = Span::from_millis(1);
 
 /// Two runs of the sender with a pause between them, and refused frames in between.
 fn messages(intake: &Intake) -> Vec<(Instant<Local>, Message)> {

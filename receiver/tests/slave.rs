@@ -67,7 +67,8 @@ fn a_slave_is_published_only_once_it_is_coupled() {
 
 #[test]
 fn a_slave_can_be_followed_like_any_axis() {
-    let slopes = "sync.time-sync = { slope1-numerator = 0.5, slope1-denominator = 0.5 }";
+    let slopes =
+        "mode = 'sync'\nsync.time-sync = { slope1-numerator = 0.5, slope1-denominator = 0.5 }";
     let mut far = Far::new(1000, 1000, 0, 1);
     let saw = Near::new(
         1000,

@@ -26,6 +26,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "chain",
     "many-axes",
     "observer",
+    "zero-lag",
     "delay-step",
     "drift-step",
     "sender-stop-resume",

@@ -2,6 +2,7 @@
 
 mod drift;
 mod judge;
+mod lag;
 mod moments;
 
 use coaxle_clock::{CycleTime, Domain, Instant, Span};

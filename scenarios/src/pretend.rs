@@ -3,8 +3,9 @@
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_motion::profile::Kinematics;
-use coaxle_node::faults::seed_of;
-use coaxle_node::{Intake, Message, Node, Outgoing};
+use coaxle_node::config::LinkConfig;
+use coaxle_node::faults::link_seed;
+use coaxle_node::{Channel, Intake, Message, Node, Outgoing, Reader};
 use coaxle_receiver::{Receiver, ReceiverRecord};
 use coaxle_sender::Sender;
 use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, True, TruthSample, World};
@@ -80,23 +81,51 @@ fn populate(scenario: &Scenario, topology: &Topology) -> anyhow::Result<World<An
             }),
         });
     }
-    for (n, config) in scenario.receivers.iter().enumerate() {
-        let channel = config.master.channel.into();
-        let key = config.master.node.channel_key(channel);
-        let seed = scenario.seed_of(&config.name);
-        world.add_link(LinkSetup {
-            from: topology.root(n).source,
-            channel,
-            intake: Intake::new(&key, &config.master.node, config.master.axis),
-            key,
-            to: scenario.senders.len() + n,
-            behaviour: vec![
-                (scenario.network.clone(), seed_of(seed, "network")),
-                (config.faults.clone(), seed_of(seed, "link")),
-            ],
-        });
+    for n in 0..scenario.receivers.len() {
+        connect(&mut world, scenario, topology, n);
     }
     Ok(world)
+}
+
+/// Everything that passes between a receiver and the node it follows.
+fn connect(world: &mut World<AnyNode>, scenario: &Scenario, topology: &Topology, receiver: usize) {
+    let config = &scenario.receivers[receiver];
+    let seed = scenario.seed_of(&config.name);
+    let master = &config.master;
+    let (source, this) = (
+        topology.root(receiver).source,
+        scenario.senders.len() + receiver,
+    );
+    let link = |channel: Channel, from, to, reader, faults: &LinkConfig| LinkSetup {
+        from,
+        channel,
+        key: master.node.channel_key(channel),
+        to,
+        reader,
+        behaviour: vec![
+            (
+                scenario.network.clone(),
+                link_seed(seed, "network", channel),
+            ),
+            (faults.clone(), link_seed(seed, "link", channel)),
+        ],
+    };
+    let channel = master.channel.into();
+    let intake = Intake::new(&master.node.channel_key(channel), &master.node, master.axis);
+    world.add_link(link(channel, source, this, intake.into(), &config.faults));
+    if config.asks() {
+        let answers = Reader::answers_of(&master.node, &config.name);
+        world.add_link(link(
+            Channel::Answers,
+            source,
+            this,
+            answers,
+            &config.faults,
+        ));
+        let questions = Reader::questions_to(&master.node);
+        let faults = config.faults_of_questions();
+        world.add_link(link(Channel::Questions, this, source, questions, faults));
+    }
 }
 
 fn run_in_steps<S: RowSink>(

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use coaxle_clock::delay::DelayState;
 use coaxle_clock::observer::ObserverState;
 use serde::Serialize;
 
@@ -107,6 +108,21 @@ pub struct ReceiverSummary {
     pub shifts: u64,
     /// Times it began to lock anew.
     pub relocks: u64,
+    /// Where the delay came from at the end; null unless the mode is `observer`.
+    pub delay_state: Option<DelayState>,
+    /// The delay at the end, µs.
+    pub delay_us: Option<f64>,
+    /// By how much it may be wrong at most, µs; null unless it is measured.
+    pub delay_uncertainty_us: Option<f64>,
+    /// By how much it was wrong, with the ripple of the far time, µs: the mean over the time that the
+    /// lag errors below are taken over.
+    pub delay_error_us: Option<f64>,
+    /// Share of the cycles of that time in which the uncertainty covered the error.
+    pub delay_covered_share: Option<f64>,
+    /// Exchanges of a question and an answer.
+    pub exchanges: u64,
+    /// Answers refused.
+    pub answers_refused: u64,
     /// Beats counted.
     pub beats: u64,
     /// When the evaluation began, s after the start; null if there was nothing to evaluate.
@@ -126,6 +142,15 @@ pub struct ReceiverSummary {
     pub corrected_time_error_max_us: Option<f64>,
     /// How far the corrected far time lies behind the true one in the mean, µs.
     pub lag_us: Option<f64>,
+    /// Largest distance of the slave's set position from where the master is at the same true instant,
+    /// in units of the master. This one and the next two are taken over the time in which the receiver
+    /// had been in sync for a second.
+    pub lag_error_max: Option<f64>,
+    /// The same in µs of travel: divided by the master's velocity, where that is at least a tenth of its
+    /// highest.
+    pub lag_error_max_us: Option<f64>,
+    /// The same, root mean square, µs.
+    pub lag_error_rms_us: Option<f64>,
     /// Largest distance of the drive from where the master's true position puts the slave, lag and
     /// all, in slave units.
     pub drive_position_error_max: Option<f64>,

@@ -138,7 +138,7 @@ pub(crate) struct Figure {
 }
 
 /// The figures shown, in the order of interest.
-pub(crate) const FIGURES: [Figure; 14] = [
+pub(crate) const FIGURES: [Figure; 17] = [
     Figure {
         label: "correction",
         text: |r| correction(r.mode).to_owned(),
@@ -166,6 +166,18 @@ pub(crate) const FIGURES: [Figure; 14] = [
     Figure {
         label: "lag, ms",
         text: |r| optional(r.lag_us, 1e-3),
+    },
+    Figure {
+        label: "off the master max, µs of travel",
+        text: |r| optional(r.lag_error_max_us, 1.0),
+    },
+    Figure {
+        label: "delay, µs",
+        text: |r| optional(r.delay_us, 1.0),
+    },
+    Figure {
+        label: "… wrong by at most, µs",
+        text: |r| optional(r.delay_uncertainty_us, 1.0),
     },
     Figure {
         label: "drift estimated, ppm",

@@ -7,7 +7,7 @@ use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
 use coaxle_motion::axis::NcToPlcAxis;
 use coaxle_motion::profile::Kinematics;
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
-use coaxle_node::{Channel, Message, Node, Outgoing};
+use coaxle_node::{Answering, AnsweringCounters, Channel, Message, Node, Outgoing};
 
 use crate::config::{AxisConfig, MAX_SHOWN_AXES, SenderConfig};
 use crate::show::show;
@@ -27,6 +27,7 @@ pub struct Sender {
     body: Vec<u8>,
     /// Length of the body that waits to be sent.
     waiting: Option<usize>,
+    answering: Answering,
     snapshot: SenderSnapshot,
 }
 
@@ -53,9 +54,20 @@ pub struct SenderSnapshot {
     pub woke: Instant<Local>,
     /// Cycles skipped so far.
     pub overruns: u64,
+    /// What became of questions about its clock.
+    pub questions: QuestionCounters,
     /// How the axes that the config shows (the first ones by id, unless it names others) really
     /// move, at the ideal start of the cycle.
     pub axes: [Option<AxisKinematics>; MAX_SHOWN_AXES],
+}
+
+/// What became of questions about a sender's clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct QuestionCounters {
+    /// Answered, or dropped because too many came in one cycle.
+    pub taken: AnsweringCounters,
+    /// Refused before they reached the node.
+    pub refused: u64,
 }
 
 /// How an axis really moves: behind an encoder, this is what the encoder measures.
@@ -91,11 +103,12 @@ impl Sender {
         axes.sort_by_key(|axis| axis.id);
         choose_shown(&mut axes, config.show_axes.ids())?;
         let cycle_time = config.cycle_time_us.0;
+        let sender = sender_id(&config.name);
         Ok(Self {
             schedule: Schedule::new(start, cycle_time),
             start,
             header: FrameHeader {
-                sender: sender_id(&config.name),
+                sender,
                 epoch,
                 index: CycleIndex::of_count(0),
                 count: 0,
@@ -106,6 +119,7 @@ impl Sender {
             body: vec![0; body_capacity(axes.len())],
             axes,
             waiting: None,
+            answering: Answering::new(sender, epoch, start, cycle_time),
             snapshot: SenderSnapshot {
                 count: 0,
                 index: CycleIndex::of_count(0),
@@ -113,6 +127,7 @@ impl Sender {
                 ideal_start: start,
                 woke: start,
                 overruns: 0,
+                questions: QuestionCounters::default(),
                 axes: [None; MAX_SHOWN_AXES],
             },
         })
@@ -146,13 +161,24 @@ impl Sender {
 impl Node for Sender {
     type Snapshot = SenderSnapshot;
 
-    /// A sender follows nobody: messages are ignored.
-    fn receive(&mut self, _at: Instant<Local>, _message: &Message) {}
+    /// A sender follows nobody, but it is asked what its clock shows.
+    fn receive(&mut self, at: Instant<Local>, message: &Message) {
+        match message {
+            Message::Question(question) => self.answering.hear(at, question),
+            Message::Rejected(_) => {
+                let refused = &mut self.snapshot.questions.refused;
+                *refused = refused.saturating_add(1);
+            }
+            Message::Sample(_) | Message::Answer(_) => {}
+        }
+    }
 
     fn cycle(&mut self, now: Instant<Local>) -> Turn {
         let turn = self.schedule.take(now);
         self.move_axes(turn.ideal_start - self.start);
         self.encode(&turn);
+        self.answering.answer(&turn, now);
+        self.snapshot.questions.taken = self.answering.counters();
         self.snapshot.count = turn.count;
         self.snapshot.index = self.header.index;
         self.snapshot.ideal_start = turn.ideal_start;
@@ -162,7 +188,9 @@ impl Node for Sender {
     }
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
-        let length = self.waiting.take()?;
+        let Some(length) = self.waiting.take() else {
+            return self.answering.transmit();
+        };
         Some(Outgoing {
             channel: Channel::Axes,
             ideal_start: self.snapshot.ideal_start,

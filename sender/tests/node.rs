@@ -1,11 +1,12 @@
 //! The sender as the world sees it: cycles in, frames out.
 
+use coaxle_clock::delay::Answer;
 use coaxle_clock::{CycleIndex, Instant, Local, Span};
 use coaxle_motion::axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
 use coaxle_node::config::parse;
 use coaxle_node::frame::{FrameHeader, decode, seal, sender_id};
 use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, Node};
+use coaxle_node::{Channel, Message, Node, Question, Reader, Rejection};
 use coaxle_sender::config::SenderConfig;
 use coaxle_sender::{Sender, SenderRecord};
 
@@ -69,6 +70,46 @@ fn a_frame_says_who_when_and_where() {
         axis.state_word
             .contains(StateWord::OPERATIONAL | StateWord::CONSTANT_VELOCITY)
     );
+}
+
+#[test]
+fn questions_about_the_clock_are_answered_in_the_next_cycle() {
+    let mut sender = sender(&axis(1, 500.0));
+    let _ = turn(&mut sender, START);
+    let question = Question {
+        asker: sender_id(&NodeName::new("saw").unwrap()),
+        run: 6,
+        number: 3,
+        asked: 42,
+    };
+    let heard = Span::from_micros(1_700);
+    sender.receive(START + heard, &Message::Question(question));
+    sender.receive(START, &Message::Rejected(Rejection::Malformed));
+    let taken = sender.cycle(START + Span::from_micros(2_010));
+    let axes = sender.transmit().expect("axes first").channel;
+    assert_eq!(axes, Channel::Axes);
+    let outgoing = sender.transmit().expect("then the answer");
+    assert_eq!(outgoing.channel, Channel::Answers);
+    assert_eq!(outgoing.ideal_start, taken.ideal_start);
+    let node = NodeName::new("test").unwrap();
+    let mut frame = Vec::new();
+    let stamp = Some(Span::from_micros(60));
+    let key = node.channel_key(Channel::Answers);
+    seal(&key, outgoing.body, stamp, &mut frame);
+    let mut answers = Vec::new();
+    Reader::answers_of(&node, &NodeName::new("saw").unwrap())
+        .read(&frame, |message| answers.push(message));
+    let answer = Answer {
+        run: 6,
+        number: 3,
+        asked: Instant::from_nanos(42),
+        epoch: EPOCH,
+        heard,
+        answered: Span::from_micros(2_060),
+    };
+    assert_eq!(answers, [Message::Answer(answer)]);
+    let questions = sender.snapshot().questions;
+    assert_eq!((questions.taken.answered, questions.refused), (1, 1));
 }
 
 #[test]

@@ -110,6 +110,28 @@ fn receivers_can_be_chained() {
 }
 
 #[test]
+fn the_delay_is_measured_and_taken_away() {
+    let _alone = alone();
+    let out = tempfile::tempdir().expect("a scratch folder");
+    let sets = ["duration-s=12", "expect=[]"];
+    let summary = run_processes("zero-lag", out.path(), &sets);
+    let receivers = &summary["receivers"];
+    let figure = |receiver: &str, field: &str| receivers[receiver][field].as_f64();
+    for receiver in ["measured", "unequal"] {
+        let shown = &receivers[receiver];
+        assert_eq!(shown["delay_state"], "measured", "{shown}");
+        assert!(shown["exchanges"].as_u64() > Some(40), "{shown}");
+    }
+    let delay = figure("measured", "delay_us").expect("measured");
+    assert!((900.0..10_000.0).contains(&delay), "{delay}");
+    let lag = |receiver| figure(receiver, "lag_us").expect("judged");
+    assert!(lag("off") > 900.0, "{}", lag("off"));
+    assert!(lag("measured").abs() < 0.5 * lag("off"), "{receivers}");
+    let covered = figure("unequal", "delay_covered_share").expect("judged");
+    assert!(covered > 0.5, "{covered}");
+}
+
+#[test]
 fn what_is_wrong_is_said_and_nothing_moves() {
     let cases: [(&[&str], &str); 6] = [
         (

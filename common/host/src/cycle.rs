@@ -1,7 +1,7 @@
 //! The cycle thread: the canonical loop of [`coaxle_node::contract`] on the machine's clock.
 //!
-//! Nothing in the loop allocates, locks, logs or awaits. Messages come in through the mailbox,
-//! frames leave through the outbox, records through the telemetry ring; all three are wait-free.
+//! Nothing in the loop allocates, locks, logs or awaits. Messages come in through mailboxes,
+//! frames leave through the outbox, records through the telemetry ring; all are wait-free.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,7 +28,7 @@ const RUN_UP: Span = Span::from_millis(5);
 pub(crate) struct Cycle<N: Node> {
     pub(crate) node: N,
     pub(crate) clock: NodeClock,
-    pub(crate) mailbox: Mailbox,
+    pub(crate) mailboxes: Vec<Mailbox>,
     pub(crate) outbox: Outbox,
     pub(crate) telemetry: Producer<Record<N::Snapshot>>,
     pub(crate) counters: Arc<Counters>,
@@ -90,14 +90,16 @@ impl<N: Node> Cycle<N> {
         let Self {
             node,
             clock,
-            mailbox,
+            mailboxes,
             outbox,
             telemetry,
             counters,
         } = self;
         let clock = &mut clock.deviated;
         let now = clock.local_at(woke);
-        mailbox.drain(|letter| node.receive(clock.local_at(letter.arrival), &letter.message));
+        for mailbox in mailboxes {
+            mailbox.drain(|letter| node.receive(clock.local_at(letter.arrival), &letter.message));
+        }
         let turn = node.cycle(now);
         while let Some(outgoing) = node.transmit() {
             let parcel = Parcel {
@@ -167,7 +169,7 @@ mod tests {
         let cycle = Cycle {
             node: Toy::new(NodeClock::first_cycle(&config), cycle_time, 1),
             clock: NodeClock::new(&config, 1, Instant::EPOCH),
-            mailbox,
+            mailboxes: vec![mailbox],
             outbox,
             telemetry,
             counters: Arc::clone(&counters),

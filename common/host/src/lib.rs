@@ -3,16 +3,18 @@
 //! [`run()`] drives a [`Node`](coaxle_node::Node) from a [`Setup`]:
 //!
 //! ```text
-//! Zenoh ─▶ stamp, check ─▶ mailbox ─▶ cycle thread ─▶ outbox ─▶ publish thread ─▶ Zenoh
-//!                                          └────────▶ records ─▶ telemetry thread ─▶ recorder, status
+//! Zenoh ─▶ stamp, check ─▶ mailboxes ─▶ cycle thread ─▶ outbox ─▶ publish thread ─▶ Zenoh
+//!                                            └────────▶ records ─▶ telemetry thread ─▶ recorder, status
 //! ```
 //!
 //! Each arrow into or out of the cycle thread is a bounded, wait-free ring: the cycle thread never
 //! waits for the network, a disk or a log, and what does not fit is counted. The crate needs Linux.
 
+mod channels;
 pub mod cli;
 mod counters;
 mod cycle;
+mod faults;
 mod health;
 mod link;
 pub mod machine;
@@ -31,10 +33,11 @@ mod toy;
 mod trace;
 mod transport;
 
+pub use channels::{Publication, Subscription};
 pub use health::Health;
 pub use machine::Machine;
 pub use node_args::NodeArgs;
-pub use run::{BuildNode, Ended, Outcome, Setup, Subscription, run};
+pub use run::{BuildNode, Ended, Outcome, Setup, run};
 pub use telemetry::{Record, Recorder, fields_of};
 pub use trace::Trace;
 pub use transport::{ZENOH_RUNTIME, zenoh_config};

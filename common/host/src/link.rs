@@ -6,22 +6,22 @@ use std::time::Duration;
 
 use anyhow::Context;
 use coaxle_clock::{Instant, Span};
-use coaxle_node::config::{LinkConfig, TransportConfig};
-use coaxle_node::faults::{LinkModel, seed_of};
+use coaxle_node::config::TransportConfig;
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, Intake, Message};
+use coaxle_node::{Message, Reader};
 use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::sample::SampleKind;
 
+use crate::channels::{Publication, Subscription};
 use crate::counters::{Counters, count};
+use crate::faults::Faults;
 use crate::machine::{self, Machine};
 use crate::mailbox::{Inbox, Letter};
 use crate::publisher::PublishedChannel;
-use crate::run::Subscription;
 use crate::transport::{zenoh_config, zenoh_error};
 
 /// How long leaving the network may take.
@@ -30,10 +30,11 @@ const CLOSING: Duration = Duration::from_secs(3);
 /// An open session with everything the node declares on it.
 pub(crate) struct Link {
     session: zenoh::Session,
-    channels: Vec<PublishedChannel>,
+    /// The publishers of axes: whoever subscribes to them follows the node.
+    axes: Vec<Arc<Publisher<'static>>>,
     status: Publisher<'static>,
     _alive: LivelinessToken,
-    _subscribers: Vec<Subscriber<()>>,
+    subscribers: Vec<Subscriber<()>>,
     contact: Arc<Contact>,
 }
 
@@ -45,24 +46,16 @@ pub(crate) struct Contact {
 }
 
 impl Link {
-    /// Opens the session and declares the node on it.
+    /// Opens the session and declares the node alive on it.
     ///
     /// # Errors
     /// A wrong transport section, or a session that cannot be opened, with the endpoints.
-    pub(crate) async fn open(
-        transport: &TransportConfig,
-        name: &NodeName,
-        publishes: &[Channel],
-    ) -> anyhow::Result<Self> {
+    pub(crate) async fn open(transport: &TransportConfig, name: &NodeName) -> anyhow::Result<Self> {
         let config = zenoh_config(transport)?;
         let session = zenoh::open(config)
             .await
             .map_err(zenoh_error)
             .with_context(|| format!("cannot open the Zenoh session, {}", described(transport)))?;
-        let mut channels = Vec::new();
-        for &channel in publishes {
-            channels.push(declare_channel(&session, name, channel).await?);
-        }
         let status = session
             .declare_publisher(name.status_key())
             .congestion_control(CongestionControl::Drop)
@@ -75,10 +68,10 @@ impl Link {
             .map_err(zenoh_error)?;
         Ok(Self {
             session,
-            channels,
+            axes: Vec::new(),
             status,
             _alive: alive,
-            _subscribers: Vec::new(),
+            subscribers: Vec::new(),
             contact: Arc::new(Contact {
                 alive: AtomicBool::new(false),
                 last_frame: AtomicI64::new(i64::MIN),
@@ -86,7 +79,24 @@ impl Link {
         })
     }
 
-    /// Subscribes to a source: its frames go to `inbox`, its liveliness shows in
+    /// Declares the channels that the node publishes.
+    pub(crate) async fn publish(
+        &mut self,
+        publications: &[Publication],
+        seed: u64,
+    ) -> anyhow::Result<Vec<PublishedChannel>> {
+        let mut channels = Vec::new();
+        for publication in publications {
+            let channel = declare_channel(&self.session, publication, seed).await?;
+            if publication.channel.carries_axes() {
+                self.axes.push(Arc::clone(&channel.publisher));
+            }
+            channels.push(channel);
+        }
+        Ok(channels)
+    }
+
+    /// Subscribes to a channel: its frames go to `inbox`. Of a source of axes the liveliness shows in
     /// [`Self::source_alive`].
     pub(crate) async fn subscribe(
         &mut self,
@@ -97,13 +107,13 @@ impl Link {
     ) -> anyhow::Result<()> {
         // Zenoh calls back from one thread per link, so nobody ever waits for this lock.
         let reception = Mutex::new(Reception {
-            intake: subscription.intake.clone(),
-            faults: Faults::new(&subscription.faults, seed),
+            reader: subscription.reader.clone(),
+            faults: Faults::new(&subscription.faults, seed, subscription.channel),
             inbox,
             contact: Arc::clone(&self.contact),
             counters,
         });
-        let key = subscription.source.channel_key(subscription.channel);
+        let key = subscription.node.channel_key(subscription.channel);
         let frames = self
             .session
             .declare_subscriber(&key)
@@ -118,12 +128,19 @@ impl Link {
             .await
             .map_err(zenoh_error)
             .with_context(|| format!("cannot subscribe to {key}"))?;
+        self.subscribers.push(frames);
+        if subscription.channel.carries_axes() {
+            self.watch(&subscription.node).await?;
+        }
+        Ok(())
+    }
 
+    async fn watch(&mut self, source: &NodeName) -> anyhow::Result<()> {
         let contact = Arc::clone(&self.contact);
         let life = self
             .session
             .liveliness()
-            .declare_subscriber(subscription.source.alive_key())
+            .declare_subscriber(source.alive_key())
             .history(true)
             .callback(move |sample| {
                 let alive = sample.kind() == SampleKind::Put;
@@ -131,19 +148,14 @@ impl Link {
             })
             .await
             .map_err(zenoh_error)?;
-        self._subscribers = vec![frames, life];
+        self.subscribers.push(life);
         Ok(())
     }
 
-    /// The channels this node publishes.
-    pub(crate) fn channels(&self) -> &[PublishedChannel] {
-        &self.channels
-    }
-
-    /// Whether somebody subscribes to one of this node's channels.
-    pub(crate) fn has_subscriber(&self) -> bool {
-        self.channels.iter().any(|channel| {
-            let status = channel.publisher.matching_status().wait();
+    /// Whether somebody subscribes to the axes of this node.
+    pub(crate) fn has_follower(&self) -> bool {
+        self.axes.iter().any(|publisher| {
+            let status = publisher.matching_status().wait();
             status.is_ok_and(|status| status.matching())
         })
     }
@@ -203,10 +215,11 @@ pub(crate) fn described(transport: &TransportConfig) -> String {
 
 async fn declare_channel(
     session: &zenoh::Session,
-    name: &NodeName,
-    channel: Channel,
+    publication: &Publication,
+    seed: u64,
 ) -> anyhow::Result<PublishedChannel> {
-    let key = name.channel_key(channel);
+    let channel = publication.channel;
+    let key = publication.node.channel_key(channel);
     // Drop: the newest frame is worth more than a guarantee, and Block would hold the publisher.
     // Not express: each express message takes a whole batch, and most of them would be lost.
     let publisher = session
@@ -220,57 +233,44 @@ async fn declare_channel(
     Ok(PublishedChannel {
         channel,
         seal: KeySeal::new(&key),
-        publisher,
+        publisher: Arc::new(publisher),
+        faults: Faults::new(&publication.faults, seed, channel),
     })
 }
 
-/// The way in for frames: checked, put through the faults, into the mailbox.
+/// The way in for the frames of one key: checked, put through the faults, into the mailbox.
 struct Reception {
-    intake: Intake,
-    faults: Option<Faults>,
+    reader: Reader,
+    faults: Faults,
     inbox: Inbox,
     contact: Arc<Contact>,
     counters: Arc<Counters>,
 }
 
 impl Reception {
-    fn take(&mut self, arrival: Instant<Machine>, payload: &[u8]) {
-        let message = self.intake.message(payload);
-        match &mut self.faults {
-            None => self.deliver(arrival, message),
-            Some(faults) => {
-                for delay in faults.link.offer(arrival - faults.start) {
-                    self.deliver(arrival + delay, message);
-                }
-            }
-        }
-    }
-
     /// A delayed message is delivered at once, with a stamp in the future: the node holds it.
-    fn deliver(&mut self, arrival: Instant<Machine>, message: Message) {
-        match message {
-            Message::Sample(_) => {
-                let nanos = arrival.as_nanos();
-                self.contact.last_frame.store(nanos, Ordering::Relaxed);
-                count(&self.counters.received);
-            }
-            Message::Rejected(_) => count(&self.counters.refused),
+    fn take(&mut self, arrival: Instant<Machine>, payload: &[u8]) {
+        let Self {
+            reader,
+            faults,
+            inbox,
+            contact,
+            counters,
+        } = self;
+        for delay in faults.of(arrival) {
+            let arrival = arrival + delay;
+            reader.read(payload, |message| {
+                match message {
+                    Message::Sample(_) => {
+                        let nanos = arrival.as_nanos();
+                        contact.last_frame.store(nanos, Ordering::Relaxed);
+                        count(&counters.received);
+                    }
+                    Message::Rejected(_) => count(&counters.refused),
+                    Message::Question(_) | Message::Answer(_) => {}
+                }
+                inbox.push(Letter { arrival, message });
+            });
         }
-        self.inbox.push(Letter { arrival, message });
-    }
-}
-
-/// Faults laid over the real link.
-struct Faults {
-    link: LinkModel,
-    start: Instant<Machine>,
-}
-
-impl Faults {
-    fn new(config: &LinkConfig, seed: u64) -> Option<Self> {
-        (*config != LinkConfig::default()).then(|| Self {
-            link: LinkModel::new(config, seed_of(seed, "link")),
-            start: machine::now(),
-        })
     }
 }

@@ -105,10 +105,7 @@ impl Outgoings {
 impl Parcel {
     fn encode(&self, length: u32) -> [u8; HEADER] {
         let mut header = [0; HEADER];
-        header[0] = match self.channel {
-            Channel::Axes => 0,
-            Channel::Slaves => 1,
-        };
+        header[0] = self.channel as u8;
         header[1..9].copy_from_slice(&self.ideal_start.as_nanos().to_ne_bytes());
         header[9..17].copy_from_slice(&self.drift_ppm.to_ne_bytes());
         header[17..].copy_from_slice(&length.to_ne_bytes());
@@ -122,10 +119,7 @@ impl Parcel {
             bytes
         };
         let parcel = Self {
-            channel: match header[0] {
-                0 => Channel::Axes,
-                _ => Channel::Slaves,
-            },
+            channel: Channel::ALL[usize::from(header[0])],
             ideal_start: Instant::from_nanos(i64::from_ne_bytes(eight(1))),
             drift_ppm: f64::from_ne_bytes(eight(9)),
         };
@@ -154,11 +148,7 @@ mod tests {
 
     fn parcel(k: i64) -> Parcel {
         Parcel {
-            channel: if k % 2 == 0 {
-                Channel::Axes
-            } else {
-                Channel::Slaves
-            },
+            channel: Channel::ALL[k as usize % Channel::ALL.len()],
             ideal_start: Instant::from_nanos(k * 1_000_003),
             drift_ppm: k as f64 * 0.5,
         }

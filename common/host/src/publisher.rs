@@ -1,6 +1,7 @@
 //! The publisher: a thread of its own, because handing a frame to Zenoh allocates and takes some
 //! ten microseconds.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use coaxle_clock::Span;
@@ -10,6 +11,7 @@ use zenoh::Wait;
 use zenoh::pubsub::Publisher;
 
 use crate::counters::{Counters, count};
+use crate::faults::Faults;
 use crate::machine;
 use crate::outbox::{Outgoings, Parcel};
 
@@ -23,13 +25,14 @@ const SEAL_ROOM: usize = 32;
 pub(crate) struct PublishedChannel {
     pub(crate) channel: Channel,
     pub(crate) seal: KeySeal,
-    pub(crate) publisher: Publisher<'static>,
+    pub(crate) publisher: Arc<Publisher<'static>>,
+    pub(crate) faults: Faults,
 }
 
 /// Publishes what comes out of the ring until nothing more will come.
 pub(crate) fn publish(
     mut outgoings: Outgoings,
-    channels: &[PublishedChannel],
+    channels: &mut [PublishedChannel],
     send_stamps: bool,
     counters: &Counters,
 ) {
@@ -37,7 +40,7 @@ pub(crate) fn publish(
     while !outgoings.is_finished() {
         while let Some(parcel) = outgoings.pop(&mut body) {
             let found = channels
-                .iter()
+                .iter_mut()
                 .find(|channel| channel.channel == parcel.channel);
             match found.map(|channel| send(channel, &parcel, &body, send_stamps)) {
                 Some(Ok(())) => count(&counters.published),
@@ -52,17 +55,23 @@ pub(crate) fn publish(
     }
 }
 
+/// Sends a frame, as often and as late as the faults want it. Nothing is held back for a delay:
+/// the frame leaves at once, with a stamp that says it left that much earlier.
 fn send(
-    channel: &PublishedChannel,
+    channel: &mut PublishedChannel,
     parcel: &Parcel,
     body: &[u8],
     send_stamps: bool,
 ) -> zenoh::Result<()> {
-    // Zenoh keeps the frame, so each gets a buffer of its own.
-    let mut sealed = Vec::with_capacity(body.len() + SEAL_ROOM);
-    let stamp = send_stamps.then(|| send_stamp(parcel));
-    channel.seal.seal(body, stamp, &mut sealed);
-    channel.publisher.put(sealed).wait()
+    let stamped = send_stamps || !parcel.channel.carries_axes();
+    for delay in channel.faults.of(machine::now()) {
+        // Zenoh keeps the frame, so each gets a buffer of its own.
+        let mut sealed = Vec::with_capacity(body.len() + SEAL_ROOM);
+        let stamp = stamped.then(|| send_stamp(parcel) - delay);
+        channel.seal.seal(body, stamp, &mut sealed);
+        channel.publisher.put(sealed).wait()?;
+    }
+    Ok(())
 }
 
 /// How long after the ideal start of its cycle the frame leaves, in the node's own clock.

@@ -6,25 +6,28 @@ use std::thread::JoinHandle;
 
 use anyhow::{Context, anyhow};
 use coaxle_clock::{Instant, Local, Span};
-use coaxle_node::config::{ClockConfig, LinkConfig, RealTimeConfig, TransportConfig};
+use coaxle_node::Node;
+use coaxle_node::config::{ClockConfig, RealTimeConfig, TransportConfig};
 use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, Intake, Node};
 use rtrb::{Consumer, Producer, RingBuffer};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::oneshot;
 
+use crate::channels::{Publication, Subscription};
 use crate::counters::{Counters, read};
 use crate::cycle::{Cycle, Limits, NodeClock};
 use crate::link::{Link, described};
-use crate::mailbox::{Mailbox, mailbox};
+use crate::mailbox::{Inbox, Mailbox, mailbox};
 use crate::outbox::{Outbox, Outgoings, outbox};
-use crate::publisher::publish;
+use crate::publisher::{PublishedChannel, publish};
 use crate::real_time;
 use crate::status::{Identity, Reporter};
 use crate::telemetry::{Record, Recorder, observe};
 
-/// Messages between two scans: two seconds' worth at 1 kHz.
+/// Messages with axes between two scans: two seconds' worth at 1 kHz.
 const MAILBOX_LETTERS: usize = 2048;
+/// Questions or answers between two scans: those of a hundred nodes in a second, at ten each.
+const EXCHANGE_LETTERS: usize = 1024;
 /// Forty of the longest frames.
 const OUTBOX_BYTES: usize = 1 << 20;
 /// Cycles that telemetry may lag behind: nearly a second at the shortest cycle time.
@@ -44,12 +47,12 @@ pub struct Setup<N: Node> {
     pub clock: ClockConfig,
     /// Where all its injected randomness comes from.
     pub seed: u64,
-    /// Whether its frames say how late they left.
+    /// Whether its frames of axes say how late they left.
     pub send_stamps: bool,
-    /// The channels it publishes.
-    pub publishes: Vec<Channel>,
-    /// Whom it follows, if anybody.
-    pub subscription: Option<Subscription>,
+    /// What it publishes, one of each channel.
+    pub publishes: Vec<Publication>,
+    /// What it hears. It follows the node whose axes it hears, if it does.
+    pub subscriptions: Vec<Subscription>,
     /// Ends the run after this time; none runs until a signal comes.
     pub run_for: Option<Span>,
     /// Builds the node, given the ideal start of its first cycle and the epoch of this run.
@@ -60,18 +63,6 @@ pub struct Setup<N: Node> {
 
 /// Builds a node from the ideal start of its first cycle, in its own clock, and the run's epoch.
 pub type BuildNode<N> = Box<dyn FnOnce(Instant<Local>, u64) -> anyhow::Result<N>>;
-
-/// What a node follows.
-pub struct Subscription {
-    /// The node.
-    pub source: NodeName,
-    /// Its channel.
-    pub channel: Channel,
-    /// Turns its frames into messages.
-    pub intake: Intake,
-    /// Faults laid over the link.
-    pub faults: LinkConfig,
-}
 
 /// How a run went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,30 +127,31 @@ where
     let node = (setup.build)(NodeClock::first_cycle(&setup.clock), epoch)
         .with_context(|| format!("cannot build node {}", setup.name))?;
     let counters = Arc::new(Counters::default());
-    let (inbox, mailbox) = mailbox(MAILBOX_LETTERS, Arc::clone(&counters.mailbox_dropped));
+    let (inboxes, mailboxes) = mailboxes(&setup.subscriptions, &counters);
     let (mut outbox, outgoings) = outbox(OUTBOX_BYTES);
     let (telemetry, records) = RingBuffer::new(TELEMETRY_RECORDS);
 
     let opening = async {
-        let mut link = Link::open(&setup.transport, &setup.name, &setup.publishes).await?;
-        if let Some(subscription) = &setup.subscription {
+        let mut link = Link::open(&setup.transport, &setup.name).await?;
+        let channels = link.publish(&setup.publishes, setup.seed).await?;
+        for (subscription, inbox) in setup.subscriptions.iter().zip(inboxes) {
             link.subscribe(subscription, setup.seed, inbox, Arc::clone(&counters))
                 .await?;
         }
-        anyhow::Ok(Arc::new(link))
+        anyhow::Ok((Arc::new(link), channels))
     };
-    let link = tokio::select! {
-        link = opening => link?,
+    let (link, channels) = tokio::select! {
+        opened = opening => opened?,
         ended = signals.next() => return Ok(outcome(ended, epoch, &counters)),
     };
 
-    let publisher = start_publisher(outgoings, setup.send_stamps, &link, &counters)?;
+    let publisher = start_publisher(outgoings, setup.send_stamps, channels, &counters)?;
     outbox.attach(publisher.thread().clone());
     let reporter = Reporter::new(identity, Arc::clone(&link), Arc::clone(&counters));
     let observer = start_observer(records, setup.recorder, reporter)?;
     let parts = CycleParts {
         node,
-        mailbox,
+        mailboxes,
         outbox,
         telemetry,
         counters: Arc::clone(&counters),
@@ -197,30 +189,43 @@ where
 }
 
 fn identity<N: Node>(setup: &Setup<N>, epoch: u64) -> Identity {
-    let source = setup.subscription.as_ref().map(|subscription| {
-        let key = subscription.source.channel_key(subscription.channel);
-        (subscription.source.clone(), key)
-    });
-    let key = |channel: &Channel| setup.name.channel_key(*channel);
+    let followed = setup
+        .subscriptions
+        .iter()
+        .find(|s| s.channel.carries_axes());
+    let axes = setup.publishes.iter().filter(|p| p.channel.carries_axes());
     Identity {
         name: setup.name.clone(),
         role: setup.role,
         epoch,
-        source,
-        publishes: setup.publishes.iter().map(key).collect(),
+        source: followed.map(|s| (s.node.clone(), s.node.channel_key(s.channel))),
+        publishes: axes.map(|p| p.node.channel_key(p.channel)).collect(),
         endpoints: described(&setup.transport),
     }
+}
+
+/// A mailbox for each subscription: each has only one thread that fills it.
+fn mailboxes(subscriptions: &[Subscription], counters: &Counters) -> (Vec<Inbox>, Vec<Mailbox>) {
+    let mailbox = |subscription: &Subscription| {
+        let letters = if subscription.channel.carries_axes() {
+            MAILBOX_LETTERS
+        } else {
+            EXCHANGE_LETTERS
+        };
+        mailbox(letters, Arc::clone(&counters.mailbox_dropped))
+    };
+    subscriptions.iter().map(mailbox).unzip()
 }
 
 fn start_publisher(
     outgoings: Outgoings,
     send_stamps: bool,
-    link: &Arc<Link>,
+    mut channels: Vec<PublishedChannel>,
     counters: &Arc<Counters>,
 ) -> anyhow::Result<JoinHandle<()>> {
-    let (link, counters) = (Arc::clone(link), Arc::clone(counters));
+    let counters = Arc::clone(counters);
     thread("publish", move || {
-        publish(outgoings, link.channels(), send_stamps, &counters);
+        publish(outgoings, &mut channels, send_stamps, &counters);
     })
 }
 
@@ -237,7 +242,7 @@ fn start_observer<S: Send + 'static>(
 /// The cycle but for its clock, which starts on the cycle's own thread.
 struct CycleParts<N: Node> {
     node: N,
-    mailbox: Mailbox,
+    mailboxes: Vec<Mailbox>,
     outbox: Outbox,
     telemetry: Producer<Record<N::Snapshot>>,
     counters: Arc<Counters>,
@@ -277,7 +282,7 @@ where
         let cycle = Cycle {
             node: parts.node,
             clock: NodeClock::starting_soon(&wishes.clock, wishes.seed),
-            mailbox: parts.mailbox,
+            mailboxes: parts.mailboxes,
             outbox: parts.outbox,
             telemetry: parts.telemetry,
             counters: parts.counters,

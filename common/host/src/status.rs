@@ -23,7 +23,7 @@ pub(crate) struct Identity {
     pub(crate) epoch: u64,
     /// The followed node and the key of its frames.
     pub(crate) source: Option<(NodeName, String)>,
-    /// The keys this node publishes.
+    /// The keys under which this node publishes axes.
     pub(crate) publishes: Vec<String>,
     /// How it reaches the others, for the log.
     pub(crate) endpoints: String,
@@ -72,7 +72,7 @@ impl Reporter {
                 age: self.link.frame_age(now),
             },
             None => Evidence::Followers {
-                any: self.link.has_subscriber(),
+                any: self.link.has_follower(),
             },
         }
     }
@@ -99,7 +99,7 @@ impl Reporter {
             put("published", json!(read(&counters.published)));
             put("publish_dropped", json!(read(&counters.publish_dropped)));
             put("publish_failed", json!(read(&counters.publish_failed)));
-            put("followed", json!(self.link.has_subscriber()));
+            put("followed", json!(self.link.has_follower()));
         }
         if let Some((source, _)) = &self.identity.source {
             put("source", json!(source.as_str()));

@@ -14,7 +14,9 @@ use serde_json::{Map, Value};
 use zenoh::Wait;
 
 use crate::toy::{Toy, ToySnapshot};
-use crate::{Ended, Outcome, Record, Recorder, Setup, Subscription, run, zenoh_config};
+use crate::{
+    Ended, Outcome, Publication, Record, Recorder, Setup, Subscription, run, zenoh_config,
+};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
@@ -105,8 +107,8 @@ fn setup(node: &str, transport: TransportConfig, secs: i64, memory: &Memory) -> 
         clock: ClockConfig::default(),
         seed: 1,
         send_stamps: true,
-        publishes: vec![Channel::Axes],
-        subscription: None,
+        publishes: vec![Publication::new(&sender, Channel::Axes)],
+        subscriptions: Vec::new(),
         run_for: Some(Span::from_secs(secs)),
         build: Box::new(move |start, epoch| {
             let cycle_time = CycleTime::new(Span::from_millis(2))?;
@@ -116,14 +118,14 @@ fn setup(node: &str, transport: TransportConfig, secs: i64, memory: &Memory) -> 
     }
 }
 
-fn following(source: &str, axis: u32, faults: &str) -> Option<Subscription> {
-    let source = name(source);
-    Some(Subscription {
-        intake: Intake::new(&source.channel_key(Channel::Axes), &source, axis),
-        source,
+fn following(source: &str, axis: u32, faults: &str) -> Vec<Subscription> {
+    let node = name(source);
+    vec![Subscription {
+        reader: Intake::new(&node.channel_key(Channel::Axes), &node, axis).into(),
+        node,
         channel: Channel::Axes,
         faults: parse::<LinkConfig>("test", faults).unwrap(),
-    })
+    }]
 }
 
 fn started(
@@ -170,7 +172,7 @@ fn frames_arrive_and_both_ends_say_so() {
         started(move || {
             let mut setup = setup("saw", connecting(&at), 6, &memory);
             setup.publishes.clear();
-            setup.subscription = following("belt", AXIS, "");
+            setup.subscriptions = following("belt", AXIS, "");
             setup
         })
     };
@@ -213,7 +215,7 @@ fn clients_talk_through_a_router() {
         let receiver = started(move || {
             let mut setup = setup("saw", to, 5, &Memory::default());
             setup.publishes.clear();
-            setup.subscription = following("belt", AXIS, "");
+            setup.subscriptions = following("belt", AXIS, "");
             setup
         });
         let (sent, got) = (sender.join().unwrap(), receiver.join().unwrap());
@@ -234,7 +236,7 @@ fn a_follower_without_its_source_is_never_healthy() {
         let (at, memory) = (at.clone(), memory.clone());
         started(move || {
             let mut setup = setup("lonely", listening(&at), 7, &memory);
-            setup.subscription = following("nobody", AXIS, "");
+            setup.subscriptions = following("nobody", AXIS, "");
             setup
         })
     };
@@ -265,7 +267,7 @@ fn frames_without_the_axis_are_refused_and_are_no_health() {
         started(move || {
             let mut setup = setup("picky", connecting(&at), 5, &memory);
             setup.publishes.clear();
-            setup.subscription = following("press", AXIS + 1, "");
+            setup.subscriptions = following("press", AXIS + 1, "");
             setup
         })
     };
@@ -288,7 +290,7 @@ fn faults_over_the_link_lose_and_delay() {
         let (at, memory) = (at.clone(), memory.clone());
         started(move || {
             let mut setup = setup("late", connecting(&at), 5, &memory);
-            setup.subscription = following("oven", AXIS, "latency-us = 30000000\nloss = 0.5");
+            setup.subscriptions = following("oven", AXIS, "latency-us = 30000000\nloss = 0.5");
             setup
         })
     };

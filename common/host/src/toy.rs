@@ -43,6 +43,7 @@ impl Node for Toy {
         match message {
             Message::Sample(_) => self.snapshot.samples += 1,
             Message::Rejected(_) => self.snapshot.rejected += 1,
+            Message::Question(_) | Message::Answer(_) => {}
         }
     }
 

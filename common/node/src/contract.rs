@@ -15,8 +15,10 @@
 //! and nothing in it allocates, locks, logs or waits.
 
 use coaxle_clock::cycle::Turn;
+use coaxle_clock::delay::Answer;
 use coaxle_clock::{Instant, Local};
 
+use crate::exchange::Question;
 use crate::frame::Sample;
 use crate::intake::Rejection;
 
@@ -43,12 +45,16 @@ pub trait Node {
     fn snapshot(&self) -> Self::Snapshot;
 }
 
-/// What a node is told about its subscription. One variant per kind of event, so that the node is
+/// What a node is told about its subscriptions. One variant per kind of event, so that the node is
 /// the only place that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Message {
     /// An accepted frame, reduced to the axis this node follows.
     Sample(Sample),
+    /// Somebody asks what this node's clock shows.
+    Question(Question),
+    /// The followed node answers a question of this node.
+    Answer(Answer),
     /// A frame that was refused before it got here.
     Rejected(Rejection),
 }
@@ -67,11 +73,38 @@ pub struct Outgoing<'a> {
     pub body: &'a [u8],
 }
 
-/// The cyclic channels of a node.
+/// What a node's frames are about; each kind has a key of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
     /// `coaxle/<node>/axes`: a sender's own axes.
     Axes,
     /// `coaxle/<node>/slaves`: a receiver's slave axes.
     Slaves,
+    /// `coaxle/<node>/questions`: what others ask the node, published by them.
+    Questions,
+    /// `coaxle/<node>/answers`: what the node answers.
+    Answers,
+}
+
+impl Channel {
+    /// Every channel.
+    pub const ALL: [Self; 4] = [Self::Axes, Self::Slaves, Self::Questions, Self::Answers];
+
+    /// The last part of its key.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Axes => "axes",
+            Self::Slaves => "slaves",
+            Self::Questions => "questions",
+            Self::Answers => "answers",
+        }
+    }
+
+    /// Whether its frames hold axes and come once per cycle. The others are stamped whenever they
+    /// leave, whatever is configured: they are of no use without.
+    #[must_use]
+    pub const fn carries_axes(self) -> bool {
+        matches!(self, Self::Axes | Self::Slaves)
+    }
 }

@@ -151,6 +151,17 @@ impl KeySeal {
         payload: &[u8],
         each_axis: impl FnMut(&NcToPlcAxis),
     ) -> Result<FrameHeader, Rejection> {
+        let content = self.verify(payload, |content| read_content(content, |_| {}).map(drop))?;
+        read_content(content, each_axis)
+    }
+
+    /// The fields of a frame whose version and check sum are right. `walk` goes through them, to name
+    /// the damage of one whose check sum is wrong.
+    pub(crate) fn verify<'a>(
+        &self,
+        payload: &'a [u8],
+        walk: impl FnOnce(&[u8]) -> Result<(), Rejection>,
+    ) -> Result<&'a [u8], Rejection> {
         match payload.first() {
             None => return Err(Rejection::Truncated),
             Some(&FORMAT_VERSION) => {}
@@ -160,9 +171,9 @@ impl KeySeal {
             .split_last_chunk::<CHECKSUM_LEN>()
             .ok_or(Rejection::Truncated)?;
         if u32::from_le_bytes(*checksum) != self.checksum(content) {
-            return Err(diagnose_damage(content));
+            return Err(diagnose_damage(walk(content)));
         }
-        read_content(content, each_axis)
+        Ok(content)
     }
 
     fn checksum(&self, content: &[u8]) -> u32 {
@@ -224,8 +235,7 @@ impl Prefix {
     }
 
     fn header(&self, send_stamp: Option<Span>) -> Result<FrameHeader, Rejection> {
-        let cycle_time = CycleTime::new(Span::from_nanos(self.cycle_time_ns.into()))
-            .map_err(|_| Rejection::CycleTimeOutOfRange)?;
+        let cycle_time = cycle_time(self.cycle_time_ns)?;
         Ok(FrameHeader {
             sender: self.sender,
             epoch: self.epoch,
@@ -235,6 +245,10 @@ impl Prefix {
             send_stamp,
         })
     }
+}
+
+pub(crate) fn cycle_time(nanos: u32) -> Result<CycleTime, Rejection> {
+    CycleTime::new(Span::from_nanos(nanos.into())).map_err(|_| Rejection::CycleTimeOutOfRange)
 }
 
 fn read_content(
@@ -250,28 +264,34 @@ fn read_content(
         (axis, rest) = read::<NcToPlcAxis>(rest)?;
         each_axis(&axis);
     }
-    let (send_stamp, rest) = read::<Option<Span>>(rest)?;
-    if !rest.is_empty() {
-        return Err(Rejection::TrailingBytes);
+    prefix.header(read_send_stamp(rest)?)
+}
+
+/// The field that every frame ends with, but for its check sum.
+pub(crate) fn read_send_stamp(bytes: &[u8]) -> Result<Option<Span>, Rejection> {
+    let (send_stamp, rest) = read::<Option<Span>>(bytes)?;
+    if rest.is_empty() {
+        Ok(send_stamp)
+    } else {
+        Err(Rejection::TrailingBytes)
     }
-    prefix.header(send_stamp)
 }
 
 /// What to call a frame whose check sum is wrong. Nothing in it is believed; but one that ends in
 /// the middle of its fields was cut, and that points at another culprit than a flipped bit does.
 #[cold]
-fn diagnose_damage(content: &[u8]) -> Rejection {
-    match read_content(content, |_| {}) {
+fn diagnose_damage(walked: Result<(), Rejection>) -> Rejection {
+    match walked {
         Err(Rejection::Truncated) => Rejection::Truncated,
         _ => Rejection::WrongChecksum,
     }
 }
 
-fn write<T: Serialize>(value: &T, out: &mut [u8]) -> Option<usize> {
+pub(crate) fn write<T: Serialize>(value: &T, out: &mut [u8]) -> Option<usize> {
     postcard::to_slice(value, out).ok().map(|used| used.len())
 }
 
-fn read<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(T, &'a [u8]), Rejection> {
+pub(crate) fn read<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(T, &'a [u8]), Rejection> {
     postcard::take_from_bytes(bytes).map_err(|error| match error {
         postcard::Error::DeserializeUnexpectedEnd => Rejection::Truncated,
         _ => Rejection::Malformed,

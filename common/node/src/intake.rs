@@ -1,8 +1,9 @@
-//! What becomes of a frame on its way in: checked, reduced to one axis, or refused with a reason.
+//! What becomes of a frame on its way in: checked, reduced to what concerns the node, or refused with
+//! a reason.
 
 use coaxle_motion::axis::NcToPlcAxis;
 
-use crate::contract::Message;
+use crate::contract::{Channel, Message};
 use crate::frame::{KeySeal, Sample, sender_id};
 use crate::keys::NodeName;
 pub use crate::rejection::{Rejection, RejectionCounters};
@@ -56,5 +57,73 @@ impl Intake {
             return Err(Rejection::NotFinite);
         }
         Ok(Sample { header, axis })
+    }
+}
+
+/// Turns the frames of one key into messages.
+#[derive(Clone, Debug)]
+pub enum Reader {
+    /// Axes: a sample per frame.
+    Axis(Intake),
+    /// What others ask this node.
+    Questions(KeySeal),
+    /// What the followed node answers.
+    Answers(AnswerIntake),
+}
+
+/// Picks a node's answers out of all that its counterpart gives.
+#[derive(Clone, Debug)]
+pub struct AnswerIntake {
+    seal: KeySeal,
+    sender: u32,
+    asker: u32,
+}
+
+impl Reader {
+    /// Reads what `node` is asked.
+    #[must_use]
+    pub fn questions_to(node: &NodeName) -> Self {
+        Self::Questions(KeySeal::new(&node.channel_key(Channel::Questions)))
+    }
+
+    /// Reads what `node` answers to `asker`.
+    #[must_use]
+    pub fn answers_of(node: &NodeName, asker: &NodeName) -> Self {
+        Self::Answers(AnswerIntake {
+            seal: KeySeal::new(&node.channel_key(Channel::Answers)),
+            sender: sender_id(node),
+            asker: sender_id(asker),
+        })
+    }
+
+    /// What the node is told about a frame: one message, but for answers, which may be several or
+    /// none. Does not allocate.
+    pub fn read(&self, payload: &[u8], mut each: impl FnMut(Message)) {
+        match self {
+            Self::Axis(intake) => each(intake.message(payload)),
+            Self::Questions(seal) => each(match seal.open_question(payload) {
+                Ok(question) => Message::Question(question),
+                Err(reason) => Message::Rejected(reason),
+            }),
+            Self::Answers(intake) => {
+                let AnswerIntake {
+                    seal,
+                    sender,
+                    asker,
+                } = intake;
+                let read = seal.open_answers(payload, *sender, *asker, |answer| {
+                    each(Message::Answer(*answer));
+                });
+                if let Err(reason) = read {
+                    each(Message::Rejected(reason));
+                }
+            }
+        }
+    }
+}
+
+impl From<Intake> for Reader {
+    fn from(intake: Intake) -> Self {
+        Self::Axis(intake)
     }
 }

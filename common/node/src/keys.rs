@@ -1,4 +1,4 @@
-//! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/status`, `/alive`.
+//! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/questions`, `/answers`, `/status`, `/alive`.
 
 use std::fmt;
 
@@ -34,13 +34,10 @@ impl NodeName {
         &self.0
     }
 
-    /// The key its cyclic frames travel under.
+    /// The key that the frames of one of its channels travel under.
     #[must_use]
     pub fn channel_key(&self, channel: Channel) -> String {
-        match channel {
-            Channel::Axes => format!("coaxle/{self}/axes"),
-            Channel::Slaves => format!("coaxle/{self}/slaves"),
-        }
+        format!("coaxle/{self}/{}", channel.name())
     }
 
     /// The key of its status, JSON a few times a second.
@@ -92,6 +89,9 @@ mod tests {
         let name = NodeName::new("saw-1").unwrap();
         assert_eq!(name.channel_key(Channel::Axes), "coaxle/saw-1/axes");
         assert_eq!(name.channel_key(Channel::Slaves), "coaxle/saw-1/slaves");
+        let questions = name.channel_key(Channel::Questions);
+        assert_eq!(questions, "coaxle/saw-1/questions");
+        assert_eq!(name.channel_key(Channel::Answers), "coaxle/saw-1/answers");
         assert_eq!(name.status_key(), "coaxle/saw-1/status");
         assert_eq!(name.alive_key(), "coaxle/saw-1/alive");
     }

@@ -4,14 +4,18 @@
 //! sent goes out as bytes. The real world (`coaxle-host`) and the pretend one (`coaxle-sim`) call
 //! the very same code.
 
+pub mod answering;
 pub mod config;
 pub mod contract;
+pub mod exchange;
 pub mod faults;
 pub mod frame;
 pub mod intake;
 pub mod keys;
 mod rejection;
 
+pub use answering::{Answering, AnsweringCounters};
 pub use contract::{Channel, Message, Node, Outgoing};
+pub use exchange::Question;
 pub use frame::{FrameHeader, Sample};
-pub use intake::{Intake, Rejection, RejectionCounters};
+pub use intake::{Intake, Reader, Rejection, RejectionCounters};

@@ -5,7 +5,7 @@ use coaxle_clock::{Domain, Instant, Local, Span};
 use coaxle_node::config::{ClockConfig, LinkConfig};
 use coaxle_node::faults::{CycleJitter, DeviatedClock, LinkModel, seed_of};
 use coaxle_node::frame::KeySeal;
-use coaxle_node::{Channel, Intake, Message, Node};
+use coaxle_node::{Channel, Message, Node, Reader};
 
 use crate::events::EventQueue;
 use crate::invariants::{Violation, Watch};
@@ -28,7 +28,7 @@ pub struct NodeSetup<N> {
     pub seed: u64,
     /// Its clock.
     pub clock: ClockConfig,
-    /// Whether its frames say when they left.
+    /// Whether its frames of axes say when they left.
     pub send_stamps: bool,
     /// Makes the node, at the start and after each restart.
     pub build: Factory<N>,
@@ -44,8 +44,8 @@ pub struct LinkSetup {
     pub key: String,
     /// Number of the node that subscribes.
     pub to: usize,
-    /// What the subscriber accepts.
-    pub intake: Intake,
+    /// What the subscriber makes of it.
+    pub reader: Reader,
     /// What the link does to messages, one behaviour after the other, and the seed of each.
     pub behaviour: Vec<(LinkConfig, u64)>,
 }
@@ -106,8 +106,10 @@ struct Link {
     channel: Channel,
     to: usize,
     seal: KeySeal,
-    intake: Intake,
+    reader: Reader,
     models: Vec<LinkModel>,
+    /// What the frame under way says.
+    messages: Vec<Message>,
 }
 
 enum Event {
@@ -166,8 +168,9 @@ impl<N: Node> World<N> {
             channel: setup.channel,
             to: setup.to,
             seal: KeySeal::new(&setup.key),
-            intake: setup.intake,
+            reader: setup.reader,
             models,
+            messages: Vec::new(),
         });
     }
 
@@ -285,7 +288,8 @@ impl<N: Node> World<N> {
             .watch
             .check(&inhabitant.name, node, turn, local)?;
         while let Some(outgoing) = node.transmit() {
-            let stamp = inhabitant.send_stamps.then(|| local - outgoing.ideal_start);
+            let stamped = inhabitant.send_stamps || !outgoing.channel.carries_axes();
+            let stamp = stamped.then(|| local - outgoing.ideal_start);
             for link in &mut self.links {
                 if link.from == index && link.channel == outgoing.channel {
                     link.seal.seal(outgoing.body, stamp, &mut self.frame);
@@ -318,31 +322,28 @@ impl<N: Node> World<N> {
 
 impl Link {
     fn send(&mut self, now: Instant<True>, frame: &[u8], queue: &mut EventQueue<Event>) {
-        let message = self.intake.message(frame);
+        self.messages.clear();
+        let messages = &mut self.messages;
+        self.reader.read(frame, |message| messages.push(message));
         let sent = now.since_epoch();
-        self.pass(0, sent, sent, &message, queue);
+        self.pass(0, sent, sent, queue);
     }
 
     /// Through one model after the other: the delays of the first are the sending times of the
     /// next.
-    fn pass(
-        &mut self,
-        stage: usize,
-        sent: Span,
-        at: Span,
-        message: &Message,
-        queue: &mut EventQueue<Event>,
-    ) {
+    fn pass(&mut self, stage: usize, sent: Span, at: Span, queue: &mut EventQueue<Event>) {
         let Some(model) = self.models.get_mut(stage) else {
-            let event = Event::Deliver {
-                node: self.to,
-                message: *message,
-            };
-            queue.add(Instant::EPOCH + at, event);
+            for message in &self.messages {
+                let event = Event::Deliver {
+                    node: self.to,
+                    message: *message,
+                };
+                queue.add(Instant::EPOCH + at, event);
+            }
             return;
         };
         for delay in model.offer(sent) {
-            self.pass(stage + 1, sent, at + delay, message, queue);
+            self.pass(stage + 1, sent, at + delay, queue);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What of a receiver's life is worth a line in the log.
 
-use coaxle_clock::{Instant, Span};
+use coaxle_clock::delay::DelayState;
+use coaxle_clock::{Instant, Seconds, Span};
 use coaxle_host::Machine;
 use coaxle_node::keys::NodeName;
 
@@ -106,12 +107,40 @@ fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot) -> Vec<Note> {
     if now.health != before.health {
         notes.push(health(now));
     }
+    notes.extend(delay(before, now));
     let warning = |snapshot: &ReceiverSnapshot| snapshot.master.and_then(|m| m.warning);
     if let Some(warning) = warning(now).filter(|_| warning(before).is_none()) {
         let fault = Fault::from(warning);
         notes.push(Note::new(Level::Warning, format!("warning {fault}")));
     }
     notes
+}
+
+/// That the delay was measured, and that its measurement grew old.
+fn delay(before: &ReceiverSnapshot, now: &ReceiverSnapshot) -> Option<Note> {
+    let delay = now.delay?;
+    if before
+        .delay
+        .is_some_and(|before| before.state == delay.state)
+    {
+        return None;
+    }
+    let micros = |seconds: Option<Seconds>| seconds.map_or(f64::NAN, Seconds::as_micros);
+    let value = micros(delay.delay);
+    match delay.state {
+        DelayState::Measured => Some(Note::new(
+            Level::Info,
+            format!(
+                "delay measured: {value:.1} µs, at most {:.1} µs off",
+                micros(delay.uncertainty)
+            ),
+        )),
+        DelayState::Stale => Some(Note::new(
+            Level::Warning,
+            format!("the master answers no questions any more; the delay stays {value:.1} µs"),
+        )),
+        DelayState::Off | DelayState::Fixed | DelayState::Asking => None,
+    }
 }
 
 fn health(now: &ReceiverSnapshot) -> Note {
@@ -149,6 +178,7 @@ fn well(master: &MasterSnapshot) -> String {
             "synchronised after {} beats, drift {:+.2} ppm",
             master.beats, master.drift_ppm
         ),
+        StateName::Observer => format!("synchronised, drift {:+.2} ppm", master.drift_ppm),
         state => format!("follows the master in {} mode", state.as_str()),
     }
 }

@@ -1,9 +1,10 @@
 //! What a receiver adds to its status: `docs/WIRE.md` describes each field.
 
+use coaxle_clock::delay::{DelayOutput, DelayState};
 use coaxle_clock::observer::{ObserverOutput, ObserverState};
-use coaxle_clock::{CycleTime, Instant, Local};
-use coaxle_node::RejectionCounters;
+use coaxle_clock::{CycleTime, Instant, Local, Seconds, Span};
 use coaxle_node::keys::NodeName;
+use coaxle_node::{AnsweringCounters, RejectionCounters};
 use serde::Serialize;
 
 use super::fault::Fault;
@@ -25,6 +26,8 @@ pub(super) struct Status<'a> {
     beats: u32,
     drift_ppm: Option<f64>,
     observer: Option<ObserverStatus>,
+    delay: Option<DelayStatus>,
+    questions: QuestionsStatus,
     correction_us: Option<f64>,
     index: Option<u16>,
     age_cycles: Option<u32>,
@@ -45,6 +48,23 @@ struct ObserverStatus {
     last_shift_s: Option<f64>,
     relocks: u32,
     last_relock_s: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct DelayStatus {
+    state: DelayState,
+    delay_us: Option<f64>,
+    uncertainty_us: Option<f64>,
+    jitter_us: Option<f64>,
+    age_s: Option<f64>,
+    exchanges: u64,
+    refused: u64,
+}
+
+#[derive(Serialize)]
+struct QuestionsStatus {
+    answered: u64,
+    dropped: u64,
 }
 
 #[derive(Serialize)]
@@ -99,6 +119,8 @@ impl<'a> Status<'a> {
             beats: master.map_or(0, |m| m.beats),
             drift_ppm: master.map(|m| m.drift_ppm),
             observer: snapshot.observer.as_ref().map(ObserverStatus::of),
+            delay: snapshot.delay.as_ref().map(DelayStatus::of),
+            questions: QuestionsStatus::of(snapshot.questions),
             correction_us: master
                 .and_then(|m| m.correction_time)
                 .map(|time| time.as_micros()),
@@ -134,6 +156,27 @@ impl ObserverStatus {
             relocks: observer.relocks,
             last_relock_s: observer.last_relock.map(seconds),
         }
+    }
+}
+
+impl DelayStatus {
+    fn of(delay: &DelayOutput) -> Self {
+        Self {
+            state: delay.state,
+            delay_us: delay.delay.map(Seconds::as_micros),
+            uncertainty_us: delay.uncertainty.map(Seconds::as_micros),
+            jitter_us: delay.jitter.map(Seconds::as_micros),
+            age_s: delay.age.map(Span::as_secs_f64),
+            exchanges: delay.exchanges,
+            refused: delay.refused,
+        }
+    }
+}
+
+impl QuestionsStatus {
+    const fn of(counters: AnsweringCounters) -> Self {
+        let AnsweringCounters { answered, dropped } = counters;
+        Self { answered, dropped }
     }
 }
 

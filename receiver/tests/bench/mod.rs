@@ -188,11 +188,15 @@ impl Near {
         let _ = self.node.cycle(self.clock.read(truth));
         self.snapshots.push(self.node.snapshot());
         self.truths.push(truth);
-        let outgoing = self.node.transmit()?;
-        let mut frame = Vec::new();
-        self.seal.seal(outgoing.body, Some(Span::ZERO), &mut frame);
-        self.slave_frame = Some(frame.clone());
-        Some(frame)
+        let mut frame = None;
+        while let Some(outgoing) = self.node.transmit() {
+            if outgoing.channel == Channel::Slaves {
+                let sealed = frame.insert(Vec::new());
+                self.seal.seal(outgoing.body, Some(Span::ZERO), sealed);
+            }
+        }
+        self.slave_frame = frame.clone().or(self.slave_frame.take());
+        frame
     }
 
     pub(crate) fn last(&self) -> &ReceiverSnapshot {

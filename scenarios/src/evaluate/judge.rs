@@ -7,6 +7,7 @@ use coaxle_receiver::{DriveStateName, ReceiverConfig, ReceiverRecord};
 use coaxle_sim::Truth;
 
 use super::drift::DriftTruth;
+use super::lag::Lag;
 use super::moments::Moments;
 use super::{Master, Reference, Row};
 use crate::curves::Curves;
@@ -32,6 +33,7 @@ pub(super) struct Judge {
     evaluating: bool,
     ripple: Moments,
     time_error: Moments,
+    lag: Lag,
     fastest_master: f64,
     drift: DriftTruth,
     was_synced: bool,
@@ -66,6 +68,7 @@ impl Judge {
             evaluating: false,
             ripple: Moments::default(),
             time_error: Moments::default(),
+            lag: Lag::default(),
             fastest_master: 0.0,
             drift: DriftTruth::default(),
             was_synced: false,
@@ -122,6 +125,11 @@ impl Judge {
         }
         if self.evaluating {
             self.measure(&row, epoch);
+            // Of a receiver that is followed the run is not known.
+            let chained = self.clock != self.motion;
+            let is_heard = chained || epoch.is_some_and(|epoch| record.epoch == Some(epoch));
+            self.lag
+                .push(&row, is_heard, self.gear, self.fastest_master);
         }
         self.curves.push(&row, self.evaluating);
         self.previous = Some(Previous {
@@ -164,6 +172,11 @@ impl Judge {
         summary.offset_uncertainty_us = record.offset_sigma_us;
         summary.shifts = record.shifts.into();
         summary.relocks = record.relocks.into();
+        summary.delay_state = record.delay;
+        summary.delay_us = record.delay_us;
+        summary.delay_uncertainty_us = record.delay_uncertainty_us;
+        summary.exchanges = record.exchanges;
+        summary.answers_refused = record.answers_refused;
         summary.synced_at_end = record.synced;
         summary.drive_tripped |= record.drive_state == DriveStateName::Tripped;
         summary.following_error_max = summary
@@ -248,6 +261,7 @@ impl Judge {
             summary.corrected_time_error_max_us = Some(self.time_error.largest_deviation());
             summary.lag_us = Some(-self.time_error.mean);
         }
+        self.lag.conclude(summary);
         (self.curves.name.clone(), self.summary, self.curves)
     }
 }

@@ -23,7 +23,15 @@ struct Status {
     overruns: u64,
     index: u16,
     count: u64,
+    questions: QuestionsStatus,
     axes: Vec<AxisStatus>,
+}
+
+#[derive(Serialize)]
+struct QuestionsStatus {
+    answered: u64,
+    dropped: u64,
+    refused: u64,
 }
 
 #[derive(Serialize)]
@@ -78,6 +86,11 @@ impl Status {
             overruns: snapshot.overruns,
             index: snapshot.index.0,
             count: snapshot.count,
+            questions: QuestionsStatus {
+                answered: snapshot.questions.taken.answered,
+                dropped: snapshot.questions.taken.dropped,
+                refused: snapshot.questions.refused,
+            },
             axes: snapshot.axes.into_iter().flatten().map(axis).collect(),
         }
     }

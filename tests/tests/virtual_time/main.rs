@@ -4,3 +4,4 @@ mod accuracy;
 mod catalogue;
 mod common;
 mod determinism;
+mod zero_lag;

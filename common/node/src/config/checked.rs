@@ -72,6 +72,19 @@ checked_number! {
     Fraction, "a number from 0 to 1", |n| (0.0..=1.0).contains(&n)
 }
 
+checked_number! {
+    /// A delay, µs: up to a second, either way.
+    DelayMicros, "a number from -1000000 to 1000000", |n| (-1e6..=1e6).contains(&n)
+}
+
+impl DelayMicros {
+    /// The delay.
+    #[must_use]
+    pub fn span(self) -> Span {
+        Span::from_micros_f64(self.0)
+    }
+}
+
 impl Default for Finite {
     fn default() -> Self {
         Self(0.0)

@@ -10,7 +10,7 @@ mod load;
 mod real_time;
 mod transport;
 
-pub use checked::{AtLeastZero, CycleMicros, Finite, Fraction, OutOfRange, Positive};
+pub use checked::{AtLeastZero, CycleMicros, DelayMicros, Finite, Fraction, OutOfRange, Positive};
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
 pub use link::{DelayStep, LinkConfig, Partition, SpikeConfig};
 pub use load::{ConfigError, from_table, load, parse};

@@ -23,6 +23,14 @@ pub struct Deliveries {
 }
 
 impl Deliveries {
+    /// One arrival.
+    #[must_use]
+    pub fn once(delay: Span) -> Self {
+        let mut deliveries = Self::default();
+        deliveries.push(delay);
+        deliveries
+    }
+
     fn push(&mut self, delay: Span) {
         self.delays[usize::from(self.count)] = delay;
         self.count += 1;

@@ -9,4 +9,4 @@ mod random;
 
 pub use clock::{CycleJitter, DeviatedClock};
 pub use link::{Deliveries, LinkModel};
-pub use random::{Random, seed_of};
+pub use random::{Random, link_seed, seed_of};

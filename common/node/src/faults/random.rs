@@ -5,6 +5,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use crate::config::JitterConfig;
+use crate::contract::Channel;
 
 /// A stream of random numbers.
 #[derive(Clone, Debug)]
@@ -58,4 +59,15 @@ pub fn seed_of(run: u64, part: &str) -> u64 {
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     mixed ^ (mixed >> 31)
+}
+
+/// The seed of what a link does to the frames of one channel: each has numbers of its own.
+#[must_use]
+pub fn link_seed(run: u64, part: &str, channel: Channel) -> u64 {
+    let seed = seed_of(run, part);
+    if channel.carries_axes() {
+        seed
+    } else {
+        seed_of(seed, channel.name())
+    }
 }

@@ -1,0 +1,82 @@
+//! How far the slave is from where its master is at the same true instant.
+
+use coaxle_clock::delay::DelayState;
+use coaxle_clock::{Instant, Span};
+use coaxle_receiver::ReceiverRecord;
+
+use super::moments::Moments;
+use super::{Reference, Row};
+use crate::summary::ReceiverSummary;
+
+/// A receiver that has been in sync for so long has blended and slewed what there was.
+const SETTLED_AFTER: Span = Span::from_secs(1);
+/// Slower than this share of its highest velocity a master has no useful time error.
+const SLOW: f64 = 0.1;
+
+/// The lag of one receiver, nothing removed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Lag {
+    synced_since: Option<Instant<Reference>>,
+    distance: Moments,
+    travel_us: Moments,
+    far_time_us: Moments,
+    /// Cycles with an uncertainty, and those in which it covered the error.
+    judged: u64,
+    covered: u64,
+}
+
+impl Lag {
+    /// A cycle. `gear` makes the slave's position from the master's; `fastest` is the master's highest
+    /// velocity so far, and `is_heard` whether the receiver follows the run that its master is in.
+    pub(super) fn push(
+        &mut self,
+        row: &Row,
+        is_heard: bool,
+        (ratio, offset): (f64, f64),
+        fastest: f64,
+    ) {
+        let record = &row.record;
+        if !(record.synced && is_heard) {
+            self.synced_since = None;
+            return;
+        }
+        let at = Instant::from_nanos(record.at_ns);
+        if at - *self.synced_since.get_or_insert(at) < SETTLED_AFTER {
+            return;
+        }
+        if let (Some(slave), Some((position, velocity))) = (record.slave_position, row.truth) {
+            let distance = (slave - offset) / ratio - position;
+            self.distance.push(distance);
+            if velocity.abs() > SLOW * fastest {
+                self.travel_us.push(distance / velocity * 1e6);
+            }
+        }
+        if let Some(error) = row.time_error_us {
+            self.far_time_us.push(error);
+            self.judge_uncertainty(record, error);
+        }
+    }
+
+    fn judge_uncertainty(&mut self, record: &ReceiverRecord, error: f64) {
+        if let (Some(DelayState::Measured | DelayState::Stale), Some(uncertainty)) =
+            (record.delay, record.delay_uncertainty_us)
+        {
+            self.judged += 1;
+            self.covered += u64::from(error.abs() <= uncertainty);
+        }
+    }
+
+    pub(super) fn conclude(&self, summary: &mut ReceiverSummary) {
+        if self.distance.count > 0 {
+            summary.lag_error_max = Some(self.distance.largest_magnitude());
+        }
+        if self.travel_us.count > 0 {
+            summary.lag_error_max_us = Some(self.travel_us.largest_magnitude());
+            summary.lag_error_rms_us = Some(self.travel_us.root_mean_square());
+        }
+        if self.judged > 0 {
+            summary.delay_error_us = Some(self.far_time_us.mean);
+            summary.delay_covered_share = Some(self.covered as f64 / self.judged as f64);
+        }
+    }
+}
