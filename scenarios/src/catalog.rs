@@ -26,6 +26,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "chain",
     "many-axes",
     "observer",
+    "observer-sweep",
     "zero-lag",
     "delay-step",
     "drift-step",

@@ -87,8 +87,8 @@ struct RunArgs {
 struct SweepArgs {
     /// Name of a built-in scenario, or path of a TOML file
     scenario: String,
-    /// A field and its values: path.to.field=a,b,c. Several span a grid
-    #[arg(long = "over", value_name = "PATH=VALUES", required = true)]
+    /// A field and its values: path.to.field=a,b,c. Several span a grid [default: the scenario's own]
+    #[arg(long = "over", value_name = "PATH=VALUES")]
     over: Vec<Axis>,
     /// Set a field of the scenario at all points: path.to.field=value
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -163,7 +163,9 @@ fn check(names: &[String]) -> anyhow::Result<bool> {
     };
     let mut good = true;
     for name in all {
-        match catalog::find(&name).and_then(|source| source.read(&[])) {
+        let prepared =
+            catalog::find(&name).and_then(|source| sweep::prepare(&source, &[], &[], &[]));
+        match prepared {
             Ok(_) => say(&format!("{name}: ok"))?,
             Err(error) => {
                 good = false;
@@ -222,14 +224,9 @@ fn run_sweep(args: &SweepArgs) -> anyhow::Result<bool> {
         .unwrap_or_else(|| PathBuf::from("out").join(format!("{}-sweep", source.name)));
     std::fs::create_dir_all(&out)
         .with_context(|| format!("cannot make the folder {}", out.display()))?;
+    let prepared = sweep::prepare(&source, &args.over, &args.overrides, &args.receivers)?;
     let mut bar = Bar::new("of the grid".to_owned());
-    let swept = sweep::run(
-        &source,
-        &args.over,
-        &args.overrides,
-        &args.receivers,
-        &mut bar,
-    );
+    let swept = prepared.run(&mut bar);
     bar.0.finish_and_clear();
     let swept = swept?;
     let path = out.join("sweep.csv");

@@ -41,9 +41,22 @@ pub struct Scenario {
     /// What happens on the way.
     #[serde(rename = "event", default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,
+    /// The grid that `coaxle sweep` runs it over, unless told otherwise.
+    #[serde(rename = "sweep", default, skip_serializing_if = "Vec::is_empty")]
+    pub grid: Vec<GridAxis>,
     /// What is expected of the outcome.
     #[serde(rename = "expect", default, skip_serializing_if = "Vec::is_empty")]
     pub expectations: Vec<Expectation>,
+}
+
+/// A field of the scenario and the values it takes in a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct GridAxis {
+    /// The path of the field, as `--set` takes it.
+    pub field: String,
+    /// The values, in the order they are run.
+    pub values: Vec<toml::Value>,
 }
 
 /// Something that happens to a node.

@@ -9,7 +9,7 @@ use comfy_table::{Cell, CellAlignment, Table, presets};
 use crate::catalog::Source;
 use crate::pretend;
 use crate::run::Progress;
-use crate::scenario::Scenario;
+use crate::scenario::{GridAxis, Scenario};
 use crate::summary::ReceiverSummary;
 use crate::table::significant;
 
@@ -36,6 +36,15 @@ impl std::str::FromStr for Axis {
             field: field.trim().to_owned(),
             values,
         })
+    }
+}
+
+impl From<&GridAxis> for Axis {
+    fn from(axis: &GridAxis) -> Self {
+        Self {
+            field: axis.field.clone(),
+            values: axis.values.iter().map(ToString::to_string).collect(),
+        }
     }
 }
 
@@ -78,35 +87,67 @@ struct Row {
 /// Points of a grid at most: more is a mistake.
 const MOST_POINTS: usize = 100_000;
 
-/// Runs a scenario at every point of the grid that the axes span.
+/// A scenario at every point of a grid, checked and ready to run.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    fields: Vec<String>,
+    points: Vec<(Vec<String>, Scenario)>,
+}
+
+/// Checks a scenario at every point of the grid that the axes span, or of its own grid where there
+/// are none. A scenario without any grid is one point.
 ///
 /// # Errors
-/// A field or value that the scenario does not take; a run that fails.
-pub fn run(
+/// A field or value that the scenario does not take.
+pub fn prepare(
     source: &Source,
     axes: &[Axis],
     overrides: &[String],
     receivers: &[String],
-    progress: &mut (dyn Progress + Send),
-) -> anyhow::Result<Sweep> {
-    let points = grid(axes)?;
-    // Everything is checked before anything runs.
-    let scenarios = points
-        .iter()
-        .map(|point| scenario_at(source, axes, point, overrides, receivers))
-        .collect::<anyhow::Result<Vec<_>>>()?;
-    let results = in_parallel(&scenarios, progress)?;
-    let rows = points.iter().zip(results).flat_map(|(point, figures)| {
-        figures.into_iter().map(|(receiver, figures)| Row {
-            values: point.clone(),
-            receiver,
-            figures,
-        })
+) -> anyhow::Result<Prepared> {
+    let own: Vec<Axis>;
+    let axes = match axes {
+        [] => {
+            own = source
+                .read(overrides)?
+                .grid
+                .iter()
+                .map(Axis::from)
+                .collect();
+            &own
+        }
+        axes => axes,
+    };
+    let points = grid(axes)?.into_iter().map(|point| {
+        let scenario = scenario_at(source, axes, &point, overrides, receivers)?;
+        Ok((point, scenario))
     });
-    Ok(Sweep {
+    Ok(Prepared {
         fields: axes.iter().map(|axis| axis.field.clone()).collect(),
-        rows: rows.collect(),
+        points: points.collect::<anyhow::Result<_>>()?,
     })
+}
+
+impl Prepared {
+    /// Runs them all.
+    ///
+    /// # Errors
+    /// A run that fails.
+    pub fn run(self, progress: &mut (dyn Progress + Send)) -> anyhow::Result<Sweep> {
+        let results = in_parallel(&self.points, progress)?;
+        let rows = self.points.into_iter().zip(results);
+        let rows = rows.flat_map(|((values, _), figures)| {
+            figures.into_iter().map(move |(receiver, figures)| Row {
+                values: values.clone(),
+                receiver,
+                figures,
+            })
+        });
+        Ok(Sweep {
+            rows: rows.collect(),
+            fields: self.fields,
+        })
+    }
 }
 
 /// All combinations, the last axis running fastest.
@@ -160,7 +201,7 @@ type Figures = Vec<(String, ReceiverSummary)>;
 
 /// Each core takes the next scenario that nobody has begun.
 fn in_parallel(
-    scenarios: &[Scenario],
+    scenarios: &[(Vec<String>, Scenario)],
     progress: &mut (dyn Progress + Send),
 ) -> anyhow::Result<Vec<Figures>> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -171,7 +212,7 @@ fn in_parallel(
     std::thread::scope(|scope| {
         for _ in 0..cores.min(scenarios.len()) {
             scope.spawn(|| {
-                while let Some((n, scenario)) = lock(&waiting).next() {
+                while let Some((n, (_, scenario))) = lock(&waiting).next() {
                     let result = pretend::run(scenario, &mut (), &mut ())
                         .map(crate::run::Finished::into_figures);
                     lock(&finished)[n] = Some(result);
@@ -298,7 +339,8 @@ mod tests {
         let axes = ["sender.master.clock.drift-ppm=400,800".parse().unwrap()];
         let overrides = ["duration-s=8".to_owned(), "expect=[]".to_owned()];
         let receivers = ["sync".to_owned(), "bypass".to_owned()];
-        let sweep = run(&source, &axes, &overrides, &receivers, &mut ()).unwrap();
+        let prepared = prepare(&source, &axes, &overrides, &receivers).unwrap();
+        let sweep = prepared.run(&mut ()).unwrap();
         assert_eq!(sweep.rows.len(), 4);
         let estimates: Vec<_> = sweep
             .rows
@@ -311,10 +353,21 @@ mod tests {
     }
 
     #[test]
+    fn a_scenario_brings_its_own_grid() {
+        let source = crate::catalog::find("observer-sweep").unwrap();
+        let prepared = prepare(&source, &[], &[], &[]).unwrap();
+        assert_eq!(prepared.fields.len(), 3);
+        assert_eq!(prepared.points.len(), 36);
+        let axes = ["seed=1,2".parse().unwrap()];
+        let prepared = prepare(&source, &axes, &[], &[]).unwrap();
+        assert_eq!(prepared.fields, ["seed"]);
+    }
+
+    #[test]
     fn a_value_that_does_not_fit_is_named_before_anything_runs() {
         let source = crate::catalog::find("beat").unwrap();
         let axes = ["network.loss=0.1,1.5".parse().unwrap()];
-        let error = run(&source, &axes, &[], &[], &mut ()).unwrap_err();
+        let error = prepare(&source, &axes, &[], &[]).unwrap_err();
         assert!(format!("{error:#}").contains("network.loss: received 1.5"));
     }
 }

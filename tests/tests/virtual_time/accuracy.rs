@@ -88,3 +88,12 @@ fn sweep_over_drift_and_jitter() {
     }
     insta::assert_snapshot!(table);
 }
+
+/// Lock and accuracy of the phase observer over drift, jitter and loss, as one table to review.
+#[test]
+fn sweep_of_the_observer() {
+    let source = coaxle::catalog::find("observer-sweep").expect("a scenario of the catalogue");
+    let prepared = coaxle::sweep::prepare(&source, &[], &[], &[]).expect("the grid is right");
+    let sweep = prepared.run(&mut ()).expect("every point runs");
+    insta::assert_snapshot!(sweep.table());
+}
