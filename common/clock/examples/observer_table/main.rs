@@ -8,7 +8,7 @@ mod peers;
 mod world;
 
 use figures::{EARLY, Figures, all, quantile};
-use peers::{Efficient, Hull, Kalman, LeastSquares, MinimumServo, Observer};
+use peers::{Efficient, Hull, Kalman, LeastSquares, MinimumServo, Observer, Ts5066};
 use world::{Case, bound, efficient_width};
 
 fn print(name: &str, case: &Case, figures: &[Figures]) {
@@ -280,4 +280,13 @@ fn peers(name: &str, case: &Case, first: u64, seeds: u64) {
         )
     });
     best(&format!("{name} hull"), tried.into());
+    let tried = [0.95, 0.5].map(|slope| {
+        (
+            format!("slope {slope}"),
+            all(case, first, seeds, || {
+                Box::new(Ts5066::new(case.cycle, slope))
+            }),
+        )
+    });
+    best(&format!("{name} TS5066"), tried.into());
 }

@@ -1,7 +1,8 @@
 //! Simple ways of doing the same, on the same arrivals, each with the tuning that suited it best.
 
 use coaxle_clock::observer::{ObserverOutput, ObserverParameters, ObserverState, PhaseObserver};
-use coaxle_clock::{CycleTime, Instant, Local, Span};
+use coaxle_clock::time_sync::{TimeSync, TimeSyncParameters};
+use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
 
 use crate::world::Message;
 
@@ -47,6 +48,45 @@ impl Follower for Observer {
         Some(self.output)
     }
 }
+
+/// TS5066: it sees only which index lies in the input image when a cycle begins. `slope` is the
+/// numerator and the denominator of its ramps; 0.95 and 0.5 are the manual's.
+pub(crate) struct Ts5066 {
+    cycle: f64,
+    block: TimeSync,
+    newest: Option<i64>,
+}
+
+impl Ts5066 {
+    pub(crate) fn new(cycle: f64, slope1_numerator: f64) -> Self {
+        let parameters = TimeSyncParameters {
+            slope1_numerator,
+            // The spikes of the cases are no faults.
+            max_cycle_index_difference: 500.0,
+            age_of_data_limit: 500,
+            automatic_re_init: true,
+            ..TimeSyncParameters::default()
+        };
+        Self {
+            cycle,
+            block: TimeSync::start(Span::from_secs_f64(cycle), parameters).unwrap(),
+            newest: None,
+        }
+    }
+}
+
+impl Follower for Ts5066 {
+    fn observe(&mut self, message: &Message) {
+        self.newest = self.newest.max(Some(message.count));
+    }
+    fn far(&mut self, _now: i64) -> Option<f64> {
+        let newest = self.newest?;
+        let output = self.block.update(CycleIndex::of_count(newest as u64), 1);
+        let ahead = output.correction_time?;
+        Some(newest as f64 * self.cycle + ahead.0)
+    }
+}
+
 fn phase(message: &Message, cycle: f64) -> (f64, f64) {
     let due = message.count as f64 * cycle;
     let arrived = (message.arrived - message.stamp.unwrap_or(0)) as f64 * 1e-9;
