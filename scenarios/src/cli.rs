@@ -9,8 +9,10 @@ use clap::{Args, Parser, Subcommand};
 use coaxle_host::cli::LogArgs;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::cam::{self, CamCommand};
 use crate::catalog::{self, CATALOG};
 use crate::run::{self, Options, Outcome, Progress};
+use crate::saw::{self, SawCommand};
 use crate::summary::World;
 use crate::sweep::{self, Axis};
 use crate::table;
@@ -47,6 +49,12 @@ enum Command {
         /// Name of a built-in scenario
         scenario: String,
     },
+    /// Look into a cam file: check, values, characteristics, inverse, plot
+    #[command(subcommand)]
+    Cam(CamCommand),
+    /// Plan and draw the synchronisation of a flying saw
+    #[command(subcommand)]
+    Saw(SawCommand),
     /// Run a sender node
     Sender(coaxle_sender::run::Args),
     /// Run a receiver node
@@ -128,6 +136,8 @@ pub fn main() -> ExitCode {
         Some(Command::List) => list(),
         Some(Command::Check { scenarios }) => check(&scenarios),
         Some(Command::Show { scenario }) => show(&scenario),
+        Some(Command::Cam(command)) => cam::print(&command),
+        Some(Command::Saw(command)) => saw::print(&command),
         Some(Command::Sender(args)) => coaxle_sender::run::run(&args).map(|()| true),
         Some(Command::Receiver(args)) => coaxle_receiver::run::run(&args).map(|()| true),
     };

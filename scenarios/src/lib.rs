@@ -6,15 +6,18 @@
 //! compares every receiver cycle with what the master really did and leaves a summary, a trace and
 //! a report.
 
+pub mod cam;
 pub mod catalog;
 pub mod cli;
 pub mod curves;
 pub mod evaluate;
 pub mod expect;
+mod inspect;
 pub mod pretend;
 pub mod processes;
 pub mod report;
 pub mod run;
+pub mod saw;
 pub mod scenario;
 pub mod summary;
 pub mod sweep;

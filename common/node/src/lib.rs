@@ -5,6 +5,7 @@
 //! the very same code.
 
 pub mod answering;
+pub mod cam_file;
 pub mod config;
 pub mod contract;
 pub mod exchange;
@@ -13,6 +14,7 @@ pub mod frame;
 pub mod intake;
 pub mod keys;
 mod rejection;
+pub mod saw_file;
 
 pub use answering::{Answering, AnsweringCounters};
 pub use contract::{Channel, Message, Node, Outgoing};

@@ -21,7 +21,7 @@ const PALETTE: [&str; 7] = [
 /// Modes that have a colour of their own.
 const MODES: usize = 4;
 /// What is no receiver's: the drive, the truth.
-pub(super) const NEUTRAL: &str = "#8a8a8a";
+pub(crate) const NEUTRAL: &str = "#8a8a8a";
 
 /// The receivers with a colour each; the first of each mode has the mode's own, in every report.
 pub(super) fn coloured<'a>(curves: &[&'a Curves]) -> Vec<Shown<'a>> {
@@ -134,7 +134,7 @@ impl Pen<'_> {
 }
 
 /// The layout all plots share.
-pub(super) fn layout(x_title: &str) -> Value {
+pub(crate) fn layout(x_title: &str) -> Value {
     json!({
         "margin": { "l": 70, "r": 20, "t": 40, "b": 50 },
         "hovermode": "closest",
@@ -144,7 +144,7 @@ pub(super) fn layout(x_title: &str) -> Value {
 }
 
 /// A vertical axis.
-pub(super) fn vertical(title: &str, range: Option<(f64, f64)>) -> Value {
+pub(crate) fn vertical(title: &str, range: Option<(f64, f64)>) -> Value {
     let mut axis = json!({ "title": { "text": title }, "zeroline": false });
     if let Some((low, high)) = range {
         axis["range"] = numbers([low, high]);

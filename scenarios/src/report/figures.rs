@@ -13,16 +13,16 @@ use crate::table;
 
 /// A plot with its words.
 #[derive(Clone, Debug)]
-pub(super) struct Drawing {
+pub(crate) struct Drawing {
     /// Name within the page.
-    pub(super) id: &'static str,
-    pub(super) title: &'static str,
+    pub(crate) id: &'static str,
+    pub(crate) title: &'static str,
     /// What to look at.
-    pub(super) caption: &'static str,
+    pub(crate) caption: &'static str,
     /// Pixels.
-    pub(super) height: usize,
+    pub(crate) height: usize,
     /// `data` and `layout`; none if there is nothing to draw.
-    pub(super) figure: Option<Value>,
+    pub(crate) figure: Option<Value>,
 }
 
 /// All plots of a run.
@@ -283,7 +283,7 @@ pub(super) fn figure(data: Vec<Value>, layout: Value) -> Option<Value> {
 }
 
 /// `y`, `y2`, `y3` …
-pub(super) fn axis_name(n: usize) -> String {
+pub(crate) fn axis_name(n: usize) -> String {
     match n {
         0 => "y".to_owned(),
         n => format!("y{}", n + 1),
@@ -291,7 +291,7 @@ pub(super) fn axis_name(n: usize) -> String {
 }
 
 /// The share of the plot's height that belongs to the n-th of so many, from the top.
-pub(super) fn band(n: usize, count: usize) -> Value {
+pub(crate) fn band(n: usize, count: usize) -> Value {
     let each = 1.0 / count.max(1) as f64;
     let top = 1.0 - each * n as f64;
     // The gap holds the title.

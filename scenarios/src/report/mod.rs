@@ -11,8 +11,10 @@ use std::path::Path;
 use anyhow::Context;
 use plotly::Plot;
 
-use self::figures::Drawing;
-use self::html::{escaped, script_json};
+pub(crate) use self::draw::{NEUTRAL, layout, vertical};
+pub(crate) use self::figures::{Drawing, axis_name, band};
+pub(crate) use self::html::escaped;
+use self::html::script_json;
 use crate::curves::Curves;
 use crate::expect::Verdict;
 use crate::summary::{Summary, World};
@@ -36,8 +38,7 @@ pub struct Report<'a> {
 /// # Errors
 /// A file that cannot be written.
 pub fn write(path: &Path, report: &Report<'_>) -> anyhow::Result<()> {
-    let script = plotting_script()?;
-    let page = page(report, &script);
+    let page = document(&report.summary.title, &body(report))?;
     std::fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))
 }
 
@@ -54,20 +55,18 @@ fn plotting_script() -> anyhow::Result<String> {
 
 const SCRIPT_END: &str = "</script>";
 
-fn page(report: &Report<'_>, plotting_script: &str) -> String {
-    let title = escaped(&report.summary.title);
+/// A page that opens without a network, drawing its figures in the browser's own colours.
+///
+/// # Errors
+/// The plotting library is not what it was.
+pub(crate) fn document(title: &str, body: &str) -> anyhow::Result<String> {
+    Ok(page(title, body, &plotting_script()?))
+}
+
+fn page(title: &str, body: &str, plotting_script: &str) -> String {
+    let title = escaped(title);
     let css = include_str!("report.css");
     let js = include_str!("report.js");
-    let drawings = figures::all(report.summary, report.curves);
-    let mut body = introduction(report);
-    body += &results(report.summary);
-    body += &expectations(report.summary);
-    body += "<h2>Plots</h2>\n<p class=\"hint\">Drag to zoom in, double-click to zoom out, click a \
-             name to hide its curve. The plots over time zoom together.</p>\n";
-    for drawing in &drawings {
-        body += &figure(drawing);
-    }
-    body += &repeating(report);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
@@ -75,6 +74,19 @@ fn page(report: &Report<'_>, plotting_script: &str) -> String {
          <style>\n{css}</style>\n{plotting_script}\n</head>\n<body>\n<main>\n{body}</main>\n\
          <script>\n{js}</script>\n</body>\n</html>\n"
     )
+}
+
+fn body(report: &Report<'_>) -> String {
+    let mut body = introduction(report);
+    body += &results(report.summary);
+    body += &expectations(report.summary);
+    body += "<h2>Plots</h2>\n<p class=\"hint\">Drag to zoom in, double-click to zoom out, click a \
+             name to hide its curve. The plots over time zoom together.</p>\n";
+    for drawing in &figures::all(report.summary, report.curves) {
+        body += &figure_element(drawing);
+    }
+    body += &repeating(report);
+    body
 }
 
 fn introduction(report: &Report<'_>) -> String {
@@ -159,7 +171,8 @@ fn expectation(verdict: &Verdict) -> String {
     )
 }
 
-fn figure(drawing: &Drawing) -> String {
+/// The figure with its words.
+pub(crate) fn figure_element(drawing: &Drawing) -> String {
     let Drawing {
         id,
         title,

@@ -68,7 +68,7 @@ fn page_of(summary: &Summary, curves: &[Curves]) -> String {
         curves,
         command: NASTY,
     };
-    page(&report, "")
+    page(&summary.title, &body(&report), "")
 }
 
 /// The figures of a page by their name, as a browser would read them.

@@ -72,6 +72,22 @@ pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, ConfigErr
     from_table(file, table)
 }
 
+/// Reads a table from text, with errors of one line; `file` is what they call it.
+///
+/// # Errors
+/// [`ConfigError::Syntax`] with the line.
+pub fn parse_table(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
+    text.parse().map_err(|error: toml::de::Error| {
+        let before = error.span().and_then(|span| text.get(..span.start));
+        let line = before.unwrap_or_default().lines().count().max(1);
+        let message = error.message().lines().collect::<Vec<_>>().join(" ");
+        ConfigError::Syntax {
+            file: file.to_owned(),
+            reason: format!("line {line}: {message}"),
+        }
+    })
+}
+
 /// Reads a config from a table, say one with some values overridden.
 ///
 /// # Errors

@@ -13,6 +13,6 @@ mod transport;
 pub use checked::{AtLeastZero, CycleMicros, DelayMicros, Finite, Fraction, OutOfRange, Positive};
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
 pub use link::{DelayStep, LinkConfig, Partition, SpikeConfig};
-pub use load::{ConfigError, from_table, load, parse};
+pub use load::{ConfigError, from_table, load, parse, parse_table};
 pub use real_time::RealTimeConfig;
 pub use transport::{TransportConfig, TransportMode};

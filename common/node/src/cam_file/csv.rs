@@ -1,0 +1,182 @@
+//! Two-column tables as other programs export them.
+
+use std::path::Path;
+
+use crate::config::ConfigError;
+
+/// Where the rows of a table come from.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Source {
+    /// The CSV file.
+    pub(super) file: String,
+    /// The line of each row, from 1.
+    pub(super) lines: Vec<usize>,
+}
+
+/// Reads rows of a master and a slave position.
+///
+/// Columns are separated by `;`, tabs, `,` or spaces, whichever of these the first line has first.
+/// Where it is not `,` that separates, a decimal comma is understood. Empty lines and lines that
+/// begin with `#` are skipped, and so is a first line without any number: a header.
+pub(super) fn read(path: &Path) -> Result<(Vec<(f64, f64)>, Source), ConfigError> {
+    let file = path.display().to_string();
+    match std::fs::read_to_string(path) {
+        Ok(text) => parse(file, &text),
+        Err(reason) => Err(ConfigError::Unreadable { file, reason }),
+    }
+}
+
+fn parse(file: String, text: &str) -> Result<(Vec<(f64, f64)>, Source), ConfigError> {
+    let text = text.trim_start_matches('\u{feff}');
+    let mut filled = text
+        .lines()
+        .zip(1..)
+        .map(|(line, number)| (line.trim(), number))
+        .filter(|(line, _)| !line.is_empty() && !line.starts_with('#'))
+        .peekable();
+    let separator = Separator::of(filled.peek().map_or("", |(line, _)| line));
+    filled.next_if(|(line, _)| separator.is_header(line));
+
+    let mut rows = Vec::new();
+    let mut lines = Vec::new();
+    for (line, number) in filled {
+        let row = separator
+            .row(line)
+            .map_err(|wrong| wrong.at(&file, number))?;
+        rows.push(row);
+        lines.push(number);
+    }
+    Ok((rows, Source { file, lines }))
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Separator {
+    Character(char),
+    Spaces,
+}
+
+/// What is wrong with a line.
+struct Wrong {
+    column: &'static str,
+    reason: String,
+}
+
+impl Wrong {
+    fn at(self, file: &str, line: usize) -> ConfigError {
+        ConfigError::field(file, format!("line {line}{}", self.column), self.reason)
+    }
+}
+
+impl Separator {
+    fn of(line: &str) -> Self {
+        [';', '\t', ',']
+            .into_iter()
+            .find(|separator| line.contains(*separator))
+            .map_or(Self::Spaces, Self::Character)
+    }
+
+    fn is_header(self, line: &str) -> bool {
+        self.cells(line)
+            .iter()
+            .all(|cell| self.number(cell).is_none())
+    }
+
+    fn row(self, line: &str) -> Result<(f64, f64), Wrong> {
+        let cells = self.cells(line);
+        let [master, slave] = cells[..] else {
+            return Err(Wrong {
+                column: "",
+                reason: format!(
+                    "received {} columns, expected 2: master and slave",
+                    cells.len()
+                ),
+            });
+        };
+        Ok((
+            self.value(", master", master)?,
+            self.value(", slave", slave)?,
+        ))
+    }
+
+    fn cells(self, line: &str) -> Vec<&str> {
+        match self {
+            Self::Character(separator) => line.split(separator).map(str::trim).collect(),
+            Self::Spaces => line.split_whitespace().collect(),
+        }
+    }
+
+    fn value(self, column: &'static str, cell: &str) -> Result<f64, Wrong> {
+        self.number(cell).ok_or_else(|| Wrong {
+            column,
+            reason: format!("received {cell:?}, expected a number"),
+        })
+    }
+
+    fn number(self, cell: &str) -> Option<f64> {
+        if self != Self::Character(',') && !cell.contains('.') {
+            return cell.replacen(',', ".", 1).parse().ok();
+        }
+        cell.parse().ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(text: &str) -> Result<Vec<(f64, f64)>, String> {
+        parse("t.csv".to_owned(), text)
+            .map(|(rows, _)| rows)
+            .map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn tables_of_all_countries_are_understood() {
+        let expected = Ok(vec![(0.0, 0.5), (90.0, -1.25e3)]);
+        for text in [
+            "0,0.5\n90,-1250\n",
+            "master,slave\n0, 0.5\n90, -1.25e3",
+            "\u{feff}Master;Slave\r\n0;0,5\r\n90;-1250\r\n",
+            "0;0.5\n90;-1250.0",
+            "# exported\n\nx\ty\n0\t0,5\n\n90,0\t-1250\n",
+            "0 0.5\n90   -1250",
+        ] {
+            assert_eq!(rows(text), expected, "{text}");
+        }
+        assert_eq!(rows(""), Ok(vec![]));
+    }
+
+    #[test]
+    fn rows_know_their_lines() {
+        let (_, source) = parse("t.csv".to_owned(), "# two\nm;s\n0;0\n\n1;1\n").unwrap();
+        assert_eq!(source.lines, [3, 5]);
+    }
+
+    #[test]
+    fn what_is_no_row_is_named_by_its_line() {
+        for (text, expected) in [
+            (
+                "m;s\n0;0\n1;high\n",
+                "t.csv: line 3, slave: received \"high\", expected a number",
+            ),
+            (
+                "0;0\n;1\n",
+                "t.csv: line 2, master: received \"\", expected a number",
+            ),
+            (
+                "0,5,1,5\n",
+                "t.csv: line 1: received 4 columns, expected 2: master and slave",
+            ),
+            (
+                "0\n1\n",
+                "t.csv: line 1: received 1 columns, expected 2: master and slave",
+            ),
+            (
+                "0;0\n1,000.5;2\n",
+                "t.csv: line 2, master: received \"1,000.5\", expected a number",
+            ),
+        ] {
+            assert_eq!(rows(text), Err(expected.to_owned()));
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Errors that name the place in the file.
+
+use coaxle_motion::cam::CamError;
+
+use crate::config::ConfigError;
+
+/// A cam file that makes no plate.
+#[derive(Debug, thiserror::Error)]
+pub enum CamFileError {
+    /// The file, or the CSV file it names, cannot be read or holds what it must not.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// Every field is fine, but together they make no plate.
+    #[error("{place}: {error}")]
+    Plate {
+        /// The file, and the field or line.
+        place: String,
+        /// Which point or row, and what is wrong with it.
+        error: CamError,
+    },
+}
+
+impl CamFileError {
+    /// The number the NC gives to this error, where it has one.
+    #[must_use]
+    pub fn code(&self) -> Option<u32> {
+        match self {
+            Self::Config(_) => None,
+            Self::Plate { error, .. } => Some(error.code()),
+        }
+    }
+}
+
+/// Points are counted from 1, as everywhere but in TOML paths: `point[2].law` is `point 3, law`.
+pub(super) fn count_points(error: ConfigError) -> ConfigError {
+    match error {
+        ConfigError::Field {
+            file,
+            field,
+            reason,
+        } => ConfigError::Field {
+            field: counted(&field).unwrap_or(field),
+            file,
+            reason,
+        },
+        error => error,
+    }
+}
+
+fn counted(field: &str) -> Option<String> {
+    let (row, rest) = field.strip_prefix("point[")?.split_once(']')?;
+    let number = row.parse::<usize>().ok()? + 1;
+    Some(format!("point {number}{}", rest.replacen('.', ", ", 1)))
+}

@@ -1,0 +1,178 @@
+//! Cam plates from files: motion functions and position tables as TOML, tables also as CSV.
+//!
+//! | PLC name | in the file |
+//! |--|--|
+//! | `MC_MotionFunctionPoint` | `[[point]]` |
+//! | `MC_MotionFunctionType` | `law` |
+//! | `MC_MotionPointType` | `type` |
+//! | `MC_CAM_REF` of a position table | `[table]` |
+//! | `MC_TableType` | `[[point]]`, or `[table]` with `equidistant` true or false |
+//! | `MC_InterpolationType` | `interpolation` |
+//! | `Periodic` of `MC_CamTableSelect` | `course = "cyclic"` |
+//! | `MC_CAM_ID` | `table-id` |
+//!
+//! `docs/CAMS.md` describes the format with examples.
+
+mod csv;
+mod error;
+mod text;
+
+use std::path::Path;
+
+use coaxle_motion::cam::{
+    CamError, Course, Interpolation, MotionFunction, MotionPoint, Place, Plate, PositionTable,
+};
+
+pub use error::CamFileError;
+pub use text::TableId;
+
+use crate::config::{ConfigError, from_table, parse_table};
+
+/// A cam file: read, but its course not yet calculated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CamFile {
+    /// One line for people.
+    pub title: String,
+    /// Under which number couplings find the plate.
+    pub table_id: Option<TableId>,
+    /// Unit of the master positions, for people.
+    pub master_unit: String,
+    /// Unit of the slave positions, for people.
+    pub slave_unit: String,
+    /// What happens beyond the first and the last master position.
+    pub course: Course,
+    /// What the plate is made of.
+    pub shape: Shape,
+    /// What errors call the file.
+    file: String,
+}
+
+/// What a plate is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A motion function: points, and laws between them.
+    Points(Vec<MotionPoint>),
+    /// A position table.
+    Table(Table),
+}
+
+/// A position table as a file has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// Master and slave positions.
+    pub rows: Vec<(f64, f64)>,
+    /// Whether the steps of the master are said to be equal.
+    pub equidistant: bool,
+    /// How to find the positions between the rows.
+    pub interpolation: Interpolation,
+    /// The CSV file the rows come from, with the line of each.
+    source: Option<csv::Source>,
+}
+
+impl CamFile {
+    /// Reads a cam file, and the CSV file it names.
+    ///
+    /// # Errors
+    /// [`CamFileError`], naming the file, the point or row, and the field.
+    pub fn load(path: &Path) -> Result<Self, CamFileError> {
+        let file = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::parse(path, &text),
+            Err(reason) => Err(ConfigError::Unreadable { file, reason }.into()),
+        }
+    }
+
+    /// Reads a cam file from text. `path` is what the errors call it, and a CSV file is looked for
+    /// beside it.
+    ///
+    /// # Errors
+    /// [`CamFileError`], naming the file, the point or row, and the field.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, CamFileError> {
+        let file = path.display().to_string();
+        let table = parse_table(&file, text)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::from_table(&file, folder, table)
+    }
+
+    /// Takes what a cam file holds from a table, say a part of another file. `file` is what the
+    /// errors call it, and a CSV file is looked for in `folder`.
+    ///
+    /// # Errors
+    /// [`CamFileError`], naming the file, the point or row, and the field.
+    pub fn from_table(file: &str, folder: &Path, table: toml::Table) -> Result<Self, CamFileError> {
+        let parsed: text::CamText = from_table(file, table).map_err(error::count_points)?;
+        Ok(Self {
+            shape: parsed.shape(file, folder)?,
+            title: parsed.title,
+            table_id: parsed.table_id,
+            master_unit: parsed.master_unit,
+            slave_unit: parsed.slave_unit,
+            course: parsed.course,
+            file: file.to_owned(),
+        })
+    }
+
+    /// Calculates the plate.
+    ///
+    /// # Errors
+    /// [`CamFileError::Plate`] with the NC's number, naming the point or the row.
+    pub fn plate(&self) -> Result<Plate, CamFileError> {
+        let plate = match &self.shape {
+            Shape::Points(points) => MotionFunction::new(points.clone())
+                .map(|function| Plate::from_function(function, self.course)),
+            Shape::Table(table) => table.positions(self.course).map(Plate::from_table),
+        };
+        plate.map_err(|error| CamFileError::Plate {
+            place: self.place_of(&error),
+            error,
+        })
+    }
+
+    /// The file, and the field or the line where there is one to look at.
+    fn place_of(&self, error: &CamError) -> String {
+        match &self.shape {
+            Shape::Points(_) => self.file.clone(),
+            Shape::Table(table) => table.place_of(&self.file, error),
+        }
+    }
+}
+
+impl Table {
+    fn positions(&self, course: Course) -> Result<PositionTable, CamError> {
+        if self.equidistant {
+            PositionTable::equidistant(&self.rows, self.interpolation, course)
+        } else {
+            PositionTable::new(&self.rows, self.interpolation, course)
+        }
+    }
+
+    /// Where to look for what is wrong: the line of a CSV file, or the row in the cam file.
+    fn place_of(&self, file: &str, error: &CamError) -> String {
+        let row = row_of(error);
+        match (&self.source, row) {
+            (None, None) => format!("{file}: table"),
+            (None, Some(row)) => format!("{file}: table.rows[{row}]"),
+            (Some(csv), None) => csv.file.clone(),
+            (Some(csv), Some(row)) => format!("{}: line {}", csv.file, csv.lines[row]),
+        }
+    }
+}
+
+/// The row an error names, from 0.
+const fn row_of(error: &CamError) -> Option<usize> {
+    match *error {
+        CamError::StepSize { row, .. }
+        | CamError::NotFinite {
+            place: Place::Row(row),
+            ..
+        }
+        | CamError::NotAscending {
+            place: Place::Row(row),
+            ..
+        } => Some(row),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests;

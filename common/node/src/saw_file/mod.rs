@@ -1,0 +1,98 @@
+//! Flying saws from files: a coupling moment and one command, as TOML.
+//!
+//! | PLC name | in the file |
+//! |--|--|
+//! | `MC_GearInPos`, `MC_GearInVelo` | `[gear-in-pos]`, `[gear-in-velo]` |
+//! | `RatioNumerator`, `RatioDenominator` | `ratio`; for a diagonal saw with `angle-degrees` |
+//! | `ST_SyncMode` | `sync-mode` |
+//! | `Velocity`, `Acceleration`, `Deceleration`, `Jerk`, `Options` | `limits` |
+//! | the axis parameters of the slave | `[axis]` |
+//! | the axis id of the slave | `slave-axis` |
+//!
+//! `docs/SAWS.md` describes the format with examples.
+
+mod text;
+
+use std::path::Path;
+
+use coaxle_motion::saw::{
+    CouplingMoment, SawCommand, SawCoupling, SawPlan, SawRefusal, SawRemedy, SawTolerances,
+};
+
+use crate::config::{ConfigError, from_table, parse_table};
+
+/// A saw file: what is known when a synchronisation is planned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SawFile {
+    /// One line for people.
+    pub title: String,
+    /// Unit of the master positions, for people.
+    pub master_unit: String,
+    /// Unit of the slave positions, for people.
+    pub slave_unit: String,
+    /// The table that holds the profile.
+    pub table_id: u32,
+    /// The two axes when the command is given.
+    pub moment: CouplingMoment,
+    /// What the slave is to do.
+    pub command: SawCommand,
+}
+
+impl SawFile {
+    /// Reads a saw file.
+    ///
+    /// # Errors
+    /// [`ConfigError`], naming the file and the field.
+    pub fn load(path: &Path) -> Result<Self, ConfigError> {
+        let file = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::parse(&file, &text),
+            Err(reason) => Err(ConfigError::Unreadable { file, reason }),
+        }
+    }
+
+    /// Reads a saw file from text; `file` is what the errors call it.
+    ///
+    /// # Errors
+    /// [`ConfigError`], naming the file and the field.
+    pub fn parse(file: &str, text: &str) -> Result<Self, ConfigError> {
+        let parsed: text::SawText = from_table(file, parse_table(file, text)?)?;
+        parsed.checked(file)
+    }
+
+    /// The synchronisation as it would be carried out: with a start distance, from the moment at
+    /// which the master is that near.
+    ///
+    /// # Errors
+    /// [`SawRefusal`].
+    pub fn plan(&self) -> Result<SawPlan, SawRefusal> {
+        SawCoupling::start(self.command, &self.moment, SawTolerances::default())
+            .map(|coupling| *coupling.plan())
+    }
+
+    /// What would make a refused command pass. Nothing where nothing is looked for.
+    #[must_use]
+    pub fn remedy(&self) -> SawRemedy {
+        match &self.command {
+            _ if !self.looks_for_a_remedy() => SawRemedy::default(),
+            SawCommand::GearInPos(command) => command.remedy(&self.moment),
+            SawCommand::GearInVelo(command) => command.remedy(&self.moment),
+        }
+    }
+
+    /// Whether a remedy is looked for: not where the slave would wait for a start distance, as
+    /// distance and speed of the master then belong to a later moment, and not for a position that
+    /// is no number.
+    #[must_use]
+    pub fn looks_for_a_remedy(&self) -> bool {
+        match &self.command {
+            SawCommand::GearInPos(command) => {
+                command.master_start_distance.is_none() && command.master_sync_position.is_finite()
+            }
+            SawCommand::GearInVelo(_) => true,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

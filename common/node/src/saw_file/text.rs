@@ -1,0 +1,175 @@
+//! A saw file as it is written.
+
+use coaxle_clock::Seconds;
+use coaxle_motion::profile::{Kinematics, Limits};
+use coaxle_motion::saw::{
+    CouplingMoment, EncoderMaster, GearInPos, GearInVelo, Ratio, SawCommand, SlaveLimits,
+    diagonal_ratio, saw_table_id,
+};
+use serde::Deserialize;
+
+use super::SawFile;
+use crate::config::{ConfigError, CycleMicros, Finite, Positive};
+
+/// The whole file.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub(super) struct SawText {
+    #[serde(default)]
+    title: String,
+    #[serde(default = "any_unit")]
+    master_unit: String,
+    #[serde(default = "any_unit")]
+    slave_unit: String,
+    #[serde(default = "first_axis")]
+    slave_axis: u32,
+    angle_degrees: Option<f64>,
+    master: MovingText,
+    encoder: Option<EncoderText>,
+    slave: MovingText,
+    axis: AxisText,
+    gear_in_pos: Option<GearInPos>,
+    gear_in_velo: Option<GearInVelo>,
+}
+
+fn any_unit() -> String {
+    "u".to_owned()
+}
+
+const fn first_axis() -> u32 {
+    1
+}
+
+/// `[master]` and `[slave]`
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct MovingText {
+    position: Finite,
+    velocity: Finite,
+    #[serde(default)]
+    acceleration: Finite,
+}
+
+/// `[encoder]`
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct EncoderText {
+    scaling: Positive,
+    cycle_time_us: CycleMicros,
+}
+
+/// `[axis]`
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct AxisText {
+    velocity: Positive,
+    acceleration: Positive,
+    deceleration: Option<Positive>,
+    jerk: Positive,
+    min_position: Option<Finite>,
+    max_position: Option<Finite>,
+}
+
+impl SawText {
+    /// The file with what its fields together must be checked; `file` is what errors call it.
+    pub(super) fn checked(self, file: &str) -> Result<SawFile, ConfigError> {
+        let table_id = saw_table_id(self.slave_axis, |_| false)
+            .map_err(|error| ConfigError::field(file, "slave-axis", error))?;
+        let moment = CouplingMoment {
+            master: self.master.kinematics(),
+            encoder: self.encoder.as_ref().map(EncoderText::checked),
+            slave: self.slave.kinematics(),
+            axis: self.axis.checked(file)?,
+        };
+        let angle = self.angle_degrees;
+        let command = one_command(file, self.gear_in_pos, self.gear_in_velo)?;
+        Ok(SawFile {
+            title: self.title,
+            master_unit: self.master_unit,
+            slave_unit: self.slave_unit,
+            table_id,
+            moment,
+            command: at_angle(file, angle, command)?,
+        })
+    }
+}
+
+fn one_command(
+    file: &str,
+    position: Option<GearInPos>,
+    velocity: Option<GearInVelo>,
+) -> Result<SawCommand, ConfigError> {
+    match (position, velocity) {
+        (Some(command), None) => Ok(SawCommand::GearInPos(command)),
+        (None, Some(command)) => Ok(SawCommand::GearInVelo(command)),
+        (position, _) => {
+            let received = if position.is_some() { "both" } else { "none" };
+            let reason =
+                format!("received {received}, expected either [gear-in-pos] or [gear-in-velo]");
+            Err(ConfigError::field(file, "command", reason))
+        }
+    }
+}
+
+/// The command of a diagonal saw, if there is an angle.
+fn at_angle(
+    file: &str,
+    angle: Option<f64>,
+    mut command: SawCommand,
+) -> Result<SawCommand, ConfigError> {
+    let Some(angle) = angle else {
+        return Ok(command);
+    };
+    let ratio = match &mut command {
+        SawCommand::GearInPos(command) => &mut command.ratio,
+        SawCommand::GearInVelo(command) => &mut command.ratio,
+    };
+    let Ratio { numerator, .. } = diagonal_ratio(angle, ratio.numerator)
+        .map_err(|error| ConfigError::field(file, "angle-degrees", error))?;
+    ratio.numerator = numerator;
+    Ok(command)
+}
+
+impl MovingText {
+    fn kinematics(&self) -> Kinematics {
+        Kinematics {
+            position: self.position.get(),
+            velocity: self.velocity.get(),
+            acceleration: self.acceleration.get(),
+        }
+    }
+}
+
+impl EncoderText {
+    fn checked(&self) -> EncoderMaster {
+        EncoderMaster {
+            scaling: self.scaling.get(),
+            cycle: Seconds(self.cycle_time_us.0.span().as_secs_f64()),
+        }
+    }
+}
+
+impl AxisText {
+    fn checked(&self, file: &str) -> Result<SlaveLimits, ConfigError> {
+        let dynamics = Limits::new(
+            self.velocity.get(),
+            self.acceleration.get(),
+            self.deceleration.unwrap_or(self.acceleration).get(),
+            self.jerk.get(),
+        )
+        .map_err(|error| ConfigError::field(file, "axis", error))?;
+        let min_position = self.min_position.map(Finite::get);
+        let max_position = self.max_position.map(Finite::get);
+        if let (Some(min), Some(max)) = (min_position, max_position)
+            && min >= max
+        {
+            let reason = format!("received {max}, expected above min-position, which is {min}");
+            return Err(ConfigError::field(file, "axis.max-position", reason));
+        }
+        Ok(SlaveLimits {
+            dynamics,
+            min_position,
+            max_position,
+        })
+    }
+}

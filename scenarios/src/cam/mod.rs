@@ -1,0 +1,99 @@
+//! `coaxle cam`: looks into a cam file.
+
+mod characteristics;
+mod inverse;
+mod plot;
+mod text;
+mod values;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use coaxle_motion::cam::Plate;
+use coaxle_node::cam_file::CamFile;
+
+use crate::inspect;
+
+/// What can be asked of a cam file.
+#[derive(Debug, Subcommand)]
+pub enum CamCommand {
+    /// Check cam files
+    Check {
+        /// Cam files, TOML
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+    },
+    /// Print position, velocity, acceleration and jerk of the slave over the master
+    Values(values::ValuesArgs),
+    /// Print the extremes, mean and effective values, and what is at the ends
+    Characteristics(characteristics::CharacteristicsArgs),
+    /// Find the master positions at which the slave is somewhere
+    Inverse(inverse::InverseArgs),
+    /// Draw position, velocity, acceleration and jerk over the master, as a page for a browser
+    Plot(PlotArgs),
+}
+
+/// What `plot` draws, and where to.
+#[derive(Debug, Args)]
+pub struct PlotArgs {
+    /// Cam file, TOML
+    file: PathBuf,
+    /// The page to write
+    #[arg(short, long, value_name = "HTML")]
+    output: PathBuf,
+}
+
+/// Runs a command and prints its answer; false if a checked file is not in order. A reader that
+/// has seen enough, as `head` has, is no error.
+///
+/// # Errors
+/// A cam file that makes no plate, naming file, point or row, and field; a question with no answer;
+/// an output that cannot be written.
+pub fn print(command: &CamCommand) -> anyhow::Result<bool> {
+    inspect::print(|out| run(command, out))
+}
+
+/// Runs a command and writes its answer.
+///
+/// # Errors
+/// As [`print()`].
+pub fn run(command: &CamCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
+    match command {
+        CamCommand::Check { files } => return check(files, out),
+        CamCommand::Values(args) => args.run(out)?,
+        CamCommand::Characteristics(args) => args.run(out)?,
+        CamCommand::Inverse(args) => args.run(out)?,
+        CamCommand::Plot(args) => {
+            let (cam, plate) = load(&args.file)?;
+            inspect::write_plot(&args.output, &plot::page(&cam, &plate)?, out)?;
+        }
+    }
+    Ok(true)
+}
+
+fn check(files: &[PathBuf], out: &mut dyn Write) -> anyhow::Result<bool> {
+    let mut good = true;
+    for file in files {
+        match load(file) {
+            Ok((cam, plate)) => {
+                let about = text::description(&cam, &plate);
+                writeln!(out, "{}: ok, {about}", file.display())?;
+            }
+            Err(error) => {
+                good = false;
+                writeln!(out, "{error:#}")?;
+            }
+        }
+    }
+    Ok(good)
+}
+
+fn load(file: &Path) -> anyhow::Result<(CamFile, Plate)> {
+    let cam = CamFile::load(file)?;
+    let plate = cam.plate()?;
+    Ok((cam, plate))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,132 @@
+//! `coaxle cam plot`: the course of a plate as a page for a browser.
+
+use coaxle_motion::cam::{MotionPoint, Plate, PointType};
+use coaxle_node::cam_file::{CamFile, Shape};
+
+use super::text::{description, heading, master_heading};
+use crate::inspect::{Charts, Sampled, name};
+use crate::report::{Drawing, document, escaped, figure_element};
+
+/// The page.
+///
+/// # Errors
+/// The plotting library is not what it was.
+pub(super) fn page(cam: &CamFile, plate: &Plate) -> anyhow::Result<String> {
+    let title = if cam.title.is_empty() {
+        "Cam plate"
+    } else {
+        &cam.title
+    };
+    let drawing = Drawing {
+        id: "cam",
+        title: "Position and its derivatives over the master",
+        caption: "Rest on a point to see its law. Drag to zoom in, double-click to zoom out; all \
+                  four charts zoom together.",
+        height: 1000,
+        figure: Some(charts(cam, plate).figure()),
+    };
+    let body = format!(
+        "<header>\n<h1>{}</h1>\n<p class=\"facts\">{}</p>\n</header>\n{}",
+        escaped(title),
+        escaped(&description(cam, plate)),
+        figure_element(&drawing),
+    );
+    document(title, &body)
+}
+
+fn charts(cam: &CamFile, plate: &Plate) -> Charts {
+    let marks = Mark::all(cam, plate);
+    Charts {
+        along: master_heading(cam),
+        headings: std::array::from_fn(|quantity| heading(cam, quantity)),
+        course: course(plate, &marks),
+        marks: points(plate, &marks),
+        labels: marks.into_iter().map(|mark| mark.label).collect(),
+        lines: Default::default(),
+    }
+}
+
+/// Most places marked, and most stretches drawn: a table may have many more rows than a screen has
+/// pixels.
+const MOST_MARKS: usize = 1_500;
+/// Places drawn in all, as far as the marks leave a choice.
+const SAMPLES: usize = 3_000;
+
+/// A place where the course may change abruptly.
+struct Mark {
+    master: f64,
+    label: String,
+}
+
+impl Mark {
+    fn all(cam: &CamFile, plate: &Plate) -> Vec<Self> {
+        let all: Vec<Self> = match &cam.shape {
+            Shape::Points(points) => points_in_use(points).map(Self::of_point).collect(),
+            Shape::Table(table) => {
+                let rows = table.rows.iter().enumerate();
+                rows.map(|(row, (master, _))| Self {
+                    master: *master,
+                    label: format!("row {row}"),
+                })
+                .collect()
+            }
+        };
+        let every = all.len().div_ceil(MOST_MARKS);
+        let (_, end) = plate.master_range();
+        all.into_iter()
+            .enumerate()
+            .filter(|(n, mark)| n % every == 0 || mark.master == end)
+            .map(|(_, mark)| mark)
+            .collect()
+    }
+
+    fn of_point(point: &MotionPoint) -> Self {
+        Self {
+            master: point.master,
+            label: format!(
+                "point {}, {}, {}",
+                point.index,
+                name(&point.point_type),
+                name(&point.function)
+            ),
+        }
+    }
+}
+
+/// The points the course leads through.
+fn points_in_use(points: &[MotionPoint]) -> impl Iterator<Item = &MotionPoint> {
+    let next = |&row: &usize| {
+        let further = usize::try_from(points[row].relative_next).ok()?;
+        Some(row + further).filter(|next| further > 0 && *next < points.len())
+    };
+    std::iter::successors(Some(0), next)
+        .map(|row| &points[row])
+        .filter(|point| point.point_type != PointType::Ignore)
+}
+
+/// The whole course. At each mark it has the values of both sides, so that jumps are upright.
+fn course(plate: &Plate, marks: &[Mark]) -> Sampled {
+    let mut course = Sampled::default();
+    let stretches = marks.len() - 1;
+    let count = (SAMPLES / stretches).clamp(2, 500);
+    for pair in marks.windows(2) {
+        let (start, end) = (pair[0].master, pair[1].master);
+        for n in 0..count {
+            let master = start + (end - start) * (n as f64 / count as f64);
+            course.push(master, plate.at(master));
+        }
+        course.push(end, plate.at(end.next_down()));
+    }
+    course
+}
+
+/// The marks, each with the values after it; the last one with those before.
+fn points(plate: &Plate, marks: &[Mark]) -> Sampled {
+    let (_, end) = plate.master_range();
+    let mut points = Sampled::default();
+    for mark in marks {
+        let motion = plate.at(mark.master.min(end.next_down()));
+        points.push(mark.master, motion);
+    }
+    points
+}

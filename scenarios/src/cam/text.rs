@@ -1,0 +1,73 @@
+//! Units and plates in words.
+
+use coaxle_motion::cam::{Course, Plate, TableType};
+use coaxle_node::cam_file::CamFile;
+
+use crate::inspect::{QUANTITIES, shown};
+
+/// The unit of one of the [`QUANTITIES`].
+fn unit(cam: &CamFile, quantity: usize) -> String {
+    let CamFile {
+        master_unit: master,
+        slave_unit: slave,
+        ..
+    } = cam;
+    match quantity {
+        0 => slave.clone(),
+        1 => format!("{slave}/{master}"),
+        2 => format!("{slave}/{master}²"),
+        _ => format!("{slave}/{master}³"),
+    }
+}
+
+/// The name of such a value with its unit.
+pub(super) fn heading(cam: &CamFile, quantity: usize) -> String {
+    format!("{} ({})", QUANTITIES[quantity], unit(cam, quantity))
+}
+
+/// The name of the master with its unit.
+pub(super) fn master_heading(cam: &CamFile) -> String {
+    format!("master ({})", cam.master_unit)
+}
+
+/// A plate in a few words.
+pub(super) fn description(cam: &CamFile, plate: &Plate) -> String {
+    let rows = plate.rows();
+    let kind = match plate.table_type() {
+        TableType::MotionFunction => format!("motion function of {rows} points"),
+        TableType::Equidistant => format!("equidistant table of {rows} rows"),
+        TableType::NonEquidistant => format!("non-equidistant table of {rows} rows"),
+    };
+    let (start, end) = plate.master_range();
+    let (start, end) = (shown(start), shown(end));
+    let range = format!("master {start} to {end} {}", cam.master_unit);
+    match (plate.course(), plate.lift()) {
+        (Course::Linear, _) => format!("{kind}, linear, {range}"),
+        (Course::Cyclic, 0.0) => format!("{kind}, cyclic, {range}"),
+        (Course::Cyclic, lift) => {
+            let lift = shown(lift);
+            format!("{kind}, cyclic, {range}, lift {lift} {}", cam.slave_unit)
+        }
+    }
+}
+
+/// A number on the command line.
+pub(super) fn parse_finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("expected a finite number".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_finite_numbers_are_taken() {
+        assert_eq!(parse_finite("-1.5e3"), Ok(-1500.0));
+        for text in ["", "x", "nan", "inf", "1e999", "1,5"] {
+            assert!(parse_finite(text).is_err(), "{text}");
+        }
+    }
+}

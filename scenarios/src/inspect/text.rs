@@ -1,0 +1,46 @@
+//! Numbers and names for people.
+
+use serde::Serialize;
+
+/// What a slave does, in the order of columns and charts.
+pub(crate) const QUANTITIES: [&str; 4] = ["position", "velocity", "acceleration", "jerk"];
+
+/// A number in at most ten digits, for people.
+pub(crate) fn shown(value: f64) -> String {
+    let rounded: f64 = format!("{value:.9e}").parse().unwrap_or(value);
+    if rounded == 0.0 {
+        "0".to_owned()
+    } else if (1e-5..1e10).contains(&rounded.abs()) {
+        rounded.to_string()
+    } else {
+        format!("{rounded:e}")
+    }
+}
+
+/// A value's name in files.
+pub(crate) fn name(value: &impl Serialize) -> String {
+    let name = serde_json::to_value(value).ok();
+    name.and_then(|name| name.as_str().map(str::to_owned))
+        .unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        for (value, expected) in [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (360.0, "360"),
+            (0.1 + 0.2, "0.3"),
+            (-1.0 / 3.0, "-0.3333333333"),
+            (1.5e-9, "1.5e-9"),
+            (-2.5e12, "-2.5e12"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(shown(value), expected);
+        }
+    }
+}

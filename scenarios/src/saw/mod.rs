@@ -1,0 +1,89 @@
+//! `coaxle saw`: plans a flying saw's synchronisation and shows it.
+
+mod characteristics;
+mod course;
+mod plan;
+mod plot;
+mod refusal;
+mod text;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use coaxle_node::saw_file::SawFile;
+
+use crate::inspect;
+
+/// What can be asked of a saw file.
+#[derive(Debug, Subcommand)]
+pub enum SawCommand {
+    /// Print the profile and its characteristic values, or why it is refused
+    Plan(PlanArgs),
+    /// Draw position, velocity, acceleration and jerk of the slave, as a page for a browser
+    Plot(PlotArgs),
+}
+
+/// What `plan` prints.
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// Saw file, TOML
+    file: PathBuf,
+    /// As JSON with all digits
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `plot` draws, and where to.
+#[derive(Debug, Args)]
+pub struct PlotArgs {
+    /// Saw file, TOML
+    file: PathBuf,
+    /// The page to write
+    #[arg(short, long, value_name = "HTML")]
+    output: PathBuf,
+}
+
+/// Runs a command and prints its answer; false if the synchronisation is refused. A reader that has
+/// seen enough, as `head` has, is no error.
+///
+/// # Errors
+/// A saw file that cannot be read, naming file and field; an output that cannot be written.
+pub fn print(command: &SawCommand) -> anyhow::Result<bool> {
+    inspect::print(|out| run(command, out))
+}
+
+/// Runs a command and writes its answer.
+///
+/// # Errors
+/// As [`print()`].
+pub fn run(command: &SawCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
+    match command {
+        SawCommand::Plan(args) => {
+            let saw = SawFile::load(&args.file)?;
+            let planned = saw.plan();
+            let answer = match (&planned, args.json) {
+                (Ok(plan), true) => format!("{:#}", plan::json_of(&saw, plan)),
+                (Ok(plan), false) => plan::in_words(&saw, plan),
+                (Err(refusal), true) => format!("{:#}", refusal::json_of(&saw, refusal)),
+                (Err(refusal), false) => refusal::in_words(&args.file, &saw, refusal),
+            };
+            writeln!(out, "{answer}")?;
+            Ok(planned.is_ok())
+        }
+        SawCommand::Plot(args) => {
+            let saw = SawFile::load(&args.file)?;
+            match saw.plan() {
+                Ok(plan) => inspect::write_plot(&args.output, &plot::page(&saw, &plan)?, out)?,
+                Err(refusal) => {
+                    writeln!(out, "{}", refusal::in_words(&args.file, &saw, &refusal))?;
+                    return Ok(false);
+                }
+            }
+            Ok(true)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

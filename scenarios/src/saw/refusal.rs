@@ -1,0 +1,188 @@
+//! `coaxle saw plan`, where the synchronisation is refused.
+
+use std::path::Path;
+
+use coaxle_motion::saw::{Check, SawCommand, SawRefusal, SyncMask, Violation};
+use coaxle_node::saw_file::SawFile;
+use serde_json::{Value, json};
+
+use super::text::{command_name, unit};
+use crate::inspect::{QUANTITIES, shown};
+
+/// The refusal for people: what and where, and what would have passed.
+pub(super) fn in_words(file: &Path, saw: &SawFile, refusal: &SawRefusal) -> String {
+    let mut lines = vec![format!("{}: refused: {refusal}", file.display())];
+    lines.extend(refusal.violation().map(|violation| details(saw, violation)));
+    let remedy = Remedy::of(saw);
+    lines.extend(remedy.distance_in_words(saw));
+    lines.extend(remedy.speed_in_words(saw));
+    if refusal.violation().is_some() && remedy.is_missing(saw) {
+        lines.push(
+            "no other distance and no lower speed of the master was found to pass".to_owned(),
+        );
+    }
+    lines.join("\n")
+}
+
+fn details(saw: &SawFile, violation: &Violation) -> String {
+    let check = violation.check;
+    format!(
+        "checked by {}, detailed code {:#06x}: {} {} beyond the limit",
+        flag_name(check),
+        check.code(),
+        shown(violation.excess()),
+        unit(saw, quantity(check)),
+    )
+}
+
+/// The refusal with all digits.
+pub(super) fn json_of(saw: &SawFile, refusal: &SawRefusal) -> Value {
+    let remedy = Remedy::of(saw);
+    let mut json = json!({
+        "code": refusal.code(),
+        "message": refusal.to_string(),
+        "given": {
+            "master_distance": remedy.given_distance,
+            "master_speed": saw.moment.master.velocity.abs(),
+        },
+        "remedy": {
+            "master_distance": remedy.master_distance,
+            "master_speed": remedy.master_speed,
+        },
+    });
+    if let Some(violation) = refusal.violation() {
+        let quantity = quantity(violation.check);
+        json["violation"] = json!({
+            "checked_by": flag_name(violation.check),
+            "detailed_code": violation.check.code(),
+            "quantity": QUANTITIES[quantity],
+            "unit": unit(saw, quantity),
+            "measured": violation.measured,
+            "limit": violation.limit,
+            "excess": violation.excess(),
+            "master_position": violation.master_position,
+        });
+    }
+    json!({
+        "title": saw.title,
+        "command": command_name(&saw.command),
+        "master_unit": saw.master_unit,
+        "slave_unit": saw.slave_unit,
+        "refusal": json,
+    })
+}
+
+/// What would have passed, beside what was given.
+struct Remedy {
+    /// How far the master's synchronisation position is ahead of it; below 0 if it is behind.
+    given_distance: Option<f64>,
+    master_distance: Option<f64>,
+    master_speed: Option<f64>,
+}
+
+impl Remedy {
+    fn of(saw: &SawFile) -> Self {
+        let master = &saw.moment.master;
+        let remedy = saw.remedy();
+        let ahead = |sync: f64| (sync - master.position) * master.velocity.signum();
+        Self {
+            given_distance: match &saw.command {
+                SawCommand::GearInPos(command) => Some(ahead(command.master_sync_position)),
+                SawCommand::GearInVelo(_) => None,
+            },
+            master_distance: remedy.master_distance,
+            master_speed: remedy.master_speed,
+        }
+    }
+
+    /// Whether something was looked for in vain.
+    fn is_missing(&self, saw: &SawFile) -> bool {
+        saw.looks_for_a_remedy() && self.master_distance.is_none() && self.master_speed.is_none()
+    }
+
+    fn distance_in_words(&self, saw: &SawFile) -> Option<String> {
+        let (passing, given) = (self.master_distance?, self.given_distance?);
+        let (bound, passing) = if passing > given {
+            ("least", rounded(passing, f64::ceil))
+        } else {
+            ("most", rounded(passing, f64::floor))
+        };
+        let (given, unit) = (shown(given), &saw.master_unit);
+        Some(format!(
+            "would pass with the master at {bound} {passing} {unit} before its synchronisation \
+             position, not {given} {unit}"
+        ))
+    }
+
+    fn speed_in_words(&self, saw: &SawFile) -> Option<String> {
+        let passing = rounded(self.master_speed?, f64::floor);
+        let (given, unit) = (shown(saw.moment.master.velocity.abs()), &saw.master_unit);
+        Some(format!(
+            "would pass with the master at most {passing} {unit}/s fast, not {given} {unit}/s"
+        ))
+    }
+}
+
+/// Six digits, rounded to the side that passes.
+fn rounded(value: f64, to_passing_side: fn(f64) -> f64) -> String {
+    let digits = 5 - value.log10().floor() as i32;
+    let scale = 10_f64.powi(digits);
+    shown(to_passing_side(value * scale) / scale)
+}
+
+/// The flag that asks for the check, as files spell it.
+fn flag_name(check: Check) -> String {
+    let names: Vec<String> = serde_json::to_value(flag(check))
+        .and_then(serde_json::from_value)
+        .unwrap_or_default();
+    names.concat()
+}
+
+const fn flag(check: Check) -> SyncMask {
+    match check {
+        Check::MinPos => SyncMask::MIN_POS,
+        Check::MaxPos => SyncMask::MAX_POS,
+        Check::OptionalMinPos => SyncMask::OPTIONAL_MIN_POS,
+        Check::OptionalMaxPos => SyncMask::OPTIONAL_MAX_POS,
+        Check::UndershootPosBackward | Check::UndershootPosForward => SyncMask::UNDERSHOOT_POS,
+        Check::OvershootPosBackward | Check::OvershootPosForward => SyncMask::OVERSHOOT_POS,
+        Check::MaxVelo | Check::MinVelo => SyncMask::MAX_VELO,
+        Check::OvershootVeloForwardFromBelow
+        | Check::OvershootVeloForwardFromAbove
+        | Check::OvershootVeloBackwardFromBelow
+        | Check::OvershootVeloBackwardFromAbove => SyncMask::OVERSHOOT_VELO,
+        Check::UndershootVeloForwardFromAbove
+        | Check::UndershootVeloForwardFromBelow
+        | Check::UndershootVeloBackwardFromAbove
+        | Check::UndershootVeloBackwardFromBelow => SyncMask::UNDERSHOOT_VELO,
+        Check::OvershootVeloZeroForward | Check::OvershootVeloZeroBackward => {
+            SyncMask::OVERSHOOT_VELO_ZERO
+        }
+        Check::UndershootVeloZeroForward | Check::UndershootVeloZeroBackward => {
+            SyncMask::UNDERSHOOT_VELO_ZERO
+        }
+        Check::MaxAcc => SyncMask::MAX_ACC,
+        Check::MaxDec => SyncMask::MAX_DEC,
+        Check::MaxJerk | Check::MinJerk => SyncMask::MAX_JERK,
+    }
+}
+
+/// Which of the [`QUANTITIES`] a check is about.
+fn quantity(check: Check) -> usize {
+    let positions = SyncMask::MIN_POS
+        | SyncMask::MAX_POS
+        | SyncMask::OPTIONAL_MIN_POS
+        | SyncMask::OPTIONAL_MAX_POS
+        | SyncMask::UNDERSHOOT_POS
+        | SyncMask::OVERSHOOT_POS;
+    let flag = flag(check);
+    if positions.contains(flag) {
+        0
+    } else if (SyncMask::MAX_ACC | SyncMask::MAX_DEC).contains(flag) {
+        2
+    } else if flag == SyncMask::MAX_JERK {
+        3
+    } else {
+        1
+    }
+}

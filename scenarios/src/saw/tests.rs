@@ -1,0 +1,216 @@
+use serde_json::Value;
+
+use super::course::Course;
+use super::*;
+use crate::inspect::samples::{examples_of, figure_of, folder, shipped, stands_alone};
+
+/// These show a refusal.
+const REFUSED: [&str; 2] = ["saw-position-2-checked.toml", "too-close.toml"];
+
+fn example(name: &str) -> SawFile {
+    SawFile::load(&folder("saws").join(name)).expect("it is shipped")
+}
+
+fn answer(name: &str, json: bool) -> String {
+    let file = folder("saws").join(name);
+    let mut out = Vec::new();
+    run(&SawCommand::Plan(PlanArgs { file, json }), &mut out).expect("an answer");
+    String::from_utf8(out).expect("text")
+}
+
+fn figure(saw: &SawFile) -> Value {
+    figure_of(&plot::page(saw, &saw.plan().unwrap()).unwrap(), "saw")
+}
+
+#[test]
+fn every_saw_file_that_is_shipped_is_what_it_says() {
+    let files = shipped("saws");
+    assert!(files.len() >= 13);
+    for file in files {
+        let saw = SawFile::load(&file).unwrap();
+        assert!(!saw.title.is_empty(), "{}", file.display());
+        let refused = REFUSED.iter().any(|name| file.ends_with(name));
+        assert_eq!(saw.plan().is_err(), refused, "{}", file.display());
+    }
+}
+
+#[test]
+fn every_example_of_the_handbook_is_valid() {
+    let examples = examples_of("SAWS.md");
+    assert!(examples.len() >= 4);
+    for example in examples {
+        let saw = SawFile::parse("SAWS.md", &example).unwrap();
+        saw.plan().unwrap();
+    }
+}
+
+#[test]
+fn phases_follow_each_other_from_the_start_to_the_synchronous_line() {
+    for file in shipped("saws") {
+        let saw = SawFile::load(&file).unwrap();
+        let Ok(plan) = saw.plan() else { continue };
+        let course = Course::of(&plan);
+        let mut along = course.start();
+        for phase in &course.phases {
+            assert_eq!(phase.begin, along, "{}", file.display());
+            along = phase.end;
+        }
+        assert_eq!(along, course.end());
+        assert_eq!(course.time_at(course.start()), 0.0);
+        assert!((course.time_at(along) - plan.duration().0).abs() < 1e-12);
+        assert!((course.master_at(along) - plan.master_end()).abs() < 1e-9);
+
+        let start = course.slave_at(course.start());
+        assert!((start.position - plan.slave_start().position).abs() < 1e-9);
+        assert!((start.velocity - plan.slave_start().velocity).abs() < 1e-9);
+        let end = course.slave_at(along);
+        assert!((end.position - plan.line().slave).abs() < 1e-9);
+        let velocity = plan.line().ratio * plan.master_velocity();
+        assert!((end.velocity - velocity).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_plan_in_words_has_the_phases_and_all_values() {
+    let text = answer("saw-position-1-checked.toml", false);
+    for part in [
+        "P5+P1, 3 s, 1500 mm of the master",
+        "position (mm)",
+        " 29   fSlaveDynMomMax ",
+        "mm²/s³",
+        "table 254: motion-function, rows 3, columns 1, not periodic",
+    ] {
+        assert!(text.contains(part), "{text}");
+    }
+    let text = answer("saw-velocity-1-time.toml", false);
+    assert!(
+        text.contains("time-based: phases of constant jerk"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_refusal_in_words_says_what_would_pass() {
+    let text = answer("too-close.toml", false);
+    let lines: Vec<_> = text.lines().collect();
+    assert_eq!(lines.len(), 4, "{text}");
+    assert!(lines[0].contains("too-close.toml: refused: 0x42df: "));
+    assert!(lines[1].starts_with("checked by max-acc, detailed code 0x4388: "));
+    assert!(lines[2].starts_with("would pass with the master at least "));
+    assert!(lines[2].ends_with("not 200 mm"));
+    assert!(lines[3].starts_with("would pass with the master at most "));
+    assert!(lines[3].ends_with("mm/s fast, not 500 mm/s"));
+
+    let text = answer("saw-position-2-checked.toml", false);
+    assert!(text.trim_end().ends_with("was found to pass"), "{text}");
+}
+
+#[test]
+fn a_remedy_in_words_is_rounded_to_the_side_that_passes() {
+    let mut saw = example("too-close.toml");
+    let text = refusal::in_words(PathBuf::new().as_path(), &saw, &saw.plan().unwrap_err());
+    let number_after = |words: &str| {
+        let (_, rest) = text.split_once(words).expect("these words");
+        let number = rest.split(' ').next().unwrap_or_default();
+        number.parse::<f64>().expect("a number")
+    };
+    let distance = number_after("at least ");
+    let speed = number_after("at most ");
+    let given = saw.clone();
+    saw.moment.master.velocity = speed;
+    saw.plan().unwrap();
+    saw = given;
+    if let coaxle_motion::saw::SawCommand::GearInPos(command) = &mut saw.command {
+        command.master_sync_position = distance;
+    }
+    saw.plan().unwrap();
+}
+
+#[test]
+fn a_standing_master_is_told_without_numbers_that_are_none() {
+    let mut saw = example("saw-position-1.toml");
+    saw.moment.master.velocity = 0.0;
+    saw.moment.slave.velocity = 0.0;
+    let plan = saw.plan().unwrap();
+    let text = plan::in_words(&saw, &plan);
+    assert!(text.contains("for as long as the master stands"), "{text}");
+    assert!(plan::json_of(&saw, &plan)["duration"].is_null());
+    let traces = figure(&saw)["data"].as_array().unwrap().len();
+    assert_eq!(traces, 4 * 2 + 2 + 4 + 2);
+}
+
+#[test]
+fn a_slave_that_is_synchronous_already_needs_no_phases() {
+    let mut saw = example("saw-velocity-1.toml");
+    saw.moment.slave.velocity = 500.0;
+    let plan = saw.plan().unwrap();
+    let text = plan::in_words(&saw, &plan);
+    assert!(text.contains("the slave is synchronous already"), "{text}");
+    assert_eq!(plan::json_of(&saw, &plan)["phases"], serde_json::json!([]));
+    let figure = figure(&saw);
+    assert_eq!(figure["data"][0]["x"], serde_json::json!([0.0, 500.0]));
+}
+
+#[test]
+fn a_plot_has_four_charts_with_limits_and_marked_phases() {
+    for file in shipped("saws") {
+        let saw = SawFile::load(&file).unwrap();
+        if saw.plan().is_err() {
+            continue;
+        }
+        let figure = figure(&saw);
+        let traces = figure["data"].as_array().unwrap();
+        for trace in traces {
+            let [along, values] = [&trace["x"], &trace["y"]].map(Value::as_array);
+            let (along, values) = (along.unwrap(), values.unwrap());
+            assert_eq!(along.len(), values.len());
+            assert!(values.iter().all(Value::is_number));
+        }
+        for axis in ["y", "y2", "y3", "y4"] {
+            let of_axis = traces.iter().filter(|trace| trace["yaxis"] == axis);
+            let limits = of_axis.filter(|trace| trace["line"]["dash"].is_string());
+            assert!(axis == "y" || limits.count() >= 2, "{}", file.display());
+        }
+    }
+    let figure = figure(&example("saw-position-1-checked.toml"));
+    let data = &figure["data"];
+    let labels = serde_json::json!(["polynom5-mm", "polynom1", "synchronous"]);
+    assert_eq!(data[1]["text"], labels);
+    let begins = data[1]["x"].as_array().unwrap();
+    for (begin, expected) in begins.iter().zip([-500.0, 500.0, 1000.0]) {
+        assert!((begin.as_f64().unwrap() - expected).abs() < 1e-9);
+    }
+    let named = |name: &str| data.as_array().unwrap().iter().find(|t| t["name"] == name);
+    assert_eq!(named("limit of jerk").unwrap()["line"]["dash"], "dash");
+    assert_eq!(named("limit of velocity").unwrap()["line"]["dash"], "dot");
+    assert_eq!(named("limit of jerk").unwrap()["y"][0], 5000.0);
+    // Far limits must not flatten the curve.
+    let range = figure["layout"]["yaxis4"]["range"].as_array().unwrap();
+    assert!(range[1].as_f64().unwrap() < 1000.0);
+}
+
+#[test]
+fn a_jump_is_upright_and_time_runs_to_the_right() {
+    let over_time = figure(&example("saw-velocity-1-time.toml"));
+    let jerk = &over_time["data"].as_array().unwrap();
+    let jerk = jerk.iter().find(|trace| trace["name"] == "jerk").unwrap();
+    let (times, jerks) = (jerk["x"].as_array().unwrap(), jerk["y"].as_array().unwrap());
+    let turn = jerks.iter().position(|j| j.as_f64() < Some(0.0)).unwrap();
+    assert_eq!(times[turn], times[turn - 1]);
+    assert!(over_time["layout"]["xaxis"]["autorange"].is_null());
+
+    let backwards = figure(&example("saw-velocity-3.toml"));
+    assert_eq!(backwards["layout"]["xaxis"]["autorange"], "reversed");
+}
+
+#[test]
+fn a_plot_loads_nothing_and_runs_nothing_from_the_file() {
+    let nasty = "</script><script>alert('x')</script>";
+    let mut saw = example("saw-position-1.toml");
+    saw.title = nasty.to_owned();
+    saw.master_unit = nasty.to_owned();
+    saw.slave_unit = nasty.to_owned();
+    let page = plot::page(&saw, &saw.plan().unwrap()).unwrap();
+    assert!(!page.contains("alert('x')"), "unescaped text");
+    stands_alone(&page);
+}

@@ -1,0 +1,41 @@
+//! Units and commands in words.
+
+use coaxle_motion::saw::{GearInSyncMode, SawCommand, SyncMode};
+use coaxle_node::saw_file::SawFile;
+
+use crate::inspect::QUANTITIES;
+
+/// What one of the [`QUANTITIES`] is measured in.
+pub(super) fn unit(saw: &SawFile, quantity: usize) -> String {
+    format!("{}{}", saw.slave_unit, ["", "/s", "/s²", "/s³"][quantity])
+}
+
+/// One of the [`QUANTITIES`] with its unit.
+pub(super) fn heading(saw: &SawFile, quantity: usize) -> String {
+    format!("{} ({})", QUANTITIES[quantity], unit(saw, quantity))
+}
+
+/// The name of the command in files.
+pub(super) const fn command_name(command: &SawCommand) -> &'static str {
+    match command {
+        SawCommand::GearInPos(_) => "gear-in-pos",
+        SawCommand::GearInVelo(_) => "gear-in-velo",
+    }
+}
+
+/// Its sync mode.
+pub(super) const fn sync_mode(command: &SawCommand) -> SyncMode {
+    match command {
+        SawCommand::GearInPos(command) => command.sync_mode,
+        SawCommand::GearInVelo(command) => command.sync_mode,
+    }
+}
+
+/// What the command is and what its profile depends on.
+pub(super) fn description(saw: &SawFile) -> String {
+    let command = command_name(&saw.command);
+    match sync_mode(&saw.command).base {
+        GearInSyncMode::PositionBased => format!("{command}, position-based"),
+        GearInSyncMode::TimeBased => format!("{command}, time-based"),
+    }
+}
