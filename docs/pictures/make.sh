@@ -4,7 +4,17 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
+
+# picture <page> <name> <size>
+picture() {
+    chromium --headless --no-sandbox --disable-gpu --disable-background-networking --no-first-run \
+        --hide-scrollbars --user-data-dir="$out/chromium" --virtual-time-budget=15000 \
+        --window-size="$3" --screenshot="docs/pictures/$2.png" "file://$1"
+}
+
 cargo run --release -- run beat --receivers bypass,sync --set duration-s=12 --set 'expect=[]' --no-trace --out "$out"
-chromium --headless --no-sandbox --disable-gpu --disable-background-networking --no-first-run \
-    --hide-scrollbars --user-data-dir="$out/chromium" --virtual-time-budget=15000 \
-    --window-size=1240,1260 --screenshot=docs/pictures/beat.png "file://$out/report.html"
+picture "$out/report.html" beat 1240,1260
+cargo run --release -- cam plot scenarios/cams/rotary-knife.toml -o "$out/cam.html"
+picture "$out/cam.html" cam 1100,1230
+cargo run --release -- saw plot scenarios/saws/saw-position-1.toml -o "$out/saw.html"
+picture "$out/saw.html" saw 1100,1280
