@@ -15,7 +15,8 @@
 //! | `ST_AxisExtrapolateDiagnostic` | TS5066 3.12 | [`remote::ExtrapolateDiagnostic`] |
 //! | `ST_AxisExtrapolateParameters` | TS5066 3.13 | [`remote::ExtrapolateParameters`] |
 //! | `E_Sync_ExtrapolateMode`, `E_Sync_ExtrapolateState` | TS5066 3.14, 3.15 | [`remote::ExtrapolateMode`] |
-//! | `MC_FlyingGear` | `MC_FlyingGear_BkPlcMc` | [`gear::FlyingGear`] |
+//! | `MC_FlyingGear` | `MC_FlyingGear_BkPlcMc` | [`gear::FlyingGear`], [`slave::EnableFlyingGear`] |
+//! | `MC_Power`, `MC_Reset`, `MC_Home`, `MC_MoveAbsolute` … `MC_Stop`, `MC_GearIn`, `MC_GearOut` | PLCopen part 1, TS5055 | [`slave`] has the table |
 //! | the PLCopen state diagram, `MC_ReadStatus` | PLCopen part 1 | [`axis::AxisStatus`] |
 //! | `MC_MotionFunctionType` | TF5050 8.9 | [`law::MotionLaw`] |
 //! | the cam plates of TF5050, their reading and changing | TF5050 | [`cam`] has the table |
@@ -41,3 +42,4 @@ pub mod plc;
 pub mod profile;
 pub mod remote;
 pub mod saw;
+pub mod slave;

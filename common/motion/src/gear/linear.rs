@@ -2,7 +2,6 @@
 
 use core::fmt;
 
-use crate::axis::NcToPlcAxis;
 use crate::profile::Kinematics;
 
 /// A slave coupled to its master by a constant ratio.
@@ -60,11 +59,11 @@ impl LinearGear {
 
     /// The slave's set values for the master's.
     #[must_use]
-    pub fn slave_of(&self, master: &NcToPlcAxis) -> Kinematics {
+    pub fn slave_of(&self, master: &Kinematics) -> Kinematics {
         Kinematics {
-            position: self.ratio * master.set_position + self.offset,
-            velocity: self.ratio * master.set_velocity,
-            acceleration: self.ratio * master.set_acceleration,
+            position: self.ratio * master.position + self.offset,
+            velocity: self.ratio * master.velocity,
+            acceleration: self.ratio * master.acceleration,
         }
     }
 }
@@ -76,11 +75,10 @@ mod tests {
     #[test]
     fn the_slave_follows_in_proportion() {
         let gear = LinearGear::new(-2.5, 10.0).unwrap();
-        let master = NcToPlcAxis {
-            set_position: 4.0,
-            set_velocity: 3.0,
-            set_acceleration: 2.0,
-            ..NcToPlcAxis::default()
+        let master = Kinematics {
+            position: 4.0,
+            velocity: 3.0,
+            acceleration: 2.0,
         };
         let slave = gear.slave_of(&master);
         assert_eq!(slave.position, 0.0);

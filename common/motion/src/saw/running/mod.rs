@@ -339,12 +339,20 @@ impl SawCoupling {
             ..*master
         };
         let mut slave = slave_of(&master_at_limit, part);
+        // A master that jumps back can drag the slave faster to that place than it may go.
+        if !self.watch.lets_pass(&slave) {
+            return self.refuse_to_lead(&slave, master, dt);
+        }
         if reaction == RollbackReaction::Instant {
             slave = Kinematics::at_rest(slave.position);
         }
         let stop = RollbackStop::plan(&slave, self.limits.deceleration(), self.limits.jerk());
         let since = (1.0 - part) * dt;
-        self.slave = stop.at(Seconds(since));
+        let next = stop.at(Seconds(since));
+        if !self.watch.lets_step(&self.slave, &next, dt) {
+            return self.refuse_to_lead(&next, master, dt);
+        }
+        self.slave = next;
         self.phase = Phase::RollbackStop { stop, since };
         self.state = CommandState::Aborted;
         self.rollback = Some(reaction);
@@ -353,19 +361,31 @@ impl SawCoupling {
     /// Takes over the slave's next set values, unless they break a limit of its axis.
     #[inline]
     fn lead_to(&mut self, slave: Kinematics, master: &Kinematics, dt: f64) {
-        if self.watch.lets_pass(&slave) {
+        if self.watch.lets_pass(&slave) && self.watch.lets_step(&self.slave, &slave, dt) {
             self.slave = slave;
         } else {
-            let detailed = self.command.mask().contains(SyncMask::DETAILED_ERROR_CODES);
-            let fault = self.watch.fault(&slave, master, detailed);
-            self.break_off(fault, dt);
+            self.refuse_to_lead(&slave, master, dt);
         }
+    }
+
+    /// The set values break a limit of the slave's axis.
+    #[cold]
+    fn refuse_to_lead(&mut self, slave: &Kinematics, master: &Kinematics, dt: f64) {
+        let detailed = self.command.mask().contains(SyncMask::DETAILED_ERROR_CODES);
+        let fault = self.watch.fault(&self.slave, slave, master, dt, detailed);
+        self.break_off(fault, dt);
     }
 
     /// Stops the slave within its axis's limits, from its set values of the last cycle.
     #[cold]
     fn break_off(&mut self, fault: SawFault, dt: f64) {
-        let profile = to_velocity(&self.slave, 0.0, &self.axis.dynamics);
+        let mut from = self.slave;
+        // An acceleration that the plan was allowed may be more than the axis's jerk can lead back
+        // before the slave is too fast: it ends at once.
+        if from.acceleration * from.velocity > 0.0 {
+            from.acceleration = 0.0;
+        }
+        let profile = to_velocity(&from, 0.0, &self.axis.dynamics);
         self.state = CommandState::Failed(fault);
         self.slave = profile.at(Seconds(dt));
         self.phase = Phase::Brake { profile, since: dt };

@@ -34,21 +34,36 @@ impl Watch {
             && slave.acceleration.is_finite()
     }
 
-    /// Why it is not.
+    /// Whether it gets there in a cycle without being faster on the way than at its end: a master
+    /// that jumps can pass a steep stretch of the profile within one cycle.
+    #[inline]
+    pub(super) fn lets_step(&self, from: &Kinematics, to: &Kinematics, dt: f64) -> bool {
+        (to.position - from.position).abs() <= self.fastest * self.margin * dt
+    }
+
+    /// Why it does not get from `before` to `slave`.
     pub(super) fn fault(
         &self,
+        before: &Kinematics,
         slave: &Kinematics,
         master: &Kinematics,
+        dt: f64,
         detailed: bool,
     ) -> SawFault {
-        let (check, measured, limit) = if slave.velocity > self.fastest {
-            (Check::MaxVelo, slave.velocity, self.fastest)
-        } else if slave.velocity < -self.fastest {
-            (Check::MinVelo, slave.velocity, -self.fastest)
-        } else if slave.position < self.lowest {
-            (Check::MinPos, slave.position, self.lowest)
+        let mean = (slave.position - before.position) / dt;
+        let velocity = if slave.velocity.abs() > self.fastest {
+            slave.velocity
         } else {
+            mean
+        };
+        let (check, measured, limit) = if slave.position < self.lowest {
+            (Check::MinPos, slave.position, self.lowest)
+        } else if slave.position > self.highest {
             (Check::MaxPos, slave.position, self.highest)
+        } else if velocity > self.fastest {
+            (Check::MaxVelo, velocity, self.fastest)
+        } else {
+            (Check::MinVelo, velocity, -self.fastest)
         };
         let numbers = [slave.position, slave.velocity, slave.acceleration];
         if !numbers.iter().all(|number| number.is_finite()) {

@@ -1,0 +1,137 @@
+//! What happens in a cycle.
+
+use coaxle_clock::Seconds;
+
+use crate::axis::{AxisStatus, Transition};
+use crate::drive::DriveState;
+use crate::plc::CommandState;
+use crate::profile::to_velocity;
+
+use super::SlaveAxis;
+use crate::slave::coupling::CouplingPhase;
+use crate::slave::error::SlaveError;
+use crate::slave::motion::Motion;
+use crate::slave::parameters::OnMasterLoss;
+
+impl SlaveAxis {
+    pub(super) fn advance(&mut self, elapsed: Seconds) -> Result<(), SlaveError> {
+        let here = self.set;
+        match &mut self.motion {
+            Motion::Planned(planned) => {
+                let next = planned.advance(elapsed);
+                // Motions with an end were checked as a whole when they were commanded.
+                if self.status == AxisStatus::ContinuousMotion {
+                    self.bounds.check_stop(here.position, &next)?;
+                }
+                self.set = self.bounds.confined(here.position, &next);
+            }
+            Motion::Coupled(coupling) => {
+                let master = self.master.ok_or(SlaveError::MasterLost)?;
+                let waited = coupling.phase(&self.cams) == Some(CouplingPhase::Waiting);
+                let next = coupling.update(&mut self.cams, &master, elapsed)?;
+                if waited && coupling.phase(&self.cams).is_none() {
+                    // It was refused when it was due: the axis goes on as before.
+                    let state = match self.cams.failure() {
+                        Some(error) => CommandState::Failed(SlaveError::Cam(error)),
+                        None => CommandState::Aborted,
+                    };
+                    self.let_go();
+                    self.job.set(state);
+                    self.run_plan(elapsed);
+                    return Ok(());
+                }
+                self.bounds.check_step(&here, &next, elapsed.0)?;
+                self.bounds.check_coupled_stop(here.position, &next)?;
+                self.set = next;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn run_plan(&mut self, elapsed: Seconds) {
+        if let Motion::Planned(planned) = &mut self.motion {
+            let next = planned.advance(elapsed);
+            self.set = self.bounds.confined(self.set.position, &next);
+        }
+    }
+
+    /// To error stop, within the limits.
+    pub(super) fn fail(&mut self, error: SlaveError) {
+        let limits = match (error, self.on_master_loss) {
+            (SlaveError::MasterLost, OnMasterLoss::QuickStop) => {
+                self.bounds.without_jerk_limit(self.cycle_time)
+            }
+            _ => *self.bounds.limits(),
+        };
+        let brake = to_velocity(&self.free(), 0.0, &limits);
+        self.cams.break_off(error.code());
+        self.error = Some(error);
+        self.run(brake);
+        self.stop_held = false;
+        self.status = AxisStatus::ErrorStop;
+        self.job.set(CommandState::Failed(error));
+    }
+
+    /// What follows from the motion having come to its end, and how far the command is.
+    pub(super) fn finish(&mut self) {
+        if self.is_on_cams() && self.cams.phase().is_none() {
+            self.let_go();
+            self.job.set(CommandState::Done);
+        }
+        let over = match &self.motion {
+            Motion::Planned(planned) => planned.is_over(),
+            Motion::Coupled(_) => false,
+        };
+        if over && self.status != AxisStatus::ContinuousMotion {
+            self.job.set(CommandState::Done);
+            if !(self.stop_held && self.powered) {
+                self.finished();
+            }
+        }
+        self.job.set(self.job_state());
+    }
+
+    fn finished(&mut self) {
+        let finished = Transition::Finished {
+            powered: self.powered,
+        };
+        if let Some(next) = self.status.after(finished) {
+            self.status = next;
+        }
+        let unpowered = !self.powered && self.is_at_rest();
+        if unpowered && self.drive.state() != DriveState::Off {
+            self.switch_off();
+        }
+    }
+
+    /// How far a command that has not ended is.
+    pub(super) fn job_state(&self) -> CommandState<SlaveError> {
+        match &self.motion {
+            Motion::Planned(planned)
+                if self.status == AxisStatus::ContinuousMotion && planned.is_over() =>
+            {
+                CommandState::InSync
+            }
+            Motion::Planned(_) => CommandState::Active,
+            Motion::Coupled(coupling) => match coupling.phase(&self.cams) {
+                None => CommandState::Done,
+                Some(CouplingPhase::Waiting | CouplingPhase::Released) => CommandState::Waiting,
+                Some(CouplingPhase::Synchronizing | CouplingPhase::Releasing) => {
+                    CommandState::Active
+                }
+                Some(CouplingPhase::InSync) => CommandState::InSync,
+            },
+        }
+    }
+
+    pub(super) fn move_drive(&mut self, elapsed: Seconds) {
+        self.drive
+            .step(self.set.position - self.drive_zero, elapsed.0);
+        let tripped = self.drive.state() == DriveState::Tripped;
+        if tripped && self.status != AxisStatus::ErrorStop {
+            self.fail(SlaveError::FollowingError {
+                following_error: self.drive.following_error(),
+            });
+        }
+    }
+}

@@ -1,0 +1,305 @@
+//! What a slave axis never leaves, and the checks for it.
+
+use crate::profile::{InvalidLimit, Kinematics, Limits, Profile, to_velocity};
+
+use super::command::Dynamics;
+use super::error::SlaveError;
+use super::motion::Extremes;
+use super::parameters::{SlaveParameters, WrongSlaveParameter};
+use super::refusal::Refusal;
+
+/// No set value is larger than that, in whatever unit.
+const ABSURD: f64 = 1e12;
+
+fn is_absurd(number: f64) -> bool {
+    number.is_nan() || number.abs() > ABSURD
+}
+
+/// What a limit of a slave axis may be: within it, no square or quotient overflows.
+pub(super) const EXPECTED_LIMIT: &str = "a number from 1e-9 to 1e15";
+
+pub(super) fn is_limit(number: f64) -> bool {
+    (1e-9..=1e15).contains(&number)
+}
+
+/// Slack for rounding, relative to the quantity at hand.
+const ROUNDING: f64 = 1e-9;
+
+/// The limits of a slave axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    limits: Limits,
+    /// Software limits, infinite where there is none.
+    min: f64,
+    max: f64,
+}
+
+impl Bounds {
+    pub(super) fn new(parameters: &SlaveParameters) -> Result<Self, WrongSlaveParameter> {
+        let (min, max) = parameters.range()?;
+        Ok(Self {
+            limits: parameters.limits()?,
+            min,
+            max,
+        })
+    }
+
+    /// What the axis can do.
+    pub(super) const fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// The limits without the one of the jerk: the full deceleration is there within one cycle.
+    pub(super) fn without_jerk_limit(&self, cycle_time: f64) -> Limits {
+        let limits = &self.limits;
+        let most = limits.acceleration().max(limits.deceleration());
+        Limits::new(
+            limits.velocity(),
+            limits.acceleration(),
+            limits.deceleration(),
+            limits.jerk().max(most / cycle_time),
+        )
+        .unwrap_or(*limits)
+    }
+
+    /// The limits of a command.
+    pub(super) fn limits_of(
+        &self,
+        velocity: Option<f64>,
+        dynamics: &Dynamics,
+    ) -> Result<Limits, Refusal> {
+        let own = &self.limits;
+        Limits::new(
+            at_most("velocity", velocity, own.velocity())?,
+            at_most("acceleration", dynamics.acceleration, own.acceleration())?,
+            at_most("deceleration", dynamics.deceleration, own.deceleration())?,
+            at_most("jerk", dynamics.jerk, own.jerk())?,
+        )
+        .map_err(|InvalidLimit { field, received }| Refusal::Value {
+            field,
+            received,
+            expected: EXPECTED_LIMIT,
+        })
+    }
+
+    /// A position that the axis may stand at.
+    pub(super) fn check_target(&self, field: &'static str, position: f64) -> Result<(), Refusal> {
+        check_number(field, position)?;
+        let beyond = |limit: f64| {
+            Err(Refusal::SoftwareLimit {
+                reached: position,
+                limit,
+            })
+        };
+        if self.is_below(position) {
+            beyond(self.min)
+        } else if self.is_above(position) {
+            beyond(self.max)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Whether a motion keeps the highest velocity.
+    pub(super) fn keeps_velocity(&self, extremes: &Extremes) -> bool {
+        extremes.speed <= self.limits.velocity() * (1.0 + ROUNDING)
+    }
+
+    /// Whether a motion from `here` keeps the software limits. From beyond one it may come back.
+    pub(super) fn check_way(&self, here: f64, extremes: &Extremes) -> Result<(), Passed> {
+        self.check_extremes(here, extremes, self.slack(here))
+    }
+
+    fn check_extremes(&self, here: f64, extremes: &Extremes, slack: f64) -> Result<(), Passed> {
+        let passed = |reached: f64, limit: f64| Err(Passed { reached, limit });
+        if extremes.low < self.min.min(here) - slack {
+            passed(extremes.low, self.min)
+        } else if extremes.high > self.max.max(here) + slack {
+            passed(extremes.high, self.max)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// The next state of a motion that keeps the software limits, without what rounding adds.
+    pub(super) fn confined(&self, here: f64, next: &Kinematics) -> Kinematics {
+        Kinematics {
+            position: next.position.clamp(self.min.min(here), self.max.max(here)),
+            ..*next
+        }
+    }
+
+    fn slack(&self, position: f64) -> f64 {
+        let finite = |limit: f64| if limit.is_finite() { limit.abs() } else { 0.0 };
+        ROUNDING * position.abs().max(finite(self.min)).max(finite(self.max))
+    }
+
+    pub(super) fn is_below(&self, position: f64) -> bool {
+        position < self.min
+    }
+
+    pub(super) fn is_above(&self, position: f64) -> bool {
+        position > self.max
+    }
+
+    /// The stop from a state, as fast as the axis can.
+    pub(super) fn brake(&self, from: &Kinematics) -> Profile {
+        to_velocity(from, 0.0, &self.limits)
+    }
+
+    /// Whether an axis that goes from `here` to `next` can still stop within the software limits.
+    pub(super) fn check_stop(&self, here: f64, next: &Kinematics) -> Result<(), SlaveError> {
+        if self.is_far_from_limits(next) {
+            Ok(())
+        } else {
+            self.check_brake(here, next)
+        }
+    }
+
+    /// The same for a state that a coupling asks for.
+    pub(super) fn check_coupled_stop(
+        &self,
+        here: f64,
+        next: &Kinematics,
+    ) -> Result<(), SlaveError> {
+        if self.is_far_from_limits(next) {
+            Ok(())
+        } else {
+            self.check_brake(here, &self.settled(next))
+        }
+    }
+
+    fn check_brake(&self, here: f64, next: &Kinematics) -> Result<(), SlaveError> {
+        self.check_extremes(here, &Extremes::of(&self.brake(next)), 0.0)
+            .map_err(|Passed { reached, limit }| SlaveError::SoftwareLimit { reached, limit })
+    }
+
+    fn is_far_from_limits(&self, state: &Kinematics) -> bool {
+        let way = self.farthest_stop(state);
+        state.position - way >= self.min && state.position + way <= self.max
+    }
+
+    /// A bound of the way that any stop takes, cheap to calculate.
+    fn farthest_stop(&self, from: &Kinematics) -> f64 {
+        let (dec, jerk) = (self.limits.deceleration(), self.limits.jerk());
+        let strongest = from
+            .acceleration
+            .abs()
+            .max(dec)
+            .max(self.limits.acceleration());
+        let ramp = strongest / jerk;
+        // Whatever the start acceleration adds to the speed while it is led to zero.
+        let speed = from.velocity.abs() + strongest * ramp;
+        speed * (2.0 * ramp + speed / dec.min(self.limits.acceleration()))
+    }
+
+    /// A coupled state as the axis can leave it at once: it drops an acceleration that makes it
+    /// faster, and keeps no more deceleration than can be led to zero before it stands.
+    pub(super) fn settled(&self, coupled: &Kinematics) -> Kinematics {
+        let Kinematics {
+            velocity,
+            acceleration,
+            ..
+        } = *coupled;
+        let slows = velocity * acceleration < 0.0;
+        let most =
+            libm::sqrt(2.0 * self.limits.jerk() * velocity.abs()).min(self.limits.deceleration());
+        let kept = if slows {
+            acceleration.clamp(-most, most)
+        } else {
+            0.0
+        };
+        Kinematics {
+            acceleration: kept,
+            ..*coupled
+        }
+    }
+
+    /// Whether the axis can follow a coupling from `here` to `next` in `dt` seconds.
+    pub(super) fn check_step(
+        &self,
+        here: &Kinematics,
+        next: &Kinematics,
+        dt: f64,
+    ) -> Result<(), SlaveError> {
+        for (quantity, received) in [
+            ("set position", next.position),
+            ("set velocity", next.velocity),
+            ("set acceleration", next.acceleration),
+        ] {
+            if is_absurd(received) {
+                return Err(SlaveError::AbsurdSetValue { quantity, received });
+            }
+        }
+        let limits = &self.limits;
+        let push = if next.velocity.abs() > here.velocity.abs() {
+            limits.acceleration()
+        } else {
+            limits.deceleration()
+        };
+        let step = (next.position - here.position).abs();
+        let change = (next.velocity - here.velocity).abs();
+        let digits = 8.0 * f64::EPSILON;
+        let position_digits = digits * here.position.abs().max(next.position.abs());
+        let velocity_digits = digits * limits.velocity();
+        within("velocity", next.velocity.abs(), limits.velocity(), 0.0)?;
+        within("step", step / dt, limits.velocity(), position_digits / dt)?;
+        within("acceleration", change / dt, push, velocity_digits / dt)
+    }
+}
+
+/// A software limit that a motion would pass.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passed {
+    pub(super) reached: f64,
+    pub(super) limit: f64,
+}
+
+/// A number that means something to an axis.
+pub(super) fn check_number(field: &'static str, received: f64) -> Result<(), Refusal> {
+    if is_absurd(received) {
+        Err(Refusal::Value {
+            field,
+            received,
+            expected: "a number of at most 1e12",
+        })
+    } else {
+        Ok(())
+    }
+}
+
+fn at_most(field: &'static str, asked: Option<f64>, limit: f64) -> Result<f64, Refusal> {
+    let received = asked.unwrap_or(limit);
+    if received > limit {
+        Err(Refusal::AboveLimit {
+            field,
+            received,
+            limit,
+        })
+    } else if is_limit(received) {
+        Ok(received)
+    } else {
+        Err(Refusal::Value {
+            field,
+            received,
+            expected: EXPECTED_LIMIT,
+        })
+    }
+}
+
+fn within(
+    quantity: &'static str,
+    received: f64,
+    limit: f64,
+    digits: f64,
+) -> Result<(), SlaveError> {
+    if received <= limit * (1.0 + ROUNDING) + digits {
+        Ok(())
+    } else {
+        Err(SlaveError::BeyondLimit {
+            quantity,
+            received,
+            limit,
+        })
+    }
+}

@@ -1,0 +1,75 @@
+//! What ties a slave axis to its master.
+
+use coaxle_clock::Seconds;
+
+use crate::gear::{FlyingGear, FlyingGearPhase, LinearGear};
+use crate::profile::Kinematics;
+
+use super::cams::Cams;
+use super::error::SlaveError;
+
+/// A coupling of a slave axis, of whatever kind. It says where the slave should be; whether the
+/// slave can be there is the axis's own business.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Coupling {
+    /// A constant ratio.
+    Linear(LinearGear),
+    /// A gear that is engaged and released on the fly.
+    Flying(FlyingGear),
+    /// Cam plates: those of the axis.
+    Cam,
+}
+
+impl Coupling {
+    /// The slave's set values for the master's, `elapsed` after the last ones.
+    pub(super) fn update(
+        &mut self,
+        cams: &mut Cams,
+        master: &Kinematics,
+        _elapsed: Seconds,
+    ) -> Result<Kinematics, SlaveError> {
+        Ok(match self {
+            Self::Linear(gear) => gear.slave_of(master),
+            Self::Flying(gear) => gear.update(master),
+            Self::Cam => cams.update(master).map_err(SlaveError::Cam)?,
+        })
+    }
+
+    /// How far it is; none once it has ended by itself.
+    pub(super) fn phase(&self, cams: &Cams) -> Option<CouplingPhase> {
+        match self {
+            Self::Linear(_) => Some(CouplingPhase::InSync),
+            Self::Flying(gear) => Some(gear.phase().into()),
+            Self::Cam => cams.phase(),
+        }
+    }
+}
+
+/// How far a coupling is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum CouplingPhase {
+    /// The slave waits for its master.
+    Waiting,
+    /// The slave is led to the master's motion.
+    Synchronizing,
+    /// The slave moves with its master.
+    InSync,
+    /// The slave is led away from the master's motion.
+    Releasing,
+    /// The slave is released and stands.
+    Released,
+}
+
+impl From<FlyingGearPhase> for CouplingPhase {
+    fn from(phase: FlyingGearPhase) -> Self {
+        match phase {
+            FlyingGearPhase::Waiting => Self::Waiting,
+            FlyingGearPhase::Engaging => Self::Synchronizing,
+            FlyingGearPhase::Engaged => Self::InSync,
+            FlyingGearPhase::Releasing => Self::Releasing,
+            FlyingGearPhase::Released => Self::Released,
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! The slave axis: an axis with a life cycle, to be commanded and to be coupled to a master.
+//!
+//! A [`SlaveAxis`] is in one state of the PLCopen diagram
+//! ([`AxisStatus`](crate::axis::AxisStatus)) at a time. Commands are data ([`Command`]); each is
+//! accepted or refused at once ([`Refusal`]), and one that is accepted replaces the one under way.
+//! Once per cycle [`SlaveAxis::update`] makes the set values and moves the drive.
+//!
+//! | PLC name | manual | here |
+//! |--|--|--|
+//! | `MC_Power` | PLCopen part 1 | [`Command::Power`], [`Power`] |
+//! | `MC_Reset` | PLCopen part 1 | [`Command::Reset`] |
+//! | `MC_Home` (set position) | PLCopen part 1 | [`Command::Home`] |
+//! | `MC_MoveAbsolute`, `MC_MoveRelative` | PLCopen part 1 | [`Command::MoveAbsolute`], [`Command::MoveRelative`] |
+//! | `MC_MoveVelocity` | PLCopen part 1 | [`Command::MoveVelocity`] |
+//! | `MC_Halt`, `MC_Stop` | PLCopen part 1 | [`Command::Halt`], [`Command::Stop`] |
+//! | `MC_GearIn` | PLCopen part 1 | [`Command::GearIn`] |
+//! | `MC_GearOut` | TS5055 12.2.1 | [`Command::GearOut`] |
+//! | `MC_CamTableSelect` | TF5050 4.1 | [`SlaveAxis::select_cams`] |
+//! | `MC_CamIn`, `MC_CamOut`, `MC_CamScaling` | TF5050 4.2 to 4.5 | [`Command::CamIn`], [`Command::CamOut`], [`Command::CamScaling`] |
+//! | `MC_CamIn_V2`, `MC_CamAdd`, `MC_CamExchange`, `MC_CamRemove`, `MC_CamScaling_V2` | TF5050 5 | the commands of the same names |
+//! | `MC_SetCamOnlineChangeMode`, `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint` | TF5050 6 | [`Command::SetCamOnlineChangeMode`], [`Command::WriteMotionFunction`] |
+//! | `MC_FlyingGear` | `MC_FlyingGear_BkPlcMc` | [`Command::FlyingGear`], [`EnableFlyingGear`] |
+//! | `MC_ReadStatus`, `MC_ReadAxisError` | PLCopen part 1 | [`SlaveAxis::status`], [`SlaveAxis::error`] |
+//!
+//! What the set values keep, whatever is commanded and whatever the master does:
+//!
+//! * they are finite;
+//! * the position never steps by more than the highest velocity allows, the velocity never by more
+//!   than the highest acceleration or deceleration;
+//! * an axis within its software limits stays there: a motion that would leave them is refused, and
+//!   one without an end, or a coupling, is braked in time and ends in an error stop;
+//! * an error stop lasts until it is reset, and nothing couples the axis again by itself.
+//!
+//! Two events set the position anew, since the axis does not move by them: `MC_Home`, and power
+//! that comes, goes or returns after a trip of the drive: without power the set position is the
+//! actual one.
+
+mod axis;
+mod blocks;
+mod bounds;
+mod cam_points;
+mod cams;
+mod command;
+mod coupling;
+mod error;
+mod image;
+mod job;
+mod motion;
+mod parameters;
+mod refusal;
+
+#[cfg(test)]
+mod tests;
+
+pub use axis::{Accepted, CoupledStart, SlaveAxis};
+pub use blocks::{
+    BlockError, CommandBlock, EnableFlyingGear, FlyingGearOutputs, Power, PowerOutputs,
+};
+pub use cam_points::{CamPoints, WrongNumberOfPoints};
+pub use command::{Command, Dynamics};
+pub use coupling::CouplingPhase;
+pub use error::SlaveError;
+pub use job::JobNumber;
+pub use parameters::{OnMasterLoss, SlaveParameters, WrongSlaveParameter};
+pub use refusal::Refusal;

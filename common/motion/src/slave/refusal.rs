@@ -1,0 +1,175 @@
+//! Why a command is refused.
+
+use core::fmt;
+
+use crate::axis::{AxisStatus, Transition};
+use crate::cam::coupling::CouplingError;
+use crate::gear::{FlyingGearError, RatioZero};
+
+/// Why a command is refused. Nothing has changed by it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal {
+    /// The axis takes no such command in its state.
+    Status {
+        /// The command, by its PLC name.
+        command: &'static str,
+        /// Its arrow in the state diagram.
+        transition: Transition,
+        /// The state of the axis.
+        status: AxisStatus,
+    },
+    /// The axis has to be at rest first.
+    NotAtRest {
+        /// Its set velocity, u/s.
+        velocity: f64,
+    },
+    /// A value that is no number or too large for any axis.
+    Value {
+        /// Which one.
+        field: &'static str,
+        /// What was given.
+        received: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// More than the axis can do.
+    AboveLimit {
+        /// Which limit.
+        field: &'static str,
+        /// What was given or would be needed.
+        received: f64,
+        /// What the axis can do.
+        limit: f64,
+    },
+    /// The motion would leave the software limits.
+    SoftwareLimit {
+        /// How far it would go, u.
+        reached: f64,
+        /// The limit, u.
+        limit: f64,
+    },
+    /// There is no master to couple to, or it is in error.
+    NoMaster,
+    /// Coupling here and now would be a jump of the velocity.
+    VelocityJump {
+        /// The slave's velocity, u/s.
+        velocity: f64,
+        /// The velocity that it would be coupled to, u/s.
+        coupled: f64,
+        /// The largest difference that is no jump, u/s.
+        allowed: f64,
+    },
+    /// The ratio couples nothing.
+    Gear(RatioZero),
+    /// The flying gear cannot be enabled.
+    FlyingGear(FlyingGearError),
+    /// The coupling by cam plates, or the change to it, is not possible.
+    Cam(CouplingError),
+    /// The slave has no limits: it follows its gear, and nothing else.
+    NoLimits {
+        /// The command, by its PLC name.
+        command: &'static str,
+    },
+}
+
+impl Refusal {
+    /// NC error code.
+    #[must_use]
+    pub fn code(&self) -> u32 {
+        match self {
+            Self::Status { status, .. } => match status {
+                AxisStatus::Disabled => 0x422a,
+                AxisStatus::Stopping => 0x42ef,
+                AxisStatus::ErrorStop => 0x4b09,
+                _ => 0x4b05,
+            },
+            Self::NotAtRest { .. } | Self::VelocityJump { .. } => 0x425a,
+            Self::Value { .. } => 0x4b06,
+            Self::AboveLimit { .. } => 0x42dd,
+            Self::SoftwareLimit { .. } => 0x4229,
+            Self::NoMaster => 0x4b09,
+            Self::Gear(_) => 0x421b,
+            Self::FlyingGear(error) => error.code(),
+            Self::Cam(error) => error.code(),
+            Self::NoLimits { .. } => 0x4b05,
+        }
+    }
+}
+
+impl From<RatioZero> for Refusal {
+    fn from(error: RatioZero) -> Self {
+        Self::Gear(error)
+    }
+}
+
+impl From<FlyingGearError> for Refusal {
+    fn from(error: FlyingGearError) -> Self {
+        Self::FlyingGear(error)
+    }
+}
+
+impl From<CouplingError> for Refusal {
+    fn from(error: CouplingError) -> Self {
+        Self::Cam(error)
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Gear(error) => return error.fmt(f),
+            Self::FlyingGear(error) => return error.fmt(f),
+            Self::Cam(error) => return error.fmt(f),
+            _ => write!(f, "{:#06x}: ", self.code())?,
+        }
+        match self {
+            Self::Gear(_) | Self::FlyingGear(_) | Self::Cam(_) => Ok(()),
+            Self::NoLimits { command } => write!(
+                f,
+                "{command}: the slave has no limits, expected some: it follows its gear only"
+            ),
+            Self::Status {
+                command,
+                transition,
+                status,
+            } => {
+                write!(f, "{command}: the axis is in {status}, expected")?;
+                AxisStatus::ALL
+                    .into_iter()
+                    .filter(|from| from.after(*transition).is_some())
+                    .enumerate()
+                    .try_for_each(|(k, from)| {
+                        write!(f, "{} {from}", if k == 0 { "" } else { " or" })
+                    })
+            }
+            Self::NotAtRest { velocity } => {
+                write!(f, "velocity of the axis: received {velocity}, expected 0")
+            }
+            Self::Value {
+                field,
+                received,
+                expected,
+            } => write!(f, "{field}: received {received}, expected {expected}"),
+            Self::AboveLimit {
+                field,
+                received,
+                limit,
+            } => write!(f, "{field}: received {received}, expected at most {limit}"),
+            Self::SoftwareLimit { reached, limit } => write!(
+                f,
+                "the motion would reach {reached}, the software limit is {limit}"
+            ),
+            Self::NoMaster => f.write_str("no master to couple to"),
+            Self::VelocityJump {
+                velocity,
+                coupled,
+                allowed,
+            } => write!(
+                f,
+                "velocity of the axis: received {velocity}, expected {coupled} as coupled, within {allowed}"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for Refusal {}
