@@ -12,6 +12,7 @@ use coaxle_node::config::ClockConfig;
 use coaxle_node::faults::{CycleJitter, DeviatedClock, seed_of};
 use rtrb::Producer;
 
+use crate::commands::Desk;
 use crate::counters::{Counters, count};
 use crate::machine::{self, Machine};
 use crate::mailbox::Mailbox;
@@ -29,6 +30,7 @@ pub(crate) struct Cycle<N: Node> {
     pub(crate) node: N,
     pub(crate) clock: NodeClock,
     pub(crate) mailboxes: Vec<Mailbox>,
+    pub(crate) desk: Desk,
     pub(crate) outbox: Outbox,
     pub(crate) telemetry: Producer<Record<N::Snapshot>>,
     pub(crate) counters: Arc<Counters>,
@@ -91,6 +93,7 @@ impl<N: Node> Cycle<N> {
             node,
             clock,
             mailboxes,
+            desk,
             outbox,
             telemetry,
             counters,
@@ -100,6 +103,7 @@ impl<N: Node> Cycle<N> {
         for mailbox in mailboxes {
             mailbox.drain(|letter| node.receive(clock.local_at(letter.arrival), &letter.message));
         }
+        desk.serve(woke, |order| node.execute(order));
         let turn = node.cycle(now);
         while let Some(outgoing) = node.transmit() {
             let parcel = Parcel {
@@ -141,20 +145,36 @@ fn wait_until(wake: Instant<Machine>, spin: Span, stop: &AtomicBool) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::commands::{Asker, Clerk, Counter, Incoming, commands};
     use crate::mailbox::{Letter, mailbox};
     use crate::outbox::{Outgoings, outbox};
     use crate::toy::{Toy, ToySnapshot};
     use assert_no_alloc::assert_no_alloc;
     use coaxle_clock::CycleTime;
     use coaxle_node::config::parse;
-    use coaxle_node::{Message, Rejection};
+    use coaxle_node::{CommandAnswer, Message, Rejection};
     use rtrb::{Consumer, RingBuffer};
+    use std::borrow::Cow;
+
+    /// Always asks for the same, and listens to no answer.
+    impl Asker for &'static str {
+        fn order(&self) -> Cow<'_, [u8]> {
+            self.as_bytes().into()
+        }
+
+        fn answer(&self, _: &CommandAnswer) {}
+    }
+
+    const ORDER: &str =
+        r#"{ "version": 1, "slave": "toy", "command": { "home": { "position": 3 } } }"#;
 
     struct Bench {
         cycle: Cycle<Toy>,
         inbox: crate::mailbox::Inbox,
         outgoings: Outgoings,
         records: Consumer<Record<ToySnapshot>>,
+        clerk: Clerk<&'static str>,
+        counter: Counter<&'static str>,
         counters: Arc<Counters>,
     }
 
@@ -165,11 +185,13 @@ mod tests {
         let (inbox, mailbox) = mailbox(64, Arc::clone(&counters.mailbox_dropped));
         let (outbox, outgoings) = outbox(4096);
         let (telemetry, records) = RingBuffer::new(64);
+        let (desk, clerk, counter) = commands();
         let cycle_time = CycleTime::new(Span::from_millis(1)).unwrap();
         let cycle = Cycle {
             node: Toy::new(NodeClock::first_cycle(&config), cycle_time, 1),
             clock: NodeClock::new(&config, 1, Instant::EPOCH),
             mailboxes: vec![mailbox],
+            desk,
             outbox,
             telemetry,
             counters: Arc::clone(&counters),
@@ -179,6 +201,8 @@ mod tests {
             inbox,
             outgoings,
             records,
+            clerk,
+            counter,
             counters,
         }
     }
@@ -241,6 +265,14 @@ mod tests {
              sine = { amplitude-ppm = 1, period-s = 10 }",
         );
         let mut body = Vec::with_capacity(4096);
+        let arrival = at(0);
+        for _ in 0..4 {
+            bench.counter.hand_in(Incoming {
+                arrival,
+                asker: ORDER,
+            });
+        }
+        bench.clerk.round(arrival);
         assert_no_alloc(|| {
             // Long enough for the clock to forget its oldest pieces.
             for k in 0..10_000 {
@@ -254,6 +286,7 @@ mod tests {
             }
         });
         assert_eq!(crate::counters::read(&bench.counters.cycles), 10_000);
+        assert_eq!(bench.cycle.node.snapshot().commands, 4);
     }
 
     #[test]

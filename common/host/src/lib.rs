@@ -4,7 +4,8 @@
 //!
 //! ```text
 //! Zenoh ─▶ stamp, check ─▶ mailboxes ─▶ cycle thread ─▶ outbox ─▶ publish thread ─▶ Zenoh
-//!                                            └────────▶ records ─▶ telemetry thread ─▶ recorder, status
+//!                                   ▲   │    └────────▶ records ─▶ telemetry thread ─▶ recorder, status
+//! Zenoh ─▶ queries ─▶ clerk thread ─┘   └─▶ clerk thread ─▶ replies
 //! ```
 //!
 //! Each arrow into or out of the cycle thread is a bounded, wait-free ring: the cycle thread never
@@ -12,6 +13,8 @@
 
 mod channels;
 pub mod cli;
+mod commander;
+mod commands;
 mod counters;
 mod cycle;
 mod faults;
@@ -34,6 +37,7 @@ mod trace;
 mod transport;
 
 pub use channels::{Publication, Subscription};
+pub use commander::Commander;
 pub use health::Health;
 pub use machine::Machine;
 pub use node_args::NodeArgs;

@@ -1,22 +1,28 @@
 //! The Zenoh link: the session, the keys a node declares on it, and the way in for frames.
 
+use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::Thread;
 use std::time::Duration;
 
 use anyhow::Context;
 use coaxle_clock::{Instant, Span};
+use coaxle_node::command::BadOrder;
 use coaxle_node::config::TransportConfig;
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::NodeName;
-use coaxle_node::{Message, Reader};
+use coaxle_node::{CommandAnswer, Message, Reader};
 use zenoh::Wait;
+use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::{CongestionControl, Priority};
+use zenoh::query::{Query, Queryable};
 use zenoh::sample::SampleKind;
 
 use crate::channels::{Publication, Subscription};
+use crate::commands::{Asker, Counter, Incoming};
 use crate::counters::{Counters, count};
 use crate::faults::Faults;
 use crate::machine::{self, Machine};
@@ -35,6 +41,7 @@ pub(crate) struct Link {
     status: Publisher<'static>,
     _alive: LivelinessToken,
     subscribers: Vec<Subscriber<()>>,
+    commands: Option<Queryable<()>>,
     contact: Arc<Contact>,
 }
 
@@ -72,6 +79,7 @@ impl Link {
             status,
             _alive: alive,
             subscribers: Vec::new(),
+            commands: None,
             contact: Arc::new(Contact {
                 alive: AtomicBool::new(false),
                 last_frame: AtomicI64::new(i64::MIN),
@@ -135,6 +143,41 @@ impl Link {
         Ok(())
     }
 
+    /// Takes orders: they are handed in at `counter`, and `clerk` is woken.
+    pub(crate) async fn take_commands(
+        &mut self,
+        name: &NodeName,
+        counter: Counter<Query>,
+        clerk: Thread,
+    ) -> anyhow::Result<()> {
+        let key = name.command_key();
+        let own = key.clone();
+        let queryable = self
+            .session
+            .declare_queryable(&key)
+            // An order is for one node, not for all that might have its name.
+            .complete(true)
+            .callback(move |query| {
+                let arrival = machine::now();
+                if query.key_expr().as_str() == own {
+                    counter.hand_in(Incoming {
+                        arrival,
+                        asker: query,
+                    });
+                    clerk.unpark();
+                } else {
+                    let received = query.key_expr().to_string();
+                    let many = BadOrder::ManyNodes { received };
+                    query.answer(&CommandAnswer::malformed(&many));
+                }
+            })
+            .await
+            .map_err(zenoh_error)
+            .with_context(|| format!("cannot take orders under {key}"))?;
+        self.commands = Some(queryable);
+        Ok(())
+    }
+
     async fn watch(&mut self, source: &NodeName) -> anyhow::Result<()> {
         let contact = Arc::clone(&self.contact);
         let life = self
@@ -188,6 +231,29 @@ impl Link {
             Ok(Ok(())) => {}
             Ok(Err(error)) => tracing::debug!(%error, "the Zenoh session did not close cleanly"),
             Err(_) => tracing::debug!("the Zenoh session did not close in time"),
+        }
+    }
+}
+
+impl Asker for Query {
+    fn order(&self) -> Cow<'_, [u8]> {
+        self.payload().map_or(Cow::Borrowed(&[]), ZBytes::to_bytes)
+    }
+
+    /// As an error where no slave got the order.
+    fn answer(&self, answer: &CommandAnswer) {
+        let json = answer.to_json();
+        let sent = if answer.is_taken() {
+            self.reply(self.key_expr().clone(), json)
+                .encoding(Encoding::APPLICATION_JSON)
+                .wait()
+        } else {
+            self.reply_err(json)
+                .encoding(Encoding::APPLICATION_JSON)
+                .wait()
+        };
+        if let Err(error) = sent {
+            tracing::debug!(%error, "Zenoh refused the answer to an order");
         }
     }
 }

@@ -12,8 +12,10 @@ use coaxle_node::keys::NodeName;
 use rtrb::{Consumer, Producer, RingBuffer};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::oneshot;
+use zenoh::query::Query;
 
 use crate::channels::{Publication, Subscription};
+use crate::commands::{Clerk, Desk, commands};
 use crate::counters::{Counters, read};
 use crate::cycle::{Cycle, Limits, NodeClock};
 use crate::link::{Link, described};
@@ -130,6 +132,9 @@ where
     let (inboxes, mailboxes) = mailboxes(&setup.subscriptions, &counters);
     let (mut outbox, outgoings) = outbox(OUTBOX_BYTES);
     let (telemetry, records) = RingBuffer::new(TELEMETRY_RECORDS);
+    let (mut desk, clerk, counter) = commands();
+    let clerk = start_clerk(clerk)?;
+    desk.attach(clerk.thread().clone());
 
     let opening = async {
         let mut link = Link::open(&setup.transport, &setup.name).await?;
@@ -138,6 +143,8 @@ where
             link.subscribe(subscription, setup.seed, inbox, Arc::clone(&counters))
                 .await?;
         }
+        link.take_commands(&setup.name, counter, clerk.thread().clone())
+            .await?;
         anyhow::Ok((Arc::new(link), channels))
     };
     let (link, channels) = tokio::select! {
@@ -152,6 +159,7 @@ where
     let parts = CycleParts {
         node,
         mailboxes,
+        desk,
         outbox,
         telemetry,
         counters: Arc::clone(&counters),
@@ -178,10 +186,12 @@ where
     cycle.stop.store(true, Ordering::Relaxed);
     // In the order the data flow, so that each finds all that is left.
     let cycled = joined("cycle", cycle.thread);
+    let commanded = joined("command", clerk);
     let published = joined("publish", publisher);
     let observed = joined("telemetry", observer).and_then(|finished| finished);
     link.close().await;
     cycled?;
+    commanded?;
     published?;
     observed.context("the recorder could not keep what it recorded")?;
     tracing::info!(node = %setup.name, ended = ?why, "stopped");
@@ -217,6 +227,10 @@ fn mailboxes(subscriptions: &[Subscription], counters: &Counters) -> (Vec<Inbox>
     subscriptions.iter().map(mailbox).unzip()
 }
 
+fn start_clerk(clerk: Clerk<Query>) -> anyhow::Result<JoinHandle<()>> {
+    thread("command", move || clerk.work())
+}
+
 fn start_publisher(
     outgoings: Outgoings,
     send_stamps: bool,
@@ -243,6 +257,7 @@ fn start_observer<S: Send + 'static>(
 struct CycleParts<N: Node> {
     node: N,
     mailboxes: Vec<Mailbox>,
+    desk: Desk,
     outbox: Outbox,
     telemetry: Producer<Record<N::Snapshot>>,
     counters: Arc<Counters>,
@@ -283,6 +298,7 @@ where
             node: parts.node,
             clock: NodeClock::starting_soon(&wishes.clock, wishes.seed),
             mailboxes: parts.mailboxes,
+            desk: parts.desk,
             outbox: parts.outbox,
             telemetry: parts.telemetry,
             counters: parts.counters,

@@ -6,16 +6,19 @@ use std::sync::{Arc, Mutex};
 use assert_no_alloc::AllocDisabler;
 use coaxle_clock::{CycleIndex, CycleTime, Span};
 use coaxle_motion::axis::NcToPlcAxis;
+use coaxle_motion::slave::Command;
+use coaxle_node::command::{SlaveName, Verdict};
 use coaxle_node::config::{ClockConfig, LinkConfig, RealTimeConfig, TransportConfig, parse};
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, Intake};
+use coaxle_node::{Channel, CommandOrder, Intake};
 use serde_json::{Map, Value};
 use zenoh::Wait;
 
 use crate::toy::{Toy, ToySnapshot};
 use crate::{
-    Ended, Outcome, Publication, Record, Recorder, Setup, Subscription, run, zenoh_config,
+    Commander, Ended, Outcome, Publication, Record, Recorder, Setup, Subscription, run,
+    zenoh_config,
 };
 
 #[global_allocator]
@@ -300,6 +303,85 @@ fn faults_over_the_link_lose_and_delay() {
     // The stamp lies half a minute ahead, longer than the whole run.
     let snapshot = memory.0.lock().unwrap().last.unwrap().snapshot;
     assert!(snapshot.last_arrival.since_epoch() > Span::from_secs(25));
+}
+
+fn order(slave: &str, command: Command) -> CommandOrder {
+    CommandOrder {
+        slave: SlaveName::new(slave).unwrap(),
+        command,
+        dry_run: false,
+    }
+}
+
+#[test]
+fn orders_reach_the_cycle_and_are_answered() {
+    let at = endpoint();
+    let memory = Memory::default();
+    let node = {
+        let (at, memory) = (at.clone(), memory.clone());
+        started(move || setup("servo", listening(&at), 8, &memory))
+    };
+    let commander = Commander::open(&connecting(&at)).unwrap();
+    let send = |order: &CommandOrder| commander.send(&name("servo"), order).unwrap();
+    for (k, position) in [(1, 2.5), (2, -7.0)] {
+        let answer = send(&order("toy", Command::Home { position }));
+        let Verdict::Accepted { job, axis, .. } = answer.verdict else {
+            panic!("{answer:?}");
+        };
+        assert_eq!((job, axis.position), (Some(k), position));
+    }
+    let refused = send(&order("toy", Command::Reset {}));
+    let Verdict::Refused { code, text, .. } = refused.verdict else {
+        panic!("{refused:?}");
+    };
+    assert_eq!(code, "0x4b09");
+    assert!(text.contains("no master"), "{text}");
+    let unknown = send(&order("other", Command::Reset {}));
+    assert!(!unknown.is_taken(), "{unknown:?}");
+    commander.close();
+
+    assert_reason(&at, "coaxle/servo/command", "{ no order }", "malformed");
+    let halt = order("toy", Command::Home { position: 9.0 }).to_json();
+    assert_reason(&at, "coaxle/*/command", &halt, "malformed");
+    node.join().unwrap();
+    let snapshot = memory.0.lock().unwrap().last.unwrap().snapshot;
+    assert_eq!(snapshot.commands, 2);
+}
+
+/// A query as any tool may send it, and the reason it gets as an error reply.
+fn assert_reason(endpoint: &str, key: &str, payload: &str, expected: &str) {
+    let session = zenoh::open(zenoh_config(&connecting(endpoint)).unwrap())
+        .wait()
+        .unwrap();
+    let mut answers = Vec::new();
+    for _ in 0..100 {
+        let replies = session.get(key).payload(payload).wait().unwrap();
+        while let Ok(reply) = replies.recv() {
+            let error = reply.result().expect_err("no slave gets this");
+            let payload = error.payload().to_bytes();
+            answers.push(serde_json::from_slice::<Value>(&payload).unwrap());
+        }
+        if !answers.is_empty() {
+            break;
+        }
+        // Not connected yet.
+        std::thread::park_timeout(std::time::Duration::from_millis(50));
+    }
+    assert_eq!(answers[0]["reason"], expected, "{answers:?}");
+    session.close().wait().unwrap();
+}
+
+#[test]
+fn an_order_to_nobody_says_who_was_asked_and_where() {
+    let at = endpoint();
+    let commander = Commander::open(&listening(&at)).unwrap();
+    let halt = order("toy", Command::Reset {});
+    let error = commander.send(&name("ghost"), &halt).unwrap_err();
+    let message = format!("{error:#}");
+    assert!(message.contains("node ghost takes no orders"), "{message}");
+    assert!(message.contains("coaxle/ghost/command"), "{message}");
+    assert!(message.contains(&at), "{message}");
+    commander.close();
 }
 
 #[test]

@@ -2,7 +2,10 @@
 
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::{CycleTime, Instant, Local, Schedule};
-use coaxle_node::{Channel, Message, Node, Outgoing};
+use coaxle_motion::axis::AxisStatus;
+use coaxle_motion::slave::{Accepted, Command, JobNumber, Refusal};
+use coaxle_node::command::{NotTaken, SlaveView};
+use coaxle_node::{Channel, CommandOrder, CommandOutcome, Message, Node, Outgoing};
 
 /// The smallest node there is.
 pub(crate) struct Toy {
@@ -17,6 +20,7 @@ pub(crate) struct Toy {
 pub(crate) struct ToySnapshot {
     pub(crate) samples: u64,
     pub(crate) rejected: u64,
+    pub(crate) commands: u16,
     pub(crate) last_arrival: Instant<Local>,
 }
 
@@ -45,6 +49,27 @@ impl Node for Toy {
             Message::Rejected(_) => self.snapshot.rejected += 1,
             Message::Question(_) | Message::Answer(_) => {}
         }
+    }
+
+    /// Its slave `toy` can be told to be somewhere else, and nothing more.
+    fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+        if order.slave.as_str() != "toy" {
+            return CommandOutcome::NotTaken(NotTaken::NoSlaves);
+        }
+        let mut slave = SlaveView {
+            status: AxisStatus::Standstill,
+            coupling: None,
+            position: 0.0,
+            velocity: 0.0,
+        };
+        let Command::Home { position } = order.command else {
+            let refusal = Refusal::NoMaster;
+            return CommandOutcome::Refused { refusal, slave };
+        };
+        slave.position = position;
+        self.snapshot.commands += 1;
+        let accepted = Accepted::Job(JobNumber(self.snapshot.commands));
+        CommandOutcome::Accepted { accepted, slave }
     }
 
     fn cycle(&mut self, now: Instant<Local>) -> Turn {

@@ -27,17 +27,32 @@ pub struct Trace<R> {
 }
 
 impl<R: Serialize> Trace<R> {
-    /// Creates the file, or empties it.
+    /// Creates the file, or empties it. The head line names the fields of a row.
     ///
     /// # Errors
     /// Names the file that cannot be written.
     pub fn create(path: &Path) -> anyhow::Result<Self> {
+        Self::open(path, true)
+    }
+
+    /// The same with a head line of its own, for rows that are more than one struct.
+    ///
+    /// # Errors
+    /// Names the file that cannot be written.
+    pub fn with_columns(path: &Path, columns: &[String]) -> anyhow::Result<Self> {
+        let mut trace = Self::open(path, false)?;
+        trace.failure = trace.writer.write_record(columns).err();
+        Ok(trace)
+    }
+
+    fn open(path: &Path, has_headers: bool) -> anyhow::Result<Self> {
         let file = File::create(path)
             .with_context(|| format!("cannot write the trace file {}", path.display()))?;
         Ok(Self {
             path: path.to_owned(),
             writer: csv::WriterBuilder::new()
                 .buffer_capacity(BUFFER_BYTES)
+                .has_headers(has_headers)
                 .from_writer(file),
             flushed: None,
             failure: None,

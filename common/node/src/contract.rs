@@ -1,11 +1,12 @@
 //! The contract between a node and the world that drives it.
 //!
-//! One invariant: between two cycles a node only stores. So the canonical loop is
+//! One invariant: between two scans a node only stores. So the canonical loop is
 //!
 //! ```text
 //! loop {
 //!     wait until node.next_cycle()             (the world's clock, absolute)
 //!     node.receive(at, message)                (for each message that came, stamped on arrival)
+//!     node.execute(order)                      (for each order that came: the scan begins)
 //!     node.cycle(now)                          (one scan; decides everything)
 //!     while let Some(outgoing) = node.transmit() { hand it to the publisher }
 //!     hand node.snapshot() to telemetry
@@ -18,6 +19,7 @@ use coaxle_clock::cycle::Turn;
 use coaxle_clock::delay::Answer;
 use coaxle_clock::{Instant, Local};
 
+use crate::command::{CommandOrder, CommandOutcome, NotTaken};
 use crate::exchange::Question;
 use crate::frame::Sample;
 use crate::intake::Rejection;
@@ -30,6 +32,13 @@ pub trait Node {
     /// Stores a message. `at` is when it arrived, in this node's own clock; arrivals may lie after
     /// the start of the cycle that is due and then belong to the next one.
     fn receive(&mut self, at: Instant<Local>, message: &Message);
+
+    /// Tells one of its slaves something, at the beginning of a scan: the [`Self::cycle`] that
+    /// follows is the first to see it. Only nodes with slaves take orders.
+    fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+        let _ = order;
+        CommandOutcome::NotTaken(NotTaken::NoSlaves)
+    }
 
     /// One scan. `now` is when it really begins; the answer says which cycle that was and when it
     /// ideally should have begun.

@@ -1,4 +1,5 @@
-//! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/questions`, `/answers`, `/status`, `/alive`.
+//! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/questions`, `/answers`, `/command`,
+//! `/status`, `/alive`.
 
 use std::fmt;
 
@@ -38,6 +39,12 @@ impl NodeName {
     #[must_use]
     pub fn channel_key(&self, channel: Channel) -> String {
         format!("coaxle/{self}/{}", channel.name())
+    }
+
+    /// The key under which it takes commands: a queryable, see [`crate::command`].
+    #[must_use]
+    pub fn command_key(&self) -> String {
+        format!("coaxle/{self}/command")
     }
 
     /// The key of its status, JSON a few times a second.
@@ -92,6 +99,7 @@ mod tests {
         let questions = name.channel_key(Channel::Questions);
         assert_eq!(questions, "coaxle/saw-1/questions");
         assert_eq!(name.channel_key(Channel::Answers), "coaxle/saw-1/answers");
+        assert_eq!(name.command_key(), "coaxle/saw-1/command");
         assert_eq!(name.status_key(), "coaxle/saw-1/status");
         assert_eq!(name.alive_key(), "coaxle/saw-1/alive");
     }

@@ -6,6 +6,7 @@
 
 pub mod answering;
 pub mod cam_file;
+pub mod command;
 pub mod config;
 pub mod contract;
 pub mod exchange;
@@ -17,6 +18,7 @@ mod rejection;
 pub mod saw_file;
 
 pub use answering::{Answering, AnsweringCounters};
+pub use command::{CommandAnswer, CommandOrder, CommandOutcome};
 pub use contract::{Channel, Message, Node, Outgoing};
 pub use exchange::Question;
 pub use frame::{FrameHeader, Sample};

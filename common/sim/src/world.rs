@@ -5,7 +5,7 @@ use coaxle_clock::{Domain, Instant, Local, Span};
 use coaxle_node::config::{ClockConfig, LinkConfig};
 use coaxle_node::faults::{CycleJitter, DeviatedClock, LinkModel, seed_of};
 use coaxle_node::frame::KeySeal;
-use coaxle_node::{Channel, Message, Node, Reader};
+use coaxle_node::{Channel, CommandOrder, CommandOutcome, Message, Node, Reader};
 
 use crate::events::EventQueue;
 use crate::invariants::{Violation, Watch};
@@ -69,6 +69,11 @@ pub struct CycleSeen<'a, N> {
 pub trait Observer<N> {
     /// After every cycle of every node.
     fn cycle_seen(&mut self, seen: &CycleSeen<'_, N>);
+
+    /// After every order, with the number it was sent under.
+    fn order_executed(&mut self, number: usize, outcome: &CommandOutcome) {
+        let _ = (number, outcome);
+    }
 }
 
 /// The pretend world.
@@ -89,6 +94,8 @@ struct Inhabitant<N> {
     send_stamps: bool,
     build: Factory<N>,
     state: State<N>,
+    /// The orders that wait for its next cycle, with their numbers.
+    orders: Vec<(usize, CommandOrder)>,
     /// How often it was started; older cycle events mean nothing.
     run: u64,
     watch: Watch,
@@ -148,6 +155,7 @@ impl<N: Node> World<N> {
             send_stamps: setup.send_stamps,
             build: setup.build,
             state: State::Dead,
+            orders: Vec::new(),
             run: 0,
             watch: Watch::default(),
         });
@@ -221,6 +229,16 @@ impl<N: Node> World<N> {
     /// Ends a node at once, as a power cut does.
     pub fn kill(&mut self, node: usize) {
         self.nodes[node].state = State::Dead;
+        self.nodes[node].orders.clear();
+    }
+
+    /// Sends an order to one of a node's slaves. It is executed in the node's next cycle, unless
+    /// the node is dead.
+    pub fn order(&mut self, node: usize, number: usize, order: CommandOrder) {
+        let inhabitant = &mut self.nodes[node];
+        if !matches!(inhabitant.state, State::Dead) {
+            inhabitant.orders.push((number, order));
+        }
     }
 
     /// Starts a dead node anew, on the same clock.
@@ -283,6 +301,9 @@ impl<N: Node> World<N> {
             return Ok(());
         }
         let local = inhabitant.clock.local_at(now);
+        for (number, order) in inhabitant.orders.drain(..) {
+            observer.order_executed(number, &node.execute(&order));
+        }
         let turn = node.cycle(local);
         inhabitant
             .watch

@@ -1,0 +1,194 @@
+//! What the asker reads.
+
+use coaxle_motion::slave::{Accepted, Refusal};
+use serde::{Deserialize, Serialize};
+
+use super::COMMAND_VERSION;
+use super::outcome::{CommandOutcome, NotTaken, SlaveView};
+use super::{BadOrder, CommandOrder};
+
+/// What became of an order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CommandAnswer {
+    /// The version of everything else.
+    pub version: u32,
+    /// What became of it.
+    #[serde(flatten)]
+    pub verdict: Verdict,
+}
+
+/// What became of an order, in words and figures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(
+    tag = "outcome",
+    rename_all = "kebab-case",
+    rename_all_fields = "kebab-case"
+)]
+pub enum Verdict {
+    /// The slave has the command; after a dry run, it would have taken it.
+    Accepted {
+        /// Whether it was only tried.
+        dry_run: bool,
+        /// The number of the slave's job; none for what is done at once, for a change to a coupling
+        /// that goes on, and after a dry run.
+        job: Option<u16>,
+        /// The slave with the command.
+        axis: SlaveView,
+    },
+    /// The slave refuses the command.
+    Refused {
+        /// Whether it was only tried.
+        dry_run: bool,
+        /// NC error code: `0x` and four hexadecimal digits.
+        code: String,
+        /// Why, in words: what was received and what is expected.
+        text: String,
+        /// What it is about, where that has a number.
+        field: Option<String>,
+        /// That number.
+        received: Option<f64>,
+        /// The nearest one that would have passed, where it is known.
+        would_pass: Option<f64>,
+        /// The slave, which goes on with what it was doing.
+        axis: SlaveView,
+    },
+    /// The order did not get as far as a slave.
+    NotTaken {
+        /// Why: `malformed`, or one of [`NotTaken::name`].
+        reason: String,
+        /// The same in words.
+        text: String,
+    },
+}
+
+impl CommandAnswer {
+    /// What a node says to an order.
+    #[must_use]
+    pub fn new(order: &CommandOrder, outcome: &CommandOutcome) -> Self {
+        let dry_run = order.dry_run;
+        match *outcome {
+            CommandOutcome::Accepted { accepted, slave } => Self::of(Verdict::Accepted {
+                dry_run,
+                job: job_number(accepted).filter(|_| !dry_run),
+                axis: slave,
+            }),
+            CommandOutcome::Refused { refusal, slave } => {
+                Self::of(refused(&refusal, dry_run, slave))
+            }
+            CommandOutcome::NotTaken(reason) => Self::not_taken(&reason),
+        }
+    }
+
+    /// What is said to an order that no slave gets.
+    #[must_use]
+    pub fn not_taken(reason: &NotTaken) -> Self {
+        Self::of(Verdict::NotTaken {
+            reason: reason.name().to_owned(),
+            text: reason.to_string(),
+        })
+    }
+
+    /// What is said to something that is no order.
+    #[must_use]
+    pub fn malformed(error: &BadOrder) -> Self {
+        Self::of(Verdict::NotTaken {
+            reason: "malformed".to_owned(),
+            text: error.to_string(),
+        })
+    }
+
+    const fn of(verdict: Verdict) -> Self {
+        Self {
+            version: COMMAND_VERSION,
+            verdict,
+        }
+    }
+
+    /// Whether a slave took or would take the command.
+    #[must_use]
+    pub const fn is_accepted(&self) -> bool {
+        matches!(self.verdict, Verdict::Accepted { .. })
+    }
+
+    /// Whether the order got as far as a slave.
+    #[must_use]
+    pub const fn is_taken(&self) -> bool {
+        !matches!(self.verdict, Verdict::NotTaken { .. })
+    }
+
+    /// Reads an answer. Fields that are not known are ignored.
+    ///
+    /// # Errors
+    /// What serde says of bytes that are no answer of this version.
+    pub fn from_json(bytes: &[u8]) -> serde_json::Result<Self> {
+        let answer: Self = serde_json::from_slice(bytes)?;
+        if answer.version == COMMAND_VERSION {
+            Ok(answer)
+        } else {
+            Err(serde::de::Error::custom(format_args!(
+                "version: received {}, expected {COMMAND_VERSION}",
+                answer.version
+            )))
+        }
+    }
+
+    /// Writes the answer.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("all keys of an answer are texts")
+    }
+}
+
+fn refused(refusal: &Refusal, dry_run: bool, axis: SlaveView) -> Verdict {
+    let figures = Figures::of(refusal);
+    Verdict::Refused {
+        dry_run,
+        code: format!("{:#06x}", refusal.code()),
+        text: refusal.to_string(),
+        field: figures.field.map(str::to_owned),
+        received: figures.received,
+        would_pass: figures.would_pass,
+        axis,
+    }
+}
+
+const fn job_number(accepted: Accepted) -> Option<u16> {
+    match accepted {
+        Accepted::Job(number) => Some(number.0),
+        Accepted::AtOnce | Accepted::Change(_) => None,
+    }
+}
+
+/// The numbers in a refusal.
+#[derive(Default)]
+struct Figures {
+    field: Option<&'static str>,
+    received: Option<f64>,
+    would_pass: Option<f64>,
+}
+
+impl Figures {
+    fn of(refusal: &Refusal) -> Self {
+        let (field, received, would_pass) = match *refusal {
+            Refusal::AboveLimit {
+                field,
+                received,
+                limit,
+            } => (field, received, Some(limit)),
+            Refusal::SoftwareLimit { reached, limit } => ("position", reached, Some(limit)),
+            Refusal::NotAtRest { velocity } => ("velocity", velocity, Some(0.0)),
+            Refusal::VelocityJump {
+                velocity, coupled, ..
+            } => ("velocity", velocity, Some(coupled)),
+            Refusal::Value {
+                field, received, ..
+            } => (field, received, None),
+            _ => return Self::default(),
+        };
+        Self {
+            field: Some(field),
+            received: Some(received),
+            would_pass,
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! How a slave is called.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::keys::NodeName;
+
+/// A slave's name, in a type that the cycle may copy. Whatever may name a node may name a slave.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct SlaveName {
+    bytes: [u8; Self::MAX_LEN],
+    length: u8,
+}
+
+impl SlaveName {
+    /// Longest name, in bytes.
+    pub const MAX_LEN: usize = NodeName::MAX_LEN;
+
+    /// # Errors
+    /// [`InvalidSlaveName`] unless the name is 1 to 64 letters, digits, `-`, `_` or `.`.
+    pub fn new(name: &str) -> Result<Self, InvalidSlaveName> {
+        let fits = (1..=Self::MAX_LEN).contains(&name.len());
+        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+        if !fits || !name.chars().all(plain) {
+            let received = name.to_owned();
+            return Err(InvalidSlaveName { received });
+        }
+        let mut bytes = [0; Self::MAX_LEN];
+        bytes[..name.len()].copy_from_slice(name.as_bytes());
+        Ok(Self {
+            bytes,
+            length: name.len() as u8,
+        })
+    }
+
+    /// The name.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        std::str::from_utf8(&self.bytes[..usize::from(self.length)])
+            .expect("only ASCII letters are taken")
+    }
+}
+
+impl fmt::Display for SlaveName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl fmt::Debug for SlaveName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self.as_str(), f)
+    }
+}
+
+impl TryFrom<String> for SlaveName {
+    type Error = InvalidSlaveName;
+    fn try_from(name: String) -> Result<Self, InvalidSlaveName> {
+        Self::new(&name)
+    }
+}
+
+impl From<SlaveName> for String {
+    fn from(name: SlaveName) -> Self {
+        name.as_str().to_owned()
+    }
+}
+
+impl std::str::FromStr for SlaveName {
+    type Err = InvalidSlaveName;
+    fn from_str(name: &str) -> Result<Self, InvalidSlaveName> {
+        Self::new(name)
+    }
+}
+
+/// A name that no slave can have.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{received:?} is no slave name, expected 1 to 64 letters, digits, '-', '_' or '.'")]
+pub struct InvalidSlaveName {
+    /// What was given.
+    pub received: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_kept_as_they_are() {
+        for name in ["x", "carriage", "tool-2", &"n".repeat(SlaveName::MAX_LEN)] {
+            let kept = SlaveName::new(name).unwrap();
+            assert_eq!(kept.as_str(), name);
+            assert_eq!(String::from(kept).parse(), Ok(kept));
+        }
+    }
+
+    #[test]
+    fn what_is_no_name_is_quoted() {
+        for name in ["", "a b", "ä", "a/b", &"n".repeat(SlaveName::MAX_LEN + 1)] {
+            let error = SlaveName::new(name).unwrap_err().to_string();
+            assert!(error.contains(&format!("{name:?}")), "{error}");
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! What becomes of an order, as the cycle says it: plain data.
+
+use coaxle_motion::axis::AxisStatus;
+use coaxle_motion::slave::{Accepted, CouplingPhase, Refusal};
+use serde::{Deserialize, Serialize};
+
+use super::name::SlaveName;
+
+/// How many of its slaves a node names to somebody who asked for another.
+pub const MAX_KNOWN_SLAVES: usize = 8;
+
+/// What becomes of an order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it leaves the cycle by value, and boxing it would allocate there"
+)]
+pub enum CommandOutcome {
+    /// The slave does as it is told; in a dry run, it would.
+    Accepted {
+        /// What the command is.
+        accepted: Accepted,
+        /// The slave, which has the command.
+        slave: SlaveView,
+    },
+    /// The slave does not take the command.
+    Refused {
+        /// Why.
+        refusal: Refusal,
+        /// The slave, which goes on with what it was doing.
+        slave: SlaveView,
+    },
+    /// The order did not get as far as a slave.
+    NotTaken(NotTaken),
+}
+
+/// Why an order does not get as far as a slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it leaves the cycle by value, and boxing it would allocate there"
+)]
+pub enum NotTaken {
+    /// The node has no slaves.
+    #[error("the node has no slaves")]
+    NoSlaves,
+    /// It has no slave of that name.
+    #[error("slave: received {:?}, expected {}", .received.as_str(), Listed(.known))]
+    UnknownSlave {
+        /// Who was asked for.
+        received: SlaveName,
+        /// Who there is.
+        known: [Option<SlaveName>; MAX_KNOWN_SLAVES],
+    },
+    /// What the command changes cannot be tried out.
+    #[error("{command}: there is no dry run of it")]
+    NoDryRun {
+        /// The command, by its PLC name.
+        command: &'static str,
+    },
+    /// Too many other orders wait.
+    #[error("too many orders wait for the node's next cycle")]
+    Busy,
+    /// The node's cycles stand still, and it will not be executed any more.
+    #[error("the node's cycle did not take the order in time; it will not be executed")]
+    NoAnswer,
+    /// The node ends.
+    #[error("the node ends; the order may have been executed")]
+    Stopped,
+}
+
+impl NotTaken {
+    /// The reason's name on the wire.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::NoSlaves => "no-slaves",
+            Self::UnknownSlave { .. } => "unknown-slave",
+            Self::NoDryRun { .. } => "no-dry-run",
+            Self::Busy => "busy",
+            Self::NoAnswer => "no-answer",
+            Self::Stopped => "stopped",
+        }
+    }
+}
+
+/// A slave as an answer shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub struct SlaveView {
+    /// Its state.
+    pub status: AxisStatus,
+    /// How far its coupling is; none without one.
+    pub coupling: Option<CouplingPhase>,
+    /// Its set position, u.
+    pub position: f64,
+    /// Its set velocity, u/s.
+    pub velocity: f64,
+}
+
+/// Names with commas between.
+struct Listed<'a>(&'a [Option<SlaveName>]);
+
+impl std::fmt::Display for Listed<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (k, name) in self.0.iter().flatten().enumerate() {
+            write!(f, "{}{name}", if k == 0 { "" } else { ", " })?;
+        }
+        Ok(())
+    }
+}

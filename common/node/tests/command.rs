@@ -1,0 +1,322 @@
+//! Orders to slaves, and the answers: `docs/WIRE.md` against the code, and what is no order.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test may end where its own data are wrong"
+)]
+
+mod document;
+
+use std::collections::BTreeSet;
+
+use coaxle_motion::axis::AxisStatus;
+use coaxle_motion::slave::{Accepted, Command, CouplingPhase, Dynamics, JobNumber, Refusal};
+use coaxle_node::command::{
+    BadOrder, CommandAnswer, CommandOrder, CommandOutcome, MAX_KNOWN_SLAVES, MAX_ORDER_BYTES,
+    NotTaken, SlaveName, SlaveView, Verdict,
+};
+use document::section;
+use proptest::prelude::*;
+use serde_json::{Value, json};
+
+fn name(name: &str) -> SlaveName {
+    SlaveName::new(name).unwrap()
+}
+
+/// The n-th JSON example of the document's section.
+fn example(n: usize) -> &'static str {
+    let blocks = section("\n## Commands\n").split("```json").skip(1);
+    let example = blocks
+        .map(|block| block.split("```").next().unwrap())
+        .nth(n);
+    example.unwrap()
+}
+
+/// The cells of each line of a table that begins with something in code.
+fn table(heading: &str) -> Vec<Vec<&'static str>> {
+    let (_, after) = section("\n## Commands\n").split_once(heading).unwrap();
+    let lines = after.lines().skip_while(|line| !line.starts_with("| `"));
+    lines
+        .take_while(|line| line.starts_with("| `"))
+        .map(|line| line.split('|').map(|cell| cell.trim().trim_matches('`')))
+        .map(|cells| cells.skip(1).collect())
+        .collect()
+}
+
+fn documented_order() -> CommandOrder {
+    CommandOrder {
+        slave: name("carriage"),
+        command: Command::MoveAbsolute {
+            position: 100.0,
+            velocity: Some(200.0),
+            dynamics: Dynamics {
+                jerk: Some(5000.0),
+                ..Dynamics::default()
+            },
+        },
+        dry_run: false,
+    }
+}
+
+#[test]
+fn the_documented_order_is_read_and_read_again_as_written() {
+    let order = documented_order();
+    assert_eq!(CommandOrder::from_json(example(0).as_bytes()), Ok(order));
+    assert_eq!(
+        CommandOrder::from_json(order.to_json().as_bytes()),
+        Ok(order)
+    );
+}
+
+#[test]
+fn the_documented_answers_are_written() {
+    let view = |status, coupling, position, velocity| SlaveView {
+        status,
+        coupling,
+        position,
+        velocity,
+    };
+    let outcomes = [
+        CommandOutcome::Accepted {
+            accepted: Accepted::Job(JobNumber(7)),
+            slave: view(AxisStatus::DiscreteMotion, None, 12.5, 0.0),
+        },
+        CommandOutcome::Refused {
+            refusal: Refusal::AboveLimit {
+                field: "velocity",
+                received: 900.0,
+                limit: 500.0,
+            },
+            slave: view(
+                AxisStatus::SynchronizedMotion,
+                Some(CouplingPhase::InSync),
+                812.25,
+                250.0,
+            ),
+        },
+        CommandOutcome::NotTaken(NotTaken::NoSlaves),
+    ];
+    for (n, outcome) in outcomes.iter().enumerate() {
+        let answer = CommandAnswer::new(&documented_order(), outcome);
+        let documented = example(n + 1);
+        let written: Value = serde_json::from_str(&answer.to_json()).unwrap();
+        assert_eq!(written, serde_json::from_str::<Value>(documented).unwrap());
+        let read = CommandAnswer::from_json(documented.as_bytes()).unwrap();
+        assert_eq!(read, answer);
+        assert_eq!((answer.is_accepted(), answer.is_taken()), (n == 0, n < 2));
+    }
+}
+
+#[test]
+fn every_command_is_documented_with_an_example_that_is_one() {
+    let mut documented = BTreeSet::new();
+    for row in table("### What a slave can be told") {
+        let text = format!(r#"{{ "version": 1, "slave": "s", "command": {} }}"#, row[0]);
+        let order = CommandOrder::from_json(text.as_bytes())
+            .unwrap_or_else(|error| panic!("{}: {error}", row[0]));
+        assert!(row[1].starts_with(order.command.name()), "{row:?}");
+        let command: Value = serde_json::from_str(row[0]).unwrap();
+        documented.extend(command.as_object().unwrap().keys().cloned());
+    }
+    assert_eq!(documented, commands());
+}
+
+/// The names of all commands, as the code lists them.
+fn commands() -> BTreeSet<String> {
+    let text = r#"{ "version": 1, "slave": "s", "command": { "dance": {} } }"#;
+    let error = CommandOrder::from_json(text.as_bytes()).unwrap_err();
+    let text = error.to_string();
+    let (_, known) = text.split_once("expected one of").unwrap();
+    known
+        .split('`')
+        .skip(1)
+        .step_by(2)
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn every_reason_is_documented() {
+    let documented: BTreeSet<_> = table("| reason |").into_iter().map(|row| row[0]).collect();
+    let mut expected = BTreeSet::from(["malformed"]);
+    expected.extend(
+        [
+            NotTaken::NoSlaves,
+            NotTaken::UnknownSlave {
+                received: name("x"),
+                known: [None; MAX_KNOWN_SLAVES],
+            },
+            NotTaken::NoDryRun { command: "MC_X" },
+            NotTaken::Busy,
+            NotTaken::NoAnswer,
+            NotTaken::Stopped,
+        ]
+        .iter()
+        .map(NotTaken::name),
+    );
+    assert_eq!(documented, expected);
+}
+
+#[test]
+fn what_is_wrong_with_an_order_is_named() {
+    let halt = json!({ "halt": {} });
+    for (order, expected) in [
+        (json!({}), "missing field `version`"),
+        (json!([1, 2]), "trailing characters"),
+        (
+            json!({ "version": 2, "anything": "else" }),
+            "version: received 2, expected 1",
+        ),
+        (
+            json!({ "version": 1, "command": halt }),
+            "missing field `slave`",
+        ),
+        (
+            json!({ "version": 1, "slave": "a b", "command": halt }),
+            "slave: \"a b\" is no slave name",
+        ),
+        (
+            json!({ "version": 1, "slave": "s", "command": halt, "dryrun": true }),
+            "dryrun: unknown field `dryrun`",
+        ),
+        (
+            json!({ "version": 1, "slave": "s", "command": { "home": { "position": "x" } } }),
+            "command.home.position: invalid type",
+        ),
+        (
+            json!({ "version": 1, "slave": "s", "command": { "home": {} } }),
+            "missing field `position`",
+        ),
+        (
+            json!({ "version": 1, "slave": "s", "command": { "halt": {}, "reset": {} } }),
+            "command",
+        ),
+    ] {
+        let error = CommandOrder::from_json(order.to_string().as_bytes()).unwrap_err();
+        let answer = CommandAnswer::malformed(&error);
+        let Verdict::NotTaken { reason, text } = answer.verdict else {
+            panic!("{order} is taken");
+        };
+        assert_eq!(reason, "malformed");
+        assert!(text.contains(expected), "{order}: {text}");
+    }
+    let twice = format!("{0}{0}", documented_order().to_json());
+    assert!(CommandOrder::from_json(twice.as_bytes()).is_err());
+}
+
+#[test]
+fn an_order_that_is_too_long_is_not_even_looked_at() {
+    let mut text = documented_order().to_json();
+    text.extend(std::iter::repeat_n(' ', MAX_ORDER_BYTES - text.len()));
+    assert!(CommandOrder::from_json(text.as_bytes()).is_ok());
+    text.push(' ');
+    let received = MAX_ORDER_BYTES + 1;
+    let error = CommandOrder::from_json(text.as_bytes());
+    assert_eq!(error, Err(BadOrder::TooLong { received }));
+}
+
+#[test]
+fn somebody_who_asks_for_an_unknown_slave_hears_which_there_are() {
+    let mut known = [None; MAX_KNOWN_SLAVES];
+    known[0] = Some(name("carriage"));
+    known[1] = Some(name("tool"));
+    let unknown = NotTaken::UnknownSlave {
+        received: name("cariage"),
+        known,
+    };
+    let text = unknown.to_string();
+    assert_eq!(text, "slave: received \"cariage\", expected carriage, tool");
+}
+
+#[test]
+fn an_answer_of_another_version_or_with_more_fields() {
+    let mut answer: Value = serde_json::from_str(example(1)).unwrap();
+    answer["weather"] = json!("fine");
+    assert!(CommandAnswer::from_json(answer.to_string().as_bytes()).is_ok());
+    answer["version"] = json!(2);
+    let error = CommandAnswer::from_json(answer.to_string().as_bytes()).unwrap_err();
+    assert!(
+        error.to_string().contains("received 2, expected 1"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_dry_run_has_no_job() {
+    let order = CommandOrder {
+        dry_run: true,
+        ..documented_order()
+    };
+    let outcome = CommandOutcome::Accepted {
+        accepted: Accepted::Job(JobNumber(7)),
+        slave: SlaveView {
+            status: AxisStatus::Standstill,
+            coupling: None,
+            position: 0.0,
+            velocity: 0.0,
+        },
+    };
+    let Verdict::Accepted { dry_run, job, .. } = CommandAnswer::new(&order, &outcome).verdict
+    else {
+        panic!("not accepted");
+    };
+    assert_eq!((dry_run, job), (true, None));
+}
+
+/// Every documented command.
+fn any_order() -> impl Strategy<Value = String> {
+    let commands: Vec<_> = table("### What a slave can be told")
+        .into_iter()
+        .map(|row| row[0])
+        .collect();
+    let with = |command| format!(r#"{{"version":1,"slave":"s","command":{command}}}"#);
+    proptest::sample::select(commands).prop_map(with)
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_make_the_decoder_panic(bytes in proptest::collection::vec(any::<u8>(), 0..600)) {
+        let _ = CommandOrder::from_json(&bytes);
+        let _ = CommandAnswer::from_json(&bytes);
+    }
+
+    #[test]
+    fn a_damaged_order_is_refused_or_means_something(
+        text in any_order(),
+        place in any::<proptest::sample::Index>(),
+        byte in any::<u8>(),
+        length in any::<proptest::sample::Index>(),
+    ) {
+        let mut bytes = text.into_bytes();
+        let place = place.index(bytes.len());
+        bytes[place] = byte;
+        if let Ok(order) = CommandOrder::from_json(&bytes) {
+            let again = CommandOrder::from_json(order.to_json().as_bytes());
+            let again = again.map(|again| again.command.name());
+            prop_assert_eq!(again, Ok(order.command.name()));
+        }
+        bytes.truncate(length.index(bytes.len()));
+        prop_assert!(CommandOrder::from_json(&bytes).is_err());
+    }
+
+    #[test]
+    fn every_finite_position_survives_but_for_its_last_bit(
+        position in proptest::num::f64::NORMAL,
+    ) {
+        let order = CommandOrder {
+            command: Command::Home { position },
+            ..documented_order()
+        };
+        let read = CommandOrder::from_json(order.to_json().as_bytes()).unwrap();
+        let Command::Home { position: read } = read.command else {
+            panic!("another command");
+        };
+        prop_assert!((read - position).abs() <= position.abs() * f64::EPSILON);
+    }
+
+    #[test]
+    fn deep_nesting_is_refused(depth in 1_usize..2000) {
+        let text = "[".repeat(depth);
+        prop_assert!(CommandOrder::from_json(text.as_bytes()).is_err());
+    }
+}
