@@ -1,7 +1,10 @@
 //! The receiver's config file.
 
+mod slave;
+
+use std::path::Path;
+
 use coaxle_clock::observer::ObserverParameters;
-use coaxle_motion::drive::DriveParameters;
 use coaxle_motion::remote::{AxisSyncParameters, FilterMode};
 use coaxle_node::Channel;
 use coaxle_node::config::{
@@ -9,6 +12,8 @@ use coaxle_node::config::{
 };
 use coaxle_node::keys::NodeName;
 use serde::{Deserialize, Serialize};
+
+pub use slave::{CamSource, CoupleConfig, GearConfig, MOST_SLAVES, SlaveConfig};
 
 /// A receiver: whose axis it follows, how, and what it drives.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,15 +37,9 @@ pub struct ReceiverConfig {
     /// The constant part of the delay, in observer mode.
     #[serde(default)]
     pub delay: DelayConfig,
-    /// The gear between the far axis and the slave.
-    #[serde(default)]
-    pub gear: GearConfig,
-    /// The slave's axis.
-    #[serde(default)]
-    pub slave: SlaveConfig,
-    /// The simulated drive.
-    #[serde(default)]
-    pub drive: DriveParameters,
+    /// The slaves, 1 to 8.
+    #[serde(rename = "slave", default = "one_slave")]
+    pub slaves: Vec<SlaveConfig>,
     /// Faults laid over everything that comes from the followed node, and over the questions to it.
     #[serde(default)]
     pub faults: LinkConfig,
@@ -66,6 +65,48 @@ impl ReceiverConfig {
     #[must_use]
     pub fn asks(&self) -> bool {
         self.mode == Mode::Observer && self.delay == DelayConfig::Measured
+    }
+
+    /// Takes the files that the config names by relative paths from `folder`, say the config's own.
+    pub fn relative_to(&mut self, folder: &Path) {
+        for slave in &mut self.slaves {
+            slave.relative_to(folder);
+        }
+    }
+
+    /// The axis id of the n-th slave.
+    #[must_use]
+    pub fn slave_id(&self, n: usize) -> u32 {
+        let counted = (n + 1) as u32;
+        self.slaves.get(n).and_then(|s| s.id).unwrap_or(counted)
+    }
+
+    /// The number of the slave with an axis id.
+    #[must_use]
+    pub fn slave_with_id(&self, id: u32) -> Option<usize> {
+        (0..self.slaves.len()).find(|n| self.slave_id(*n) == id)
+    }
+
+    /// The one gear from the far axis to the n-th slave, if gears alone couple them from the start.
+    #[must_use]
+    pub fn gear_to(&self, n: usize) -> Option<GearConfig> {
+        let mut slave = self.slaves.get(n)?;
+        let mut whole = GearConfig::default();
+        for _ in 0..self.slaves.len() {
+            if slave.couple() != CoupleConfig::Gear || !slave.steps.is_empty() {
+                return None;
+            }
+            whole = GearConfig {
+                ratio: whole.ratio * slave.gear.ratio,
+                offset: whole.ratio * slave.gear.offset + whole.offset,
+            };
+            if slave.master.is_empty() {
+                return Some(whole);
+            }
+            let is_master = |other: &&SlaveConfig| other.name.as_str() == slave.master;
+            slave = self.slaves.iter().find(is_master)?;
+        }
+        None
     }
 
     /// Faults laid over its questions.
@@ -171,37 +212,8 @@ impl From<Mode> for FilterMode {
     }
 }
 
-/// A linear gear: slave = ratio · master + offset.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
-pub struct GearConfig {
-    /// Slave units per master unit, not 0.
-    pub ratio: f64,
-    /// The slave's position at master position 0, u.
-    pub offset: f64,
-}
-
-impl Default for GearConfig {
-    fn default() -> Self {
-        Self {
-            ratio: 1.0,
-            offset: 0.0,
-        }
-    }
-}
-
-/// The slave's axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
-pub struct SlaveConfig {
-    /// Its axis id, under which other receivers can follow it.
-    pub id: u32,
-}
-
-impl Default for SlaveConfig {
-    fn default() -> Self {
-        Self { id: first_axis() }
-    }
+fn one_slave() -> Vec<SlaveConfig> {
+    vec![SlaveConfig::default()]
 }
 
 const fn first_axis() -> u32 {

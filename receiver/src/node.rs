@@ -3,24 +3,28 @@
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
-use coaxle_motion::drive::{Drive, WrongDriveParameter};
-use coaxle_motion::gear::{LinearGear, RatioZero};
+use coaxle_motion::slave::{Accepted, Command, Refusal};
+use coaxle_node::command::{MAX_KNOWN_SLAVES, NotTaken, SlaveName};
 use coaxle_node::exchange::{QUESTION_CAPACITY, encode_question};
 use coaxle_node::frame::{body_capacity, encode_body, sender_id};
-use coaxle_node::{Answering, Channel, FrameHeader, Message, Node, Outgoing};
+use coaxle_node::keys::NodeName;
+use coaxle_node::{
+    Answering, Channel, CommandOrder, CommandOutcome, FrameHeader, Message, Node, Outgoing,
+};
 
 use crate::config::ReceiverConfig;
 use crate::far_clock::FarClockSetup;
 use crate::pipeline::Pipeline;
-use crate::slave;
+use crate::slaves::{SlaveNumber, Slaves, WrongSlave};
 use crate::snapshot::ReceiverSnapshot;
 
-/// A receiver: follows one far axis and drives one slave with it.
+/// A receiver: follows one far axis and drives slaves with it.
 #[derive(Debug)]
 pub struct Receiver {
     schedule: Schedule,
     pipeline: Pipeline,
     identity: Identity,
+    slave_names: Vec<NodeName>,
     turn: Turn,
     woke: Instant<Local>,
     body: Vec<u8>,
@@ -32,26 +36,22 @@ pub struct Receiver {
     asking: Option<usize>,
 }
 
-/// What every frame of the slave says of its sender.
+/// What every frame of the slaves says of its sender.
 #[derive(Debug)]
 struct Identity {
     sender: u32,
     epoch: u64,
-    slave_id: u32,
 }
 
 /// A config that no receiver can run with.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ReceiverError {
     /// A parameter of the TS5066 blocks.
     #[error("sync: {0}")]
     Sync(#[from] WrongParameter),
-    /// The gear.
-    #[error("gear: {0}")]
-    Gear(#[from] RatioZero),
-    /// The drive.
-    #[error("drive: {0}")]
-    Drive(#[from] WrongDriveParameter),
+    /// A slave.
+    #[error(transparent)]
+    Slave(#[from] WrongSlave),
 }
 
 impl Receiver {
@@ -64,8 +64,6 @@ impl Receiver {
         start: Instant<Local>,
         epoch: u64,
     ) -> Result<Self, ReceiverError> {
-        let gear = LinearGear::new(config.gear.ratio, config.gear.offset)?;
-        let drive = Drive::new(config.drive)?;
         let cycle_time = config.cycle_time_us.0;
         let setup = FarClockSetup {
             cycle_time,
@@ -76,22 +74,19 @@ impl Receiver {
             run: epoch,
         };
         let sender = sender_id(&config.name);
-        let pipeline = Pipeline::new(setup, gear, drive)?;
+        let pipeline = Pipeline::new(setup, Slaves::new(config)?)?;
         Ok(Self {
             schedule: Schedule::new(start, cycle_time),
             pipeline,
-            identity: Identity {
-                sender,
-                epoch,
-                slave_id: config.slave.id,
-            },
+            identity: Identity { sender, epoch },
+            slave_names: config.slaves.iter().map(|s| s.name.clone()).collect(),
             turn: Turn {
                 count: 0,
                 ideal_start: start,
                 elapsed: 0,
             },
             woke: start,
-            body: vec![0; body_capacity(1)],
+            body: vec![0; body_capacity(config.slaves.len())],
             pending: None,
             answering: Answering::new(sender, epoch, start, cycle_time),
             question: [0; QUESTION_CAPACITY],
@@ -99,12 +94,33 @@ impl Receiver {
         })
     }
 
-    /// The slave's frame of this cycle. A slave that was never coupled has nothing to say.
-    fn encode_slave(&self, body: &mut [u8]) -> Option<usize> {
-        let set = self.pipeline.slave()?;
-        let master = self.pipeline.master();
-        let drive = self.pipeline.drive();
-        let axis = slave::axis_of(self.identity.slave_id, &set, master.as_ref(), &drive);
+    /// The slave with a name.
+    #[must_use]
+    pub fn slave_number(&self, name: &str) -> Option<SlaveNumber> {
+        let is_it = |slave: &NodeName| slave.as_str() == name;
+        self.slave_names.iter().position(is_it).map(SlaveNumber)
+    }
+
+    /// A command to a slave, besides those of its program. It takes effect with the next cycle.
+    ///
+    /// # Errors
+    /// [`Refusal`]: nothing has changed by it.
+    ///
+    /// # Panics
+    /// If the number is one of another receiver's, which has more slaves.
+    pub fn command(&mut self, slave: SlaveNumber, command: &Command) -> Result<Accepted, Refusal> {
+        self.pipeline.command(slave, command)
+    }
+
+    /// The names of its slaves, for somebody who asks for another.
+    fn known_slaves(&self) -> [Option<SlaveName>; MAX_KNOWN_SLAVES] {
+        let name = |name: &NodeName| SlaveName::new(name.as_str()).ok();
+        let mut names = self.slave_names.iter().filter_map(name);
+        std::array::from_fn(|_| names.next())
+    }
+
+    /// The frame of the slaves in this cycle, if they have anything to say.
+    fn encode_slaves(&mut self) -> Option<usize> {
         let header = FrameHeader {
             sender: self.identity.sender,
             epoch: self.identity.epoch,
@@ -113,7 +129,10 @@ impl Receiver {
             cycle_time: self.schedule.cycle_time(),
             send_stamp: None,
         };
-        encode_body(&header, &[axis], body).ok()
+        match self.pipeline.slave_axes() {
+            [] => None,
+            axes => encode_body(&header, axes, &mut self.body).ok(),
+        }
     }
 
     /// The question of this cycle, if one is due.
@@ -137,13 +156,30 @@ impl Node for Receiver {
         }
     }
 
+    fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+        let Some(number) = self.slave_number(order.slave.as_str()) else {
+            return CommandOutcome::NotTaken(NotTaken::UnknownSlave {
+                received: order.slave,
+                known: self.known_slaves(),
+            });
+        };
+        if order.dry_run {
+            let command = order.command.name();
+            return CommandOutcome::NotTaken(NotTaken::NoDryRun { command });
+        }
+        let answer = self.command(number, &order.command);
+        let slave = self.pipeline.slave_view(number);
+        match answer {
+            Ok(accepted) => CommandOutcome::Accepted { accepted, slave },
+            Err(refusal) => CommandOutcome::Refused { refusal, slave },
+        }
+    }
+
     fn cycle(&mut self, now: Instant<Local>) -> Turn {
         self.turn = self.schedule.take(now);
         self.woke = now;
         self.pipeline.scan(&self.turn);
-        let mut body = std::mem::take(&mut self.body);
-        self.pending = self.encode_slave(&mut body);
-        self.body = body;
+        self.pending = self.encode_slaves();
         self.answering.answer(&self.turn, now);
         self.asking = self.encode_question();
         self.turn
@@ -185,8 +221,7 @@ impl Node for Receiver {
             observer: self.pipeline.observer(),
             delay: self.pipeline.delay(),
             questions: self.answering.counters(),
-            slave: self.pipeline.slave(),
-            drive: self.pipeline.drive(),
+            slaves: self.pipeline.slaves(),
         }
     }
 }

@@ -1,46 +1,41 @@
-//! The way of the data: far axis in, slave set values out. One scan, top to bottom.
+//! The way of the data: far axis in, set values of the slaves out. One scan, top to bottom.
 
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::delay::{Answer, DelayOutput};
 use coaxle_clock::observer::ObserverOutput;
 use coaxle_clock::time_sync::WrongParameter;
-use coaxle_clock::{CycleTime, Instant, Local, Remote, Span};
+use coaxle_clock::{CycleTime, Instant, Local, Remote, Seconds, Span};
 use coaxle_motion::axis::NcToPlcAxis;
-use coaxle_motion::drive::{Drive, DriveState};
-use coaxle_motion::gear::LinearGear;
 use coaxle_motion::profile::Kinematics;
 use coaxle_motion::remote::{AxisSyncOutput, FilterState};
+use coaxle_motion::slave::{Accepted, Command, Refusal};
+use coaxle_node::command::SlaveView;
 use coaxle_node::{Message, Sample};
 
-use crate::config::Mode;
+use crate::config::{MOST_SLAVES, Mode};
 use crate::far_clock::{Far, FarClock, FarClockSetup};
 use crate::inbox::Inbox;
-use crate::snapshot::{Counters, DriveSnapshot, Health, MasterSnapshot};
+use crate::slaves::{Master, SlaveNumber, Slaves};
+use crate::snapshot::{Counters, Health, MasterSnapshot, SlaveSnapshot};
 
-/// Everything between the mailbox and the drive.
+/// Everything between the mailbox and the drives.
 #[derive(Debug)]
 pub(crate) struct Pipeline {
     cycle_time: CycleTime,
     mode: Mode,
     inbox: Inbox,
     far_clock: FarClock,
-    gear: LinearGear,
-    drive: Drive,
+    slaves: Slaves,
     master: Option<MasterSnapshot>,
     observer: Option<ObserverOutput>,
     delay: Option<DelayOutput>,
-    slave: Option<Kinematics>,
     /// The newest message that was used, and own cycles since.
     last: Option<(u64, u64)>,
     age_cycles: u32,
 }
 
 impl Pipeline {
-    pub(crate) fn new(
-        setup: FarClockSetup,
-        gear: LinearGear,
-        drive: Drive,
-    ) -> Result<Self, WrongParameter> {
+    pub(crate) fn new(setup: FarClockSetup, slaves: Slaves) -> Result<Self, WrongParameter> {
         let cycle_time = setup.cycle_time;
         let age_limit = match setup.sync.time_sync.age_of_data_limit {
             0 => None,
@@ -51,12 +46,10 @@ impl Pipeline {
             mode: setup.mode,
             inbox: Inbox::new(age_limit),
             far_clock: FarClock::new(setup)?,
-            gear,
-            drive,
+            slaves,
             master: None,
             observer: None,
             delay: None,
-            slave: None,
             last: None,
             age_cycles: 0,
         })
@@ -77,24 +70,55 @@ impl Pipeline {
 
     /// One scan.
     pub(crate) fn scan(&mut self, turn: &Turn) {
+        let far = self.far_axis(turn);
+        let elapsed = self.cycle_time.as_secs_f64() * f64::from(turn.elapsed);
+        self.slaves.update(far.as_ref(), Seconds(elapsed));
+    }
+
+    /// The far axis, local and smooth; none as long as nothing has come, or nothing that fits.
+    fn far_axis(&mut self, turn: &Turn) -> Option<Master> {
         let far_clock = &mut self.far_clock;
         let image = self
             .inbox
             .image(turn.ideal_start, |at, sample| far_clock.hear(at, sample));
-        let Some(sample) = image else {
-            return;
-        };
+        let sample = image?;
         self.count_age(&sample, turn.elapsed);
         let Some(far) = self.far_clock.update(&sample, turn) else {
             self.master = None;
-            return;
+            return None;
         };
-        let slave = self.gear.slave_of(&far.axis.axis);
-        self.move_drive(&slave, turn.elapsed);
         self.master = Some(self.master_snapshot(&sample, &far));
         self.observer = far.observer;
         self.delay = far.delay;
-        self.slave = Some(slave);
+        Some(self.as_master(&sample, &far.axis))
+    }
+
+    /// The far axis as the master of slaves.
+    fn as_master(&self, sample: &Sample, far: &AxisSyncOutput) -> Master {
+        let error_code = far
+            .error
+            .map_or(sample.axis.error_code, |error| error.code().into());
+        let is_sound = error_code == 0 && self.silence() <= SILENCE;
+        Master {
+            set: kinematics(&far.axis),
+            is_sound,
+            is_ready: is_sound && (far.synced || !self.mode.synchronises()),
+            error_code: far.error.map_or(0, |error| error.code().into()),
+        }
+    }
+
+    /// A command to a slave that does not come from its program.
+    pub(crate) fn command(
+        &mut self,
+        slave: SlaveNumber,
+        command: &Command,
+    ) -> Result<Accepted, Refusal> {
+        self.slaves.command(slave, command)
+    }
+
+    /// A slave as the answer to a command shows it.
+    pub(crate) fn slave_view(&self, slave: SlaveNumber) -> SlaveView {
+        self.slaves.view(slave)
     }
 
     fn count_age(&mut self, sample: &Sample, elapsed: u32) {
@@ -103,15 +127,6 @@ impl Pipeline {
             self.age_cycles = self.age_cycles.saturating_add(elapsed);
         } else {
             self.age_cycles = 0;
-        }
-    }
-
-    fn move_drive(&mut self, slave: &Kinematics, elapsed: u32) {
-        if self.drive.state() == DriveState::Off {
-            self.drive.power_on(slave.position, slave.velocity);
-        } else {
-            let dt = self.cycle_time.as_secs_f64() * f64::from(elapsed);
-            self.drive.step(slave.position, dt);
         }
     }
 
@@ -137,8 +152,8 @@ impl Pipeline {
     }
 
     pub(crate) fn health(&self) -> Health {
-        if self.drive.state() == DriveState::Tripped {
-            return Health::DriveTripped;
+        if let Some(fault) = self.slaves.fault() {
+            return fault;
         }
         if self.far_clock.is_refused() {
             return Health::CycleTimesDoNotFit;
@@ -183,17 +198,13 @@ impl Pipeline {
         self.delay
     }
 
-    pub(crate) const fn slave(&self) -> Option<Kinematics> {
-        self.slave
+    pub(crate) fn slaves(&self) -> [Option<SlaveSnapshot>; MOST_SLAVES] {
+        self.slaves.snapshots()
     }
 
-    pub(crate) fn drive(&self) -> DriveSnapshot {
-        DriveSnapshot {
-            state: self.drive.state(),
-            position: self.drive.position(),
-            velocity: self.drive.velocity(),
-            following_error: self.drive.following_error(),
-        }
+    /// What is published of the slaves, by axis id.
+    pub(crate) fn slave_axes(&mut self) -> &[NcToPlcAxis] {
+        self.slaves.axes()
     }
 }
 

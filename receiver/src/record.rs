@@ -1,5 +1,7 @@
 //! One receiver cycle as a flat row: what trace files hold and measurements are made from.
 
+mod slave;
+
 use coaxle_clock::delay::DelayState;
 use coaxle_clock::observer::ObserverState;
 use coaxle_clock::{Instant, Remote, Seconds};
@@ -7,11 +9,15 @@ use coaxle_motion::drive::DriveState;
 use coaxle_motion::remote::FilterState;
 use serde::{Deserialize, Serialize};
 
+pub use slave::SlaveRecord;
+
 use crate::snapshot::ReceiverSnapshot;
 
 /// A row of a receiver's trace. Instants are nanoseconds of the world's reference clock: true time
 /// in the pretend world, the machine's monotonic clock in the real one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+///
+/// In a file the columns of the slaves come last.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReceiverRecord {
     /// Ideal start of the cycle, ns.
     pub at_ns: i64,
@@ -75,18 +81,6 @@ pub struct ReceiverRecord {
     pub exchanges: u64,
     /// Answers refused so far.
     pub answers_refused: u64,
-    /// The slave's set position, slave units.
-    pub slave_position: Option<f64>,
-    /// The slave's set velocity, slave units/s.
-    pub slave_velocity: Option<f64>,
-    /// The drive's state.
-    pub drive_state: DriveStateName,
-    /// Actual position, slave units.
-    pub drive_position: f64,
-    /// Actual velocity, slave units/s.
-    pub drive_velocity: f64,
-    /// Following error, slave units.
-    pub following_error: f64,
     /// Accepted messages so far.
     pub received: u64,
     /// Missing messages so far.
@@ -101,6 +95,11 @@ pub struct ReceiverRecord {
     pub rejected: u64,
     /// New runs of the sender so far.
     pub restarts: u64,
+    /// The first slave.
+    pub slave: SlaveRecord,
+    /// The other slaves.
+    #[serde(default)]
+    pub others: Vec<SlaveRecord>,
 }
 
 macro_rules! named {
@@ -166,8 +165,12 @@ named! {
         Error = "error",
         /// The cycle times do not fit.
         CycleTimesDoNotFit = "cycle-times-do-not-fit",
-        /// The drive tripped.
+        /// A drive tripped.
         DriveTripped = "drive-tripped",
+        /// A slave is in error stop.
+        SlaveFailed = "slave-failed",
+        /// What its config has a slave do was refused.
+        CommandRefused = "command-refused",
     }
 }
 
@@ -183,6 +186,12 @@ impl From<FilterState> for StateName {
     }
 }
 
+impl Default for DriveStateName {
+    fn default() -> Self {
+        DriveState::default().into()
+    }
+}
+
 impl From<DriveState> for DriveStateName {
     fn from(state: DriveState) -> Self {
         match state {
@@ -194,8 +203,8 @@ impl From<DriveState> for DriveStateName {
 }
 
 impl ReceiverRecord {
-    /// The names of all fields, in their order: the columns of a trace.
-    pub const COLUMNS: [&'static str; 44] = [
+    /// The names of all fields but those of the slaves, in their order.
+    const COLUMNS: [&'static str; 38] = [
         "at_ns",
         "woke_ns",
         "cycle",
@@ -227,12 +236,6 @@ impl ReceiverRecord {
         "delay_uncertainty_us",
         "exchanges",
         "answers_refused",
-        "slave_position",
-        "slave_velocity",
-        "drive_state",
-        "drive_position",
-        "drive_velocity",
-        "following_error",
         "received",
         "lost",
         "duplicates",
@@ -242,6 +245,26 @@ impl ReceiverRecord {
         "restarts",
     ];
 
+    /// The columns of a trace of a receiver with slaves of these names. Those of all slaves but
+    /// the first have the slave's name in front.
+    #[must_use]
+    pub fn columns<'a>(slaves: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+        let named = |(n, name): (usize, &'a str)| {
+            SlaveRecord::COLUMNS.map(|column| match n {
+                0 => column.to_owned(),
+                _ => format!("{name}.{column}"),
+            })
+        };
+        let slaves = slaves.into_iter().enumerate().flat_map(named);
+        let own = Self::COLUMNS.map(str::to_owned);
+        own.into_iter().chain(slaves).collect()
+    }
+
+    /// All slaves, in the order of the config.
+    pub fn slaves(&self) -> impl Iterator<Item = &SlaveRecord> {
+        std::iter::once(&self.slave).chain(&self.others)
+    }
+
     /// The row of a cycle whose ideal start and wake-up the world dates in its own clock.
     #[must_use]
     pub fn new(at_ns: i64, woke_ns: i64, snapshot: &ReceiverSnapshot) -> Self {
@@ -249,6 +272,7 @@ impl ReceiverRecord {
         let observer = snapshot.observer.as_ref();
         let delay = snapshot.delay.as_ref();
         let counters = &snapshot.counters;
+        let mut slaves = snapshot.slaves().map(SlaveRecord::new);
         Self {
             at_ns,
             woke_ns,
@@ -283,12 +307,6 @@ impl ReceiverRecord {
             delay_uncertainty_us: delay.and_then(|d| d.uncertainty).map(Seconds::as_micros),
             exchanges: delay.map_or(0, |d| d.exchanges),
             answers_refused: delay.map_or(0, |d| d.refused),
-            slave_position: snapshot.slave.map(|s| s.position),
-            slave_velocity: snapshot.slave.map(|s| s.velocity),
-            drive_state: snapshot.drive.state.into(),
-            drive_position: snapshot.drive.position,
-            drive_velocity: snapshot.drive.velocity,
-            following_error: snapshot.drive.following_error,
             received: counters.received,
             lost: counters.lost,
             duplicates: counters.duplicates,
@@ -296,6 +314,8 @@ impl ReceiverRecord {
             stale: counters.stale,
             rejected: counters.rejected.total(),
             restarts: counters.restarts,
+            slave: slaves.next().unwrap_or_default(),
+            others: slaves.collect(),
         }
     }
 

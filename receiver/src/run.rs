@@ -5,13 +5,16 @@ mod journal;
 mod recorder;
 mod status;
 
+use std::path::PathBuf;
+
 use anyhow::anyhow;
 use coaxle_clock::{Instant, Local};
-use coaxle_host::{NodeArgs, Publication, Setup, Subscription};
+use coaxle_host::{NodeArgs, Publication, Setup, Subscription, Trace};
 use coaxle_node::{Channel, Intake, Reader};
 
 use crate::config::ReceiverConfig;
 use crate::node::Receiver;
+use crate::record::ReceiverRecord;
 use recorder::ReceiverRecorder;
 
 /// What a receiver is told on its command line.
@@ -24,6 +27,7 @@ pub type Args = NodeArgs;
 /// endpoints cannot be opened, or the trace could not be kept.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut config: ReceiverConfig = args.load()?;
+    config.relative_to(args.folder());
     config.transport = args.transport(&config.transport)?;
     if args.check {
         build(&args.file(), &config, Instant::EPOCH, 0)?;
@@ -44,7 +48,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 fn setup(args: &Args, config: ReceiverConfig) -> anyhow::Result<Setup<Receiver>> {
-    let recorder = ReceiverRecorder::new(&config, args.trace()?);
+    let recorder = ReceiverRecorder::new(&config, trace(args, &config)?);
     let file = args.file();
     Ok(Setup {
         name: config.name.clone(),
@@ -60,6 +64,13 @@ fn setup(args: &Args, config: ReceiverConfig) -> anyhow::Result<Setup<Receiver>>
         build: Box::new(move |start, epoch| build(&file, &config, start, epoch)),
         recorder: Box::new(recorder),
     })
+}
+
+fn trace(args: &Args, config: &ReceiverConfig) -> anyhow::Result<Option<Trace<ReceiverRecord>>> {
+    let names = config.slaves.iter().map(|slave| slave.name.as_str());
+    let columns = ReceiverRecord::columns(names);
+    let create = |path: &PathBuf| Trace::with_columns(path, &columns);
+    args.trace.as_ref().map(create).transpose()
 }
 
 fn publications(config: &ReceiverConfig) -> Vec<Publication> {

@@ -4,11 +4,15 @@ use coaxle_clock::delay::DelayOutput;
 use coaxle_clock::observer::ObserverOutput;
 use coaxle_clock::time_sync::{SyncError, SyncWarning};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Remote, Seconds};
+use coaxle_motion::axis::AxisStatus;
 use coaxle_motion::drive::DriveState;
 use coaxle_motion::profile::Kinematics;
 use coaxle_motion::remote::FilterState;
+use coaxle_motion::slave::{CouplingPhase, Refusal, SlaveError};
 use coaxle_node::{AnsweringCounters, RejectionCounters};
 
+use crate::config::MOST_SLAVES;
+use crate::program::ProgramSnapshot;
 use crate::record::HealthName;
 
 /// A receiver after a cycle.
@@ -36,10 +40,50 @@ pub struct ReceiverSnapshot {
     pub delay: Option<DelayOutput>,
     /// What became of questions about the node's own clock.
     pub questions: AnsweringCounters,
-    /// The slave's set values, as given to the drive; none until it is coupled.
-    pub slave: Option<Kinematics>,
-    /// The drive.
+    /// The slaves, in the order of the config.
+    pub slaves: [Option<SlaveSnapshot>; MOST_SLAVES],
+}
+
+impl ReceiverSnapshot {
+    /// The slaves there are.
+    pub fn slaves(&self) -> impl Iterator<Item = &SlaveSnapshot> {
+        self.slaves.iter().flatten()
+    }
+
+    /// The first slave's set values, as given to the drive; none until it is coupled.
+    #[must_use]
+    pub fn slave(&self) -> Option<Kinematics> {
+        self.slaves().next()?.set
+    }
+
+    /// The first slave's drive.
+    #[must_use]
+    pub fn drive(&self) -> DriveSnapshot {
+        self.slaves()
+            .next()
+            .map_or_else(DriveSnapshot::default, |slave| slave.drive)
+    }
+}
+
+/// A slave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlaveSnapshot {
+    /// Its axis id.
+    pub id: u32,
+    /// Its state in the PLCopen diagram.
+    pub status: AxisStatus,
+    /// How far its coupling is; none without one.
+    pub phase: Option<CouplingPhase>,
+    /// Why it is in error stop.
+    pub error: Option<SlaveError>,
+    /// Why a command was refused last.
+    pub refusal: Option<Refusal>,
+    /// Its set values, as given to the drive; none until it is coupled, if it only follows its gear.
+    pub set: Option<Kinematics>,
+    /// Its drive.
     pub drive: DriveSnapshot,
+    /// Its program.
+    pub program: Option<ProgramSnapshot>,
 }
 
 /// The far axis, received and corrected.
@@ -76,7 +120,7 @@ pub struct MasterSnapshot {
     pub drift_ppm: f64,
 }
 
-/// The drive.
+/// A drive, in the positions of its axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DriveSnapshot {
     /// Off, following or tripped.
@@ -125,8 +169,18 @@ pub enum Health {
     Error(SyncError),
     /// The master's cycle time does not fit the own one: 0x4b56.
     CycleTimesDoNotFit,
-    /// The drive tripped.
+    /// A drive tripped.
     DriveTripped,
+    /// A slave is in error stop.
+    SlaveFailed {
+        /// Its place in the config.
+        slave: usize,
+    },
+    /// What its config has a slave do was refused.
+    CommandRefused {
+        /// Its place in the config.
+        slave: usize,
+    },
 }
 
 impl Health {
@@ -141,6 +195,8 @@ impl Health {
             Self::Error(_) => HealthName::Error,
             Self::CycleTimesDoNotFit => HealthName::CycleTimesDoNotFit,
             Self::DriveTripped => HealthName::DriveTripped,
+            Self::SlaveFailed { .. } => HealthName::SlaveFailed,
+            Self::CommandRefused { .. } => HealthName::CommandRefused,
         }
     }
 }

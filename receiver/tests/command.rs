@@ -49,10 +49,10 @@ fn a_check_finds_what_is_wrong_and_names_file_and_field() {
             "sync.time-sync.data-cycle-time-s = 0.0015",
             "sync: 0x4b56: data-cycle-time-s is 0.0015, expected 0, or a whole multiple",
         ),
-        ("gear.ratio = 0.0", "gear: "),
+        ("slave = [{ gear.ratio = 0.0 }]", "slave[0].gear: "),
         (
-            "drive.max-velocity = -1.0",
-            "drive: max-velocity is -1, expected a finite number of at least 0",
+            "slave = [{ drive.max-velocity = -1.0 }]",
+            "slave[0].drive: max-velocity is -1, expected a finite number of at least 0",
         ),
         (
             "transport.listen = ['tcp/0.0.0.0']",

@@ -249,8 +249,8 @@ fn body(sender: &str, axis: NcToPlcAxis) -> Vec<u8> {
 #[test]
 fn a_jump_of_the_master_trips_the_drive_and_the_slave_says_so() {
     let mut far = Far::new(1000, 0, 0, 1);
-    let rest = "mode = 'bypass'\nslave.id = 4\ndrive = { max-velocity = 1000.0, \
-                following-error-window = 2.0, following-error-time-s = 0.02 }";
+    let rest = "mode = 'bypass'\nslave = [{ id = 4, drive = { max-velocity = 1000.0, \
+                following-error-window = 2.0, following-error-time-s = 0.02 } }]";
     let mut near = Near::new(1000, 0, rest);
     near.tweak = Some(Box::new(|sent, sample| {
         if sent > SECOND {
@@ -263,10 +263,10 @@ fn a_jump_of_the_master_trips_the_drive_and_the_slave_says_so() {
     run_pair(&mut far, &mut near, 2 * SECOND);
     assert_eq!(near.last().health, Health::DriveTripped);
     assert_eq!(
-        DriveStateName::from(near.last().drive.state),
+        DriveStateName::from(near.last().drive().state),
         DriveStateName::Tripped
     );
-    assert!(near.last().drive.velocity.abs() < 1e-6, "at rest");
+    assert!(near.last().drive().velocity.abs() < 1e-6, "at rest");
     let axis = slave_axis(&near);
     assert_eq!(axis.error_code, 0x4550);
     assert!(axis.state_word.contains(StateWord::ERROR));
@@ -334,9 +334,15 @@ fn parameters_out_of_range_are_refused_by_name_before_anything_runs() {
         assert!(matches!(error, ReceiverError::Sync(_)), "{text}");
         assert!(text.contains(&format!("0x4b56: {name} is ")), "{text}");
     }
-    let (error, text) = refusal("gear.ratio = 0.0");
-    assert!(matches!(error, ReceiverError::Gear(_)), "{text}");
-    let (error, text) = refusal("drive.position-gain = -3.0");
-    assert!(matches!(error, ReceiverError::Drive(_)), "{text}");
-    assert!(text.contains("position-gain is -3"), "{text}");
+    for (slave, expected) in [
+        ("gear.ratio = 0.0", "slave[0].gear: 0x421b: "),
+        (
+            "drive.position-gain = -3.0",
+            "slave[0].drive: position-gain is -3",
+        ),
+    ] {
+        let (error, text) = refusal(&format!("slave = [{{ {slave} }}]"));
+        assert!(matches!(error, ReceiverError::Slave(_)), "{text}");
+        assert!(text.starts_with(expected), "{text}");
+    }
 }

@@ -107,8 +107,11 @@ fn a_cycle_time_that_does_not_fit_moves_nothing() {
         run_pair(&mut far, &mut near, SECOND);
         let last = near.last();
         assert_eq!(last.health, Health::CycleTimesDoNotFit, "{data_us} {rest}");
-        assert_eq!((last.master, last.slave), (None, None));
-        assert_eq!(DriveStateName::from(last.drive.state), DriveStateName::Off);
+        assert_eq!((last.master, last.slave()), (None, None));
+        assert_eq!(
+            DriveStateName::from(last.drive().state),
+            DriveStateName::Off
+        );
         assert_eq!(near.slave_frame, None);
         assert!(last.counters.received > 400, "it goes on listening");
         let learnt = last.data_cycle_time.expect("known").span().as_micros_f64();
@@ -153,7 +156,7 @@ fn the_index_wraps_unnoticed() {
     );
     assert!(wrapping.last().master.unwrap().synced);
     for (a, b) in wrapping.snapshots.iter().zip(&plain.snapshots) {
-        assert_eq!(a.slave, b.slave);
+        assert_eq!(a.slave(), b.slave());
         assert_eq!(a.health, b.health);
     }
 }

@@ -6,6 +6,7 @@ use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use bench::{Clock, Far, LATENCY, MILLISECOND};
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
+use coaxle_motion::slave::{Command, CouplingPhase, Dynamics};
 use coaxle_node::config::parse;
 use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::{
@@ -24,13 +25,102 @@ fn receiving_cycling_transmitting_and_showing_do_not_allocate() {
     }
 }
 
+/// A plate is coupled, scaled, edited and exchanged again and again, while nothing is allocated.
+#[test]
+fn cams_and_programs_do_not_allocate() {
+    let config: ReceiverConfig = parse("r.toml", CAMS).expect("a config");
+    let clock = Clock { ppm: 0 };
+    let mut receiver = Receiver::new(&config, clock.read(MILLISECOND / 2), 7).expect("a receiver");
+    let halt = Command::Halt {
+        dynamics: Dynamics::default(),
+    };
+    let wheel = receiver.slave_number("wheel").expect("a slave");
+    let (mut in_sync, mut frames, mut refused) = (0, 0, 0);
+    assert_no_alloc(|| {
+        while receiver.next_cycle() < clock.read(8_000 * MILLISECOND) {
+            let _ = receiver.cycle(receiver.next_cycle());
+            while let Some(outgoing) = receiver.transmit() {
+                frames += usize::from(outgoing.channel == Channel::Slaves);
+            }
+            let [_, cam, ..] = receiver.snapshot().slaves;
+            in_sync += u32::from(cam.is_some_and(|s| s.phase == Some(CouplingPhase::InSync)));
+        }
+        refused += u32::from(receiver.command(wheel, &Command::GearOut {}).is_err());
+        refused += u32::from(receiver.command(wheel, &halt).is_err());
+    });
+    #[cfg(not(debug_assertions))]
+    assert_eq!(assert_no_alloc::violation_count(), 0);
+    let snapshot = receiver.snapshot();
+    assert_eq!(snapshot.slaves[1].expect("a slave").error, None);
+    assert_eq!(snapshot.health.name(), HealthName::WaitingForMaster);
+    assert!(in_sync > 6_000, "{in_sync}");
+    assert!(frames > 7_990);
+    assert_eq!(refused, 1);
+}
+
+const CAMS: &str = "
+name = 'press'
+cycle-time-us = 1000
+master.node = 'conveyor'
+
+[[slave]]
+name = 'wheel'
+limits = { velocity = 1000, acceleration = 5000, jerk = 50000 }
+[[slave.step]]
+do = { power = true }
+[[slave.step]]
+do = { move-velocity = { velocity = 720 } }
+
+[[slave]]
+name = 'cam'
+master = 'wheel'
+limits = { velocity = 2000, acceleration = 60000, jerk = 1e7 }
+[[slave.cams]]
+table-id = 1
+course = 'cyclic'
+point = [
+  { master = 0, slave = 0, law = 'polynom5' },
+  { master = 180, slave = 50, law = 'polynom5' },
+  { master = 360, slave = 0 },
+]
+[[slave.cams]]
+table-id = 2
+course = 'cyclic'
+point = [
+  { master = 0, slave = 0, law = 'bestehorn' },
+  { master = 200, slave = 30, law = 'bestehorn' },
+  { master = 360, slave = 0 },
+]
+[[slave.step]]
+when = { master-ready = true }
+do = { power = true }
+[[slave.step]]
+do = { cam-in = { table = 1 } }
+[[slave.step]]
+do = { set-cam-online-change-mode = { table = 1, mode.activation.mode = 'next-cycle' } }
+[[slave.step]]
+label = 'again'
+when = { after-s = 0.6 }
+do = { write-motion-function = { table = 1, points = [{ index = 2, law = 'polynom5', type = 'rest', master = 170, slave = 40 }] } }
+[[slave.step]]
+when = { after-s = 0.6 }
+do = { cam-scaling = { activation.mode = 'next-cycle', scaling.slave.scaling = 1.5 } }
+[[slave.step]]
+when = { after-s = 0.6 }
+do = { cam-in = { table = 2, activation.mode = 'next-cycle' } }
+[[slave.step]]
+when = { after-s = 0.6 }
+do = { cam-in = { table = 1, activation.mode = 'next-cycle' } }
+repeat-from = 'again'
+";
+
 fn goes_through_its_life_without_allocating(mode: &str) {
     let config: ReceiverConfig = parse(
         "r.toml",
         &format!(
             "name = 'saw'\nmaster.node = 'conveyor'\ncycle-time-us = 1000\nmode = '{mode}'\n\
              sync.time-sync.automatic-re-init = true\n\
-             drive = {{ following-error-window = 1.0 }}"
+             slave = [{{ drive.following-error-window = 1.0 }}]"
         ),
     )
     .expect("a config");

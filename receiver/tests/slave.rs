@@ -13,12 +13,16 @@ use coaxle_receiver::Health;
 #[test]
 fn the_slave_is_geared_to_the_corrected_master() {
     let mut far = Far::new(1000, 1000, 0, 1);
-    let mut near = Near::new(1000, 0, "gear = { ratio = -2.0, offset = 10.0 }");
+    let mut near = Near::new(
+        1000,
+        0,
+        "slave = [{ gear = { ratio = -2.0, offset = 10.0 } }]",
+    );
     run_pair(&mut far, &mut near, 3 * SECOND);
     let coupled = near
         .snapshots
         .iter()
-        .filter_map(|s| Some((s.master?, s.slave?)));
+        .filter_map(|s| Some((s.master?, s.slave()?)));
     let mut cycles = 0;
     for (master, slave) in coupled {
         let expected = -2.0 * master.corrected.position + 10.0;
@@ -27,7 +31,7 @@ fn the_slave_is_geared_to_the_corrected_master() {
         cycles += 1;
     }
     assert!(cycles > 2_990);
-    let drive = near.last().drive;
+    let drive = near.last().drive();
     assert!(
         (drive.velocity / (-2.0 * VELOCITY) - 1.0).abs() < 0.01,
         "{drive:?}"
@@ -36,7 +40,7 @@ fn the_slave_is_geared_to_the_corrected_master() {
 
 #[test]
 fn a_slave_is_published_only_once_it_is_coupled() {
-    let mut near = Near::new(1000, 0, "slave.id = 4\ngear.ratio = 0.5");
+    let mut near = Near::new(1000, 0, "slave = [{ id = 4, gear.ratio = 0.5 }]");
     run(None, from_mut(&mut near), 100 * MILLISECOND);
     assert_eq!(near.slave_frame, None);
     let mut far = Far::new(1000, 1000, 100 * MILLISECOND, 1);
@@ -51,14 +55,14 @@ fn a_slave_is_published_only_once_it_is_coupled() {
     let [axis] = axes[..] else {
         panic!("{} axes", axes.len());
     };
-    let slave = near.last().slave.unwrap();
+    let slave = near.last().slave().unwrap();
     assert_eq!(axis.axis_id, 4);
     assert_eq!(axis.couple_state, CoupleState::Slave);
     assert_eq!(
         (axis.set_position, axis.set_velocity),
         (slave.position, slave.velocity)
     );
-    assert_eq!(axis.actual_position, near.last().drive.position);
+    assert_eq!(axis.actual_position, near.last().drive().position);
     assert!(
         axis.state_word
             .contains(StateWord::OPERATIONAL | StateWord::POSITIVE_DIRECTION)
@@ -73,7 +77,7 @@ fn a_slave_can_be_followed_like_any_axis() {
     let saw = Near::new(
         1000,
         0,
-        &format!("slave.id = 4\ngear.ratio = 0.5\n{slopes}"),
+        &format!("slave = [{{ id = 4, gear.ratio = 0.5 }}]\n{slopes}"),
     );
     let stamp = Near::chained(2000, -700, slopes);
     let mut chain = [saw, stamp];

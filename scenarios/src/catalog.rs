@@ -31,6 +31,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "delay-step",
     "drift-step",
     "sender-stop-resume",
+    "cam-tables",
     "hour",
 ];
 

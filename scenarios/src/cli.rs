@@ -11,6 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::cam::{self, CamCommand};
 use crate::catalog::{self, CATALOG};
+use crate::command::{self, CommandArgs};
 use crate::run::{self, Options, Outcome, Progress};
 use crate::saw::{self, SawCommand};
 use crate::summary::World;
@@ -55,6 +56,9 @@ enum Command {
     /// Plan and draw the synchronisation of a flying saw
     #[command(subcommand)]
     Saw(SawCommand),
+    /// Tell a slave of a running node what to do
+    #[command(name = "command")]
+    Order(Box<CommandArgs>),
     /// Run a sender node
     Sender(coaxle_sender::run::Args),
     /// Run a receiver node
@@ -138,6 +142,7 @@ pub fn main() -> ExitCode {
         Some(Command::Show { scenario }) => show(&scenario),
         Some(Command::Cam(command)) => cam::print(&command),
         Some(Command::Saw(command)) => saw::print(&command),
+        Some(Command::Order(args)) => command::print(&args),
         Some(Command::Sender(args)) => coaxle_sender::run::run(&args).map(|()| true),
         Some(Command::Receiver(args)) => coaxle_receiver::run::run(&args).map(|()| true),
     };

@@ -62,7 +62,8 @@ impl Curves {
         let t = row.t_s;
         let record = &row.record;
         self.set_velocity.push(t, row.set_velocity);
-        self.drive_velocity.push(t, Some(record.drive_velocity));
+        self.drive_velocity
+            .push(t, Some(record.slave.drive_velocity));
         self.correction_us.push(t, record.correction_us);
         self.time_error_us.push(t, row.time_error_us);
         self.drift_ppm
@@ -83,14 +84,14 @@ impl Curves {
         self.beats = row.record.beats;
         if self.capturing {
             if self.around_beat.len() < BEFORE + AFTER {
-                self.around_beat.push(*row);
+                self.around_beat.push(row.clone());
             }
             return;
         }
         if self.recent.len() == BEFORE {
             self.recent.pop_front();
         }
-        self.recent.push_back(*row);
+        self.recent.push_back(row.clone());
         if beat && evaluated {
             self.capturing = true;
             self.around_beat.extend(self.recent.drain(..));

@@ -4,6 +4,7 @@ mod drift;
 mod judge;
 mod lag;
 mod moments;
+mod slave;
 
 use coaxle_clock::{CycleTime, Domain, Instant, Span};
 use coaxle_motion::profile::Kinematics;
@@ -28,7 +29,7 @@ impl Domain for Reference {
 const MEMORY: Span = Span::from_secs(5);
 
 /// One receiver cycle, judged.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// Ideal start of the cycle, s after the start of the run.
     pub t_s: f64,
@@ -142,15 +143,15 @@ impl Evaluation {
     ) {
         self.clock_was(receiver, record);
         let judge = &mut self.receivers[receiver];
-        judge.waiting.push_back(*record);
+        judge.waiting.push_back(record.clone());
         // The motion up to this cycle may be known only after the master's next one.
-        while let Some(record) = judge.waiting.front().copied() {
+        while let Some(record) = judge.waiting.pop_front() {
             let at = Instant::from_nanos(record.at_ns);
-            if !judge.is_known(&self.masters, at) && judge.waiting.len() < LONGEST_WAIT {
+            if !judge.is_known(&self.masters, at) && judge.waiting.len() + 1 < LONGEST_WAIT {
+                judge.waiting.push_front(record);
                 break;
             }
-            judge.waiting.pop_front();
-            let row = judge.judge(&record, &self.masters, self.start);
+            let row = judge.judge(record, &self.masters, self.start);
             sink.row(receiver, &row);
         }
     }
@@ -173,7 +174,7 @@ impl Evaluation {
     ) -> Vec<(String, ReceiverSummary, Curves)> {
         for (n, judge) in self.receivers.iter_mut().enumerate() {
             while let Some(record) = judge.waiting.pop_front() {
-                let row = judge.judge(&record, &self.masters, self.start);
+                let row = judge.judge(record, &self.masters, self.start);
                 sink.row(n, &row);
             }
         }

@@ -1,11 +1,12 @@
 //! What a scenario expects of its outcome.
 
 use coaxle_host::fields_of;
+use coaxle_receiver::SlaveConfig;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::scenario::Scenario;
-use crate::summary::{ReceiverSummary, Summary, World};
+use crate::summary::{ReceiverSummary, SlaveSummary, Summary, World};
 use crate::table::significant;
 
 /// One expectation: a field of one receiver's summary against a bound.
@@ -14,6 +15,9 @@ use crate::table::significant;
 pub struct Expectation {
     /// The receiver.
     pub receiver: String,
+    /// One of its slaves, if the field is one of a slave's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slave: Option<String>,
     /// The field of its summary.
     pub field: String,
     /// The field must not be above this.
@@ -48,6 +52,9 @@ pub struct Share {
 pub struct Verdict {
     /// The receiver.
     pub receiver: String,
+    /// The slave, if it is one of a slave's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slave: Option<String>,
     /// The field.
     pub field: String,
     /// What was expected, in words.
@@ -60,11 +67,22 @@ pub struct Verdict {
 
 impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "{}.{} is {}, expected {}",
-            self.receiver, self.field, self.received, self.expected
-        )
+        let (place, received, expected) = (self.place(), &self.received, &self.expected);
+        write!(f, "{place} is {received}, expected {expected}")
+    }
+}
+
+impl Verdict {
+    /// The receiver, the slave if it is one's, and the field.
+    #[must_use]
+    pub fn place(&self) -> String {
+        let Self {
+            receiver, field, ..
+        } = self;
+        match &self.slave {
+            None => format!("{receiver}.{field}"),
+            Some(slave) => format!("{receiver}.{slave}.{field}"),
+        }
     }
 }
 
@@ -84,7 +102,20 @@ impl Expectation {
                 return Err((field, reason));
             }
         }
-        let fields = fields_of(&ReceiverSummary::default());
+        let fields = match &self.slave {
+            None => fields_of(&ReceiverSummary::default()),
+            Some(name) => {
+                let of_slave = |slave: &SlaveConfig| slave.name.as_str() == name;
+                for node in self.nodes() {
+                    let receiver = scenario.receivers.iter().find(|r| r.name.as_str() == node);
+                    if !receiver.is_some_and(|r| r.slaves.iter().any(of_slave)) {
+                        let reason = format!("received {name:?}, expected a slave of {node}");
+                        return Err(("slave", reason));
+                    }
+                }
+                fields_of(&SlaveSummary::default())
+            }
+        };
         if !fields.contains_key(&self.field) {
             let known: Vec<_> = fields.keys().map(String::as_str).collect();
             let reason = format!(
@@ -114,7 +145,7 @@ impl Expectation {
         if self.world.is_some_and(|world| world != summary.world) {
             return None;
         }
-        let received = value_of(summary, &self.receiver, &self.field);
+        let received = self.value_of(summary, &self.receiver);
         let mut expected = Vec::new();
         let mut met = true;
         if let Some(bound) = self.at_most {
@@ -130,7 +161,7 @@ impl Expectation {
             met &= same(exactly, &received);
         }
         if let Some(share) = &self.at_most_share {
-            let other = value_of(summary, &share.of, &self.field);
+            let other = self.value_of(summary, &share.of);
             expected.push(format!(
                 "at most {} of {}, that of {}",
                 share.share,
@@ -144,11 +175,26 @@ impl Expectation {
         }
         Some(Verdict {
             receiver: self.receiver.clone(),
+            slave: self.slave.clone(),
             field: self.field.clone(),
             expected: expected.join(" and "),
             received,
             met,
         })
+    }
+}
+
+impl Expectation {
+    /// What came out for a receiver, or for its slave of the name.
+    fn value_of(&self, summary: &Summary, receiver: &str) -> Value {
+        let figures = summary.receivers.get(receiver);
+        let fields = figures.and_then(|figures| match &self.slave {
+            None => Some(fields_of(figures)),
+            Some(slave) => figures.slaves.get(slave).map(fields_of),
+        });
+        fields
+            .and_then(|fields| fields.get(&self.field).cloned())
+            .unwrap_or(Value::Null)
     }
 }
 
@@ -162,12 +208,4 @@ fn same(expected: &Value, received: &Value) -> bool {
 
 fn number(value: &Value) -> Option<f64> {
     value.as_f64()
-}
-
-fn value_of(summary: &Summary, receiver: &str, field: &str) -> Value {
-    summary
-        .receivers
-        .get(receiver)
-        .and_then(|figures| fields_of(figures).get(field).cloned())
-        .unwrap_or(Value::Null)
 }

@@ -9,8 +9,10 @@
 pub mod cam;
 pub mod catalog;
 pub mod cli;
+pub mod command;
 pub mod curves;
 pub mod evaluate;
+pub mod event;
 pub mod expect;
 mod inspect;
 pub mod pretend;

@@ -5,12 +5,16 @@ use coaxle_clock::{Instant, Local, Span};
 use coaxle_motion::profile::Kinematics;
 use coaxle_node::config::LinkConfig;
 use coaxle_node::faults::link_seed;
-use coaxle_node::{Channel, Intake, Message, Node, Outgoing, Reader};
+use coaxle_node::{
+    Channel, CommandAnswer, CommandOrder, CommandOutcome, Intake, Message, Node, Outgoing, Reader,
+};
 use coaxle_receiver::{Receiver, ReceiverRecord};
 use coaxle_sender::Sender;
 use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, True, TruthSample, World};
 
 use crate::evaluate::{Evaluation, Reference, RowSink};
+use crate::event::{Event, Happening};
+use crate::expect::Verdict;
 use crate::run::{Finished, Progress};
 use crate::scenario::Scenario;
 use crate::timeline::{What, changes_of};
@@ -31,6 +35,7 @@ pub fn run(
         senders: scenario.senders.len(),
         evaluation: Evaluation::new(scenario, &topology, Instant::EPOCH),
         sink,
+        outcomes: vec![None; scenario.events.len()],
     };
     let end = Instant::EPOCH + Span::from_secs_f64(scenario.duration_s.get());
     for change in changes_of(scenario, &topology) {
@@ -41,13 +46,35 @@ pub fn run(
             What::Start => world.start(change.node),
             What::Stop => world.stop(change.node),
             What::Resume => world.resume(change.node),
+            What::Command(event) => {
+                if let Happening::Command(commanded) = scenario.events[event].what {
+                    world.order(change.node, event, commanded.order);
+                }
+            }
         }
     }
     run_in_steps(&mut world, end, &mut watcher, progress, end)?;
+    let commands = judge_commands(scenario, &watcher.outcomes);
     let Watcher {
         evaluation, sink, ..
     } = watcher;
-    Ok(Finished::new(evaluation.finish(sink)))
+    Ok(Finished::new(evaluation.finish(sink)).with_commands(commands))
+}
+
+fn judge_commands(scenario: &Scenario, outcomes: &[Option<CommandOutcome>]) -> Vec<Verdict> {
+    let judge = |(event, outcome): (&Event, &Option<CommandOutcome>)| {
+        let Happening::Command(commanded) = event.what else {
+            return None;
+        };
+        let answer = outcome.map(|outcome| CommandAnswer::new(&commanded.order, &outcome));
+        Some(commanded.judge(event, answer.as_ref()))
+    };
+    scenario
+        .events
+        .iter()
+        .zip(outcomes)
+        .filter_map(judge)
+        .collect()
 }
 
 fn populate(scenario: &Scenario, topology: &Topology) -> anyhow::Result<World<AnyNode>> {
@@ -151,6 +178,8 @@ struct Watcher<'a, S> {
     senders: usize,
     evaluation: Evaluation,
     sink: &'a mut S,
+    /// What became of the commands among the scenario's events.
+    outcomes: Vec<Option<CommandOutcome>>,
 }
 
 impl<S: RowSink> Observer<AnyNode> for Watcher<'_, S> {
@@ -180,6 +209,10 @@ impl<S: RowSink> Observer<AnyNode> for Watcher<'_, S> {
             }
         }
     }
+
+    fn order_executed(&mut self, number: usize, outcome: &CommandOutcome) {
+        self.outcomes[number] = Some(*outcome);
+    }
 }
 
 /// A node of either kind, so that one world holds both.
@@ -196,6 +229,13 @@ impl Node for AnyNode {
         match self {
             Self::Sender(node) => node.receive(at, message),
             Self::Receiver(node) => node.receive(at, message),
+        }
+    }
+
+    fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+        match self {
+            Self::Sender(node) => node.execute(order),
+            Self::Receiver(node) => node.execute(order),
         }
     }
 

@@ -5,6 +5,7 @@
 //! can be compared with what the master really did.
 
 mod child;
+mod orders;
 mod traces;
 
 use std::net::TcpListener;
@@ -23,6 +24,7 @@ use crate::scenario::Scenario;
 use crate::timeline::{What, changes_of};
 use crate::topology::Topology;
 use child::{Child, Role};
+use orders::Orders;
 
 /// Runs a checked scenario as processes. Their configs, logs and traces are left in
 /// `out/nodes`.
@@ -44,18 +46,23 @@ pub fn run(
     }
     std::fs::create_dir_all(&folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    let mut children = write_configs(scenario, &topology, &folder)?;
-    play(scenario, &topology, &mut children, progress)?;
-    traces::evaluate(scenario, &topology, &children, sink)
+    let endpoints = endpoints(topology.names().len())?;
+    let mut children = write_configs(scenario, &topology, &folder, &endpoints)?;
+    let mut orders = Orders::prepare(&scenario.events, |node| {
+        topology.node(node).map(|node| endpoints[node].clone())
+    })?;
+    play(scenario, &topology, &mut children, &mut orders, progress)?;
+    let finished = traces::evaluate(scenario, &topology, &children, sink)?;
+    Ok(finished.with_commands(orders.finish()))
 }
 
 fn write_configs(
     scenario: &Scenario,
     topology: &Topology,
     folder: &Path,
+    endpoints: &[String],
 ) -> anyhow::Result<Vec<Child>> {
-    let ports = free_ports(topology.names().len())?;
-    let endpoint = |node: usize| format!("tcp/127.0.0.1:{}", ports[node]);
+    let endpoint = |node: usize| endpoints[node].clone();
     let mut children = Vec::new();
     for (n, config) in scenario.senders.iter().enumerate() {
         let mut config = config.clone();
@@ -92,14 +99,14 @@ fn write_toml(folder: &Path, name: &str, config: &impl Serialize) -> anyhow::Res
     Ok(path)
 }
 
-/// Ports that nobody uses now. All are held until the last is found, so that they differ.
-fn free_ports(count: usize) -> anyhow::Result<Vec<u16>> {
+/// Endpoints that nobody uses now. All are held until the last is found, so that they differ.
+fn endpoints(count: usize) -> anyhow::Result<Vec<String>> {
     let held = (0..count)
         .map(|_| TcpListener::bind(("127.0.0.1", 0)))
         .collect::<Result<Vec<_>, _>>()
         .context("cannot find free ports")?;
     held.iter()
-        .map(|listener| Ok(listener.local_addr()?.port()))
+        .map(|listener| Ok(format!("tcp/{}", listener.local_addr()?)))
         .collect()
 }
 
@@ -108,6 +115,7 @@ fn play(
     scenario: &Scenario,
     topology: &Topology,
     children: &mut [Child],
+    orders: &mut Orders,
     progress: &mut dyn Progress,
 ) -> anyhow::Result<()> {
     for child in children.iter_mut() {
@@ -120,7 +128,14 @@ fn play(
         let passed = machine::now() - begin;
         progress.at((passed.as_secs_f64() / duration.as_secs_f64()).min(1.0));
         while let Some(change) = changes.next_if(|change| change.at <= passed) {
-            apply(change.what, &mut children[change.node])?;
+            let child = &mut children[change.node];
+            match change.what {
+                What::Kill => child.kill()?,
+                What::Start => child.start()?,
+                What::Stop => child.freeze()?,
+                What::Resume => child.resume()?,
+                What::Command(event) => orders.send(&scenario.events[event])?,
+            }
         }
         for child in children.iter_mut() {
             child.check()?;
@@ -141,13 +156,4 @@ const LOOK: Duration = Duration::from_millis(20);
 
 fn wait(time: Duration) {
     std::thread::park_timeout(time);
-}
-
-fn apply(what: What, child: &mut Child) -> anyhow::Result<()> {
-    match what {
-        What::Kill => child.kill(),
-        What::Start => child.start(),
-        What::Stop => child.freeze(),
-        What::Resume => child.resume(),
-    }
 }

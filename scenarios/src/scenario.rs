@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::num::NonZeroU32;
 
-use coaxle_clock::Span;
 use coaxle_node::config::{ConfigError, LinkConfig, Positive, from_table};
 use coaxle_node::faults::seed_of;
 use coaxle_node::keys::NodeName;
@@ -11,6 +10,7 @@ use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::{SenderConfig, ShownAxes};
 use serde::{Deserialize, Serialize};
 
+use crate::event::{Event, Happening};
 use crate::expect::Expectation;
 use crate::topology::Topology;
 
@@ -59,66 +59,6 @@ pub struct GridAxis {
     pub values: Vec<toml::Value>,
 }
 
-/// Something that happens to a node.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub struct Event {
-    /// When, s after the start.
-    pub at_s: Moment,
-    /// To whom.
-    pub node: NodeName,
-    /// What.
-    pub action: Action,
-    /// For how long the node is away, s.
-    pub for_s: Moment,
-}
-
-/// A time in a scenario, in whole milliseconds so that it can be compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(try_from = "f64", into = "f64")]
-pub struct Moment {
-    millis: u64,
-}
-
-impl Moment {
-    /// The time since the start.
-    #[must_use]
-    pub const fn span(self) -> Span {
-        Span::from_millis(self.millis as i64)
-    }
-}
-
-impl TryFrom<f64> for Moment {
-    type Error = String;
-    fn try_from(seconds: f64) -> Result<Self, String> {
-        if seconds.is_finite() && (0.0..=1e9).contains(&seconds) {
-            Ok(Self {
-                millis: (seconds * 1e3).round() as u64,
-            })
-        } else {
-            Err(format!(
-                "received {seconds}, expected seconds from 0 to 1e9"
-            ))
-        }
-    }
-}
-
-impl From<Moment> for f64 {
-    fn from(moment: Moment) -> Self {
-        moment.millis as Self * 1e-3
-    }
-}
-
-/// What can happen to a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Action {
-    /// It dies, as in a power cut, and is started anew afterwards.
-    Restart,
-    /// It stands still, as in a debugger, and then goes on.
-    Freeze,
-}
-
 const fn first_seed() -> u64 {
     1
 }
@@ -133,6 +73,9 @@ impl Scenario {
         if let Some(folder) = std::path::Path::new(file).parent() {
             for sender in &mut scenario.senders {
                 sender.relative_to(folder);
+            }
+            for receiver in &mut scenario.receivers {
+                receiver.relative_to(folder);
             }
         }
         scenario.show_followed_axes(file)?;
@@ -207,6 +150,8 @@ impl Scenario {
                 );
                 return Err(ConfigError::field(file, format!("event[{n}].node"), reason));
             }
+            self.check_slave(event)
+                .map_err(|reason| ConfigError::field(file, format!("event[{n}].slave"), reason))?;
         }
         for (n, expectation) in self.expectations.iter().enumerate() {
             expectation.check(self).map_err(|(field, reason)| {
@@ -214,6 +159,29 @@ impl Scenario {
             })?;
         }
         self.check_nodes(file)
+    }
+
+    /// Who is commanded must be there.
+    fn check_slave(&self, event: &Event) -> Result<(), String> {
+        let Happening::Command(commanded) = event.what else {
+            return Ok(());
+        };
+        let slave = commanded.order.slave;
+        let known: Vec<_> = self
+            .receivers
+            .iter()
+            .filter(|receiver| receiver.name == event.node)
+            .flat_map(|receiver| receiver.slaves.iter().map(|slave| slave.name.as_str()))
+            .collect();
+        if known.contains(&slave.as_str()) {
+            return Ok(());
+        }
+        Err(format!(
+            "received {:?}, expected a slave of {}: {}",
+            slave.as_str(),
+            event.node,
+            known.join(", ")
+        ))
     }
 
     /// Every node must be able to start: its parameters are checked where they are used.

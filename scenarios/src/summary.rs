@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use coaxle_clock::delay::DelayState;
 use coaxle_clock::observer::ObserverState;
+use coaxle_motion::axis::AxisStatus;
+use coaxle_receiver::ProgramState;
 use serde::Serialize;
 
 use crate::expect::Verdict;
@@ -160,4 +162,36 @@ pub struct ReceiverSummary {
     pub drive_tripped: bool,
     /// Largest delay from the ideal start of a cycle to its scan, µs.
     pub wake_up_max_us: f64,
+    /// Each slave's figures, by its name. What is said of a slave above is the first one.
+    pub slaves: BTreeMap<String, SlaveSummary>,
+}
+
+/// One slave in figures, by what it records of itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SlaveSummary {
+    /// Its state in the PLCopen diagram at the end.
+    pub state: AxisStatus,
+    /// Times it went to error stop.
+    pub errors: u64,
+    /// The last one's code, such as `0x42a0`; null if there was none.
+    pub last_error: Option<String>,
+    /// The code of the last refusal of a command; null if there was none.
+    pub last_refusal: Option<String>,
+    /// Whether its program goes on at the end; null without one.
+    pub program: Option<ProgramState>,
+    /// The step it waits for then, or ended with, from 1.
+    pub program_step: Option<u16>,
+    /// Share of the cycles in which its coupling was in sync.
+    pub in_sync_share: f64,
+    /// Set position at the end, u.
+    pub position: Option<f64>,
+    /// Largest step of the set position beyond what the set velocity accounts for, u. This one and
+    /// the next two are taken while it moves, or is coupled.
+    pub position_jump_max: f64,
+    /// Largest set velocity, u/s.
+    pub velocity_max: f64,
+    /// Largest change of the set velocity from cycle to cycle, u/s².
+    pub acceleration_max: f64,
+    /// Largest following error of its drive, u.
+    pub following_error_max: f64,
 }

@@ -65,14 +65,9 @@ pub fn verdicts(summary: &Summary) -> String {
 
 fn verdict(verdict: &Verdict) -> String {
     let outcome = if verdict.met { "ok    " } else { "FAILED" };
-    let Verdict {
-        receiver,
-        field,
-        expected,
-        ..
-    } = verdict;
+    let (place, expected) = (verdict.place(), &verdict.expected);
     let received = value(&verdict.received);
-    format!("{outcome} {receiver}.{field} is {received}, expected {expected}")
+    format!("{outcome} {place} is {received}, expected {expected}")
 }
 
 /// What the run shows, in two lines: without correction, and with it. None where the scenario does

@@ -2,7 +2,8 @@
 
 use coaxle_clock::Span;
 
-use crate::scenario::{Action, Scenario};
+use crate::event::{Action, Happening};
+use crate::scenario::Scenario;
 use crate::topology::Topology;
 
 /// Something that happens to a node.
@@ -27,22 +28,30 @@ pub(crate) enum What {
     Stop,
     /// It goes on.
     Resume,
+    /// One of its slaves is commanded, by the scenario's event with this number.
+    Command(usize),
 }
 
-/// Every event of the scenario: the node goes away, and comes back.
+/// Every event of the scenario. A node that goes away comes back.
 pub(crate) fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<Change> {
     let mut changes = Vec::new();
-    for event in &scenario.events {
+    for (number, event) in scenario.events.iter().enumerate() {
         let Some(node) = topology.node(&event.node) else {
             continue;
         };
         let from = event.at_s.span();
-        let until = from + event.for_s.span();
-        let (away, back) = match event.action {
-            Action::Restart => (What::Kill, What::Start),
-            Action::Freeze => (What::Stop, What::Resume),
-        };
-        changes.extend([(from, away), (until, back)].map(|(at, what)| Change { at, node, what }));
+        let mut add = |at, what| changes.push(Change { at, node, what });
+        match event.what {
+            Happening::Command(_) => add(from, What::Command(number)),
+            Happening::Away { action, for_s } => {
+                let (away, back) = match action {
+                    Action::Restart => (What::Kill, What::Start),
+                    Action::Freeze => (What::Stop, What::Resume),
+                };
+                add(from, away);
+                add(from + for_s.span(), back);
+            }
+        }
     }
     changes.sort_by_key(|change| change.at);
     changes

@@ -2,7 +2,7 @@
 
 use coaxle_node::config::ConfigError;
 use coaxle_node::keys::NodeName;
-use coaxle_receiver::config::MasterChannel;
+use coaxle_receiver::config::{GearConfig, MasterChannel};
 
 use crate::scenario::Scenario;
 
@@ -22,9 +22,9 @@ pub(crate) struct Root {
     pub(crate) sender: usize,
     /// The sender's axis.
     pub(crate) axis: u32,
-    /// What it receives, as a function of that axis: ratio and offset of the gears before it.
-    pub(crate) ratio: f64,
-    pub(crate) offset: f64,
+    /// What it receives, as a function of that axis: the gears before it in one. None where
+    /// something else than gears moves a slave before it: then nobody knows.
+    pub(crate) gear: Option<GearConfig>,
 }
 
 /// A field that is wrong, and why.
@@ -105,28 +105,23 @@ impl Topology {
                         );
                         return Err(wrong("axis", reason));
                     }
-                    let (ratio, offset) = gears
-                        .iter()
-                        .rev()
-                        .fold((1.0, 0.0), |(r, o), (gr, go)| (gr * r, gr * o + go));
                     return Ok(Root {
                         source: first_source.unwrap_or(node),
                         sender: node,
                         axis: master.axis,
-                        ratio,
-                        offset,
+                        gear: in_one(&gears),
                     });
                 }
                 (Some(node), MasterChannel::Slaves) if node >= senders => {
                     let before = node - senders;
-                    let slave = scenario.receivers[before].slave.id;
-                    if slave != master.axis {
+                    let followed = &scenario.receivers[before];
+                    let Some(slave) = followed.slave_with_id(master.axis) else {
                         let reason = format!(
-                            "received {}, expected {slave}, the slave of {}",
+                            "received {}, expected the id of a slave of {}",
                             master.axis, master.node
                         );
                         return Err(wrong("axis", reason));
-                    }
+                    };
                     if gears.len() > scenario.receivers.len() {
                         let reason = format!(
                             "{} follows itself in the end, expected a sender at the root",
@@ -134,8 +129,7 @@ impl Topology {
                         );
                         return Err(wrong("node", reason));
                     }
-                    let gear = scenario.receivers[before].gear;
-                    gears.push((gear.ratio, gear.offset));
+                    gears.push(followed.gear_to(slave));
                     first_source.get_or_insert(node);
                     at = before;
                 }
@@ -155,6 +149,20 @@ impl Topology {
             }
         }
     }
+}
+
+/// Gears one after the other, the last one first.
+fn in_one(gears: &[Option<GearConfig>]) -> Option<GearConfig> {
+    gears
+        .iter()
+        .rev()
+        .try_fold(GearConfig::default(), |before, gear| {
+            let gear = (*gear)?;
+            Some(GearConfig {
+                ratio: gear.ratio * before.ratio,
+                offset: gear.ratio * before.offset + gear.offset,
+            })
+        })
 }
 
 fn field_of(scenario: &Scenario, node: usize, field: &str) -> String {

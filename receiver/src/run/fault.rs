@@ -3,11 +3,10 @@
 use std::fmt;
 
 use coaxle_clock::time_sync::{SyncError, SyncWarning};
-use coaxle_motion::drive::DriveState;
+use coaxle_motion::slave::SlaveError;
 use serde::Serialize;
 
-use crate::slave::FOLLOWING_ERROR;
-use crate::snapshot::{Health, ReceiverSnapshot};
+use crate::snapshot::{Health, ReceiverSnapshot, SlaveSnapshot};
 
 /// An error or a warning.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -18,20 +17,43 @@ pub(super) struct Fault {
 }
 
 impl Fault {
-    /// What keeps a receiver from doing its work: the drive's trip before all else, for it does not
+    /// What keeps a receiver from doing its work: a slave's error before all else, for it does not
     /// go away.
     pub(super) fn of(snapshot: &ReceiverSnapshot) -> Option<Self> {
-        if snapshot.drive.state == DriveState::Tripped {
-            return Some(Self::new(
-                FOLLOWING_ERROR,
-                "the drive tripped: its following error was too large for too long",
-            ));
+        let slave = |n: usize| snapshot.slaves.get(n)?.as_ref();
+        match snapshot.health {
+            Health::DriveTripped => Self::tripped(snapshot),
+            Health::SlaveFailed { slave: n } => Self::of_slave(slave(n)?),
+            Health::CommandRefused { slave: n } => Self::of_refusal(slave(n)?),
+            Health::CycleTimesDoNotFit => Some(Self::cycle_times(snapshot)),
+            _ => Some(snapshot.master.as_ref()?.error?.into()),
         }
-        if snapshot.health == Health::CycleTimesDoNotFit {
-            return Some(Self::cycle_times(snapshot));
-        }
-        let error = snapshot.master.as_ref()?.error?;
-        Some(error.into())
+    }
+
+    fn tripped(snapshot: &ReceiverSnapshot) -> Option<Self> {
+        let is_trip = |error: &SlaveError| matches!(error, SlaveError::FollowingError { .. });
+        let error = snapshot.slaves().filter_map(|slave| slave.error);
+        let text = "the drive tripped: its following error was too large for too long";
+        let tripped = error.into_iter().find(is_trip)?;
+        Some(Self::new(tripped.code(), text))
+    }
+
+    /// Why a slave is in error stop.
+    pub(super) fn of_slave(slave: &SlaveSnapshot) -> Option<Self> {
+        let error = slave.error?;
+        Some(Self::named(error.code(), &error.to_string()))
+    }
+
+    /// Why a slave refused a command last.
+    pub(super) fn of_refusal(slave: &SlaveSnapshot) -> Option<Self> {
+        let refusal = slave.refusal?;
+        Some(Self::named(refusal.code(), &refusal.to_string()))
+    }
+
+    /// A text that begins with its code.
+    fn named(code: u32, text: &str) -> Self {
+        let after = text.strip_prefix(&format!("{code:#06x}: "));
+        Self::new(code, after.unwrap_or(text))
     }
 
     fn cycle_times(snapshot: &ReceiverSnapshot) -> Self {

@@ -190,9 +190,9 @@ mod tests {
     use crate::node::Receiver;
     use coaxle_clock::CycleIndex;
     use coaxle_clock::time_sync::{SyncError, SyncWarning};
-    use coaxle_motion::drive::DriveState;
     use coaxle_motion::profile::Kinematics;
     use coaxle_motion::remote::FilterState;
+    use coaxle_motion::slave::SlaveError;
     use coaxle_node::Node;
     use coaxle_node::config::parse;
 
@@ -249,7 +249,11 @@ mod tests {
         let mut restarted = warned;
         restarted.counters.restarts = 1;
         let mut tripped = following(Health::DriveTripped, FilterState::Time);
-        tripped.drive.state = DriveState::Tripped;
+        if let Some(slave) = &mut tripped.slaves[0] {
+            slave.error = Some(SlaveError::FollowingError {
+                following_error: 3.0,
+            });
+        }
         let life = [
             waiting(),
             following(Health::StartingUp, FilterState::Time),

@@ -3,14 +3,17 @@
 use coaxle_clock::delay::{DelayOutput, DelayState};
 use coaxle_clock::observer::{ObserverOutput, ObserverState};
 use coaxle_clock::{CycleTime, Instant, Local, Seconds, Span};
+use coaxle_motion::axis::AxisStatus;
+use coaxle_motion::slave::CouplingPhase;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{AnsweringCounters, RejectionCounters};
 use serde::Serialize;
 
 use super::fault::Fault;
-use crate::config::{MasterConfig, Mode, ReceiverConfig};
+use crate::config::{MasterConfig, Mode, ReceiverConfig, SlaveConfig};
+use crate::program::{ProgramSnapshot, ProgramState};
 use crate::record::{DriveStateName, HealthName, StateName};
-use crate::snapshot::{Counters, MasterSnapshot, ReceiverSnapshot};
+use crate::snapshot::{Counters, MasterSnapshot, ReceiverSnapshot, SlaveSnapshot};
 
 #[derive(Serialize)]
 pub(super) struct Status<'a> {
@@ -33,8 +36,7 @@ pub(super) struct Status<'a> {
     age_cycles: Option<u32>,
     counters: CountersStatus,
     master: MasterStatus<'a>,
-    slave: Option<SlaveStatus>,
-    drive: DriveStatus,
+    slaves: Vec<SlaveStatus<'a>>,
 }
 
 #[derive(Serialize)]
@@ -90,9 +92,24 @@ struct MasterStatus<'a> {
 }
 
 #[derive(Serialize)]
-struct SlaveStatus {
-    position: f64,
-    velocity: f64,
+struct SlaveStatus<'a> {
+    name: &'a NodeName,
+    id: u32,
+    state: AxisStatus,
+    coupling: Option<CouplingPhase>,
+    error: Option<Fault>,
+    refusal: Option<Fault>,
+    program: Option<ProgramStatus<'a>>,
+    position: Option<f64>,
+    velocity: Option<f64>,
+    drive: DriveStatus,
+}
+
+#[derive(Serialize)]
+struct ProgramStatus<'a> {
+    state: ProgramState,
+    step: u16,
+    label: Option<&'a str>,
 }
 
 #[derive(Serialize)]
@@ -128,16 +145,47 @@ impl<'a> Status<'a> {
             age_cycles: master.map(|m| m.age_cycles),
             counters: CountersStatus::of(&snapshot.counters),
             master: MasterStatus::of(&config.master, snapshot.data_cycle_time, master),
-            slave: snapshot.slave.map(|slave| SlaveStatus {
-                position: slave.position,
-                velocity: slave.velocity,
-            }),
+            slaves: config
+                .slaves
+                .iter()
+                .zip(snapshot.slaves())
+                .map(|(config, slave)| SlaveStatus::of(config, slave))
+                .collect(),
+        }
+    }
+}
+
+impl<'a> SlaveStatus<'a> {
+    fn of(config: &'a SlaveConfig, slave: &SlaveSnapshot) -> Self {
+        Self {
+            name: &config.name,
+            id: slave.id,
+            state: slave.status,
+            coupling: slave.phase,
+            error: Fault::of_slave(slave),
+            refusal: Fault::of_refusal(slave),
+            program: slave
+                .program
+                .map(|program| ProgramStatus::of(config, program)),
+            position: slave.set.map(|set| set.position),
+            velocity: slave.set.map(|set| set.velocity),
             drive: DriveStatus {
-                state: snapshot.drive.state.into(),
-                position: snapshot.drive.position,
-                velocity: snapshot.drive.velocity,
-                following_error: snapshot.drive.following_error,
+                state: slave.drive.state.into(),
+                position: slave.drive.position,
+                velocity: slave.drive.velocity,
+                following_error: slave.drive.following_error,
             },
+        }
+    }
+}
+
+impl<'a> ProgramStatus<'a> {
+    fn of(config: &'a SlaveConfig, program: ProgramSnapshot) -> Self {
+        let step = config.steps.get(usize::from(program.step).wrapping_sub(1));
+        Self {
+            state: program.state,
+            step: program.step,
+            label: step.and_then(|step| step.label.as_deref()),
         }
     }
 }

@@ -246,7 +246,7 @@ pub(crate) fn ripple(snapshots: &[ReceiverSnapshot], cycle_s: f64, velocity: f64
     snapshots
         .windows(2)
         .map(|pair| {
-            let [before, after] = [0, 1].map(|k| pair[k].slave.expect("coupled").position);
+            let [before, after] = [0, 1].map(|k| pair[k].slave().expect("coupled").position);
             (((after - before) / cycle_s - velocity) / velocity).abs()
         })
         .fold(0.0, f64::max)

@@ -3,12 +3,14 @@
 use std::collections::VecDeque;
 
 use coaxle_clock::{CycleTime, Instant, Span};
+use coaxle_receiver::config::GearConfig;
 use coaxle_receiver::{DriveStateName, ReceiverConfig, ReceiverRecord};
 use coaxle_sim::Truth;
 
 use super::drift::DriftTruth;
 use super::lag::Lag;
 use super::moments::Moments;
+use super::slave::SlaveJudge;
 use super::{Master, Reference, Row};
 use crate::curves::Curves;
 use crate::summary::ReceiverSummary;
@@ -23,7 +25,9 @@ pub(super) struct Judge {
     motion: usize,
     clock: usize,
     root: Root,
-    gear: (f64, f64),
+    /// From the master to the first slave, where gears alone couple it.
+    gear: Option<GearConfig>,
+    slaves: Vec<SlaveJudge>,
     cycle_time: CycleTime,
     synchronises: bool,
     /// Cycles whose truth is not known yet.
@@ -59,7 +63,8 @@ impl Judge {
             motion,
             clock,
             root,
-            gear: (config.gear.ratio, config.gear.offset),
+            gear: config.gear_to(0),
+            slaves: config.slaves.iter().map(SlaveJudge::new).collect(),
             cycle_time: config.cycle_time_us.0,
             synchronises: config.mode.synchronises(),
             waiting: VecDeque::new(),
@@ -91,33 +96,37 @@ impl Judge {
 
     pub(super) fn judge(
         &mut self,
-        record: &ReceiverRecord,
+        record: ReceiverRecord,
         masters: &[Master],
         start: Instant<Reference>,
     ) -> Row {
         let at = Instant::from_nanos(record.at_ns);
         let truth = masters[self.motion].oracle.at(at);
         let clock = masters[self.clock].oracle.at(at);
-        let master = truth.map(|truth| {
+        let master = truth.zip(self.root.gear).map(|(truth, gear)| {
             (
-                self.root.ratio * truth.position + self.root.offset,
-                self.root.ratio * truth.velocity,
+                gear.ratio * truth.position + gear.offset,
+                gear.ratio * truth.velocity,
             )
         });
         let epoch = truth.map(|truth| truth.epoch);
         let set_velocity = self.difference(
-            record,
+            &record,
             |previous| previous.slave_position,
-            record.slave_position,
+            record.slave.position,
         );
         let row = Row {
             t_s: (at - start).as_secs_f64(),
-            record: *record,
+            time_error_us: time_error_us(&record, clock.as_ref(), master),
+            record,
             truth: master,
             set_velocity,
-            time_error_us: time_error_us(record, clock.as_ref(), master),
         };
+        let record = &row.record;
         self.count(record);
+        for (judge, slave) in self.slaves.iter_mut().zip(record.slaves()) {
+            judge.push(record.at_ns, slave);
+        }
         self.note_sync(&row);
         if let Some(clock) = &clock {
             let own = self.cycle_time.as_secs_f64() * record.cycle as f64;
@@ -134,7 +143,7 @@ impl Judge {
         self.curves.push(&row, self.evaluating);
         self.previous = Some(Previous {
             at_ns: record.at_ns,
-            slave_position: record.slave_position,
+            slave_position: record.slave.position,
             true_position: master.map(|(position, _)| position),
             epoch,
             evaluated: self.evaluating,
@@ -178,10 +187,10 @@ impl Judge {
         summary.exchanges = record.exchanges;
         summary.answers_refused = record.answers_refused;
         summary.synced_at_end = record.synced;
-        summary.drive_tripped |= record.drive_state == DriveStateName::Tripped;
+        summary.drive_tripped |= record.slave.drive_state == DriveStateName::Tripped;
         summary.following_error_max = summary
             .following_error_max
-            .max(record.following_error.abs());
+            .max(record.slave.following_error.abs());
         let woke = Span::from_nanos(record.woke_ns - record.at_ns).as_micros_f64();
         summary.wake_up_max_us = summary.wake_up_max_us.max(woke);
         if record.error != 0 && record.error != self.was_error {
@@ -227,8 +236,10 @@ impl Judge {
             return;
         };
         self.fastest_master = self.fastest_master.max(velocity.abs());
-        let (ratio, offset) = self.gear;
-        let drive_error = (row.record.drive_position - (ratio * position + offset)).abs();
+        let Some(GearConfig { ratio, offset }) = self.gear else {
+            return;
+        };
+        let drive_error = (row.record.slave.drive_position - (ratio * position + offset)).abs();
         let worst = self.summary.drive_position_error_max.get_or_insert(0.0);
         *worst = worst.max(drive_error);
         // Over the same stretch as the set position's difference, and both its ends must count; a
@@ -262,6 +273,7 @@ impl Judge {
             summary.lag_us = Some(-self.time_error.mean);
         }
         self.lag.conclude(summary);
+        summary.slaves = self.slaves.into_iter().map(SlaveJudge::finish).collect();
         (self.curves.name.clone(), self.summary, self.curves)
     }
 }

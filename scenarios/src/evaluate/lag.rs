@@ -3,6 +3,7 @@
 use coaxle_clock::delay::DelayState;
 use coaxle_clock::{Instant, Span};
 use coaxle_receiver::ReceiverRecord;
+use coaxle_receiver::config::GearConfig;
 
 use super::moments::Moments;
 use super::{Reference, Row};
@@ -26,13 +27,13 @@ pub(super) struct Lag {
 }
 
 impl Lag {
-    /// A cycle. `gear` makes the slave's position from the master's; `fastest` is the master's highest
+    /// A cycle. `gear` makes the slave's position from the master's, where one does; `fastest` is the master's highest
     /// velocity so far, and `is_heard` whether the receiver follows the run that its master is in.
     pub(super) fn push(
         &mut self,
         row: &Row,
         is_heard: bool,
-        (ratio, offset): (f64, f64),
+        gear: Option<GearConfig>,
         fastest: f64,
     ) {
         let record = &row.record;
@@ -44,7 +45,9 @@ impl Lag {
         if at - *self.synced_since.get_or_insert(at) < SETTLED_AFTER {
             return;
         }
-        if let (Some(slave), Some((position, velocity))) = (record.slave_position, row.truth) {
+        if let (Some(slave), Some((position, velocity)), Some(GearConfig { ratio, offset })) =
+            (record.slave.position, row.truth, gear)
+        {
             let distance = (slave - offset) / ratio - position;
             self.distance.push(distance);
             if velocity.abs() > SLOW * fastest {

@@ -104,8 +104,9 @@ fn read_file<T: DeserializeOwned>(path: &Path, rows: &mut Vec<T>) -> anyhow::Res
     // A killed node may leave half a line.
     let whole = text.rfind('\n').map_or(0, |end| end + 1);
     let mut reader = csv::Reader::from_reader(&text.as_bytes()[..whole]);
-    for row in reader.deserialize() {
-        rows.push(row?);
+    for row in reader.records() {
+        // By place, not by name: the slaves' columns have names of their own.
+        rows.push(row?.deserialize(None)?);
     }
     Ok(())
 }

@@ -30,6 +30,7 @@ fn summary() -> Summary {
         ]),
         expectations: vec![Verdict {
             receiver: NASTY.to_owned(),
+            slave: None,
             field: "beats".to_owned(),
             expected: format!("\"{NASTY}\""),
             received: Value::Null,

@@ -11,6 +11,7 @@ use anyhow::Context;
 
 use crate::catalog::Source;
 use crate::curves::Curves;
+use crate::expect::Verdict;
 use crate::report::{self, Report};
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, Summary, World};
@@ -53,6 +54,8 @@ impl Progress for () {
 pub struct Finished {
     figures: BTreeMap<String, ReceiverSummary>,
     curves: Vec<Curves>,
+    /// Whether the commands to slaves had the answers that were expected.
+    commands: Vec<Verdict>,
 }
 
 impl Finished {
@@ -63,7 +66,15 @@ impl Finished {
             figures.insert(name, summary);
             curves.push(drawn);
         }
-        Self { figures, curves }
+        Self {
+            figures,
+            curves,
+            commands: Vec::new(),
+        }
+    }
+
+    pub(crate) fn with_commands(self, commands: Vec<Verdict>) -> Self {
+        Self { commands, ..self }
     }
 
     pub(crate) fn into_figures(self) -> Vec<(String, ReceiverSummary)> {
@@ -102,7 +113,8 @@ pub fn run(
     if let Some(writer) = trace {
         writer.finish()?;
     }
-    let summary = summarise(name, scenario, options.world, finished.figures);
+    let mut summary = summarise(name, scenario, options.world, finished.figures);
+    summary.expectations.extend(finished.commands);
     write_summary(&out.join("summary.json"), &summary)?;
     let report = out.join("report.html");
     let scenario_toml =
@@ -172,10 +184,6 @@ fn open_trace(scenario: &Scenario, options: &Options) -> anyhow::Result<Option<F
     }
     let path = options.out.join("trace.csv");
     let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
-    let names = scenario
-        .receivers
-        .iter()
-        .map(|receiver| receiver.name.to_string())
-        .collect();
-    Ok(Some(TraceWriter::new(names, BufWriter::new(file))))
+    let writer = BufWriter::new(file);
+    Ok(Some(TraceWriter::new(&scenario.receivers, writer)))
 }

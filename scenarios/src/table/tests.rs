@@ -77,6 +77,7 @@ fn a_failed_expectation_is_named_with_its_numbers() {
     run.expectations = vec![
         Verdict {
             receiver: "cured".to_owned(),
+            slave: None,
             field: "lag_us".to_owned(),
             expected: "at most 0.001".to_owned(),
             received: Value::from(0.001_000_1),
@@ -84,6 +85,7 @@ fn a_failed_expectation_is_named_with_its_numbers() {
         },
         Verdict {
             receiver: "cured".to_owned(),
+            slave: None,
             field: "beats".to_owned(),
             expected: "at least 3".to_owned(),
             received: Value::from(19),

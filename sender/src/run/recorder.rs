@@ -162,7 +162,7 @@ mod tests {
         let example = examples
             .filter_map(|rest| rest.split("```").next())
             .map(|json| serde_json::from_str::<Map<_, _>>(json).expect("valid JSON"))
-            .find(|example| example["role"] == "sender")
+            .find(|example| example.get("role").is_some_and(|role| role == "sender"))
             .expect("an example");
         let names = |fields: &Map<String, Value>| fields.keys().cloned().collect::<Vec<_>>();
         assert_eq!(names(&example), names(&status));

@@ -1,0 +1,130 @@
+//! `[[slave]]`: what a slave follows, what it can do, and what it does.
+
+use std::path::{Path, PathBuf};
+
+use coaxle_motion::cam::coupling::CamIn;
+use coaxle_motion::drive::DriveParameters;
+use coaxle_motion::slave::SlaveParameters;
+use coaxle_node::keys::NodeName;
+use serde::{Deserialize, Serialize};
+
+use crate::program::StepConfig;
+
+/// Most slaves of a receiver.
+pub const MOST_SLAVES: usize = 8;
+
+/// A slave.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct SlaveConfig {
+    /// Its name among the slaves.
+    #[serde(default = "slave")]
+    pub name: NodeName,
+    /// Its axis id, under which other receivers can follow it. Its place in the list by default,
+    /// from 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub id: Option<u32>,
+    /// The slave that it follows, by its name; the far axis if empty.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub master: String,
+    /// What it can do. Without, nothing is watched: it follows its gear, and takes no commands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<SlaveParameters>,
+    /// The simulated drive.
+    #[serde(default)]
+    pub drive: DriveParameters,
+    /// What couples it from the start. The gear by default, nothing if it has a program.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub couple: Option<CoupleConfig>,
+    /// The gear that couples it from the start.
+    #[serde(default)]
+    pub gear: GearConfig,
+    /// The cam plates it can be coupled by.
+    #[doc(alias = "MC_CamTableSelect")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cams: Vec<CamSource>,
+    /// Its program.
+    #[serde(rename = "step", default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<StepConfig>,
+}
+
+fn slave() -> NodeName {
+    NodeName::new("slave").expect("a valid name")
+}
+
+impl Default for SlaveConfig {
+    fn default() -> Self {
+        Self {
+            name: slave(),
+            id: None,
+            master: String::new(),
+            limits: None,
+            drive: DriveParameters::default(),
+            couple: None,
+            gear: GearConfig::default(),
+            cams: Vec::new(),
+            steps: Vec::new(),
+        }
+    }
+}
+
+impl SlaveConfig {
+    /// What couples it from the start.
+    #[must_use]
+    pub fn couple(&self) -> CoupleConfig {
+        self.couple.unwrap_or(if self.steps.is_empty() {
+            CoupleConfig::Gear
+        } else {
+            CoupleConfig::Off
+        })
+    }
+
+    pub(super) fn relative_to(&mut self, folder: &Path) {
+        for cam in &mut self.cams {
+            if let CamSource::File(file) = cam {
+                *file = folder.join(&*file);
+            }
+        }
+    }
+}
+
+/// What couples a slave from the start, as soon as there is a master.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CoupleConfig {
+    /// Its gear.
+    Gear,
+    /// A cam plate. The slave is where it puts it.
+    Cam(CamIn),
+    /// Nothing: it has no power until it is commanded.
+    Off,
+}
+
+/// A linear gear: slave = ratio · master + offset.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct GearConfig {
+    /// Slave units per master unit, not 0.
+    pub ratio: f64,
+    /// The slave's position at master position 0, u.
+    pub offset: f64,
+}
+
+impl Default for GearConfig {
+    fn default() -> Self {
+        Self {
+            ratio: 1.0,
+            offset: 0.0,
+        }
+    }
+}
+
+/// Where a cam plate comes from: a cam file, or the same written here.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum CamSource {
+    /// The file.
+    File(PathBuf),
+    /// What it would hold.
+    Here(toml::Table),
+}

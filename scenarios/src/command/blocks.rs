@@ -1,0 +1,252 @@
+//! Every command with its options, as the command line spells them.
+
+/// A command of the command line.
+pub(super) struct Block {
+    pub(super) name: &'static str,
+    pub(super) about: &'static str,
+    pub(super) options: Vec<Field>,
+}
+
+/// An option, and the field of the command that it sets.
+#[derive(Clone, Copy)]
+pub(super) struct Field {
+    pub(super) name: &'static str,
+    /// Where it is in the command, with dots.
+    pub(super) path: &'static str,
+    pub(super) help: &'static str,
+    pub(super) required: bool,
+}
+
+/// A field that must be given.
+const fn must(name: &'static str, help: &'static str) -> Field {
+    Field {
+        name,
+        path: name,
+        help,
+        required: true,
+    }
+}
+
+/// A field that may be given.
+const fn may(name: &'static str, help: &'static str) -> Field {
+    inner(name, name, help)
+}
+
+/// A field of a part of the command, which may be given.
+const fn inner(name: &'static str, path: &'static str, help: &'static str) -> Field {
+    Field {
+        name,
+        path,
+        help,
+        required: false,
+    }
+}
+
+const TABLE: Field = must("table", "Id of the plate");
+const REFERENCE: Field = may("reference", "Id of the plate it is exchanged for");
+const JUMP: Field = may(
+    "jump",
+    "If the slave would jump: refuse, allow, or '{ \"ramp-in\": { \"master-length\": 10 } }'",
+);
+const VELOCITY: Field = may("velocity", "Highest speed on the way, u/s");
+
+const DYNAMICS: &[Field] = &[
+    inner("acceleration", "dynamics.acceleration", "Highest, u/s²"),
+    inner("deceleration", "dynamics.deceleration", "Highest, u/s²"),
+    inner("jerk", "dynamics.jerk", "Highest, u/s³"),
+];
+
+const ACTIVATION: &[Field] = &[
+    inner(
+        "activation",
+        "activation.mode",
+        "When: instantaneous, at-master-cam-pos, at-master-axis-pos, next-cycle, …",
+    ),
+    inner(
+        "activation-position",
+        "activation.position",
+        "Where the master is then",
+    ),
+];
+
+const SCALING: &[Field] = &[
+    inner(
+        "master-scaling-mode",
+        "scaling.master.mode",
+        "user-defined, auto-offset or off",
+    ),
+    inner(
+        "master-relative",
+        "scaling.master.relative",
+        "true: from where the master is",
+    ),
+    inner("master-offset", "scaling.master.offset", "Offset, u"),
+    inner("master-scaling", "scaling.master.scaling", "Scaling"),
+    inner(
+        "slave-scaling-mode",
+        "scaling.slave.mode",
+        "user-defined, auto-offset or off",
+    ),
+    inner(
+        "slave-relative",
+        "scaling.slave.relative",
+        "true: from where the slave is",
+    ),
+    inner("slave-offset", "scaling.slave.offset", "Offset, u"),
+    inner("slave-scaling", "scaling.slave.scaling", "Scaling"),
+];
+
+const CAM_IN: &[Field] = &[
+    may(
+        "start-mode",
+        "absolute, relative, master-absolute-slave-relative, master-relative-slave-absolute",
+    ),
+    may("master-offset", "Offset of the master, u"),
+    may("slave-offset", "Offset of the slave, u"),
+    may("master-scaling", "Scaling of the master"),
+    may("slave-scaling", "Scaling of the slave"),
+    may("master-scaling-mode", "user-defined, auto-offset or off"),
+    may("slave-scaling-mode", "user-defined, auto-offset or off"),
+];
+
+const FLYING_GEAR: &[Field] = &[
+    must("ratio", "Slave units per master unit"),
+    must(
+        "master-sync-position",
+        "Where the master is when engaged, master u",
+    ),
+    must("slave-sync-position", "Where the slave is then, u"),
+    must("slave-desync-position", "Where the release begins, u"),
+    must("slave-stop-position", "Where the slave is released, u"),
+    may(
+        "default-slave-negative",
+        "true: works towards smaller positions",
+    ),
+];
+
+/// Every command but `power`, which has a state instead of options.
+pub(super) fn blocks() -> Vec<Block> {
+    let block = |name, about, options: &[&[Field]]| Block {
+        name,
+        about,
+        options: options.concat(),
+    };
+    let position = |help| must("position", help);
+    vec![
+        block("reset", "MC_Reset: acknowledge an error", &[]),
+        block(
+            "home",
+            "MC_Home: declare where the axis stands",
+            &[&[position("Where it stands, u")]],
+        ),
+        block(
+            "move-absolute",
+            "MC_MoveAbsolute: go to a position",
+            &[&[position("Where to, u"), VELOCITY], DYNAMICS],
+        ),
+        block(
+            "move-relative",
+            "MC_MoveRelative: go a distance",
+            &[&[must("distance", "How far, u"), VELOCITY], DYNAMICS],
+        ),
+        block(
+            "move-velocity",
+            "MC_MoveVelocity: move at a velocity",
+            &[&[must("velocity", "u/s, with its sign")], DYNAMICS],
+        ),
+        block("halt", "MC_Halt: come to rest", &[DYNAMICS]),
+        block(
+            "stop",
+            "MC_Stop: come to rest, whatever else is commanded",
+            &[DYNAMICS],
+        ),
+        block(
+            "gear-in",
+            "MC_GearIn: couple by a constant ratio",
+            &[&[must("ratio", "Slave units per master unit")]],
+        ),
+        block("gear-out", "MC_GearOut: uncouple, keep the velocity", &[]),
+        block(
+            "flying-gear",
+            "MC_FlyingGear: couple and release on the fly",
+            &[FLYING_GEAR],
+        ),
+        block(
+            "cam-in",
+            "MC_CamIn: couple by a plate, or switch to it",
+            &[&[TABLE], CAM_IN, ACTIVATION, &[JUMP]],
+        ),
+        block("cam-out", "MC_CamOut: uncouple, keep the velocity", &[]),
+        block(
+            "cam-scaling",
+            "MC_CamScaling: scale the plate",
+            &[SCALING, ACTIVATION, &[JUMP]],
+        ),
+        block(
+            "cam-in-v2",
+            "MC_CamIn_V2: couple by one of several plates, or change them",
+            &[&[TABLE, OPERATION, REFERENCE], SCALING, ACTIVATION, &[JUMP]],
+        ),
+        block(
+            "cam-add",
+            "MC_CamAdd: superpose one more plate",
+            &[&[TABLE], SCALING, ACTIVATION, &[JUMP]],
+        ),
+        block(
+            "cam-exchange",
+            "MC_CamExchange: put a plate in the place of another",
+            &[&[TABLE, REFERENCE], SCALING, ACTIVATION, &[JUMP]],
+        ),
+        block(
+            "cam-remove",
+            "MC_CamRemove: take a plate out",
+            &[&[TABLE], ACTIVATION, &[JUMP]],
+        ),
+        block(
+            "cam-scaling-v2",
+            "MC_CamScaling_V2: scale one of the plates",
+            &[
+                &[may("table", "Id of the plate")],
+                SCALING,
+                ACTIVATION,
+                &[JUMP],
+            ],
+        ),
+        block(
+            "set-cam-online-change-mode",
+            "MC_SetCamOnlineChangeMode: when written points take effect",
+            &[&[TABLE], ONLINE_CHANGE],
+        ),
+        block(
+            "write-motion-function",
+            "MC_WriteMotionFunction: change 1 to 4 points of a plate",
+            &[&[TABLE, must("points", "The points, as JSON")]],
+        ),
+    ]
+}
+
+const OPERATION: Field = may("operation", "default, additive, exchange or remove");
+
+const ONLINE_CHANGE: &[Field] = &[
+    inner(
+        "activation",
+        "mode.activation.mode",
+        "When: instantaneous, next-cycle, as-soon-as-possible, delete-queued-data, …",
+    ),
+    inner(
+        "activation-position",
+        "mode.activation.position",
+        "Where the master is then",
+    ),
+    inner(
+        "master-scaling-mode",
+        "mode.master-scaling-mode",
+        "user-defined, auto-offset or off",
+    ),
+    inner(
+        "slave-scaling-mode",
+        "mode.slave-scaling-mode",
+        "user-defined, auto-offset or off",
+    ),
+    inner("jump", "mode.jump", JUMP.help),
+];

@@ -1,0 +1,206 @@
+//! A command as it is spelled out on the command line.
+
+use clap::error::ErrorKind;
+use clap::{Arg, ArgMatches, Command, FromArgMatches, Subcommand};
+use coaxle_motion::slave;
+use serde_json::{Map, Value, json};
+
+use super::blocks::{Block, blocks};
+
+/// A command to a slave, with its options.
+///
+/// Built from the table of [`blocks()`] and read by the very rules of the network, so that nothing
+/// about a command is written down twice.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spelled(pub(super) slave::Command);
+
+const POWER: &str = "power";
+
+impl Subcommand for Spelled {
+    fn augment_subcommands(command: Command) -> Command {
+        let power = Command::new(POWER)
+            .about("MC_Power: give power, or take it away")
+            .arg(Arg::new("state").required(true).value_parser(["on", "off"]));
+        command
+            .subcommand(power)
+            .subcommands(blocks().into_iter().map(subcommand))
+    }
+
+    fn augment_subcommands_for_update(command: Command) -> Command {
+        Self::augment_subcommands(command)
+    }
+
+    fn has_subcommand(name: &str) -> bool {
+        name == POWER || blocks().iter().any(|block| block.name == name)
+    }
+}
+
+fn subcommand(block: Block) -> Command {
+    let argument = |field: super::blocks::Field| {
+        Arg::new(field.name)
+            .long(field.name)
+            .help(field.help)
+            .required(field.required)
+            .allow_negative_numbers(true)
+    };
+    Command::new(block.name)
+        .about(block.about)
+        .args(block.options.into_iter().map(argument))
+}
+
+impl FromArgMatches for Spelled {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let Some((name, options)) = matches.subcommand() else {
+            return Err(clap::Error::new(ErrorKind::MissingSubcommand));
+        };
+        let order = json!({ name: fields(name, options) });
+        serde_path_to_error::deserialize(order)
+            .map(Self)
+            .map_err(|error| clap::Error::raw(ErrorKind::ValueValidation, format!("{error}\n")))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+/// The fields of the command that the options set.
+fn fields(name: &str, options: &ArgMatches) -> Value {
+    if name == POWER {
+        let state = options.get_one::<String>("state");
+        return json!(state.is_some_and(|state| state == "on"));
+    }
+    let mut fields = Map::new();
+    for block in blocks().iter().filter(|block| block.name == name) {
+        for field in &block.options {
+            if let Some(text) = options.get_one::<String>(field.name) {
+                set(&mut fields, field.path, value(text));
+            }
+        }
+    }
+    Value::Object(fields)
+}
+
+/// Numbers, lists and the like as they are; everything else is a word.
+fn value(text: &str) -> Value {
+    if let Ok(json) = serde_json::from_str(text) {
+        return json;
+    }
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => json!(number),
+        _ => json!(text),
+    }
+}
+
+fn set(fields: &mut Map<String, Value>, path: &str, value: Value) {
+    match path.split_once('.') {
+        None => {
+            fields.insert(path.to_owned(), value);
+        }
+        Some((part, rest)) => {
+            let part = fields.entry(part).or_insert_with(|| json!({}));
+            if let Value::Object(part) = part {
+                set(part, rest, value);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    fn parsed(line: &[&str]) -> Result<slave::Command, clap::Error> {
+        let command = Spelled::augment_subcommands(Command::new("command"));
+        let matches = command.try_get_matches_from(["command"].iter().chain(line))?;
+        Spelled::from_arg_matches(&matches).map(|spelled| spelled.0)
+    }
+
+    /// The names of all commands, as the code lists them.
+    fn known() -> BTreeSet<String> {
+        let error = serde_json::from_value::<slave::Command>(json!({ "dance": {} })).unwrap_err();
+        let text = error.to_string();
+        let (_, known) = text.split_once("expected one of").unwrap();
+        let known = known.split('`').skip(1).step_by(2);
+        known.map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn every_command_can_be_spelled_out() {
+        let spelled = blocks().into_iter().map(|block| block.name.to_owned());
+        let spelled: BTreeSet<_> = spelled.chain([POWER.to_owned()]).collect();
+        assert_eq!(spelled, known());
+    }
+
+    const POINTS: &str =
+        r#"[{ "index": 1, "law": "polynom5", "type": "rest", "master": 0, "slave": 0 }]"#;
+
+    #[test]
+    fn every_option_is_a_field_of_its_command() {
+        for block in blocks() {
+            for field in &block.options {
+                // Something of the wrong type: its field must be the one that is complained about.
+                let mut line = vec![block.name.to_owned()];
+                for other in &block.options {
+                    if other.required || other.name == field.name {
+                        let value = match other.name {
+                            name if name == field.name => "{\"no\":[]}",
+                            "points" => POINTS,
+                            _ => "1",
+                        };
+                        line.push(format!("--{}={value}", other.name));
+                    }
+                }
+                let line: Vec<_> = line.iter().map(String::as_str).collect();
+                let error = parsed(&line).unwrap_err().to_string();
+                let place = format!("{}.{}", block.name, field.path);
+                assert!(error.contains(&place), "{line:?}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn values_have_the_types_of_their_fields() {
+        assert_eq!(
+            parsed(&["power", "on"]).unwrap(),
+            slave::Command::Power(true)
+        );
+        assert_eq!(
+            parsed(&["power", "off"]).unwrap(),
+            slave::Command::Power(false)
+        );
+        assert_eq!(parsed(&["reset"]).unwrap(), slave::Command::Reset {});
+        for (text, position) in [("-5", -5.0), (".5", 0.5), ("+1e3", 1e3)] {
+            let line = ["home", "--position", text];
+            assert_eq!(parsed(&line).unwrap(), slave::Command::Home { position });
+        }
+        let slave::Command::CamIn(cam_in) = parsed(&[
+            "cam-in",
+            "--table=3",
+            "--activation",
+            "at-master-axis-pos",
+            "--activation-position",
+            "360",
+            "--slave-scaling-mode=auto-offset",
+        ])
+        .unwrap() else {
+            panic!("another command");
+        };
+        assert_eq!((cam_in.table, cam_in.activation.position), (3, 360.0));
+    }
+
+    #[test]
+    fn what_is_no_number_is_named() {
+        for text in ["far", "nan", "inf"] {
+            let error = parsed(&["home", "--position", text]).unwrap_err();
+            let error = error.to_string();
+            assert!(error.contains("home.position"), "{error}");
+            assert!(error.contains(text), "{error}");
+        }
+        assert!(parsed(&["home"]).is_err());
+        assert!(parsed(&["dance"]).is_err());
+    }
+}

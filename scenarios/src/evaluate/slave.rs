@@ -1,0 +1,92 @@
+//! One slave in figures.
+
+use coaxle_clock::Span;
+use coaxle_motion::axis::AxisStatus;
+use coaxle_motion::slave::CouplingPhase;
+use coaxle_receiver::{SlaveConfig, SlaveRecord};
+
+use crate::summary::SlaveSummary;
+
+/// Judges one slave, by what it records of itself.
+#[derive(Debug)]
+pub(super) struct SlaveJudge {
+    name: String,
+    previous: Option<(i64, SlaveRecord)>,
+    in_sync_cycles: u64,
+    cycles: u64,
+    summary: SlaveSummary,
+}
+
+impl SlaveJudge {
+    pub(super) fn new(config: &SlaveConfig) -> Self {
+        Self {
+            name: config.name.to_string(),
+            previous: None,
+            in_sync_cycles: 0,
+            cycles: 0,
+            summary: SlaveSummary::default(),
+        }
+    }
+
+    pub(super) fn push(&mut self, at_ns: i64, slave: &SlaveRecord) {
+        let before = self.previous.replace((at_ns, *slave));
+        self.cycles += 1;
+        self.in_sync_cycles += u64::from(slave.phase == Some(CouplingPhase::InSync));
+        self.note_events(before.map(|(_, before)| before).as_ref(), slave);
+        if let Some((before_ns, before)) = before {
+            let passed = Span::from_nanos(at_ns - before_ns).as_secs_f64();
+            self.measure(&before, slave, passed);
+        }
+        let summary = &mut self.summary;
+        summary.state = slave.state;
+        summary.program = slave.program;
+        summary.program_step = slave.step;
+        summary.position = slave.position;
+        let following_error = slave.following_error.abs();
+        summary.following_error_max = summary.following_error_max.max(following_error);
+    }
+
+    fn note_events(&mut self, before: Option<&SlaveRecord>, slave: &SlaveRecord) {
+        let summary = &mut self.summary;
+        let failed = slave.state == AxisStatus::ErrorStop;
+        if failed && before.is_none_or(|before| before.state != AxisStatus::ErrorStop) {
+            summary.errors += 1;
+            summary.last_error = Some(format!("{:#06x}", slave.error));
+        }
+        if slave.refusal != 0 {
+            summary.last_refusal = Some(format!("{:#06x}", slave.refusal));
+        }
+    }
+
+    /// Only a slave that is told where to be can jump: power, homing and reset set it anew.
+    fn measure(&mut self, before: &SlaveRecord, slave: &SlaveRecord, passed: f64) {
+        let is_set_anew = |slave: &SlaveRecord| {
+            matches!(
+                slave.state,
+                AxisStatus::Disabled | AxisStatus::Standstill | AxisStatus::Homing
+            )
+        };
+        if is_set_anew(before) || is_set_anew(slave) || passed <= 0.0 {
+            return;
+        }
+        let (Some(from), Some(to)) = (before.position, slave.position) else {
+            return;
+        };
+        let (Some(start), Some(end)) = (before.velocity, slave.velocity) else {
+            return;
+        };
+        let summary = &mut self.summary;
+        let jump = (to - from - 0.5 * (start + end) * passed).abs();
+        summary.position_jump_max = summary.position_jump_max.max(jump);
+        summary.velocity_max = summary.velocity_max.max(end.abs());
+        let acceleration = ((end - start) / passed).abs();
+        summary.acceleration_max = summary.acceleration_max.max(acceleration);
+    }
+
+    pub(super) fn finish(mut self) -> (String, SlaveSummary) {
+        if self.cycles > 0 {
+            self.summary.in_sync_share = self.in_sync_cycles as f64 / self.cycles as f64;
+        }
+        (self.name, self.summary)
+    }
+}

@@ -1,0 +1,307 @@
+//! What happens in a scenario on the way.
+
+use coaxle_clock::Span;
+use coaxle_motion::slave::Command;
+use coaxle_node::command::{CommandAnswer, CommandOrder, SlaveName, Verdict as Said};
+use coaxle_node::keys::NodeName;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use crate::expect::Verdict;
+
+/// Something that happens to a node.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "EventInFile", into = "EventInFile")]
+pub struct Event {
+    /// When, s after the start.
+    pub at_s: Moment,
+    /// To whom.
+    pub node: NodeName,
+    /// What.
+    pub what: Happening,
+}
+
+/// What can happen to a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a scenario has a handful, and plain values are simpler"
+)]
+pub enum Happening {
+    /// It goes away, and comes back.
+    Away {
+        /// How.
+        action: Action,
+        /// For how long, s.
+        for_s: Moment,
+    },
+    /// One of its slaves is commanded.
+    Command(Commanded),
+}
+
+/// How a node goes away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Action {
+    /// It dies, as in a power cut, and is started anew afterwards.
+    Restart,
+    /// It stands still, as in a debugger, and then goes on.
+    Freeze,
+}
+
+/// A command to a slave. It comes at once in virtual time, and through the network to a process.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Commanded {
+    /// What is sent.
+    pub order: CommandOrder,
+    /// The code with which the slave shall refuse it; none if it shall take it.
+    pub expect_refusal: Option<u32>,
+}
+
+impl Commanded {
+    /// Whether the answer is the expected one; none if none came. A scenario fails otherwise.
+    pub(crate) fn judge(&self, event: &Event, answer: Option<&CommandAnswer>) -> Verdict {
+        let expected = match self.expect_refusal {
+            None => "accepted".to_owned(),
+            Some(code) => format!("refused, {code:#06x}"),
+        };
+        let (received, text) = match answer.map(|answer| &answer.verdict) {
+            Some(Said::Accepted { .. }) => ("accepted".to_owned(), None),
+            Some(Said::Refused { code, text, .. }) => (format!("refused, {code}"), Some(text)),
+            Some(Said::NotTaken { text, .. }) => ("not taken".to_owned(), Some(text)),
+            None => ("no answer".to_owned(), None),
+        };
+        let met = received == expected;
+        Verdict {
+            receiver: event.node.to_string(),
+            slave: Some(self.order.slave.to_string()),
+            field: format!(
+                "{} at {} s",
+                self.order.command.name(),
+                f64::from(event.at_s)
+            ),
+            expected,
+            received: match text {
+                Some(text) if !met => json!(format!("{received}: {text}")),
+                _ => json!(received),
+            },
+            met,
+        }
+    }
+}
+
+/// An event as a file has it.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct EventInFile {
+    at_s: Moment,
+    node: NodeName,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    action: Option<Action>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    for_s: Option<Moment>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    slave: Option<SlaveName>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    expect_refusal: Option<u32>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    dry_run: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    command: Option<Command>,
+}
+
+impl TryFrom<EventInFile> for Event {
+    type Error = &'static str;
+
+    fn try_from(file: EventInFile) -> Result<Self, &'static str> {
+        let what = match file {
+            EventInFile {
+                action: Some(action),
+                for_s: Some(for_s),
+                slave: None,
+                expect_refusal: None,
+                dry_run: false,
+                command: None,
+                ..
+            } => Happening::Away { action, for_s },
+            EventInFile {
+                action: None,
+                for_s: None,
+                slave: Some(slave),
+                expect_refusal,
+                dry_run,
+                command: Some(command),
+                ..
+            } => Happening::Command(Commanded {
+                order: CommandOrder {
+                    slave,
+                    command,
+                    dry_run,
+                },
+                expect_refusal,
+            }),
+            _ => return Err("expected either action and for-s, or slave and command"),
+        };
+        Ok(Self {
+            at_s: file.at_s,
+            node: file.node,
+            what,
+        })
+    }
+}
+
+impl From<Event> for EventInFile {
+    fn from(event: Event) -> Self {
+        let mut file = Self {
+            at_s: event.at_s,
+            node: event.node,
+            action: None,
+            for_s: None,
+            slave: None,
+            expect_refusal: None,
+            dry_run: false,
+            command: None,
+        };
+        match event.what {
+            Happening::Away { action, for_s } => {
+                file.action = Some(action);
+                file.for_s = Some(for_s);
+            }
+            Happening::Command(Commanded {
+                order,
+                expect_refusal,
+            }) => {
+                file.slave = Some(order.slave);
+                file.command = Some(order.command);
+                file.dry_run = order.dry_run;
+                file.expect_refusal = expect_refusal;
+            }
+        }
+        file
+    }
+}
+
+/// A time in a scenario, in whole milliseconds so that it can be compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
+pub struct Moment {
+    millis: u64,
+}
+
+impl Moment {
+    /// The time since the start.
+    #[must_use]
+    pub const fn span(self) -> Span {
+        Span::from_millis(self.millis as i64)
+    }
+}
+
+impl TryFrom<f64> for Moment {
+    type Error = String;
+    fn try_from(seconds: f64) -> Result<Self, String> {
+        if seconds.is_finite() && (0.0..=1e9).contains(&seconds) {
+            Ok(Self {
+                millis: (seconds * 1e3).round() as u64,
+            })
+        } else {
+            Err(format!(
+                "received {seconds}, expected seconds from 0 to 1e9"
+            ))
+        }
+    }
+}
+
+impl From<Moment> for f64 {
+    fn from(moment: Moment) -> Self {
+        moment.millis as Self * 1e-3
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_motion::axis::AxisStatus;
+    use coaxle_motion::slave::{Accepted, Refusal};
+    use coaxle_node::command::{CommandOutcome, SlaveView};
+    use coaxle_node::config::parse;
+
+    fn event(text: &str) -> Result<Event, String> {
+        parse::<Event>("e", text).map_err(|error| error.to_string())
+    }
+
+    const HALT: &str = "at-s = 1.5\nnode = 'saw'\nslave = 'carriage'\ncommand = { halt = {} }";
+
+    #[test]
+    fn an_event_is_written_as_it_is_read() {
+        for text in [
+            "at-s = 1\nnode = 'saw'\naction = 'freeze'\nfor-s = 0.5",
+            HALT,
+            &format!("{HALT}\nexpect-refusal = 0x422a\ndry-run = true"),
+        ] {
+            let read = event(text).unwrap();
+            let written = toml::to_string(&read).unwrap();
+            assert_eq!(event(&written), Ok(read));
+        }
+    }
+
+    #[test]
+    fn half_of_an_event_is_none() {
+        for text in [
+            "at-s = 1\nnode = 'saw'",
+            "at-s = 1\nnode = 'saw'\naction = 'freeze'",
+            "at-s = 1\nnode = 'saw'\nslave = 'carriage'",
+            &format!("{HALT}\nfor-s = 1"),
+        ] {
+            let error = event(text).unwrap_err();
+            assert!(
+                error.contains("expected either action and for-s"),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_command_meets_what_is_expected_of_it() {
+        let slave = SlaveView {
+            status: AxisStatus::Disabled,
+            coupling: None,
+            position: 0.0,
+            velocity: 0.0,
+        };
+        let accepted = Accepted::AtOnce;
+        let refusal = Refusal::NoMaster;
+        let outcomes = [
+            Some(CommandOutcome::Accepted { accepted, slave }),
+            Some(CommandOutcome::Refused { refusal, slave }),
+            None,
+        ];
+        for (text, expected) in [
+            (HALT.to_owned(), [true, false, false]),
+            (
+                format!("{HALT}\nexpect-refusal = 0x4b09"),
+                [false, true, false],
+            ),
+            (
+                format!("{HALT}\nexpect-refusal = 0x4b05"),
+                [false, false, false],
+            ),
+        ] {
+            let event = event(&text).unwrap();
+            let Happening::Command(commanded) = event.what else {
+                panic!("no command");
+            };
+            let met = outcomes.map(|outcome| {
+                let answer = outcome.map(|o| CommandAnswer::new(&commanded.order, &o));
+                commanded.judge(&event, answer.as_ref()).met
+            });
+            assert_eq!(met, expected, "{text}");
+        }
+        let event = event(HALT).unwrap();
+        let Happening::Command(commanded) = event.what else {
+            panic!("no command");
+        };
+        let verdict = commanded.judge(&event, None);
+        let text = "saw.carriage.MC_Halt at 1.5 s is \"no answer\", expected accepted";
+        assert_eq!(verdict.to_string(), text);
+    }
+}

@@ -1,0 +1,90 @@
+//! Commands to the slaves of running processes, through the network.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use anyhow::Context;
+use coaxle_host::Commander;
+use coaxle_node::CommandAnswer;
+use coaxle_node::config::TransportConfig;
+use coaxle_node::keys::NodeName;
+
+use crate::event::{Commanded, Event, Happening};
+use crate::expect::Verdict;
+
+/// The orders of a run. None of them holds the runner up: each waits for its answer elsewhere.
+pub(super) struct Orders {
+    commander: Option<Arc<Commander>>,
+    sent: Vec<Sent>,
+}
+
+struct Sent {
+    event: Event,
+    commanded: Commanded,
+    answer: JoinHandle<anyhow::Result<CommandAnswer>>,
+}
+
+impl Orders {
+    /// Joins the network if there is anything to send.
+    pub(super) fn prepare(
+        events: &[Event],
+        endpoint: impl Fn(&NodeName) -> Option<String>,
+    ) -> anyhow::Result<Self> {
+        let is_order = |event: &&Event| matches!(event.what, Happening::Command(_));
+        let nodes: BTreeSet<_> = events.iter().filter(is_order).map(|e| &e.node).collect();
+        let commander = if nodes.is_empty() {
+            None
+        } else {
+            let transport = TransportConfig {
+                connect: nodes.into_iter().filter_map(endpoint).collect(),
+                ..TransportConfig::default()
+            };
+            Some(Arc::new(Commander::open(&transport)?))
+        };
+        Ok(Self {
+            commander,
+            sent: Vec::new(),
+        })
+    }
+
+    pub(super) fn send(&mut self, event: &Event) -> anyhow::Result<()> {
+        let (Some(commander), Happening::Command(commanded)) = (&self.commander, event.what) else {
+            return Ok(());
+        };
+        let (commander, node) = (Arc::clone(commander), event.node.clone());
+        let answer = std::thread::Builder::new()
+            .name("order".to_owned())
+            .spawn(move || commander.send(&node, &commanded.order))
+            .context("cannot start a thread for an order")?;
+        self.sent.push(Sent {
+            event: event.clone(),
+            commanded,
+            answer,
+        });
+        Ok(())
+    }
+
+    /// Waits for the answers that have not come yet, and leaves the network.
+    pub(super) fn finish(self) -> Vec<Verdict> {
+        let verdicts = self.sent.into_iter().map(Sent::judge).collect();
+        if let Some(commander) = self.commander.and_then(Arc::into_inner) {
+            commander.close();
+        }
+        verdicts
+    }
+}
+
+impl Sent {
+    fn judge(self) -> Verdict {
+        let answer = match self.answer.join() {
+            Ok(Ok(answer)) => Some(answer),
+            Ok(Err(error)) => {
+                tracing::warn!("{error:#}");
+                None
+            }
+            Err(_) => None,
+        };
+        self.commanded.judge(&self.event, answer.as_ref())
+    }
+}

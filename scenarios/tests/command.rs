@@ -1,0 +1,247 @@
+//! `coaxle command` as a user starts it, and commands among a scenario's events.
+
+mod tool;
+
+use std::net::TcpListener;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use serde_json::Value;
+use tool::{text, written};
+
+fn coaxle(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle"));
+    command.args(arguments).stdin(Stdio::null());
+    command
+}
+
+/// An endpoint that is free now.
+fn endpoint() -> String {
+    let address = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr());
+    format!("tcp/{}", address.expect("a free port"))
+}
+
+/// What the tool says, and its exit code.
+fn said(arguments: &[&str]) -> (String, Option<i32>) {
+    let output = coaxle(arguments).output().expect("the tool starts");
+    let said = text(&output.stdout) + &text(&output.stderr);
+    (said, output.status.code())
+}
+
+/// A node that ends with the test.
+struct Node(Child);
+
+impl Node {
+    fn start(role: &str, folder: &Path, config: &str, listen: &str) -> Self {
+        let file = written(folder, &format!("{role}.toml"), config.as_bytes());
+        let child = coaxle(&[role])
+            .arg(file)
+            .args(["--listen", listen, "--for", "60s", "--quiet"])
+            .spawn();
+        Self(child.expect("the node starts"))
+    }
+}
+
+impl Drop for Node {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+const SENDER: &str = "name = 'belt'\ncycle-time-us = 2000\n[[axis]]\nid = 1\nname = 'belt'\n\
+                      [axis.program]\nlimits = { velocity = 100, acceleration = 100, jerk = 1000 }\nsteps = []\n";
+
+const RECEIVER: &str = "name = 'saw'\ncycle-time-us = 2000\nmaster = { node = 'belt' }\n\
+                        [[slave]]\nname = 'carriage'\ncouple = 'off'\n\
+                        limits = { velocity = 500, acceleration = 2000, jerk = 1e5, max-position = 800 }\n";
+
+#[test]
+fn nobody_there_is_an_error_that_says_who_was_asked_and_where() {
+    let at = endpoint();
+    let (said, code) = said(&["command", "ghost", "carriage", "halt", "--connect", &at]);
+    assert_eq!(code, Some(1), "{said}");
+    for part in ["node ghost", "coaxle/ghost/command", &at] {
+        assert!(said.contains(part), "{said}");
+    }
+}
+
+#[test]
+fn a_wrong_command_is_not_sent_at_all() {
+    for (arguments, expected) in [
+        (&["dance"][..], "dance"),
+        (&["home", "--position", "far"], "home.position"),
+        (&["home"], "--position"),
+    ] {
+        let line = [&["command", "saw", "carriage"], arguments].concat();
+        let (said, code) = said(&line);
+        assert_eq!(code, Some(2), "{said}");
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
+#[test]
+fn a_sender_has_no_slaves() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let at = endpoint();
+    let _sender = Node::start("sender", folder.path(), SENDER, &at);
+    let (said, code) = said(&["command", "belt", "carriage", "halt", "--connect", &at]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(
+        said.contains("belt/carriage: not taken: the node has no slaves"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_slave_does_what_it_is_told_and_refuses_the_rest() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let at = endpoint();
+    let _receiver = Node::start("receiver", folder.path(), RECEIVER, &at);
+    let tell = |slave: &str, arguments: &[&str]| {
+        let line = [&["command", "saw", slave], arguments, &["--connect", &at]].concat();
+        said(&line)
+    };
+    for (slave, arguments, good, expected) in [
+        (
+            "carriage",
+            &["move-absolute", "--position", "10"][..],
+            false,
+            "0x422a",
+        ),
+        (
+            "carriage",
+            &["power", "on"],
+            true,
+            "accepted; the slave is in standstill at 0",
+        ),
+        (
+            "carriage",
+            &["move-absolute", "--position", "900"],
+            false,
+            "0x4229",
+        ),
+        (
+            "carriage",
+            &["move-absolute", "--position", "100"],
+            true,
+            "accepted, job 1",
+        ),
+        (
+            "carriage",
+            &["--order", "{\"halt\":{}}"],
+            true,
+            "accepted, job 2",
+        ),
+        ("cariage", &["halt"], false, "expected carriage"),
+    ] {
+        let (said, code) = tell(slave, arguments);
+        assert_eq!(code, Some(i32::from(!good)), "{arguments:?}: {said}");
+        assert!(said.contains(expected), "{arguments:?}: {said}");
+    }
+    let (json, code) = tell(
+        "carriage",
+        &["move-velocity", "--velocity", "-900", "--json"],
+    );
+    assert_eq!(code, Some(1), "{json}");
+    let answer: Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(answer["code"], "0x42dd");
+    assert_eq!(
+        (&answer["received"], &answer["would-pass"]),
+        (&900.0.into(), &500.0.into())
+    );
+}
+
+const SCENARIO: &str = r#"
+title = "A carriage that is commanded"
+duration-s = 6
+
+[[sender]]
+name = "belt"
+cycle-time-us = 1000
+[[sender.axis]]
+id = 1
+name = "belt"
+[sender.axis.program]
+limits = { velocity = 100, acceleration = 100, jerk = 1000 }
+steps = [{ enable = true }, { velocity = { value = 50.0 } }]
+
+[[receiver]]
+name = "saw"
+cycle-time-us = 1000
+master = { node = "belt" }
+[[receiver.slave]]
+name = "carriage"
+couple = "off"
+limits = { velocity = 500, acceleration = 5000, jerk = 1e6 }
+
+[[event]]
+at-s = 2
+node = "saw"
+slave = "carriage"
+expect-refusal = 0x422a
+command = { move-absolute = { position = 100 } }
+
+[[event]]
+at-s = 3
+node = "saw"
+slave = "carriage"
+command = { power = true }
+
+[[event]]
+at-s = 3.5
+node = "saw"
+slave = "carriage"
+command = { move-absolute = { position = 100 } }
+"#;
+
+fn run(scenario: &str, world: &str) -> (Value, Option<i32>) {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let file = written(folder.path(), "commanded.toml", scenario.as_bytes());
+    let output = coaxle(&["run", world, "--json"])
+        .arg(file)
+        .arg("--out")
+        .arg(folder.path())
+        .output()
+        .expect("the tool starts");
+    let summary = serde_json::from_slice(&output.stdout);
+    let summary = summary.unwrap_or_else(|_| panic!("{}", text(&output.stderr)));
+    (summary, output.status.code())
+}
+
+#[test]
+fn a_scenario_commands_in_both_worlds() {
+    for world in ["--virtual", "--processes"] {
+        let (summary, code) = run(SCENARIO, world);
+        let verdicts = &summary["expectations"];
+        assert_eq!(code, Some(0), "{verdicts}");
+        assert_eq!(verdicts.as_array().map(Vec::len), Some(3), "{verdicts}");
+        let carriage = &summary["receivers"]["saw"]["slaves"]["carriage"];
+        assert_eq!(carriage["state"], "standstill", "{world}: {carriage}");
+        assert_eq!(carriage["position"], 100.0, "{world}: {carriage}");
+    }
+}
+
+#[test]
+fn an_answer_that_is_not_expected_fails_the_scenario() {
+    let (summary, code) = run(
+        &SCENARIO.replace("expect-refusal = 0x422a", ""),
+        "--virtual",
+    );
+    assert_eq!(code, Some(1));
+    let verdict = &summary["expectations"][0];
+    assert_eq!(verdict["met"], false);
+    let received = verdict["received"].as_str().expect("a text");
+    assert!(received.starts_with("refused, 0x422a: "), "{received}");
+}
+
+#[test]
+fn a_command_to_a_slave_that_is_not_there_is_found_by_a_check() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let text = SCENARIO.replacen("slave = \"carriage\"", "slave = \"tool\"", 1);
+    let file = written(folder.path(), "s.toml", text.as_bytes());
+    let (said, code) = said(&["check", file.to_str().expect("a plain path")]);
+    assert_eq!(code, Some(1), "{said}");
+    let expected = "event[0].slave: received \"tool\", expected a slave of saw: carriage";
+    assert!(said.contains(expected), "{said}");
+}
