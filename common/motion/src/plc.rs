@@ -26,6 +26,19 @@ pub enum CommandState<E> {
 }
 
 impl<E> CommandState<E> {
+    /// The same state, with an error of another kind.
+    pub fn map_error<F>(self, of: impl FnOnce(E) -> F) -> CommandState<F> {
+        match self {
+            Self::Idle => CommandState::Idle,
+            Self::Waiting => CommandState::Waiting,
+            Self::Active => CommandState::Active,
+            Self::InSync => CommandState::InSync,
+            Self::Done => CommandState::Done,
+            Self::Aborted => CommandState::Aborted,
+            Self::Failed(error) => CommandState::Failed(of(error)),
+        }
+    }
+
     /// The outputs of the block; `code` gives an error's number.
     #[must_use]
     pub fn outputs(&self, code: impl FnOnce(&E) -> u32) -> Outputs {

@@ -68,7 +68,7 @@ mod table;
 mod values;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use characteristics::{Characteristics, PlateEnd};
 pub use error::{CamError, Place};

@@ -37,7 +37,7 @@ mod harmonic;
 mod high_degree;
 mod motion;
 mod motion_law;
-mod polynom;
+pub(crate) mod polynom;
 pub(crate) mod polynomial;
 pub(crate) mod roots;
 mod segment;

@@ -1,5 +1,6 @@
 //! A stretch of the slave's way: a polynomial in the master's position, or in time.
 
+use crate::law::polynom::quintic;
 use crate::law::polynomial::Polynomial;
 use crate::law::roots::roots_between_turns;
 use crate::law::{Extreme, Extremes, MinMax, Motion, MotionLaw, Roots};
@@ -67,15 +68,18 @@ impl Piece {
         (position, from, curvature): (f64, f64, f64),
         (distance, to): (f64, f64),
     ) -> Self {
-        let c1 = from * length;
-        let c2 = curvature * length * length / 2.0;
-        let d = distance - c1 - c2;
-        let e = to * length - c1 - 2.0 * c2;
-        let f = -2.0 * c2;
-        let c3 = 10.0 * d - 4.0 * e + f / 2.0;
-        let c4 = -15.0 * d + 7.0 * e - f;
-        let c5 = 6.0 * d - 3.0 * e + f / 2.0;
-        Self::new(begin, length, position, [0.0, c1, c2, c3, c4, c5])
+        // Derivatives over the share of the length.
+        let start = Motion {
+            velocity: from * length,
+            acceleration: curvature * length * length,
+            ..Motion::default()
+        };
+        let end = Motion {
+            position: distance,
+            velocity: to * length,
+            ..Motion::default()
+        };
+        Self::new(begin, length, position, quintic(&start, &end).0)
     }
 
     /// Constant jerk, over time.

@@ -66,27 +66,12 @@ impl CommandBlock {
 }
 
 fn state_of(axis: &SlaveAxis, job: JobNumber) -> CommandState<BlockError> {
-    match axis.progress(job) {
-        CommandState::Idle => CommandState::Idle,
-        CommandState::Waiting => CommandState::Waiting,
-        CommandState::Active => CommandState::Active,
-        CommandState::InSync => CommandState::InSync,
-        CommandState::Done => CommandState::Done,
-        CommandState::Aborted => CommandState::Aborted,
-        CommandState::Failed(error) => CommandState::Failed(BlockError::Axis(error)),
-    }
+    axis.progress(job).map_error(BlockError::Axis)
 }
 
 fn state_of_change(axis: &SlaveAxis, change: Ticket) -> CommandState<BlockError> {
-    match axis.change_progress(change) {
-        CommandState::Idle => CommandState::Idle,
-        CommandState::Waiting => CommandState::Waiting,
-        CommandState::Active => CommandState::Active,
-        CommandState::InSync => CommandState::InSync,
-        CommandState::Done => CommandState::Done,
-        CommandState::Aborted => CommandState::Aborted,
-        CommandState::Failed(error) => CommandState::Failed(Refusal::Cam(error).into()),
-    }
+    axis.change_progress(change)
+        .map_error(|error| Refusal::Cam(error).into())
 }
 
 /// `MC_Power`: a function block with an `Enable` input.

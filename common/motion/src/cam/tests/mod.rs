@@ -8,3 +8,5 @@ mod plates;
 mod refusals;
 mod splines;
 mod tables;
+
+pub(crate) use plates::rest;

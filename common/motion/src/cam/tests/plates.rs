@@ -10,7 +10,7 @@ use crate::cam::{PositionTable, TableType};
 use crate::law::MotionLaw;
 
 /// A point at rest that a quintic leaves.
-pub(super) fn rest(index: u32, master: f64, slave: f64) -> MotionPoint {
+pub(crate) fn rest(index: u32, master: f64, slave: f64) -> MotionPoint {
     MotionPoint {
         index,
         function: MotionLaw::Polynom5,

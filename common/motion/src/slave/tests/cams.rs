@@ -6,26 +6,12 @@ use crate::cam::coupling::{
     Activation, ActivationMode, AxisScaling, CamIn, CamInV2, CamRemove, CamScaling, JumpHandling,
     OnlineChangeMode, ScalingData, Tables,
 };
-use crate::cam::{Course, MotionFunction, MotionPoint, Plate, PointType};
+use crate::cam::tests::rest;
+use crate::cam::{Course, MotionFunction, Plate};
 use crate::gear::LinearGear;
-use crate::law::MotionLaw;
 use crate::plc::CommandState;
 use crate::slave::{CamPoints, CoupledStart, CouplingPhase, Refusal, SlaveError};
 use std::vec::Vec;
-
-fn rest(index: u32, master: f64, slave: f64) -> MotionPoint {
-    MotionPoint {
-        index,
-        function: MotionLaw::Polynom5,
-        point_type: PointType::Rest,
-        relative_next: 1,
-        master,
-        slave,
-        velocity: 0.0,
-        acceleration: 0.0,
-        jerk: 0.0,
-    }
-}
 
 fn plate(top: f64) -> Plate {
     let points = Vec::from([rest(1, 0.0, 0.0), rest(2, 100.0, top), rest(3, 200.0, 0.0)]);

@@ -12,8 +12,8 @@ mod scaling;
 use std::vec::Vec;
 
 use super::*;
-use crate::cam::{Course, MotionFunction, MotionPoint, Plate, PointType};
-use crate::law::MotionLaw;
+use crate::cam::tests::rest;
+use crate::cam::{Course, MotionFunction, MotionPoint, Plate};
 use crate::plc::CommandState;
 use crate::profile::Kinematics;
 
@@ -27,20 +27,6 @@ const LINEAR: TableId = 3;
 const SMALL: TableId = 4;
 /// One more of those with lift, for a fifth plate.
 const SPARE: TableId = 5;
-
-fn rest(index: u32, master: f64, slave: f64) -> MotionPoint {
-    MotionPoint {
-        index,
-        function: MotionLaw::Polynom5,
-        point_type: PointType::Rest,
-        relative_next: 1,
-        master,
-        slave,
-        velocity: 0.0,
-        acceleration: 0.0,
-        jerk: 0.0,
-    }
-}
 
 fn plate(points: &[(f64, f64)], course: Course) -> Plate {
     let points: Vec<MotionPoint> = (1..)
