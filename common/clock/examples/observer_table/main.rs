@@ -141,6 +141,9 @@ fn main() {
             let figures = all(&case, first, seeds, || Box::new(Observer::new(case.cycle)));
             print(&format!("busy, {network} µs"), &case, &figures);
         }
+        let case = Case::wandering();
+        let figures = all(&case, first, seeds, || Box::new(Observer::new(case.cycle)));
+        print("busy, delay wanders", &case, &figures);
     }
     if wanted("other") {
         for cycle in [1e-4, 1e-2, 1e-1] {

@@ -24,6 +24,8 @@ pub(crate) struct Case {
     pub(crate) load: Option<(f64, f64, f64)>,
     /// So often a second everything is held up for 2 to 10 ms.
     pub(crate) stalls: f64,
+    /// The delay wanders by so much within so long: width and time constant, s.
+    pub(crate) wander: Option<(f64, f64)>,
     /// Instead of all jitter: what an efficient estimator would make of it, normal noise of this
     /// width.
     pub(crate) efficient: Option<f64>,
@@ -45,6 +47,7 @@ impl Case {
             delay_step: None,
             load: None,
             stalls: 0.0,
+            wander: None,
             efficient: None,
         }
     }
@@ -58,6 +61,15 @@ impl Case {
             stalls: 1.0,
             seconds: 60.0,
             ..Self::new(100.0, network_us, true)
+        }
+    }
+
+    /// The same where queues and sleeping cores make the delays of following messages alike, as
+    /// measured between processes on one busy PC.
+    pub(crate) const fn wandering() -> Self {
+        Self {
+            wander: Some((15e-6, 0.3)),
+            ..Self::busy(75.0)
         }
     }
 }
@@ -96,7 +108,11 @@ impl Run {
         let mut due = Vec::with_capacity(cycles as usize);
         let mut messages = Vec::with_capacity(cycles as usize);
         let mut now = 0.0123 + uniform() * case.cycle;
-        let (mut stepped, mut last) = (false, 0.0_f64);
+        let (mut stepped, mut last, mut wandered) = (false, 0.0_f64, 0.0);
+        let mut other = {
+            let mut random = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0xAAAA);
+            move || -> f64 { StandardNormal.sample(&mut random) }
+        };
         for count in 0..cycles {
             due.push(now);
             let normal = |random: &mut Xoshiro256PlusPlus| -> f64 { StandardNormal.sample(random) };
@@ -110,6 +126,11 @@ impl Run {
                 }
             });
             let mut arrived = now + late + MIN_DELAY + load * case.network_jitter * exponential;
+            if let Some((width, time)) = case.wander {
+                let kept = (-case.cycle / time).exp();
+                wandered = kept * wandered + width * (1.0 - kept * kept).sqrt() * other();
+                arrived += wandered;
+            }
             let stamp = case
                 .stamp_noise
                 .filter(|_| case.efficient.is_none())

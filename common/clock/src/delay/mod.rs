@@ -17,11 +17,12 @@
 //! there = t2 − F(t1) = d + way there        back = F(t4) − t3 = −d + way back
 //! ```
 //!
-//! Jitter only lengthens a way, so the least of each over the last exchanges counts, and
-//! `d = (least there − least back) / 2`. That takes the two ways for equally long. Whatever they are
-//! in truth, neither is shorter than nothing, so the error is at most half of the least round trip,
-//! `(least there + least back) / 2`: the uncertainty. (RFC 5905 reasons alike; as the line takes the
-//! drift out, the two least ways need not be of the same exchange.)
+//! Jitter only lengthens a way, so the early ones over the last exchanges count, and
+//! `d = (early there − early back) / 2`, where a tenth of the ways is not longer than the early one.
+//! That takes the two ways for equally long. Whatever they are in truth, neither is shorter than
+//! nothing, so the error is at most half of the least round trip, `(least there + least back) / 2`, and
+//! by how much the early ones differ from that: the uncertainty. (RFC 5905 reasons alike; as the line
+//! takes the drift out, the two ways need not be of the same exchange.)
 
 mod outcome;
 #[cfg(test)]
@@ -282,13 +283,14 @@ impl DelayExchange {
 
     /// What the window says; before that is worth something, what was measured before is better.
     fn estimate(&mut self, now: Instant<Local>) {
-        let Some((there, back)) = self.window.least() else {
+        let Some((there, back)) = self.window.early() else {
             return;
         };
         let enough = self.window.len() >= ENOUGH;
+        let moved = 0.5 * libm::fabs((there.early - there.least) - (back.early - back.least));
         let seen = Estimate {
-            delay: 0.5 * (there.least - back.least),
-            uncertainty: 0.5 * (there.least + back.least).max(0.0),
+            delay: 0.5 * (there.early - back.early),
+            uncertainty: 0.5 * (there.least + back.least).max(0.0) + moved,
             jitter: 0.5 * libm::hypot(there.deviation, back.deviation),
             count: 1,
             newest: now,

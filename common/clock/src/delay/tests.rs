@@ -124,25 +124,27 @@ fn jitter_averages_out() {
         let ways = || (micros(1_000) + there(), micros(1_000) + back());
         let now = exchanges(&mut exchange, &line, at(0), 200, ways);
         let (_, delay, uncertainty) = delay_us(&exchange, now);
-        assert!((delay - 1_000.0).abs() < 1.0, "{seed}: {delay}");
-        assert!((999.9..1_002.0).contains(&uncertainty), "{uncertainty}");
+        assert!((delay - 1_000.0).abs() < 2.0, "{seed}: {delay}");
+        assert!((999.9..1_004.0).contains(&uncertainty), "{uncertainty}");
         let sigma = exchange.output(now, Seconds::ZERO).jitter.unwrap();
-        assert!((0.05..0.5).contains(&sigma.as_micros()), "{sigma:?}");
+        assert!((0.05..1.0).contains(&sigma.as_micros()), "{sigma:?}");
     }
 }
 
 #[test]
-fn a_shorter_way_counts_at_once_and_a_longer_one_once_the_shorter_is_old() {
+fn a_shorter_way_counts_once_a_tenth_took_it_and_a_longer_one_once_the_shorter_is_old() {
     let mut exchange = DelayExchange::new(RUN);
     let line = line(micros(1_000));
-    let now = exchanges(&mut exchange, &line, at(0), 100, || {
-        (micros(500), micros(500))
-    });
-    let now = exchanges(&mut exchange, &line, now, 2, || (micros(500), micros(300)));
+    let equal = || (micros(500), micros(500));
+    let shorter = || (micros(500), micros(300));
+    let now = exchanges(&mut exchange, &line, at(0), 100, equal);
+    let now = exchanges(&mut exchange, &line, now, 2, shorter);
+    assert_eq!(delay_us(&exchange, now).1.round(), 1_000.0, "by chance");
+    let now = exchanges(&mut exchange, &line, now, 13, shorter);
     assert_eq!(delay_us(&exchange, now).1.round(), 1_100.0);
-    let now = exchanges(&mut exchange, &line, now, 50, || (micros(500), micros(500)));
+    let now = exchanges(&mut exchange, &line, now, 50, equal);
     assert_eq!(delay_us(&exchange, now).1.round(), 1_100.0);
-    let now = exchanges(&mut exchange, &line, now, 60, || (micros(500), micros(500)));
+    let now = exchanges(&mut exchange, &line, now, 60, equal);
     assert_eq!(delay_us(&exchange, now).1.round(), 1_000.0, "after 10 s");
 }
 

@@ -8,6 +8,9 @@ const LESS_SURE: f64 = 2.0;
 /// Exchanges kept: ten seconds' worth at ten per second, and some of the hasty ones.
 const KEPT: usize = 128;
 
+/// One way in so many is early.
+const PART: usize = 10;
+
 /// What one exchange measured, s.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exchange {
@@ -20,12 +23,15 @@ pub(super) struct Exchange {
     pub(super) sigma: Seconds,
 }
 
-/// One direction over the whole window, s.
+/// One direction over the whole window, s. The very least hangs on a single message; a tenth is the
+/// surer measure where jitter has no sharp lower bound.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Least {
+pub(super) struct Early {
     pub(super) least: f64,
-    /// Standard deviation of the least, if what is above it is exponential: that of one way, divided
-    /// by their number.
+    /// A tenth of the ways is not longer.
+    pub(super) early: f64,
+    /// Standard deviation of the early ones, if what is above them is exponential: then twice as many
+    /// come within `deviation·√rank` after them.
     pub(super) deviation: f64,
 }
 
@@ -77,9 +83,9 @@ impl Window {
     }
 
     /// The way there and the way back; none of an empty window.
-    pub(super) fn least(&self) -> Option<(Least, Least)> {
-        let there = self.least_of(|exchange| exchange.there)?;
-        let back = self.least_of(|exchange| exchange.back)?;
+    pub(super) fn early(&self) -> Option<(Early, Early)> {
+        let there = self.early_of(|exchange| exchange.there)?;
+        let back = self.early_of(|exchange| exchange.back)?;
         Some((there, back))
     }
 
@@ -88,14 +94,23 @@ impl Window {
         self.len -= 1;
     }
 
-    fn least_of(&self, way: fn(&Exchange) -> f64) -> Option<Least> {
-        let ways = || (0..self.len).map(|n| way(&self.kept[(self.oldest + n) % KEPT]));
-        let least = ways().reduce(f64::min)?;
-        let count = self.len as f64;
-        let mean = ways().sum::<f64>() / count;
-        Some(Least {
+    fn early_of(&self, way: fn(&Exchange) -> f64) -> Option<Early> {
+        let mut ways = [0.0; KEPT];
+        let ways = &mut ways[..self.len];
+        for (n, place) in ways.iter_mut().enumerate() {
+            *place = way(&self.kept[(self.oldest + n) % KEPT]);
+        }
+        let least = ways.iter().copied().reduce(f64::min)?;
+        let rank = (self.len / PART).max(1);
+        let next = (2 * rank).min(self.len) - 1;
+        let later = *ways.select_nth_unstable_by(next, f64::total_cmp).1;
+        let early = *ways[..=next]
+            .select_nth_unstable_by(rank - 1, f64::total_cmp)
+            .1;
+        Some(Early {
             least,
-            deviation: (mean - least) / count,
+            early,
+            deviation: (later - early) / libm::sqrt(rank as f64),
         })
     }
 }

@@ -2,6 +2,7 @@
 //! predicts, the more it has to say.
 
 use super::filter::Estimate;
+use super::wander::Wander;
 
 /// Random walks of the drift that are considered, ppm/√s.
 pub(super) const RANDOM_WALKS_PPM: [f64; FILTERS] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
@@ -42,6 +43,7 @@ pub(super) struct Bank {
     /// The variance of a measurement as a part of what the jitter promises.
     excess: f64,
     blocks: f64,
+    wander: Wander,
     combined: Estimate,
     chosen: usize,
     since_event: f64,
@@ -69,6 +71,7 @@ impl Bank {
             since_snapshot: 0.0,
             excess: 1.0,
             blocks: 0.0,
+            wander: Wander::new(),
             combined: estimate,
             chosen: USUAL,
             since_event: 0.0,
@@ -97,6 +100,11 @@ impl Bank {
         WALKS[self.chosen]
     }
 
+    /// Whether the delay wanders.
+    pub(super) const fn wander(&self) -> &Wander {
+        &self.wander
+    }
+
     /// How long all has gone well.
     pub(super) const fn seconds_since_event(&self) -> f64 {
         self.since_event
@@ -108,6 +116,7 @@ impl Bank {
             filter.offset += by;
             filter.offset_variance += variance;
         }
+        self.wander.jumped();
         self.since_event = 0.0;
         self.forget_event();
     }
@@ -125,7 +134,9 @@ impl Bank {
         self.predict(dt);
         self.since_event += dt;
         let forget = 1.0 - (dt / LOSS_MEMORY).min(1.0);
-        let variance = self.excess * expected;
+        self.notice_wander(dt, measured, expected);
+        let factor = self.wander.factor();
+        let variance = self.excess.max(factor) * expected;
         let mut fastest = 0.0;
         let mut predicted = 0.0;
         for (i, filter) in self.filters.iter_mut().enumerate() {
@@ -138,11 +149,29 @@ impl Bank {
         }
         // While the offset is hardly known its innovations say nothing of the messages.
         if predicted < variance {
-            self.learn_excess((fastest - predicted) / expected);
+            self.learn_excess((fastest - predicted / factor) / expected);
         }
         self.reseed_contradicted();
         self.snapshot(dt);
         self.combine();
+    }
+
+    /// When the delay turns out to wander, less is known than was believed, also of which filter is
+    /// the best.
+    fn notice_wander(&mut self, dt: f64, measured: f64, expected: f64) {
+        let before = self.wander.factor();
+        self.wander.take(dt, measured, expected);
+        let grown = self.wander.factor() / before;
+        if grown > 1.0 {
+            for filter in &mut self.filters {
+                filter.offset_variance *= grown;
+                filter.covariance *= grown;
+                filter.drift_variance *= grown;
+            }
+            for (loss, prior) in self.losses.iter_mut().zip(PRIOR_LOSSES) {
+                *loss = prior + (*loss - prior) / grown;
+            }
+        }
     }
 
     fn learn_excess(&mut self, sample: f64) {

@@ -10,6 +10,7 @@ use super::hazard::Hazard;
 use super::information::{Information, InformationTable, Scores};
 use super::misfit::{LATE, Misfit};
 use super::pull::Pull;
+use super::wander::Wander;
 
 /// Widths of the jitter, and the functions of it that estimation needs. Seconds.
 #[derive(Clone, Debug)]
@@ -169,7 +170,7 @@ impl Jitter {
 
     /// Learns from residuals whose location is known: one step of Fisher scoring in the logarithms
     /// of both widths.
-    pub(super) fn learn(&mut self, residuals: &[f64], location: f64) {
+    pub(super) fn learn(&mut self, residuals: &[f64], location: f64, wander: &Wander) {
         let inverse = 1.0 / self.normal;
         let (mut normal, mut exponential, mut change) = (0.0, 0.0, 0.0);
         let mut pull = Pull::default();
@@ -190,7 +191,7 @@ impl Jitter {
         let known = self.pull;
         let part = 1.0 / (self.messages + 128.0).min(PULL_MEMORY);
         self.pull.approach(&pull, &i, n, part);
-        self.notice_change(exponential, change, n);
+        self.notice_change(exponential, change, n, wander);
         let (a, b, c) = (i.normal + 0.02, i.both, i.exponential + 0.02);
         let determinant = (a * c - b * b).max(0.1 * a * c);
         let gain = 2.0 / ((self.messages + 64.0) * determinant);
@@ -217,9 +218,9 @@ impl Jitter {
     }
 
     /// Counts the messages that make the widths: only few, once they no longer fit.
-    fn notice_change(&mut self, score: f64, clipped: f64, messages: f64) {
+    fn notice_change(&mut self, score: f64, clipped: f64, messages: f64, wander: &Wander) {
         let known = !self.pinned || self.messages >= SETTLED;
-        let memory = self.misfit.take(score, clipped, messages, known);
+        let memory = self.misfit.take(score, clipped, messages, known, wander);
         // What was right before fits a changed network too: the location is the same.
         self.pinned &= self.messages < SETTLED || memory.is_none();
         self.messages = (self.messages + messages).min(memory.unwrap_or(MEMORY));

@@ -1,5 +1,7 @@
 //! Whether the exponential width still fits the messages, or the network has changed.
 
+use super::wander::Wander;
+
 /// Mean scores of the exponential width over the last messages: near 0 while it is right.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Misfit {
@@ -29,18 +31,27 @@ const MEMORY_AFTER_SLOW_CHANGE: f64 = 512.0;
 
 impl Misfit {
     /// Takes the scores summed over a block of `n` messages, in full and clipped at [`LATE`]. Says how
-    /// many messages still count, if the width (once `known`) does not fit any more.
-    pub(super) fn take(&mut self, score: f64, clipped: f64, n: f64, known: bool) -> Option<f64> {
+    /// many messages still count, if the width (once `known`) does not fit any more. Where the delay
+    /// wanders, it may fit less well for longer.
+    pub(super) fn take(
+        &mut self,
+        score: f64,
+        clipped: f64,
+        n: f64,
+        known: bool,
+        wander: &Wander,
+    ) -> Option<f64> {
         self.quick += (clipped - n * self.quick) / MISFIT_MEMORY;
         self.slow += (score - n * self.slow) / SLOW_MISFIT_MEMORY;
         self.usual += (clipped - n * self.usual) / SLOW_MISFIT_MEMORY;
-        let quick = self.quick - self.usual;
+        let tolerance = wander.patience();
+        let quick = (self.quick - self.usual) / tolerance;
         let waits = known && !DOUBTFUL.contains(&quick);
         self.waited = if waits { self.waited + n } else { 0.0 };
         if !MISFIT.contains(&quick) {
-            Some(MEMORY_AFTER_CHANGE)
-        } else if !SLOW_MISFIT.contains(&self.slow) {
-            Some(MEMORY_AFTER_SLOW_CHANGE)
+            Some(MEMORY_AFTER_CHANGE * wander.factor())
+        } else if !SLOW_MISFIT.contains(&(self.slow / tolerance)) {
+            Some(MEMORY_AFTER_SLOW_CHANGE * wander.factor())
         } else {
             None
         }
@@ -61,7 +72,9 @@ mod tests {
             let mut misfit = Misfit::default();
             (0..blocks).any(|_| {
                 let clipped = late.min(LATE);
-                misfit.take(8.0 * late, 8.0 * clipped, 8.0, true).is_some()
+                misfit
+                    .take(8.0 * late, 8.0 * clipped, 8.0, true, &Wander::new())
+                    .is_some()
             })
         };
         assert!(noticed(3.0, 10));
@@ -74,7 +87,7 @@ mod tests {
         let mut misfit = Misfit::default();
         let mut waited = 0;
         for _ in 0..200 {
-            let _ = misfit.take(8.0, 8.0, 8.0, true);
+            let _ = misfit.take(8.0, 8.0, 8.0, true, &Wander::new());
             waited += usize::from(misfit.is_waited_for());
         }
         assert!(waited > 10 && waited < 64, "{waited}");

@@ -31,6 +31,7 @@ mod report;
 mod shift;
 mod stream;
 mod told_delay;
+mod wander;
 
 pub use far_line::FarLine;
 pub use output::FarTime;
@@ -144,13 +145,15 @@ impl PhaseObserver {
         }
         let queued = held_up && gap * 2 < self.data_cycle_time;
         let shifted = stream.line.as_ref().is_some_and(|line| {
+            let patience = line.bank.wander().patience();
+            let messages = (f64::from(self.shift_messages) * patience) as u16;
             !queued
                 && self.detector.observe(
                     value,
                     line.bounds,
                     arrived,
                     self.data_cycle_time,
-                    self.shift_messages,
+                    messages,
                 )
         });
         if shifted {
@@ -284,11 +287,12 @@ impl PhaseObserver {
         }
         let known = estimate.offset_variance_after(dt, walk) < 0.5 * variance;
         if known {
-            self.jitter.learn(&residuals, line_offset - expected);
+            let wander = line.bank.wander();
+            (self.jitter).learn(&residuals, line_offset - expected, wander);
         }
         line.bounds = Line::bounds(&line.bank, &self.jitter);
         let sigma = libm::sqrt(line.bank.combined().offset_variance);
-        let jitter = self.jitter.width();
+        let jitter = self.jitter.width() * libm::sqrt(line.bank.wander().factor());
         (self.progress).judge(arrived, sigma, jitter, &self.parameters);
     }
 

@@ -57,7 +57,7 @@ impl Default for ObserverParameters {
         Self {
             expected_drift_ppm: 100.0,
             synced_sigma_us: 1.0,
-            synced_sigma_part: 0.03,
+            synced_sigma_part: 0.05,
             synced_messages: 256,
             longest_locking_s: 30.0,
             slew_limit_ppm: 100.0,

@@ -8,6 +8,8 @@ use crate::instant::{Instant, Local, Span};
 pub(super) struct ShiftDetector {
     /// Two for each early message, less one for each other.
     early: u16,
+    /// So many messages in a row were suspicious.
+    suspected: u16,
     level: f64,
     since: Instant<Local>,
     late_run: Run,
@@ -56,6 +58,9 @@ const RECENT: usize = 16;
 /// A suspected shift holds the estimate back from so many messages on.
 const SUSPECTED: u16 = 8;
 
+/// What has been suspected for so many messages is none.
+const LONGEST_SUSPICION: u16 = 512;
+
 /// Residuals outside are out of the ordinary, s.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
@@ -71,6 +76,7 @@ impl ShiftDetector {
     pub(super) const fn new() -> Self {
         Self {
             early: 0,
+            suspected: 0,
             level: 0.0,
             since: Instant::EPOCH,
             late_run: Run::NONE,
@@ -82,6 +88,7 @@ impl ShiftDetector {
 
     pub(super) fn clear(&mut self) {
         self.early = 0;
+        self.suspected = 0;
         self.late_run = Run::NONE;
         self.above_run = Run::NONE;
     }
@@ -98,6 +105,11 @@ impl ShiftDetector {
     ) -> bool {
         self.recent[self.next] = residual;
         self.next = (self.next + 1) % RECENT;
+        self.suspected = if self.is_suspicious() {
+            self.suspected.saturating_add(1)
+        } else {
+            0
+        };
         if residual < bounds.early {
             self.early = self.early.saturating_add(2);
             self.late_run = Run::NONE;
@@ -141,6 +153,10 @@ impl ShiftDetector {
 
     /// Whether to hold the estimate back.
     pub(super) fn is_suspected(&self) -> bool {
+        (1..LONGEST_SUSPICION).contains(&self.suspected)
+    }
+
+    fn is_suspicious(&self) -> bool {
         let run = &self.late_run;
         let wider = run.messages > 2 * CHANCE && !run.is_displaced(self.level);
         let late = run.messages >= SUSPECTED && !wider;

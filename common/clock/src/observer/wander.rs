@@ -1,0 +1,209 @@
+//! Whether the delay itself wanders, so that many messages say less than so many independent ones.
+//!
+//! On a busy machine the delays of following messages are alike: queues build up and drain, cores
+//! fall asleep and are woken. The mean of a thousand messages is then hardly surer than that of
+//! fifty, and who believes otherwise follows the delay instead of the clock. Quartzes, on the other
+//! hand, run straight for seconds. So three means of following messages should lie on a line, and
+//! by how much the middle one misses it tells what a mean is worth: a second difference, as in the
+//! Allan variance (D. W. Allan, Proc. IEEE 54, 1966).
+
+/// Watches the measurements of the line for a delay that wanders.
+#[derive(Clone, Debug)]
+pub(super) struct Wander {
+    /// s, since the first measurement.
+    now: f64,
+    scales: [Scale; SCALES.len()],
+    factor: f64,
+}
+
+/// Measurements per mean: 64, 256 and 1024 messages.
+const SCALES: [u16; 3] = [8, 32, 128];
+/// Means over so many misses; before there are any the messages are taken to be independent, with
+/// the weight of so many.
+const MEMORY: f64 = 16.0;
+const PRIOR: f64 = 4.0;
+/// A single miss counts at most as this many times the usual one, and so much more: a step of the
+/// drift or of the delay is no wandering.
+const OUTLIER: f64 = 4.0;
+const OUTLIER_BY: f64 = 8.0;
+/// What independent messages come to by chance.
+const CHANCE: f64 = 6.0;
+/// Calm is believed with this time constant, s.
+const FORGOTTEN_AFTER: f64 = 30.0;
+/// Nobody is more patient than this.
+const MOST_PATIENT: f64 = 4.0;
+
+/// Means of one length.
+#[derive(Clone, Copy, Debug, Default)]
+struct Scale {
+    sum: Mean,
+    summed: u16,
+    /// The last two, of which so many are known.
+    means: [Mean; 2],
+    known: u8,
+    /// Mean square of so many misses, as a multiple of what it is for independent messages.
+    miss: f64,
+    misses: f64,
+}
+
+/// The mean of some measurements, or while it grows their sum: s, s, s².
+#[derive(Clone, Copy, Debug, Default)]
+struct Mean {
+    time: f64,
+    value: f64,
+    variance: f64,
+}
+
+impl Wander {
+    pub(super) fn new() -> Self {
+        let scale = Scale {
+            miss: 1.0,
+            misses: PRIOR,
+            ..Scale::default()
+        };
+        Self {
+            now: 0.0,
+            scales: [scale; SCALES.len()],
+            factor: 1.0,
+        }
+    }
+
+    /// The variance of the mean of many messages, as a multiple of what it would be if they were
+    /// independent: 1 and above.
+    pub(super) const fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    /// How many times as long as among independent messages runs of like ones have to be until they
+    /// mean something: 1 and above.
+    pub(super) fn patience(&self) -> f64 {
+        (0.5 * libm::sqrt(self.factor)).clamp(1.0, MOST_PATIENT)
+    }
+
+    /// Takes a measurement, `dt` seconds after the one before, with its variance.
+    pub(super) fn take(&mut self, dt: f64, value: f64, variance: f64) {
+        self.now += dt;
+        let measurement = Mean {
+            time: self.now,
+            value,
+            variance,
+        };
+        let mut largest = CHANCE;
+        for (scale, length) in self.scales.iter_mut().zip(SCALES) {
+            scale.take(&measurement, length);
+            largest = largest.max(scale.miss);
+        }
+        let seen = libm::sqrt(1.0 + largest * largest - CHANCE * CHANCE);
+        let forgotten = self.factor - (self.factor - seen) * (dt / FORGOTTEN_AFTER).min(1.0);
+        self.factor = seen.max(forgotten);
+    }
+
+    /// The line jumped: what came before does not lie on it.
+    pub(super) fn jumped(&mut self) {
+        for scale in &mut self.scales {
+            scale.summed = 0;
+            scale.known = 0;
+        }
+    }
+}
+
+impl Scale {
+    fn take(&mut self, measurement: &Mean, length: u16) {
+        if self.summed == 0 {
+            self.sum = Mean::default();
+        }
+        self.sum.time += measurement.time;
+        self.sum.value += measurement.value;
+        self.sum.variance += measurement.variance;
+        self.summed += 1;
+        if self.summed < length {
+            return;
+        }
+        self.summed = 0;
+        let n = f64::from(length);
+        let mean = Mean {
+            time: self.sum.time / n,
+            value: self.sum.value / n,
+            variance: self.sum.variance / (n * n),
+        };
+        if self.known == 2 {
+            self.note(&mean);
+        }
+        self.known = (self.known + 1).min(2);
+        self.means = [self.means[1], mean];
+    }
+
+    fn note(&mut self, last: &Mean) {
+        let [first, middle] = &self.means;
+        let part = (middle.time - first.time) / (last.time - first.time);
+        let miss = middle.value - first.value - part * (last.value - first.value);
+        let variance = middle.variance
+            + (1.0 - part) * (1.0 - part) * first.variance
+            + part * part * last.variance;
+        let sample = (miss * miss / variance).min(OUTLIER * self.miss + OUTLIER_BY);
+        self.misses = (self.misses + 1.0).min(MEMORY);
+        self.miss += (sample - self.miss) / self.misses;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::SeedableRng;
+
+    const DT: f64 = 0.008;
+    const WIDTH: f64 = 7e-6;
+
+    /// Twenty seconds of measurements of a line with 100 ppm, `extra` added at each time.
+    fn factor(seed: u64, mut extra: impl FnMut(f64, f64) -> f64) -> f64 {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let mut wander = Wander::new();
+        let mut time = 0.0;
+        for k in 0..2_500 {
+            // Some measurements are missing.
+            let dt = if k % 7 == 3 { 3.0 * DT } else { DT };
+            time += dt;
+            let value = 1e-4 * time + WIDTH * normal() + extra(time, normal());
+            wander.take(dt, value, WIDTH * WIDTH);
+        }
+        wander.factor()
+    }
+
+    #[test]
+    fn independent_messages_do_not_wander() {
+        for seed in 0..300 {
+            assert!(factor(seed, |_, _| 0.0) < 1.0 + 1e-9, "{seed}");
+        }
+    }
+
+    #[test]
+    fn neither_do_steps_of_the_drift() {
+        let step = |time: f64, _: f64| 5e-6 * (time - 10.0).max(0.0);
+        for seed in 0..50 {
+            assert!(factor(seed, step) < 1.0 + 1e-9, "{seed}");
+        }
+    }
+
+    #[test]
+    fn alike_delays_are_worth_what_their_spectrum_says() {
+        // First-order: the variance of a long mean of it is 2·σ²·τ over the time.
+        let (sigma, tau) = (10e-6, 0.1);
+        let expected = 1.0 + 2.0 * sigma * sigma * tau / (WIDTH * WIDTH * DT);
+        let mut factors: [f64; 60] = core::array::from_fn(|seed| {
+            let mut delay = 0.0;
+            factor(seed as u64, |_, normal| {
+                let keep = libm::exp(-DT / tau);
+                delay = keep * delay + sigma * libm::sqrt(1.0 - keep * keep) * normal;
+                delay
+            })
+        });
+        factors.sort_unstable_by(f64::total_cmp);
+        let median = factors[30];
+        let part = median / expected;
+        assert!((0.5..2.0).contains(&part), "{median} for {expected}");
+        assert!(factors[3] > 0.25 * expected, "{factors:?}");
+    }
+}
