@@ -1,5 +1,6 @@
 //! The receiver's config file.
 
+mod marks;
 mod slave;
 
 use std::path::Path;
@@ -13,7 +14,8 @@ use coaxle_node::config::{
 use coaxle_node::keys::NodeName;
 use serde::{Deserialize, Serialize};
 
-pub use slave::{CamSource, CoupleConfig, GearConfig, MOST_SLAVES, SlaveConfig};
+pub use marks::{MarksConfig, SpacingSwing, WrongMarks};
+pub use slave::{CamSource, CoupleConfig, GearConfig, MOST_SLAVES, SlaveConfig, ToolConfig};
 
 /// A receiver: whose axis it follows, how, and what it drives.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

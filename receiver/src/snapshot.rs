@@ -84,6 +84,8 @@ pub struct SlaveSnapshot {
     pub drive: DriveSnapshot,
     /// Its program.
     pub program: Option<ProgramSnapshot>,
+    /// Cuts done by its tool, or by steps of its program.
+    pub cuts: u64,
 }
 
 /// The far axis, received and corrected.

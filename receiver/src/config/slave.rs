@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use coaxle_motion::cam::coupling::CamIn;
 use coaxle_motion::drive::DriveParameters;
 use coaxle_motion::slave::SlaveParameters;
+use coaxle_node::config::Positive;
 use coaxle_node::keys::NodeName;
 use serde::{Deserialize, Serialize};
 
+use super::MarksConfig;
 use crate::program::StepConfig;
 
 /// Most slaves of a receiver.
@@ -43,9 +45,19 @@ pub struct SlaveConfig {
     #[doc(alias = "MC_CamTableSelect")]
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cams: Vec<CamSource>,
+    /// Registration marks on the material that its master moves, and the sensor that sees them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub marks: Option<MarksConfig>,
+    /// What it cuts with.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub tool: ToolConfig,
     /// Its program.
     #[serde(rename = "step", default, skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<StepConfig>,
+}
+
+fn is_default(tool: &ToolConfig) -> bool {
+    *tool == ToolConfig::default()
 }
 
 fn slave() -> NodeName {
@@ -63,6 +75,8 @@ impl Default for SlaveConfig {
             couple: None,
             gear: GearConfig::default(),
             cams: Vec::new(),
+            marks: None,
+            tool: ToolConfig::default(),
             steps: Vec::new(),
         }
     }
@@ -115,6 +129,29 @@ impl Default for GearConfig {
         Self {
             ratio: 1.0,
             offset: 0.0,
+        }
+    }
+}
+
+/// What a slave cuts the material with: itself, wherever it passes a multiple of something, as a
+/// rotary knife does; or by steps of its program, as a saw does.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct ToolConfig {
+    /// It cuts wherever its set position passes a multiple of this, u, while it moves with its
+    /// master. Such a cut is where the material is at the slave's position 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cuts_every: Option<Positive>,
+    /// Slave units per master unit with which it moves along the material, not 0: a cut by a step
+    /// is `position / ratio` further along the material.
+    pub ratio: f64,
+}
+
+impl Default for ToolConfig {
+    fn default() -> Self {
+        Self {
+            cuts_every: None,
+            ratio: 1.0,
         }
     }
 }

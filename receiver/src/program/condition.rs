@@ -19,15 +19,27 @@ pub(crate) struct Situation {
     pub(crate) master_ready: bool,
 }
 
+/// What the program itself knows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passed {
+    pub(super) since_start: Seconds,
+    pub(super) since_step: Seconds,
+    /// There is a mark to be used.
+    pub(super) mark_seen: bool,
+}
+
 impl When {
-    pub(super) fn holds(&self, now: &Situation, since_start: Seconds, since_step: Seconds) -> bool {
+    pub(super) fn holds(&self, now: &Situation, passed: &Passed) -> bool {
         let in_sync = now.phase == Some(CouplingPhase::InSync);
         let standstill = now.set.velocity == 0.0 && now.set.acceleration == 0.0;
         let master = now.master.unwrap_or(f64::NAN);
         let position = now.set.position;
         [
-            self.time_s.is_none_or(|time| since_start.0 >= time.get()),
-            self.after_s.is_none_or(|time| since_step.0 >= time.get()),
+            self.time_s
+                .is_none_or(|time| passed.since_start.0 >= time.get()),
+            self.after_s
+                .is_none_or(|time| passed.since_step.0 >= time.get()),
+            self.mark_seen.is_none_or(|asked| passed.mark_seen == asked),
             self.in_sync.is_none_or(|asked| in_sync == asked),
             self.standstill.is_none_or(|asked| standstill == asked),
             self.master_ready

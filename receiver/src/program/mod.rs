@@ -3,13 +3,19 @@
 //! One step at most in a cycle. A step is taken when all of its condition holds; a command that is
 //! refused ends the program, unless the step expects just that.
 
+mod at_mark;
 mod condition;
 mod config;
+mod sensor;
 
 use coaxle_clock::Seconds;
 use coaxle_motion::slave::{Command, Refusal};
 use serde::{Deserialize, Serialize};
 
+use crate::config::MarksConfig;
+use sensor::Sensor;
+
+use condition::Passed;
 pub(crate) use condition::Situation;
 pub use config::{StepConfig, When, WrongStep};
 
@@ -17,11 +23,15 @@ pub use config::{StepConfig, When, WrongStep};
 #[derive(Clone, Debug)]
 pub(crate) struct Program {
     steps: Vec<Step>,
+    /// None without marks.
+    sensor: Option<Sensor>,
     /// The step that is waited for.
     at: usize,
     state: ProgramState,
     since_start: Seconds,
     since_step: Seconds,
+    /// Cuts done.
+    cuts: u64,
 }
 
 /// A step as the scan needs it.
@@ -29,6 +39,10 @@ pub(crate) struct Program {
 struct Step {
     when: When,
     command: Option<Command>,
+    /// The command's positions of the master count from a mark, which is used up.
+    at_mark: bool,
+    /// The tool cuts.
+    cut: bool,
     /// The code of the refusal that is expected.
     expected: Option<u32>,
     /// The step to go on with.
@@ -59,38 +73,64 @@ pub enum ProgramState {
 }
 
 impl Program {
-    /// The program of these steps; none without any.
+    /// The program of these steps, with the marks they may ask for; none without any.
     ///
     /// # Errors
     /// [`WrongStep`] names the step and the field.
-    pub(crate) fn new(steps: &[StepConfig]) -> Result<Option<Self>, WrongStep> {
+    pub(crate) fn new(
+        steps: &[StepConfig],
+        marks: Option<&MarksConfig>,
+    ) -> Result<Option<Self>, WrongStep> {
         if steps.is_empty() {
             return Ok(None);
         }
         Ok(Some(Self {
-            steps: config::checked(steps)?,
+            steps: config::checked(steps, marks.is_some())?,
+            sensor: marks.copied().map(Sensor::new),
             at: 0,
             state: ProgramState::Running,
             since_start: Seconds::ZERO,
             since_step: Seconds::ZERO,
+            cuts: 0,
         }))
     }
 
-    /// The time since the last scan has passed.
-    pub(crate) fn advance(&mut self, elapsed: Seconds) {
+    /// The time since the last scan has passed. The sensor of marks needs the master's position; none
+    /// as long as the master is not ready.
+    pub(crate) fn advance(&mut self, elapsed: Seconds, master: Option<f64>) {
         self.since_start = self.since_start + elapsed;
         self.since_step = self.since_step + elapsed;
+        if let Some(sensor) = &mut self.sensor {
+            sensor.look(master);
+        }
     }
 
     /// Whether the next step is to be taken now, and the command to give if it has one.
-    pub(crate) fn due(&self, situation: &Situation) -> Option<Option<Command>> {
+    /// `master_scaling` is asked for the scaling of the plate that couples the slave.
+    pub(crate) fn due(
+        &self,
+        situation: &Situation,
+        master_scaling: impl FnOnce() -> f64,
+    ) -> Option<Option<Command>> {
         if self.state != ProgramState::Running {
             return None;
         }
         let step = self.steps.get(self.at)?;
-        step.when
-            .holds(situation, self.since_start, self.since_step)
-            .then_some(step.command)
+        let mark = self.sensor.as_ref().and_then(Sensor::mark);
+        let passed = Passed {
+            since_start: self.since_start,
+            since_step: self.since_step,
+            mark_seen: mark.is_some(),
+        };
+        if !step.when.holds(situation, &passed) {
+            return None;
+        }
+        if step.at_mark {
+            let mark = mark?;
+            let place = |command| at_mark::placed(command, &mark, master_scaling());
+            return Some(step.command.as_ref().map(place));
+        }
+        Some(step.command)
     }
 
     /// The step was taken, and its command answered so.
@@ -98,6 +138,10 @@ impl Program {
         let Some(step) = self.steps.get(self.at) else {
             return;
         };
+        if let (true, Some(sensor)) = (step.at_mark, &mut self.sensor) {
+            sensor.use_up();
+        }
+        self.cuts += u64::from(step.cut && answer.is_ok());
         self.state = match (answer, step.expected) {
             (Ok(()), None) => ProgramState::Running,
             (Err(refusal), Some(code)) if refusal.code() == code => ProgramState::Running,
@@ -126,6 +170,11 @@ impl Program {
             self.state,
             ProgramState::Refused | ProgramState::NotAsExpected
         )
+    }
+
+    /// Cuts done by its steps.
+    pub(crate) const fn cuts(&self) -> u64 {
+        self.cuts
     }
 
     pub(crate) const fn snapshot(&self) -> ProgramSnapshot {

@@ -16,7 +16,7 @@ fn steps(text: &str) -> Vec<StepConfig> {
 }
 
 fn program(text: &str) -> Program {
-    Program::new(&steps(text))
+    Program::new(&steps(text), None)
         .expect("a program")
         .expect("with steps")
 }
@@ -33,17 +33,21 @@ const NOW: Situation = Situation {
     master_ready: false,
 };
 
+fn scaling() -> f64 {
+    1.0
+}
+
 const REFUSAL: Refusal = Refusal::NoMaster;
 
 #[test]
 fn steps_are_taken_one_after_the_other_and_the_last_ends_it() {
     let mut program = program("[[step]]\ndo = { power = true }\n[[step]]\ndo = { reset = {} }");
-    assert_eq!(program.due(&NOW), Some(Some(Command::Power(true))));
+    assert_eq!(program.due(&NOW, scaling), Some(Some(Command::Power(true))));
     program.take(Ok(()));
     assert_eq!(program.snapshot().step, 2);
-    assert_eq!(program.due(&NOW), Some(Some(Command::Reset {})));
+    assert_eq!(program.due(&NOW, scaling), Some(Some(Command::Reset {})));
     program.take(Ok(()));
-    assert_eq!(program.due(&NOW), None);
+    assert_eq!(program.due(&NOW, scaling), None);
     assert_eq!(program.snapshot().state, ProgramState::Finished);
 }
 
@@ -116,20 +120,20 @@ fn every_part_of_a_condition_has_to_hold() {
     ];
     for (when, not_yet) in cases {
         let program = program(&format!("[[step]]\nwhen = {{ {when} }}"));
-        assert_eq!(program.due(&not_yet), None, "{when}");
-        assert_eq!(program.due(&NOW), Some(None), "{when}");
+        assert_eq!(program.due(&not_yet, scaling), None, "{when}");
+        assert_eq!(program.due(&NOW, scaling), Some(None), "{when}");
     }
 }
 
 #[test]
 fn a_position_of_the_master_needs_a_master() {
     let program = program("[[step]]\nwhen = { master-above = -1e9, master-below = 1e9 }");
-    assert_eq!(program.due(&NOW), None);
+    assert_eq!(program.due(&NOW, scaling), None);
     let with_master = Situation {
         master: Some(0.0),
         ..NOW
     };
-    assert_eq!(program.due(&with_master), Some(None));
+    assert_eq!(program.due(&with_master, scaling), Some(None));
 }
 
 #[test]
@@ -137,13 +141,13 @@ fn times_count_from_the_start_and_from_the_step_before() {
     let mut program = program("[[step]]\nwhen = { time-s = 2 }\n[[step]]\nwhen = { after-s = 1 }");
     let half = Seconds(0.5);
     for due in [false, false, false, true] {
-        program.advance(half);
-        assert_eq!(program.due(&NOW).is_some(), due);
+        program.advance(half, None);
+        assert_eq!(program.due(&NOW, scaling).is_some(), due);
     }
     program.take(Ok(()));
     for due in [false, true] {
-        program.advance(half);
-        assert_eq!(program.due(&NOW).is_some(), due);
+        program.advance(half, None);
+        assert_eq!(program.due(&NOW, scaling).is_some(), due);
     }
 }
 
@@ -178,7 +182,109 @@ fn a_refusal_ends_the_program_unless_it_is_expected() {
         program.take(answer);
         assert_eq!(program.snapshot().state, state);
         assert_eq!(program.is_refused(), state != ProgramState::Running);
-        assert_eq!(program.due(&NOW).is_some(), state == ProgramState::Running);
+        assert_eq!(
+            program.due(&NOW, scaling).is_some(),
+            state == ProgramState::Running
+        );
+    }
+}
+
+/// With marks at 1000, 1600 …, seen 700 before.
+fn program_with_marks(text: &str) -> Program {
+    let marks = parse(
+        "m.toml",
+        "first = 1000\nspacing = 600\nsensor-distance = 700",
+    )
+    .expect("valid marks");
+    Program::new(&steps(text), Some(&marks))
+        .expect("a program")
+        .expect("with steps")
+}
+
+#[test]
+fn a_step_at_a_mark_waits_for_one_and_uses_it_up() {
+    let mut program = program_with_marks(
+        "[[step]]\nlabel = 'next'\nat-mark = true\ndo = { cam-in = { table = 1 } }\n\
+         repeat-from = 'next'",
+    );
+    let offset = |program: &Program| match program.due(&NOW, scaling)? {
+        Some(Command::CamIn(cam_in)) => Some(cam_in.master_offset),
+        other => panic!("expected a plate, received {other:?}"),
+    };
+    let cycle = Seconds(0.001);
+    program.advance(cycle, None);
+    assert_eq!(offset(&program), None);
+    program.advance(cycle, Some(290.0));
+    assert_eq!(offset(&program), None);
+    program.advance(cycle, Some(301.0));
+    assert_eq!(offset(&program), Some(-1000.0));
+    program.take(Ok(()));
+    assert_eq!(offset(&program), None);
+    program.advance(cycle, Some(901.0));
+    assert_eq!(offset(&program), Some(-1600.0));
+}
+
+#[test]
+fn a_mark_that_was_seen_is_a_condition() {
+    let mut program = program_with_marks("[[step]]\nwhen = { mark-seen = true }");
+    program.advance(Seconds(0.0), Some(290.0));
+    assert_eq!(program.due(&NOW, scaling), None);
+    program.advance(Seconds(0.0), Some(310.0));
+    assert_eq!(program.due(&NOW, scaling), Some(None));
+}
+
+#[test]
+fn points_are_put_by_the_distance_of_marks_and_the_scaling_of_the_plate() {
+    let mut program = program_with_marks(
+        "[[step]]\nat-mark = true\ndo = { write-motion-function = { table = 1, points = [\
+         { index = 4, law = 'polynom1', type = 'motion', master = -10, slave = 0 }] } }",
+    );
+    program.advance(Seconds(0.0), Some(0.0));
+    program.advance(Seconds(0.0), Some(300.0));
+    let Some(Some(Command::WriteMotionFunction { points, .. })) = program.due(&NOW, || 2.0) else {
+        panic!("expected points");
+    };
+    assert_eq!(points[0].master, 600.0 / 2.0 - 10.0);
+}
+
+#[test]
+fn a_step_cuts_when_it_is_taken_unless_it_is_refused() {
+    let text = "[[step]]\ncut = true\n[[step]]\n[[step]]\ncut = true\n[[step]]\ncut = true";
+    let mut program = program(text);
+    for (answer, cuts) in [(Ok(()), 1), (Ok(()), 1), (Ok(()), 2), (Err(REFUSAL), 2)] {
+        program.take(answer);
+        assert_eq!(program.cuts(), cuts);
+    }
+}
+
+#[test]
+fn steps_that_ask_for_marks_need_some() {
+    for (step, has_marks, expected) in [
+        (
+            "when = { mark-seen = true }",
+            false,
+            "step[0].when.mark-seen: expected a slave with marks",
+        ),
+        (
+            "at-mark = true\ndo = { cam-in = { table = 1 } }",
+            false,
+            "step[0].at-mark: expected a slave with marks",
+        ),
+        (
+            "at-mark = true",
+            true,
+            "step[0].at-mark: received no command, expected one of: ",
+        ),
+        (
+            "at-mark = true\ndo = { power = true }",
+            true,
+            "step[0].at-mark: received MC_Power, expected one of: ",
+        ),
+    ] {
+        let marks = parse("m.toml", "spacing = 600\nsensor-distance = 700").expect("marks");
+        let steps = steps(&format!("[[step]]\n{step}"));
+        let error = Program::new(&steps, has_marks.then_some(&marks)).unwrap_err();
+        assert!(error.to_string().starts_with(expected), "{error}");
     }
 }
 
@@ -198,7 +304,7 @@ fn wrong_steps_are_named() {
             "step[0].do: expected a command",
         ),
     ] {
-        let error = Program::new(&steps(text)).unwrap_err().to_string();
+        let error = Program::new(&steps(text), None).unwrap_err().to_string();
         assert!(error.starts_with(expected), "{error}");
     }
 }

@@ -29,6 +29,8 @@ pub struct SlaveRecord {
     pub program: Option<ProgramState>,
     /// The step that its program waits for, or ended with, from 1.
     pub step: Option<u16>,
+    /// Cuts done so far, by its tool or by steps of its program.
+    pub cuts: u64,
     /// The drive's state.
     pub drive_state: DriveStateName,
     /// Actual position, u.
@@ -41,7 +43,7 @@ pub struct SlaveRecord {
 
 impl SlaveRecord {
     /// The columns of all fields, in their order.
-    pub(super) const COLUMNS: [&'static str; 13] = [
+    pub(super) const COLUMNS: [&'static str; 14] = [
         "slave_position",
         "slave_velocity",
         "slave_acceleration",
@@ -51,6 +53,7 @@ impl SlaveRecord {
         "slave_refusal",
         "program_state",
         "program_step",
+        "cuts",
         "drive_state",
         "drive_position",
         "drive_velocity",
@@ -69,6 +72,7 @@ impl SlaveRecord {
             refusal: slave.refusal.map_or(0, |refusal| refusal.code()),
             program: slave.program.map(|program| program.state),
             step: slave.program.map(|program| program.step),
+            cuts: slave.cuts,
             drive_state: slave.drive.state.into(),
             drive_position: slave.drive.position,
             drive_velocity: slave.drive.velocity,

@@ -100,6 +100,7 @@ struct SlaveStatus<'a> {
     error: Option<Fault>,
     refusal: Option<Fault>,
     program: Option<ProgramStatus<'a>>,
+    cuts: u64,
     position: Option<f64>,
     velocity: Option<f64>,
     drive: DriveStatus,
@@ -167,6 +168,7 @@ impl<'a> SlaveStatus<'a> {
             program: slave
                 .program
                 .map(|program| ProgramStatus::of(config, program)),
+            cuts: slave.cuts,
             position: slave.set.map(|set| set.position),
             velocity: slave.set.map(|set| set.velocity),
             drive: DriveStatus {

@@ -12,6 +12,7 @@ use coaxle_node::cam_file::CamFile;
 use super::Slaves;
 use super::follower::Follower;
 use super::slave::{Body, Slave, Source};
+use super::tool::Tool;
 use crate::config::{CamSource, CoupleConfig, MOST_SLAVES, ReceiverConfig, SlaveConfig};
 use crate::program::Program;
 
@@ -171,9 +172,19 @@ fn slave(config: &ReceiverConfig, n: usize, source: Source) -> Result<Slave, Wro
             }
         }
     };
-    let program =
-        Program::new(&slave.steps).map_err(|error| wrong(n, &error.field, &error.reason))?;
-    Ok(Slave::new(id, source, body, program))
+    if let Some(marks) = &slave.marks {
+        marks.check().map_err(|error| wrong(n, "marks", error))?;
+    }
+    LinearGear::new(slave.tool.ratio, 0.0).map_err(|error| wrong(n, "tool.ratio", error))?;
+    let program = Program::new(&slave.steps, slave.marks.as_ref())
+        .map_err(|error| wrong(n, &error.field, &error.reason))?;
+    Ok(Slave::new(
+        id,
+        source,
+        body,
+        Tool::new(&slave.tool),
+        program,
+    ))
 }
 
 /// A slave without limits does nothing but follow its gear.

@@ -4,6 +4,7 @@ mod build;
 mod follower;
 mod late;
 mod slave;
+mod tool;
 
 use coaxle_clock::Seconds;
 use coaxle_motion::axis::{CoupleState, NcToPlcAxis};
@@ -56,6 +57,7 @@ impl Slaves {
                 Source::Slave(master) => self.slaves[master].as_master(),
             };
             self.slaves[n].cycle(master.as_ref(), elapsed);
+            self.slaves[n].watch_tool();
         }
     }
 

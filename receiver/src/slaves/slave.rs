@@ -12,6 +12,7 @@ use coaxle_node::command::SlaveView;
 use super::Master;
 use super::follower::Follower;
 use super::late::{Late, Origin};
+use super::tool::Tool;
 use crate::program::{Program, Situation};
 use crate::snapshot::{DriveSnapshot, SlaveSnapshot};
 
@@ -21,6 +22,7 @@ pub(super) struct Slave {
     id: u32,
     source: Source,
     body: Body,
+    tool: Tool,
     program: Option<Program>,
     late: Late,
     /// Why a command was refused last.
@@ -49,12 +51,32 @@ pub(super) enum Body {
     },
 }
 
+impl Body {
+    /// Of the plate that couples it; 1 without one.
+    fn master_scaling(&self) -> f64 {
+        match self {
+            Self::Follower(_) => 1.0,
+            Self::Axis { axis, .. } => axis
+                .cam_coupling()
+                .info(axis.cam_tables(), 0, None)
+                .map_or(1.0, |info| info.master_scaling),
+        }
+    }
+}
+
 impl Slave {
-    pub(super) fn new(id: u32, source: Source, body: Body, program: Option<Program>) -> Self {
+    pub(super) fn new(
+        id: u32,
+        source: Source,
+        body: Body,
+        tool: Tool,
+        program: Option<Program>,
+    ) -> Self {
         Self {
             id,
             source,
             body,
+            tool,
             program,
             late: Late::default(),
             refusal: None,
@@ -81,6 +103,13 @@ impl Slave {
                 }
             }
         }
+    }
+
+    /// After each cycle: whether its tool cut.
+    pub(super) fn watch_tool(&mut self) {
+        let in_sync = self.phase() == Some(CouplingPhase::InSync);
+        let set = self.set().filter(|_| in_sync);
+        self.tool.is_at(set.map(|set| set.position));
     }
 
     /// The one way for commands, whoever gives them.
@@ -113,8 +142,10 @@ impl Slave {
         let Some(program) = &mut self.program else {
             return;
         };
-        program.advance(elapsed);
-        let Some(command) = program.due(&situation) else {
+        let ready = master.filter(|master| master.is_ready);
+        program.advance(elapsed, ready.map(|master| master.set.position));
+        let body = &self.body;
+        let Some(command) = program.due(&situation, || body.master_scaling()) else {
             return;
         };
         let answer = match command {
@@ -220,6 +251,7 @@ impl Slave {
                 following_error: drive.following_error(),
             },
             program: self.program.as_ref().map(Program::snapshot),
+            cuts: self.tool.cuts() + self.program.as_ref().map_or(0, Program::cuts),
         }
     }
 

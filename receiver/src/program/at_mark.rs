@@ -1,0 +1,136 @@
+//! Commands whose positions of the master count from a registration mark.
+
+use coaxle_motion::cam::MotionPoint;
+use coaxle_motion::cam::coupling::{ActivationMode, CamIn};
+use coaxle_motion::gear::FlyingGearParameters;
+use coaxle_motion::slave::{CamPoints, Command};
+
+use super::sensor::Mark;
+
+/// Whether a command has such positions.
+pub(super) const fn has_positions(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::FlyingGear(_) | Command::CamIn(_) | Command::WriteMotionFunction { .. }
+    )
+}
+
+/// What [`has_positions`] is true of, as a config spells it.
+pub(super) const THOSE_WITH_POSITIONS: &str = "flying-gear, cam-in, write-motion-function";
+
+/// The command with its positions on the master's axis.
+///
+/// Positions on a plate count from where the plate would have the mark if it began at the mark used
+/// before: `master_scaling` is that of the plate.
+pub(super) fn placed(command: &Command, mark: &Mark, master_scaling: f64) -> Command {
+    match *command {
+        Command::FlyingGear(gear) => Command::FlyingGear(FlyingGearParameters {
+            master_sync_position: gear.master_sync_position + mark.position,
+            ..gear
+        }),
+        Command::CamIn(cam_in) => Command::CamIn(cam_in_at(cam_in, mark.position)),
+        Command::WriteMotionFunction { table, points } => Command::WriteMotionFunction {
+            table,
+            points: shifted(points, mark.distance / master_scaling),
+        },
+        other => other,
+    }
+}
+
+/// The plate's master 0 is at the mark, unless it counts from where the master is.
+fn cam_in_at(mut cam_in: CamIn, mark: f64) -> CamIn {
+    if !cam_in.start_mode.master_relative() {
+        cam_in.master_offset -= mark;
+    }
+    let activation = &mut cam_in.activation;
+    if matches!(
+        activation.mode,
+        ActivationMode::AtMasterAxisPos
+            | ActivationMode::AtMasterAxisPosPositiveDirection
+            | ActivationMode::AtMasterAxisPosNegativeDirection
+    ) {
+        activation.position += mark;
+    }
+    cam_in
+}
+
+fn shifted(points: CamPoints, distance: f64) -> CamPoints {
+    let mut moved = [points[0]; CamPoints::MOST];
+    for (to, from) in moved.iter_mut().zip(points.iter()) {
+        *to = MotionPoint {
+            master: from.master + distance,
+            ..*from
+        };
+    }
+    CamPoints::new(&moved[..points.len()]).expect("as many as there were")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MARK: Mark = Mark {
+        position: 5_000.0,
+        distance: 601.5,
+    };
+
+    fn command(text: &str) -> Command {
+        #[derive(serde::Deserialize)]
+        struct File {
+            command: Command,
+        }
+        let file: File = coaxle_node::config::parse("c", text).expect("a command");
+        assert!(has_positions(&file.command));
+        file.command
+    }
+
+    #[test]
+    fn the_plate_begins_at_the_mark() {
+        let cam_in = command(
+            "command.cam-in = { table = 1, master-offset = 7, master-scaling = 2, \
+             activation = { mode = 'at-master-axis-pos', position = -20 } }",
+        );
+        let Command::CamIn(placed) = placed(&cam_in, &MARK, 1.0) else {
+            panic!("still the same command");
+        };
+        assert_eq!(placed.master_offset, 7.0 - 5_000.0);
+        assert_eq!(placed.activation.position, 4_980.0);
+    }
+
+    #[test]
+    fn what_counts_from_the_master_or_from_the_plate_stays() {
+        let cam_in = command(
+            "command.cam-in = { table = 1, start-mode = 'relative', master-offset = 7, \
+             activation = { mode = 'at-master-cam-pos', position = 20 } }",
+        );
+        assert_eq!(placed(&cam_in, &MARK, 1.0), cam_in);
+    }
+
+    #[test]
+    fn points_end_the_plate_at_the_mark() {
+        let write = command(
+            "command.write-motion-function = { table = 1, points = [\
+             { index = 3, type = 'motion', law = 'polynom1', master = -72, slave = 270 }, \
+             { index = 4, type = 'motion', law = 'polynom1', master = 0, slave = 360 }] }",
+        );
+        let Command::WriteMotionFunction { points, .. } = placed(&write, &MARK, 600.0 / 360.0)
+        else {
+            panic!("still the same command");
+        };
+        let masters: Vec<f64> = points.iter().map(|point| point.master).collect();
+        assert!((masters[0] - (360.9 - 72.0)).abs() < 1e-12, "{masters:?}");
+        assert!((masters[1] - 360.9).abs() < 1e-12, "{masters:?}");
+    }
+
+    #[test]
+    fn a_flying_gear_is_engaged_at_the_mark() {
+        let gear = command(
+            "command.flying-gear = { ratio = 1, master-sync-position = 30, slave-sync-position = 0, \
+             slave-desync-position = 50, slave-stop-position = 60 }",
+        );
+        let Command::FlyingGear(placed) = placed(&gear, &MARK, 1.0) else {
+            panic!("still the same command");
+        };
+        assert_eq!(placed.master_sync_position, 5_030.0);
+    }
+}
