@@ -32,6 +32,9 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "drift-step",
     "sender-stop-resume",
     "cam-tables",
+    "flying-gear-1",
+    "flying-gear-2",
+    "flying-gear-3",
     "hour",
 ];
 

@@ -1,5 +1,6 @@
 //! Every receiver cycle against what the master really did.
 
+mod coupling;
 mod drift;
 mod judge;
 mod lag;

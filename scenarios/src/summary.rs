@@ -1,5 +1,7 @@
 //! What came out of a run: `summary.json`.
 
+mod coupling;
+
 use std::collections::BTreeMap;
 
 use coaxle_clock::delay::DelayState;
@@ -7,6 +9,8 @@ use coaxle_clock::observer::ObserverState;
 use coaxle_motion::axis::AxisStatus;
 use coaxle_receiver::ProgramState;
 use serde::Serialize;
+
+pub use coupling::CouplingSummary;
 
 use crate::expect::Verdict;
 
@@ -194,4 +198,7 @@ pub struct SlaveSummary {
     pub acceleration_max: f64,
     /// Largest following error of its drive, u.
     pub following_error_max: f64,
+    /// How it was coupled and released.
+    #[serde(flatten)]
+    pub coupling: CouplingSummary,
 }

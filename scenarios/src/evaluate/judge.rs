@@ -64,7 +64,7 @@ impl Judge {
             clock,
             root,
             gear: config.gear_to(0),
-            slaves: config.slaves.iter().map(SlaveJudge::new).collect(),
+            slaves: slaves_of(config),
             cycle_time: config.cycle_time_us.0,
             synchronises: config.mode.synchronises(),
             waiting: VecDeque::new(),
@@ -125,7 +125,7 @@ impl Judge {
         let record = &row.record;
         self.count(record);
         for (judge, slave) in self.slaves.iter_mut().zip(record.slaves()) {
-            judge.push(record.at_ns, slave);
+            judge.push(record, slave);
         }
         self.note_sync(&row);
         if let Some(clock) = &clock {
@@ -276,6 +276,12 @@ impl Judge {
         summary.slaves = self.slaves.into_iter().map(SlaveJudge::finish).collect();
         (self.curves.name.clone(), self.summary, self.curves)
     }
+}
+
+fn slaves_of(config: &ReceiverConfig) -> Vec<SlaveJudge> {
+    let slaves = &config.slaves;
+    let judged = slaves.iter().map(|slave| SlaveJudge::new(slave, slaves));
+    judged.collect()
 }
 
 fn master_of(config: &ReceiverConfig) -> String {

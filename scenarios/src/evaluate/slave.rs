@@ -3,32 +3,42 @@
 use coaxle_clock::Span;
 use coaxle_motion::axis::AxisStatus;
 use coaxle_motion::slave::CouplingPhase;
-use coaxle_receiver::{SlaveConfig, SlaveRecord};
+use coaxle_receiver::{ReceiverRecord, SlaveConfig, SlaveRecord};
 
+use super::coupling::CouplingJudge;
 use crate::summary::SlaveSummary;
 
 /// Judges one slave, by what it records of itself.
 #[derive(Debug)]
 pub(super) struct SlaveJudge {
     name: String,
+    /// The slave that is its master, by number; none if that is the far axis.
+    master: Option<usize>,
     previous: Option<(i64, SlaveRecord)>,
     in_sync_cycles: u64,
     cycles: u64,
+    coupling: CouplingJudge,
     summary: SlaveSummary,
 }
 
 impl SlaveJudge {
-    pub(super) fn new(config: &SlaveConfig) -> Self {
+    /// The judge of one of these slaves.
+    pub(super) fn new(config: &SlaveConfig, slaves: &[SlaveConfig]) -> Self {
+        let is_master = |slave: &SlaveConfig| slave.name.as_str() == config.master;
         Self {
             name: config.name.to_string(),
+            master: slaves.iter().position(is_master),
             previous: None,
             in_sync_cycles: 0,
             cycles: 0,
+            coupling: CouplingJudge::default(),
             summary: SlaveSummary::default(),
         }
     }
 
-    pub(super) fn push(&mut self, at_ns: i64, slave: &SlaveRecord) {
+    /// The next cycle of its receiver, and its own part of it.
+    pub(super) fn push(&mut self, record: &ReceiverRecord, slave: &SlaveRecord) {
+        let at_ns = record.at_ns;
         let before = self.previous.replace((at_ns, *slave));
         self.cycles += 1;
         self.in_sync_cycles += u64::from(slave.phase == Some(CouplingPhase::InSync));
@@ -37,6 +47,7 @@ impl SlaveJudge {
             let passed = Span::from_nanos(at_ns - before_ns).as_secs_f64();
             self.measure(&before, slave, passed);
         }
+        self.coupling.push(at_ns, self.master_in(record), slave);
         let summary = &mut self.summary;
         summary.state = slave.state;
         summary.program = slave.program;
@@ -44,6 +55,14 @@ impl SlaveJudge {
         summary.position = slave.position;
         let following_error = slave.following_error.abs();
         summary.following_error_max = summary.following_error_max.max(following_error);
+    }
+
+    /// Where the slave has its master.
+    fn master_in(&self, record: &ReceiverRecord) -> Option<f64> {
+        match self.master {
+            None => record.corrected_position,
+            Some(n) => record.slaves().nth(n)?.position,
+        }
     }
 
     fn note_events(&mut self, before: Option<&SlaveRecord>, slave: &SlaveRecord) {
@@ -87,6 +106,7 @@ impl SlaveJudge {
         if self.cycles > 0 {
             self.summary.in_sync_share = self.in_sync_cycles as f64 / self.cycles as f64;
         }
+        self.summary.coupling = self.coupling.finish();
         (self.name, self.summary)
     }
 }

@@ -1,0 +1,159 @@
+//! When and where a slave is coupled and released.
+
+use coaxle_clock::Span;
+use coaxle_motion::slave::CouplingPhase;
+use coaxle_receiver::SlaveRecord;
+
+use crate::summary::CouplingSummary;
+
+/// Follows the phases of a slave's coupling.
+#[derive(Debug, Default)]
+pub(super) struct CouplingJudge {
+    before: Option<Moment>,
+    /// The last moment before the synchronisation, or the release, that is going on.
+    since: Option<Moment>,
+    summary: CouplingSummary,
+}
+
+/// A slave and its master in one cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Moment {
+    at_ns: i64,
+    phase: Option<CouplingPhase>,
+    master: f64,
+    slave: f64,
+}
+
+impl CouplingJudge {
+    /// The next cycle; `master` is where the slave has its master.
+    pub(super) fn push(&mut self, at_ns: i64, master: Option<f64>, slave: &SlaveRecord) {
+        let (Some(master), Some(position)) = (master, slave.position) else {
+            return;
+        };
+        let now = Moment {
+            at_ns,
+            phase: slave.phase,
+            master,
+            slave: position,
+        };
+        let Some(before) = self.before.replace(now) else {
+            return;
+        };
+        if before.phase == now.phase {
+            return;
+        }
+        let since = self.since.take();
+        match (before.phase, now.phase) {
+            (Some(CouplingPhase::Synchronizing), Some(CouplingPhase::InSync)) => {
+                self.came_in_sync(&since.unwrap_or(before), &now);
+            }
+            (
+                Some(CouplingPhase::Releasing),
+                Some(CouplingPhase::Released | CouplingPhase::Waiting),
+            ) => self.was_released(&since.unwrap_or(before), &now),
+            // Its master turned round before it was released.
+            (Some(CouplingPhase::Releasing), Some(CouplingPhase::InSync)) => {}
+            // It was synchronous already.
+            (_, Some(CouplingPhase::InSync)) => self.came_in_sync(&before, &now),
+            _ => self.since = Some(before),
+        }
+    }
+
+    fn came_in_sync(&mut self, from: &Moment, to: &Moment) {
+        let summary = &mut self.summary;
+        summary.synchronisations += 1;
+        summary.sync_duration_s = Some(Span::from_nanos(to.at_ns - from.at_ns).as_secs_f64());
+        summary.sync_master_way = Some(to.master - from.master);
+        summary.sync_slave_way = Some(to.slave - from.slave);
+        summary.sync_master_position = Some(to.master);
+        summary.sync_slave_position = Some(to.slave);
+    }
+
+    fn was_released(&mut self, from: &Moment, to: &Moment) {
+        let summary = &mut self.summary;
+        summary.release_master_way = Some(to.master - from.master);
+        summary.release_slave_way = Some(to.slave - from.slave);
+        summary.release_master_position = Some(to.master);
+        summary.release_slave_position = Some(to.slave);
+    }
+
+    pub(super) const fn finish(self) -> CouplingSummary {
+        self.summary
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A slave in these phases, at half its master's way, a millisecond each.
+    fn judged(course: &[(Option<CouplingPhase>, f64)]) -> CouplingSummary {
+        let mut judge = CouplingJudge::default();
+        for (n, (phase, master)) in course.iter().enumerate() {
+            let slave = SlaveRecord {
+                position: Some(0.5 * master),
+                phase: *phase,
+                ..SlaveRecord::default()
+            };
+            judge.push(n as i64 * 1_000_000, Some(*master), &slave);
+        }
+        judge.finish()
+    }
+
+    #[test]
+    fn a_synchronisation_counts_from_where_it_was_commanded() {
+        let synchronizing = Some(CouplingPhase::Synchronizing);
+        let summary = judged(&[
+            (None, 8.0),
+            (None, 10.0),
+            (synchronizing, 12.0),
+            (synchronizing, 14.0),
+            (Some(CouplingPhase::InSync), 16.0),
+            (Some(CouplingPhase::InSync), 18.0),
+        ]);
+        assert_eq!(
+            summary,
+            CouplingSummary {
+                synchronisations: 1,
+                sync_duration_s: Some(0.003),
+                sync_master_way: Some(6.0),
+                sync_slave_way: Some(3.0),
+                sync_master_position: Some(16.0),
+                sync_slave_position: Some(8.0),
+                ..CouplingSummary::default()
+            }
+        );
+    }
+
+    #[test]
+    fn one_that_is_broken_off_does_not_count() {
+        let summary = judged(&[
+            (None, 10.0),
+            (Some(CouplingPhase::Synchronizing), 12.0),
+            (None, 14.0),
+        ]);
+        assert_eq!(summary, CouplingSummary::default());
+    }
+
+    #[test]
+    fn a_release_counts_when_the_slave_stands() {
+        for stands in [CouplingPhase::Released, CouplingPhase::Waiting] {
+            let summary = judged(&[
+                (Some(CouplingPhase::InSync), 10.0),
+                (Some(CouplingPhase::Releasing), 12.0),
+                (Some(CouplingPhase::Releasing), 14.0),
+                (Some(stands), 16.0),
+            ]);
+            assert_eq!(summary.release_master_way, Some(6.0));
+            assert_eq!(summary.release_slave_position, Some(8.0));
+        }
+        let turned_round = judged(&[
+            (None, 10.0),
+            (Some(CouplingPhase::InSync), 10.0),
+            (Some(CouplingPhase::Releasing), 12.0),
+            (Some(CouplingPhase::InSync), 10.0),
+        ]);
+        assert_eq!(turned_round.release_master_way, None);
+        assert_eq!(turned_round.synchronisations, 1);
+    }
+}
