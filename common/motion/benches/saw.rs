@@ -24,6 +24,7 @@ fn moment(slave: Kinematics) -> CouplingMoment {
             dynamics: Limits::new(2_000.0, 2_500.0, 2_500.0, 5_000.0).expect("above zero"),
             min_position: Some(-1e4),
             max_position: Some(1e4),
+            guard: None,
         },
     }
 }

@@ -1,6 +1,7 @@
 //! Commands that were accepted and can still be refused when they are due.
 
 use coaxle_motion::plc::CommandState;
+use coaxle_motion::saw::SawFault;
 use coaxle_motion::slave::{Accepted, Refusal, SlaveAxis, SlaveError};
 
 /// Who gave a command.
@@ -61,6 +62,11 @@ fn fate(axis: &SlaveAxis, accepted: Accepted) -> Fate {
             // An axis in error stop says more than its command.
             CommandState::Failed(SlaveError::Cam(error)) if axis.error().is_none() => {
                 Fate::Refused(error.into())
+            }
+            CommandState::Failed(SlaveError::Saw(SawFault::Refused(refusal)))
+                if axis.error().is_none() =>
+            {
+                Fate::Refused(refusal.into())
             }
             _ => Fate::Done,
         },

@@ -19,9 +19,14 @@ pub(super) struct Field {
 
 /// A field that must be given.
 const fn must(name: &'static str, help: &'static str) -> Field {
+    needed(name, name, help)
+}
+
+/// A field of a part of the command, or one that is called otherwise there, which must be given.
+const fn needed(name: &'static str, path: &'static str, help: &'static str) -> Field {
     Field {
         name,
-        path: name,
+        path,
         help,
         required: true,
     }
@@ -124,6 +129,51 @@ const FLYING_GEAR: &[Field] = &[
     ),
 ];
 
+const RATIO: &[Field] = &[
+    needed(
+        "ratio",
+        "ratio.numerator",
+        "Slave units per master unit; with a denominator, the numerator of that",
+    ),
+    inner("ratio-denominator", "ratio.denominator", "1 to 65535"),
+];
+
+const SYNC_POSITIONS: &[Field] = &[
+    needed(
+        "master-sync",
+        "master-sync-position",
+        "Where the master is when they are synchronous, master u",
+    ),
+    needed(
+        "slave-sync",
+        "slave-sync-position",
+        "Where the slave is then, u",
+    ),
+    inner(
+        "master-start-distance",
+        "master-start-distance",
+        "How far before that the synchronisation begins, master u",
+    ),
+];
+
+const SYNC_MODE: &[Field] = &[
+    inner("base", "sync-mode.base", "position-based or time-based"),
+    inner(
+        "mask",
+        "sync-mode.mask",
+        "Checks and operations, as JSON: '[\"max-velo\", \"rollback-lock\"]'",
+    ),
+];
+
+const SYNC_LIMITS: &[Field] = &[
+    inner("velocity", "limits.velocity", "Highest speed, u/s"),
+    inner("acceleration", "limits.acceleration", "Highest, u/s²"),
+    inner("deceleration", "limits.deceleration", "Highest, u/s²"),
+    inner("jerk", "limits.jerk", "Highest, u/s³"),
+    inner("min-position", "limits.min-position", "Lowest, u"),
+    inner("max-position", "limits.max-position", "Highest, u"),
+];
+
 /// Every command but `power`, which has a state instead of options.
 pub(super) fn blocks() -> Vec<Block> {
     let block = |name, about, options: &[&[Field]]| Block {
@@ -170,6 +220,21 @@ pub(super) fn blocks() -> Vec<Block> {
             "flying-gear",
             "MC_FlyingGear: couple and release on the fly",
             &[FLYING_GEAR],
+        ),
+        block(
+            "gear-in-pos",
+            "MC_GearInPos: flying saw to a pair of positions",
+            &[RATIO, SYNC_POSITIONS, SYNC_MODE, SYNC_LIMITS],
+        ),
+        block(
+            "gear-in-velo",
+            "MC_GearInVelo: flying saw to the gear's velocity",
+            &[RATIO, SYNC_MODE, SYNC_LIMITS],
+        ),
+        block(
+            "read-flying-saw-characteristics",
+            "MC_ReadFlyingSawCharacteristics: what the flying saw demands",
+            &[],
         ),
         block(
             "cam-in",

@@ -97,7 +97,9 @@ impl Remedy {
 
     /// Whether something was looked for in vain.
     fn is_missing(&self, saw: &SawFile) -> bool {
-        saw.looks_for_a_remedy() && self.master_distance.is_none() && self.master_speed.is_none()
+        saw.command.looks_for_a_remedy()
+            && self.master_distance.is_none()
+            && self.master_speed.is_none()
     }
 
     fn distance_in_words(&self, saw: &SawFile) -> Option<String> {

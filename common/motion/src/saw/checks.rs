@@ -1,6 +1,7 @@
 //! Whether a way keeps what the sync mode asks for.
 
 use crate::law::Extreme;
+use crate::profile::Limits;
 
 use super::SyncMask;
 use super::piece::Demands;
@@ -43,6 +44,20 @@ impl Checklist {
         let details = self.mask & SyncMask::DETAILED_ERROR_CODES;
         Self {
             mask: details | SyncMask::MAX_ACC | SyncMask::MAX_DEC | SyncMask::MAX_JERK,
+            ..*self
+        }
+    }
+
+    /// The same for what the axis keeps in any case.
+    pub(super) fn of_axis(&self, own: &Limits) -> Self {
+        let details = self.mask & SyncMask::DETAILED_ERROR_CODES;
+        let positions = SyncMask::MIN_POS | SyncMask::MAX_POS;
+        let dynamics = SyncMask::MAX_VELO | SyncMask::MAX_ACC | SyncMask::MAX_DEC;
+        Self {
+            mask: details | positions | dynamics,
+            velocity: own.velocity(),
+            acceleration: own.acceleration(),
+            deceleration: own.deceleration(),
             ..*self
         }
     }

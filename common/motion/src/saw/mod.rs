@@ -22,6 +22,7 @@
 //!         dynamics: Limits::new(2_000.0, 2_500.0, 2_500.0, 5_000.0)?,
 //!         min_position: None,
 //!         max_position: None,
+//!         guard: None,
 //!     },
 //! };
 //! let command = GearInPos {
@@ -114,7 +115,7 @@ mod way;
 pub use characteristics::{FlyingSawCharacteristics, SawEnd, SawTable, saw_table_id};
 pub use command::{GearInPos, GearInVelo, Ratio, SyncLimits};
 pub use diagonal::{DiagonalAngle, diagonal_ratio};
-pub use moment::{CouplingMoment, EncoderMaster, SlaveLimits};
+pub use moment::{CouplingMoment, EncoderMaster, LimitGuard, SlaveLimits};
 pub use plan::{SawForm, SawPlan, SyncLine};
 pub use plc::{
     GearInBlock, GearInOutputs, GearOutBlock, NoCharacteristics, NotCoupled,

@@ -26,6 +26,32 @@ pub struct SlaveLimits {
     pub min_position: Option<f64>,
     /// Upper software limit of its position, u.
     pub max_position: Option<f64>,
+    /// Given if the axis never leaves its limits of position, velocity and acceleration, whatever
+    /// is commanded. A synchronisation that would is refused then, whether the sync mode checks it
+    /// or not. The original lets the slave do what it has planned.
+    pub guard: Option<LimitGuard>,
+}
+
+/// Limits that an axis never leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimitGuard {
+    /// Which part of velocity, acceleration and deceleration is left to a master that ripples,
+    /// where a command names no limit: 0 to less than 1. A slave that needs it already at the
+    /// coupling moment keeps it.
+    pub reserve: f64,
+}
+
+impl SlaveLimits {
+    /// A limit of a synchronisation: as the command has it, or the axis's own. `now` is what it
+    /// limits, at the coupling moment.
+    pub(super) fn in_force(&self, given: Option<f64>, own: f64, now: f64) -> f64 {
+        match (given, self.guard) {
+            (Some(given), Some(_)) if given > own => own,
+            (Some(given), _) => given,
+            (None, Some(guard)) => (own * (1.0 - guard.reserve)).max(now.abs().min(own)),
+            (None, None) => own,
+        }
+    }
 }
 
 /// An encoder as a master: TS5055 7. Accelerations of less than two increments of position per

@@ -98,7 +98,7 @@ impl<'a> Span<'a> {
             });
         }
         let free = self.task.is_free_of_acceleration(self.master);
-        if checklist.is_empty() && !(free && self.wants_plateau()) {
+        if self.task.checks_nothing() && !(free && self.wants_plateau()) {
             return Ok((SawForm::Quintic, quintic));
         }
         if free {
@@ -252,7 +252,7 @@ impl<'a> Span<'a> {
 
     fn check(&self, demands: Demands) -> Result<(), Violation> {
         let task = self.task;
-        task.checklist.pass(
+        task.check(
             &demands,
             &Ends {
                 start: (task.slave_position, self.from * task.master_velocity),

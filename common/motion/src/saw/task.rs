@@ -1,12 +1,13 @@
 //! A command and a coupling moment, checked and put in terms of the master's position.
 
-use crate::profile::{InvalidLimit, Limits};
+use crate::profile::{InvalidLimit, Kinematics, Limits};
 
-use super::checks::Checklist;
+use super::checks::{Checklist, Ends};
 use super::command::{Ratio, SyncLimits};
 use super::moment::CouplingMoment;
+use super::piece::Demands;
 use super::ramp::RampBounds;
-use super::refusal::SawRefusal;
+use super::refusal::{SawRefusal, Violation};
 use super::{SyncMask, SyncMode};
 
 /// What is relatively less than this is nothing but rounding.
@@ -27,6 +28,8 @@ pub(super) struct Task {
     /// The limits in force. The velocity is the axis's own: the command's is only checked.
     pub(super) limits: Limits,
     pub(super) checklist: Checklist,
+    /// What the axis keeps in any case.
+    guard: Option<Checklist>,
 }
 
 impl Task {
@@ -42,15 +45,38 @@ impl Task {
         check_finite(moment)?;
         let mask = mode.mask;
         let axis = &moment.axis;
-        let in_force = |given: Option<f64>, own: f64| given.unwrap_or(own);
+        let own = &axis.dynamics;
+        let Kinematics {
+            velocity,
+            acceleration,
+            ..
+        } = moment.slave;
         let dynamics = Limits::new(
-            in_force(limits.velocity, axis.dynamics.velocity()),
-            in_force(limits.acceleration, axis.dynamics.acceleration()),
-            in_force(limits.deceleration, axis.dynamics.deceleration()),
-            in_force(limits.jerk, axis.dynamics.jerk()),
+            axis.in_force(limits.velocity, own.velocity(), velocity),
+            axis.in_force(limits.acceleration, own.acceleration(), acceleration),
+            axis.in_force(limits.deceleration, own.deceleration(), acceleration),
+            limits.jerk.unwrap_or(own.jerk()),
         )?;
         let ignoring = |ignored: SyncMask, value: f64| {
             if mask.contains(ignored) { 0.0 } else { value }
+        };
+        let checklist = Checklist {
+            mask,
+            velocity: dynamics.velocity(),
+            acceleration: dynamics.acceleration(),
+            deceleration: dynamics.deceleration(),
+            jerk: dynamics.jerk(),
+            software: bounds(
+                axis.min_position,
+                axis.max_position,
+                ["axis-min-position", "axis-max-position"],
+            )?,
+            optional: bounds(
+                limits.min_position,
+                limits.max_position,
+                ["min-position", "max-position"],
+            )?,
+            forward: moment.master.velocity >= 0.0,
         };
         let task = Self {
             ratio,
@@ -63,28 +89,26 @@ impl Task {
                 SyncMask::IGNORE_MASTER_ACC,
                 moment.master_acceleration(),
             ),
-            limits: dynamics.with_velocity(axis.dynamics.velocity())?,
-            checklist: Checklist {
-                mask,
-                velocity: dynamics.velocity(),
-                acceleration: dynamics.acceleration(),
-                deceleration: dynamics.deceleration(),
-                jerk: dynamics.jerk(),
-                software: bounds(
-                    axis.min_position,
-                    axis.max_position,
-                    ["axis-min-position", "axis-max-position"],
-                )?,
-                optional: bounds(
-                    limits.min_position,
-                    limits.max_position,
-                    ["min-position", "max-position"],
-                )?,
-                forward: moment.master.velocity >= 0.0,
-            },
+            limits: dynamics.with_velocity(own.velocity())?,
+            checklist,
+            guard: axis.guard.map(|_| checklist.of_axis(own)),
         };
-        task.check_coupling(axis.dynamics.velocity())?;
+        task.check_coupling(own.velocity())?;
         Ok(task)
+    }
+
+    /// Whether nothing is checked at all.
+    pub(super) const fn checks_nothing(&self) -> bool {
+        self.checklist.is_empty() && self.guard.is_none()
+    }
+
+    /// The checks of the sync mode, then those of the axis.
+    pub(super) fn check(&self, demands: &Demands, ends: &Ends) -> Result<(), Violation> {
+        self.checklist.pass(demands, ends)?;
+        match &self.guard {
+            Some(guard) => guard.pass(demands, ends),
+            None => Ok(()),
+        }
     }
 
     /// The velocity of the coupled slave, u/s.

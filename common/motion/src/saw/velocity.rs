@@ -145,7 +145,7 @@ fn over_time_of(task: &Task) -> Result<SawPlan, SawRefusal> {
             received: duration,
         });
     }
-    if !task.checklist.is_empty()
+    if !task.checks_nothing()
         && let Some(way) = over_time(&profile)
     {
         let demands = way.demands(1.0);
@@ -161,12 +161,12 @@ fn check(
     line: &SyncLine,
     demands: impl FnOnce() -> Demands,
 ) -> Result<(), SawRefusal> {
-    if task.checklist.is_empty() {
+    if task.checks_nothing() {
         return Ok(());
     }
     let ends = Ends {
         start: (task.slave_position, task.slave_velocity),
         sync: (line.slave, task.sync_velocity()),
     };
-    Ok(task.checklist.pass(&demands(), &ends)?)
+    Ok(task.check(&demands(), &ends)?)
 }

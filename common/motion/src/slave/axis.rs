@@ -2,6 +2,7 @@
 
 mod commands;
 mod cycle;
+mod saw;
 mod start;
 
 use coaxle_clock::{CycleTime, Seconds};
@@ -11,6 +12,7 @@ use crate::cam::coupling::{self as cam, CamCoupling, CouplingState, Tables, Tick
 use crate::drive::{Drive, DriveState};
 use crate::plc::CommandState;
 use crate::profile::{Kinematics, Profile};
+use crate::saw::{SawCommand, SawPlan, SawRefusal, saw_table_id};
 
 use super::bounds::Bounds;
 use super::cams::Cams;
@@ -19,7 +21,7 @@ use super::coupling::{Coupling, CouplingPhase};
 use super::error::SlaveError;
 use super::job::{Job, JobNumber};
 use super::motion::{Motion, Planned};
-use super::parameters::{OnMasterLoss, SlaveParameters, WrongSlaveParameter};
+use super::parameters::{MasterTraits, OnMasterLoss, SlaveParameters, WrongSlaveParameter};
 use super::refusal::Refusal;
 
 pub use start::CoupledStart;
@@ -42,6 +44,12 @@ pub struct SlaveAxis {
     set: Kinematics,
     motion: Motion,
     cams: Cams,
+    /// What a flying saw has to know of the master.
+    master_traits: MasterTraits,
+    /// The flying saw before, for `MC_ReadFlyingSawCharacteristics`.
+    last_saw: Option<SawPlan>,
+    /// The table that a flying saw needs is one of the plates.
+    saw_table_in_use: Option<u32>,
     job: Job,
     /// The master at the last update: of the same moment as the set values.
     master: Option<Kinematics>,
@@ -86,6 +94,9 @@ impl SlaveAxis {
             set: Kinematics::at_rest(here),
             motion: Motion::Planned(Planned::rest(here, &bounds)),
             cams: Cams::none(bounds.limits().velocity() * cycle_time),
+            master_traits: parameters.master()?,
+            last_saw: None,
+            saw_table_in_use: None,
             job: Job::default(),
             master: None,
             error: None,
@@ -97,6 +108,11 @@ impl SlaveAxis {
     #[doc(alias = "MC_CamTableSelect")]
     pub fn select_cams(&mut self, tables: Tables, master_axis_id: u32, slave_axis_id: u32) {
         let jump_limit = self.bounds.limits().velocity() * self.cycle_time;
+        let in_use = |table| tables.plate(table).is_ok();
+        self.saw_table_in_use = match saw_table_id(slave_axis_id, in_use) {
+            Err(SawRefusal::TableInUse { table }) => Some(table),
+            _ => None,
+        };
         self.cams
             .select(tables, [master_axis_id, slave_axis_id], jump_limit);
     }
@@ -149,6 +165,12 @@ impl SlaveAxis {
                 return Ok(Accepted::Job(self.gear_out()));
             }
             Command::FlyingGear(ref parameters) => self.flying_gear(parameters)?,
+            Command::GearInPos(command) => self.saw(SawCommand::GearInPos(command))?,
+            Command::GearInVelo(command) => self.saw(SawCommand::GearInVelo(command))?,
+            Command::ReadFlyingSawCharacteristics {} => {
+                self.saw_plan().ok_or(Refusal::NoCharacteristics)?;
+                return Ok(Accepted::AtOnce);
+            }
             Command::SetCamOnlineChangeMode { table, mode } => {
                 self.cams.set_mode(table, mode)?;
                 return Ok(Accepted::AtOnce);
@@ -290,6 +312,7 @@ impl SlaveAxis {
     pub(super) fn target_position(&self) -> f64 {
         match &self.motion {
             Motion::Planned(planned) if planned.end().velocity == 0.0 => planned.end().position,
+            Motion::RollingBack(stop) => stop.end(),
             _ => self.set.position,
         }
     }
@@ -298,7 +321,7 @@ impl SlaveAxis {
     fn free(&self) -> Kinematics {
         match self.motion {
             Motion::Planned(_) => self.set,
-            Motion::Coupled(_) => self.bounds.settled(&self.set),
+            Motion::Coupled(_) | Motion::RollingBack(_) => self.bounds.settled(&self.set),
         }
     }
 
@@ -311,6 +334,9 @@ impl SlaveAxis {
     fn move_by_motion(&mut self, motion: Motion) {
         if self.is_on_cams() && self.error.is_none() {
             self.cams.end();
+        }
+        if let Motion::Coupled(Coupling::Saw(saw)) = &self.motion {
+            self.last_saw = Some(*saw.plan());
         }
         self.motion = motion;
     }

@@ -23,7 +23,7 @@ pub(super) fn is_limit(number: f64) -> bool {
 }
 
 /// Slack for rounding, relative to the quantity at hand.
-const ROUNDING: f64 = 1e-9;
+pub(super) const ROUNDING: f64 = 1e-9;
 
 /// The limits of a slave axis.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +47,12 @@ impl Bounds {
     /// What the axis can do.
     pub(super) const fn limits(&self) -> &Limits {
         &self.limits
+    }
+
+    /// The software limits that there are.
+    pub(super) fn software_limits(&self) -> (Option<f64>, Option<f64>) {
+        let given = |limit: f64| Some(limit).filter(|limit| limit.is_finite());
+        (given(self.min), given(self.max))
     }
 
     /// The limits without the one of the jerk: the full deceleration is there within one cycle.
@@ -222,6 +228,28 @@ impl Bounds {
         next: &Kinematics,
         dt: f64,
     ) -> Result<(), SlaveError> {
+        self.check_instant_step(here, next, dt)?;
+        let (from, to) = (here.velocity, next.velocity);
+        let (faster, slower) = (self.limits.acceleration(), self.limits.deceleration());
+        let push = if from * to < 0.0 {
+            // It slows down first, then speeds up the other way.
+            faster.max(slower)
+        } else if to.abs() > from.abs() {
+            faster
+        } else {
+            slower
+        };
+        let digits = 8.0 * f64::EPSILON * self.limits.velocity();
+        within("acceleration", (to - from).abs() / dt, push, digits / dt)
+    }
+
+    /// The same for a step that may change the velocity at once.
+    pub(super) fn check_instant_step(
+        &self,
+        here: &Kinematics,
+        next: &Kinematics,
+        dt: f64,
+    ) -> Result<(), SlaveError> {
         for (quantity, received) in [
             ("set position", next.position),
             ("set velocity", next.velocity),
@@ -231,20 +259,11 @@ impl Bounds {
                 return Err(SlaveError::AbsurdSetValue { quantity, received });
             }
         }
-        let limits = &self.limits;
-        let push = if next.velocity.abs() > here.velocity.abs() {
-            limits.acceleration()
-        } else {
-            limits.deceleration()
-        };
+        let fastest = self.limits.velocity();
         let step = (next.position - here.position).abs();
-        let change = (next.velocity - here.velocity).abs();
-        let digits = 8.0 * f64::EPSILON;
-        let position_digits = digits * here.position.abs().max(next.position.abs());
-        let velocity_digits = digits * limits.velocity();
-        within("velocity", next.velocity.abs(), limits.velocity(), 0.0)?;
-        within("step", step / dt, limits.velocity(), position_digits / dt)?;
-        within("acceleration", change / dt, push, velocity_digits / dt)
+        let digits = 8.0 * f64::EPSILON * here.position.abs().max(next.position.abs());
+        within("velocity", next.velocity.abs(), fastest, 0.0)?;
+        within("step", step / dt, fastest, digits / dt)
     }
 }
 

@@ -6,6 +6,7 @@ use crate::cam::coupling::{
     TableId,
 };
 use crate::gear::FlyingGearParameters;
+use crate::saw::{GearInPos, GearInVelo, SawCommand};
 
 use super::cam_points::CamPoints;
 
@@ -99,6 +100,18 @@ pub enum Command {
     /// be at rest.
     #[doc(alias = "MC_FlyingGear")]
     FlyingGear(FlyingGearParameters),
+    /// `MC_GearInPos`: the universal flying saw to a pair of positions, from any motion of the
+    /// slave.
+    #[doc(alias = "MC_GearInPos")]
+    GearInPos(GearInPos),
+    /// `MC_GearInVelo`: the universal flying saw to the gear's velocity, from any motion of the
+    /// slave.
+    #[doc(alias = "MC_GearInVelo")]
+    GearInVelo(GearInVelo),
+    /// `MC_ReadFlyingSawCharacteristics`: asks for the characteristic values of the flying saw that
+    /// couples the axis, or did so last ([`SlaveAxis::saw_plan`](super::SlaveAxis::saw_plan)).
+    #[doc(alias = "MC_ReadFlyingSawCharacteristics")]
+    ReadFlyingSawCharacteristics {},
     /// `MC_CamIn`: couples the slave by a plate, or switches to another.
     #[doc(alias = "MC_CamIn")]
     CamIn(CamIn),
@@ -176,6 +189,9 @@ impl Command {
             Self::GearIn { .. } => "MC_GearIn",
             Self::GearOut {} => "MC_GearOut",
             Self::FlyingGear(_) => "MC_FlyingGear",
+            Self::GearInPos(_) => "MC_GearInPos",
+            Self::GearInVelo(_) => "MC_GearInVelo",
+            Self::ReadFlyingSawCharacteristics {} => "MC_ReadFlyingSawCharacteristics",
             Self::CamIn(_) => "MC_CamIn",
             Self::CamOut {} => "MC_CamOut",
             Self::CamScaling(_) => "MC_CamScaling",
@@ -189,8 +205,18 @@ impl Command {
         }
     }
 
+    /// The command to a flying saw that it is, if it is one.
+    #[must_use]
+    pub const fn as_saw(&self) -> Option<SawCommand> {
+        match self {
+            Self::GearInPos(command) => Some(SawCommand::GearInPos(*command)),
+            Self::GearInVelo(command) => Some(SawCommand::GearInVelo(*command)),
+            _ => None,
+        }
+    }
+
     /// Its arrow in the state diagram, for an axis that has power or not; none if it concerns a
-    /// plate and not the axis.
+    /// plate and not the axis, or only asks for something.
     pub(super) const fn transition(&self, powered: bool) -> Option<Transition> {
         Some(match self {
             Self::Power(true) => Transition::PowerOn,
@@ -203,6 +229,8 @@ impl Command {
             Self::Stop { .. } => Transition::Stop,
             Self::GearIn { .. }
             | Self::FlyingGear(_)
+            | Self::GearInPos(_)
+            | Self::GearInVelo(_)
             | Self::CamIn(_)
             | Self::CamScaling(_)
             | Self::CamInV2(_)
@@ -211,7 +239,9 @@ impl Command {
             | Self::CamRemove(_)
             | Self::CamScalingV2(_) => Transition::Couple,
             Self::GearOut {} | Self::CamOut {} => Transition::Uncouple,
-            Self::SetCamOnlineChangeMode { .. } | Self::WriteMotionFunction { .. } => return None,
+            Self::SetCamOnlineChangeMode { .. }
+            | Self::WriteMotionFunction { .. }
+            | Self::ReadFlyingSawCharacteristics {} => return None,
         })
     }
 }

@@ -3,14 +3,21 @@
 use coaxle_clock::Seconds;
 
 use crate::gear::{FlyingGear, FlyingGearPhase, LinearGear};
+use crate::plc::CommandState;
 use crate::profile::Kinematics;
+use crate::saw::{RollbackReaction, SawCoupling};
 
 use super::cams::Cams;
 use super::error::SlaveError;
+use super::motion::RollingBack;
 
 /// A coupling of a slave axis, of whatever kind. It says where the slave should be; whether the
 /// slave can be there is the axis's own business.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it lives in place: nothing is allocated on the cycle path"
+)]
 pub(super) enum Coupling {
     /// A constant ratio.
     Linear(LinearGear),
@@ -18,6 +25,8 @@ pub(super) enum Coupling {
     Flying(FlyingGear),
     /// Cam plates: those of the axis.
     Cam,
+    /// A flying saw.
+    Saw(SawCoupling),
 }
 
 impl Coupling {
@@ -26,13 +35,29 @@ impl Coupling {
         &mut self,
         cams: &mut Cams,
         master: &Kinematics,
-        _elapsed: Seconds,
+        elapsed: Seconds,
     ) -> Result<Kinematics, SlaveError> {
         Ok(match self {
             Self::Linear(gear) => gear.slave_of(master),
             Self::Flying(gear) => gear.update(master),
             Self::Cam => cams.update(master).map_err(SlaveError::Cam)?,
+            Self::Saw(saw) => {
+                let slave = saw.update(master, elapsed);
+                match *saw.state() {
+                    CommandState::Failed(fault) => return Err(SlaveError::Saw(fault)),
+                    _ => slave,
+                }
+            }
         })
+    }
+
+    /// How its slave is stopped, and how far that is, once its master has run back.
+    pub(super) fn rollback(&self) -> Option<(RollbackReaction, RollingBack)> {
+        let Self::Saw(saw) = self else {
+            return None;
+        };
+        let (stop, since) = saw.rollback_stop()?;
+        Some((saw.rollback()?, RollingBack::new(stop, since)))
     }
 
     /// How far it is; none once it has ended by itself.
@@ -41,6 +66,12 @@ impl Coupling {
             Self::Linear(_) => Some(CouplingPhase::InSync),
             Self::Flying(gear) => Some(gear.phase().into()),
             Self::Cam => cams.phase(),
+            Self::Saw(saw) => match saw.state() {
+                CommandState::Waiting => Some(CouplingPhase::Waiting),
+                CommandState::Active => Some(CouplingPhase::Synchronizing),
+                CommandState::InSync => Some(CouplingPhase::InSync),
+                _ => None,
+            },
         }
     }
 }

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::cam::coupling::CouplingError;
+use crate::saw::SawFault;
 
 /// Why a slave axis is in error stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +40,8 @@ pub enum SlaveError {
     },
     /// The coupling by cam plates broke off.
     Cam(CouplingError),
+    /// The coupling by a flying saw failed.
+    Saw(SawFault),
 }
 
 impl SlaveError {
@@ -52,18 +55,20 @@ impl SlaveError {
             Self::AbsurdSetValue { .. } => 0x42d5,
             Self::BeyondLimit { .. } => 0x42dd,
             Self::Cam(error) => error.code(),
+            Self::Saw(fault) => fault.code(),
         }
     }
 }
 
 impl fmt::Display for SlaveError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Self::Cam(error) = self {
-            return error.fmt(f);
-        }
-        write!(f, "{:#06x}: ", self.code())?;
         match self {
-            Self::Cam(_) => Ok(()),
+            Self::Cam(error) => return error.fmt(f),
+            Self::Saw(fault) => return fault.fmt(f),
+            _ => write!(f, "{:#06x}: ", self.code())?,
+        }
+        match self {
+            Self::Cam(_) | Self::Saw(_) => Ok(()),
             Self::FollowingError { following_error } => write!(
                 f,
                 "following error of {following_error} for too long, the drive tripped"

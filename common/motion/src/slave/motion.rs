@@ -3,6 +3,7 @@
 use coaxle_clock::Seconds;
 
 use crate::profile::{Kinematics, Profile, to_velocity};
+use crate::saw::RollbackStop;
 
 use super::bounds::Bounds;
 use super::cams::Cams;
@@ -19,13 +20,15 @@ pub(super) enum Motion {
     Planned(Planned),
     /// The master.
     Coupled(Coupling),
+    /// The stop after the master of a flying saw has run back.
+    RollingBack(RollingBack),
 }
 
 impl Motion {
     /// How far the coupling is; none without one.
     pub(super) fn coupling_phase(&self, cams: &Cams) -> Option<CouplingPhase> {
         match self {
-            Self::Planned(_) => None,
+            Self::Planned(_) | Self::RollingBack(_) => None,
             Self::Coupled(coupling) => coupling.phase(cams),
         }
     }
@@ -72,6 +75,34 @@ impl Planned {
     /// Where it ends, or where it passes into a constant velocity.
     pub(super) const fn end(&self) -> Kinematics {
         self.profile.end()
+    }
+}
+
+/// The stop after a rollback, under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RollingBack {
+    stop: RollbackStop,
+    since: Seconds,
+}
+
+impl RollingBack {
+    /// `since` that long ago the master passed the coupling position.
+    pub(super) const fn new(stop: RollbackStop, since: Seconds) -> Self {
+        Self { stop, since }
+    }
+
+    pub(super) fn advance(&mut self, elapsed: Seconds) -> Kinematics {
+        self.since = self.since + elapsed;
+        self.stop.at(self.since)
+    }
+
+    pub(super) fn is_over(&self) -> bool {
+        self.since >= self.stop.duration()
+    }
+
+    /// Where it ends, u.
+    pub(super) fn end(&self) -> f64 {
+        self.stop.end_position()
     }
 }
 

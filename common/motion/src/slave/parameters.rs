@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::profile::{InvalidLimit, Limits};
+use crate::saw::SawTolerances;
 
 use super::bounds::{EXPECTED_LIMIT, is_limit};
 
@@ -32,6 +33,14 @@ pub struct SlaveParameters {
     /// What it does when it is coupled and its master is lost or in error.
     #[cfg_attr(feature = "serde", serde(default))]
     pub on_master_loss: OnMasterLoss,
+    /// How far its master may be back behind the coupling position of a flying saw before that
+    /// counts as running back, u of the master. 0.001 by default.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub master_noise: Option<f64>,
+    /// Given if its master is an encoder: u of the master per increment. Accelerations of less than
+    /// two increments per cycle and cycle count as none then, for a flying saw (TS5055 7).
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub master_increment: Option<f64>,
 }
 
 /// How a coupled slave stops when its master is lost or in error. It is in error stop afterwards.
@@ -63,6 +72,27 @@ impl SlaveParameters {
             .map_err(|InvalidLimit { field, received }| wrong_limit(field, received))
     }
 
+    /// How a flying saw takes its master.
+    pub(super) fn master(&self) -> Result<MasterTraits, WrongSlaveParameter> {
+        let noise = self
+            .master_noise
+            .unwrap_or(SawTolerances::default().master_noise);
+        if !(noise >= 0.0 && noise.is_finite()) {
+            return Err(WrongSlaveParameter {
+                parameter: "master-noise",
+                received: noise,
+                expected: "a finite number of at least 0",
+            });
+        }
+        if let Some(received) = self.master_increment.filter(|given| !is_limit(*given)) {
+            return Err(wrong_limit("master-increment", received));
+        }
+        Ok(MasterTraits {
+            noise,
+            increment: self.master_increment,
+        })
+    }
+
     /// The software limits, infinite where there is none.
     pub(super) fn range(&self) -> Result<(f64, f64), WrongSlaveParameter> {
         for (parameter, limit) in [
@@ -89,6 +119,15 @@ impl SlaveParameters {
             })
         }
     }
+}
+
+/// What a flying saw has to know of its master.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MasterTraits {
+    /// How far it may be back without running back, u.
+    pub(super) noise: f64,
+    /// Its increment if it is an encoder, u.
+    pub(super) increment: Option<f64>,
 }
 
 const fn wrong_limit(parameter: &'static str, received: f64) -> WrongSlaveParameter {

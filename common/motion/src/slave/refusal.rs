@@ -5,6 +5,7 @@ use core::fmt;
 use crate::axis::{AxisStatus, Transition};
 use crate::cam::coupling::CouplingError;
 use crate::gear::{FlyingGearError, RatioZero};
+use crate::saw::SawRefusal;
 
 /// Why a command is refused. Nothing has changed by it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +66,10 @@ pub enum Refusal {
     FlyingGear(FlyingGearError),
     /// The coupling by cam plates, or the change to it, is not possible.
     Cam(CouplingError),
+    /// The flying saw is not possible.
+    Saw(SawRefusal),
+    /// The slave has had no flying saw yet, and so no characteristic values.
+    NoCharacteristics,
     /// The slave has no limits: it follows its gear, and nothing else.
     NoLimits {
         /// The command, by its PLC name.
@@ -91,6 +96,8 @@ impl Refusal {
             Self::Gear(_) => 0x421b,
             Self::FlyingGear(error) => error.code(),
             Self::Cam(error) => error.code(),
+            Self::Saw(refusal) => refusal.code(),
+            Self::NoCharacteristics => 0x4216,
             Self::NoLimits { .. } => 0x4b05,
         }
     }
@@ -114,16 +121,26 @@ impl From<CouplingError> for Refusal {
     }
 }
 
+impl From<SawRefusal> for Refusal {
+    fn from(refusal: SawRefusal) -> Self {
+        Self::Saw(refusal)
+    }
+}
+
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Gear(error) => return error.fmt(f),
             Self::FlyingGear(error) => return error.fmt(f),
             Self::Cam(error) => return error.fmt(f),
+            Self::Saw(refusal) => return refusal.fmt(f),
             _ => write!(f, "{:#06x}: ", self.code())?,
         }
         match self {
-            Self::Gear(_) | Self::FlyingGear(_) | Self::Cam(_) => Ok(()),
+            Self::Gear(_) | Self::FlyingGear(_) | Self::Cam(_) | Self::Saw(_) => Ok(()),
+            Self::NoCharacteristics => {
+                f.write_str("the slave has had no flying saw, expected one before")
+            }
             Self::NoLimits { command } => write!(
                 f,
                 "{command}: the slave has no limits, expected some: it follows its gear only"

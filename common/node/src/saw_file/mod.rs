@@ -73,24 +73,7 @@ impl SawFile {
     /// What would make a refused command pass. Nothing where nothing is looked for.
     #[must_use]
     pub fn remedy(&self) -> SawRemedy {
-        match &self.command {
-            _ if !self.looks_for_a_remedy() => SawRemedy::default(),
-            SawCommand::GearInPos(command) => command.remedy(&self.moment),
-            SawCommand::GearInVelo(command) => command.remedy(&self.moment),
-        }
-    }
-
-    /// Whether a remedy is looked for: not where the slave would wait for a start distance, as
-    /// distance and speed of the master then belong to a later moment, and not for a position that
-    /// is no number.
-    #[must_use]
-    pub fn looks_for_a_remedy(&self) -> bool {
-        match &self.command {
-            SawCommand::GearInPos(command) => {
-                command.master_start_distance.is_none() && command.master_sync_position.is_finite()
-            }
-            SawCommand::GearInVelo(_) => true,
-        }
+        self.command.remedy(&self.moment)
     }
 }
 

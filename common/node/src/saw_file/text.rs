@@ -170,6 +170,7 @@ impl AxisText {
             dynamics,
             min_position,
             max_position,
+            guard: None,
         })
     }
 }

@@ -180,6 +180,15 @@ impl SawCoupling {
         self.rollback
     }
 
+    /// The stop after that, and how far into it the slave is, while it lasts.
+    #[must_use]
+    pub const fn rollback_stop(&self) -> Option<(RollbackStop, Seconds)> {
+        match self.phase {
+            Phase::RollbackStop { stop, since } => Some((stop, Seconds(since))),
+            _ => None,
+        }
+    }
+
     /// The plan in force; in the preliminary phase the one foreseen.
     #[must_use]
     pub const fn plan(&self) -> &SawPlan {

@@ -7,6 +7,7 @@ use crate::saw::command::{GearInPos, GearInVelo, SyncLimits};
 use crate::saw::moment::{CouplingMoment, SlaveLimits};
 use crate::saw::plan::SawPlan;
 use crate::saw::refusal::{SawRefusal, Violation};
+use crate::saw::remedy::SawRemedy;
 use crate::saw::sync_mode::SyncMask;
 
 /// What a [`SawCoupling`](super::SawCoupling) is started with.
@@ -29,6 +30,30 @@ impl SawCommand {
         match self {
             Self::GearInPos(command) => command.plan(moment),
             Self::GearInVelo(command) => command.plan(moment),
+        }
+    }
+
+    /// What would make a refused command pass; nothing where nothing is looked for. It plans some
+    /// hundred times: not for the cycle.
+    #[must_use]
+    pub fn remedy(&self, moment: &CouplingMoment) -> SawRemedy {
+        match self {
+            _ if !self.looks_for_a_remedy() => SawRemedy::default(),
+            Self::GearInPos(command) => command.remedy(moment),
+            Self::GearInVelo(command) => command.remedy(moment),
+        }
+    }
+
+    /// Whether a remedy is looked for: not where the slave would wait for a start distance, as
+    /// distance and speed of the master then belong to a later moment, and not for a position that
+    /// is no number.
+    #[must_use]
+    pub const fn looks_for_a_remedy(&self) -> bool {
+        match self {
+            Self::GearInPos(command) => {
+                command.master_start_distance.is_none() && command.master_sync_position.is_finite()
+            }
+            Self::GearInVelo(_) => true,
         }
     }
 
@@ -147,8 +172,8 @@ pub(super) fn limits(
     let (given, own) = (command.limits(), &axis.dynamics);
     Ok(Limits::new(
         own.velocity() * (1.0 + tolerances.velocity_margin),
-        given.acceleration.unwrap_or(own.acceleration()),
-        given.deceleration.unwrap_or(own.deceleration()),
+        axis.in_force(given.acceleration, own.acceleration(), 0.0),
+        axis.in_force(given.deceleration, own.deceleration(), 0.0),
         given.jerk.unwrap_or(own.jerk()),
     )?)
 }

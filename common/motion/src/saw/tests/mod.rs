@@ -27,6 +27,7 @@ pub(super) fn moment(master: (f64, f64), slave: (f64, f64)) -> CouplingMoment {
             dynamics: Limits::new(1e4, 1e5, 1e5, 1e6).expect("limits above zero"),
             min_position: None,
             max_position: None,
+            guard: None,
         },
     }
 }

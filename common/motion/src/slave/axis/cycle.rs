@@ -6,9 +6,10 @@ use crate::axis::{AxisStatus, Transition};
 use crate::drive::DriveState;
 use crate::plc::CommandState;
 use crate::profile::to_velocity;
+use crate::saw::{RollbackReaction, SawFault};
 
 use super::SlaveAxis;
-use crate::slave::coupling::CouplingPhase;
+use crate::slave::coupling::{Coupling, CouplingPhase};
 use crate::slave::error::SlaveError;
 use crate::slave::motion::Motion;
 use crate::slave::parameters::OnMasterLoss;
@@ -25,27 +26,62 @@ impl SlaveAxis {
                 }
                 self.set = self.bounds.confined(here.position, &next);
             }
-            Motion::Coupled(coupling) => {
-                let master = self.master.ok_or(SlaveError::MasterLost)?;
-                let waited = coupling.phase(&self.cams) == Some(CouplingPhase::Waiting);
-                let next = coupling.update(&mut self.cams, &master, elapsed)?;
-                if waited && coupling.phase(&self.cams).is_none() {
-                    // It was refused when it was due: the axis goes on as before.
-                    let state = match self.cams.failure() {
-                        Some(error) => CommandState::Failed(SlaveError::Cam(error)),
-                        None => CommandState::Aborted,
-                    };
-                    self.let_go();
-                    self.job.set(state);
-                    self.run_plan(elapsed);
-                    return Ok(());
-                }
+            Motion::RollingBack(stop) => {
+                let next = stop.advance(elapsed);
                 self.bounds.check_step(&here, &next, elapsed.0)?;
                 self.bounds.check_coupled_stop(here.position, &next)?;
                 self.set = next;
             }
+            Motion::Coupled(_) => self.follow(elapsed)?,
         }
         Ok(())
+    }
+
+    /// One cycle of a coupling.
+    fn follow(&mut self, elapsed: Seconds) -> Result<(), SlaveError> {
+        let here = self.set;
+        let Motion::Coupled(coupling) = &mut self.motion else {
+            return Ok(());
+        };
+        let master = self.master.ok_or(SlaveError::MasterLost)?;
+        let waited = coupling.phase(&self.cams) == Some(CouplingPhase::Waiting);
+        let next = match coupling.update(&mut self.cams, &master, elapsed) {
+            Err(refused @ SlaveError::Saw(SawFault::Refused(_))) => {
+                self.go_on_without(CommandState::Failed(refused), elapsed);
+                return Ok(());
+            }
+            updated => updated?,
+        };
+        if waited && matches!(coupling, Coupling::Cam) && self.cams.phase().is_none() {
+            let state = match self.cams.failure() {
+                Some(error) => CommandState::Failed(SlaveError::Cam(error)),
+                None => CommandState::Aborted,
+            };
+            self.go_on_without(state, elapsed);
+            return Ok(());
+        }
+        let rollback = coupling.rollback();
+        match &rollback {
+            Some((RollbackReaction::Instant, _)) => {
+                self.bounds.check_instant_step(&here, &next, elapsed.0)?;
+            }
+            _ => self.bounds.check_step(&here, &next, elapsed.0)?,
+        }
+        self.bounds.check_coupled_stop(here.position, &next)?;
+        self.set = next;
+        if let Some((_, stop)) = rollback {
+            self.move_by_motion(Motion::RollingBack(stop));
+            self.status = AxisStatus::DiscreteMotion;
+            self.job.set(CommandState::Aborted);
+        }
+        Ok(())
+    }
+
+    /// A coupling was refused when it was due: the axis goes on as before.
+    fn go_on_without(&mut self, state: CommandState<SlaveError>, elapsed: Seconds) {
+        self.let_go();
+        self.job.set(state);
+        self.run_plan(elapsed);
     }
 
     pub(super) fn run_plan(&mut self, elapsed: Seconds) {
@@ -80,6 +116,7 @@ impl SlaveAxis {
         }
         let over = match &self.motion {
             Motion::Planned(planned) => planned.is_over(),
+            Motion::RollingBack(stop) => stop.is_over(),
             Motion::Coupled(_) => false,
         };
         if over && self.status != AxisStatus::ContinuousMotion {
@@ -112,7 +149,7 @@ impl SlaveAxis {
             {
                 CommandState::InSync
             }
-            Motion::Planned(_) => CommandState::Active,
+            Motion::Planned(_) | Motion::RollingBack(_) => CommandState::Active,
             Motion::Coupled(coupling) => match coupling.phase(&self.cams) {
                 None => CommandState::Done,
                 Some(CouplingPhase::Waiting | CouplingPhase::Released) => CommandState::Waiting,

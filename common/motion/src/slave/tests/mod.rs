@@ -6,6 +6,7 @@ mod coupled;
 mod invariants;
 mod life_cycle;
 mod moves;
+mod saws;
 
 use coaxle_clock::{CycleTime, Seconds, Span};
 
@@ -23,6 +24,8 @@ const PARAMETERS: SlaveParameters = SlaveParameters {
     min_position: None,
     max_position: None,
     on_master_loss: OnMasterLoss::Stop,
+    master_noise: None,
+    master_increment: None,
 };
 
 const LIMITED: SlaveParameters = SlaveParameters {
