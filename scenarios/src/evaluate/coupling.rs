@@ -10,8 +10,8 @@ use crate::summary::CouplingSummary;
 #[derive(Debug, Default)]
 pub(super) struct CouplingJudge {
     before: Option<Moment>,
-    /// The last moment before the synchronisation, or the release, that is going on.
-    since: Option<Moment>,
+    /// The synchronisation, or the release, that is going on.
+    under_way: Option<Way>,
     summary: CouplingSummary,
 }
 
@@ -22,6 +22,33 @@ struct Moment {
     phase: Option<CouplingPhase>,
     master: f64,
     slave: f64,
+}
+
+/// The way of a slave since a moment.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    from: Moment,
+    lowest: f64,
+    highest: f64,
+}
+
+impl Way {
+    fn between(from: &Moment, to: &Moment) -> Self {
+        let way = Self {
+            from: *from,
+            lowest: from.slave,
+            highest: from.slave,
+        };
+        way.and_to(to)
+    }
+
+    fn and_to(self, to: &Moment) -> Self {
+        Self {
+            lowest: self.lowest.min(to.slave),
+            highest: self.highest.max(to.slave),
+            ..self
+        }
+    }
 }
 
 impl CouplingJudge {
@@ -36,45 +63,51 @@ impl CouplingJudge {
             master,
             slave: position,
         };
-        let Some(before) = self.before.replace(now) else {
-            return;
-        };
+        if let Some(before) = self.before.replace(now) {
+            self.went_on(&before, &now);
+        }
+    }
+
+    fn went_on(&mut self, before: &Moment, now: &Moment) {
+        let way = self.under_way.take().map(|way| way.and_to(now));
         if before.phase == now.phase {
+            self.under_way = way;
             return;
         }
-        let since = self.since.take();
+        let last_step = Way::between(before, now);
         match (before.phase, now.phase) {
-            (Some(CouplingPhase::Synchronizing), Some(CouplingPhase::InSync)) => {
-                self.came_in_sync(&since.unwrap_or(before), &now);
-            }
+            // Its master turned round before it was released.
+            (Some(CouplingPhase::Releasing), Some(CouplingPhase::InSync)) => {}
             (
                 Some(CouplingPhase::Releasing),
                 Some(CouplingPhase::Released | CouplingPhase::Waiting),
-            ) => self.was_released(&since.unwrap_or(before), &now),
-            // Its master turned round before it was released.
-            (Some(CouplingPhase::Releasing), Some(CouplingPhase::InSync)) => {}
-            // It was synchronous already.
-            (_, Some(CouplingPhase::InSync)) => self.came_in_sync(&before, &now),
-            _ => self.since = Some(before),
+            ) => self.was_released(&way.unwrap_or(last_step), now),
+            (Some(CouplingPhase::Synchronizing), Some(CouplingPhase::InSync)) => {
+                self.came_in_sync(&way.unwrap_or(last_step), now);
+            }
+            (_, Some(CouplingPhase::InSync)) => self.came_in_sync(&last_step, now),
+            _ => self.under_way = Some(last_step),
         }
     }
 
-    fn came_in_sync(&mut self, from: &Moment, to: &Moment) {
-        let summary = &mut self.summary;
+    fn came_in_sync(&mut self, way: &Way, now: &Moment) {
+        let (from, summary) = (&way.from, &mut self.summary);
         summary.synchronisations += 1;
-        summary.sync_duration_s = Some(Span::from_nanos(to.at_ns - from.at_ns).as_secs_f64());
-        summary.sync_master_way = Some(to.master - from.master);
-        summary.sync_slave_way = Some(to.slave - from.slave);
-        summary.sync_master_position = Some(to.master);
-        summary.sync_slave_position = Some(to.slave);
+        summary.sync_duration_s = Some(Span::from_nanos(now.at_ns - from.at_ns).as_secs_f64());
+        summary.sync_master_way = Some(now.master - from.master);
+        summary.sync_slave_way = Some(now.slave - from.slave);
+        summary.sync_master_position = Some(now.master);
+        summary.sync_slave_position = Some(now.slave);
+        summary.sync_position_min = Some(way.lowest);
+        summary.sync_position_max = Some(way.highest);
     }
 
-    fn was_released(&mut self, from: &Moment, to: &Moment) {
-        let summary = &mut self.summary;
-        summary.release_master_way = Some(to.master - from.master);
-        summary.release_slave_way = Some(to.slave - from.slave);
-        summary.release_master_position = Some(to.master);
-        summary.release_slave_position = Some(to.slave);
+    fn was_released(&mut self, way: &Way, now: &Moment) {
+        let (from, summary) = (&way.from, &mut self.summary);
+        summary.release_master_way = Some(now.master - from.master);
+        summary.release_slave_way = Some(now.slave - from.slave);
+        summary.release_master_position = Some(now.master);
+        summary.release_slave_position = Some(now.slave);
     }
 
     pub(super) const fn finish(self) -> CouplingSummary {
@@ -120,6 +153,8 @@ mod tests {
                 sync_slave_way: Some(3.0),
                 sync_master_position: Some(16.0),
                 sync_slave_position: Some(8.0),
+                sync_position_min: Some(5.0),
+                sync_position_max: Some(8.0),
                 ..CouplingSummary::default()
             }
         );

@@ -19,7 +19,7 @@ pub(super) fn drawing(receivers: &[Shown<'_>]) -> Drawing {
     let mut layout = layout("time from the beat (ms)");
     layout["yaxis"] = vertical("position – truth (u)", None);
     layout["yaxis"]["domain"] = band(0, 2);
-    layout["yaxis2"] = vertical("set velocity (u/s)", None);
+    layout["yaxis2"] = vertical("velocity (u/s)", None);
     layout["yaxis2"]["domain"] = band(1, 2);
     layout["xaxis"]["anchor"] = axis_name(1).into();
     layout["shapes"] = json!([{
@@ -37,8 +37,9 @@ pub(super) fn drawing(receivers: &[Shown<'_>]) -> Drawing {
         title: "Around one beat",
         caption: "Above: received (dotted) and corrected position (solid) of the far axis, minus \
                   its true position at that instant; the beat moves the received position by the \
-                  way of one cycle. Below: the set velocity of the slave. Time counts from the \
-                  beat as each receiver sees it; one cycle per point.",
+                  way of one cycle. Below: how the corrected position moves from cycle to cycle, \
+                  as the slaves are given it. Time counts from the beat as each receiver sees \
+                  it; one cycle per point.",
         height: 560,
         figure: figure(data, layout),
     }
@@ -69,11 +70,26 @@ fn curves(receiver: &Shown<'_>, rows: &[Row], zero: f64) -> Vec<Value> {
     let mut received = pen.line(x.clone(), off(|row| row.record.received_position));
     received["line"]["dash"] = "dot".into();
     let pen = Pen { axis: "y2", ..pen };
-    let velocity = rows.iter().map(|row| row.set_velocity.unwrap_or(f64::NAN));
-    let mut velocity = pen.line(x, numbers(velocity));
+    let mut velocity = pen.line(x, numbers(velocities(rows)));
     // The difference quotient holds for the cycle that led here.
     velocity["line"]["shape"] = "vh".into();
     vec![corrected, received, velocity]
+}
+
+/// Difference quotients of the corrected position; the first row has none.
+fn velocities(rows: &[Row]) -> impl Iterator<Item = f64> {
+    let quotient = |pair: &[Row]| {
+        let [before, after] = pair else {
+            return None;
+        };
+        let way = after.record.corrected_position? - before.record.corrected_position?;
+        Some(way / (after.t_s - before.t_s))
+    };
+    let first = rows.first().map(|_| f64::NAN);
+    let others = rows
+        .windows(2)
+        .map(move |pair| quotient(pair).unwrap_or(f64::NAN));
+    first.into_iter().chain(others)
 }
 
 /// When the beat was, s. The receivers' own detection comes a plateau later, so the step is looked

@@ -21,6 +21,10 @@ pub struct CouplingSummary {
     pub sync_master_position: Option<f64>,
     /// Where it was itself then, u.
     pub sync_slave_position: Option<f64>,
+    /// Its lowest position over it, u.
+    pub sync_position_min: Option<f64>,
+    /// Its highest position over it, u.
+    pub sync_position_max: Option<f64>,
     /// The way of its master over its last release, u of the master.
     pub release_master_way: Option<f64>,
     /// Its own way over it, u.
