@@ -51,10 +51,12 @@ const LONGEST: Span = Span::from_secs(1);
 /// What the line's rate can be wrong by while it locks, s/s, and what rounding adds, s.
 const RATE_TOLERANCE: f64 = 1e-3;
 const ROUNDING: f64 = 10e-9;
-/// So many standard deviations are out of the ordinary. An estimate that is so far off is followed at
-/// once, a nearer one enters the mean of [`LONGEST_MEMORY`].
-const OUT_OF_THE_ORDINARY: f64 = 3.0;
-const LONGEST_MEMORY: u32 = 300;
+/// The uncertainty covers so many standard deviations of the line.
+const COVERED: f64 = 3.0;
+/// An estimate that is so many standard deviations off is followed at once, a nearer one enters the
+/// mean of [`LONGEST_MEMORY`].
+const OUT_OF_THE_ORDINARY: f64 = 5.0;
+const LONGEST_MEMORY: u32 = 1_000;
 /// An exchange that is older says nothing of the present path.
 const LONGEST_AGE: Span = Span::from_secs(10);
 
@@ -234,7 +236,7 @@ impl DelayExchange {
             },
             delay: Some(Seconds(estimate.delay)),
             uncertainty: Some(Seconds(
-                estimate.uncertainty + OUT_OF_THE_ORDINARY * sigma.0,
+                estimate.uncertainty + COVERED * sigma.0,
             )),
             jitter: Some(Seconds(estimate.jitter)),
             age: Some(age),

@@ -132,7 +132,7 @@ fn jitter_averages_out() {
 }
 
 #[test]
-fn a_shorter_way_counts_once_a_tenth_took_it_and_a_longer_one_once_the_shorter_is_old() {
+fn a_shorter_way_counts_once_many_took_it_and_a_longer_one_once_the_shorter_is_old() {
     let mut exchange = DelayExchange::new(RUN);
     let line = line(micros(1_000));
     let equal = || (micros(500), micros(500));
@@ -140,7 +140,7 @@ fn a_shorter_way_counts_once_a_tenth_took_it_and_a_longer_one_once_the_shorter_i
     let now = exchanges(&mut exchange, &line, at(0), 100, equal);
     let now = exchanges(&mut exchange, &line, now, 2, shorter);
     assert_eq!(delay_us(&exchange, now).1.round(), 1_000.0, "by chance");
-    let now = exchanges(&mut exchange, &line, now, 13, shorter);
+    let now = exchanges(&mut exchange, &line, now, 28, shorter);
     assert_eq!(delay_us(&exchange, now).1.round(), 1_100.0);
     let now = exchanges(&mut exchange, &line, now, 50, equal);
     assert_eq!(delay_us(&exchange, now).1.round(), 1_100.0);
