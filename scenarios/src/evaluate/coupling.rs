@@ -1,6 +1,7 @@
 //! When and where a slave is coupled and released.
 
 use coaxle_clock::Span;
+use coaxle_motion::axis::AxisStatus;
 use coaxle_motion::slave::CouplingPhase;
 use coaxle_receiver::SlaveRecord;
 
@@ -19,6 +20,7 @@ pub(super) struct CouplingJudge {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Moment {
     at_ns: i64,
+    has_power: bool,
     phase: Option<CouplingPhase>,
     master: f64,
     slave: f64,
@@ -59,6 +61,7 @@ impl CouplingJudge {
         };
         let now = Moment {
             at_ns,
+            has_power: slave.state != AxisStatus::Disabled,
             phase: slave.phase,
             master,
             slave: position,
@@ -85,6 +88,8 @@ impl CouplingJudge {
             (Some(CouplingPhase::Synchronizing), Some(CouplingPhase::InSync)) => {
                 self.came_in_sync(&way.unwrap_or(last_step), now);
             }
+            // It was coupled from the start, wherever that is.
+            (_, Some(CouplingPhase::InSync)) if !before.has_power => {}
             (_, Some(CouplingPhase::InSync)) => self.came_in_sync(&last_step, now),
             _ => self.under_way = Some(last_step),
         }
@@ -126,6 +131,7 @@ mod tests {
             let slave = SlaveRecord {
                 position: Some(0.5 * master),
                 phase: *phase,
+                state: AxisStatus::SynchronizedMotion,
                 ..SlaveRecord::default()
             };
             judge.push(n as i64 * 1_000_000, Some(*master), &slave);
@@ -168,6 +174,24 @@ mod tests {
             (None, 14.0),
         ]);
         assert_eq!(summary, CouplingSummary::default());
+    }
+
+    #[test]
+    fn what_couples_a_slave_from_the_start_does_not_count() {
+        let mut judge = CouplingJudge::default();
+        let off = SlaveRecord {
+            position: Some(0.0),
+            ..SlaveRecord::default()
+        };
+        judge.push(0, Some(500.0), &off);
+        let coupled = SlaveRecord {
+            position: Some(500.0),
+            phase: Some(CouplingPhase::InSync),
+            state: AxisStatus::SynchronizedMotion,
+            ..SlaveRecord::default()
+        };
+        judge.push(1_000_000, Some(500.0), &coupled);
+        assert_eq!(judge.finish(), CouplingSummary::default());
     }
 
     #[test]
