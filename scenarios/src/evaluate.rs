@@ -1,6 +1,7 @@
 //! Every receiver cycle against what the master really did.
 
 mod coupling;
+mod cuts;
 mod drift;
 mod judge;
 mod lag;

@@ -1,6 +1,7 @@
 //! What came out of a run: `summary.json`.
 
 mod coupling;
+mod cuts;
 
 use std::collections::BTreeMap;
 
@@ -11,6 +12,7 @@ use coaxle_receiver::ProgramState;
 use serde::Serialize;
 
 pub use coupling::CouplingSummary;
+pub use cuts::{Cut, CutsSummary};
 
 use crate::expect::Verdict;
 
@@ -201,4 +203,7 @@ pub struct SlaveSummary {
     /// How it was coupled and released.
     #[serde(flatten)]
     pub coupling: CouplingSummary,
+    /// How it cut.
+    #[serde(flatten)]
+    pub cuts: CutsSummary,
 }

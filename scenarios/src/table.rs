@@ -1,5 +1,7 @@
 //! The results as a person reads them in a terminal.
 
+mod cuts;
+
 use std::fmt::Write as _;
 
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
@@ -42,9 +44,9 @@ fn block(receivers: &[(&str, &ReceiverSummary)]) -> Table {
     table.load_style(UTF8_HORIZONTAL_ONLY);
     let names = receivers.iter().map(|(name, _)| right(name));
     table.set_header(std::iter::once(Cell::new("receiver")).chain(names));
-    for figure in &FIGURES {
-        let values = receivers.iter().map(|(_, r)| right(&(figure.text)(r)));
-        table.add_row(std::iter::once(Cell::new(figure.label)).chain(values));
+    for (label, values) in rows(receivers) {
+        let values = values.iter().map(|value| right(value));
+        table.add_row(std::iter::once(Cell::new(label)).chain(values));
     }
     // The horizontal style would draw a line under every row.
     table.style_mut().row_separator = comfy_table::LineStyle::none();
@@ -124,16 +126,28 @@ fn worst<'a>(
         .max_by(|a, b| ripple(a).total_cmp(&ripple(b)))
 }
 
-/// One figure of a receiver, as tables show it.
-pub(crate) struct Figure {
-    /// Name and unit.
-    pub(crate) label: &'static str,
-    /// The value as text; a dash where there is none.
-    pub(crate) text: fn(&ReceiverSummary) -> String,
+/// The figures shown, in the order of interest: a label and a value per receiver.
+pub(crate) fn rows(receivers: &[(&str, &ReceiverSummary)]) -> Vec<(String, Vec<String>)> {
+    let row = |figure: &Figure| {
+        let values = receivers.iter().map(|(_, r)| (figure.text)(r)).collect();
+        (figure.label.to_owned(), values)
+    };
+    let (mode, others) = FIGURES.split_at(1);
+    let mut rows: Vec<_> = mode.iter().map(row).collect();
+    rows.extend(cuts::rows(receivers));
+    rows.extend(others.iter().map(row));
+    rows
 }
 
-/// The figures shown, in the order of interest.
-pub(crate) const FIGURES: [Figure; 17] = [
+/// One figure of a receiver, as tables show it.
+struct Figure {
+    /// Name and unit.
+    label: &'static str,
+    /// The value as text; a dash where there is none.
+    text: fn(&ReceiverSummary) -> String,
+}
+
+const FIGURES: [Figure; 17] = [
     Figure {
         label: "correction",
         text: |r| correction(r.mode).to_owned(),

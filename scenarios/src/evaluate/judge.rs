@@ -5,8 +5,9 @@ use std::collections::VecDeque;
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_receiver::config::GearConfig;
 use coaxle_receiver::{DriveStateName, ReceiverConfig, ReceiverRecord};
-use coaxle_sim::Truth;
+use coaxle_sim::{Oracle, Truth};
 
+use super::cuts::{self, Truth as _};
 use super::drift::DriftTruth;
 use super::lag::Lag;
 use super::moments::Moments;
@@ -101,14 +102,14 @@ impl Judge {
         start: Instant<Reference>,
     ) -> Row {
         let at = Instant::from_nanos(record.at_ns);
-        let truth = masters[self.motion].oracle.at(at);
+        let far = FarAxis {
+            oracle: &masters[self.motion].oracle,
+            gear: self.root.gear,
+            start,
+        };
+        let truth = far.oracle.at(at);
         let clock = masters[self.clock].oracle.at(at);
-        let master = truth.zip(self.root.gear).map(|(truth, gear)| {
-            (
-                gear.ratio * truth.position + gear.offset,
-                gear.ratio * truth.velocity,
-            )
-        });
+        let master = truth.and_then(|truth| far.moves(&truth));
         let epoch = truth.map(|truth| truth.epoch);
         let set_velocity = self.difference(
             &record,
@@ -116,7 +117,7 @@ impl Judge {
             record.slave.position,
         );
         let row = Row {
-            t_s: (at - start).as_secs_f64(),
+            t_s: far.time(at),
             time_error_us: time_error_us(&record, clock.as_ref(), master),
             record,
             truth: master,
@@ -125,7 +126,7 @@ impl Judge {
         let record = &row.record;
         self.count(record);
         for (judge, slave) in self.slaves.iter_mut().zip(record.slaves()) {
-            judge.push(record, slave);
+            judge.push(record, slave, &far);
         }
         self.note_sync(&row);
         if let Some(clock) = &clock {
@@ -275,6 +276,32 @@ impl Judge {
         self.lag.conclude(summary);
         summary.slaves = self.slaves.into_iter().map(SlaveJudge::finish).collect();
         (self.curves.name.clone(), self.summary, self.curves)
+    }
+}
+
+/// What a receiver follows, as it truly was.
+struct FarAxis<'a> {
+    oracle: &'a Oracle<Reference>,
+    gear: Option<GearConfig>,
+    start: Instant<Reference>,
+}
+
+impl FarAxis<'_> {
+    /// Position and velocity, for those of the axis at the root.
+    fn moves(&self, root: &Truth) -> Option<(f64, f64)> {
+        let GearConfig { ratio, offset } = self.gear?;
+        Some((ratio * root.position + offset, ratio * root.velocity))
+    }
+}
+
+impl cuts::Truth for FarAxis<'_> {
+    fn far_position(&self, at: Instant<Reference>) -> Option<f64> {
+        let (position, _) = self.moves(&self.oracle.at(at)?)?;
+        Some(position)
+    }
+
+    fn time(&self, at: Instant<Reference>) -> f64 {
+        (at - self.start).as_secs_f64()
     }
 }
 

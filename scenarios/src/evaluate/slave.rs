@@ -6,6 +6,7 @@ use coaxle_motion::slave::CouplingPhase;
 use coaxle_receiver::{ReceiverRecord, SlaveConfig, SlaveRecord};
 
 use super::coupling::CouplingJudge;
+use super::cuts::{CutsJudge, Moment, Truth};
 use crate::summary::SlaveSummary;
 
 /// Judges one slave, by what it records of itself.
@@ -18,6 +19,7 @@ pub(super) struct SlaveJudge {
     in_sync_cycles: u64,
     cycles: u64,
     coupling: CouplingJudge,
+    cuts: CutsJudge,
     summary: SlaveSummary,
 }
 
@@ -32,12 +34,18 @@ impl SlaveJudge {
             in_sync_cycles: 0,
             cycles: 0,
             coupling: CouplingJudge::default(),
+            cuts: CutsJudge::new(config),
             summary: SlaveSummary::default(),
         }
     }
 
     /// The next cycle of its receiver, and its own part of it.
-    pub(super) fn push(&mut self, record: &ReceiverRecord, slave: &SlaveRecord) {
+    pub(super) fn push(
+        &mut self,
+        record: &ReceiverRecord,
+        slave: &SlaveRecord,
+        truth: &impl Truth,
+    ) {
         let at_ns = record.at_ns;
         let before = self.previous.replace((at_ns, *slave));
         self.cycles += 1;
@@ -47,7 +55,10 @@ impl SlaveJudge {
             let passed = Span::from_nanos(at_ns - before_ns).as_secs_f64();
             self.measure(&before, slave, passed);
         }
-        self.coupling.push(at_ns, self.master_in(record), slave);
+        let master = self.master_in(record);
+        self.coupling.push(at_ns, master, slave);
+        let moment = Moment::new(slave, at_ns, master);
+        self.cuts.push(moment, self.master.is_none(), truth);
         let summary = &mut self.summary;
         summary.state = slave.state;
         summary.program = slave.program;
@@ -107,6 +118,7 @@ impl SlaveJudge {
             self.summary.in_sync_share = self.in_sync_cycles as f64 / self.cycles as f64;
         }
         self.summary.coupling = self.coupling.finish();
+        self.summary.cuts = self.cuts.finish();
         (self.name, self.summary)
     }
 }

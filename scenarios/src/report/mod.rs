@@ -122,14 +122,16 @@ fn description(scenario_toml: &str) -> Option<String> {
 fn results(summary: &Summary) -> String {
     let mut text =
         "<h2>Results</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>receiver</th>".to_owned();
-    for figure in &table::FIGURES {
-        let _ = write!(text, "<th>{}</th>", escaped(figure.label));
+    let receivers = table::in_order(summary);
+    let figures = table::rows(&receivers);
+    for (label, _) in &figures {
+        let _ = write!(text, "<th>{}</th>", escaped(label));
     }
     text += "</tr></thead>\n<tbody>\n";
-    for (name, figures) in table::in_order(summary) {
+    for (n, (name, _)) in receivers.iter().enumerate() {
         let _ = write!(text, "<tr><th>{}</th>", escaped(name));
-        for figure in &table::FIGURES {
-            let _ = write!(text, "<td>{}</td>", escaped(&(figure.text)(figures)));
+        for (_, values) in &figures {
+            let _ = write!(text, "<td>{}</td>", escaped(&values[n]));
         }
         text += "</tr>\n";
     }

@@ -1,5 +1,6 @@
 //! One run, from the scenario's text to what it leaves in its folder.
 
+mod cuts;
 pub mod overrides;
 
 use std::collections::BTreeMap;
@@ -29,7 +30,7 @@ pub struct Options {
     pub overrides: Vec<String>,
     /// Only these receivers; all if empty.
     pub receivers: Vec<String>,
-    /// Where to leave `summary.json`, `trace.csv` and `report.html`.
+    /// Where to leave `summary.json`, `trace.csv`, `report.html`, and `cuts.csv` if a slave cuts.
     pub out: PathBuf,
     /// Whether to write `trace.csv`, a line per receiver cycle.
     pub trace: bool,
@@ -116,6 +117,7 @@ pub fn run(
     let mut summary = summarise(name, scenario, options.world, finished.figures);
     summary.expectations.extend(finished.commands);
     write_summary(&out.join("summary.json"), &summary)?;
+    cuts::write(&out.join("cuts.csv"), &summary)?;
     let report = out.join("report.html");
     let scenario_toml =
         toml::to_string_pretty(scenario).context("cannot write the scenario as TOML")?;

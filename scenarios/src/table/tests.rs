@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 
 use super::*;
-use crate::summary::World;
+use crate::summary::{CutsSummary, SlaveSummary, World};
 
 fn summary(receivers: Vec<(&str, ReceiverSummary)>) -> Summary {
     let receivers: BTreeMap<_, _> = receivers
@@ -144,4 +144,41 @@ fn numbers_are_rounded_to_what_is_significant() {
     assert_eq!(significant(0.0, 3), "0");
     assert_eq!(roughly(1515.2), "1500");
     assert_eq!(roughly(2.345), "2.3");
+}
+
+fn slaves(cuts: &[(&str, u64)]) -> BTreeMap<String, SlaveSummary> {
+    let slave = |(name, cuts): &(&str, u64)| {
+        let figures = CutsSummary {
+            cuts: *cuts,
+            cut_length_error_max_um: Some(4.25),
+            ..CutsSummary::default()
+        };
+        let slave = SlaveSummary {
+            cuts: figures,
+            ..SlaveSummary::default()
+        };
+        ((*name).to_owned(), slave)
+    };
+    cuts.iter().map(slave).collect()
+}
+
+#[test]
+fn slaves_that_cut_have_rows_of_their_own() {
+    let with = |cuts: &[(&str, u64)]| ReceiverSummary {
+        slaves: slaves(cuts),
+        ..ReceiverSummary::default()
+    };
+    let (saw, other) = (with(&[("saw", 60), ("table", 0)]), with(&[("table", 0)]));
+    let text = results(&summary(vec![("a", saw), ("b", other.clone())]));
+    let line = |label: &str| text.lines().find(|line| line.trim().starts_with(label));
+    let words = |label| line(label).map(|line| line.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(words("cuts"), Some(vec!["cuts", "60", "–"]));
+    assert!(line("length error max, µm").is_some_and(|line| line.contains("4.25")));
+    let none = results(&summary(vec![("b", other)]));
+    assert!(!none.contains("cut"), "{none}");
+    let two = results(&summary(vec![("a", with(&[("left", 1), ("right", 2)]))]));
+    assert!(
+        two.contains("left: cuts") && two.contains("right: cuts"),
+        "{two}"
+    );
 }
