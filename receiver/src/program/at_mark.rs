@@ -3,6 +3,7 @@
 use coaxle_motion::cam::MotionPoint;
 use coaxle_motion::cam::coupling::{ActivationMode, CamIn};
 use coaxle_motion::gear::FlyingGearParameters;
+use coaxle_motion::saw::GearInPos;
 use coaxle_motion::slave::{CamPoints, Command};
 
 use super::sensor::Mark;
@@ -11,12 +12,16 @@ use super::sensor::Mark;
 pub(super) const fn has_positions(command: &Command) -> bool {
     matches!(
         command,
-        Command::FlyingGear(_) | Command::CamIn(_) | Command::WriteMotionFunction { .. }
+        Command::GearInPos(_)
+            | Command::FlyingGear(_)
+            | Command::CamIn(_)
+            | Command::WriteMotionFunction { .. }
     )
 }
 
 /// What [`has_positions`] is true of, as a config spells it.
-pub(super) const THOSE_WITH_POSITIONS: &str = "flying-gear, cam-in, write-motion-function";
+pub(super) const THOSE_WITH_POSITIONS: &str =
+    "gear-in-pos, flying-gear, cam-in, write-motion-function";
 
 /// The command with its positions on the master's axis.
 ///
@@ -24,6 +29,10 @@ pub(super) const THOSE_WITH_POSITIONS: &str = "flying-gear, cam-in, write-motion
 /// before: `master_scaling` is that of the plate.
 pub(super) fn placed(command: &Command, mark: &Mark, master_scaling: f64) -> Command {
     match *command {
+        Command::GearInPos(saw) => Command::GearInPos(GearInPos {
+            master_sync_position: saw.master_sync_position + mark.position,
+            ..saw
+        }),
         Command::FlyingGear(gear) => Command::FlyingGear(FlyingGearParameters {
             master_sync_position: gear.master_sync_position + mark.position,
             ..gear
@@ -120,6 +129,19 @@ mod tests {
         let masters: Vec<f64> = points.iter().map(|point| point.master).collect();
         assert!((masters[0] - (360.9 - 72.0)).abs() < 1e-12, "{masters:?}");
         assert!((masters[1] - 360.9).abs() < 1e-12, "{masters:?}");
+    }
+
+    #[test]
+    fn a_saw_is_synchronous_at_the_mark() {
+        let saw = command(
+            "command.gear-in-pos = { ratio = { numerator = 1 }, master-sync-position = 250, \
+             slave-sync-position = 250 }",
+        );
+        let Command::GearInPos(placed) = placed(&saw, &MARK, 1.0) else {
+            panic!("still the same command");
+        };
+        assert_eq!(placed.master_sync_position, 5_250.0);
+        assert_eq!(placed.slave_sync_position, 250.0);
     }
 
     #[test]

@@ -26,7 +26,7 @@ pub struct StepConfig {
     /// The command's positions of the master count from the oldest mark that was seen and not used,
     /// and the mark is used up. The step waits until there is one.
     ///
-    /// * `flying-gear`: the synchronous position of the master;
+    /// * `gear-in-pos`, `flying-gear`: the synchronous position of the master;
     /// * `cam-in`: the plate's master 0 is at the mark, unless the plate counts from where the master
     ///   is; an activation position of the master's axis counts from the mark;
     /// * `write-motion-function`: the plate's masters count from its end, if it began at the mark
