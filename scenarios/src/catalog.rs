@@ -49,6 +49,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "rollback-7",
     "rollback-8",
     "diagonal-saw",
+    "cut-to-length",
     "hour",
 ];
 

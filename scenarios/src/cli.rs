@@ -21,8 +21,8 @@ use crate::table;
 /// Distributed axes: motion axes on different PCs that move as one, although every PC has its own
 /// clock.
 ///
-/// Without a command it shows the beat effect of two drifting clocks and its cure, with real
-/// processes on this machine, in under a minute.
+/// Without a command it cuts to length: a flying saw whose conveyor is on another PC with another
+/// clock, without correction and with it, with real processes on this machine, in about a minute.
 #[derive(Debug, Parser)]
 #[command(name = "coaxle", version)]
 pub struct Cli {
@@ -113,10 +113,10 @@ struct SweepArgs {
     out: Option<PathBuf>,
 }
 
-/// What the demonstration runs: the beat, with real processes.
+/// What the demonstration runs: pieces cut to length, with real processes.
 fn demonstration() -> RunArgs {
     RunArgs {
-        scenario: "beat".to_owned(),
+        scenario: "cut-to-length".to_owned(),
         virtual_time: false,
         processes: true,
         seed: None,

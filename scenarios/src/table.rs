@@ -72,10 +72,13 @@ fn verdict(verdict: &Verdict) -> String {
     format!("{outcome} {place} is {received}, expected {expected}")
 }
 
-/// What the run shows, in two lines: without correction, and with it. None where the scenario does
+/// What the run shows, in a few lines: without correction, and with it. None where the scenario does
 /// not compare the two.
 #[must_use]
 pub fn conclusion(summary: &Summary) -> Option<String> {
+    if let Some(text) = cuts::conclusion(summary) {
+        return Some(text);
+    }
     let without = worst(summary, "bypass", None)?;
     let master = Some(without.master.as_str());
     let with = worst(summary, "sync", master).or_else(|| worst(summary, "time", master))?;

@@ -1,9 +1,48 @@
 //! The rows of slaves that cut.
 
 use std::collections::BTreeSet;
+use std::fmt::Write as _;
 
-use super::optional;
-use crate::summary::{CutsSummary, ReceiverSummary};
+use super::{optional, roughly, significant};
+use crate::summary::{CutsSummary, ReceiverSummary, Summary};
+
+/// How far off the lengths of the pieces are, a line per way of correction. None where the scenario
+/// cuts nothing without correction to compare with.
+pub(super) fn conclusion(summary: &Summary) -> Option<String> {
+    let of_mode = |mode| summary.receivers.values().filter(move |r| r.mode == mode);
+    let bare = worst_length(of_mode("bypass"))?;
+    let mut text = format!(
+        "without correction: pieces are off by up to {} µm",
+        significant(bare, 3)
+    );
+    for (mode, name) in [
+        ("sync", "with TS5066:       "),
+        ("observer", "with the observer: "),
+    ] {
+        if of_mode(mode).next().is_none() {
+            continue;
+        }
+        match worst_length(of_mode(mode)) {
+            None => {
+                let _ = write!(text, "\n{name} nothing was cut twice within the run");
+            }
+            Some(worst) => {
+                let _ = write!(text, "\n{name} by up to {} µm", significant(worst, 3));
+                if worst > 0.0 && bare > worst {
+                    let _ = write!(text, ", about {} times less", roughly(bare / worst));
+                }
+            }
+        }
+    }
+    Some(text)
+}
+
+/// The largest error of a length among these receivers; none if nothing was cut twice.
+fn worst_length<'a>(receivers: impl Iterator<Item = &'a ReceiverSummary>) -> Option<f64> {
+    let slaves = receivers.flat_map(|receiver| receiver.slaves.values());
+    let errors = slaves.filter_map(|slave| slave.cuts.cut_length_error_max_um);
+    errors.reduce(f64::max)
+}
 
 /// A label and a value per receiver, for every slave that cuts; none where no slave does.
 pub(super) fn rows(receivers: &[(&str, &ReceiverSummary)]) -> Vec<(String, Vec<String>)> {
