@@ -52,6 +52,9 @@ fn cams_and_programs_do_not_allocate() {
     assert_eq!(assert_no_alloc::violation_count(), 0);
     let snapshot = receiver.snapshot();
     assert_eq!(snapshot.slaves[1].expect("a slave").error, None);
+    let knife = snapshot.slaves[2].expect("a slave");
+    assert_eq!((knife.error, knife.refusal), (None, None));
+    assert!(knife.cuts >= 12, "{}", knife.cuts);
     assert_eq!(snapshot.health.name(), HealthName::WaitingForMaster);
     assert!(in_sync > 6_000, "{in_sync}");
     assert!(frames > 7_990);
@@ -112,6 +115,33 @@ do = { cam-in = { table = 2, activation.mode = 'next-cycle' } }
 when = { after-s = 0.6 }
 do = { cam-in = { table = 1, activation.mode = 'next-cycle' } }
 repeat-from = 'again'
+
+[[slave]]
+name = 'knife'
+master = 'wheel'
+limits = { velocity = 5000, acceleration = 200000, jerk = 1e8 }
+tool.cuts-every = 360
+marks = { first = 90, spacing = 360, spacing-swing = { amplitude = 2, marks = 7 }, sensor-distance = 400 }
+[[slave.cams]]
+table-id = 1
+course = 'cyclic'
+point = [
+  { master = 0, slave = 0, velocity = 1, law = 'polynom5-mm' },
+  { master = 360, slave = 360, velocity = 1 },
+]
+[[slave.step]]
+when = { master-ready = true }
+do = { power = true }
+[[slave.step]]
+do = { set-cam-online-change-mode = { table = 1, mode = { activation.mode = 'next-cycle', master-scaling-mode = 'auto-offset' } } }
+[[slave.step]]
+at-mark = true
+do = { cam-in = { table = 1, jump = { ramp-in = { master-length = 300 } } } }
+[[slave.step]]
+label = 'next mark'
+at-mark = true
+do = { write-motion-function = { table = 1, points = [{ index = 2, law = 'polynom1', type = 'motion', master = 0, slave = 360, velocity = 1 }] } }
+repeat-from = 'next mark'
 ";
 
 fn goes_through_its_life_without_allocating(mode: &str) {

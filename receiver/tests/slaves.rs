@@ -129,6 +129,17 @@ fn what_no_receiver_can_have_is_refused_by_name() {
             limited("[[slave.step]]\nrepeat-from = 'there'"),
             "slave[0].step[0].repeat-from: received \"there\"",
         ),
+        (
+            limited(
+                "[slave.marks]\nspacing = 5\nsensor-distance = 9\nspacing-swing = { amplitude = 5, marks = 4 }",
+            ),
+            "slave[0].marks: spacing-swing.amplitude: received 5",
+        ),
+        (limited("tool.ratio = 0"), "slave[0].tool.ratio: received 0"),
+        (
+            limited("tool.cuts-every = 360\n[[slave.step]]\ncut = true"),
+            "slave[0].tool.cuts-every: received one beside steps that cut",
+        ),
     ] {
         let message = refusal(&slaves);
         assert!(message.starts_with(expected), "{message}\n{slaves}");

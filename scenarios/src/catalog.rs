@@ -32,6 +32,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "drift-step",
     "sender-stop-resume",
     "cam-tables",
+    "rotary-knife",
     "flying-gear-1",
     "flying-gear-2",
     "flying-gear-3",

@@ -172,10 +172,7 @@ fn slave(config: &ReceiverConfig, n: usize, source: Source) -> Result<Slave, Wro
             }
         }
     };
-    if let Some(marks) = &slave.marks {
-        marks.check().map_err(|error| wrong(n, "marks", error))?;
-    }
-    LinearGear::new(slave.tool.ratio, 0.0).map_err(|error| wrong(n, "tool.ratio", error))?;
+    check_cutting(slave, n)?;
     let program = Program::new(&slave.steps, slave.marks.as_ref())
         .map_err(|error| wrong(n, &error.field, &error.reason))?;
     Ok(Slave::new(
@@ -200,6 +197,22 @@ fn check_follower(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
     };
     let reason = format!("received none, expected some: a slave with {needs} is watched");
     Err(wrong(n, "limits", reason))
+}
+
+fn check_cutting(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
+    if let Some(marks) = &slave.marks {
+        marks.check().map_err(|error| wrong(n, "marks", error))?;
+    }
+    let tool = &slave.tool;
+    if !tool.ratio.is_finite() || tool.ratio == 0.0 {
+        let reason = format!("received {}, expected a number other than 0", tool.ratio);
+        return Err(wrong(n, "tool.ratio", reason));
+    }
+    if tool.cuts_every.is_some() && slave.steps.iter().any(|step| step.cut) {
+        let reason = "received one beside steps that cut, expected one or the other";
+        return Err(wrong(n, "tool.cuts-every", reason));
+    }
+    Ok(())
 }
 
 fn tables(slave: &SlaveConfig, n: usize) -> Result<Tables, WrongSlave> {

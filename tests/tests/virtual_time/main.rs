@@ -4,4 +4,5 @@ mod accuracy;
 mod catalogue;
 mod common;
 mod determinism;
+mod rotary_knife;
 mod zero_lag;
