@@ -62,6 +62,8 @@ pub struct SawEnd {
 
 /// The table that holds the profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub struct SawTable {
     /// Its id.
     #[doc(alias = "CamTableID")]
@@ -97,6 +99,41 @@ pub fn saw_table_id(axis_id: u32, in_use: impl FnOnce(u32) -> bool) -> Result<u3
 }
 
 impl FlyingSawCharacteristics {
+    /// The names of the 31 values in the structure.
+    pub const NAMES: [&str; 31] = [
+        "fMasterVeloNom",
+        "fMasterPosStart",
+        "fSlavePosStart",
+        "fSlaveVeloStart",
+        "fSlaveAccStart",
+        "fSlaveJerkStart",
+        "fMasterPosEnd",
+        "fSlavePosEnd",
+        "fSlaveVeloEnd",
+        "fSlaveAccEnd",
+        "fSlaveJerkEnd",
+        "fMPosAtSPosMin",
+        "fSlavePosMin",
+        "fMPosAtSVeloMin",
+        "fSlaveVeloMin",
+        "fMPosAtSAccMin",
+        "fSlaveAccMin",
+        "fSVeloAtSAccMin",
+        "fSlaveJerkMin",
+        "fSlaveDynMomMin",
+        "fMPosAtSPosMax",
+        "fSlavePosMax",
+        "fMPosAtSVeloMax",
+        "fSlaveVeloMax",
+        "fMPosAtSAccMax",
+        "fSlaveAccMax",
+        "fSVeloAtSAccMax",
+        "fSlaveJerkMax",
+        "fSlaveDynMomMax",
+        "fSlaveVeloMean",
+        "fSlaveAccEff",
+    ];
+
     /// The 31 values in the order of the structure.
     #[must_use]
     pub fn values(&self) -> [f64; 31] {

@@ -49,10 +49,10 @@
 //!
 //! | PLC name | manual | here |
 //! |--|--|--|
-//! | `MC_GearInVelo` | TS5055 12.1.1, TF5055 4.1 | [`GearInVelo`]; [`GearInBlock`] |
-//! | `MC_GearInPos` | TS5055 12.1.2, TF5055 4.2 | [`GearInPos`]; [`GearInBlock`] |
-//! | `MC_ReadFlyingSawCharacteristics` | TS5055 12.1.3, TF5055 4.3 | [`SawPlan::characteristics`]; [`ReadFlyingSawCharacteristicsBlock`] |
-//! | `MC_GearOut` | TS5055 12.2.1 | [`SawCoupling::gear_out`]; [`GearOutBlock`] |
+//! | `MC_GearInVelo` | TS5055 12.1.1, TF5055 4.1 | [`GearInVelo`]; of an axis [`Command::GearInVelo`], [`FlyingSawBlock`] |
+//! | `MC_GearInPos` | TS5055 12.1.2, TF5055 4.2 | [`GearInPos`]; of an axis [`Command::GearInPos`], [`FlyingSawBlock`] |
+//! | `MC_ReadFlyingSawCharacteristics` | TS5055 12.1.3, TF5055 4.3 | [`SawPlan::characteristics`]; of an axis [`ReadFlyingSawCharacteristicsBlock`] |
+//! | `MC_GearOut` | TS5055 12.2.1 | [`SawCoupling::gear_out`]; of an axis [`Command::GearOut`] |
 //! | `ST_SyncMode` | TF5055 5.1 | [`SyncMode`] |
 //! | `E_GearInSyncMode` | TF5055 5.2 | [`GearInSyncMode`] |
 //! | `MC_FlyingSawCharacValues` | TF5055 5.3 | [`FlyingSawCharacteristics`] |
@@ -90,6 +90,9 @@
 //! | `GearInSync_OpMask_IgnoreSlaveAcc` | 0x40_0000, not in the manual | [`SyncMask::IGNORE_SLAVE_ACC`] |
 //! | `GearInSync_OpMask_DetailedErrorCodes` | 0x80_0000, not in the manual | [`SyncMask::DETAILED_ERROR_CODES`] |
 
+#[cfg(doc)]
+use crate::slave::{Command, FlyingSawBlock, ReadFlyingSawCharacteristicsBlock};
+
 mod characteristics;
 mod checks;
 mod command;
@@ -98,7 +101,6 @@ mod moment;
 mod piece;
 mod plan;
 mod plateau;
-mod plc;
 mod position;
 mod ramp;
 mod refusal;
@@ -117,10 +119,6 @@ pub use command::{GearInPos, GearInVelo, Ratio, SyncLimits};
 pub use diagonal::{DiagonalAngle, diagonal_ratio};
 pub use moment::{CouplingMoment, EncoderMaster, LimitGuard, SlaveLimits};
 pub use plan::{SawForm, SawPlan, SyncLine};
-pub use plc::{
-    GearInBlock, GearInOutputs, GearOutBlock, NoCharacteristics, NotCoupled,
-    ReadFlyingSawCharacteristicsBlock, SawSlave,
-};
 pub use refusal::{Check, SawRefusal, Violation};
 pub use remedy::SawRemedy;
 pub use rollback::{RollbackReaction, RollbackStop};

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use super::SyncMask;
+
 /// A synchronisation that is not carried out. A refusal never moves the slave.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SawRefusal {
@@ -157,6 +159,50 @@ impl Check {
     #[must_use]
     pub const fn code(self) -> u32 {
         self as u32
+    }
+}
+
+impl Check {
+    /// The flag of the sync mode that asks for it.
+    #[must_use]
+    pub const fn flag(self) -> SyncMask {
+        match self {
+            Self::MinPos => SyncMask::MIN_POS,
+            Self::MaxPos => SyncMask::MAX_POS,
+            Self::OptionalMinPos => SyncMask::OPTIONAL_MIN_POS,
+            Self::OptionalMaxPos => SyncMask::OPTIONAL_MAX_POS,
+            Self::UndershootPosBackward | Self::UndershootPosForward => SyncMask::UNDERSHOOT_POS,
+            Self::OvershootPosBackward | Self::OvershootPosForward => SyncMask::OVERSHOOT_POS,
+            Self::MaxVelo | Self::MinVelo => SyncMask::MAX_VELO,
+            Self::OvershootVeloForwardFromBelow
+            | Self::OvershootVeloForwardFromAbove
+            | Self::OvershootVeloBackwardFromBelow
+            | Self::OvershootVeloBackwardFromAbove => SyncMask::OVERSHOOT_VELO,
+            Self::UndershootVeloForwardFromAbove
+            | Self::UndershootVeloForwardFromBelow
+            | Self::UndershootVeloBackwardFromAbove
+            | Self::UndershootVeloBackwardFromBelow => SyncMask::UNDERSHOOT_VELO,
+            Self::OvershootVeloZeroForward | Self::OvershootVeloZeroBackward => {
+                SyncMask::OVERSHOOT_VELO_ZERO
+            }
+            Self::UndershootVeloZeroForward | Self::UndershootVeloZeroBackward => {
+                SyncMask::UNDERSHOOT_VELO_ZERO
+            }
+            Self::MaxAcc => SyncMask::MAX_ACC,
+            Self::MaxDec => SyncMask::MAX_DEC,
+            Self::MaxJerk | Self::MinJerk => SyncMask::MAX_JERK,
+        }
+    }
+
+    /// What it is about: `position`, `velocity`, `acceleration` or `jerk`.
+    #[must_use]
+    pub const fn quantity(self) -> &'static str {
+        match self {
+            Self::MaxAcc | Self::MaxDec => "acceleration",
+            Self::MaxJerk | Self::MinJerk => "jerk",
+            _ if SyncMask::POSITIONS.contains(self.flag()) => "position",
+            _ => "velocity",
+        }
     }
 }
 

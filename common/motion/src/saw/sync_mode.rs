@@ -135,6 +135,14 @@ impl SyncMask {
         .union(Self::MAX_DEC)
         .union(Self::MAX_JERK);
 
+    /// All checks of the slave's position.
+    pub const POSITIONS: Self = Self::MIN_POS
+        .union(Self::MAX_POS)
+        .union(Self::OPTIONAL_MIN_POS)
+        .union(Self::OPTIONAL_MAX_POS)
+        .union(Self::OVERSHOOT_POS)
+        .union(Self::UNDERSHOOT_POS);
+
     /// All checks.
     pub const CHECKS: Self = Self::from_bits_truncate(0x0000_3fff);
 }

@@ -2,6 +2,7 @@
 
 mod commands;
 mod cycle;
+mod dry_run;
 mod saw;
 mod start;
 

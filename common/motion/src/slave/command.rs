@@ -215,6 +215,22 @@ impl Command {
         }
     }
 
+    /// Whether it changes plates, or a coupling by them.
+    pub(super) const fn is_of_cams(&self) -> bool {
+        matches!(
+            self,
+            Self::CamIn(_)
+                | Self::CamScaling(_)
+                | Self::CamInV2(_)
+                | Self::CamAdd(_)
+                | Self::CamExchange(_)
+                | Self::CamRemove(_)
+                | Self::CamScalingV2(_)
+                | Self::SetCamOnlineChangeMode { .. }
+                | Self::WriteMotionFunction { .. }
+        )
+    }
+
     /// Its arrow in the state diagram, for an axis that has power or not; none if it concerns a
     /// plate and not the axis, or only asks for something.
     pub(super) const fn transition(&self, powered: bool) -> Option<Transition> {

@@ -15,6 +15,8 @@
 //! | `MC_Halt`, `MC_Stop` | PLCopen part 1 | [`Command::Halt`], [`Command::Stop`] |
 //! | `MC_GearIn` | PLCopen part 1 | [`Command::GearIn`] |
 //! | `MC_GearOut` | TS5055 12.2.1 | [`Command::GearOut`] |
+//! | `MC_GearInPos`, `MC_GearInVelo` | TS5055 12.1, TF5055 4 | [`Command::GearInPos`], [`Command::GearInVelo`], [`FlyingSawBlock`] |
+//! | `MC_ReadFlyingSawCharacteristics` | TS5055 12.1.3, TF5055 4.3 | [`SlaveAxis::saw_plan`], [`Command::ReadFlyingSawCharacteristics`], [`ReadFlyingSawCharacteristicsBlock`] |
 //! | `MC_CamTableSelect` | TF5050 4.1 | [`SlaveAxis::select_cams`] |
 //! | `MC_CamIn`, `MC_CamOut`, `MC_CamScaling` | TF5050 4.2 to 4.5 | [`Command::CamIn`], [`Command::CamOut`], [`Command::CamScaling`] |
 //! | `MC_CamIn_V2`, `MC_CamAdd`, `MC_CamExchange`, `MC_CamRemove`, `MC_CamScaling_V2` | TF5050 5 | the commands of the same names |
@@ -26,10 +28,18 @@
 //!
 //! * they are finite;
 //! * the position never steps by more than the highest velocity allows, the velocity never by more
-//!   than the highest acceleration or deceleration;
+//!   than the highest acceleration or deceleration, but for the stop within one cycle that
+//!   `GearInSync_OpMask_InstantStopOnRollback` asks for;
 //! * an axis within its software limits stays there: a motion that would leave them is refused, and
 //!   one without an end, or a coupling, is braked in time and ends in an error stop;
 //! * an error stop lasts until it is reset, and nothing couples the axis again by itself.
+//!
+//! A flying saw whose master runs back past the coupling position ends as TS5055 8 has it: its
+//! command is aborted and the axis comes to rest. Of the states meanwhile the manual says nothing;
+//! here the axis is in `DiscreteMotion`, as after a halt, so that a command can take over, and
+//! `MC_Reset` is not needed. What the master leads beyond a limit is an error stop.
+//!
+//! [`SlaveAxis::dry_run`] says what a command would come to without giving it.
 //!
 //! Two events set the position anew, since the axis does not move by them: `MC_Home`, and power
 //! that comes, goes or returns after a trip of the drive: without power the set position is the
@@ -48,6 +58,7 @@ mod job;
 mod motion;
 mod parameters;
 mod refusal;
+mod saw_blocks;
 
 #[cfg(test)]
 mod tests;
@@ -63,3 +74,4 @@ pub use error::SlaveError;
 pub use job::JobNumber;
 pub use parameters::{OnMasterLoss, SlaveParameters, WrongSlaveParameter};
 pub use refusal::Refusal;
+pub use saw_blocks::{FlyingSawBlock, FlyingSawOutputs, ReadFlyingSawCharacteristicsBlock};

@@ -82,10 +82,13 @@ impl Refusal {
     #[must_use]
     pub fn code(&self) -> u32 {
         match self {
-            Self::Status { status, .. } => match status {
-                AxisStatus::Disabled => 0x422a,
-                AxisStatus::Stopping => 0x42ef,
-                AxisStatus::ErrorStop => 0x4b09,
+            Self::Status {
+                status, transition, ..
+            } => match (status, transition) {
+                (AxisStatus::Disabled, _) => 0x422a,
+                (AxisStatus::Stopping, _) => 0x42ef,
+                (AxisStatus::ErrorStop, _) => 0x4b09,
+                (_, Transition::Uncouple) => 0x424d,
                 _ => 0x4b05,
             },
             Self::NotAtRest { .. } | Self::VelocityJump { .. } => 0x425a,

@@ -51,7 +51,22 @@ impl SlaveAxis {
         })
     }
 
+    /// The synchronisation that a command to a flying saw would come to now, whatever the state of
+    /// the axis.
+    ///
+    /// # Errors
+    /// [`Refusal`]: there is no master, or no such synchronisation.
+    pub fn foresee(&self, command: SawCommand) -> Result<SawPlan, Refusal> {
+        Ok(*self.saw_coupling(command)?.plan())
+    }
+
     pub(super) fn saw(&mut self, command: SawCommand) -> Result<(), Refusal> {
+        let coupling = self.saw_coupling(command)?;
+        self.move_by_motion(Motion::Coupled(Coupling::Saw(coupling)));
+        Ok(())
+    }
+
+    fn saw_coupling(&self, command: SawCommand) -> Result<SawCoupling, Refusal> {
         let moment = self.coupling_moment().ok_or(Refusal::NoMaster)?;
         if let Some(table) = self.saw_table_in_use {
             return Err(SawRefusal::TableInUse { table }.into());
@@ -61,8 +76,6 @@ impl SlaveAxis {
             master_noise: self.master_traits.noise,
             velocity_margin: ROUNDING,
         };
-        let coupling = SawCoupling::start(command, &moment, tolerances)?;
-        self.move_by_motion(Motion::Coupled(Coupling::Saw(coupling)));
-        Ok(())
+        Ok(SawCoupling::start(command, &moment, tolerances)?)
     }
 }

@@ -13,7 +13,7 @@ use crate::plc::CommandState;
 use crate::slave::{CamPoints, CoupledStart, CouplingPhase, Refusal, SlaveError};
 use std::vec::Vec;
 
-fn plate(top: f64) -> Plate {
+pub(super) fn plate(top: f64) -> Plate {
     let points = Vec::from([rest(1, 0.0, 0.0), rest(2, 100.0, top), rest(3, 200.0, 0.0)]);
     let function = MotionFunction::new(points).expect("a motion function");
     Plate::from_function(function, Course::Cyclic)
@@ -205,7 +205,7 @@ fn what_concerns_no_coupling_or_no_plate_is_refused() {
     let mode = OnlineChangeMode::default();
     let of_none = Command::SetCamOnlineChangeMode { table: 3, mode };
     assert_eq!(code(axis.command(&of_none)), 0x4216);
-    assert_eq!(code(axis.command(&Command::CamOut {})), 0x4b05);
+    assert_eq!(code(axis.command(&Command::CamOut {})), 0x424d);
     assert_eq!(axis.status(), AxisStatus::Standstill);
     assert!(CamPoints::new(&[]).is_err() && CamPoints::new(&[rest(1, 0.0, 0.0); 5]).is_err());
 }

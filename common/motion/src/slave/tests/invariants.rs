@@ -6,17 +6,18 @@ use std::vec;
 use super::*;
 use crate::axis::AxisStatus;
 use crate::gear::FlyingGearParameters;
+use crate::saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode};
 
 /// What happens before a cycle.
 #[derive(Clone, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a few hundred of them are small enough"
-)]
 enum Event {
     Command(Command),
     /// A gear with the ratio of the present velocities.
     GearHere,
+    /// A flying saw to the velocity of a gear.
+    VeloHere(GearInVelo),
+    /// A flying saw to positions so far ahead: of the master, and per that of the slave.
+    PosHere(GearInPos, f64, f64),
     /// A flying gear that begins a little ahead of the master: ratio, the slave's way in and out.
     FlyingHere(f64, f64, f64),
     /// The master is lost for some cycles.
@@ -96,12 +97,81 @@ fn commands(parameters: &SlaveParameters) -> impl Strategy<Value = Command> + us
     ]
 }
 
+/// Hardly any check, as it happens in practice, or any.
+fn sync_mode(time_based: bool) -> impl Strategy<Value = SyncMode> {
+    let few = (any::<u32>(), any::<u32>()).prop_map(|(a, b)| a & b & 0x0073_0000);
+    prop_oneof![4 => few, 1 => any::<u32>()]
+        .prop_map(SyncMask::from_bits_truncate)
+        .prop_map(move |mask| {
+            if time_based {
+                SyncMode::time_based(mask)
+            } else {
+                SyncMode::position_based(mask)
+            }
+        })
+}
+
+fn sync_limits(parameters: &SlaveParameters) -> impl Strategy<Value = SyncLimits> + use<> {
+    let about = |most: f64| proptest::option::of((0.05..1.2).prop_map(move |x: f64| x * most));
+    (
+        about(parameters.velocity),
+        about(parameters.acceleration),
+        about(parameters.deceleration.unwrap_or(0.0)),
+        about(parameters.jerk),
+    )
+        .prop_map(|(velocity, acceleration, deceleration, jerk)| SyncLimits {
+            velocity,
+            acceleration,
+            deceleration,
+            jerk,
+            ..SyncLimits::default()
+        })
+}
+
+fn gear_in_velo(parameters: &SlaveParameters) -> impl Strategy<Value = Event> + use<> {
+    let mode = any::<bool>().prop_flat_map(sync_mode);
+    (-3.0..3.0, mode, sync_limits(parameters)).prop_map(|(ratio, sync_mode, limits)| {
+        Event::VeloHere(GearInVelo {
+            ratio: Ratio::of(ratio),
+            sync_mode,
+            limits,
+        })
+    })
+}
+
+fn gear_in_pos(parameters: &SlaveParameters) -> impl Strategy<Value = Event> + use<> {
+    let ahead = (1.0..200.0, 0.1..1.5);
+    let start = proptest::option::of(1.0..200.0);
+    (
+        -3.0..3.0,
+        sync_mode(false),
+        sync_limits(parameters),
+        ahead,
+        start,
+    )
+        .prop_map(
+            |(ratio, sync_mode, limits, (master, share), master_start_distance)| {
+                let command = GearInPos {
+                    ratio: Ratio::of(ratio),
+                    master_sync_position: 0.0,
+                    slave_sync_position: 0.0,
+                    master_start_distance,
+                    sync_mode,
+                    limits,
+                };
+                Event::PosHere(command, master, share)
+            },
+        )
+}
+
 fn events(parameters: &SlaveParameters) -> impl Strategy<Value = (Event, u32)> + use<> {
     let event = prop_oneof![
         8 => commands(parameters).prop_map(Event::Command),
         4 => Just(Event::GearHere),
         3 => (-3.0..3.0, -100.0..100.0, -200.0..200.0)
             .prop_map(|(ratio, way_in, way_out)| Event::FlyingHere(ratio, way_in, way_out)),
+        4 => gear_in_velo(parameters),
+        6 => gear_in_pos(parameters),
         1 => (1_u32..5).prop_map(Event::Lost),
         1 => (-5.0..5.0).prop_map(Event::Jump),
         3 => (-300.0..300.0, 10.0..3_000.0).prop_map(|(v, a)| Event::Head(v, a)),
@@ -151,7 +221,13 @@ fn flying_gear(
 }
 
 /// Checks one cycle.
-fn keep(before: &Kinematics, now: &Kinematics, dt: f64, parameters: &SlaveParameters) {
+fn keep(
+    before: &Kinematics,
+    now: &Kinematics,
+    dt: f64,
+    parameters: &SlaveParameters,
+    may_stop_instantly: bool,
+) {
     let finite = [now.position, now.velocity, now.acceleration];
     assert!(finite.into_iter().all(f64::is_finite), "{now:?}");
     let slack = 1.0 + 1e-8;
@@ -164,7 +240,8 @@ fn keep(before: &Kinematics, now: &Kinematics, dt: f64, parameters: &SlaveParame
     let push = parameters
         .acceleration
         .max(parameters.deceleration.unwrap_or(0.0));
-    assert!(change <= push * dt * slack, "{before:?} {now:?}");
+    let instant = may_stop_instantly && *now == Kinematics::at_rest(now.position);
+    assert!(change <= push * dt * slack || instant, "{before:?} {now:?}");
     let range =
         parameters.min_position.unwrap_or(f64::MIN)..=parameters.max_position.unwrap_or(f64::MAX);
     assert!(range.contains(&now.position), "{now:?}");
@@ -189,10 +266,16 @@ proptest! {
             drift: 1.0 + drift_ppm * 1e-6,
         };
         let dt = CYCLE.0 * f64::from(cycles_at_once);
+        let mut stops_instantly = false;
         for (event, cycles) in events {
             let (mut lost, mut garbage) = (0, false);
             let failed = axis.status() == AxisStatus::ErrorStop;
             let before = axis.set();
+            let mut saw = |axis: &mut SlaveAxis, command: Command, mask: SyncMask| {
+                if axis.command(&command).is_ok() {
+                    stops_instantly = mask.contains(SyncMask::INSTANT_STOP_ON_ROLLBACK);
+                }
+            };
             match event {
                 Event::Command(command) => {
                     let accepted = axis.command(&command).is_ok();
@@ -212,13 +295,26 @@ proptest! {
                     let gear = flying_gear(&before, &master.state, ratio, way_in, way_out);
                     let _ = axis.command(&Command::FlyingGear(gear));
                 }
+                Event::VeloHere(command) => {
+                    saw(&mut axis, Command::GearInVelo(command), command.sync_mode.mask);
+                }
+                Event::PosHere(command, way, share) => {
+                    let way = way.copysign(master.state.velocity);
+                    let slave = command.ratio.numerator * way * share;
+                    let command = GearInPos {
+                        master_sync_position: master.state.position + way,
+                        slave_sync_position: before.position + slave,
+                        ..command
+                    };
+                    saw(&mut axis, Command::GearInPos(command), command.sync_mode.mask);
+                }
                 Event::Lost(count) => lost = count,
                 Event::Jump(by) => master.state.position += by,
                 Event::Head(velocity, push) => (master.target, master.push) = (velocity, push),
                 Event::Garbage => garbage = true,
             }
             if axis.status() != AxisStatus::Homing {
-                keep(&before, &axis.set(), dt, &parameters);
+                keep(&before, &axis.set(), dt, &parameters, false);
             }
             for _ in 0..=cycles {
                 let before = axis.set();
@@ -229,10 +325,12 @@ proptest! {
                     velocity: if garbage { f64::NAN } else { master.state.velocity },
                     ..master.state
                 };
+                let coupled = axis.status() == AxisStatus::SynchronizedMotion;
                 let heard = lost == 0;
                 lost = lost.saturating_sub(1);
                 let now = axis.update(heard.then_some(&seen), Seconds(dt));
-                keep(&before, &now, dt, &parameters);
+                let instant = stops_instantly && coupled && axis.status() == AxisStatus::Standstill;
+                keep(&before, &now, dt, &parameters, instant);
                 if failed {
                     prop_assert_eq!(axis.status(), AxisStatus::ErrorStop);
                     prop_assert_eq!(axis.error().map(|error| error.code()), was);

@@ -10,6 +10,7 @@ use crate::axis::AxisStatus::{
 };
 use crate::gear::FlyingGearParameters;
 use crate::plc::CommandState;
+use crate::saw::SyncMode;
 use crate::slave::{Refusal, SlaveError};
 
 /// A flying gear for an axis at 0 and a master at 0.
@@ -62,7 +63,7 @@ fn axis_in(status: AxisStatus) -> SlaveAxis {
 /// of [`AxisStatus::ALL`].
 #[test]
 fn every_command_in_every_state() {
-    let commands: [(Command, &str); 12] = [
+    let commands: [(Command, &str); 13] = [
         //                            Disabled Standst. Homing Discrete Contin. Synchr. Stopping ErrorStop
         (
             Command::Power(true),
@@ -110,7 +111,11 @@ fn every_command_in_every_state() {
         ),
         (
             Command::GearOut {},
-            "422a 4b05 4b05 4b05 4b05 Standstill 42ef 4b09",
+            "422a 424d 424d 424d 424d Standstill 42ef 4b09",
+        ),
+        (
+            super::saws::to_velocity(SyncMode::default()),
+            "422a SynchronizedMotion 4b05 SynchronizedMotion SynchronizedMotion SynchronizedMotion 42ef 4b09",
         ),
         (
             Command::FlyingGear(FLYING),
@@ -144,7 +149,7 @@ fn a_refusal_says_where_the_command_is_possible() {
         .unwrap_err();
     assert_eq!(
         refused.to_string(),
-        "0x4b05: MC_GearOut: the axis is in standstill, expected synchronized-motion"
+        "0x424d: MC_GearOut: the axis is in standstill, expected synchronized-motion"
     );
 }
 

@@ -3,9 +3,12 @@
 mod blocks;
 mod cams;
 mod coupled;
+mod dry_run;
 mod invariants;
 mod life_cycle;
 mod moves;
+mod saw_blocks;
+mod saw_rollback;
 mod saws;
 
 use coaxle_clock::{CycleTime, Seconds, Span};

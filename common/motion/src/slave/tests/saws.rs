@@ -3,10 +3,12 @@
 use super::*;
 use crate::axis::{AxisState, AxisStatus, CoupleState};
 use crate::plc::CommandState;
-use crate::saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode};
+use crate::saw::{
+    Check, GearInPos, GearInVelo, Ratio, SawCommand, SawFault, SyncLimits, SyncMask, SyncMode,
+};
 use crate::slave::{CouplingPhase, Refusal, SlaveError};
 
-fn to_position(sync: (f64, f64), mask: SyncMask) -> GearInPos {
+pub(super) fn to_position(sync: (f64, f64), mask: SyncMask) -> GearInPos {
     GearInPos {
         ratio: Ratio::of(1.0),
         master_sync_position: sync.0,
@@ -17,7 +19,7 @@ fn to_position(sync: (f64, f64), mask: SyncMask) -> GearInPos {
     }
 }
 
-fn to_velocity(sync_mode: SyncMode) -> Command {
+pub(super) fn to_velocity(sync_mode: SyncMode) -> Command {
     Command::GearInVelo(GearInVelo {
         ratio: Ratio::of(1.0),
         sync_mode,
@@ -26,7 +28,7 @@ fn to_velocity(sync_mode: SyncMode) -> Command {
 }
 
 /// An axis with power, and a master at a velocity.
-fn beside(parameters: &SlaveParameters, velocity: f64) -> (SlaveAxis, Master) {
+pub(super) fn beside(parameters: &SlaveParameters, velocity: f64) -> (SlaveAxis, Master) {
     let mut axis = powered(parameters);
     let mut master = Master::at(0.0, velocity);
     master.lead(&mut axis, 1);
@@ -166,4 +168,87 @@ fn a_saw_needs_a_master() {
     assert_eq!(axis.command(&command), Err(Refusal::NoMaster));
     let read = Command::ReadFlyingSawCharacteristics {};
     assert_eq!(axis.command(&read), Err(Refusal::NoCharacteristics));
+}
+
+#[test]
+fn a_wait_for_the_start_distance_that_ends_in_a_refusal_leaves_the_velocity() {
+    let (mut axis, mut master) = beside(&LIMITED, 200.0);
+    start(&mut axis, &move_velocity(50.0));
+    master.lead(&mut axis, 200);
+    let command = GearInPos {
+        master_start_distance: Some(100.0),
+        ..to_position((300.0, 150.0), SyncMask::empty())
+    };
+    let job = start(&mut axis, &Command::GearInPos(command));
+    assert_eq!(axis.progress(job), CommandState::Waiting);
+    assert_eq!(axis.axis_struct(1).axis_state, AxisState::SlavePrephase);
+    // Twice as fast as foreseen, the master leaves the slave less time than it needs.
+    for _ in 0..1_000 {
+        master.0.velocity += 0.9;
+        master.lead(&mut axis, 1);
+    }
+    let CommandState::Failed(SlaveError::Saw(SawFault::Refused(refusal))) = axis.progress(job)
+    else {
+        panic!("{:?}", axis.progress(job));
+    };
+    assert_eq!(refusal.violation().map(|v| v.check), Some(Check::MaxVelo));
+    assert_eq!(axis.status(), AxisStatus::ContinuousMotion);
+    assert_eq!((axis.set().velocity, axis.error()), (50.0, None));
+}
+
+#[test]
+fn what_the_master_does_to_a_synchronised_slave_may_be_too_much_for_it() {
+    let (mut axis, mut master) = beside(&LIMITED, 200.0);
+    in_sync(&mut axis, &mut master, (400.0, 150.0));
+    master.0.velocity = 1_100.0;
+    master.lead(&mut axis, 1);
+    assert_eq!(axis.status(), AxisStatus::ErrorStop);
+    let Some(SlaveError::Saw(SawFault::Limit(violation))) = axis.error() else {
+        panic!("{:?}", axis.error());
+    };
+    assert_eq!(
+        (violation.check, violation.code()),
+        (Check::MaxVelo, 0x42df)
+    );
+    assert_eq!(violation.limit, 1_000.0);
+
+    // Before a software limit it is braked in time.
+    let (mut axis, mut master) = beside(&LIMITED, 200.0);
+    in_sync(&mut axis, &mut master, (400.0, 150.0));
+    master.lead(&mut axis, 10_000);
+    assert_eq!(axis.error().map(|error| error.code()), Some(0x4229));
+    assert!((999.0..=1_000.0).contains(&axis.set().position));
+}
+
+#[test]
+fn a_plate_in_the_place_of_the_saws_table_refuses_it() {
+    let (mut axis, _) = beside(&PARAMETERS, 200.0);
+    let plate = super::cams::plate(10.0);
+    let mut tables = crate::cam::coupling::Tables::new(1);
+    tables.insert(253, plate).unwrap();
+    axis.select_cams(tables, 1, 3);
+    let command = Command::GearInPos(to_position((400.0, 150.0), SyncMask::empty()));
+    assert_eq!(axis.command(&command).map_err(|r| r.code()), Err(0x4063));
+}
+
+#[test]
+fn an_encoders_noise_is_no_acceleration_of_the_master() {
+    let noisy = Kinematics {
+        acceleration: 1_500.0,
+        ..Master::at(0.0, 200.0).0
+    };
+    let plan = |master_increment| {
+        let mut axis = powered(&SlaveParameters {
+            master_increment,
+            ..PARAMETERS
+        });
+        axis.update(Some(&noisy), CYCLE);
+        let mask = SyncMask::OVERSHOOT_VELO | SyncMask::UNDERSHOOT_VELO;
+        let command = to_position((400.0, 150.0), mask);
+        axis.foresee(SawCommand::GearInPos(command))
+            .map(|plan| plan.form())
+    };
+    use crate::saw::SawForm;
+    assert_eq!(plan(Some(0.001)), Ok(SawForm::LineQuintic));
+    assert_ne!(plan(None), Ok(SawForm::LineQuintic));
 }
