@@ -163,16 +163,7 @@ impl Node for Receiver {
                 known: self.known_slaves(),
             });
         };
-        if order.dry_run {
-            let command = order.command.name();
-            return CommandOutcome::NotTaken(NotTaken::NoDryRun { command });
-        }
-        let answer = self.command(number, &order.command);
-        let slave = self.pipeline.slave_view(number);
-        match answer {
-            Ok(accepted) => CommandOutcome::Accepted { accepted, slave },
-            Err(refusal) => CommandOutcome::Refused { refusal, slave },
-        }
+        self.pipeline.execute(number, order)
     }
 
     fn cycle(&mut self, now: Instant<Local>) -> Turn {

@@ -9,7 +9,7 @@ use coaxle_motion::axis::NcToPlcAxis;
 use coaxle_motion::profile::Kinematics;
 use coaxle_motion::remote::{AxisSyncOutput, FilterState};
 use coaxle_motion::slave::{Accepted, Command, Refusal};
-use coaxle_node::command::SlaveView;
+use coaxle_node::{CommandOrder, CommandOutcome};
 use coaxle_node::{Message, Sample};
 
 use crate::config::{MOST_SLAVES, Mode};
@@ -116,9 +116,9 @@ impl Pipeline {
         self.slaves.command(slave, command)
     }
 
-    /// A slave as the answer to a command shows it.
-    pub(crate) fn slave_view(&self, slave: SlaveNumber) -> SlaveView {
-        self.slaves.view(slave)
+    /// An order of somebody in the network.
+    pub(crate) fn execute(&mut self, slave: SlaveNumber, order: &CommandOrder) -> CommandOutcome {
+        self.slaves.execute(slave, order)
     }
 
     fn count_age(&mut self, sample: &Sample, elapsed: u32) {

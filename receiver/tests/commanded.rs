@@ -8,7 +8,9 @@
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_motion::axis::AxisStatus;
-use coaxle_motion::slave::{Accepted, Command, Dynamics, Refusal};
+use coaxle_motion::cam::coupling::CamIn;
+use coaxle_motion::saw::{GearInPos, Ratio, SyncLimits, SyncMode};
+use coaxle_motion::slave::{Accepted, Command, CouplingPhase, Dynamics, Refusal};
 use coaxle_node::command::{NotTaken, SlaveName, SlaveView};
 use coaxle_node::config::parse;
 use coaxle_node::{CommandOrder, CommandOutcome, Node};
@@ -60,14 +62,16 @@ fn to(position: f64) -> Command {
 
 fn accepted(outcome: &CommandOutcome) -> (Accepted, SlaveView) {
     match *outcome {
-        CommandOutcome::Accepted { accepted, slave } => (accepted, slave),
+        CommandOutcome::Accepted {
+            accepted, slave, ..
+        } => (accepted, slave),
         other => panic!("{other:?}"),
     }
 }
 
 fn refused(outcome: &CommandOutcome) -> (Refusal, SlaveView) {
     match *outcome {
-        CommandOutcome::Refused { refusal, slave } => (refusal, slave),
+        CommandOutcome::Refused { refusal, slave, .. } => (refusal, slave),
         other => panic!("{other:?}"),
     }
 }
@@ -126,16 +130,110 @@ fn what_cannot_be_done_for_nobody_is_not_taken() {
         "slave: received \"cariage\", expected carriage, follower"
     );
 
-    let dry_run = CommandOrder {
+    let cam_out_of_store = CommandOrder {
         dry_run: true,
-        ..order("carriage", Command::Power(true))
+        ..order("carriage", Command::CamIn(CamIn::default()))
     };
     let reason = NotTaken::NoDryRun {
-        command: "MC_Power",
+        command: "MC_CamIn",
     };
-    assert_eq!(receiver.execute(&dry_run), CommandOutcome::NotTaken(reason));
-    let (refusal, _) = refused(&receiver.execute(&order("carriage", to(1.0))));
+    assert_eq!(
+        receiver.execute(&cam_out_of_store),
+        CommandOutcome::NotTaken(reason)
+    );
+}
+
+fn dry_run(slave: &str, command: Command) -> CommandOrder {
+    CommandOrder {
+        dry_run: true,
+        ..order(slave, command)
+    }
+}
+
+#[test]
+fn a_dry_run_answers_and_changes_nothing() {
+    let mut receiver = receiver();
+    cycles(&mut receiver, 2);
+    let (_, slave) = accepted(&receiver.execute(&dry_run("carriage", Command::Power(true))));
+    assert_eq!(slave.status, AxisStatus::Disabled);
+    let (refusal, _) = refused(&receiver.execute(&dry_run("carriage", to(1.0))));
     assert_eq!(refusal.code(), 0x422a, "it has no power yet");
+    let (refusal, _) = refused(&receiver.execute(&dry_run("follower", to(1.0))));
+    assert_eq!(refusal.code(), 0x4b05);
+    assert_eq!(receiver.snapshot().slaves[0].and_then(|s| s.refusal), None);
+}
+
+const SAW: &str = "
+    name = 'saw'
+    cycle-time-us = 1000
+    master = { node = 'belt' }
+    [[slave]]
+    name = 'belt'
+    couple = 'off'
+    limits = { velocity = 500, acceleration = 5000, jerk = 1e6 }
+    [[slave]]
+    name = 'carriage'
+    id = 7
+    master = 'belt'
+    couple = 'off'
+    limits = { velocity = 500, acceleration = 5000, jerk = 1e6, max-position = 800 }
+";
+
+fn gear_in_pos(master_sync_position: f64) -> Command {
+    Command::GearInPos(GearInPos {
+        ratio: Ratio::of(1.0),
+        master_sync_position,
+        slave_sync_position: 150.0,
+        master_start_distance: None,
+        sync_mode: SyncMode::default(),
+        limits: SyncLimits::default(),
+    })
+}
+
+#[test]
+fn a_flying_saw_is_tried_refused_coupled_and_read() {
+    let config: ReceiverConfig = parse("test", SAW).unwrap();
+    let mut receiver = Receiver::new(&config, Instant::EPOCH, 1).unwrap();
+    cycles(&mut receiver, 1);
+    for slave in ["belt", "carriage"] {
+        accepted(&receiver.execute(&order(slave, Command::Power(true))));
+    }
+    let belt = Command::MoveVelocity {
+        velocity: 200.0,
+        dynamics: Dynamics::default(),
+    };
+    accepted(&receiver.execute(&order("belt", belt)));
+    cycles(&mut receiver, 500);
+
+    let read = Command::ReadFlyingSawCharacteristics {};
+    let (refusal, _) = refused(&receiver.execute(&order("carriage", read)));
+    assert_eq!(refusal.code(), 0x4216);
+    let near = receiver.execute(&dry_run("carriage", gear_in_pos(110.0)));
+    let CommandOutcome::Refused {
+        refusal,
+        moment: Some(moment),
+        ..
+    } = near
+    else {
+        panic!("{near:?}");
+    };
+    assert_eq!(refusal.code(), 0x42df);
+    assert_eq!(moment.master.velocity, 200.0);
+
+    let saws = |outcome: CommandOutcome| match outcome {
+        CommandOutcome::Accepted { saw, slave, .. } => (saw.unwrap(), slave),
+        other => panic!("{other:?}"),
+    };
+    let (tried, slave) = saws(receiver.execute(&dry_run("carriage", gear_in_pos(400.0))));
+    assert_eq!(slave.status, AxisStatus::Standstill);
+    let (coupled, slave) = saws(receiver.execute(&order("carriage", gear_in_pos(400.0))));
+    assert_eq!(slave.status, AxisStatus::SynchronizedMotion);
+    assert_eq!(coupled, tried);
+    assert_eq!((coupled.axis_id, coupled.plan.line().slave), (7, 150.0));
+    cycles(&mut receiver, 2_000);
+    let (read, slave) = saws(receiver.execute(&order("carriage", read)));
+    assert_eq!(read, coupled);
+    assert_eq!(slave.coupling, Some(CouplingPhase::InSync));
 }
 
 #[test]
@@ -150,6 +248,11 @@ fn orders_do_not_allocate() {
         order("carriage", to(900.0)),
         order("follower", to(1.0)),
         order("carriage", Command::GearIn { ratio: 1.0 }),
+        order("carriage", gear_in_pos(100.0)),
+        dry_run("carriage", to(50.0)),
+        dry_run("carriage", gear_in_pos(100.0)),
+        dry_run("carriage", Command::CamIn(CamIn::default())),
+        order("carriage", Command::ReadFlyingSawCharacteristics {}),
     ];
     assert_no_alloc(|| {
         for order in &orders {

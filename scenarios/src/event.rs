@@ -271,8 +271,16 @@ mod tests {
         let accepted = Accepted::AtOnce;
         let refusal = Refusal::NoMaster;
         let outcomes = [
-            Some(CommandOutcome::Accepted { accepted, slave }),
-            Some(CommandOutcome::Refused { refusal, slave }),
+            Some(CommandOutcome::Accepted {
+                accepted,
+                slave,
+                saw: None,
+            }),
+            Some(CommandOutcome::Refused {
+                refusal,
+                slave,
+                moment: None,
+            }),
             None,
         ];
         for (text, expected) in [

@@ -64,12 +64,20 @@ impl Node for Toy {
         };
         let Command::Home { position } = order.command else {
             let refusal = Refusal::NoMaster;
-            return CommandOutcome::Refused { refusal, slave };
+            return CommandOutcome::Refused {
+                refusal,
+                slave,
+                moment: None,
+            };
         };
         slave.position = position;
         self.snapshot.commands += 1;
         let accepted = Accepted::Job(JobNumber(self.snapshot.commands));
-        CommandOutcome::Accepted { accepted, slave }
+        CommandOutcome::Accepted {
+            accepted,
+            slave,
+            saw: None,
+        }
     }
 
     fn cycle(&mut self, now: Instant<Local>) -> Turn {

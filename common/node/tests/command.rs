@@ -10,10 +10,12 @@ mod document;
 use std::collections::BTreeSet;
 
 use coaxle_motion::axis::AxisStatus;
+use coaxle_motion::profile::{Kinematics, Limits};
+use coaxle_motion::saw::{CouplingMoment, LimitGuard, SlaveLimits};
 use coaxle_motion::slave::{Accepted, Command, CouplingPhase, Dynamics, JobNumber, Refusal};
 use coaxle_node::command::{
     BadOrder, CommandAnswer, CommandOrder, CommandOutcome, MAX_KNOWN_SLAVES, MAX_ORDER_BYTES,
-    NotTaken, SlaveName, SlaveView, Verdict,
+    NotTaken, SawRefused, SawView, SlaveName, SlaveView, Verdict,
 };
 use document::section;
 use proptest::prelude::*;
@@ -80,6 +82,7 @@ fn the_documented_answers_are_written() {
         CommandOutcome::Accepted {
             accepted: Accepted::Job(JobNumber(7)),
             slave: view(AxisStatus::DiscreteMotion, None, 12.5, 0.0),
+            saw: None,
         },
         CommandOutcome::Refused {
             refusal: Refusal::AboveLimit {
@@ -93,6 +96,7 @@ fn the_documented_answers_are_written() {
                 812.25,
                 250.0,
             ),
+            moment: None,
         },
         CommandOutcome::NotTaken(NotTaken::NoSlaves),
     ];
@@ -105,6 +109,96 @@ fn the_documented_answers_are_written() {
         assert_eq!(read, answer);
         assert_eq!((answer.is_accepted(), answer.is_taken()), (n == 0, n < 2));
     }
+}
+
+/// A slave at rest beside its master, and what it would have to do.
+fn too_near() -> (CommandOrder, CouplingMoment) {
+    let order = r#"{ "version": 1, "slave": "s", "dry-run": true, "command": { "gear-in-pos": {
+        "ratio": { "numerator": 1.0 }, "master-sync-position": 100.0, "slave-sync-position": 50.0 } } }"#;
+    let moment = CouplingMoment {
+        master: Kinematics {
+            velocity: 1000.0,
+            ..Kinematics::default()
+        },
+        encoder: None,
+        slave: Kinematics::default(),
+        axis: SlaveLimits {
+            dynamics: Limits::new(2000.0, 5000.0, 5000.0, 1e6).unwrap(),
+            min_position: None,
+            max_position: None,
+            guard: Some(LimitGuard { reserve: 0.01 }),
+        },
+    };
+    (CommandOrder::from_json(order.as_bytes()).unwrap(), moment)
+}
+
+const STANDING: SlaveView = SlaveView {
+    status: AxisStatus::Standstill,
+    coupling: None,
+    position: 0.0,
+    velocity: 0.0,
+};
+
+#[test]
+fn the_documented_refusal_of_a_flying_saw_is_written() {
+    let (order, moment) = too_near();
+    let saw = order.command.as_saw().unwrap();
+    let outcome = CommandOutcome::Refused {
+        refusal: saw.plan(&moment).unwrap_err().into(),
+        slave: STANDING,
+        moment: Some(moment),
+    };
+    let answer = CommandAnswer::new(&order, &outcome);
+    let written: Value = serde_json::from_str(&answer.to_json()).unwrap();
+    let documented: Value = serde_json::from_str(example(4)).unwrap();
+    assert_eq!(written, documented, "{}", answer.to_json());
+    assert!(CommandAnswer::from_json(example(4).as_bytes()).is_ok());
+
+    // What it says would pass does.
+    let SawRefused { remedy, .. } = match answer.verdict {
+        Verdict::Refused { saw: Some(saw), .. } => saw,
+        other => panic!("{other:?}"),
+    };
+    let mut slower = moment;
+    slower.master.velocity = remedy.master_speed.unwrap();
+    assert!(saw.plan(&slower).is_ok());
+    let mut earlier = moment;
+    earlier.master.position = 100.0 - remedy.master_distance.unwrap();
+    assert!(saw.plan(&earlier).is_ok());
+}
+
+#[test]
+fn a_flying_saw_is_answered_with_its_figures() {
+    let (order, mut moment) = too_near();
+    moment.master.velocity = 100.0;
+    let plan = order.command.as_saw().unwrap().plan(&moment).unwrap();
+    let answered = |order: &CommandOrder, axis_id| {
+        let outcome = CommandOutcome::Accepted {
+            accepted: Accepted::AtOnce,
+            slave: STANDING,
+            saw: Some(SawView { plan, axis_id }),
+        };
+        let answer = CommandAnswer::new(order, &outcome);
+        assert!(CommandAnswer::from_json(answer.to_json().as_bytes()).is_ok());
+        serde_json::from_str::<Value>(&answer.to_json()).unwrap()["saw"].clone()
+    };
+    let figures = answered(&order, 3);
+    assert_eq!(figures["form"], "quintic");
+    assert_eq!(figures["duration"], 1.0);
+    assert_eq!(figures["slave-sync-position"], 50.0);
+    assert_eq!(figures["peak-velocity"], 100.0);
+    assert_eq!(figures["characteristics"], Value::Null);
+
+    let read = CommandOrder {
+        command: Command::ReadFlyingSawCharacteristics {},
+        ..order
+    };
+    let figures = answered(&read, 3);
+    assert_eq!(figures["table"]["id"], 253);
+    let values = figures["characteristics"].as_array().unwrap();
+    assert_eq!(values.len(), 31);
+    assert_eq!(values[7], json!({ "name": "fSlavePosEnd", "value": 50.0 }));
+    assert_eq!(answered(&read, 256)["table"], Value::Null);
 }
 
 #[test]
@@ -255,6 +349,7 @@ fn a_dry_run_has_no_job() {
             position: 0.0,
             velocity: 0.0,
         },
+        saw: None,
     };
     let Verdict::Accepted { dry_run, job, .. } = CommandAnswer::new(&order, &outcome).verdict
     else {
@@ -300,7 +395,7 @@ proptest! {
     }
 
     #[test]
-    fn every_finite_position_survives_but_for_its_last_bit(
+    fn every_finite_position_survives_but_for_its_last_bits(
         position in proptest::num::f64::NORMAL,
     ) {
         let order = CommandOrder {
@@ -311,7 +406,7 @@ proptest! {
         let Command::Home { position: read } = read.command else {
             panic!("another command");
         };
-        prop_assert!((read - position).abs() <= position.abs() * f64::EPSILON);
+        prop_assert!((read - position).abs() <= position.abs() * 4.0 * f64::EPSILON);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use coaxle_clock::Seconds;
 use coaxle_motion::axis::{CoupleState, NcToPlcAxis};
 use coaxle_motion::profile::Kinematics;
 use coaxle_motion::slave::{Accepted, Command, Refusal, SlaveError};
-use coaxle_node::command::SlaveView;
+use coaxle_node::{CommandOrder, CommandOutcome};
 
 use crate::config::MOST_SLAVES;
 use crate::snapshot::{Health, SlaveSnapshot};
@@ -70,9 +70,13 @@ impl Slaves {
         self.slaves[n].command(command, Origin::Outside)
     }
 
-    /// A slave as the answer to a command shows it.
-    pub(crate) fn view(&self, SlaveNumber(n): SlaveNumber) -> SlaveView {
-        self.slaves[n].view()
+    /// An order of somebody in the network.
+    pub(crate) fn execute(
+        &mut self,
+        SlaveNumber(n): SlaveNumber,
+        order: &CommandOrder,
+    ) -> CommandOutcome {
+        self.slaves[n].execute(order)
     }
 
     /// The axis structures of all slaves that have something to say, by id.

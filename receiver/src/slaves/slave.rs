@@ -4,10 +4,12 @@ use coaxle_clock::Seconds;
 use coaxle_motion::axis::{AxisStatus, NcToPlcAxis};
 use coaxle_motion::drive::Drive;
 use coaxle_motion::profile::Kinematics;
+use coaxle_motion::saw::CouplingMoment;
 use coaxle_motion::slave::{
     Accepted, Command, CoupledStart, CouplingPhase, Refusal, SlaveAxis, SlaveError,
 };
-use coaxle_node::command::SlaveView;
+use coaxle_node::command::{NotTaken, SawView, SlaveView};
+use coaxle_node::{CommandOrder, CommandOutcome};
 
 use super::Master;
 use super::follower::Follower;
@@ -119,9 +121,7 @@ impl Slave {
         origin: Origin,
     ) -> Result<Accepted, Refusal> {
         let answer = match &mut self.body {
-            Body::Follower(_) => Err(Refusal::NoLimits {
-                command: command.name(),
-            }),
+            Body::Follower(_) => Err(no_limits(command)),
             Body::Axis { axis, start } => {
                 let answer = axis.command(command);
                 if answer.is_ok() {
@@ -223,8 +223,69 @@ impl Slave {
         self.start_refused || self.program.as_ref().is_some_and(Program::is_refused)
     }
 
+    /// An order of somebody in the network.
+    pub(super) fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+        let command = &order.command;
+        let answer = if order.dry_run {
+            match self.dry_run(command) {
+                Some(answer) => answer,
+                None => {
+                    let command = command.name();
+                    return CommandOutcome::NotTaken(NotTaken::NoDryRun { command });
+                }
+            }
+        } else {
+            self.command(command, Origin::Outside)
+        };
+        let slave = self.view();
+        match answer {
+            Ok(accepted) => CommandOutcome::Accepted {
+                accepted,
+                slave,
+                saw: self.saw_view(order),
+            },
+            Err(refusal) => CommandOutcome::Refused {
+                refusal,
+                slave,
+                moment: self.coupling_moment(&refusal),
+            },
+        }
+    }
+
+    fn dry_run(&mut self, command: &Command) -> Option<Result<Accepted, Refusal>> {
+        match &mut self.body {
+            Body::Follower(_) => Some(Err(no_limits(command))),
+            Body::Axis { axis, .. } => axis.dry_run(command),
+        }
+    }
+
+    /// The flying saw that an accepted order is about.
+    fn saw_view(&self, order: &CommandOrder) -> Option<SawView> {
+        let Body::Axis { axis, .. } = &self.body else {
+            return None;
+        };
+        let plan = match (order.command.as_saw(), order.dry_run) {
+            (Some(saw), true) => axis.foresee(saw).ok()?,
+            (Some(_), false) => *axis.saw_plan()?,
+            (None, _) if matches!(order.command, Command::ReadFlyingSawCharacteristics {}) => {
+                *axis.saw_plan()?
+            }
+            _ => return None,
+        };
+        let axis_id = self.id;
+        Some(SawView { plan, axis_id })
+    }
+
+    /// What a flying saw that is refused would have been planned from.
+    fn coupling_moment(&self, refusal: &Refusal) -> Option<CouplingMoment> {
+        match (&self.body, refusal) {
+            (Body::Axis { axis, .. }, Refusal::Saw(_)) => axis.coupling_moment(),
+            _ => None,
+        }
+    }
+
     /// As the answer to a command shows it.
-    pub(super) fn view(&self) -> SlaveView {
+    fn view(&self) -> SlaveView {
         let here = || Kinematics::at_rest(self.actual_position());
         let set = self.set().unwrap_or_else(here);
         SlaveView {
@@ -288,5 +349,11 @@ impl Slave {
             Body::Follower(follower) => follower.drive().position(),
             Body::Axis { axis, .. } => axis.actual_position(),
         }
+    }
+}
+
+const fn no_limits(command: &Command) -> Refusal {
+    Refusal::NoLimits {
+        command: command.name(),
     }
 }

@@ -2,6 +2,7 @@
 
 mod blocks;
 mod network;
+mod saw;
 mod spelled;
 
 use std::path::PathBuf;
@@ -90,28 +91,36 @@ impl CommandArgs {
 }
 
 fn in_words(answer: &CommandAnswer) -> String {
-    let (verdict, axis) = match &answer.verdict {
-        Verdict::Accepted { dry_run, job, axis } => {
+    let (verdict, axis, saw) = match &answer.verdict {
+        Verdict::Accepted {
+            dry_run,
+            job,
+            axis,
+            saw,
+        } => {
             let verdict = match (dry_run, job) {
                 (true, _) => "would be accepted".to_owned(),
                 (false, Some(job)) => format!("accepted, job {job}"),
                 (false, None) => "accepted".to_owned(),
             };
-            (verdict, axis)
+            (verdict, axis, saw.as_ref().map(saw::accepted))
         }
         Verdict::Refused {
             dry_run,
             text,
             axis,
+            saw,
             ..
         } => {
             let would = if *dry_run { "would be " } else { "" };
-            (format!("{would}refused, {text}"), axis)
+            let refused = format!("{would}refused, {text}");
+            (refused, axis, saw.as_ref().map(saw::refused))
         }
         Verdict::NotTaken { text, .. } => return format!("not taken: {text}"),
     };
+    let saw = saw.unwrap_or_default();
     format!(
-        "{verdict}; the slave is in {} at {}, velocity {}",
+        "{verdict}; the slave is in {} at {}, velocity {}{saw}",
         axis.status, axis.position, axis.velocity
     )
 }
@@ -201,12 +210,20 @@ mod tests {
         for (dry_run, outcome, expected) in [
             (
                 false,
-                CommandOutcome::Accepted { accepted, slave },
+                CommandOutcome::Accepted {
+                    accepted,
+                    slave,
+                    saw: None,
+                },
                 "accepted, job 7; the slave is in standstill at 12.5, velocity 0",
             ),
             (
                 true,
-                CommandOutcome::Refused { refusal, slave },
+                CommandOutcome::Refused {
+                    refusal,
+                    slave,
+                    moment: None,
+                },
                 "would be refused, 0x4b09: no master to couple to; the slave is in standstill",
             ),
             (

@@ -22,54 +22,38 @@ enum Unit {
 use Unit::{Master, MasterVelocity, Moment, Slave};
 
 /// The values in the order of `MC_FlyingSawCharacValues`, TS5055 12.3.2.
-const VALUES: [(&str, &str, Unit); 31] = [
-    ("fMasterVeloNom", "velocity of the master", MasterVelocity),
-    ("fMasterPosStart", "master at the start", Master),
-    ("fSlavePosStart", "slave at the start", Slave(0)),
-    ("fSlaveVeloStart", "its velocity", Slave(1)),
-    ("fSlaveAccStart", "its acceleration", Slave(2)),
-    ("fSlaveJerkStart", "its jerk", Slave(3)),
-    ("fMasterPosEnd", "master at the end", Master),
-    ("fSlavePosEnd", "slave at the end", Slave(0)),
-    ("fSlaveVeloEnd", "its velocity", Slave(1)),
-    ("fSlaveAccEnd", "its acceleration", Slave(2)),
-    ("fSlaveJerkEnd", "its jerk", Slave(3)),
-    ("fMPosAtSPosMin", "master where the slave is lowest", Master),
-    ("fSlavePosMin", "lowest position", Slave(0)),
-    ("fMPosAtSVeloMin", "master at the least velocity", Master),
-    ("fSlaveVeloMin", "least velocity", Slave(1)),
-    ("fMPosAtSAccMin", "master at the least acceleration", Master),
-    ("fSlaveAccMin", "least acceleration", Slave(2)),
-    (
-        "fSVeloAtSAccMin",
-        "velocity at the least acceleration",
-        Slave(1),
-    ),
-    ("fSlaveJerkMin", "least jerk", Slave(3)),
-    ("fSlaveDynMomMin", "least velocity · acceleration", Moment),
-    (
-        "fMPosAtSPosMax",
-        "master where the slave is highest",
-        Master,
-    ),
-    ("fSlavePosMax", "highest position", Slave(0)),
-    ("fMPosAtSVeloMax", "master at the highest velocity", Master),
-    ("fSlaveVeloMax", "highest velocity", Slave(1)),
-    (
-        "fMPosAtSAccMax",
-        "master at the highest acceleration",
-        Master,
-    ),
-    ("fSlaveAccMax", "highest acceleration", Slave(2)),
-    (
-        "fSVeloAtSAccMax",
-        "velocity at the highest acceleration",
-        Slave(1),
-    ),
-    ("fSlaveJerkMax", "highest jerk", Slave(3)),
-    ("fSlaveDynMomMax", "highest velocity · acceleration", Moment),
-    ("fSlaveVeloMean", "mean of |velocity|", Slave(1)),
-    ("fSlaveAccEff", "effective acceleration", Slave(2)),
+const VALUES: [(&str, Unit); 31] = [
+    ("velocity of the master", MasterVelocity),
+    ("master at the start", Master),
+    ("slave at the start", Slave(0)),
+    ("its velocity", Slave(1)),
+    ("its acceleration", Slave(2)),
+    ("its jerk", Slave(3)),
+    ("master at the end", Master),
+    ("slave at the end", Slave(0)),
+    ("its velocity", Slave(1)),
+    ("its acceleration", Slave(2)),
+    ("its jerk", Slave(3)),
+    ("master where the slave is lowest", Master),
+    ("lowest position", Slave(0)),
+    ("master at the least velocity", Master),
+    ("least velocity", Slave(1)),
+    ("master at the least acceleration", Master),
+    ("least acceleration", Slave(2)),
+    ("velocity at the least acceleration", Slave(1)),
+    ("least jerk", Slave(3)),
+    ("least velocity · acceleration", Moment),
+    ("master where the slave is highest", Master),
+    ("highest position", Slave(0)),
+    ("master at the highest velocity", Master),
+    ("highest velocity", Slave(1)),
+    ("master at the highest acceleration", Master),
+    ("highest acceleration", Slave(2)),
+    ("velocity at the highest acceleration", Slave(1)),
+    ("highest jerk", Slave(3)),
+    ("highest velocity · acceleration", Moment),
+    ("mean of |velocity|", Slave(1)),
+    ("effective acceleration", Slave(2)),
 ];
 
 impl Unit {
@@ -83,11 +67,18 @@ impl Unit {
     }
 }
 
+type Named = (((&'static str, &'static (&'static str, Unit)), f64), u32);
+
+/// PLC name, meaning and unit, value, number.
+fn named(values: &FlyingSawCharacteristics) -> impl Iterator<Item = Named> {
+    let meanings = FlyingSawCharacteristics::NAMES.into_iter().zip(&VALUES);
+    meanings.zip(values.values()).zip(1..)
+}
+
 /// The values as a table, and below it the header of the table that holds the profile.
 pub(super) fn in_words(saw: &SawFile, values: &FlyingSawCharacteristics) -> String {
     let mut rows = table(["", "characteristic value", "", "", ""]);
-    let named = VALUES.iter().zip(values.values()).zip(1..);
-    for (((plc_name, meaning, unit), value), number) in named {
+    for (((plc_name, (meaning, unit)), value), number) in named(values) {
         rows.add_row([
             right(&format!("{number}")),
             Cell::new(plc_name),
@@ -117,9 +108,8 @@ pub(super) fn in_words(saw: &SawFile, values: &FlyingSawCharacteristics) -> Stri
 
 /// The values, in order.
 pub(super) fn json_of(saw: &SawFile, values: &FlyingSawCharacteristics) -> Value {
-    let named = VALUES.iter().zip(values.values()).zip(1..);
-    named
-        .map(|(((name, meaning, unit), value), number)| {
+    named(values)
+        .map(|(((name, (meaning, unit)), value), number)| {
             json!({
                 "number": number,
                 "name": name,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coaxle_motion::saw::{Check, SawCommand, SawRefusal, SyncMask, Violation};
+use coaxle_motion::saw::{Check, SawCommand, SawRefusal, Violation};
 use coaxle_node::saw_file::SawFile;
 use serde_json::{Value, json};
 
@@ -134,57 +134,14 @@ fn rounded(value: f64, to_passing_side: fn(f64) -> f64) -> String {
 
 /// The flag that asks for the check, as files spell it.
 fn flag_name(check: Check) -> String {
-    let names: Vec<String> = serde_json::to_value(flag(check))
+    let names: Vec<String> = serde_json::to_value(check.flag())
         .and_then(serde_json::from_value)
         .unwrap_or_default();
     names.concat()
 }
 
-const fn flag(check: Check) -> SyncMask {
-    match check {
-        Check::MinPos => SyncMask::MIN_POS,
-        Check::MaxPos => SyncMask::MAX_POS,
-        Check::OptionalMinPos => SyncMask::OPTIONAL_MIN_POS,
-        Check::OptionalMaxPos => SyncMask::OPTIONAL_MAX_POS,
-        Check::UndershootPosBackward | Check::UndershootPosForward => SyncMask::UNDERSHOOT_POS,
-        Check::OvershootPosBackward | Check::OvershootPosForward => SyncMask::OVERSHOOT_POS,
-        Check::MaxVelo | Check::MinVelo => SyncMask::MAX_VELO,
-        Check::OvershootVeloForwardFromBelow
-        | Check::OvershootVeloForwardFromAbove
-        | Check::OvershootVeloBackwardFromBelow
-        | Check::OvershootVeloBackwardFromAbove => SyncMask::OVERSHOOT_VELO,
-        Check::UndershootVeloForwardFromAbove
-        | Check::UndershootVeloForwardFromBelow
-        | Check::UndershootVeloBackwardFromAbove
-        | Check::UndershootVeloBackwardFromBelow => SyncMask::UNDERSHOOT_VELO,
-        Check::OvershootVeloZeroForward | Check::OvershootVeloZeroBackward => {
-            SyncMask::OVERSHOOT_VELO_ZERO
-        }
-        Check::UndershootVeloZeroForward | Check::UndershootVeloZeroBackward => {
-            SyncMask::UNDERSHOOT_VELO_ZERO
-        }
-        Check::MaxAcc => SyncMask::MAX_ACC,
-        Check::MaxDec => SyncMask::MAX_DEC,
-        Check::MaxJerk | Check::MinJerk => SyncMask::MAX_JERK,
-    }
-}
-
 /// Which of the [`QUANTITIES`] a check is about.
 fn quantity(check: Check) -> usize {
-    let positions = SyncMask::MIN_POS
-        | SyncMask::MAX_POS
-        | SyncMask::OPTIONAL_MIN_POS
-        | SyncMask::OPTIONAL_MAX_POS
-        | SyncMask::UNDERSHOOT_POS
-        | SyncMask::OVERSHOOT_POS;
-    let flag = flag(check);
-    if positions.contains(flag) {
-        0
-    } else if (SyncMask::MAX_ACC | SyncMask::MAX_DEC).contains(flag) {
-        2
-    } else if flag == SyncMask::MAX_JERK {
-        3
-    } else {
-        1
-    }
+    let is_it = |quantity: &&str| *quantity == check.quantity();
+    QUANTITIES.iter().position(is_it).unwrap_or_default()
 }

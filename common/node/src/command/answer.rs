@@ -1,10 +1,12 @@
 //! What the asker reads.
 
+use coaxle_motion::saw::SawRefusal;
 use coaxle_motion::slave::{Accepted, Refusal};
 use serde::{Deserialize, Serialize};
 
 use super::COMMAND_VERSION;
 use super::outcome::{CommandOutcome, NotTaken, SlaveView};
+use super::saw::{SawFigures, SawRefused};
 use super::{BadOrder, CommandOrder};
 
 /// What became of an order.
@@ -32,8 +34,10 @@ pub enum Verdict {
         /// The number of the slave's job; none for what is done at once, for a change to a coupling
         /// that goes on, and after a dry run.
         job: Option<u16>,
-        /// The slave with the command.
+        /// The slave with the command; after a dry run, without.
         axis: SlaveView,
+        /// What its flying saw comes to, if the command is about one.
+        saw: Option<SawFigures>,
     },
     /// The slave refuses the command.
     Refused {
@@ -51,6 +55,8 @@ pub enum Verdict {
         would_pass: Option<f64>,
         /// The slave, which goes on with what it was doing.
         axis: SlaveView,
+        /// More, if it was to be a flying saw.
+        saw: Option<SawRefused>,
     },
     /// The order did not get as far as a slave.
     NotTaken {
@@ -67,14 +73,26 @@ impl CommandAnswer {
     pub fn new(order: &CommandOrder, outcome: &CommandOutcome) -> Self {
         let dry_run = order.dry_run;
         match *outcome {
-            CommandOutcome::Accepted { accepted, slave } => Self::of(Verdict::Accepted {
+            CommandOutcome::Accepted {
+                accepted,
+                slave,
+                ref saw,
+            } => Self::of(Verdict::Accepted {
                 dry_run,
                 job: job_number(accepted).filter(|_| !dry_run),
                 axis: slave,
+                saw: saw.map(|saw| SawFigures::of(&saw, &order.command)),
             }),
-            CommandOutcome::Refused { refusal, slave } => {
-                Self::of(refused(&refusal, dry_run, slave))
-            }
+            CommandOutcome::Refused {
+                refusal,
+                slave,
+                ref moment,
+            } => Self::of(refused(
+                &refusal,
+                dry_run,
+                slave,
+                SawRefused::of(&refusal, &order.command, moment.as_ref()),
+            )),
             CommandOutcome::NotTaken(reason) => Self::not_taken(&reason),
         }
     }
@@ -139,7 +157,7 @@ impl CommandAnswer {
     }
 }
 
-fn refused(refusal: &Refusal, dry_run: bool, axis: SlaveView) -> Verdict {
+fn refused(refusal: &Refusal, dry_run: bool, axis: SlaveView, saw: Option<SawRefused>) -> Verdict {
     let figures = Figures::of(refusal);
     Verdict::Refused {
         dry_run,
@@ -149,6 +167,7 @@ fn refused(refusal: &Refusal, dry_run: bool, axis: SlaveView) -> Verdict {
         received: figures.received,
         would_pass: figures.would_pass,
         axis,
+        saw,
     }
 }
 
@@ -183,8 +202,49 @@ impl Figures {
             Refusal::Value {
                 field, received, ..
             } => (field, received, None),
+            Refusal::Saw(refusal) => return Self::of_saw(&refusal),
             _ => return Self::default(),
         };
+        Self::new(field, received, would_pass)
+    }
+
+    fn of_saw(refusal: &SawRefusal) -> Self {
+        match *refusal {
+            SawRefusal::RatioZero { numerator } => Self::new("ratio.numerator", numerator, None),
+            SawRefusal::DenominatorZero => Self::new("ratio.denominator", 0.0, None),
+            SawRefusal::NotFinite { field, received } | SawRefusal::Limit { field, received } => {
+                Self::new(field, received, None)
+            }
+            SawRefusal::SyncVelocity { velocity, limit } => {
+                Self::new("velocity", velocity, Some(limit.copysign(velocity)))
+            }
+            SawRefusal::MasterNotAhead { sync_position, .. } => {
+                Self::new("master-sync-position", sync_position, None)
+            }
+            SawRefusal::SlaveNotAhead { sync_position, .. } => {
+                Self::new("slave-sync-position", sync_position, None)
+            }
+            SawRefusal::MasterAtRest { slave_velocity, .. } => {
+                Self::new("velocity", slave_velocity, Some(0.0))
+            }
+            SawRefusal::StartDistance { received } => {
+                Self::new("master-start-distance", received, None)
+            }
+            SawRefusal::NoRamp { slave_acceleration } => {
+                Self::new("acceleration", slave_acceleration, None)
+            }
+            SawRefusal::TableInUse { table } => Self::new("table", table.into(), None),
+            SawRefusal::NoTable { axis_id } => Self::new("axis-id", axis_id.into(), None),
+            SawRefusal::Violation(violation) => Self::new(
+                violation.check.quantity(),
+                violation.measured,
+                Some(violation.limit),
+            ),
+            SawRefusal::TimeBasedPosition => Self::default(),
+        }
+    }
+
+    const fn new(field: &'static str, received: f64, would_pass: Option<f64>) -> Self {
         Self {
             field: Some(field),
             received: Some(received),

@@ -7,6 +7,7 @@
 mod answer;
 mod name;
 mod outcome;
+mod saw;
 
 use coaxle_motion::slave::Command;
 use serde::{Deserialize, Serialize};
@@ -14,6 +15,7 @@ use serde::{Deserialize, Serialize};
 pub use answer::{CommandAnswer, Verdict};
 pub use name::{InvalidSlaveName, SlaveName};
 pub use outcome::{CommandOutcome, MAX_KNOWN_SLAVES, NotTaken, SlaveView};
+pub use saw::{NamedValue, SawFigures, SawRefused, SawView, ViolatedCheck};
 
 /// The version of orders and answers that this code writes, and the only one it reads.
 pub const COMMAND_VERSION: u32 = 1;

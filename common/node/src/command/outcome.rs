@@ -1,20 +1,18 @@
 //! What becomes of an order, as the cycle says it: plain data.
 
 use coaxle_motion::axis::AxisStatus;
+use coaxle_motion::saw::CouplingMoment;
 use coaxle_motion::slave::{Accepted, CouplingPhase, Refusal};
 use serde::{Deserialize, Serialize};
 
 use super::name::SlaveName;
+use super::saw::SawView;
 
 /// How many of its slaves a node names to somebody who asked for another.
 pub const MAX_KNOWN_SLAVES: usize = 8;
 
 /// What becomes of an order.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "it leaves the cycle by value, and boxing it would allocate there"
-)]
 pub enum CommandOutcome {
     /// The slave does as it is told; in a dry run, it would.
     Accepted {
@@ -22,6 +20,8 @@ pub enum CommandOutcome {
         accepted: Accepted,
         /// The slave, which has the command.
         slave: SlaveView,
+        /// Its flying saw, if the command is about one.
+        saw: Option<SawView>,
     },
     /// The slave does not take the command.
     Refused {
@@ -29,6 +29,8 @@ pub enum CommandOutcome {
         refusal: Refusal,
         /// The slave, which goes on with what it was doing.
         slave: SlaveView,
+        /// What a flying saw would have been planned from.
+        moment: Option<CouplingMoment>,
     },
     /// The order did not get as far as a slave.
     NotTaken(NotTaken),
