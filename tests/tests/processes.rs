@@ -68,6 +68,21 @@ fn the_beat_is_shown_and_cured() {
 }
 
 #[test]
+fn pieces_are_cut_to_length() {
+    let _alone = alone();
+    let out = tempfile::tempdir().expect("a scratch folder");
+    let summary = run_processes("cut-to-length", out.path(), &["duration-s=16", "expect=[]"]);
+    for receiver in ["bypass", "observer"] {
+        let saw = &summary["receivers"][receiver]["slaves"]["saw"];
+        assert_eq!(saw["program"], "running", "{saw}");
+        assert!(saw["cuts"].as_u64() >= Some(3), "{saw}");
+        assert!(saw["cut_length_error_max_um"].is_number(), "{saw}");
+    }
+    let cuts = std::fs::read_to_string(out.path().join("cuts.csv")).expect("every cut");
+    assert!(cuts.lines().count() > 6, "{cuts}");
+}
+
+#[test]
 fn a_sender_that_dies_and_one_that_freezes_are_found_again() {
     let _alone = alone();
     let out = tempfile::tempdir().expect("a scratch folder");

@@ -214,3 +214,28 @@ fn a_plot_loads_nothing_and_runs_nothing_from_the_file() {
     assert!(!page.contains("alert('x')"), "unescaped text");
     stands_alone(&page);
 }
+
+#[test]
+fn the_scenario_of_diagonal_saws_has_the_ratios_of_their_angles() {
+    let source = crate::catalog::find("diagonal-saw").unwrap();
+    let scenario = source.read(&[]).unwrap();
+    let [receiver] = scenario.receivers.as_slice() else {
+        panic!("one receiver");
+    };
+    let ratios = receiver.slaves.iter().map(|slave| {
+        let commands = slave.steps.iter().filter_map(|step| step.command);
+        let mut ratios = commands.filter_map(|command| match command {
+            coaxle_motion::slave::Command::GearInVelo(saw) => Some(saw.ratio),
+            _ => None,
+        });
+        ratios.next().unwrap()
+    });
+    for (ratio, angle) in ratios.zip([30.0, 60.0]) {
+        let expected = coaxle_motion::saw::diagonal_ratio(angle, 1.0).unwrap();
+        assert!(
+            (ratio.numerator / expected.numerator - 1.0).abs() < 1e-15,
+            "{angle}"
+        );
+        assert_eq!(ratio.denominator, expected.denominator);
+    }
+}

@@ -3,6 +3,7 @@
 mod accuracy;
 mod catalogue;
 mod common;
+mod cuts;
 mod determinism;
 mod rotary_knife;
 mod zero_lag;

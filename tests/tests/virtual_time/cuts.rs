@@ -1,0 +1,34 @@
+//! Pieces cut by a flying saw, over seeds that nothing was tuned with.
+
+use crate::common::{figures, run};
+
+const SEEDS: std::ops::Range<u64> = 3_000..3_020;
+
+#[test]
+fn pieces_are_cut_within_five_micrometres_whatever_the_clocks_do() {
+    for seed in SEEDS {
+        // Either clock the faster one, and shorter and longer ways.
+        let drift = if seed % 2 == 0 { 100 } else { -100 };
+        let sets = [
+            format!("seed={seed}"),
+            format!("sender.line.clock.drift-ppm={drift}"),
+            format!(
+                "receiver.observer.faults={{ latency-us = {} }}",
+                200 + 100 * (seed % 20)
+            ),
+            "duration-s=30".to_owned(),
+            "expect=[]".to_owned(),
+        ];
+        let sets: Vec<_> = sets.iter().map(String::as_str).collect();
+        let summary = run("cut-to-length", &sets);
+        let cuts = |receiver| figures(&summary, receiver).slaves["saw"].cuts.clone();
+        let (bare, cured) = (cuts("bypass"), cuts("observer"));
+        assert!(cured.cuts >= 13, "{seed}: {} cuts", cured.cuts);
+        let off_length = cured.cut_length_error_max_um.expect("judged");
+        assert!(off_length <= 5.0, "{seed}: {off_length} µm");
+        let off_mark = cured.cut_position_error_max_um.expect("judged");
+        assert!(off_mark <= 5.0, "{seed}: {off_mark} µm");
+        let off_length = bare.cut_length_error_max_um.expect("judged");
+        assert!(off_length >= 300.0, "{seed}: {off_length} µm");
+    }
+}
