@@ -21,6 +21,8 @@ pub struct Curves {
     pub time_error_us: Series,
     /// Estimated drift, ppm.
     pub drift_ppm: Series,
+    /// Every slave.
+    pub slaves: Vec<SlaveCurve>,
     /// The changes of state: from when (s), and which.
     pub states: Vec<(f64, Option<StateName>)>,
     /// Every cycle around one beat.
@@ -30,6 +32,15 @@ pub struct Curves {
     capturing: bool,
 }
 
+/// A slave's curve.
+#[derive(Clone, Debug)]
+pub struct SlaveCurve {
+    /// The slave's name.
+    pub name: String,
+    /// Set position, u.
+    pub position: Series,
+}
+
 /// Cycles shown before a beat is detected, and after.
 const BEFORE: usize = 200;
 const AFTER: usize = 100;
@@ -37,9 +48,17 @@ const AFTER: usize = 100;
 const MOST_STATES: usize = 20_000;
 
 impl Curves {
-    /// No curves yet.
+    /// No curves yet of a receiver with slaves of these names.
     #[must_use]
-    pub fn new(name: &str, mode: &'static str) -> Self {
+    pub fn new<'a>(
+        name: &str,
+        mode: &'static str,
+        slaves: impl IntoIterator<Item = &'a str>,
+    ) -> Self {
+        let slave = |name: &str| SlaveCurve {
+            name: name.to_owned(),
+            position: Series::default(),
+        };
         Self {
             name: name.to_owned(),
             mode,
@@ -48,6 +67,7 @@ impl Curves {
             correction_us: Series::default(),
             time_error_us: Series::default(),
             drift_ppm: Series::default(),
+            slaves: slaves.into_iter().map(slave).collect(),
             states: Vec::new(),
             around_beat: Vec::new(),
             recent: std::collections::VecDeque::with_capacity(BEFORE),
@@ -68,6 +88,9 @@ impl Curves {
         self.time_error_us.push(t, row.time_error_us);
         self.drift_ppm
             .push(t, record.drift_ppm.filter(|ppm| *ppm != 0.0));
+        for (curve, slave) in self.slaves.iter_mut().zip(record.slaves()) {
+            curve.position.push(t, slave.position);
+        }
         self.push_state(t, record);
         self.capture(row, evaluated);
     }

@@ -139,8 +139,13 @@ pub(crate) fn rows(receivers: &[(&str, &ReceiverSummary)]) -> Vec<(String, Vec<S
     let mut rows: Vec<_> = mode.iter().map(row).collect();
     rows.extend(cuts::rows(receivers));
     rows.extend(others.iter().map(row));
+    // What no receiver has would only be in the way.
+    rows.retain(|(_, values)| values.iter().any(|value| value != NOTHING));
     rows
 }
+
+/// In place of a value.
+const NOTHING: &str = "–";
 
 /// One figure of a receiver, as tables show it.
 struct Figure {
@@ -272,9 +277,10 @@ pub(crate) fn value(value: &Value) -> String {
 }
 
 fn optional(value: Option<f64>, factor: f64) -> String {
-    value
-        .filter(|value| value.is_finite())
-        .map_or_else(|| "–".to_owned(), |value| significant(value * factor, 3))
+    value.filter(|value| value.is_finite()).map_or_else(
+        || NOTHING.to_owned(),
+        |value| significant(value * factor, 3),
+    )
 }
 
 /// So many significant digits, in plain notation where that stays short.

@@ -60,6 +60,7 @@ struct Previous {
 impl Judge {
     pub(super) fn new(config: &ReceiverConfig, motion: usize, clock: usize, root: Root) -> Self {
         let mode = config.mode.name();
+        let slaves = config.slaves.iter().map(|slave| slave.name.as_str());
         Self {
             motion,
             clock,
@@ -79,7 +80,7 @@ impl Judge {
             drift: DriftTruth::default(),
             was_synced: false,
             was_error: 0,
-            curves: Curves::new(config.name.as_str(), mode),
+            curves: Curves::new(config.name.as_str(), mode, slaves),
             summary: ReceiverSummary {
                 mode,
                 master: master_of(config),

@@ -227,9 +227,9 @@ mod tests {
 
     #[test]
     fn every_mode_keeps_its_colour() {
-        let bare = Curves::new("a", "bypass");
-        let first = Curves::new("b", "sync");
-        let second = Curves::new("c", "sync");
+        let bare = Curves::new("a", "bypass", ["slave"]);
+        let first = Curves::new("b", "sync", ["slave"]);
+        let second = Curves::new("c", "sync", ["slave"]);
         let one: Vec<_> = coloured(&[&first]).iter().map(|s| s.colour).collect();
         let all: Vec<_> = coloured(&[&bare, &first, &second])
             .iter()

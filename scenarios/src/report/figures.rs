@@ -3,10 +3,10 @@
 use coaxle_receiver::StateName;
 use serde_json::{Value, json};
 
-use super::around_beat;
 use super::draw::{
     NEUTRAL, Pen, Shown, coloured, layout, number, numbers, range_of, thinned, vertical,
 };
+use super::{around_beat, slaves};
 use crate::curves::{Curves, Series, Stretch};
 use crate::summary::Summary;
 use crate::table;
@@ -38,19 +38,29 @@ pub(super) fn all(summary: &Summary, curves: &[Curves]) -> Vec<Drawing> {
         receivers: &shown,
         most: (MOST_POINTS / (5 * shown.len().max(1))).clamp(300, 4_000),
     };
-    vec![
+    let cuts = slaves::cuts(summary, &shown);
+    let several = curves.iter().any(|curves| curves.slaves.len() > 1);
+    // Nobody misses these where there is nothing in them.
+    let of_cuts = cuts.figure.is_some().then_some(cuts);
+    let of_slaves = several.then(|| slaves::positions(&shown, run.most));
+    let of_the_far_axis = [
         run.velocity(),
         around_beat::drawing(&shown),
         run.correction(),
         run.time_error(),
         run.drift(),
         run.state(),
-    ]
+    ];
+    of_cuts
+        .into_iter()
+        .chain(of_slaves)
+        .chain(of_the_far_axis)
+        .collect()
 }
 
 /// Stretches in all curves together; keeps the page below some megabytes.
 const MOST_POINTS: usize = 80_000;
-const TIME: &str = "time (s)";
+pub(super) const TIME: &str = "time (s)";
 
 struct Run<'a> {
     summary: &'a Summary,
@@ -298,7 +308,7 @@ pub(crate) fn band(n: usize, count: usize) -> Value {
     numbers([top - each, top - 0.16 * each])
 }
 
-fn subtitle(receiver: &Shown<'_>, n: usize, count: usize) -> Value {
+pub(super) fn subtitle(receiver: &Shown<'_>, n: usize, count: usize) -> Value {
     let each = 1.0 / count as f64;
     let correction = match receiver.curves.mode {
         "bypass" => "without correction",

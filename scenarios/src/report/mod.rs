@@ -4,6 +4,7 @@ mod around_beat;
 mod draw;
 mod figures;
 mod html;
+mod slaves;
 
 use std::fmt::Write as _;
 use std::path::Path;

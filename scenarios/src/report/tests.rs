@@ -4,7 +4,7 @@ use coaxle_receiver::StateName;
 use serde_json::Value;
 
 use super::*;
-use crate::summary::ReceiverSummary;
+use crate::summary::{Cut, ReceiverSummary, SlaveSummary};
 
 const NASTY: &str = "</script><script>alert('x')</script>";
 
@@ -40,8 +40,8 @@ fn summary() -> Summary {
 }
 
 fn curves() -> Vec<Curves> {
-    let mut bare = Curves::new("bare", "bypass");
-    let mut cured = Curves::new(NASTY, "sync");
+    let mut bare = Curves::new("bare", "bypass", ["slave"]);
+    let mut cured = Curves::new(NASTY, "sync", ["slave"]);
     for k in 0..10_000 {
         let t = f64::from(k) * 1e-3;
         let beat = k % 2_000 == 0;
@@ -123,6 +123,38 @@ fn velocities_share_one_scale_and_those_without_correction_come_first() {
         low < 0.0,
         "the beat at zero must be seen, the axis ends at {low}"
     );
+}
+
+#[test]
+fn cuts_and_several_slaves_are_drawn_where_there_are_any() {
+    let cut = |number: u64, length_error_um| Cut {
+        number,
+        t_s: number as f64,
+        position: Some(1e3 * number as f64),
+        mark: Some(number),
+        position_error_um: Some(100.0),
+        length_error_um,
+    };
+    let mut summary = summary();
+    let receiver = summary.receivers.get_mut("bare").unwrap();
+    let mut slave = SlaveSummary::default();
+    slave.cuts.cut_list = vec![cut(1, None), cut(2, Some(-400.0))];
+    receiver.slaves.insert("saw".to_owned(), slave);
+    let mut curves = curves();
+    let mut two = Curves::new("bare", "bypass", ["saw", "tool"]);
+    two.slaves[1].position.push(0.0, Some(1.0));
+    curves[1] = two;
+    let figures = figures_of(&page_of(&summary, &curves));
+    let cuts = figures["cuts-figure"]["data"].as_array().unwrap();
+    assert_eq!(cuts.len(), 2, "lengths and positions");
+    assert_eq!(cuts[0]["y"], serde_json::json!([-400]));
+    let names: Vec<_> = figures["positions-figure"]["data"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|curve| curve["name"].as_str())
+        .collect();
+    assert!(names.contains(&"tool"), "{names:?}");
 }
 
 #[test]

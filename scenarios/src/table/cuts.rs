@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use super::{optional, roughly, significant};
+use super::{NOTHING, optional, roughly, significant};
 use crate::summary::{CutsSummary, ReceiverSummary, Summary};
 
 /// How far off the lengths of the pieces are, a line per way of correction. None where the scenario
@@ -56,7 +56,7 @@ pub(super) fn rows(receivers: &[(&str, &ReceiverSummary)]) -> Vec<(String, Vec<S
             };
             let value = |receiver: &ReceiverSummary| match receiver.slaves.get(*slave) {
                 Some(figures) => text(&figures.cuts),
-                None => "–".to_owned(),
+                None => NOTHING.to_owned(),
             };
             rows.push((label, receivers.iter().map(|(_, r)| value(r)).collect()));
         }
