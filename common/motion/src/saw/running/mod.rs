@@ -173,8 +173,8 @@ impl SawCoupling {
         }
     }
 
-    /// How it was stopped, if the master ran back past the coupling position. That is what NC
-    /// error 0x4289 (illegal reversal) stands for; here it aborts the command.
+    /// How it was stopped, if the master ran back past the coupling position. That aborts the
+    /// command, as TS5055 8 has it, and is no error: 0x4289 (illegal reversal) is never answered.
     #[must_use]
     pub const fn rollback(&self) -> Option<RollbackReaction> {
         self.rollback

@@ -228,11 +228,11 @@ impl Case {
 }
 
 #[test]
-fn every_check_has_its_code() {
+fn every_error_code_of_tf5055_8_1_is_produced() {
     let cases = cases();
     let tested: std::vec::Vec<_> = cases.iter().map(|case| case.check).collect();
     assert_eq!(tested, Check::ALL);
-    for case in cases {
+    for case in &cases {
         let violation = case.refusal(SyncMask::DETAILED_ERROR_CODES);
         assert_eq!(violation.check, case.check);
         assert_eq!(violation.code(), case.check.code());
@@ -241,6 +241,6 @@ fn every_check_has_its_code() {
         assert!((0.0..=1.0).contains(&ahead), "{violation:?}");
         assert_eq!(case.refusal(SyncMask::empty()).code(), 0x42df);
     }
-    assert_eq!(Check::MinPos.code(), 0x4372);
-    assert_eq!(Check::MinJerk.code(), 0x438b);
+    let codes = cases.map(|case| case.check.code());
+    assert!(codes.into_iter().eq(0x4372..=0x438b));
 }

@@ -1,9 +1,11 @@
 //! Planning, against the manuals' numbers and against itself.
 
 mod checks;
+mod guard;
 mod independent;
 mod properties;
 mod refusals;
+mod remedy;
 mod steps;
 mod worked;
 

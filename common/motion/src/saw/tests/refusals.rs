@@ -7,6 +7,115 @@ fn refused(command: &GearInPos, moment: &CouplingMoment) -> SawRefusal {
     command.plan(moment).expect_err("is refused")
 }
 
+/// The situations that TS5055 13 lists: what is commanded, from where, and the code.
+#[test]
+fn every_situation_of_ts5055_13_is_refused() {
+    const RESTING: (f64, f64) = (0.0, 0.0);
+    const FORWARD: (f64, f64) = (0.0, 100.0);
+    let ahead = (50.0, 50.0);
+    let plain = SyncLimits::default();
+    let negative = |field: &str| {
+        let limit = |name: &str| (name == field).then_some(-1.0);
+        SyncLimits {
+            velocity: limit("velocity"),
+            acceleration: limit("acceleration"),
+            deceleration: limit("deceleration"),
+            jerk: limit("jerk"),
+            ..plain
+        }
+    };
+    // Master, slave, gear, synchronisation positions, limits; for a velocity, and to positions.
+    let velocity = [
+        (
+            "slave moves, master rests",
+            RESTING,
+            FORWARD,
+            1.0,
+            plain,
+            0x426e,
+        ),
+        ("gear is 0", FORWARD, RESTING, 0.0, plain, 0x421b),
+        (
+            "velocity below 0",
+            FORWARD,
+            RESTING,
+            1.0,
+            negative("velocity"),
+            0x42dd,
+        ),
+        (
+            "acceleration below 0",
+            FORWARD,
+            RESTING,
+            1.0,
+            negative("acceleration"),
+            0x42dd,
+        ),
+        (
+            "deceleration below 0",
+            FORWARD,
+            RESTING,
+            1.0,
+            negative("deceleration"),
+            0x42dd,
+        ),
+        (
+            "jerk below 0",
+            FORWARD,
+            RESTING,
+            1.0,
+            negative("jerk"),
+            0x42dd,
+        ),
+    ];
+    for (situation, master, slave, gear, limits, code) in velocity {
+        let start = moment(master, slave);
+        for mode in [SyncMode::default(), SyncMode::time_based(SyncMask::empty())] {
+            let command = to_velocity(gear, mode, limits);
+            assert_eq!(
+                command.plan(&start).unwrap_err().code(),
+                code,
+                "{situation}"
+            );
+        }
+        let command = to_position(gear, ahead, SyncMode::default(), limits);
+        assert_eq!(refused(&command, &start).code(), code, "{situation}");
+    }
+    let positions = [
+        ("master's position behind it", FORWARD, 1.0, (-50.0, 50.0)),
+        ("master's position where it is", FORWARD, 1.0, (0.0, 50.0)),
+        (
+            "the same, master backwards",
+            (0.0, -100.0),
+            1.0,
+            (50.0, 50.0),
+        ),
+        (
+            "slave's position behind it, gear above 0",
+            FORWARD,
+            1.0,
+            (50.0, -50.0),
+        ),
+        (
+            "slave's position ahead of it, gear below 0",
+            FORWARD,
+            -1.0,
+            (50.0, 50.0),
+        ),
+    ];
+    for (situation, master, gear, sync) in positions {
+        let command = to_position(gear, sync, SyncMode::default(), plain);
+        let refusal = refused(&command, &moment(master, RESTING));
+        assert_eq!(refusal.code(), 0x42de, "{situation}");
+    }
+    let table = saw_table_id(3, |id| id == 253).unwrap_err();
+    assert_eq!(
+        table.code(),
+        0x4063,
+        "another table has the id of the profile's"
+    );
+}
+
 #[test]
 fn a_master_at_rest_takes_only_a_slave_at_rest() {
     let command = to_position(
