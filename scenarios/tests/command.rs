@@ -54,7 +54,9 @@ const SENDER: &str = "name = 'belt'\ncycle-time-us = 2000\n[[axis]]\nid = 1\nnam
 
 const RECEIVER: &str = "name = 'saw'\ncycle-time-us = 2000\nmaster = { node = 'belt' }\n\
                         [[slave]]\nname = 'carriage'\ncouple = 'off'\n\
-                        limits = { velocity = 500, acceleration = 2000, jerk = 1e5, max-position = 800 }\n";
+                        limits = { velocity = 500, acceleration = 2000, jerk = 1e5, max-position = 800 }\n\
+                        [[slave]]\nname = 'blade'\nmaster = 'carriage'\ncouple = 'off'\n\
+                        limits = { velocity = 500, acceleration = 2000, jerk = 1e5 }\n";
 
 #[test]
 fn nobody_there_is_an_error_that_says_who_was_asked_and_where() {
@@ -133,7 +135,61 @@ fn a_slave_does_what_it_is_told_and_refuses_the_rest() {
             true,
             "accepted, job 2",
         ),
-        ("cariage", &["halt"], false, "expected carriage"),
+        ("cariage", &["halt"], false, "expected carriage, blade"),
+        ("blade", &["power", "on"], true, "accepted"),
+        (
+            "carriage",
+            &["move-velocity", "--velocity", "5"],
+            true,
+            "accepted, job 3",
+        ),
+        (
+            "blade",
+            &["read-flying-saw-characteristics"],
+            false,
+            "0x4216",
+        ),
+        (
+            "blade",
+            &[
+                "gear-in-pos",
+                "--ratio=200",
+                "--master-sync=1e4",
+                "--slave-sync=1e6",
+            ],
+            false,
+            "would pass with the master at most 2.",
+        ),
+        (
+            "blade",
+            &[
+                "gear-in-pos",
+                "--ratio=1",
+                "--master-sync=1e4",
+                "--slave-sync=8e3",
+                "--dry-run",
+            ],
+            true,
+            "would be accepted; the slave is in standstill at 0, velocity 0; quintic, ",
+        ),
+        (
+            "blade",
+            &["gear-in-velo", "--ratio=2", "--base=time-based"],
+            true,
+            "accepted, job 1; the slave is in synchronized-motion",
+        ),
+        (
+            "blade",
+            &["read-flying-saw-characteristics"],
+            true,
+            "\nfSlaveVeloEnd = 10\n",
+        ),
+        (
+            "blade",
+            &["cam-in", "--table=1", "--dry-run"],
+            false,
+            "MC_CamIn: there is no dry run of it",
+        ),
     ] {
         let (said, code) = tell(slave, arguments);
         assert_eq!(code, Some(i32::from(!good)), "{arguments:?}: {said}");
