@@ -30,10 +30,18 @@ fn receiver(mode: &'static str, ripple: Option<f64>) -> ReceiverSummary {
 }
 
 #[test]
-fn what_is_not_known_is_a_dash() {
-    let text = results(&summary(vec![("r", ReceiverSummary::default())]));
+fn what_one_does_not_know_is_a_dash_and_what_none_knows_is_left_out() {
+    let lagging = ReceiverSummary {
+        lag_us: Some(1e3),
+        ..ReceiverSummary::default()
+    };
+    let text = results(&summary(vec![
+        ("r", ReceiverSummary::default()),
+        ("s", lagging),
+    ]));
     let lag = text.lines().find(|line| line.contains("lag")).unwrap();
-    assert!(lag.contains('–'), "{lag}");
+    assert!(lag.contains('–') && lag.contains('1'), "{lag}");
+    assert!(!text.contains("drift true"), "{text}");
     assert!(!text.contains("NaN") && !text.contains("None"), "{text}");
 }
 
