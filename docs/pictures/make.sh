@@ -12,6 +12,8 @@ picture() {
         --window-size="$3" --screenshot="docs/pictures/$2.png" "file://$1"
 }
 
+cargo run --release -- run cut-to-length --set 'expect=[]' --no-trace --out "$out"
+picture "$out/report.html" cut 1240,1430
 cargo run --release -- run beat --receivers bypass,sync --set duration-s=12 --set 'expect=[]' --no-trace --out "$out"
 picture "$out/report.html" beat 1240,1260
 cargo run --release -- cam plot scenarios/cams/rotary-knife.toml -o "$out/cam.html"

@@ -14,6 +14,7 @@ macro_rules! catalogue {
 
 /// Name and text of every scenario, in the order in which a newcomer might look at them.
 pub const CATALOG: &[(&str, &str)] = catalogue![
+    "cut-to-length",
     "beat",
     "beat-sender-slow",
     "beat-sender-fast",
@@ -50,7 +51,6 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "rollback-7",
     "rollback-8",
     "diagonal-saw",
-    "cut-to-length",
     "hour",
 ];
 
