@@ -235,9 +235,7 @@ impl DelayExchange {
                 true => DelayState::Measured,
             },
             delay: Some(Seconds(estimate.delay)),
-            uncertainty: Some(Seconds(
-                estimate.uncertainty + COVERED * sigma.0,
-            )),
+            uncertainty: Some(Seconds(estimate.uncertainty + COVERED * sigma.0)),
             jitter: Some(Seconds(estimate.jitter)),
             age: Some(age),
             ..blank
