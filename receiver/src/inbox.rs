@@ -328,10 +328,10 @@ mod tests {
         let mut inbox = inbox();
         inbox.store(at(0), &Message::Rejected(Rejection::WrongChecksum));
         inbox.store(at(0), &Message::Rejected(Rejection::WrongChecksum));
-        inbox.store(at(0), &Message::Rejected(Rejection::NotFinite));
+        inbox.store(at(0), &Message::Rejected(Rejection::Implausible));
         let rejected = inbox.counters().rejected;
         assert_eq!(rejected.of(Rejection::WrongChecksum), 2);
-        assert_eq!(rejected.of(Rejection::NotFinite), 1);
+        assert_eq!(rejected.of(Rejection::Implausible), 1);
         assert_eq!(rejected.total(), 3);
     }
 }

@@ -227,7 +227,7 @@ fn refused_frames() -> Vec<(Rejection, Vec<u8>)> {
         ),
         (Rejection::ForeignSender, sealed(&body("other", axis(1)))),
         (Rejection::AxisMissing, sealed(&body("conveyor", axis(9)))),
-        (Rejection::NotFinite, sealed(&body("conveyor", nan))),
+        (Rejection::Implausible, sealed(&body("conveyor", nan))),
     ]
 }
 

@@ -53,8 +53,8 @@ impl Intake {
             return Err(Rejection::ForeignSender);
         }
         let axis = found.ok_or(Rejection::AxisMissing)?;
-        if axis.non_finite_field().is_some() {
-            return Err(Rejection::NotFinite);
+        if axis.implausible_field().is_some() {
+            return Err(Rejection::Implausible);
         }
         Ok(Sample { header, axis })
     }

@@ -30,9 +30,9 @@ pub enum Rejection {
     /// The axis that the receiver follows is not in it.
     #[error("the axis that is followed is not in the frame")]
     AxisMissing,
-    /// A kinematic value of the axis is NaN or infinite.
-    #[error("a kinematic value of the axis is not a finite number")]
-    NotFinite,
+    /// A kinematic value of the axis is NaN, infinite, or larger than any axis is.
+    #[error("a kinematic value of the axis is no number between -1e15 and 1e15")]
+    Implausible,
 }
 
 impl Rejection {
@@ -46,7 +46,7 @@ impl Rejection {
         Self::CycleTimeOutOfRange,
         Self::ForeignSender,
         Self::AxisMissing,
-        Self::NotFinite,
+        Self::Implausible,
     ];
 
     /// The reason's name in status and reports.
@@ -61,7 +61,7 @@ impl Rejection {
             Self::CycleTimeOutOfRange => "cycle-time-out-of-range",
             Self::ForeignSender => "foreign-sender",
             Self::AxisMissing => "axis-missing",
-            Self::NotFinite => "not-finite",
+            Self::Implausible => "implausible",
         }
     }
 }
@@ -123,10 +123,10 @@ mod tests {
     #[test]
     fn counters_count_by_reason() {
         let mut counters = RejectionCounters::default();
-        counters.count(Rejection::NotFinite);
-        counters.count(Rejection::NotFinite);
+        counters.count(Rejection::Implausible);
+        counters.count(Rejection::Implausible);
         counters.count(Rejection::WrongVersion);
-        assert_eq!(counters.of(Rejection::NotFinite), 2);
+        assert_eq!(counters.of(Rejection::Implausible), 2);
         assert_eq!(counters.of(Rejection::AxisMissing), 0);
         assert_eq!(counters.total(), 3);
     }

@@ -119,7 +119,7 @@ mod tests {
             },
         };
         receiver.receive(Instant::EPOCH, &Message::Sample(sample));
-        receiver.receive(Instant::EPOCH, &Message::Rejected(Rejection::NotFinite));
+        receiver.receive(Instant::EPOCH, &Message::Rejected(Rejection::Implausible));
         let _ = receiver.cycle(Instant::EPOCH);
         receiver.snapshot()
     }
@@ -137,7 +137,7 @@ mod tests {
         recorder.record(&record(coupled()));
         let mut status = recorder.status();
         assert_eq!(status["health"], "starting-up");
-        assert_eq!(status["counters"]["rejected"]["not-finite"], 1);
+        assert_eq!(status["counters"]["rejected"]["implausible"], 1);
         assert_eq!(status["master"]["received_position"], 2.5);
         assert_eq!(status["error"], Value::Null);
         for field in HOST_FIELDS {

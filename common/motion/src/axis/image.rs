@@ -36,7 +36,7 @@ impl NcToPlcAxis {
     }
 
     /// The axis from the bytes of a controller's memory. Every image is an axis; whether its
-    /// kinematic values are finite is told by [`Self::non_finite_field`].
+    /// kinematic values are plausible is told by [`Self::implausible_field`].
     #[must_use]
     pub fn from_image(layout: ImageLayout, image: &[u8; IMAGE_LEN]) -> Self {
         let mut axis = Self::read_common(image);

@@ -89,9 +89,15 @@ pub struct NcToPlcAxis {
 }
 
 impl NcToPlcAxis {
-    /// The first kinematic field that is not a finite number, by its PLC name.
+    /// No position, velocity or acceleration of a real axis is beyond this, in u, u/s or u/s²: an f64
+    /// of this size counts in steps of an eighth, and sums and products of more could overflow.
+    pub const LARGEST: f64 = 1e15;
+
+    /// The first kinematic field that is not a number between ∓[`LARGEST`](Self::LARGEST), by its PLC
+    /// name.
     #[must_use]
-    pub fn non_finite_field(&self) -> Option<&'static str> {
+    pub fn implausible_field(&self) -> Option<&'static str> {
+        let plausible = -Self::LARGEST..=Self::LARGEST;
         [
             ("fPosIst", self.actual_position),
             ("fModuloPosIst", self.modulo_actual_position),
@@ -104,6 +110,6 @@ impl NcToPlcAxis {
             ("ModuloSetPos", self.modulo_set_position),
         ]
         .into_iter()
-        .find_map(|(name, value)| (!value.is_finite()).then_some(name))
+        .find_map(|(name, value)| (!plausible.contains(&value)).then_some(name))
     }
 }

@@ -226,7 +226,7 @@ proptest! {
                 ..NcToPlcAxis::default()
             };
             let out = block.update(CycleIndex(index % 50), &axis, mode, elapsed);
-            prop_assert_eq!(out.axis.non_finite_field(), None);
+            prop_assert_eq!(out.axis.implausible_field(), None);
             prop_assert!(!(out.synced && out.error.is_some()));
         }
     }
