@@ -316,7 +316,11 @@ impl Enabled {
             .then_some(SyncError::MaxDataAgeExceeded)
             .or(moved.error);
         let synced = clock.is_some() && error.is_none();
-        output(&time, &moved, &corrections, synced, error)
+        AxisSyncOutput {
+            // What the beats say of the drift is nothing new to who knows it better.
+            warning: time.warning.filter(|_| clock.is_none()),
+            ..output(&time, &moved, &corrections, synced, error)
+        }
     }
 
     fn mode(

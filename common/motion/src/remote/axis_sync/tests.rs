@@ -284,3 +284,22 @@ fn by_a_clock_silence_falls_back_and_new_data_are_followed_again() {
     let out = block.update_by_clock(index, &axis, clock_of(520), 1);
     assert_eq!((out.state, out.error), (FilterState::Observer, None));
 }
+
+#[test]
+fn by_a_clock_a_drift_that_beats_show_to_change_is_no_news() {
+    let warned = |clock: fn(u32) -> Option<Seconds>| {
+        let mut block = block(AxisSyncParameters::default());
+        (0..20_000_u32).any(|cycle| {
+            let faster = f64::from(cycle.saturating_sub(8_000)) * 10.0 * DRIFT_PPM * 1e-6;
+            let count = (f64::from(cycle) * (1.0 + DRIFT_PPM * 1e-6) + faster) as u64;
+            let (_, axis) = far(cycle);
+            let index = CycleIndex::of_count(count);
+            block
+                .update_by_clock(index, &axis, clock(cycle), 1)
+                .warning
+                .is_some()
+        })
+    };
+    assert!(warned(|_| None));
+    assert!(!warned(clock_of));
+}
