@@ -151,7 +151,7 @@ fn what_is_wrong_is_said_and_nothing_moves() {
     let cases: [(&[&str], &str); 6] = [
         (
             &["run", "nonsense"],
-            "expected a path ending in .toml or one of: beat",
+            "expected a path ending in .toml or one of: cut-to-length, beat",
         ),
         (
             &["run", "beat", "--set", "duration-s=-1"],
