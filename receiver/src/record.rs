@@ -67,6 +67,10 @@ pub struct ReceiverRecord {
     pub offset_sigma_us: Option<f64>,
     /// Its own standard deviation of the drift, ppm.
     pub drift_sigma_ppm: Option<f64>,
+    /// The random walk of the drift that predicts best, ppm/√s.
+    pub random_walk_ppm: Option<f64>,
+    /// Messages per measurement.
+    pub block_length: Option<u16>,
     /// Jumps of the delay that it noticed so far.
     pub shifts: u32,
     /// Times it began to lock anew.
@@ -204,7 +208,7 @@ impl From<DriveState> for DriveStateName {
 
 impl ReceiverRecord {
     /// The names of all fields but those of the slaves, in their order.
-    const COLUMNS: [&'static str; 38] = [
+    const COLUMNS: [&'static str; 40] = [
         "at_ns",
         "woke_ns",
         "cycle",
@@ -229,6 +233,8 @@ impl ReceiverRecord {
         "observer",
         "offset_sigma_us",
         "drift_sigma_ppm",
+        "random_walk_ppm",
+        "block_length",
         "shifts",
         "relocks",
         "delay",
@@ -300,6 +306,8 @@ impl ReceiverRecord {
             observer: observer.map(|o| o.state),
             offset_sigma_us: observer.map(|o| o.offset_sigma.as_micros()),
             drift_sigma_ppm: observer.map(|o| o.drift_sigma_ppm),
+            random_walk_ppm: observer.map(|o| o.random_walk_ppm),
+            block_length: observer.map(|o| o.block_length),
             shifts: observer.map_or(0, |o| o.shifts),
             relocks: observer.map_or(0, |o| o.relocks),
             delay: delay.map(|d| d.state),

@@ -112,10 +112,20 @@ pub struct ReceiverSummary {
     pub drift_uncertainty_ppm: Option<f64>,
     /// Its own standard deviation of the offset at the end, µs.
     pub offset_uncertainty_us: Option<f64>,
+    /// The random walk of the drift that predicted best at the end, ppm/√s.
+    pub random_walk_ppm: Option<f64>,
+    /// Messages per measurement.
+    pub block_length: Option<u16>,
     /// Jumps of the delay that it noticed.
     pub shifts: u64,
+    /// When they were, s after the start.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shift_times_s: Vec<f64>,
     /// Times it began to lock anew.
     pub relocks: u64,
+    /// When it did, s after the start.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub relock_times_s: Vec<f64>,
     /// Where the delay came from at the end; null unless the mode is `observer`.
     pub delay_state: Option<DelayState>,
     /// The delay at the end, µs.

@@ -57,6 +57,9 @@ struct Previous {
     evaluated: bool,
 }
 
+/// Times of events that are kept.
+const MOST_TIMES: usize = 1_000;
+
 impl Judge {
     pub(super) fn new(config: &ReceiverConfig, motion: usize, clock: usize, root: Root) -> Self {
         let mode = config.mode.name();
@@ -125,6 +128,7 @@ impl Judge {
             set_velocity,
         };
         let record = &row.record;
+        self.note_events(&row);
         self.count(record);
         for (judge, slave) in self.slaves.iter_mut().zip(record.slaves()) {
             judge.push(record, slave, &far);
@@ -165,6 +169,20 @@ impl Judge {
         (passed > 0.0).then_some((now? - before(previous)?) / passed)
     }
 
+    /// When the observer noticed jumps, or began to lock anew.
+    fn note_events(&mut self, row: &Row) {
+        let (summary, record) = (&mut self.summary, &row.record);
+        let events = [
+            (record.shifts, summary.shifts, &mut summary.shift_times_s),
+            (record.relocks, summary.relocks, &mut summary.relock_times_s),
+        ];
+        for (now, before, times) in events {
+            if u64::from(now) > before && times.len() < MOST_TIMES {
+                times.push(row.t_s);
+            }
+        }
+    }
+
     fn count(&mut self, record: &ReceiverRecord) {
         let summary = &mut self.summary;
         summary.cycles += 1;
@@ -181,6 +199,8 @@ impl Judge {
         summary.observer_state = record.observer;
         summary.drift_uncertainty_ppm = record.drift_sigma_ppm;
         summary.offset_uncertainty_us = record.offset_sigma_us;
+        summary.random_walk_ppm = record.random_walk_ppm;
+        summary.block_length = record.block_length;
         summary.shifts = record.shifts.into();
         summary.relocks = record.relocks.into();
         summary.delay_state = record.delay;
