@@ -21,6 +21,9 @@ pub(super) struct Events {
     pub(super) rebased: bool,
 }
 
+/// So many times the messages that are enough are plenty.
+const PLENTY: u32 = 4;
+
 impl Progress {
     pub(super) const fn starting_at(since: Instant<Local>) -> Self {
         Self {
@@ -46,10 +49,13 @@ impl Progress {
         jitter: f64,
         parameters: &ObserverParameters,
     ) {
+        let enough = parameters.synced_messages;
+        // Wide jitter may be alike for long, and hide a drift.
+        let plenty = self.messages / PLENTY >= enough;
         let sure = sigma * 1e6 < parameters.synced_sigma_us
-            || sigma < parameters.synced_sigma_part * jitter
+            || plenty && sigma < parameters.synced_sigma_part * jitter
             || (now - self.since).as_secs_f64() > parameters.longest_locking_s;
-        self.synced |= sure && self.messages >= parameters.synced_messages;
+        self.synced |= sure && self.messages >= enough;
     }
 }
 
