@@ -140,12 +140,12 @@ impl Evaluation {
     pub(crate) fn receiver_did(
         &mut self,
         receiver: usize,
-        record: &ReceiverRecord,
+        record: ReceiverRecord,
         sink: &mut impl RowSink,
     ) {
-        self.clock_was(receiver, record);
+        self.clock_was(receiver, &record);
         let judge = &mut self.receivers[receiver];
-        judge.waiting.push_back(record.clone());
+        judge.waiting.push_back(record);
         // The motion up to this cycle may be known only after the master's next one.
         while let Some(record) = judge.waiting.pop_front() {
             let at = Instant::from_nanos(record.at_ns);

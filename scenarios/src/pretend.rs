@@ -205,7 +205,7 @@ impl<S: RowSink> Observer<AnyNode> for Watcher<'_, S> {
             AnyNode::Receiver(receiver) => {
                 let record = ReceiverRecord::new(at_ns, seen.woke.as_nanos(), &receiver.snapshot());
                 let receiver = seen.index - self.senders;
-                self.evaluation.receiver_did(receiver, &record, self.sink);
+                self.evaluation.receiver_did(receiver, record, self.sink);
             }
         }
     }

@@ -51,7 +51,7 @@ pub(super) fn evaluate(
                 evaluation.master_was(sender, record.axis, sample);
             }
             Step::Receiver(receiver, record) => {
-                evaluation.receiver_did(receiver, record, sink);
+                evaluation.receiver_did(receiver, record.clone(), sink);
             }
         }
     }

@@ -145,15 +145,13 @@ impl PhaseObserver {
         }
         let queued = held_up && gap * 2 < self.data_cycle_time;
         let shifted = stream.line.as_ref().is_some_and(|line| {
-            let patience = line.bank.wander().patience();
-            let messages = (f64::from(self.shift_messages) * patience) as u16;
             !queued
                 && self.detector.observe(
                     value,
                     line.bounds,
                     arrived,
                     self.data_cycle_time,
-                    messages,
+                    self.shift_messages,
                 )
         });
         if shifted {

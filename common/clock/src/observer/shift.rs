@@ -70,6 +70,8 @@ pub(super) struct Bounds {
     pub(super) above: f64,
     /// Where the line is.
     pub(super) level: f64,
+    /// So many times the usual number of messages make a shift.
+    pub(super) patience: f64,
 }
 
 impl ShiftDetector {
@@ -103,6 +105,7 @@ impl ShiftDetector {
         pace: Span,
         messages: u16,
     ) -> bool {
+        let messages = (f64::from(messages) * bounds.patience) as u16;
         self.recent[self.next] = residual;
         self.next = (self.next + 1) % RECENT;
         self.suspected = if self.is_suspicious() {
@@ -210,6 +213,7 @@ mod tests {
             late: 1e-4,
             above: 2e-5,
             level: 0.0,
+            patience: 1.0,
         };
         let pace = Span::from_millis(1);
         let notice = |spacing: Span| {
@@ -230,6 +234,7 @@ mod tests {
             late: 3e-5,
             above: 1.5e-5,
             level: 0.0,
+            patience: 1.0,
         };
         let pace = Span::from_millis(1);
         let notice = |residual: fn(f64) -> f64| {

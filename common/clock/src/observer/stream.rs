@@ -115,6 +115,7 @@ impl Line {
         let unsure = 5.0 * libm::sqrt(bank.combined().offset_variance);
         let doubt = jitter.doubt();
         Bounds {
+            patience: bank.wander().patience(),
             level: jitter.moved(),
             early: jitter.moved() - 4.0 * jitter.normal() * doubt - unsure,
             late: jitter.moved() + (2.0 * jitter.normal() + jitter.exponential()) * doubt + unsure,
