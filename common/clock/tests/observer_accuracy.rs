@@ -9,8 +9,12 @@
     clippy::print_stdout
 )]
 
+#[path = "../examples/observer_table/drive.rs"]
+mod drive;
 #[path = "../examples/observer_table/figures.rs"]
 mod figures;
+#[path = "../examples/observer_table/link.rs"]
+mod link;
 #[path = "../examples/observer_table/peers.rs"]
 mod peers;
 #[path = "../examples/observer_table/world.rs"]

@@ -1,5 +1,8 @@
 //! Follows many runs and reduces each to a few figures.
 
+use coaxle_clock::observer::ObserverState;
+
+use crate::drive::drive;
 use crate::peers::Follower;
 use crate::world::{self, Case, Run};
 
@@ -30,37 +33,30 @@ pub(crate) struct Figures {
 const WITHIN: f64 = 1e-6;
 
 pub(crate) fn follow(follower: &mut dyn Follower, case: &Case, run: &Run) -> Figures {
-    let cycle = (case.cycle * 1e9) as i64;
-    let cycles = (case.seconds / case.cycle) as i64;
-    let mut errors = vec![f64::NAN; cycles as usize];
+    let cycles = (case.seconds / case.cycle) as usize;
+    let mut errors = vec![f64::NAN; cycles];
     let mut figures = Figures {
         synced: f64::NAN,
         detect: f64::NAN,
         ..Figures::default()
     };
-    let (mut next, mut previous) = (0, f64::NEG_INFINITY);
-    for k in 0..cycles {
-        let now = k * cycle;
-        while next < run.messages.len() && run.messages[next].arrived <= now {
-            follower.observe(&run.messages[next]);
-            next += 1;
-        }
-        if let Some(far) = follower.far(now) {
-            let now = now as f64 * 1e-9;
-            errors[k as usize] = far - run.far(now) + world::MIN_DELAY;
-            figures.backward += u32::from(far <= previous);
-            previous = far;
-            if let Some(output) = follower.output() {
-                use coaxle_clock::observer::ObserverState::Synced;
-                if figures.synced.is_nan() && output.state == Synced {
-                    figures.synced = now;
-                }
-                if figures.detect.is_nan() && output.shifts > 0 {
-                    figures.detect = now;
-                }
+    let mut previous = f64::NEG_INFINITY;
+    drive(follower, run, cycles, |cycle| {
+        let (Some(far), now) = (cycle.far, cycle.now) else {
+            return;
+        };
+        errors[cycle.number] = far - run.far(now) + world::MIN_DELAY;
+        figures.backward += u32::from(far <= previous);
+        previous = far;
+        if let Some(output) = &cycle.output {
+            if figures.synced.is_nan() && output.state == ObserverState::Synced {
+                figures.synced = now;
+            }
+            if figures.detect.is_nan() && output.shifts > 0 {
+                figures.detect = now;
             }
         }
-    }
+    });
     if let Some(output) = follower.output() {
         figures.shifts = output.shifts;
         figures.lead = output.lead.0;
@@ -129,7 +125,7 @@ pub(crate) const EARLY: [f64; 6] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
 
 /// The first time from which the error has an rms within a microsecond over both the next one and
 /// the next five seconds.
-fn lock_rms(errors: &[f64], constant: f64, cycle: f64) -> f64 {
+pub(crate) fn lock_rms(errors: &[f64], constant: f64, cycle: f64) -> f64 {
     let (short, long) = ((1.0 / cycle) as usize, (5.0 / cycle) as usize);
     let mut sums = vec![0.0];
     for error in errors {

@@ -4,11 +4,13 @@ use coaxle_clock::observer::{ObserverOutput, ObserverParameters, ObserverState, 
 use coaxle_clock::time_sync::{TimeSync, TimeSyncParameters};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
 
-use crate::world::Message;
+use crate::world::{Exchange, Message};
 
 /// Something that turns arrivals into far time.
 pub(crate) trait Follower {
     fn observe(&mut self, message: &Message);
+    /// Takes a question and its answer, when the answer has come. Who needs only arrivals ignores it.
+    fn exchange(&mut self, _exchange: &Exchange) {}
     /// The far time, s, at the local time `now` (ns).
     fn far(&mut self, now: i64) -> Option<f64>;
     fn output(&self) -> Option<ObserverOutput> {
@@ -87,14 +89,15 @@ impl Follower for Ts5066 {
     }
 }
 
-fn phase(message: &Message, cycle: f64) -> (f64, f64) {
+/// When a message was due by its count, and how much later it arrived than its send stamp says, s.
+pub(crate) fn phase(message: &Message, cycle: f64) -> (f64, f64) {
     let due = message.count as f64 * cycle;
     let arrived = (message.arrived - message.stamp.unwrap_or(0)) as f64 * 1e-9;
     (due, arrived - due)
 }
 
 /// Far time from a line `offset + drift·(due − at)`.
-fn far_by(now: i64, at: f64, offset: f64, drift: f64) -> f64 {
+pub(crate) fn far_by(now: i64, at: f64, offset: f64, drift: f64) -> f64 {
     at + (now as f64 * 1e-9 - at - offset) / (1.0 + drift)
 }
 

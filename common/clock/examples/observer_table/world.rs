@@ -1,6 +1,7 @@
 //! A sender with a wandering clock and a link with jitter, in virtual time. The receiver's clock is
 //! the true one.
 
+use crate::link::{Correlated, CorrelatedDelay, HoldUpTimes, HoldUps};
 use rand_distr::{Distribution, Exp1, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -26,6 +27,13 @@ pub(crate) struct Case {
     pub(crate) stalls: f64,
     /// The delay wanders by so much within so long: width and time constant, s.
     pub(crate) wander: Option<(f64, f64)>,
+    /// A delay on top of the jitter whose neighbouring values are alike.
+    pub(crate) correlated: Option<Correlated>,
+    pub(crate) hold_ups: Option<HoldUps>,
+    /// Arrivals are seen only at multiples of so much, rounded down, s.
+    pub(crate) arrival_grid: Option<f64>,
+    /// The drift swings by so much with this period, s/s and s.
+    pub(crate) sine_drift: Option<(f64, f64)>,
     /// Instead of all jitter: what an efficient estimator would make of it, normal noise of this
     /// width.
     pub(crate) efficient: Option<f64>,
@@ -48,6 +56,10 @@ impl Case {
             load: None,
             stalls: 0.0,
             wander: None,
+            correlated: None,
+            hold_ups: None,
+            arrival_grid: None,
+            sine_drift: None,
             efficient: None,
         }
     }
@@ -72,6 +84,15 @@ impl Case {
             ..Self::busy(75.0)
         }
     }
+
+    /// Whether [`bound`] holds: independent jitter and a drift that does nothing but wander.
+    pub(crate) const fn has_bound(&self) -> bool {
+        let undisturbed = self.stalls == 0.0 && self.hold_ups.is_none() && self.load.is_none();
+        let independent = self.wander.is_none() && self.correlated.is_none();
+        let steady =
+            self.drift_step.is_none() && self.delay_step.is_none() && self.sine_drift.is_none();
+        undisturbed && independent && steady && self.arrival_grid.is_none()
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -83,8 +104,34 @@ pub(crate) struct Message {
     pub(crate) stamp: Option<i64>,
 }
 
+/// A question and its answer: sent and answered on the local clock (`t1`, `t4`), received and
+/// answered on the sender's (`t2`, `t3`), ns.
+#[allow(dead_code, reason = "for followers that use exchanges")]
+#[derive(Clone, Copy)]
+pub(crate) struct Exchange {
+    pub(crate) t1: i64,
+    pub(crate) t2: i64,
+    pub(crate) t3: i64,
+    pub(crate) t4: i64,
+}
+
+impl Exchange {
+    /// Both clocks set forward.
+    pub(crate) const fn moved(self, local: i64, far: i64) -> Self {
+        Self {
+            t1: self.t1 + local,
+            t2: self.t2 + far,
+            t3: self.t3 + far,
+            t4: self.t4 + local,
+        }
+    }
+}
+
 pub(crate) struct Run {
+    /// In the order of their arrival.
     pub(crate) messages: Vec<Message>,
+    /// In the order of `t4`. Generated runs have none.
+    pub(crate) exchanges: Vec<Exchange>,
     /// When each count was due, s.
     due: Vec<f64>,
     cycle: f64,
@@ -109,6 +156,8 @@ impl Run {
         let mut messages = Vec::with_capacity(cycles as usize);
         let mut now = 0.0123 + uniform() * case.cycle;
         let (mut stepped, mut last, mut wandered) = (false, 0.0_f64, 0.0);
+        let mut correlated = case.correlated.map(|kind| CorrelatedDelay::new(kind, seed));
+        let mut hold_ups = case.hold_ups.map(|kind| HoldUpTimes::new(kind, seed));
         let mut other = {
             let mut random = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0xAAAA);
             move || -> f64 { StandardNormal.sample(&mut random) }
@@ -131,6 +180,9 @@ impl Run {
                 wandered = kept * wandered + width * (1.0 - kept * kept).sqrt() * other();
                 arrived += wandered;
             }
+            if let Some(delay) = &mut correlated {
+                arrived += delay.after(case.cycle);
+            }
             let stamp = case
                 .stamp_noise
                 .filter(|_| case.efficient.is_none())
@@ -150,9 +202,15 @@ impl Run {
             if let Some(width) = case.efficient {
                 arrived = now + MIN_DELAY + width / case.sender_jitter * late;
             }
+            if let Some(hold_ups) = &mut hold_ups {
+                arrived = hold_ups.hold(arrived);
+            }
             if case.in_order && case.efficient.is_none() {
                 arrived = arrived.max(last);
                 last = arrived;
+            }
+            if let Some(grid) = case.arrival_grid {
+                arrived = (arrived / grid).floor() * grid;
             }
             let lost = uniform() < case.loss;
             if !lost {
@@ -170,18 +228,50 @@ impl Run {
                 stepped = true;
                 drift += by;
             }
-            now += case.cycle * (1.0 + drift);
+            let swing = case.sine_drift.map_or(0.0, |(size, period)| {
+                size * (std::f64::consts::TAU * now / period).sin()
+            });
+            now += case.cycle * (1.0 + drift + swing);
         }
         messages.sort_by_key(|message| message.arrived);
+        Self::of_parts(messages, due, case.cycle)
+    }
+
+    /// From messages in the order of their arrival and from when each count was due, s.
+    pub(crate) const fn of_parts(messages: Vec<Message>, due: Vec<f64>, cycle: f64) -> Self {
         Self {
             messages,
+            exchanges: Vec::new(),
             due,
-            cycle: case.cycle,
+            cycle,
         }
+    }
+
+    /// When a count was due, s.
+    pub(crate) fn due(&self, count: usize) -> Option<f64> {
+        self.due.get(count).copied()
+    }
+
+    /// s
+    pub(crate) const fn cycle(&self) -> f64 {
+        self.cycle
+    }
+
+    /// The sender's rate against the local clock at local time `now`, ppm.
+    pub(crate) fn drift_ppm(&self, now: f64) -> f64 {
+        let k = self.count_at(now);
+        (self.cycle / (self.due[k + 1] - self.due[k]) - 1.0) * 1e6
     }
 
     /// The far time, s, at local time `now`.
     pub(crate) fn far(&self, now: f64) -> f64 {
+        let k = self.count_at(now);
+        let part = (now - self.due[k]) / (self.due[k + 1] - self.due[k]);
+        (k as f64 + part) * self.cycle
+    }
+
+    /// The count that was last due at local time `now`; the last but one at the end of the run.
+    fn count_at(&self, now: f64) -> usize {
         let guess = ((now - self.due[0]) / self.cycle) as isize;
         let mut k = guess.clamp(0, self.due.len() as isize - 2) as usize;
         while k > 0 && self.due[k] > now {
@@ -190,8 +280,7 @@ impl Run {
         while k + 2 < self.due.len() && self.due[k + 1] <= now {
             k += 1;
         }
-        let part = (now - self.due[k]) / (self.due[k + 1] - self.due[k]);
-        (k as f64 + part) * self.cycle
+        k
     }
 }
 
