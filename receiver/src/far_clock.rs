@@ -207,11 +207,11 @@ impl Observed {
     }
 }
 
-/// Holding over is as sure as it was before.
+/// Holding over, or with more uncertainty, the far time goes on as it did before: leaving it would be a step.
 const fn is_sure(state: ObserverState, before: bool) -> bool {
     match state {
         ObserverState::Synced => true,
-        ObserverState::Holdover => before,
+        ObserverState::Unsure | ObserverState::Holdover => before,
         ObserverState::Startup | ObserverState::Locking | ObserverState::Lost => false,
     }
 }

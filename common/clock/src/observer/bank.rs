@@ -24,6 +24,10 @@ const VARIANCE_MEMORY: f64 = 1_000.0;
 /// A slow filter this many standard deviations off a faster one for so many blocks is wrong.
 const CONTRADICTION: f64 = 4.0;
 
+/// Measurements are off by what their mean over so many is; less than so many times its standard
+/// deviation is chance.
+const BIAS_MEMORY: f64 = 24.0;
+const UNBIASED: f64 = 2.0;
 /// The faster filter itself still lags behind, in the drift more than in the offset: its variances
 /// are taken so many times.
 const DRIFT_DOUBT: f64 = 8.0;
@@ -44,9 +48,11 @@ pub(super) struct Bank {
     excess: f64,
     blocks: f64,
     wander: Wander,
+    /// By how much measurements lately were off what was expected of them, s, and what chance may do, s².
+    bias: f64,
+    bias_by_chance: f64,
     combined: Estimate,
     chosen: usize,
-    since_event: f64,
 }
 
 impl Bank {
@@ -72,9 +78,10 @@ impl Bank {
             excess: 1.0,
             blocks: 0.0,
             wander: Wander::new(),
+            bias: 0.0,
+            bias_by_chance: 0.0,
             combined: estimate,
             chosen: USUAL,
-            since_event: 0.0,
         }
     }
 
@@ -105,11 +112,6 @@ impl Bank {
         &self.wander
     }
 
-    /// How long all has gone well.
-    pub(super) const fn seconds_since_event(&self) -> f64 {
-        self.since_event
-    }
-
     /// The offset jumped: all filters with it. What they know of the drift remains.
     pub(super) fn shift(&mut self, by: f64, variance: f64) {
         for filter in self.filters.iter_mut().chain([&mut self.combined]) {
@@ -117,7 +119,7 @@ impl Bank {
             filter.offset_variance += variance;
         }
         self.wander.jumped();
-        self.since_event = 0.0;
+        self.bias = 0.0;
         self.forget_event();
     }
 
@@ -131,8 +133,8 @@ impl Bank {
     /// Takes the measurement of one block, `dt` seconds after the previous one. `expected` is the
     /// variance that the jitter model promises for it.
     pub(super) fn observe(&mut self, dt: f64, measured: f64, expected: f64) {
+        self.notice_bias(dt, measured, expected);
         self.predict(dt);
-        self.since_event += dt;
         let forget = 1.0 - (dt / LOSS_MEMORY).min(1.0);
         self.notice_wander(dt, measured, expected);
         let factor = self.wander.factor();
@@ -154,6 +156,20 @@ impl Bank {
         self.reseed_contradicted();
         self.snapshot(dt);
         self.combine();
+    }
+
+    /// What the estimate is off by, squared, as far as the last measurements show it: it lags behind a
+    /// drift that changes.
+    pub(super) fn bias_variance(&self) -> f64 {
+        (self.bias * self.bias - UNBIASED * UNBIASED * self.bias_by_chance).max(0.0)
+    }
+
+    fn notice_bias(&mut self, dt: f64, measured: f64, expected: f64) {
+        let before = &self.combined;
+        let part = 1.0 / BIAS_MEMORY;
+        self.bias += part * (measured - before.offset - before.drift * dt - self.bias);
+        let scatter = before.offset_variance + expected * self.excess.max(self.wander.factor());
+        self.bias_by_chance += part * (0.5 * part * scatter - self.bias_by_chance);
     }
 
     /// When the delay turns out to wander, less is known than was believed, also of which filter is

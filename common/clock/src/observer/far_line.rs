@@ -63,9 +63,9 @@ impl PhaseObserver {
     #[must_use]
     pub fn line(&self) -> Option<FarLine> {
         let stream = self.stream.as_ref()?;
-        let line = stream.line.as_ref()?;
-        let estimate = line.bank.combined();
-        let due = self.data_cycle_time * line.at;
+        let followed = self.followed()?;
+        let estimate = followed.estimate;
+        let due = self.data_cycle_time * followed.at;
         let far = FarTime {
             instant: stream.origin + due,
             fraction_ns: 0.0,
@@ -73,9 +73,9 @@ impl PhaseObserver {
         let rate = 1.0 / (1.0 + self.drift());
         Some(FarLine {
             epoch: stream.epoch,
-            synced: self.progress.synced,
+            synced: self.progress.is_synced(),
             relocks: self.events.relocks,
-            sigma: Seconds(libm::sqrt(estimate.offset_variance)),
+            sigma: Seconds(stream.choice.sigma(estimate.offset_variance)),
             jumped: self.jumped,
             count_zero: stream.origin - self.data_cycle_time * stream.first_count as i64,
             here: stream.first_arrival + due,

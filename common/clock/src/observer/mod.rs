@@ -13,10 +13,17 @@
 //! (`jitter`); a `bank` of Kalman filters, each for another restlessness of the drift, follows the
 //! measurements; `shift` notices when the line jumps; and `output` walks along it without steps.
 //!
+//! All this holds for delays that are independent of each other. Between processes they are not:
+//! `correlation` notices it, the `edge` of the phases is then the better line, and `choice` decides
+//! which of both is followed.
+//!
 //! Nothing here allocates, and the work per message and per cycle is bounded.
 
 mod bank;
+mod choice;
+mod correlation;
 mod counts;
+mod edge;
 mod far_line;
 mod filter;
 mod hazard;
@@ -29,6 +36,7 @@ mod progress;
 mod pull;
 mod report;
 mod shift;
+mod steadiness;
 mod stream;
 mod told_delay;
 mod wander;
@@ -41,7 +49,10 @@ pub use report::{ObserverOutput, ObserverState};
 use crate::cycle::CycleTime;
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
 use crate::time_sync::WrongParameter;
+use choice::Choice;
 use counts::{Counts, News};
+use edge::Edge;
+use filter::Estimate;
 use jitter::Jitter;
 use output::Shown;
 use progress::{Events, Progress};
@@ -51,8 +62,24 @@ use told_delay::ToldDelay;
 
 /// After so many seconds without an event the drift is trusted, whatever the offset does.
 const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
+/// At first the delay may be longer than usual by so many widths of the jitter, and at least by this,
+/// s. It is forgotten with this time constant, s.
+const UNSEEN: f64 = 3.0;
+const LEAST_UNSEEN: f64 = 1e-5;
+const UNSEEN_FOR: f64 = 2.5;
+/// The edge finds smaller shifts itself, s.
+const EDGE_FOLLOWS: f64 = 1e-4;
 /// No clock this crate is made for drifts more, s/s.
 const LARGEST_DRIFT: f64 = 0.01;
+
+/// The line that is followed.
+struct Followed {
+    /// The estimate is of this count since the first.
+    at: i64,
+    estimate: Estimate,
+    /// The variance that the drift gains per second.
+    drift_walk: f64,
+}
 
 /// Follows one sender's clock. Feed it each message with [`observe`](Self::observe) and ask it for
 /// the far time once per receiver cycle with [`cycle`](Self::cycle).
@@ -137,9 +164,21 @@ impl PhaseObserver {
         let count = count.wrapping_sub(stream.first_count) as i64;
         let sent = arrived - send_stamp.unwrap_or(Span::ZERO);
         let phase = sent - stream.first_arrival - self.data_cycle_time * count;
-        let value = phase.as_secs_f64() - stream.expected(count, self.seconds_per_count);
+        let phase = phase.as_secs_f64();
+        let value = phase - stream.expected(count, self.seconds_per_count);
+        let time = count as f64 * self.seconds_per_count;
+        stream.edge.observe(time, phase);
+        let shift = stream.edge.take_shift();
+        if stream.choice.is_edge() {
+            self.jumped.0 += stream.edge.take_jump() + shift.unwrap_or(0.0);
+            if let Some(shift) = shift {
+                stream.choice.shift(shift);
+                self.events.shift(arrived);
+            }
+        }
         let held_up = stream.is_held_up(value, gap);
         if !held_up {
+            stream.choice.observe(value);
             stream.block[stream.filled] = Residual { count, value };
             stream.filled += 1;
         }
@@ -223,6 +262,8 @@ impl PhaseObserver {
             filled: 0,
             held_up: 0,
             line: None,
+            edge: Edge::new(self.seconds_per_count),
+            choice: Choice::new(),
         });
     }
 
@@ -242,13 +283,37 @@ impl PhaseObserver {
     }
 
     fn drift(&self) -> f64 {
-        match &self.stream {
-            Some(Stream {
-                line: Some(line), ..
-            }) => line.bank.combined().drift,
-            _ => 0.0,
-        }
-        .clamp(-LARGEST_DRIFT, LARGEST_DRIFT)
+        let followed = self.followed();
+        followed.map_or(0.0, |followed| {
+            (followed.estimate.drift).clamp(-LARGEST_DRIFT, LARGEST_DRIFT)
+        })
+    }
+
+    /// What nobody can know at first: whether messages will be earlier, once the delay is another, s.
+    fn unseen(&self, now: Instant<Local>) -> f64 {
+        let age = (now - self.progress.since).as_secs_f64().max(0.0);
+        let most = (UNSEEN * self.jitter.width()).max(LEAST_UNSEEN);
+        most * libm::exp(-age / UNSEEN_FOR)
+    }
+
+    /// The line that is followed: that of all messages, or their lower edge.
+    fn followed(&self) -> Option<Followed> {
+        let stream = self.stream.as_ref()?;
+        let line = stream.line.as_ref()?;
+        let mut followed = match stream.edge.line() {
+            Some(edge) if stream.choice.is_edge() => Followed {
+                at: libm::round(edge.at / self.seconds_per_count) as i64,
+                estimate: edge.estimate,
+                drift_walk: Edge::drift_walk(),
+            },
+            _ => Followed {
+                at: line.at,
+                estimate: *line.bank.combined(),
+                drift_walk: line.bank.drift_walk(),
+            },
+        };
+        followed.estimate.offset += stream.choice.carry();
+        Some(followed)
     }
 
     fn end_block(&mut self, arrived: Instant<Local>) {
@@ -289,8 +354,25 @@ impl PhaseObserver {
             (self.jitter).learn(&residuals, line_offset - expected, wander);
         }
         line.bounds = Line::bounds(&line.bank, &self.jitter);
-        let sigma = libm::sqrt(line.bank.combined().offset_variance);
-        let jitter = self.jitter.width() * libm::sqrt(line.bank.wander().factor());
+        let width = self.jitter.width();
+        let jitter = width * libm::sqrt(line.bank.wander().factor());
+        let mut variance = line.bank.combined().offset_variance;
+        if let Some(edge) = stream.edge.line() {
+            let time = middle as f64 * self.seconds_per_count;
+            let age = (arrived - self.progress.since).as_secs_f64();
+            stream.choice.suspect(line.bank.wander().factor());
+            let jump = stream
+                .choice
+                .judge(time, age, line.bank.combined(), edge, width);
+            self.jumped.0 += jump;
+            if stream.choice.is_edge() {
+                variance = edge.estimate.offset_variance;
+            }
+        }
+        if !stream.choice.is_edge() {
+            variance += line.bank.bias_variance();
+        }
+        let sigma = stream.choice.sigma(variance);
         (self.progress).judge(arrived, sigma, jitter, &self.parameters);
     }
 
@@ -302,7 +384,8 @@ impl PhaseObserver {
         let Some(line) = &mut stream.line else {
             return;
         };
-        let young = line.bank.seconds_since_event() < DRIFT_IS_KNOWN_AFTER;
+        let age = (arrived - self.progress.since).as_secs_f64();
+        let young = age < DRIFT_IS_KNOWN_AFTER;
         let shift = if young {
             // Soon after another one, or after the start: the line was wrong in more than its offset.
             let drift = self.parameters.expected_drift_ppm * 1e-6;
@@ -322,8 +405,19 @@ impl PhaseObserver {
         };
         stream.filled = 0;
         self.detector.clear();
-        self.events.shift(arrived);
         let cycles = shift::skipped_cycles(shift, self.seconds_per_count, &self.parameters);
+        let small = cycles == 0 && libm::fabs(shift) < EDGE_FOLLOWS;
+        if small && stream.edge.line().is_some() {
+            stream.choice.suspect_small_shift();
+        }
+        if cycles != 0 || !stream.choice.is_edge() && !small {
+            stream.edge.shift(shift);
+            stream.choice.shift(shift);
+        } else if stream.choice.is_correlated() {
+            // The edge knows better.
+            return;
+        }
+        self.events.shift(arrived);
         self.jumped.0 += shift - cycles as f64 * self.seconds_per_count;
         if cycles != 0 {
             stream.origin += self.data_cycle_time * cycles;
@@ -345,7 +439,9 @@ impl PhaseObserver {
             ObserverState::Lost
         } else if silence > self.holdover_after {
             ObserverState::Holdover
-        } else if self.progress.synced {
+        } else if self.progress.is_unsure() {
+            ObserverState::Unsure
+        } else if self.progress.is_synced() {
             ObserverState::Synced
         } else {
             ObserverState::Locking
@@ -392,20 +488,22 @@ impl PhaseObserver {
             rebased: events.rebased,
             ..ObserverOutput::default()
         };
-        if let Some(Stream {
-            line: Some(line),
-            first_arrival,
-            ..
-        }) = &self.stream
+        if let (Some(stream), Some(followed)) = (&self.stream, self.followed())
+            && let Some(line) = &stream.line
         {
-            let due = *first_arrival + self.data_cycle_time * line.at;
+            let due = stream.first_arrival + self.data_cycle_time * followed.at;
             let dt = (now - due).as_secs_f64().max(0.0);
-            let walk = line.bank.drift_walk();
-            let estimate = line.bank.combined();
+            let walk = followed.drift_walk;
+            let estimate = followed.estimate;
             let drift_variance = estimate.drift_variance + dt * walk;
             output.drift_ppm = (1.0 / (1.0 + self.drift()) - 1.0) * 1e6;
             output.drift_sigma_ppm = libm::sqrt(drift_variance) * 1e6;
-            output.offset_sigma = Seconds(libm::sqrt(estimate.offset_variance_after(dt, walk)));
+            let mut variance = estimate.offset_variance_after(dt, walk);
+            if !stream.choice.is_edge() {
+                variance += line.bank.bias_variance();
+            }
+            let sigma = stream.choice.sigma(variance);
+            output.offset_sigma = Seconds(libm::hypot(sigma, self.unseen(now)));
             output.random_walk_ppm = line.bank.random_walk_ppm();
             output.lead = Seconds(self.jitter.moved());
             output.normal_jitter = Seconds(self.jitter.normal());

@@ -5,7 +5,10 @@ use crate::instant::{Instant, Local};
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Progress {
-    pub(super) synced: bool,
+    /// The standard deviation that was good enough when it synchronised, s; none before.
+    granted: Option<f64>,
+    /// It is not good enough any more.
+    unsure: bool,
     pub(super) lost: bool,
     pub(super) messages: u32,
     pub(super) since: Instant<Local>,
@@ -21,13 +24,16 @@ pub(super) struct Events {
     pub(super) rebased: bool,
 }
 
+/// Synchronised is left when the standard deviation grows beyond so many times what was good enough.
+const UNSURE: f64 = 2.0;
 /// So many times the messages that are enough are plenty.
 const PLENTY: u32 = 4;
 
 impl Progress {
     pub(super) const fn starting_at(since: Instant<Local>) -> Self {
         Self {
-            synced: false,
+            granted: None,
+            unsure: false,
             lost: false,
             messages: 0,
             since,
@@ -49,13 +55,51 @@ impl Progress {
         jitter: f64,
         parameters: &ObserverParameters,
     ) {
+        match self.granted {
+            Some(granted) => {
+                let bound = if self.unsure {
+                    granted
+                } else {
+                    UNSURE * granted
+                };
+                self.unsure = sigma > bound;
+            }
+            None => self.granted = self.good_enough(now, sigma, jitter, parameters),
+        }
+    }
+
+    /// The standard deviation that is good enough now, if this one is.
+    fn good_enough(
+        &self,
+        now: Instant<Local>,
+        sigma: f64,
+        jitter: f64,
+        parameters: &ObserverParameters,
+    ) -> Option<f64> {
         let enough = parameters.synced_messages;
-        // Wide jitter may be alike for long, and hide a drift.
+        if self.messages < enough {
+            return None;
+        }
+        // Wide jitter may be correlated for long, and hide a drift.
         let plenty = self.messages / PLENTY >= enough;
-        let sure = sigma * 1e6 < parameters.synced_sigma_us
-            || plenty && sigma < parameters.synced_sigma_part * jitter
-            || (now - self.since).as_secs_f64() > parameters.longest_locking_s;
-        self.synced |= sure && self.messages >= enough;
+        let part = if plenty {
+            parameters.synced_sigma_part * jitter
+        } else {
+            0.0
+        };
+        let wanted = part.max(parameters.synced_sigma_us * 1e-6);
+        let too_long = (now - self.since).as_secs_f64() > parameters.longest_locking_s;
+        (sigma < wanted || too_long).then_some(wanted.max(sigma))
+    }
+
+    /// Whether it synchronised.
+    pub(super) const fn is_synced(&self) -> bool {
+        self.granted.is_some()
+    }
+
+    /// Whether it synchronised, but is less sure by now.
+    pub(super) const fn is_unsure(&self) -> bool {
+        self.unsure
     }
 }
 

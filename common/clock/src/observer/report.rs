@@ -15,6 +15,8 @@ pub enum ObserverState {
     Locking,
     /// The far time is sure.
     Synced,
+    /// It was sure, and is followed on, but is uncertain by more than twice what is good enough.
+    Unsure,
     /// No messages lately: going on by the last estimate.
     Holdover,
     /// No messages for too long.

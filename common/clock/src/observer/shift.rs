@@ -46,17 +46,20 @@ impl Run {
     /// A longer delay makes all messages later, also the earliest; wider jitter only most of them.
     /// For exponential jitter of whatever width, `n` messages without one below this part of their
     /// mean have a chance of about `exp(-PART·n)`.
-    fn is_displaced(&self, level: f64) -> bool {
+    fn is_displaced(&self, level: f64, part: f64) -> bool {
         let n = f64::from(self.messages.saturating_sub(CHANCE));
-        self.least - level > PART * (self.sum / n - level)
+        self.least - level > part * (self.sum / n - level)
     }
 }
 
+/// The same for both runs: the second one is twice as long.
 const PART: f64 = 0.4;
+const ABOVE_PART: f64 = 0.3;
 const CHANCE: u16 = 8;
 const RECENT: usize = 16;
 /// A suspected shift holds the estimate back from so many messages on.
 const SUSPECTED: u16 = 8;
+const SUSPECTED_ABOVE: u16 = 16;
 
 /// What has been suspected for so many messages is none.
 const LONGEST_SUSPICION: u16 = 512;
@@ -140,12 +143,12 @@ impl ShiftDetector {
     fn is_certain(&mut self, messages: u16) -> bool {
         let level = self.level;
         let runs = [
-            (&mut self.late_run, messages),
-            (&mut self.above_run, messages.saturating_mul(2)),
+            (&mut self.late_run, messages, PART),
+            (&mut self.above_run, messages.saturating_mul(2), ABOVE_PART),
         ];
-        for (run, needed) in runs {
+        for (run, needed, part) in runs {
             if run.messages >= needed {
-                if run.is_displaced(level) {
+                if run.is_displaced(level, part) {
                     return true;
                 }
                 *run = Run::NONE;
@@ -160,10 +163,13 @@ impl ShiftDetector {
     }
 
     fn is_suspicious(&self) -> bool {
-        let run = &self.late_run;
-        let wider = run.messages > 2 * CHANCE && !run.is_displaced(self.level);
-        let late = run.messages >= SUSPECTED && !wider;
-        late || self.early >= SUSPECTED
+        let suspicious = |run: &Run, messages: u16, part: f64| {
+            let wider = run.messages > 2 * CHANCE && !run.is_displaced(self.level, part);
+            run.messages >= messages && !wider
+        };
+        suspicious(&self.late_run, SUSPECTED, PART)
+            || suspicious(&self.above_run, SUSPECTED_ABOVE, ABOVE_PART)
+            || self.early >= SUSPECTED
     }
 
     /// The newest residuals.

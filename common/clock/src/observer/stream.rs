@@ -1,7 +1,9 @@
 //! One run of the sender, and the straight line through the phases of its messages.
 
 use super::bank::Bank;
+use super::choice::Choice;
 use super::counts::Counts;
+use super::edge::Edge;
 use super::jitter::Jitter;
 use super::shift::Bounds;
 use crate::instant::{Instant, Local, Remote, Span};
@@ -30,6 +32,10 @@ pub(super) struct Stream {
     pub(super) held_up: u16,
     /// None until the first block is full.
     pub(super) line: Option<Line>,
+    /// The lower edge of the same phases.
+    pub(super) edge: Edge,
+    /// Which of the two is followed.
+    pub(super) choice: Choice,
 }
 
 #[derive(Clone, Copy, Debug, Default)]

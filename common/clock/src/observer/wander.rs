@@ -1,6 +1,6 @@
 //! Whether the delay itself wanders, so that many messages say less than so many independent ones.
 //!
-//! On a busy machine the delays of following messages are alike: queues build up and drain, cores
+//! On a busy machine the delays of consecutive messages are correlated: queues build up and drain, cores
 //! fall asleep and are woken. The mean of a thousand messages is then hardly surer than that of
 //! fifty, and who believes otherwise follows the delay instead of the clock. Quartzes, on the other
 //! hand, run straight for seconds. So three means of following messages should lie on a line, and
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn alike_delays_are_worth_what_their_spectrum_says() {
+    fn correlated_delays_are_worth_what_their_spectrum_says() {
         // First-order: the variance of a long mean of it is 2·σ²·τ over the time.
         let (sigma, tau) = (10e-6, 0.1);
         let expected = 1.0 + 2.0 * sigma * sigma * tau / (WIDTH * WIDTH * DT);

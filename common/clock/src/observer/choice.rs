@@ -1,0 +1,162 @@
+//! Which line to follow: that of all messages, or the lower edge.
+//!
+//! As long as delays are independent the line of all messages is the best there is. Where they are
+//! correlated, the line that predicts itself better is followed.
+
+use super::correlation::Correlation;
+use super::edge;
+use super::filter::Estimate;
+use super::steadiness::Steadiness;
+
+/// A line is no surer than so much of what it usually misses itself by.
+const MISSED: f64 = 0.45;
+/// Points on the edge are never quite independent: its standard deviation is taken so many times.
+const EDGE_DOUBT: f64 = 2.0;
+/// The other line must be so many times surer, at so many looks in a row.
+const SURER: f64 = 1.5;
+const LOOKS: u8 = 8;
+const LOOKS_FROM_EDGE: u8 = 24;
+/// Means worth so many times less than those of independent messages are a sign, too.
+const WORTH_LITTLE: f64 = 40.0;
+/// So much scatter of means is no proof, but a sign.
+const SOMEWHAT: f64 = 2.0;
+/// From so many seconds on the lines are known well enough to go on where the other one was.
+const KNOWN_AFTER: f64 = 20.0;
+
+/// Chooses the line to follow.
+#[derive(Clone, Debug)]
+pub(super) struct Choice {
+    correlation: Correlation,
+    all: Steadiness,
+    edge: Steadiness,
+    by_edge: bool,
+    /// So many looks in a row spoke for the other line.
+    contrary: u8,
+    /// What is added to the line that is followed, s.
+    carry: f64,
+}
+
+impl Choice {
+    pub(super) const fn new() -> Self {
+        Self {
+            correlation: Correlation::new(),
+            all: Steadiness::new(),
+            edge: Steadiness::new(),
+            by_edge: false,
+            contrary: 0,
+            carry: 0.0,
+        }
+    }
+
+    /// Whether the edge is followed.
+    pub(super) const fn is_edge(&self) -> bool {
+        self.by_edge
+    }
+
+    /// Whether the delays of consecutive messages are correlated.
+    pub(super) const fn is_correlated(&self) -> bool {
+        self.correlation.is_correlated()
+    }
+
+    /// What is to be added to the line that is followed, s.
+    pub(super) const fn carry(&self) -> f64 {
+        self.carry
+    }
+
+    /// Takes the residual of a message, s.
+    pub(super) fn observe(&mut self, residual: f64) {
+        self.correlation.take(residual);
+    }
+
+    /// Takes what a mean of many messages is worth: so many times less than if they were independent.
+    pub(super) const fn suspect(&mut self, factor: f64) {
+        if factor > WORTH_LITTLE {
+            self.correlation.assume();
+        }
+    }
+
+    /// A small jump of the delay: more likely one of many, if delays seem to be somewhat correlated.
+    pub(super) fn suspect_small_shift(&mut self) {
+        if self.correlation.ratio() > SOMEWHAT {
+            self.correlation.assume();
+        }
+    }
+
+    /// The clock or the path jumped.
+    pub(super) fn shift(&mut self, by: f64) {
+        self.all.shift(by);
+        self.edge.shift(by);
+    }
+
+    /// How sure the line that is followed is, if its filter has this variance, s.
+    pub(super) fn sigma(&self, offset_variance: f64) -> f64 {
+        let (steadiness, doubt) = if self.by_edge {
+            (&self.edge, EDGE_DOUBT)
+        } else {
+            (&self.all, 1.0)
+        };
+        let sigma = doubt * libm::sqrt(offset_variance);
+        match steadiness.usual_miss() {
+            Some(miss) if self.is_correlated() => libm::hypot(sigma, MISSED * miss),
+            _ => sigma,
+        }
+    }
+
+    /// Looks at both lines as they are at `time`, `age` seconds after the start. By how much the line
+    /// that is followed jumps, s: where the other one is chosen early, or is too far off.
+    pub(super) fn judge(
+        &mut self,
+        time: f64,
+        age: f64,
+        all: &Estimate,
+        edge: &edge::Line,
+        largest_carry: f64,
+    ) -> f64 {
+        let edge_offset = edge.offset_at(time);
+        let looked = self.all.look(time, all.offset, all.drift);
+        let _ = self.edge.look(time, edge_offset, edge.estimate.drift);
+        let by_edge = self.wants_edge(all, edge);
+        if by_edge == self.by_edge {
+            self.contrary = 0;
+            return 0.0;
+        }
+        self.contrary += u8::from(looked);
+        let hesitates = self.correlation.is_correlated() && self.edge.usual_miss().is_some();
+        let looks = if self.by_edge { LOOKS_FROM_EDGE } else { LOOKS };
+        if hesitates && self.contrary < looks {
+            return 0.0;
+        }
+        self.contrary = 0;
+        self.by_edge = by_edge;
+        let raw = if by_edge {
+            edge_offset - all.offset
+        } else {
+            all.offset - edge_offset
+        };
+        let difference = raw - self.carry;
+        if age > KNOWN_AFTER && libm::fabs(difference) < largest_carry {
+            self.carry = -difference;
+            0.0
+        } else {
+            self.carry = 0.0;
+            difference
+        }
+    }
+
+    fn wants_edge(&self, all: &Estimate, edge: &edge::Line) -> bool {
+        if !self.correlation.is_correlated() {
+            return false;
+        }
+        let (Some(all_miss), Some(edge_miss)) = (self.all.usual_miss(), self.edge.usual_miss())
+        else {
+            return true;
+        };
+        let all = libm::sqrt(all.offset_variance).max(MISSED * all_miss);
+        let edge = libm::sqrt(edge.estimate.offset_variance).max(MISSED * edge_miss);
+        if self.by_edge {
+            edge < SURER * all
+        } else {
+            SURER * edge < all
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Whether the delays of consecutive messages are correlated.
+//!
+//! The mean of n independent delays scatters by 1/√n of what a single one does, whatever their
+//! distribution; where they are correlated it scatters more. Scatter is measured by second differences
+//! of following means, in which a drift does not show (D. W. Allan, Proc. IEEE 54, 1966), and of scores
+//! between −1 and 1, in which no message counts for more than another.
+
+/// Messages per mean.
+const LENGTHS: [u16; SCALES] = [32, 128, 512, 2_048];
+const SCALES: usize = 4;
+/// The usual squares are means over so many.
+const MEMORY: f64 = 24.0;
+const SINGLE_MEMORY: f64 = 2_048.0;
+/// Before there are any, messages are taken to be independent, with the weight of so many.
+const PRIOR: f64 = 6.0;
+/// A single square counts at most so much, as a multiple of what it is for independent messages.
+const OUTLIER: f64 = 16.0;
+/// The middle and the spread of the residuals are followed this fast.
+const STEP: f64 = 0.01;
+/// So many times the scatter of independent messages is no chance any more …
+const CORRELATED: f64 = 5.0;
+/// … and so little may be; for so many messages: then they are independent again.
+const INDEPENDENT: f64 = 2.0;
+const INDEPENDENT_FOR: u32 = 30_000;
+
+/// Watches the residuals of messages for correlation.
+#[derive(Clone, Debug)]
+pub(super) struct Correlation {
+    middle: f64,
+    spread: f64,
+    last: [f64; 2],
+    messages: u32,
+    /// Mean square of second differences of single messages.
+    single: f64,
+    scales: [Scale; SCALES],
+    independent_for: u32,
+    correlated: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Scale {
+    sum: f64,
+    summed: u16,
+    means: [f64; 2],
+    known: u8,
+    /// Mean square of second differences, as a multiple of what it is for independent messages.
+    ratio: f64,
+    count: f64,
+}
+
+impl Correlation {
+    pub(super) const fn new() -> Self {
+        Self {
+            middle: 0.0,
+            spread: 0.0,
+            last: [0.0; 2],
+            messages: 0,
+            single: 0.5,
+            scales: [Scale {
+                sum: 0.0,
+                summed: 0,
+                means: [0.0; 2],
+                known: 0,
+                ratio: 1.0,
+                count: PRIOR,
+            }; SCALES],
+            independent_for: 0,
+            correlated: false,
+        }
+    }
+
+    /// Whether delays are correlated. Once they were, it takes long until they are taken to be independent.
+    pub(super) const fn is_correlated(&self) -> bool {
+        self.correlated
+    }
+
+    /// Delays are correlated, as something else showed.
+    pub(super) const fn assume(&mut self) {
+        self.correlated = true;
+        self.independent_for = 0;
+    }
+
+    /// The largest scatter of means, as a multiple of what it is for independent messages.
+    pub(super) fn ratio(&self) -> f64 {
+        self.scales
+            .iter()
+            .map(|scale| scale.ratio)
+            .fold(0.0, f64::max)
+    }
+
+    /// Takes a residual, s.
+    pub(super) fn take(&mut self, residual: f64) {
+        let deviation = residual - self.middle;
+        let size = libm::fabs(deviation);
+        let step = STEP.max(1.0 / (f64::from(self.messages) + 1.0));
+        if self.spread == 0.0 {
+            self.spread = size;
+        }
+        let score = if self.spread > 0.0 {
+            (deviation / self.spread).clamp(-1.0, 1.0)
+        } else {
+            0.0
+        };
+        self.middle += step * score * self.spread;
+        self.spread += step * (size.min(4.0 * self.spread) - self.spread);
+        let second = score - 2.0 * self.last[1] + self.last[0];
+        self.last = [self.last[1], score];
+        self.messages = self.messages.saturating_add(1);
+        if self.messages > 2 {
+            let part = 1.0 / (f64::from(self.messages) + 30.0).min(SINGLE_MEMORY);
+            self.single += part * (second * second - self.single);
+        }
+        let single = self.single;
+        for (scale, length) in self.scales.iter_mut().zip(LENGTHS) {
+            scale.take(score, length, single);
+        }
+        self.judge();
+    }
+
+    fn judge(&mut self) {
+        let ratio = self.ratio();
+        self.independent_for = if ratio < INDEPENDENT {
+            self.independent_for + 1
+        } else {
+            0
+        };
+        if ratio > CORRELATED {
+            self.correlated = true;
+        } else if self.independent_for > INDEPENDENT_FOR {
+            self.correlated = false;
+        }
+    }
+}
+
+impl Scale {
+    fn take(&mut self, score: f64, length: u16, single: f64) {
+        self.sum += score;
+        self.summed += 1;
+        if self.summed < length {
+            return;
+        }
+        let n = f64::from(length);
+        let mean = self.sum / n;
+        self.sum = 0.0;
+        self.summed = 0;
+        if self.known == 2 && single > 0.0 {
+            let second = mean - 2.0 * self.means[1] + self.means[0];
+            let sample = (second * second * n / single).min(OUTLIER);
+            self.count = (self.count + 1.0).min(MEMORY);
+            self.ratio += (sample - self.ratio) / self.count;
+        }
+        self.known = (self.known + 1).min(2);
+        self.means = [self.means[1], mean];
+    }
+}

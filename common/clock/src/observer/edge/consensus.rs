@@ -1,0 +1,187 @@
+//! The line that most points support, with the fewest below it.
+
+use super::noise::Noise;
+use super::windows::{KEPT, Windows};
+use super::{ENOUGH, Line};
+use crate::observer::LARGEST_DRIFT;
+use crate::observer::filter::Estimate;
+
+/// A point above the line counts at most so much, in variances: what delays it may last. One below it
+/// is worse, as nothing comes early: three of them outweigh all the others.
+const ABOVE: f64 = 9.0;
+const BELOW: f64 = 100.0;
+/// The scatter is taken so many times for this.
+const WIDER: f64 = 1.5;
+/// A line must be better by so much to replace the present one.
+const MARGIN: f64 = 20.0;
+/// A drift that is not the one known costs at most this.
+const DRIFT_COST: f64 = 40.0;
+/// The lowest so many points of either half make candidates.
+const TRIED: usize = 3;
+/// Points so near to the line, in widths, are on it.
+const ON: f64 = 3.0;
+/// What the drift may always be off by, s/s.
+const DRIFT_TOLERANCE: f64 = 1e-7;
+
+/// A line to compare with the present one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    /// At the present line's time, above it, s.
+    offset: f64,
+    /// Less the present line's, s/s. None: the line is only moved.
+    drift: Option<f64>,
+}
+
+/// The points as seen from the present line: times since its own, and by how much they lie above it.
+struct Seen {
+    times: [f64; KEPT],
+    above: [f64; KEPT],
+    len: usize,
+    inverse_width: f64,
+}
+
+impl Seen {
+    fn from(windows: &Windows, line: &Line, noise: &Noise) -> Self {
+        let mut seen = Self {
+            times: [0.0; KEPT],
+            above: [0.0; KEPT],
+            len: windows.len(),
+            inverse_width: 1.0 / (WIDER * libm::sqrt(noise.near())),
+        };
+        for (n, point) in windows.points().enumerate() {
+            seen.times[n] = point.time - line.at;
+            seen.above[n] = point.phase - line.offset_at(point.time);
+        }
+        seen
+    }
+
+    fn distance(&self, n: usize, offset: f64, drift: f64) -> f64 {
+        (self.above[n] - offset - drift * self.times[n]) * self.inverse_width
+    }
+
+    fn cost(&self, offset: f64, drift: f64) -> f64 {
+        (0..self.len)
+            .map(|n| {
+                let distance = self.distance(n, offset, drift);
+                let square = distance * distance;
+                square.min(if distance > 0.0 { ABOVE } else { BELOW })
+            })
+            .sum()
+    }
+
+    /// How many points are on a line.
+    fn support(&self, range: core::ops::Range<usize>, offset: f64, drift: f64) -> usize {
+        range
+            .filter(|n| libm::fabs(self.distance(*n, offset, drift)) < ON)
+            .count()
+    }
+
+    /// The lowest points among some.
+    fn lowest(&self, range: core::ops::Range<usize>) -> [usize; TRIED] {
+        let mut lowest = [range.start; TRIED];
+        let mut heights = [f64::INFINITY; TRIED];
+        for n in range {
+            let mut this = (n, self.above[n]);
+            for (place, height) in lowest.iter_mut().zip(&mut heights) {
+                if this.1 < *height {
+                    core::mem::swap(&mut this.0, place);
+                    core::mem::swap(&mut this.1, height);
+                }
+            }
+        }
+        lowest
+    }
+}
+
+/// A line that is clearly better than the present one, if there is one.
+pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Candidate> {
+    let seen = Seen::from(windows, line, noise);
+    // A line that no newer point is on has nothing to say, of the drift neither.
+    let supported = seen.support(seen.len / 2..seen.len, 0.0, 0.0) >= 2;
+    let (margin, drift_cost) = if supported {
+        (MARGIN, DRIFT_COST)
+    } else {
+        (0.25 * MARGIN, 0.0)
+    };
+    let mut least = seen.cost(0.0, 0.0) - margin;
+    if least < 0.0 {
+        return None;
+    }
+    let mut best = None;
+    let mut consider = |cost: f64, candidate: Candidate| {
+        if cost < least {
+            least = cost;
+            best = Some(candidate);
+        }
+    };
+    for n in seen.len - ENOUGH..seen.len {
+        let offset = seen.above[n];
+        let candidate = Candidate {
+            offset,
+            drift: None,
+        };
+        consider(seen.cost(offset, 0.0), candidate);
+    }
+    let certainty = 1.0 / (line.estimate.drift_variance + DRIFT_TOLERANCE * DRIFT_TOLERANCE);
+    let half = seen.len / 2;
+    for early in seen.lowest(0..half) {
+        for late in seen.lowest(half..seen.len) {
+            let passed = seen.times[late] - seen.times[early];
+            let drift = (seen.above[late] - seen.above[early]) / passed;
+            if passed <= 0.0 || libm::fabs(line.estimate.drift + drift) > LARGEST_DRIFT {
+                continue;
+            }
+            let offset = seen.above[early] - drift * seen.times[early];
+            let unlikely = (drift * drift * certainty).min(drift_cost);
+            let candidate = Candidate {
+                offset,
+                drift: Some(drift),
+            };
+            consider(seen.cost(offset, drift) + unlikely, candidate);
+        }
+    }
+    best
+}
+
+/// The line through the points that support a candidate.
+pub(super) fn fitted(
+    windows: &Windows,
+    line: &Line,
+    candidate: &Candidate,
+    noise: &Noise,
+) -> Estimate {
+    let variance = noise.variance();
+    let moved = Estimate {
+        offset: line.estimate.offset + candidate.offset,
+        offset_variance: variance,
+        covariance: 0.0,
+        ..line.estimate
+    };
+    let Some(drift) = candidate.drift else {
+        return moved;
+    };
+    let seen = Seen::from(windows, line, noise);
+    let (mut n, mut t, mut y, mut tt, mut ty) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for i in 0..seen.len {
+        if libm::fabs(seen.distance(i, candidate.offset, drift)) < ON {
+            let (time, above) = (seen.times[i], seen.above[i]);
+            n += 1.0;
+            t += time;
+            y += above;
+            tt += time * time;
+            ty += time * above;
+        }
+    }
+    let determinant = n * tt - t * t;
+    if n < TRIED as f64 || determinant <= 0.0 {
+        return moved;
+    }
+    let drift = (n * ty - t * y) / determinant;
+    Estimate {
+        offset: line.estimate.offset + (y - drift * t) / n,
+        drift: line.estimate.drift + drift,
+        offset_variance: variance * tt / determinant,
+        covariance: -variance * t / determinant,
+        drift_variance: variance * n / determinant,
+    }
+}

@@ -1,0 +1,200 @@
+//! The lower edge of the phases: the line to follow where delays are correlated.
+//!
+//! Between processes the delay of a message depends on what the machines are doing: sleeping cores,
+//! queues, other threads. For seconds all messages come some 10 µs later, and then they do not. A mean
+//! over such a time is off by as much. But now and then a message meets no obstacle, and those lie on
+//! a sharp *edge*, stable to tenths of a microsecond. So the lowest of each
+//! window of half a second is a point; points on the edge lie on the clock's straight line and the
+//! others above it; and a line that many points support, with few below, is the edge.
+//!
+//! [`Windows`] keeps the points, [`consensus`] finds the line that they support, and a Kalman filter
+//! follows it from point to point, taking no notice of points that are not on it.
+
+mod consensus;
+mod noise;
+mod windows;
+
+use super::filter::Estimate;
+use consensus::Candidate;
+use noise::Noise;
+use windows::{Point, Windows};
+
+/// A point so many standard deviations off the line is not on it.
+const GATE: f64 = 4.0;
+/// The random walk of the drift, s/s per √s: a quartz at rest.
+const DRIFT_WALK: f64 = 1e-8;
+/// What the first message may be late by, s, and the drift that is expected.
+const FIRST_OFFSET: f64 = 1e-4;
+const FIRST_DRIFT: f64 = 3e-5;
+/// So many points in a row above the edge, for so long, s, are a delay that grew …
+const LATE_POINTS: u8 = 16;
+const LATE_FOR: f64 = 7.5;
+/// … and fewer, if they are all so far above it, s.
+const FAR_POINTS: u8 = 3;
+const FAR_FOR: f64 = 0.9;
+const FAR: f64 = 1e-4;
+/// So many points make a line.
+const ENOUGH: usize = 8;
+
+/// Follows the lower edge of the phases.
+#[derive(Clone, Debug)]
+pub(super) struct Edge {
+    windows: Windows,
+    noise: Noise,
+    line: Option<Line>,
+    /// So many points in a row were above the edge, the lowest of them by so much, s.
+    late: u8,
+    late_since: f64,
+    least_late: f64,
+    /// The path's delay jumped by so much, s.
+    shifted: Option<f64>,
+    /// The line jumped by so much since [`Edge::take_jump`] was called last, s.
+    jumped: f64,
+}
+
+/// A line and when its offset is due, s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    pub(super) at: f64,
+    pub(super) estimate: Estimate,
+}
+
+impl Line {
+    /// Where the line is at a time.
+    pub(super) fn offset_at(&self, time: f64) -> f64 {
+        self.estimate.offset + self.estimate.drift * (time - self.at)
+    }
+}
+
+impl Edge {
+    /// An edge of messages that come every so many seconds.
+    pub(super) fn new(seconds_per_count: f64) -> Self {
+        Self {
+            windows: Windows::new(seconds_per_count),
+            noise: Noise::new(),
+            line: None,
+            late: 0,
+            late_since: 0.0,
+            least_late: f64::INFINITY,
+            shifted: None,
+            jumped: 0.0,
+        }
+    }
+
+    /// The line, once enough points support one.
+    pub(super) fn line(&self) -> Option<&Line> {
+        self.line.as_ref().filter(|_| self.windows.len() >= ENOUGH)
+    }
+
+    /// The variance that the drift gains per second.
+    pub(super) const fn drift_walk() -> f64 {
+        DRIFT_WALK * DRIFT_WALK
+    }
+
+    /// By how much the line jumped since this was asked last, s.
+    pub(super) const fn take_jump(&mut self) -> f64 {
+        let jump = self.jumped;
+        self.jumped = 0.0;
+        jump
+    }
+
+    /// A jump of the delay that was noticed since this was asked last, s.
+    pub(super) const fn take_shift(&mut self) -> Option<f64> {
+        self.shifted.take()
+    }
+
+    /// All phases jumped: those before as well as the line.
+    pub(super) fn shift(&mut self, by: f64) {
+        self.windows.shift(by);
+        if let Some(line) = &mut self.line {
+            line.estimate.offset += by;
+        }
+    }
+
+    /// Takes the phase of a message due at `time`.
+    pub(super) fn observe(&mut self, time: f64, phase: f64) {
+        let line = self.line.unwrap_or(Line {
+            at: time,
+            estimate: Estimate {
+                offset: phase,
+                drift: 0.0,
+                offset_variance: FIRST_OFFSET * FIRST_OFFSET,
+                covariance: 0.0,
+                drift_variance: FIRST_DRIFT * FIRST_DRIFT,
+            },
+        });
+        self.line = Some(line);
+        let residual = phase - line.offset_at(time);
+        if !self.windows.take(time, phase, residual) {
+            return;
+        }
+        let mut line = line;
+        if let Some(point) = self.windows.close(&line, self.noise.near()) {
+            self.follow(&mut line, point);
+        }
+        self.line = Some(line);
+    }
+
+    fn follow(&mut self, line: &mut Line, point: Point) {
+        let dt = point.time - line.at;
+        if dt > 0.0 {
+            line.estimate.predict(dt, Self::drift_walk());
+            line.at = point.time;
+        }
+        self.noise.measure(&self.windows, Self::drift_walk());
+        let innovation = point.phase - line.offset_at(point.time);
+        let variance = self.noise.variance();
+        let bound = GATE * libm::sqrt(line.estimate.offset_variance + variance);
+        let on_the_edge = libm::fabs(innovation) < bound;
+        self.windows.mark(on_the_edge);
+        if on_the_edge {
+            let _ = line
+                .estimate
+                .correct(line.estimate.offset + innovation, variance);
+        }
+        if self.is_shift(point.time, innovation, bound) {
+            self.follow_shift(line);
+            return;
+        }
+        if self.windows.len() >= ENOUGH
+            && let Some(better) = consensus::better(&self.windows, line, &self.noise)
+        {
+            self.jump(line, &better);
+        }
+    }
+
+    /// Whether so many points in a row lay above the edge that it is not the edge any more.
+    fn is_shift(&mut self, time: f64, innovation: f64, bound: f64) -> bool {
+        if innovation < bound {
+            self.late = 0;
+            self.least_late = f64::INFINITY;
+            return false;
+        }
+        if self.late == 0 {
+            self.late_since = time;
+        }
+        self.late = self.late.saturating_add(1);
+        self.least_late = self.least_late.min(innovation);
+        let so_long = time - self.late_since;
+        let for_good = self.late >= LATE_POINTS && so_long >= LATE_FOR;
+        let far = self.late >= FAR_POINTS && so_long >= FAR_FOR && self.least_late > FAR;
+        for_good || far
+    }
+
+    /// The delay jumped: the line and what came before move with it.
+    fn follow_shift(&mut self, line: &mut Line) {
+        let by = self.least_late;
+        self.windows.shift_all_but(usize::from(self.late), by);
+        line.estimate.offset += by;
+        line.estimate.offset_variance += self.noise.variance();
+        self.shifted = Some(by);
+        self.late = 0;
+        self.least_late = f64::INFINITY;
+    }
+
+    fn jump(&mut self, line: &mut Line, better: &Candidate) {
+        let before = line.estimate.offset;
+        line.estimate = consensus::fitted(&self.windows, line, better, &self.noise);
+        self.jumped += line.estimate.offset - before;
+    }
+}

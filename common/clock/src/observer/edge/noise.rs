@@ -1,0 +1,80 @@
+//! By how much points on the edge scatter.
+
+use super::windows::{KEPT, Windows};
+
+/// Windows between the points that are compared.
+const LAGS: [usize; 3] = [1, 3, 7];
+/// The part of the second differences that is not larger: those of points on the edge.
+const PART: f64 = 0.4;
+/// That quantile of the squares of a normal variable.
+const SQUARE_AT_PART: f64 = 0.275;
+/// A deviation counts at most as so many times the usual one.
+const OUTLIER: f64 = 9.0;
+/// Scatter of points far apart larger by this is no chance.
+const CHANCE: f64 = 2.0;
+/// Not even the sharpest edge scatters less, s².
+const LEAST: f64 = 1.6e-15;
+/// The scatter is taken larger by so much over the number of second differences.
+const FEW: f64 = 8.0;
+
+/// The scatter of the points, s².
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Noise {
+    near: f64,
+    variance: f64,
+}
+
+impl Noise {
+    pub(super) const fn new() -> Self {
+        Self {
+            near: 1e-12,
+            variance: 1e-12,
+        }
+    }
+
+    /// The variance of a point, as it counts for the line: more, if consecutive points are correlated.
+    pub(super) const fn variance(&self) -> f64 {
+        self.variance
+    }
+
+    /// The variance of a point beside its neighbours.
+    pub(super) const fn near(&self) -> f64 {
+        self.near
+    }
+
+    /// Measures the scatter of the points kept.
+    pub(super) fn measure(&mut self, windows: &Windows, drift_walk: f64) {
+        let mut squares = [0.0; KEPT];
+        let mut n = 0;
+        for end in 2..windows.len() {
+            if let Some(square) = windows.second_difference(end, 1, drift_walk) {
+                squares[n] = square;
+                n += 1;
+            }
+        }
+        if n < 3 {
+            return;
+        }
+        let place = ((n as f64 * PART) as usize).min(n - 1);
+        let square = *squares[..n].select_nth_unstable_by(place, f64::total_cmp).1;
+        let near = (square / SQUARE_AT_PART).max(LEAST) * (1.0 + FEW / n as f64);
+        let mut factor = 1.0_f64;
+        for lag in &LAGS[1..] {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for end in 2 * lag..windows.len() {
+                if windows.are_on_the_edge(end, *lag)
+                    && let Some(square) = windows.second_difference(end, *lag, drift_walk)
+                {
+                    sum += square.min(OUTLIER * OUTLIER * near);
+                    count += 1.0;
+                }
+            }
+            let far = (sum + FEW * near) / (count + FEW);
+            if far > CHANCE * near {
+                factor = factor.max(0.5 * far / near * *lag as f64);
+            }
+        }
+        self.near = near;
+        self.variance = near * factor;
+    }
+}
