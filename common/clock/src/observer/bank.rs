@@ -51,6 +51,7 @@ pub(super) struct Bank {
     /// By how much measurements lately were off what was expected of them, s, and what chance may do, s².
     bias: f64,
     bias_by_chance: f64,
+    usual_variance: f64,
     combined: Estimate,
     chosen: usize,
 }
@@ -80,6 +81,7 @@ impl Bank {
             wander: Wander::new(),
             bias: 0.0,
             bias_by_chance: 0.0,
+            usual_variance: variance,
             combined: estimate,
             chosen: USUAL,
         }
@@ -166,7 +168,10 @@ impl Bank {
 
     fn notice_bias(&mut self, dt: f64, measured: f64, expected: f64) {
         let before = &self.combined;
-        let part = 1.0 / BIAS_MEMORY;
+        // A block that says little for once says little of the bias, too.
+        self.usual_variance +=
+            (expected.min(2.0 * self.usual_variance) - self.usual_variance) / BIAS_MEMORY;
+        let part = (self.usual_variance / expected).min(1.0) / BIAS_MEMORY;
         self.bias += part * (measured - before.offset - before.drift * dt - self.bias);
         let scatter = before.offset_variance + expected * self.excess.max(self.wander.factor());
         self.bias_by_chance += part * (0.5 * part * scatter - self.bias_by_chance);

@@ -10,6 +10,7 @@ use super::hazard::Hazard;
 use super::information::{Information, InformationTable, Scores};
 use super::misfit::{LATE, Misfit};
 use super::pull::Pull;
+use super::resolution::Widths;
 use super::wander::Wander;
 
 /// Widths of the jitter, and the functions of it that estimation needs. Seconds.
@@ -30,6 +31,12 @@ pub(super) struct Jitter {
     misfit: Misfit,
     /// The location stays where it was: until the widths, once known, change.
     pinned: bool,
+    /// The cell that arrivals are stamped to, s; 0 if it is so fine that it does not matter.
+    cell: f64,
+    /// With cells: what a message says of the location, the mean over many, 1/s².
+    certainty: f64,
+    /// And of the logarithms of the two widths.
+    said_of_widths: [f64; 2],
 }
 
 /// What a block of messages says about its location.
@@ -39,6 +46,8 @@ pub(super) struct Location {
     pub(super) most_likely: f64,
     /// What the residuals alone measure, linearised there.
     pub(super) measured: f64,
+    /// The variance of that.
+    pub(super) variance: f64,
 }
 
 const LEAST_NORMAL: f64 = 50e-9;
@@ -58,6 +67,9 @@ const SPIKE: f64 = 8.0;
 /// The location stays where it was at most by this many normal widths: a first guess that was far
 /// off is given up.
 const MOST_MOVED: f64 = 2.0;
+/// A cell says at least this part of what one says on the whole.
+const LEAST_SAID: f64 = 0.01;
+const LEAST_SAID_OF_WIDTHS: f64 = 0.002;
 const GUESS: f64 = 0.669;
 const STEPS: usize = 6;
 
@@ -77,6 +89,9 @@ impl Jitter {
             messages: 0.0,
             misfit: Misfit::default(),
             pinned: true,
+            cell: 0.0,
+            certainty: 0.0,
+            said_of_widths: [0.3; 2],
         };
         jitter.set(5e-6, 20e-6);
         jitter
@@ -95,8 +110,10 @@ impl Jitter {
         self.moved = 0.0;
         self.misfit = Misfit::default();
         self.pinned = true;
+        let width = width.max(0.3 * self.cell);
         self.set(0.25 * width, width);
         self.pull = Pull::beside(&self.information);
+        self.certainty = 1.0 / (self.fine_variance() + self.cell * self.cell / 12.0);
     }
 
     pub(super) const fn normal(&self) -> f64 {
@@ -123,9 +140,33 @@ impl Jitter {
         self.moved
     }
 
+    /// The cell that arrivals are stamped to, s; 0 if it does not matter.
+    pub(super) const fn set_cell(&mut self, cell: f64) {
+        self.cell = cell;
+    }
+
+    pub(super) const fn cell(&self) -> f64 {
+        self.cell
+    }
+
     /// The variance of a location measured by a single message.
     pub(super) fn variance(&self) -> f64 {
+        if self.cell > 0.0 {
+            1.0 / self.certainty
+        } else {
+            self.fine_variance()
+        }
+    }
+
+    fn fine_variance(&self) -> f64 {
         self.normal * self.normal / self.information.curvature
+    }
+
+    const fn widths(&self) -> Widths {
+        Widths {
+            normal: self.normal,
+            exponential: self.exponential,
+        }
     }
 
     /// The location of a block, knowing beforehand that it is 0 with the given variance.
@@ -133,13 +174,12 @@ impl Jitter {
         let n = residuals.len() as f64;
         let least = residuals.iter().copied().fold(f64::INFINITY, f64::min);
         // At this point the earliest message alone outweighs all others.
-        let latest = least + (n + 1.0) * self.normal * self.ratio;
+        let latest = least + self.cell + (n + 1.0) * self.normal * self.ratio;
         let certainty = 1.0 / prior_variance;
         let mut location = 0.0_f64;
-        let mut score = 0.0;
+        let (mut score, mut curvature) = (0.0, 0.0);
         for _ in 0..STEPS {
-            let (sum, curvature) = self.score(residuals, location);
-            score = sum;
+            (score, curvature) = self.score(residuals, location);
             let step = (score - location * certainty) / (curvature + certainty);
             let next = (location + step).min(latest.max(0.0));
             let done = (next - location).abs() < 0.02 * self.normal;
@@ -149,14 +189,25 @@ impl Jitter {
                 break;
             }
         }
+        // What independent messages say is known; a cell says much or little, depending on where in it
+        // the location is.
+        let variance = if self.cell > 0.0 {
+            1.0 / curvature
+        } else {
+            self.variance() / n
+        };
         Location {
             most_likely: location,
-            measured: location + score * self.variance() / n,
+            measured: location + score * variance,
+            variance,
         }
     }
 
     /// The score of a location, and its negative slope there.
     fn score(&self, residuals: &[f64], location: f64) -> (f64, f64) {
+        if self.cell > 0.0 {
+            return self.cell_score(residuals, location);
+        }
         let inverse = 1.0 / self.normal;
         let (mut scores, mut curvatures) = (0.0, 0.0);
         for residual in residuals {
@@ -168,9 +219,63 @@ impl Jitter {
         (scores * inverse, curvatures * inverse * inverse)
     }
 
+    fn cell_score(&self, residuals: &[f64], location: f64) -> (f64, f64) {
+        let widths = self.widths();
+        let (mut score, mut curvature) = (0.0, 0.0);
+        for residual in residuals {
+            let cell = widths.cell(residual - location, self.cell);
+            score += cell.location;
+            curvature += cell.curvature;
+        }
+        (
+            score,
+            curvature + LEAST_SAID * residuals.len() as f64 * self.certainty,
+        )
+    }
+
+    /// Learns from cells whose location is known, as [`learn`](Self::learn) does from residuals. The
+    /// location is not kept where it was.
+    fn learn_from_cells(&mut self, residuals: &[f64], location: f64) {
+        let widths = self.widths();
+        let (mut normal, mut exponential, mut curvature) = (0.0, 0.0, 0.0);
+        let mut squares = [0.0; 2];
+        for residual in residuals {
+            let (of_normal, of_exponential) = widths.cell_widths(residual - location, self.cell);
+            let of_normal = of_normal.clamp(-SPIKE, SPIKE);
+            let of_exponential = of_exponential.clamp(-SPIKE, SPIKE);
+            normal += of_normal;
+            exponential += of_exponential;
+            squares[0] += of_normal * of_normal;
+            squares[1] += of_exponential * of_exponential;
+            curvature += widths.cell(residual - location, self.cell).curvature;
+        }
+        let n = residuals.len() as f64;
+        self.pinned = false;
+        self.messages = (self.messages + n).min(MEMORY);
+        let part = 1.0 / (self.messages + 128.0).min(PULL_MEMORY);
+        self.certainty += part * (curvature - n * self.certainty);
+        for (said, square) in self.said_of_widths.iter_mut().zip(squares) {
+            *said += part * (square - n * *said);
+        }
+        let gain = 2.0 / (self.messages + 64.0);
+        let step = |score: f64, said: f64| {
+            (gain * score / said.max(LEAST_SAID_OF_WIDTHS)).clamp(-0.1, 0.1)
+        };
+        let normal = step(normal, self.said_of_widths[0]);
+        let exponential = step(exponential, self.said_of_widths[1]);
+        self.set(
+            self.normal * libm::exp(normal),
+            self.exponential * libm::exp(exponential),
+        );
+    }
+
     /// Learns from residuals whose location is known: one step of Fisher scoring in the logarithms
     /// of both widths.
     pub(super) fn learn(&mut self, residuals: &[f64], location: f64, wander: &Wander) {
+        if self.cell > 0.0 {
+            self.learn_from_cells(residuals, location);
+            return;
+        }
         let inverse = 1.0 / self.normal;
         let (mut normal, mut exponential, mut change) = (0.0, 0.0, 0.0);
         let mut pull = Pull::default();

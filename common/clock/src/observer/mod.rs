@@ -35,6 +35,7 @@ mod parameters;
 mod progress;
 mod pull;
 mod report;
+mod resolution;
 mod shift;
 mod steadiness;
 mod stream;
@@ -56,6 +57,7 @@ use filter::Estimate;
 use jitter::Jitter;
 use output::Shown;
 use progress::{Events, Progress};
+use resolution::Resolution;
 use shift::ShiftDetector;
 use stream::{BLOCK, FIRST_BLOCK, Line, Residual, Stream};
 use told_delay::ToldDelay;
@@ -176,9 +178,13 @@ impl PhaseObserver {
                 self.events.shift(arrived);
             }
         }
-        let held_up = stream.is_held_up(value, gap);
+        stream.resolution.take(arrived);
+        let coarse = self.jitter.cell() > 0.0;
+        let held_up = !coarse && stream.is_held_up(value, gap);
         if !held_up {
-            stream.choice.observe(value);
+            if !coarse {
+                stream.choice.observe(value);
+            }
             stream.block[stream.filled] = Residual { count, value };
             stream.filled += 1;
         }
@@ -262,6 +268,7 @@ impl PhaseObserver {
             filled: 0,
             held_up: 0,
             line: None,
+            resolution: Resolution::default(),
             edge: Edge::new(self.seconds_per_count),
             choice: Choice::new(),
         });
@@ -323,6 +330,7 @@ impl PhaseObserver {
         let middle = stream.middle();
         let values = stream.block.map(|residual| residual.value);
         stream.filled = 0;
+        self.jitter.set_cell(stream.resolution.cell());
         let Some(line) = &mut stream.line else {
             let drift = self.parameters.expected_drift_ppm * 1e-6;
             stream.line = Some(Line::first(middle, &values, &mut self.jitter, drift));
@@ -342,7 +350,7 @@ impl PhaseObserver {
             *residual = value - reference;
         }
         let location = self.jitter.locate(&residuals, prior);
-        let variance = self.jitter.variance() / BLOCK as f64;
+        let variance = location.variance;
         let measured = expected + location.measured;
         if !self.jitter.is_unfit() {
             line.at = line.at.max(middle);
@@ -360,7 +368,9 @@ impl PhaseObserver {
         if let Some(edge) = stream.edge.line() {
             let time = middle as f64 * self.seconds_per_count;
             let age = (arrived - self.progress.since).as_secs_f64();
-            stream.choice.suspect(line.bank.wander().factor());
+            if self.jitter.cell() == 0.0 {
+                stream.choice.suspect(line.bank.wander().factor());
+            }
             let jump = stream
                 .choice
                 .judge(time, age, line.bank.combined(), edge, width);
@@ -407,7 +417,7 @@ impl PhaseObserver {
         self.detector.clear();
         let cycles = shift::skipped_cycles(shift, self.seconds_per_count, &self.parameters);
         let small = cycles == 0 && libm::fabs(shift) < EDGE_FOLLOWS;
-        if small && stream.edge.line().is_some() {
+        if small && stream.edge.line().is_some() && self.jitter.cell() == 0.0 {
             stream.choice.suspect_small_shift();
         }
         if cycles != 0 || !stream.choice.is_edge() && !small {

@@ -5,6 +5,7 @@ use super::choice::Choice;
 use super::counts::Counts;
 use super::edge::Edge;
 use super::jitter::Jitter;
+use super::resolution::Resolution;
 use super::shift::Bounds;
 use crate::instant::{Instant, Local, Remote, Span};
 
@@ -32,6 +33,7 @@ pub(super) struct Stream {
     pub(super) held_up: u16,
     /// None until the first block is full.
     pub(super) line: Option<Line>,
+    pub(super) resolution: Resolution,
     /// The lower edge of the same phases.
     pub(super) edge: Edge,
     /// Which of the two is followed.
@@ -118,7 +120,8 @@ impl Line {
     }
 
     pub(super) fn bounds(bank: &Bank, jitter: &Jitter) -> Bounds {
-        let unsure = 5.0 * libm::sqrt(bank.combined().offset_variance);
+        // A stamp may be a cell before the arrival, and so may that of the one before.
+        let unsure = 5.0 * libm::sqrt(bank.combined().offset_variance) + 2.0 * jitter.cell();
         let doubt = jitter.doubt();
         Bounds {
             patience: bank.wander().patience(),

@@ -1,0 +1,190 @@
+//! Arrivals that are stamped with a coarse clock.
+//!
+//! Some machines know the time only to tens of microseconds. An arrival then says that the message
+//! came somewhere in a cell, from the stamp on; the likelihood of a location is that of the cell, the
+//! jitter's distribution integrated over it.
+
+use crate::instant::{Instant, Local};
+
+/// A finer resolution does not matter, ns.
+const COARSE: u64 = 5_000;
+
+/// Finds the resolution of arrivals: all differences are multiples of it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Resolution {
+    first: Option<Instant<Local>>,
+    divisor: u64,
+}
+
+impl Resolution {
+    pub(super) fn take(&mut self, arrived: Instant<Local>) {
+        let first = *self.first.get_or_insert(arrived);
+        // Once it is fine it stays so.
+        if self.divisor == 0 || self.divisor >= COARSE {
+            self.divisor = divisor(self.divisor, (arrived - first).as_nanos().unsigned_abs());
+        }
+    }
+
+    /// The width of a cell, s; 0 where it is so fine that it does not matter.
+    pub(super) fn cell(&self) -> f64 {
+        if self.divisor >= COARSE {
+            self.divisor as f64 * 1e-9
+        } else {
+            0.0
+        }
+    }
+}
+
+fn divisor(mut a: u64, mut b: u64) -> u64 {
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}
+
+/// What a cell says of the jitter's location and widths: derivatives of its log-likelihood.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CellScores {
+    pub(super) location: f64,
+    /// The negative second derivative in the location.
+    pub(super) curvature: f64,
+}
+
+/// The jitter: a normal part and an exponential one, s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Widths {
+    pub(super) normal: f64,
+    pub(super) exponential: f64,
+}
+
+/// Beyond so many normal widths on the early side only the normal part counts, …
+const EARLY: f64 = -7.0;
+/// … and beyond so many exponential ones on the late side only the tail.
+const LATE: f64 = 40.0;
+/// Widths are changed by such a part to see what comes of it.
+const STEP: f64 = 1e-3;
+
+impl Widths {
+    /// Density and distribution at a residual.
+    fn at(&self, residual: f64) -> (f64, f64) {
+        let ratio = self.normal / self.exponential;
+        let z = residual / self.normal;
+        let tail = 0.5 * ratio * ratio - residual / self.exponential;
+        let tail = libm::exp(tail) * below(z - ratio);
+        (tail / self.exponential, below(z) - tail)
+    }
+
+    /// What a cell of this width says that begins `residual` after the location.
+    pub(super) fn cell(&self, residual: f64, width: f64) -> CellScores {
+        let end = residual + width;
+        if end < EARLY * self.normal {
+            let certainty = 1.0 / (self.normal * self.normal);
+            return CellScores {
+                location: end * certainty,
+                curvature: certainty,
+            };
+        }
+        let ((from, below_from), (to, below_to)) = (self.at(residual), self.at(end));
+        let within = below_to - below_from;
+        if residual > LATE * self.exponential + 8.0 * self.normal || within < 1e-200 {
+            return CellScores {
+                location: 1.0 / self.exponential,
+                curvature: 0.0,
+            };
+        }
+        let location = (from - to) / within;
+        let slope = |residual: f64, density: f64| {
+            let z = residual / self.normal;
+            let normal = libm::exp(-0.5 * z * z) * 0.398_942_280_401_432_7 / self.normal;
+            (normal - density) / self.exponential
+        };
+        let bend = (slope(end, to) - slope(residual, from)) / within;
+        CellScores {
+            location,
+            curvature: (location * location - bend).max(0.0),
+        }
+    }
+
+    /// The derivatives of a cell's log-likelihood in the logarithms of the normal and the exponential
+    /// width.
+    pub(super) fn cell_widths(&self, residual: f64, width: f64) -> (f64, f64) {
+        let likelihood = |normal: f64, exponential: f64| {
+            let widths = Self {
+                normal: self.normal * normal,
+                exponential: self.exponential * exponential,
+            };
+            let within = widths.at(residual + width).1 - widths.at(residual).1;
+            libm::log(within.max(1e-200))
+        };
+        let slope = |more: f64, less: f64| (more - less) / (2.0 * STEP);
+        (
+            slope(likelihood(1.0 + STEP, 1.0), likelihood(1.0 - STEP, 1.0)),
+            slope(likelihood(1.0, 1.0 + STEP), likelihood(1.0, 1.0 - STEP)),
+        )
+    }
+}
+
+/// The normal distribution.
+fn below(z: f64) -> f64 {
+    0.5 * libm::erfc(-z * core::f64::consts::FRAC_1_SQRT_2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_resolution_is_what_divides_all_differences() {
+        let mut resolution = Resolution::default();
+        for k in [7, 9, 12, 30, 31] {
+            resolution.take(Instant::from_nanos(123 + 50_000 * k));
+        }
+        assert_eq!(resolution.cell(), 50e-6);
+        resolution.take(Instant::from_nanos(123 + 50_000 * 40 + 17));
+        assert_eq!(resolution.cell(), 0.0);
+        resolution.take(Instant::from_nanos(123 + 50_000 * 50));
+        assert_eq!(resolution.cell(), 0.0, "once fine, always fine");
+    }
+
+    #[test]
+    fn a_cells_scores_are_the_slopes_of_its_likelihood() {
+        let widths = Widths {
+            normal: 5e-6,
+            exponential: 20e-6,
+        };
+        let cell = 50e-6;
+        let likelihood =
+            |residual: f64| libm::log(widths.at(residual + cell).1 - widths.at(residual).1);
+        for residual in [-60e-6, -40e-6, -10e-6, 0.0, 30e-6, 200e-6] {
+            let scores = widths.cell(residual, cell);
+            let step = 2e-8;
+            let (less, here, more) = (
+                likelihood(residual + step),
+                likelihood(residual),
+                likelihood(residual - step),
+            );
+            let slope = (more - less) / (2.0 * step);
+            let bend = -(more - 2.0 * here + less) / (step * step);
+            assert!((scores.location / slope - 1.0).abs() < 1e-3, "{residual}");
+            let tolerance = 1e-2 * scores.curvature + 1e5;
+            assert!(
+                (scores.curvature - bend).abs() < tolerance,
+                "{residual}: {bend}"
+            );
+        }
+    }
+
+    #[test]
+    fn far_out_it_stays_finite() {
+        let widths = Widths {
+            normal: 50e-9,
+            exponential: 1e-6,
+        };
+        for residual in [-1.0, -1e-3, -50.1e-6, 1e-3, 1.0] {
+            let scores = widths.cell(residual, 50e-6);
+            assert!(scores.location.is_finite() && scores.curvature.is_finite());
+            let (normal, exponential) = widths.cell_widths(residual, 50e-6);
+            assert!(normal.is_finite() && exponential.is_finite());
+        }
+    }
+}
