@@ -1,13 +1,13 @@
 //! The constant part of the link's delay: off, told, or measured by questions and answers.
 
-use coaxle_clock::delay::{Answer, DelayExchange, DelayOutput, DelayState};
+use coaxle_clock::delay::{Answer, DelayExchange, DelayOutput, DelayState, Refusal};
 use coaxle_clock::observer::PhaseObserver;
 use coaxle_clock::{Instant, Local, Seconds, Span};
 
 use crate::config::DelayConfig;
 
 /// Answers that can wait for their cycle.
-const CAPACITY: usize = 16;
+pub(crate) const CAPACITY: usize = 16;
 
 /// What an observer is told about the delay.
 #[derive(Debug)]
@@ -42,19 +42,31 @@ impl Delay {
     }
 
     /// Tells the observer, which has heard all messages of the cycle that ideally begins at `now`.
-    pub(crate) fn steer(&mut self, observer: &mut PhaseObserver, now: Instant<Local>) {
+    ///
+    /// Every answer to a question of this run is shown to `heard`, with its arrival.
+    pub(crate) fn steer(
+        &mut self,
+        observer: &mut PhaseObserver,
+        now: Instant<Local>,
+        heard: impl FnMut(Instant<Local>, &Answer),
+    ) {
         let delay = match self.config {
             DelayConfig::Off => Span::ZERO,
             DelayConfig::FixedUs(micros) => micros.span(),
             DelayConfig::Measured => {
-                self.measure(observer, now);
+                self.measure(observer, now, heard);
                 self.exchange.delay().unwrap_or(Span::ZERO)
             }
         };
         observer.set_delay(delay);
     }
 
-    fn measure(&mut self, observer: &mut PhaseObserver, now: Instant<Local>) {
+    fn measure(
+        &mut self,
+        observer: &mut PhaseObserver,
+        now: Instant<Local>,
+        mut heard: impl FnMut(Instant<Local>, &Answer),
+    ) {
         let Some(line) = observer.line() else {
             return;
         };
@@ -65,7 +77,11 @@ impl Delay {
         for place in &mut self.waiting {
             if let Some((arrived, answer)) = place.take_if(|(at, _)| *at <= now) {
                 // It counts what it refuses.
-                let _ = self.exchange.take(&answer, arrived, &line);
+                match self.exchange.take(&answer, arrived, &line) {
+                    Err(Refusal::OtherRun | Refusal::OtherEpoch | Refusal::NotAsked) => {}
+                    // Another estimator may think otherwise of one that is implausible.
+                    Ok(()) | Err(_) => heard(arrived, &answer),
+                }
             }
         }
     }

@@ -112,7 +112,14 @@ impl FarClock {
 
     /// One cycle, with the newest message in the input image; none when the cycle times do not
     /// fit.
-    pub(crate) fn update(&mut self, sample: &Sample, turn: &Turn) -> Option<Far> {
+    ///
+    /// Every answer that is taken in is shown to `heard`, with its arrival.
+    pub(crate) fn update(
+        &mut self,
+        sample: &Sample,
+        turn: &Turn,
+        heard: impl FnMut(Instant<Local>, &Answer),
+    ) -> Option<Far> {
         let mode = self.setup.mode;
         let State::Running(running) = &mut self.state else {
             return None;
@@ -129,7 +136,7 @@ impl FarClock {
             });
         };
         let now = turn.ideal_start;
-        let (seen, correction) = observed.cycle(now, sample.header.count);
+        let (seen, correction) = observed.cycle(now, sample.header.count, heard);
         let axis = running
             .block
             .update_by_clock(index, &sample.axis, correction, turn.elapsed);
@@ -194,8 +201,13 @@ impl FarClock {
 impl Observed {
     /// One cycle: what the observer says, and by how much the message number `count` is to be moved
     /// in time, once that is sure.
-    fn cycle(&mut self, now: Instant<Local>, count: u64) -> (ObserverOutput, Option<Seconds>) {
-        self.delay.steer(&mut self.observer, now);
+    fn cycle(
+        &mut self,
+        now: Instant<Local>,
+        count: u64,
+        heard: impl FnMut(Instant<Local>, &Answer),
+    ) -> (ObserverOutput, Option<Seconds>) {
+        self.delay.steer(&mut self.observer, now, heard);
         let seen = self.observer.cycle(now);
         self.sure = is_sure(seen.state, self.sure);
         let sent = self.observer.far_time_of(count);

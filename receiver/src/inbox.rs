@@ -12,7 +12,7 @@ use coaxle_node::{Message, Sample};
 use crate::snapshot::Counters;
 
 /// Messages that can wait: more than a second's worth at a millisecond.
-const CAPACITY: usize = 1024;
+pub(crate) const CAPACITY: usize = 1024;
 
 /// Waiting messages, and the input image.
 #[derive(Debug)]

@@ -8,6 +8,7 @@
 //! [`Receiver`] is the node, without any I/O; `pipeline.rs` reads like the picture. `run` (with the
 //! feature `host`) is its life in the real world.
 
+mod arrivals;
 pub mod config;
 mod delay;
 mod far_clock;

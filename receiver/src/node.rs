@@ -9,7 +9,7 @@ use coaxle_node::exchange::{QUESTION_CAPACITY, encode_question};
 use coaxle_node::frame::{body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{
-    Answering, Channel, CommandOrder, CommandOutcome, FrameHeader, Message, Node, Outgoing,
+    Answering, Arrival, Channel, CommandOrder, CommandOutcome, FrameHeader, Message, Node, Outgoing,
 };
 
 use crate::config::ReceiverConfig;
@@ -193,6 +193,10 @@ impl Node for Receiver {
             });
         }
         self.answering.transmit()
+    }
+
+    fn arrival(&mut self) -> Option<Arrival> {
+        self.pipeline.arrival()
     }
 
     fn next_cycle(&self) -> Instant<Local> {

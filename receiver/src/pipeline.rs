@@ -9,9 +9,9 @@ use coaxle_motion::axis::NcToPlcAxis;
 use coaxle_motion::profile::Kinematics;
 use coaxle_motion::remote::{AxisSyncOutput, FilterState};
 use coaxle_motion::slave::{Accepted, Command, Refusal};
-use coaxle_node::{CommandOrder, CommandOutcome};
-use coaxle_node::{Message, Sample};
+use coaxle_node::{Arrival, CommandOrder, CommandOutcome, Message, Sample};
 
+use crate::arrivals::Arrivals;
 use crate::config::{MOST_SLAVES, Mode};
 use crate::far_clock::{Far, FarClock, FarClockSetup};
 use crate::inbox::Inbox;
@@ -25,6 +25,7 @@ pub(crate) struct Pipeline {
     mode: Mode,
     inbox: Inbox,
     far_clock: FarClock,
+    arrivals: Arrivals,
     slaves: Slaves,
     master: Option<MasterSnapshot>,
     observer: Option<ObserverOutput>,
@@ -46,6 +47,7 @@ impl Pipeline {
             mode: setup.mode,
             inbox: Inbox::new(age_limit),
             far_clock: FarClock::new(setup)?,
+            arrivals: Arrivals::new(),
             slaves,
             master: None,
             observer: None,
@@ -63,6 +65,11 @@ impl Pipeline {
         self.far_clock.hear_answer(at, answer);
     }
 
+    /// What the newest cycle took in and nobody fetched yet.
+    pub(crate) fn arrival(&mut self) -> Option<Arrival> {
+        self.arrivals.next()
+    }
+
     /// The number of the question that is due, if one is.
     pub(crate) fn ask(&mut self, turn: &Turn) -> Option<u32> {
         self.far_clock.ask(turn.ideal_start)
@@ -77,13 +84,17 @@ impl Pipeline {
 
     /// The far axis, local and smooth; none as long as nothing has come, or nothing that fits.
     fn far_axis(&mut self, turn: &Turn) -> Option<Master> {
-        let far_clock = &mut self.far_clock;
-        let image = self
-            .inbox
-            .image(turn.ideal_start, |at, sample| far_clock.hear(at, sample));
+        let (far_clock, arrivals) = (&mut self.far_clock, &mut self.arrivals);
+        arrivals.begin();
+        let image = self.inbox.image(turn.ideal_start, |at, sample| {
+            arrivals.message(at, &sample.header);
+            far_clock.hear(at, sample);
+        });
         let sample = image?;
         self.count_age(&sample, turn.elapsed);
-        let Some(far) = self.far_clock.update(&sample, turn) else {
+        let arrivals = &mut self.arrivals;
+        let heard = |at, answer: &Answer| arrivals.exchange(at, answer);
+        let Some(far) = self.far_clock.update(&sample, turn, heard) else {
             self.master = None;
             return None;
         };

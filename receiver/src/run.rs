@@ -5,20 +5,33 @@ mod journal;
 mod recorder;
 mod status;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use coaxle_clock::{Instant, Local};
-use coaxle_host::{NodeArgs, Publication, Setup, Subscription, Trace};
+use coaxle_host::{
+    ArrivalsTrace, NodeArgs, Publication, Setup, Subscription, Trace, arrivals_beside,
+};
 use coaxle_node::{Channel, Intake, Reader};
 
 use crate::config::ReceiverConfig;
 use crate::node::Receiver;
 use crate::record::ReceiverRecord;
-use recorder::ReceiverRecorder;
+use recorder::{Files, ReceiverRecorder};
 
 /// What a receiver is told on its command line.
-pub type Args = NodeArgs;
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    node: NodeArgs,
+    /// Write the raw arrivals to this file, as CSV with a head line: of each message that was used
+    /// the sender's run, count and send stamp and the arrival, in ns. The four stamps t1 to t4 of the
+    /// time exchanges go beside it, to FILE-exchanges.csv. An estimator can be run over them again;
+    /// `coaxle record-arrivals --from` turns them into a recording [default: beside the trace, if
+    /// there is one]
+    #[arg(long, value_name = "FILE", conflicts_with = "check")]
+    arrivals: Option<PathBuf>,
+}
 
 /// Checks the config, or runs the receiver until its time is up or a signal comes.
 ///
@@ -26,14 +39,16 @@ pub type Args = NodeArgs;
 /// The config names a wrong value (file, field, received, expected), the trace file or the
 /// endpoints cannot be opened, or the trace could not be kept.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let mut config: ReceiverConfig = args.load()?;
-    config.relative_to(args.folder());
-    config.transport = args.transport(&config.transport)?;
-    if args.check {
-        build(&args.file(), &config, Instant::EPOCH, 0)?;
-        return args.say_ok();
+    let node = &args.node;
+    let mut config: ReceiverConfig = node.load()?;
+    config.relative_to(node.folder());
+    config.transport = node.transport(&config.transport)?;
+    if node.check {
+        build(&node.file(), &config, Instant::EPOCH, 0)?;
+        return node.say_ok();
     }
-    let outcome = coaxle_host::run(setup(args, config)?)?;
+    let files = files(args, &config)?;
+    let outcome = coaxle_host::run(setup(node, config, files))?;
     tracing::info!(
         cycles = outcome.cycles,
         received = outcome.received,
@@ -42,15 +57,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         published = outcome.published,
         not_published = outcome.not_published,
         not_recorded = outcome.telemetry_dropped,
+        arrivals_not_recorded = outcome.arrivals_dropped,
         "cycles of this run"
     );
     Ok(())
 }
 
-fn setup(args: &Args, config: ReceiverConfig) -> anyhow::Result<Setup<Receiver>> {
-    let recorder = ReceiverRecorder::new(&config, trace(args, &config)?);
-    let file = args.file();
-    Ok(Setup {
+fn setup(node: &NodeArgs, config: ReceiverConfig, files: Files) -> Setup<Receiver> {
+    let recorder = ReceiverRecorder::new(&config, files);
+    let file = node.file();
+    Setup {
         name: config.name.clone(),
         role: "receiver",
         transport: config.transport.clone(),
@@ -60,17 +76,23 @@ fn setup(args: &Args, config: ReceiverConfig) -> anyhow::Result<Setup<Receiver>>
         send_stamps: true,
         publishes: publications(&config),
         subscriptions: subscriptions(&config),
-        run_for: args.run_for,
+        run_for: node.run_for,
         build: Box::new(move |start, epoch| build(&file, &config, start, epoch)),
         recorder: Box::new(recorder),
-    })
+    }
 }
 
-fn trace(args: &Args, config: &ReceiverConfig) -> anyhow::Result<Option<Trace<ReceiverRecord>>> {
+/// The trace, and the raw arrivals where they are asked for or beside the trace.
+fn files(args: &Args, config: &ReceiverConfig) -> anyhow::Result<Files> {
     let names = config.slaves.iter().map(|slave| slave.name.as_str());
     let columns = ReceiverRecord::columns(names);
-    let create = |path: &PathBuf| Trace::with_columns(path, &columns);
-    args.trace.as_ref().map(create).transpose()
+    let trace = args.node.trace.as_deref();
+    let arrivals = args.arrivals.clone().or_else(|| trace.map(arrivals_beside));
+    let create = |path: &Path| Trace::with_columns(path, &columns);
+    Ok(Files {
+        trace: trace.map(create).transpose()?,
+        arrivals: arrivals.as_deref().map(ArrivalsTrace::create).transpose()?,
+    })
 }
 
 fn publications(config: &ReceiverConfig) -> Vec<Publication> {

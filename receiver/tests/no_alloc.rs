@@ -10,7 +10,7 @@ use coaxle_motion::slave::{Command, CouplingPhase, Dynamics};
 use coaxle_node::config::parse;
 use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::{
-    Answering, Channel, Intake, Message, Node, Outgoing, Question, Reader, Rejection,
+    Answering, Arrival, Channel, Intake, Message, Node, Outgoing, Question, Reader, Rejection,
 };
 use coaxle_receiver::{HealthName, Receiver, ReceiverConfig};
 
@@ -164,6 +164,7 @@ fn goes_through_its_life_without_allocating(mode: &str) {
     let mut bytes = 0;
     let mut master = Master::new(&config);
     let (mut asked, mut answers) = (None, 0);
+    let (mut arrived, mut exchanged) = (0, 0);
     assert_no_alloc(|| {
         while receiver.next_cycle() < clock.read(12_000 * MILLISECOND) {
             let mut now = receiver.next_cycle();
@@ -180,6 +181,12 @@ fn goes_through_its_life_without_allocating(mode: &str) {
                     Channel::Questions => asked = Some(master.question_of(&outgoing)),
                     Channel::Answers => answers += 1,
                     Channel::Axes | Channel::Slaves => {}
+                }
+            }
+            while let Some(arrival) = receiver.arrival() {
+                match arrival {
+                    Arrival::Message(..) => arrived += 1,
+                    Arrival::Exchange(..) => exchanged += 1,
                 }
             }
             if let Some(question) = asked.take() {
@@ -203,9 +210,12 @@ fn goes_through_its_life_without_allocating(mode: &str) {
     let counters = receiver.snapshot().counters;
     assert!(counters.restarts == 1 && counters.rejected.total() > 10);
     assert!(counters.overflow > 0 && counters.stale > 0);
+    let used = counters.received - counters.overflow - counters.stale;
+    assert!(arrived > 5_000 && arrived <= used, "{arrived} of {used}");
     if config.asks() {
         let delay = receiver.snapshot().delay.expect("an observer");
         assert!(delay.exchanges > 60 && delay.refused > 0, "{delay:?}");
+        assert!(exchanged >= delay.exchanges, "{exchanged}");
         assert!(answers > 60);
     }
 }

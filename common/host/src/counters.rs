@@ -23,6 +23,8 @@ pub(crate) struct Counters {
     pub(crate) mailbox_dropped: Arc<AtomicU64>,
     /// Records that found the telemetry ring full.
     pub(crate) telemetry_dropped: AtomicU64,
+    /// Arrivals that found their ring full.
+    pub(crate) arrivals_dropped: AtomicU64,
 }
 
 /// Adds one.

@@ -17,7 +17,7 @@ use crate::counters::{Counters, count};
 use crate::machine::{self, Machine};
 use crate::mailbox::Mailbox;
 use crate::outbox::{Outbox, Parcel};
-use crate::telemetry::Record;
+use crate::telemetry::{ArrivalRecord, Record};
 
 /// The longest sleep without a look at the stop flag.
 const NAP: Span = Span::from_millis(50);
@@ -33,6 +33,7 @@ pub(crate) struct Cycle<N: Node> {
     pub(crate) desk: Desk,
     pub(crate) outbox: Outbox,
     pub(crate) telemetry: Producer<Record<N::Snapshot>>,
+    pub(crate) arrivals: Producer<ArrivalRecord>,
     pub(crate) counters: Arc<Counters>,
 }
 
@@ -96,6 +97,7 @@ impl<N: Node> Cycle<N> {
             desk,
             outbox,
             telemetry,
+            arrivals,
             counters,
         } = self;
         let clock = &mut clock.deviated;
@@ -116,8 +118,19 @@ impl<N: Node> Cycle<N> {
             }
         }
         outbox.wake();
+        let ideal_start = clock.reference_at(turn.ideal_start);
+        while let Some(arrival) = node.arrival() {
+            let record = ArrivalRecord {
+                ideal_start,
+                turn,
+                arrival,
+            };
+            if arrivals.push(record).is_err() {
+                count(&counters.arrivals_dropped);
+            }
+        }
         let record = Record {
-            ideal_start: clock.reference_at(turn.ideal_start),
+            ideal_start,
             woke,
             snapshot: node.snapshot(),
         };
@@ -150,9 +163,10 @@ mod tests {
     use crate::outbox::{Outgoings, outbox};
     use crate::toy::{Toy, ToySnapshot};
     use assert_no_alloc::assert_no_alloc;
-    use coaxle_clock::CycleTime;
+    use coaxle_clock::{CycleIndex, CycleTime};
+    use coaxle_motion::axis::NcToPlcAxis;
     use coaxle_node::config::parse;
-    use coaxle_node::{CommandAnswer, Message, Rejection};
+    use coaxle_node::{Arrival, CommandAnswer, FrameHeader, Message, Rejection, Sample};
     use rtrb::{Consumer, RingBuffer};
     use std::borrow::Cow;
 
@@ -173,6 +187,7 @@ mod tests {
         inbox: crate::mailbox::Inbox,
         outgoings: Outgoings,
         records: Consumer<Record<ToySnapshot>>,
+        arrived: Consumer<ArrivalRecord>,
         clerk: Clerk<&'static str>,
         counter: Counter<&'static str>,
         counters: Arc<Counters>,
@@ -185,6 +200,7 @@ mod tests {
         let (inbox, mailbox) = mailbox(64, Arc::clone(&counters.mailbox_dropped));
         let (outbox, outgoings) = outbox(4096);
         let (telemetry, records) = RingBuffer::new(64);
+        let (arrivals, arrived) = RingBuffer::new(64);
         let (desk, clerk, counter) = commands();
         let cycle_time = CycleTime::new(Span::from_millis(1)).unwrap();
         let cycle = Cycle {
@@ -194,6 +210,7 @@ mod tests {
             desk,
             outbox,
             telemetry,
+            arrivals,
             counters: Arc::clone(&counters),
         };
         Bench {
@@ -201,6 +218,7 @@ mod tests {
             inbox,
             outgoings,
             records,
+            arrived,
             clerk,
             counter,
             counters,
@@ -215,6 +233,22 @@ mod tests {
         Letter {
             arrival,
             message: Message::Rejected(Rejection::Malformed),
+        }
+    }
+
+    fn sample_at(arrival: Instant<Machine>) -> Letter {
+        let header = FrameHeader {
+            sender: 1,
+            epoch: 2,
+            index: CycleIndex(3),
+            count: 3,
+            cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+            send_stamp: None,
+        };
+        let axis = NcToPlcAxis::default();
+        Letter {
+            arrival,
+            message: Message::Sample(Sample { header, axis }),
         }
     }
 
@@ -247,14 +281,31 @@ mod tests {
     }
 
     #[test]
+    fn what_a_scan_took_in_is_dated_in_both_clocks() {
+        let mut bench = bench("drift-ppm = 1000");
+        bench.inbox.push(sample_at(at(500_000)));
+        bench.cycle.scan(at(999_002));
+        let record = bench.arrived.pop().unwrap();
+        assert_eq!(record.turn.count, 1_000);
+        assert_eq!(record.turn.ideal_start.as_nanos(), 1_000_000_000);
+        assert!((record.ideal_start - at(999_001)).abs() < Span::from_micros(1));
+        let Arrival::Message(arrived, header) = record.arrival else {
+            panic!("{record:?}");
+        };
+        assert_eq!((arrived.as_nanos(), header.count), (500_500_000, 3));
+    }
+
+    #[test]
     fn full_rings_are_counted_and_do_not_hold_the_scan() {
         let mut bench = bench("");
         for k in 0..200 {
+            bench.inbox.push(sample_at(at(1_000 * k)));
             bench.cycle.scan(at(1_000 * k));
         }
         let read = |counter| crate::counters::read(counter);
         assert_eq!(read(&bench.counters.cycles), 200);
         assert_eq!(read(&bench.counters.telemetry_dropped), 200 - 64);
+        assert_eq!(read(&bench.counters.arrivals_dropped), 200 - 64);
         assert!(read(&bench.counters.publish_dropped) > 0);
     }
 
@@ -279,10 +330,12 @@ mod tests {
                 for _ in 0..3 {
                     bench.inbox.push(refused_at(at(1_000 * k - 100)));
                 }
+                bench.inbox.push(sample_at(at(1_000 * k - 100)));
                 let wake = bench.cycle.clock.jitter.next();
                 bench.cycle.scan(at(1_000 * k + 100) + wake);
                 while bench.outgoings.pop(&mut body).is_some() {}
                 while bench.records.pop().is_ok() {}
+                while bench.arrived.pop().is_ok() {}
             }
         });
         assert_eq!(crate::counters::read(&bench.counters.cycles), 10_000);

@@ -4,13 +4,14 @@
 //!
 //! ```text
 //! Zenoh ─▶ stamp, check ─▶ mailboxes ─▶ cycle thread ─▶ outbox ─▶ publish thread ─▶ Zenoh
-//!                                   ▲   │    └────────▶ records ─▶ telemetry thread ─▶ recorder, status
+//!                                   ▲   │    └────▶ records, arrivals ─▶ telemetry thread ─▶ recorder, status
 //! Zenoh ─▶ queries ─▶ clerk thread ─┘   └─▶ clerk thread ─▶ replies
 //! ```
 //!
 //! Each arrow into or out of the cycle thread is a bounded, wait-free ring: the cycle thread never
 //! waits for the network, a disk or a log, and what does not fit is counted. The crate needs Linux.
 
+mod arrivals;
 mod channels;
 pub mod cli;
 mod commander;
@@ -36,12 +37,13 @@ mod toy;
 mod trace;
 mod transport;
 
+pub use arrivals::{ArrivalsTrace, arrivals_beside, exchanges_beside};
 pub use channels::{Publication, Subscription};
 pub use commander::Commander;
 pub use health::Health;
 pub use machine::Machine;
 pub use node_args::NodeArgs;
 pub use run::{BuildNode, Ended, Outcome, Setup, run};
-pub use telemetry::{Record, Recorder, fields_of};
+pub use telemetry::{ArrivalRecord, Record, Recorder, fields_of};
 pub use trace::Trace;
 pub use transport::{ZENOH_RUNTIME, zenoh_config};

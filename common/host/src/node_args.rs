@@ -21,7 +21,8 @@ pub struct NodeArgs {
     /// Stop after this time: 10s, 500ms, 2min … [default: run until Ctrl-C]
     #[arg(long = "for", value_name = "DURATION", value_parser = parse_duration)]
     pub run_for: Option<Span>,
-    /// Write every cycle to this file, as CSV with a head line
+    /// Write every cycle to this file, as CSV with a head line. A receiver's raw arrivals go beside
+    /// it: trace.csv, trace-arrivals.csv and trace-exchanges.csv
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// Only check the config and the files it names: say "CONFIG: ok" or what is wrong

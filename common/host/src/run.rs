@@ -9,7 +9,7 @@ use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::Node;
 use coaxle_node::config::{ClockConfig, RealTimeConfig, TransportConfig};
 use coaxle_node::keys::NodeName;
-use rtrb::{Consumer, Producer, RingBuffer};
+use rtrb::{Producer, RingBuffer};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::oneshot;
 use zenoh::query::Query;
@@ -24,7 +24,7 @@ use crate::outbox::{Outbox, Outgoings, outbox};
 use crate::publisher::{PublishedChannel, publish};
 use crate::real_time;
 use crate::status::{Identity, Reporter};
-use crate::telemetry::{Record, Recorder, observe};
+use crate::telemetry::{ArrivalRecord, Record, Recorder, Telemetry, observe};
 
 /// Messages with axes between two scans: two seconds' worth at 1 kHz.
 const MAILBOX_LETTERS: usize = 2048;
@@ -34,6 +34,8 @@ const EXCHANGE_LETTERS: usize = 1024;
 const OUTBOX_BYTES: usize = 1 << 20;
 /// Cycles that telemetry may lag behind: nearly a second at the shortest cycle time.
 const TELEMETRY_RECORDS: usize = 8192;
+/// Arrivals that telemetry may lag behind: likewise, and a second's worth in one burst besides.
+const ARRIVAL_RECORDS: usize = 8192 + 1024;
 
 /// A node and all it needs of the real world.
 pub struct Setup<N: Node> {
@@ -87,6 +89,8 @@ pub struct Outcome {
     pub mailbox_dropped: u64,
     /// Records that found the telemetry ring full.
     pub telemetry_dropped: u64,
+    /// Arrivals that found their ring full.
+    pub arrivals_dropped: u64,
 }
 
 /// Why a run ended.
@@ -132,6 +136,7 @@ where
     let (inboxes, mailboxes) = mailboxes(&setup.subscriptions, &counters);
     let (mut outbox, outgoings) = outbox(OUTBOX_BYTES);
     let (telemetry, records) = RingBuffer::new(TELEMETRY_RECORDS);
+    let (arrivals, arrived) = RingBuffer::new(ARRIVAL_RECORDS);
     let (mut desk, clerk, counter) = commands();
     let clerk = start_clerk(clerk)?;
     desk.attach(clerk.thread().clone());
@@ -155,13 +160,18 @@ where
     let publisher = start_publisher(outgoings, setup.send_stamps, channels, &counters)?;
     outbox.attach(publisher.thread().clone());
     let reporter = Reporter::new(identity, Arc::clone(&link), Arc::clone(&counters));
-    let observer = start_observer(records, setup.recorder, reporter)?;
+    let recorded = Telemetry {
+        records,
+        arrivals: arrived,
+    };
+    let observer = start_observer(recorded, setup.recorder, reporter)?;
     let parts = CycleParts {
         node,
         mailboxes,
         desk,
         outbox,
         telemetry,
+        arrivals,
         counters: Arc::clone(&counters),
     };
     let wishes = Wishes {
@@ -244,12 +254,12 @@ fn start_publisher(
 }
 
 fn start_observer<S: Send + 'static>(
-    records: Consumer<Record<S>>,
+    telemetry: Telemetry<S>,
     mut recorder: Box<dyn Recorder<S>>,
     mut reporter: Reporter,
 ) -> anyhow::Result<JoinHandle<anyhow::Result<()>>> {
     thread("telemetry", move || {
-        observe(records, recorder.as_mut(), &mut reporter)
+        observe(telemetry, recorder.as_mut(), &mut reporter)
     })
 }
 
@@ -260,6 +270,7 @@ struct CycleParts<N: Node> {
     desk: Desk,
     outbox: Outbox,
     telemetry: Producer<Record<N::Snapshot>>,
+    arrivals: Producer<ArrivalRecord>,
     counters: Arc<Counters>,
 }
 
@@ -301,6 +312,7 @@ where
             desk: parts.desk,
             outbox: parts.outbox,
             telemetry: parts.telemetry,
+            arrivals: parts.arrivals,
             counters: parts.counters,
         };
         let limits = Limits {
@@ -328,6 +340,7 @@ fn outcome(ended: Ended, epoch: u64, counters: &Counters) -> Outcome {
         refused: read(&counters.refused),
         mailbox_dropped: read(&counters.mailbox_dropped),
         telemetry_dropped: read(&counters.telemetry_dropped),
+        arrivals_dropped: read(&counters.arrivals_dropped),
     }
 }
 

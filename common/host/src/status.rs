@@ -112,6 +112,7 @@ impl Reporter {
             put("received", json!(read(&counters.received)));
             put("refused", json!(read(&counters.refused)));
             put("mailbox_dropped", json!(read(&counters.mailbox_dropped)));
+            put("arrivals_dropped", json!(read(&counters.arrivals_dropped)));
         }
         facts
     }

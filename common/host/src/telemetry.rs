@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
+use coaxle_clock::cycle::Turn;
 use coaxle_clock::{Instant, Span};
+use coaxle_node::Arrival;
 use rtrb::Consumer;
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -21,11 +23,28 @@ pub struct Record<S> {
     pub snapshot: S,
 }
 
+/// Something that a cycle took in of the followed clock.
+#[derive(Clone, Copy, Debug)]
+pub struct ArrivalRecord {
+    /// When the cycle should have begun.
+    pub ideal_start: Instant<Machine>,
+    /// Which cycle it was.
+    pub turn: Turn,
+    /// What it took in.
+    pub arrival: Arrival,
+}
+
 /// Keeps what a node shows of itself. It runs on the telemetry thread, where it may allocate,
-/// write files and take its time: what the ring cannot hold meanwhile is dropped and counted.
+/// write files and take its time: what the rings cannot hold meanwhile is dropped and counted.
 pub trait Recorder<S>: Send {
     /// Takes a cycle's record; each is given once, in order.
     fn record(&mut self, record: &Record<S>);
+
+    /// Takes something that a cycle took in; each is given once, in order, but some time before or
+    /// after the record of its cycle.
+    fn arrived(&mut self, record: &ArrivalRecord) {
+        let _ = record;
+    }
 
     /// What to add to the node's status, a few times a second. A text under `health` is the
     /// node's own opinion: it shows while the network gives no reason for a worse one.
@@ -47,23 +66,32 @@ pub fn fields_of(structure: &impl Serialize) -> Map<String, Value> {
     }
 }
 
-/// How often the ring is emptied.
+/// How often the rings are emptied.
 const TICK: Duration = Duration::from_millis(10);
 /// Four times a second.
 const STATUS_PERIOD: Span = Span::from_millis(250);
 
-/// Empties the ring until the cycle thread is gone, then finishes the recorder.
+/// The ends of the rings that the cycle thread fills.
+pub(crate) struct Telemetry<S> {
+    pub(crate) records: Consumer<Record<S>>,
+    pub(crate) arrivals: Consumer<ArrivalRecord>,
+}
+
+/// Empties the rings until the cycle thread is gone, then finishes the recorder.
 pub(crate) fn observe<S>(
-    mut records: Consumer<Record<S>>,
+    mut telemetry: Telemetry<S>,
     recorder: &mut dyn Recorder<S>,
     reporter: &mut Reporter,
 ) -> anyhow::Result<()> {
     let mut next_status = machine::now();
     loop {
-        // Asked before the ring is emptied, so that the last records are not missed.
-        let last_round = records.is_abandoned();
-        while let Ok(record) = records.pop() {
+        // Asked before the rings are emptied, so that the last records are not missed.
+        let last_round = telemetry.records.is_abandoned();
+        while let Ok(record) = telemetry.records.pop() {
             recorder.record(&record);
+        }
+        while let Ok(arrival) = telemetry.arrivals.pop() {
+            recorder.arrived(&arrival);
         }
         if last_round {
             break;

@@ -5,13 +5,14 @@ use coaxle_clock::{CycleTime, Instant, Local, Schedule};
 use coaxle_motion::axis::AxisStatus;
 use coaxle_motion::slave::{Accepted, Command, JobNumber, Refusal};
 use coaxle_node::command::{NotTaken, SlaveView};
-use coaxle_node::{Channel, CommandOrder, CommandOutcome, Message, Node, Outgoing};
+use coaxle_node::{Arrival, Channel, CommandOrder, CommandOutcome, Message, Node, Outgoing};
 
 /// The smallest node there is.
 pub(crate) struct Toy {
     schedule: Schedule,
     body: Vec<u8>,
     pending: Option<Instant<Local>>,
+    arrival: Option<Arrival>,
     snapshot: ToySnapshot,
 }
 
@@ -34,6 +35,7 @@ impl Toy {
             schedule: Schedule::new(start, cycle_time),
             body,
             pending: None,
+            arrival: None,
             snapshot: ToySnapshot::default(),
         }
     }
@@ -45,7 +47,10 @@ impl Node for Toy {
     fn receive(&mut self, at: Instant<Local>, message: &Message) {
         self.snapshot.last_arrival = at;
         match message {
-            Message::Sample(_) => self.snapshot.samples += 1,
+            Message::Sample(sample) => {
+                self.snapshot.samples += 1;
+                self.arrival = Some(Arrival::Message(at, sample.header));
+            }
             Message::Rejected(_) => self.snapshot.rejected += 1,
             Message::Question(_) | Message::Answer(_) => {}
         }
@@ -92,6 +97,10 @@ impl Node for Toy {
             ideal_start,
             body: &self.body,
         })
+    }
+
+    fn arrival(&mut self) -> Option<Arrival> {
+        self.arrival.take()
     }
 
     fn next_cycle(&self) -> Instant<Local> {

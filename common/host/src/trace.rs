@@ -5,10 +5,8 @@ use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use coaxle_clock::{Instant, Span};
+use coaxle_clock::{Domain, Instant, Span};
 use serde::Serialize;
-
-use crate::machine::Machine;
 
 /// Rows are written out this often, so that a killed process leaves a usable file.
 const FLUSH_PERIOD: Span = Span::from_millis(250);
@@ -20,7 +18,8 @@ const BUFFER_BYTES: usize = 4 << 20;
 pub struct Trace<R> {
     path: PathBuf,
     writer: csv::Writer<File>,
-    flushed: Option<Instant<Machine>>,
+    /// When it was last written out, on the clock of the rows.
+    flushed: Option<Span>,
     /// What went wrong first; nothing is written after that.
     failure: Option<csv::Error>,
     rows: PhantomData<fn(R)>,
@@ -60,13 +59,13 @@ impl<R: Serialize> Trace<R> {
         })
     }
 
-    /// Adds the rows of the cycle that began at `at`. A disk that is full is reported once in the
+    /// Adds the rows of the cycle that began at `at` on the clock of all cycles. A disk that is full is reported once in the
     /// log, and again by [`Self::finish`].
-    pub fn write(&mut self, at: Instant<Machine>, rows: impl IntoIterator<Item = R>) {
+    pub fn write<D: Domain>(&mut self, at: Instant<D>, rows: impl IntoIterator<Item = R>) {
         if self.failure.is_some() {
             return;
         }
-        let written = self.try_write(at, rows);
+        let written = self.try_write(at.since_epoch(), rows);
         if let Err(error) = written {
             tracing::error!(file = %self.path.display(), "the trace ends here: {error}");
             self.failure = Some(error);
@@ -85,11 +84,7 @@ impl<R: Serialize> Trace<R> {
         result.with_context(|| format!("the trace file {} is incomplete", self.path.display()))
     }
 
-    fn try_write(
-        &mut self,
-        at: Instant<Machine>,
-        rows: impl IntoIterator<Item = R>,
-    ) -> Result<(), csv::Error> {
+    fn try_write(&mut self, at: Span, rows: impl IntoIterator<Item = R>) -> Result<(), csv::Error> {
         for row in rows {
             self.writer.serialize(row)?;
         }
@@ -104,6 +99,9 @@ impl<R: Serialize> Trace<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::Machine;
+
+    const START: Instant<Machine> = Instant::EPOCH;
 
     #[derive(Serialize)]
     struct Row {
@@ -124,7 +122,7 @@ mod tests {
         let path = folder.path().join("trace.csv");
         let mut trace = Trace::create(&path).unwrap();
         for k in 0..=300 {
-            trace.write(Instant::EPOCH + Span::from_millis(k), [row(k)]);
+            trace.write(START + Span::from_millis(k), [row(k)]);
         }
         let now = std::fs::read_to_string(&path).unwrap();
         assert_eq!(now.lines().count(), 1 + 251, "head line and 0 to 250 ms");
@@ -148,7 +146,7 @@ mod tests {
     fn a_full_disk_is_an_error_at_the_end() {
         let mut trace = Trace::create(Path::new("/dev/full")).unwrap();
         for k in 0..1_000 {
-            trace.write(Instant::EPOCH + Span::from_millis(k), [row(k)]);
+            trace.write(START + Span::from_millis(k), [row(k)]);
         }
         let message = format!("{:#}", trace.finish().unwrap_err());
         assert!(message.contains("/dev/full is incomplete"), "{message}");

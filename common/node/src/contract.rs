@@ -9,6 +9,7 @@
 //!     node.execute(order)                      (for each order that came: the scan begins)
 //!     node.cycle(now)                          (one scan; decides everything)
 //!     while let Some(outgoing) = node.transmit() { hand it to the publisher }
+//!     while let Some(arrival) = node.arrival() { hand it to telemetry }
 //!     hand node.snapshot() to telemetry
 //! }
 //! ```
@@ -19,6 +20,7 @@ use coaxle_clock::cycle::Turn;
 use coaxle_clock::delay::Answer;
 use coaxle_clock::{Instant, Local};
 
+use crate::arrival::Arrival;
 use crate::command::{CommandOrder, CommandOutcome, NotTaken};
 use crate::exchange::Question;
 use crate::frame::Sample;
@@ -46,6 +48,12 @@ pub trait Node {
 
     /// The next thing to send after a cycle, until there is nothing left.
     fn transmit(&mut self) -> Option<Outgoing<'_>>;
+
+    /// What the last cycle took in of the followed clock, one after the other in the order in which
+    /// it was used, until there is nothing left. For recordings: nobody needs to fetch it.
+    fn arrival(&mut self) -> Option<Arrival> {
+        None
+    }
 
     /// When the next cycle is due.
     fn next_cycle(&self) -> Instant<Local>;

@@ -5,6 +5,7 @@
 //! the very same code.
 
 pub mod answering;
+pub mod arrival;
 pub mod cam_file;
 pub mod command;
 pub mod config;
@@ -18,6 +19,7 @@ mod rejection;
 pub mod saw_file;
 
 pub use answering::{Answering, AnsweringCounters};
+pub use arrival::Arrival;
 pub use command::{CommandAnswer, CommandOrder, CommandOutcome};
 pub use contract::{Channel, Message, Node, Outgoing};
 pub use exchange::Question;

@@ -5,7 +5,7 @@ use coaxle_clock::{Domain, Instant, Local, Span};
 use coaxle_node::config::{ClockConfig, LinkConfig};
 use coaxle_node::faults::{CycleJitter, DeviatedClock, LinkModel, seed_of};
 use coaxle_node::frame::KeySeal;
-use coaxle_node::{Channel, CommandOrder, CommandOutcome, Message, Node, Reader};
+use coaxle_node::{Arrival, Channel, CommandOrder, CommandOutcome, Message, Node, Reader};
 
 use crate::events::EventQueue;
 use crate::invariants::{Violation, Watch};
@@ -69,6 +69,18 @@ pub struct CycleSeen<'a, N> {
 pub trait Observer<N> {
     /// After every cycle of every node.
     fn cycle_seen(&mut self, seen: &CycleSeen<'_, N>);
+
+    /// After every cycle, before [`Self::cycle_seen`]: each thing that a node took in during the cycle
+    /// `turn`, which ideally started at `ideal_start`.
+    fn arrived(
+        &mut self,
+        index: usize,
+        ideal_start: Instant<True>,
+        turn: &Turn,
+        arrival: &Arrival,
+    ) {
+        let _ = (index, ideal_start, turn, arrival);
+    }
 
     /// After every order, with the number it was sent under.
     fn order_executed(&mut self, number: usize, outcome: &CommandOutcome) {
@@ -319,6 +331,9 @@ impl<N: Node> World<N> {
             }
         }
         let ideal_start = inhabitant.clock.reference_at(turn.ideal_start);
+        while let Some(arrival) = node.arrival() {
+            observer.arrived(index, ideal_start, &turn, &arrival);
+        }
         observer.cycle_seen(&CycleSeen {
             index,
             node,

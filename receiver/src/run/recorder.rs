@@ -1,6 +1,6 @@
 //! What becomes of a receiver's cycles: trace, log and status.
 
-use coaxle_host::{Record, Recorder, Trace, fields_of};
+use coaxle_host::{ArrivalRecord, ArrivalsTrace, Record, Recorder, Trace, fields_of};
 use serde_json::{Map, Value};
 
 use super::journal::Journal;
@@ -9,19 +9,28 @@ use crate::config::ReceiverConfig;
 use crate::record::{HealthName, ReceiverRecord};
 use crate::snapshot::ReceiverSnapshot;
 
-/// Keeps the newest cycle for the status, and all of them if there is a trace.
+/// Keeps the newest cycle for the status, and what is wanted in files.
 pub(super) struct ReceiverRecorder {
     config: ReceiverConfig,
-    trace: Option<Trace<ReceiverRecord>>,
+    files: Files,
     journal: Journal,
     newest: Option<ReceiverSnapshot>,
 }
 
+/// The files that a receiver leaves, if they are wanted.
+#[derive(Default)]
+pub(super) struct Files {
+    /// Every cycle.
+    pub(super) trace: Option<Trace<ReceiverRecord>>,
+    /// What came in from the followed node.
+    pub(super) arrivals: Option<ArrivalsTrace>,
+}
+
 impl ReceiverRecorder {
-    pub(super) fn new(config: &ReceiverConfig, trace: Option<Trace<ReceiverRecord>>) -> Self {
+    pub(super) fn new(config: &ReceiverConfig, files: Files) -> Self {
         Self {
             config: config.clone(),
-            trace,
+            files,
             journal: Journal::default(),
             newest: None,
         }
@@ -31,7 +40,7 @@ impl ReceiverRecorder {
 impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
     fn record(&mut self, record: &Record<ReceiverSnapshot>) {
         let snapshot = &record.snapshot;
-        if let Some(trace) = &mut self.trace {
+        if let Some(trace) = &mut self.files.trace {
             let (at, woke) = (record.ideal_start.as_nanos(), record.woke.as_nanos());
             let row = ReceiverRecord::new(at, woke, snapshot);
             trace.write(record.ideal_start, [row]);
@@ -40,6 +49,12 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
             note.log(&self.config.name);
         }
         self.newest = Some(*snapshot);
+    }
+
+    fn arrived(&mut self, record: &ArrivalRecord) {
+        if let Some(arrivals) = &mut self.files.arrivals {
+            arrivals.write(record.ideal_start, &record.turn, &record.arrival);
+        }
     }
 
     fn status(&self) -> Map<String, Value> {
@@ -54,7 +69,10 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
-        self.trace.as_mut().map_or(Ok(()), Trace::finish)
+        let Files { trace, arrivals } = &mut self.files;
+        let traced = trace.as_mut().map_or(Ok(()), Trace::finish);
+        let arrived = arrivals.as_mut().map_or(Ok(()), ArrivalsTrace::finish);
+        traced.and(arrived)
     }
 }
 
@@ -70,7 +88,7 @@ mod tests {
     const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
 
     /// What the host adds, with a subscription and something to publish.
-    const HOST_FIELDS: [&str; 16] = [
+    const HOST_FIELDS: [&str; 17] = [
         "node",
         "role",
         "epoch",
@@ -87,6 +105,7 @@ mod tests {
         "received",
         "refused",
         "mailbox_dropped",
+        "arrivals_dropped",
     ];
 
     fn config() -> ReceiverConfig {
@@ -126,7 +145,7 @@ mod tests {
 
     #[test]
     fn the_status_has_the_fields_that_the_document_describes() {
-        let mut recorder = ReceiverRecorder::new(&config(), None);
+        let mut recorder = ReceiverRecorder::new(&config(), Files::default());
         let before = recorder.status();
         assert_eq!(before["health"], "waiting-for-master");
         assert_eq!(
@@ -167,7 +186,7 @@ mod tests {
 
     #[test]
     fn an_error_is_code_and_text_and_a_master_that_does_not_fit_is_one() {
-        let mut recorder = ReceiverRecorder::new(&config(), None);
+        let mut recorder = ReceiverRecorder::new(&config(), Files::default());
         let mut snapshot = coupled();
         snapshot.health = crate::Health::CycleTimesDoNotFit;
         snapshot.data_cycle_time = CycleTime::new(Span::from_micros(1_500)).ok();
@@ -186,7 +205,11 @@ mod tests {
         let path = folder.path().join("trace.csv");
         let columns = ReceiverRecord::columns(["slave"]);
         let trace = Trace::with_columns(&path, &columns).unwrap();
-        let mut recorder = ReceiverRecorder::new(&config(), Some(trace));
+        let files = Files {
+            trace: Some(trace),
+            ..Files::default()
+        };
+        let mut recorder = ReceiverRecorder::new(&config(), files);
         for _ in 0..3 {
             recorder.record(&record(coupled()));
         }
