@@ -87,7 +87,8 @@ struct RunArgs {
     /// Folder for the results [default: out/SCENARIO-WORLD]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Do not write trace.csv (a line per receiver cycle: gigabytes for a day)
+    /// Do not write trace.csv (a line per receiver cycle: gigabytes for a day), nor the raw arrivals
+    /// of each receiver (nodes/RECEIVER-arrivals.csv and -exchanges.csv)
     #[arg(long)]
     no_trace: bool,
     /// Print the summary as JSON instead of a table

@@ -8,10 +8,12 @@ mod lag;
 mod moments;
 mod slave;
 
+use coaxle_clock::cycle::Turn;
 use coaxle_clock::{CycleTime, Domain, Instant, Span};
 use coaxle_motion::profile::Kinematics;
+use coaxle_node::Arrival;
 use coaxle_receiver::ReceiverRecord;
-use coaxle_sim::{Oracle, TruthSample};
+use coaxle_sim::{Oracle, True, TruthSample};
 
 use crate::curves::Curves;
 use crate::scenario::Scenario;
@@ -49,6 +51,12 @@ pub struct Row {
 pub trait RowSink {
     /// Row of the n-th receiver.
     fn row(&mut self, receiver: usize, row: &Row);
+
+    /// Something that the n-th receiver took in during the cycle `turn`, which ideally started at `at`.
+    /// In virtual time only: processes write that down themselves.
+    fn arrived(&mut self, receiver: usize, at: Instant<True>, turn: &Turn, arrival: &Arrival) {
+        let _ = (receiver, at, turn, arrival);
+    }
 }
 
 impl RowSink for () {
@@ -59,6 +67,12 @@ impl<S: RowSink> RowSink for Option<S> {
     fn row(&mut self, receiver: usize, row: &Row) {
         if let Some(sink) = self {
             sink.row(receiver, row);
+        }
+    }
+
+    fn arrived(&mut self, receiver: usize, at: Instant<True>, turn: &Turn, arrival: &Arrival) {
+        if let Some(sink) = self {
+            sink.arrived(receiver, at, turn, arrival);
         }
     }
 }

@@ -6,7 +6,8 @@ use coaxle_motion::profile::Kinematics;
 use coaxle_node::config::LinkConfig;
 use coaxle_node::faults::link_seed;
 use coaxle_node::{
-    Channel, CommandAnswer, CommandOrder, CommandOutcome, Intake, Message, Node, Outgoing, Reader,
+    Arrival, Channel, CommandAnswer, CommandOrder, CommandOutcome, Intake, Message, Node, Outgoing,
+    Reader,
 };
 use coaxle_receiver::{Receiver, ReceiverRecord};
 use coaxle_sender::Sender;
@@ -210,6 +211,18 @@ impl<S: RowSink> Observer<AnyNode> for Watcher<'_, S> {
         }
     }
 
+    fn arrived(
+        &mut self,
+        index: usize,
+        ideal_start: Instant<True>,
+        turn: &Turn,
+        arrival: &Arrival,
+    ) {
+        if let Some(receiver) = index.checked_sub(self.senders) {
+            self.sink.arrived(receiver, ideal_start, turn, arrival);
+        }
+    }
+
     fn order_executed(&mut self, number: usize, outcome: &CommandOutcome) {
         self.outcomes[number] = Some(*outcome);
     }
@@ -250,6 +263,13 @@ impl Node for AnyNode {
         match self {
             Self::Sender(node) => node.transmit(),
             Self::Receiver(node) => node.transmit(),
+        }
+    }
+
+    fn arrival(&mut self) -> Option<Arrival> {
+        match self {
+            Self::Sender(node) => node.arrival(),
+            Self::Receiver(node) => node.arrival(),
         }
     }
 

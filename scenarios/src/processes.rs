@@ -26,7 +26,10 @@ use crate::topology::Topology;
 use child::{Child, Role};
 use orders::Orders;
 
-/// Runs a checked scenario as processes. Their configs, logs and traces are left in
+/// The folder, among the results of a run, of the files that nodes leave.
+pub const FOLDER: &str = "nodes";
+
+/// Runs a checked scenario as processes. Their configs, logs, traces and raw arrivals are left in
 /// `out/nodes`.
 ///
 /// # Errors
@@ -38,7 +41,7 @@ pub fn run(
     progress: &mut dyn Progress,
 ) -> anyhow::Result<Finished> {
     let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
-    let folder = out.join("nodes");
+    let folder = out.join(FOLDER);
     if folder.exists() {
         // Traces of an earlier run must not be taken for this one's.
         std::fs::remove_dir_all(&folder)

@@ -1,11 +1,10 @@
 //! One run, from the scenario's text to what it leaves in its folder.
 
 mod cuts;
+mod files;
 pub mod overrides;
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -16,8 +15,8 @@ use crate::expect::Verdict;
 use crate::report::{self, Report};
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, Summary, World};
-use crate::trace::TraceWriter;
 use crate::{pretend, processes};
+use files::Files;
 
 /// How to run a scenario.
 #[derive(Clone, Debug)]
@@ -32,13 +31,12 @@ pub struct Options {
     pub receivers: Vec<String>,
     /// Where to leave `summary.json`, `trace.csv`, `report.html`, and `cuts.csv` if a slave cuts.
     pub out: PathBuf,
-    /// Whether to write `trace.csv`, a line per receiver cycle.
+    /// Whether to write `trace.csv`, a line per receiver cycle, and the raw arrivals of each receiver:
+    /// `nodes/RECEIVER-arrivals.csv`, `nodes/RECEIVER-exchanges.csv`.
     pub trace: bool,
     /// The command that repeats the run, for the report.
     pub command: String,
 }
-
-type FileTrace = TraceWriter<BufWriter<File>>;
 
 /// Hears how far a run is.
 pub trait Progress {
@@ -106,13 +104,13 @@ pub fn run(
     let out = &options.out;
     std::fs::create_dir_all(out)
         .with_context(|| format!("cannot make the folder {}", out.display()))?;
-    let mut trace = open_trace(scenario, options)?;
+    let mut files = create_files(scenario, options)?;
     let finished = match options.world {
-        World::Virtual => pretend::run(scenario, &mut trace, progress)?,
-        World::Processes => processes::run(scenario, out, &mut trace, progress)?,
+        World::Virtual => pretend::run(scenario, &mut files, progress)?,
+        World::Processes => processes::run(scenario, out, &mut files, progress)?,
     };
-    if let Some(writer) = trace {
-        writer.finish()?;
+    if let Some(files) = files {
+        files.finish()?;
     }
     let mut summary = summarise(name, scenario, options.world, finished.figures);
     summary.expectations.extend(finished.commands);
@@ -179,13 +177,8 @@ fn write_summary(path: &Path, summary: &Summary) -> anyhow::Result<()> {
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// The trace, if it is wanted.
-fn open_trace(scenario: &Scenario, options: &Options) -> anyhow::Result<Option<FileTrace>> {
-    if !options.trace {
-        return Ok(None);
-    }
-    let path = options.out.join("trace.csv");
-    let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
-    let writer = BufWriter::new(file);
-    Ok(Some(TraceWriter::new(&scenario.receivers, writer)))
+/// The files of all cycles, if they are wanted.
+fn create_files(scenario: &Scenario, options: &Options) -> anyhow::Result<Option<Files>> {
+    let create = || Files::create(scenario, options.world, &options.out);
+    options.trace.then(create).transpose()
 }

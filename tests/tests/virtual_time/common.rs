@@ -17,6 +17,17 @@ fn run_source(source: &Source, overrides: &[&str]) -> Summary {
     run_into(source, overrides, None, out.path())
 }
 
+/// A scenario of the catalogue with only some of its receivers, and every file of the run in `out`.
+pub(crate) fn trace_into(name: &str, overrides: &[&str], receivers: &[&str], out: &Path) {
+    let source = catalog::find(name).expect("a scenario of the catalogue");
+    let options = Options {
+        receivers: receivers.iter().map(|&name| name.to_owned()).collect(),
+        trace: true,
+        ..options(overrides, None, out)
+    };
+    let _ = run_with(&source, &options);
+}
+
 /// The same, with the files left in `out`.
 pub(crate) fn run_into(
     source: &Source,
@@ -24,7 +35,11 @@ pub(crate) fn run_into(
     seed: Option<u64>,
     out: &Path,
 ) -> Summary {
-    let options = Options {
+    run_with(source, &options(overrides, seed, out))
+}
+
+fn options(overrides: &[&str], seed: Option<u64>, out: &Path) -> Options {
+    Options {
         world: World::Virtual,
         seed,
         overrides: overrides.iter().map(|&set| set.to_owned()).collect(),
@@ -32,9 +47,12 @@ pub(crate) fn run_into(
         out: out.to_owned(),
         trace: seed.is_some(),
         command: String::new(),
-    };
-    let scenario = run::prepare(source, &options).expect("the scenario is right");
-    run::run(&source.name, &scenario, &options, &mut ())
+    }
+}
+
+fn run_with(source: &Source, options: &Options) -> Summary {
+    let scenario = run::prepare(source, options).expect("the scenario is right");
+    run::run(&source.name, &scenario, options, &mut ())
         .expect("the scenario runs")
         .summary
 }

@@ -2,7 +2,12 @@
 
 use coaxle::catalog;
 
-const FILES: [&str; 3] = ["summary.json", "trace.csv", "report.html"];
+const FILES: [&str; 4] = [
+    "summary.json",
+    "trace.csv",
+    "report.html",
+    "nodes/sync-arrivals.csv",
+];
 
 fn files_of(name: &str, overrides: &[&str], seed: u64) -> Vec<Vec<u8>> {
     let out = tempfile::tempdir().expect("a scratch folder");

@@ -1,6 +1,7 @@
 //! Scenarios in virtual time.
 
 mod accuracy;
+mod arrivals;
 mod catalogue;
 mod common;
 mod cuts;

@@ -1,0 +1,80 @@
+//! The files that hold every cycle of a run: `trace.csv`, and each receiver's raw arrivals.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use coaxle_clock::Instant;
+use coaxle_clock::cycle::Turn;
+use coaxle_host::{ArrivalsTrace, arrivals_beside};
+use coaxle_node::Arrival;
+use coaxle_sim::True;
+
+use crate::evaluate::{Row, RowSink};
+use crate::processes;
+use crate::scenario::Scenario;
+use crate::summary::World;
+use crate::trace::TraceWriter;
+
+/// The files, open.
+pub(super) struct Files {
+    trace: TraceWriter<BufWriter<File>>,
+    /// Of each receiver; none where they are processes, which write them themselves.
+    arrivals: Vec<ArrivalsTrace>,
+}
+
+impl Files {
+    /// Creates the files in the folder `out`.
+    ///
+    /// # Errors
+    /// Names the file or folder that cannot be written.
+    pub(super) fn create(scenario: &Scenario, world: World, out: &Path) -> anyhow::Result<Self> {
+        let path = out.join("trace.csv");
+        let file =
+            File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
+        let arrivals = match world {
+            World::Virtual => create_arrivals(scenario, &out.join(processes::FOLDER))?,
+            World::Processes => Vec::new(),
+        };
+        Ok(Self {
+            trace: TraceWriter::new(&scenario.receivers, BufWriter::new(file)),
+            arrivals,
+        })
+    }
+
+    /// Writes out what is left.
+    ///
+    /// # Errors
+    /// Names the file that is incomplete.
+    pub(super) fn finish(self) -> anyhow::Result<()> {
+        self.trace.finish()?;
+        for mut arrivals in self.arrivals {
+            arrivals.finish()?;
+        }
+        Ok(())
+    }
+}
+
+impl RowSink for Files {
+    fn row(&mut self, receiver: usize, row: &Row) {
+        self.trace.row(receiver, row);
+    }
+
+    fn arrived(&mut self, receiver: usize, at: Instant<True>, turn: &Turn, arrival: &Arrival) {
+        if let Some(arrivals) = self.arrivals.get_mut(receiver) {
+            arrivals.write(at, turn, arrival);
+        }
+    }
+}
+
+/// Under the names that they have as processes.
+fn create_arrivals(scenario: &Scenario, folder: &Path) -> anyhow::Result<Vec<ArrivalsTrace>> {
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    let path = |name: &str| -> PathBuf { arrivals_beside(&folder.join(format!("{name}.csv"))) };
+    let receivers = scenario.receivers.iter();
+    receivers
+        .map(|receiver| ArrivalsTrace::create(&path(receiver.name.as_str())))
+        .collect()
+}

@@ -1,0 +1,185 @@
+//! The recorded arrivals are complete: an observer that is given them finds what the receiver found,
+//! bit for bit.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use coaxle_clock::delay::{Answer, DelayExchange};
+use coaxle_clock::observer::{ObserverOutput, ObserverParameters, PhaseObserver};
+use coaxle_clock::{CycleTime, Instant, Local, Span};
+use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
+use serde::de::DeserializeOwned;
+
+use crate::common;
+
+/// Much of what can happen to messages, and a restart of the sender.
+const OVERRIDES: [&str; 9] = [
+    "duration-s=12",
+    "expect=[]",
+    "sender.master.clock.drift-ppm=80",
+    "sender.master.clock.random-walk-ppm=1",
+    "receiver.observer.clock.jitter={ normal-us = 30 }",
+    "receiver.observer.faults.loss=0.02",
+    "receiver.observer.faults.duplication=0.02",
+    "receiver.observer.faults.spikes={ share = 0.005, from-us = 1000, to-us = 20000 }",
+    "event=[{ at-s = 7, node = \"master\", action = \"restart\", for-s = 0.4 }]",
+];
+
+#[test]
+fn an_observer_that_is_given_the_arrivals_finds_the_same_to_the_bit() {
+    for delay in ["\"off\"", "\"measured\""] {
+        let out = tempfile::tempdir().expect("a scratch folder");
+        let delay_set = format!("receiver.observer.delay={delay}");
+        let mut sets = OVERRIDES.to_vec();
+        sets.push(&delay_set);
+        common::trace_into("observer", &sets, &["observer"], out.path());
+
+        let arrivals = rows::<ArrivalRow>(&out.path().join("nodes/observer-arrivals.csv"));
+        let exchanges = rows::<ExchangeRow>(&out.path().join("nodes/observer-exchanges.csv"));
+        assert!(arrivals.len() > 10_000, "{}", arrivals.len());
+        assert_eq!(exchanges.is_empty(), delay == "\"off\"");
+        let late = |row: &&ArrivalRow| row.arrival_ns > row.cycle_start_ns;
+        assert!(
+            arrivals.iter().find(late).is_none(),
+            "taken in before it came"
+        );
+
+        let mut replay = Replay::new(&arrivals, exchanges);
+        let mut compared = 0;
+        for line in trace(&out.path().join("trace.csv")) {
+            let cycle: u64 = line["cycle"].parse().expect("a number");
+            let Some(seen) = replay.cycle(cycle) else {
+                continue;
+            };
+            assert_eq!(line["drift_ppm"], shown(seen.drift_ppm), "cycle {cycle}");
+            let sigma = shown(seen.offset_sigma.as_micros());
+            assert_eq!(line["offset_sigma_us"], sigma, "cycle {cycle}");
+            assert_eq!(line["shifts"], seen.shifts.to_string(), "cycle {cycle}");
+            if line["state"] == "observer" {
+                let count: u64 = line["count"].parse().expect("a number");
+                let far_time = replay.far_time_ns(&seen, count);
+                assert_eq!(line["far_time_ns"], far_time.to_string(), "cycle {cycle}");
+                compared += 1;
+            }
+        }
+        assert!(compared > 5_000, "{compared} with delay = {delay}");
+    }
+}
+
+/// What the receiver did with the arrivals, done again.
+struct Replay {
+    observer: PhaseObserver,
+    delay: DelayExchange,
+    arrivals: BTreeMap<u64, Vec<ArrivalRow>>,
+    exchanges: BTreeMap<u64, Vec<ExchangeRow>>,
+    /// Cycles are a cycle time apart, whether anything came in them or not.
+    start_ns: i64,
+    measured: bool,
+    heard: bool,
+}
+
+/// Of the receiver and of the sender, ns.
+const CYCLE: i64 = 1_000_000;
+/// Requests carry the run of who asks; here it is always the same.
+const RUN: u64 = 1;
+
+impl Replay {
+    fn new(arrivals: &[ArrivalRow], exchanges: Vec<ExchangeRow>) -> Self {
+        let first = &arrivals[0];
+        assert_eq!(first.cycle_time_ns, CYCLE);
+        let cycle_time = CycleTime::new(Span::from_nanos(CYCLE)).expect("a cycle time");
+        let parameters = ObserverParameters::default();
+        Self {
+            observer: PhaseObserver::new(cycle_time, parameters).expect("an observer"),
+            delay: DelayExchange::new(RUN),
+            start_ns: first.cycle_start_ns - first.cycle as i64 * CYCLE,
+            measured: !exchanges.is_empty(),
+            arrivals: by_cycle(arrivals.to_vec(), |row| row.cycle),
+            exchanges: by_cycle(exchanges, |row| row.cycle),
+            heard: false,
+        }
+    }
+
+    /// One cycle; none before the first message.
+    fn cycle(&mut self, cycle: u64) -> Option<ObserverOutput> {
+        let now = Instant::from_nanos(self.start_ns + cycle as i64 * CYCLE);
+        for row in self.arrivals.remove(&cycle).unwrap_or_default() {
+            assert_eq!(row.cycle_start_ns, now.as_nanos());
+            let arrived = Instant::from_nanos(row.arrival_ns);
+            let stamp = row.send_stamp_ns.map(Span::from_nanos);
+            self.observer.observe(row.epoch, row.count, arrived, stamp);
+            self.heard = true;
+        }
+        if !self.heard {
+            return None;
+        }
+        if self.measured {
+            self.measure_delay(cycle);
+        }
+        let seen = self.observer.cycle(now);
+        if self.measured {
+            let _ = self.delay.ask(now);
+        }
+        Some(seen)
+    }
+
+    fn measure_delay(&mut self, cycle: u64) {
+        if let Some(line) = self.observer.line() {
+            if let Some(jump) = self.delay.follow(&line) {
+                self.observer.blame_path(jump);
+            }
+            for row in self.exchanges.remove(&cycle).unwrap_or_default() {
+                let arrived = Instant::<Local>::from_nanos(row.t4_ns);
+                let _ = self.delay.take(&answer(&row), arrived, &line);
+            }
+        }
+        let delay = self.delay.delay().unwrap_or(Span::ZERO);
+        self.observer.set_delay(delay);
+    }
+
+    /// As the receiver shows it: by how much it moves the newest message.
+    fn far_time_ns(&self, seen: &ObserverOutput, count: u64) -> i64 {
+        let far = seen.far_time.expect("known");
+        let sent = self.observer.far_time_of(count).expect("known");
+        count as i64 * CYCLE + far.since(sent).to_span().as_nanos()
+    }
+}
+
+fn answer(row: &ExchangeRow) -> Answer {
+    Answer {
+        run: RUN,
+        number: row.number,
+        asked: Instant::from_nanos(row.t1_ns),
+        epoch: row.epoch,
+        heard: Span::from_nanos(row.t2_ns),
+        answered: Span::from_nanos(row.t3_ns),
+    }
+}
+
+fn by_cycle<T>(rows: Vec<T>, cycle: impl Fn(&T) -> u64) -> BTreeMap<u64, Vec<T>> {
+    let mut sorted = BTreeMap::<u64, Vec<T>>::new();
+    for row in rows {
+        sorted.entry(cycle(&row)).or_default().push(row);
+    }
+    sorted
+}
+
+fn rows<T: DeserializeOwned>(path: &Path) -> Vec<T> {
+    let mut csv = csv::Reader::from_path(path).expect("the run left the file");
+    csv.deserialize().map(|row| row.expect("a row")).collect()
+}
+
+/// The lines of a trace, by the names of their columns.
+fn trace(path: &Path) -> Vec<BTreeMap<String, String>> {
+    rows(path)
+}
+
+/// As files show a number: all of its digits.
+fn shown(number: f64) -> String {
+    let mut csv = csv::WriterBuilder::new()
+        .has_headers(false)
+        .from_writer(Vec::new());
+    csv.serialize(number).expect("written");
+    let bytes = csv.into_inner().expect("written");
+    String::from_utf8(bytes).expect("text").trim().to_owned()
+}
