@@ -12,6 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::cam::{self, CamCommand};
 use crate::catalog::{self, CATALOG};
 use crate::command::{self, CommandArgs};
+use crate::recording::{self, RecordArgs};
 use crate::run::{self, Options, Outcome, Progress};
 use crate::saw::{self, SawCommand};
 use crate::summary::World;
@@ -59,6 +60,11 @@ enum Command {
     /// Tell a slave of a running node what to do
     #[command(name = "command")]
     Order(Box<CommandArgs>),
+    /// Record how messages between real nodes arrive, to judge estimators of a far clock by
+    RecordArrivals(RecordArgs),
+    /// Keep one processor busy until standard input ends
+    #[command(name = recording::KEEP_BUSY, hide = true)]
+    KeepBusy,
     /// Run a sender node
     Sender(coaxle_sender::run::Args),
     /// Run a receiver node
@@ -144,6 +150,8 @@ pub fn main() -> ExitCode {
         Some(Command::Cam(command)) => cam::print(&command),
         Some(Command::Saw(command)) => saw::print(&command),
         Some(Command::Order(args)) => command::print(&args),
+        Some(Command::RecordArrivals(args)) => record_arrivals(&args),
+        Some(Command::KeepBusy) => recording::keep_busy().map(|()| true),
         Some(Command::Sender(args)) => coaxle_sender::run::run(&args).map(|()| true),
         Some(Command::Receiver(args)) => coaxle_receiver::run::run(&args).map(|()| true),
     };
@@ -249,6 +257,20 @@ fn run_sweep(args: &SweepArgs) -> anyhow::Result<bool> {
     swept.write_csv(&path)?;
     say(&swept.table())?;
     say(&format!("\ntable: {}", path.display()))?;
+    Ok(true)
+}
+
+fn record_arrivals(args: &RecordArgs) -> anyhow::Result<bool> {
+    let said = match args.seconds() {
+        Some(seconds) => {
+            let mut bar = Bar::new(format!("of {seconds} s"));
+            let said = recording::run(args, &mut bar);
+            bar.0.finish_and_clear();
+            said?
+        }
+        None => recording::run(args, &mut ())?,
+    };
+    say(&said)?;
     Ok(true)
 }
 

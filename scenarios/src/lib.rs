@@ -17,6 +17,7 @@ pub mod expect;
 mod inspect;
 pub mod pretend;
 pub mod processes;
+mod recording;
 pub mod report;
 pub mod run;
 pub mod saw;

@@ -17,13 +17,23 @@ pub(super) enum Role {
     Receiver,
 }
 
+/// What a node leaves of its cycles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Leaves {
+    /// Every cycle; with a receiver, its raw arrivals beside it.
+    Trace,
+    /// The raw arrivals of a receiver, and nothing else.
+    Arrivals,
+}
+
 /// A node's process, and the files of all its runs.
 #[derive(Debug)]
-pub(super) struct Child {
+pub(crate) struct Child {
     role: Role,
     name: String,
     config: PathBuf,
-    traces: Vec<PathBuf>,
+    leaves: Leaves,
+    files: Vec<PathBuf>,
     process: Option<std::process::Child>,
 }
 
@@ -31,23 +41,24 @@ pub(super) struct Child {
 const PATIENCE: Span = Span::from_secs(10);
 
 impl Child {
-    pub(super) fn new(role: Role, name: &str, config: PathBuf) -> Self {
+    pub(super) fn new(role: Role, name: &str, config: PathBuf, leaves: Leaves) -> Self {
         Self {
             role,
             name: name.to_owned(),
             config,
-            traces: Vec::new(),
+            leaves,
+            files: Vec::new(),
             process: None,
         }
     }
 
-    /// The traces of all runs, oldest first.
-    pub(super) fn traces(&self) -> impl Iterator<Item = &Path> {
-        self.traces.iter().map(PathBuf::as_path)
+    /// What it left, the file of each run, oldest first.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        self.files.iter().map(PathBuf::as_path)
     }
 
-    pub(super) fn start(&mut self) -> anyhow::Result<()> {
-        let run = self.traces.len();
+    pub(crate) fn start(&mut self) -> anyhow::Result<()> {
+        let run = self.files.len();
         let file = |ending: &str| {
             let name = match run {
                 0 => format!("{}.{ending}", self.name),
@@ -55,7 +66,7 @@ impl Child {
             };
             self.config.with_file_name(name)
         };
-        let trace = file("csv");
+        let cycles = file("csv");
         let log = file("log");
         let log = File::create(&log).with_context(|| format!("cannot write {}", log.display()))?;
         let program = std::env::current_exe().context("cannot find this program")?;
@@ -66,8 +77,11 @@ impl Child {
                 Role::Receiver => "receiver",
             })
             .arg(&self.config)
-            .arg("--trace")
-            .arg(&trace)
+            .arg(match self.leaves {
+                Leaves::Trace => "--trace",
+                Leaves::Arrivals => "--arrivals",
+            })
+            .arg(&cycles)
             .env(runtime, threads)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
@@ -75,12 +89,12 @@ impl Child {
             .spawn()
             .with_context(|| format!("cannot start {}", self.name))?;
         self.process = Some(process);
-        self.traces.push(trace);
+        self.files.push(cycles);
         Ok(())
     }
 
     /// A node that ends by itself ends the run: its log says why.
-    pub(super) fn check(&mut self) -> anyhow::Result<()> {
+    pub(crate) fn check(&mut self) -> anyhow::Result<()> {
         let Some(process) = &mut self.process else {
             return Ok(());
         };
@@ -110,13 +124,13 @@ impl Child {
         self.signal(Signal::CONT)
     }
 
-    pub(super) fn ask_to_end(&self) -> anyhow::Result<()> {
+    pub(crate) fn ask_to_end(&self) -> anyhow::Result<()> {
         // A frozen node hears nothing.
         self.signal(Signal::CONT)?;
         self.signal(Signal::TERM)
     }
 
-    pub(super) fn wait_for_end(&mut self) -> anyhow::Result<()> {
+    pub(crate) fn wait_for_end(&mut self) -> anyhow::Result<()> {
         let Some(mut process) = self.process.take() else {
             return Ok(());
         };
@@ -150,15 +164,18 @@ impl Child {
     }
 
     fn last_words(&self) -> String {
-        let log = match self.traces.last() {
-            Some(trace) => trace.with_extension("log"),
-            None => return String::new(),
-        };
+        let log = self.log();
         let text = std::fs::read_to_string(&log).unwrap_or_default();
         match text.lines().rev().find(|line| !line.trim().is_empty()) {
             Some(line) => line.trim().to_owned(),
             None => format!("nothing in {}", log.display()),
         }
+    }
+
+    /// The log of the newest run.
+    pub(crate) fn log(&self) -> PathBuf {
+        let newest = self.files.last().unwrap_or(&self.config);
+        newest.with_extension("log")
     }
 }
 

@@ -92,7 +92,7 @@ fn in_order<'a>(
 /// All rows of all runs of a node.
 fn read<T: DeserializeOwned>(child: &Child) -> anyhow::Result<Vec<T>> {
     let mut rows = Vec::new();
-    for path in child.traces() {
+    for path in child.files() {
         read_file(path, &mut rows)
             .with_context(|| format!("cannot read the trace {}", path.display()))?;
     }

@@ -1,0 +1,130 @@
+//! The nodes of a scenario, made ready to run as processes of this machine.
+
+use std::net::{TcpListener, UdpSocket};
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use coaxle_node::config::TransportConfig;
+use serde::Serialize;
+
+use super::child::{Child, Leaves, Role};
+use crate::scenario::Scenario;
+use crate::topology::Topology;
+
+/// What nodes talk over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Protocol {
+    /// TCP
+    Tcp,
+    /// UDP
+    Udp,
+}
+
+impl Protocol {
+    /// As endpoints spell it.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Tcp => "tcp",
+            Self::Udp => "udp",
+        }
+    }
+}
+
+/// The nodes, in the order of the scenario, senders first, with the endpoint each listens on.
+pub(crate) struct Nodes {
+    pub(crate) children: Vec<Child>,
+    pub(crate) endpoints: Vec<String>,
+}
+
+impl Nodes {
+    /// Writes the nodes' configs into `folder`, which is emptied. Receivers leave there what
+    /// `of_receivers` says, senders a trace.
+    pub(crate) fn prepare(
+        scenario: &Scenario,
+        topology: &Topology,
+        folder: &Path,
+        protocol: Protocol,
+        of_receivers: Leaves,
+    ) -> anyhow::Result<Self> {
+        if folder.exists() {
+            // Traces of an earlier run must not be taken for this one's.
+            std::fs::remove_dir_all(folder)
+                .with_context(|| format!("cannot empty {}", folder.display()))?;
+        }
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        let endpoints = free_endpoints(topology.names().len(), protocol)?;
+        let children = write_configs(scenario, topology, folder, &endpoints, of_receivers)?;
+        Ok(Self {
+            children,
+            endpoints,
+        })
+    }
+}
+
+fn write_configs(
+    scenario: &Scenario,
+    topology: &Topology,
+    folder: &Path,
+    endpoints: &[String],
+    of_receivers: Leaves,
+) -> anyhow::Result<Vec<Child>> {
+    let endpoint = |node: usize| endpoints[node].clone();
+    let mut children = Vec::new();
+    for (n, config) in scenario.senders.iter().enumerate() {
+        let mut config = config.clone();
+        config.seed = scenario.seed_of(&config.name);
+        config.transport = local(&config.transport, endpoint(n), None);
+        let path = write_toml(folder, config.name.as_str(), &config)?;
+        let name = config.name.as_str();
+        children.push(Child::new(Role::Sender, name, path, Leaves::Trace));
+    }
+    for (n, config) in scenario.receivers.iter().enumerate() {
+        let mut config = config.clone();
+        let this = scenario.senders.len() + n;
+        config.seed = scenario.seed_of(&config.name);
+        let source = endpoint(topology.root(n).source);
+        config.transport = local(&config.transport, endpoint(this), Some(source));
+        let path = write_toml(folder, config.name.as_str(), &config)?;
+        let name = config.name.as_str();
+        children.push(Child::new(Role::Receiver, name, path, of_receivers));
+    }
+    Ok(children)
+}
+
+/// The node's own Zenoh settings, on endpoints of this machine.
+fn local(config: &TransportConfig, listen: String, connect: Option<String>) -> TransportConfig {
+    TransportConfig {
+        listen: vec![listen],
+        connect: connect.into_iter().collect(),
+        ..config.clone()
+    }
+}
+
+fn write_toml(folder: &Path, name: &str, config: &impl Serialize) -> anyhow::Result<PathBuf> {
+    let path = folder.join(format!("{name}.toml"));
+    let text = toml::to_string(config).with_context(|| format!("cannot write {name} as TOML"))?;
+    std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+    Ok(path)
+}
+
+/// Endpoints that nobody uses now. All are held until the last is found, so that they differ.
+fn free_endpoints(count: usize, protocol: Protocol) -> anyhow::Result<Vec<String>> {
+    let any = ("127.0.0.1", 0);
+    let addresses = match protocol {
+        Protocol::Tcp => held(count, || TcpListener::bind(any), TcpListener::local_addr),
+        Protocol::Udp => held(count, || UdpSocket::bind(any), UdpSocket::local_addr),
+    };
+    let addresses = addresses.context("cannot find free ports")?;
+    let endpoint = |address| format!("{}/{address}", protocol.name());
+    Ok(addresses.into_iter().map(endpoint).collect())
+}
+
+fn held<S, A>(
+    count: usize,
+    bind: impl Fn() -> std::io::Result<S>,
+    address: impl Fn(&S) -> std::io::Result<A>,
+) -> std::io::Result<Vec<A>> {
+    let sockets: Vec<S> = (0..count).map(|_| bind()).collect::<Result<_, _>>()?;
+    sockets.iter().map(address).collect()
+}

@@ -1,0 +1,66 @@
+//! Processes that do nothing but keep processors busy.
+
+use std::io::Read;
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::Context;
+
+/// The command, not shown in the help, that makes this program one of them.
+pub(crate) const COMMAND: &str = "keep-busy";
+
+/// Running busy processes. They end with this value, and with this program even if it is killed: the
+/// pipe to their standard input closes.
+#[derive(Debug, Default)]
+pub(crate) struct Busy(Vec<Child>);
+
+impl Busy {
+    /// Starts so many.
+    ///
+    /// # Errors
+    /// A process cannot be started.
+    pub(crate) fn start(number: u16) -> anyhow::Result<Self> {
+        let program = std::env::current_exe().context("cannot find this program")?;
+        let mut busy = Self::default();
+        for _ in 0..number {
+            let process = Command::new(&program)
+                .arg(COMMAND)
+                .stdin(Stdio::piped())
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .context("cannot start a busy process")?;
+            busy.0.push(process);
+        }
+        Ok(busy)
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        for process in &mut self.0 {
+            let _ = process.kill();
+            let _ = process.wait();
+        }
+    }
+}
+
+/// Keeps one processor busy until standard input ends.
+///
+/// # Errors
+/// Standard input cannot be watched.
+pub(crate) fn keep_busy() -> anyhow::Result<()> {
+    static ENDED: AtomicBool = AtomicBool::new(false);
+    std::thread::Builder::new()
+        .name("stdin".to_owned())
+        .spawn(|| {
+            let mut nothing = [0];
+            while std::io::stdin().read(&mut nothing).is_ok_and(|n| n > 0) {}
+            ENDED.store(true, Ordering::Relaxed);
+        })
+        .context("cannot watch standard input")?;
+    while !ENDED.load(Ordering::Relaxed) {
+        std::hint::spin_loop();
+    }
+    Ok(())
+}

@@ -1,0 +1,178 @@
+//! A recording between a sender and a receiver that run as processes of this machine.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use coaxle_clock::{Instant, Span};
+use coaxle_host::{Machine, machine};
+use coaxle_sender::SenderRecord;
+
+use super::busy::Busy;
+use super::convert::TimeScale;
+use super::raw::{Raw, read_rows};
+use crate::processes::{Child, Leaves, Nodes, Protocol};
+use crate::run::Progress;
+use crate::scenario::Scenario;
+use crate::topology::Topology;
+
+/// What to record.
+#[derive(Clone, Debug)]
+pub(crate) struct Wish {
+    pub(crate) duration: Span,
+    pub(crate) cycle_us: f64,
+    pub(crate) protocol: Protocol,
+    pub(crate) busy: u16,
+    pub(crate) real_time: bool,
+}
+
+/// What was recorded.
+#[derive(Debug)]
+pub(crate) struct Recorded {
+    pub(crate) raw: Raw,
+    pub(crate) scale: TimeScale,
+    /// What the nodes warned of.
+    pub(crate) warnings: Vec<String>,
+}
+
+/// Nodes have met after this time, or never do.
+const PATIENCE: Span = Span::from_secs(60);
+/// How often the recorder looks after its nodes.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Starts the nodes, lets them run, and ends them. Their files lie in `folder`.
+///
+/// # Errors
+/// A node that does not start, does not find the other, or ends badly; a file that cannot be read.
+pub(crate) fn record(
+    wish: &Wish,
+    folder: &Path,
+    progress: &mut dyn Progress,
+) -> anyhow::Result<Recorded> {
+    let scenario = scenario(wish)?;
+    let topology = Topology::of(&scenario).map_err(|wrong| wrong.in_file("recording"))?;
+    let nodes = Nodes::prepare(
+        &scenario,
+        &topology,
+        folder,
+        wish.protocol,
+        Leaves::Arrivals,
+    )?;
+    let mut children = nodes.children;
+    let busy = Busy::start(wish.busy)?;
+    children.iter_mut().try_for_each(Child::start)?;
+    run(wish, &mut children, progress)?;
+    drop(busy);
+    let [sender, receiver] = &children[..] else {
+        bail!("received {} nodes, expected two", children.len());
+    };
+    let mut raw = Raw::read(&file_of(receiver)?)?;
+    raw.keep_first(wish.duration.as_nanos());
+    Ok(Recorded {
+        scale: scale(&raw, &file_of(sender)?)?,
+        raw,
+        warnings: children.iter().flat_map(warnings).collect(),
+    })
+}
+
+/// One sender, and one receiver that takes everything that comes, without any fault put in.
+fn scenario(wish: &Wish) -> anyhow::Result<Scenario> {
+    let cycle = wish.cycle_us;
+    let real_time = if wish.real_time {
+        "real-time = { priority = 80, lock-memory = true }"
+    } else {
+        ""
+    };
+    let text = format!(
+        r#"
+        title = "recording"
+        duration-s = 1
+
+        [[sender]]
+        name = "sender"
+        cycle-time-us = {cycle}
+        {real_time}
+        [[sender.axis]]
+        id = 1
+        name = "axis"
+        [sender.axis.program]
+        start-velocity = 500.0
+        limits = {{ velocity = 1000.0, acceleration = 1000.0, jerk = 10000.0 }}
+
+        [[receiver]]
+        name = "receiver"
+        cycle-time-us = {cycle}
+        master = {{ node = "sender" }}
+        # Old messages are recorded like all others.
+        sync.time-sync = {{ age-of-data-limit = 0, max-cycle-index-difference = 0 }}
+        {real_time}
+        "#
+    );
+    let table = coaxle_node::config::parse_table("recording", &text)?;
+    Ok(Scenario::from_table("recording", table)?)
+}
+
+/// Waits for the first message, then for the end of the recording, and ends the nodes.
+fn run(wish: &Wish, children: &mut [Child], progress: &mut dyn Progress) -> anyhow::Result<()> {
+    let arrivals = children.last().map(file_of).transpose()?;
+    let deadline = machine::now() + PATIENCE;
+    while !arrivals.as_deref().is_some_and(has_a_row) {
+        look_after(children)?;
+        if machine::now() > deadline {
+            bail!("received no message within {PATIENCE}, expected one: see the nodes' logs");
+        }
+    }
+    let begin = machine::now();
+    let share = |now: Instant<Machine>| (now - begin).as_secs_f64() / wish.duration.as_secs_f64();
+    while share(machine::now()) < 1.0 {
+        progress.at(share(machine::now()));
+        look_after(children)?;
+    }
+    children.iter().try_for_each(Child::ask_to_end)?;
+    children.iter_mut().try_for_each(Child::wait_for_end)
+}
+
+fn look_after(children: &mut [Child]) -> anyhow::Result<()> {
+    std::thread::park_timeout(LOOK);
+    children.iter_mut().try_for_each(Child::check)
+}
+
+/// More than a head line.
+fn has_a_row(path: &Path) -> bool {
+    std::fs::read_to_string(path).is_ok_and(|text| text.lines().count() > 1)
+}
+
+fn file_of(node: &Child) -> anyhow::Result<PathBuf> {
+    let newest = node.files().last().context("a node was never started")?;
+    Ok(newest.to_owned())
+}
+
+/// Both nodes read the machine's clock, and the sender's trace says what that showed at the ideal
+/// start of its cycles: so the zero of the time scale is known exactly.
+fn scale(raw: &Raw, sender: &Path) -> anyhow::Result<TimeScale> {
+    let first = raw.first();
+    let cycles: Vec<SenderRecord> = read_rows(sender)?;
+    let of_run = cycles.iter().find(|cycle| cycle.epoch == first.epoch);
+    let known = of_run.with_context(|| {
+        let path = sender.display();
+        format!("{path}: received no cycle of the recorded run, expected one")
+    })?;
+    let start = |count: u64| count as i64 * first.cycle_time_ns;
+    let zero_on_machine = known.at_ns - start(known.count) + start(first.count);
+    let machine_minus_local = first.at_ns - first.cycle_start_ns;
+    let one_clock = |(at, local): (i64, i64)| at - local == machine_minus_local;
+    let mut clocks = raw.messages.iter().map(|r| (r.at_ns, r.cycle_start_ns));
+    if !clocks.all(one_clock) {
+        bail!("received a receiver whose clock deviates from the machine's, expected the same");
+    }
+    Ok(TimeScale::of_one_clock(
+        zero_on_machine - machine_minus_local,
+    ))
+}
+
+/// What a node's log says at the levels of warning and error.
+fn warnings(node: &Child) -> Vec<String> {
+    let text = std::fs::read_to_string(node.log()).unwrap_or_default();
+    let grave = |line: &&str| line.contains(" WARN ") || line.contains(" ERROR ");
+    text.lines().filter(grave).map(str::to_owned).collect()
+}

@@ -1,0 +1,185 @@
+//! `coaxle record-arrivals`: what messages between real nodes arrive like, in the format that the
+//! estimators of a far clock are judged by.
+
+mod busy;
+mod convert;
+mod format;
+mod live;
+mod raw;
+mod summary;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::Args;
+use coaxle_clock::Span;
+use coaxle_node::config::{CycleMicros, Positive};
+
+pub(crate) use busy::{COMMAND as KEEP_BUSY, keep_busy};
+
+use crate::processes::Protocol;
+use crate::run::Progress;
+use convert::{TimeScale, convert};
+use format::{Files, Recording};
+use live::Wish;
+use raw::Raw;
+use summary::{Origin, Summary};
+
+/// What is recorded, and where to.
+#[derive(Debug, Args)]
+#[command(after_long_help = FORMAT)]
+pub(crate) struct RecordArgs {
+    /// The recording: DIR/NAME gives DIR/NAME.i32, DIR/NAME-exchanges.csv and DIR/NAME.json
+    #[arg(long, value_name = "DIR/NAME")]
+    out: PathBuf,
+    /// How long, s
+    #[arg(long, default_value = "60", value_parser = positive)]
+    seconds: Positive,
+    /// Cycle time of both nodes, µs: 100 to 100000
+    #[arg(long, value_name = "MICROS", default_value = "1000", value_parser = cycle_micros)]
+    cycle_us: CycleMicros,
+    /// What the nodes talk over
+    #[arg(long, value_enum, default_value_t = Protocol::Tcp)]
+    transport: Protocol,
+    /// Start so many processes beside the nodes that do nothing but keep processors busy
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    busy: u16,
+    /// Ask for SCHED_FIFO, priority 80, for the cycles of both nodes, and keep their memory in RAM;
+    /// what is not permitted is left out with a warning
+    #[arg(long)]
+    real_time: bool,
+    /// Record nothing, but convert what a receiver wrote with --arrivals or beside its --trace
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = ["seconds", "cycle_us", "transport", "busy", "real_time"]
+    )]
+    from: Option<PathBuf>,
+}
+
+/// The end of the long help.
+const FORMAT: &str = "\
+Without --from a sender and a receiver run as processes of this machine, over Zenoh on loopback,
+with nothing wrong with their clocks or their link on purpose. Both read the machine's monotonic
+clock, so delays are true, and an estimator should find a drift of 0.
+
+With --from the file may be of two PCs whose clocks nobody compared. A straight line is fitted to
+the earliest messages of each second: its slope is the drift of the receiver's clock against the
+sender's, and what deviates from it is recorded as the delay. So the drift is taken away, the least
+delay is 0, and what the clocks did beside the line (temperature, a random walk) is in the delays:
+an estimator that follows the clocks well follows that too, and its error is to be read
+accordingly. Of several runs of the sender the longest is taken.
+
+NAME.i32 has a row of four little-endian 32-bit integers per message, in the order of arrival:
+  count       the sender's cycle; 0 is that of the first message
+  send stamp  how late after its ideal start, count times the cycle time, it was sent, ns;
+              0 where the sender does not say
+  delay       arrival minus send, ns
+  0           the delay by the kernel's receive stamp, which Zenoh does not show
+NAME-exchanges.csv has the stamps of each time exchange, t1_ns, t2_ns, t3_ns and t4_ns, from the
+same zero. NAME.json says how it was recorded, the cycle time, and quantiles of the delays.";
+
+fn positive(text: &str) -> Result<Positive, String> {
+    let number: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    Positive::new(number).map_err(|wrong| wrong.to_string())
+}
+
+fn cycle_micros(text: &str) -> Result<CycleMicros, String> {
+    let number: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    CycleMicros::try_from(number).map_err(|wrong| wrong.to_string())
+}
+
+impl RecordArgs {
+    /// How long it will take, s; none if nothing is recorded.
+    pub(crate) fn seconds(&self) -> Option<f64> {
+        self.from.is_none().then(|| self.seconds.get())
+    }
+}
+
+/// Records or converts, and says what is in the recording.
+///
+/// # Errors
+/// A node that does not start or ends badly, a file that cannot be read or written.
+pub(crate) fn run(args: &RecordArgs, progress: &mut dyn Progress) -> anyhow::Result<String> {
+    let files = Files::of(&args.out);
+    make_folder_of(&files.messages)?;
+    let (recording, summary) = match &args.from {
+        Some(file) => converted(file)?,
+        None => recorded(args, progress)?,
+    };
+    recording.write(&files)?;
+    write_json(&files.summary, &summary)?;
+    let written = files.messages.display();
+    Ok(format!("{}recording: {written}", summary.text()))
+}
+
+fn converted(file: &Path) -> anyhow::Result<(Recording, Summary)> {
+    let raw = Raw::read(file)?;
+    if raw.other_runs > 0 {
+        let others = raw.other_runs;
+        tracing::warn!("the sender was started anew: {others} shorter runs are left out");
+    }
+    let scale = TimeScale::fitted(&raw.messages);
+    let origin = Origin::Fitted {
+        file: file.display().to_string(),
+        drift_ppm: scale.drift_ppm(),
+    };
+    Ok(summarised(&raw, &scale, origin))
+}
+
+fn recorded(
+    args: &RecordArgs,
+    progress: &mut dyn Progress,
+) -> anyhow::Result<(Recording, Summary)> {
+    let wish = Wish {
+        duration: Span::from_secs_f64(args.seconds.get()),
+        cycle_us: args.cycle_us.into(),
+        protocol: args.transport,
+        busy: args.busy,
+        real_time: args.real_time,
+    };
+    let folder = nodes_folder(&args.out);
+    let live::Recorded {
+        raw,
+        scale,
+        warnings,
+    } = live::record(&wish, &folder, progress)
+        .with_context(|| format!("the nodes' files are left in {}", folder.display()))?;
+    for warning in warnings {
+        tracing::warn!("a node says: {warning}");
+    }
+    let origin = Origin::Processes {
+        transport: args.transport.name(),
+        busy: args.busy,
+        real_time: args.real_time,
+    };
+    let summarised = summarised(&raw, &scale, origin);
+    std::fs::remove_dir_all(&folder)
+        .with_context(|| format!("cannot remove {}", folder.display()))?;
+    Ok(summarised)
+}
+
+fn summarised(raw: &Raw, scale: &TimeScale, origin: Origin) -> (Recording, Summary) {
+    let recording = convert(raw, scale);
+    let summary = Summary::of(&recording, origin, raw.first().cycle_time_ns);
+    (recording, summary)
+}
+
+/// Where the nodes' configs, logs and traces lie while they run.
+fn nodes_folder(out: &Path) -> PathBuf {
+    let mut folder = out.as_os_str().to_owned();
+    folder.push("-nodes");
+    folder.into()
+}
+
+fn make_folder_of(file: &Path) -> anyhow::Result<()> {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))
+}
+
+fn write_json(path: &Path, summary: &Summary) -> anyhow::Result<()> {
+    let mut text = serde_json::to_string_pretty(summary).context("cannot write the summary")?;
+    text.push('\n');
+    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}

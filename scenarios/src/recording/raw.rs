@@ -1,0 +1,129 @@
+//! What a receiver wrote down: its files of arrivals and exchanges, of one run of the sender.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use coaxle_host::exchanges_beside;
+use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
+use serde::de::DeserializeOwned;
+
+/// The longest run of the sender in a file of arrivals, with the exchanges beside it. There is at
+/// least one message.
+#[derive(Clone, Debug)]
+pub(crate) struct Raw {
+    pub(crate) messages: Vec<ArrivalRow>,
+    pub(crate) exchanges: Vec<ExchangeRow>,
+    /// Runs of the sender that were left out, as they are shorter.
+    pub(crate) other_runs: usize,
+}
+
+/// What is expected of a file that cannot be read as one.
+const KIND: &str =
+    "expected a file that a receiver wrote with --arrivals, or beside its --trace (…-arrivals.csv)";
+
+impl Raw {
+    /// Reads the file `arrivals` and the exchanges beside it, if there are any.
+    ///
+    /// # Errors
+    /// Names the file and what is wrong with it.
+    pub(crate) fn read(arrivals: &Path) -> anyhow::Result<Self> {
+        let messages: Vec<ArrivalRow> = read_rows(arrivals).context(KIND)?;
+        let path = exchanges_beside(arrivals);
+        let exchanges = if path.exists() {
+            read_rows(&path)?
+        } else {
+            Vec::new()
+        };
+        let Some((epoch, runs)) = longest_run(&messages) else {
+            bail!(
+                "{}: received no messages, expected some: did the receiver hear its master?",
+                arrivals.display()
+            );
+        };
+        let mut raw = Self {
+            messages,
+            exchanges,
+            other_runs: runs - 1,
+        };
+        raw.messages.retain(|row| row.epoch == epoch);
+        raw.exchanges.retain(|row| row.epoch == epoch);
+        Ok(raw)
+    }
+
+    /// Leaves out what arrived later than `nanos` after the first message.
+    pub(crate) fn keep_first(&mut self, nanos: i64) {
+        let end = self.first().arrival_ns.saturating_add(nanos);
+        self.messages.retain(|row| row.arrival_ns <= end);
+        self.exchanges.retain(|row| row.t4_ns <= end);
+    }
+
+    pub(crate) fn first(&self) -> &ArrivalRow {
+        &self.messages[0]
+    }
+}
+
+/// The run with the most messages, and how many runs there are.
+fn longest_run(messages: &[ArrivalRow]) -> Option<(u64, usize)> {
+    let mut runs = BTreeMap::<u64, usize>::new();
+    for row in messages {
+        *runs.entry(row.epoch).or_default() += 1;
+    }
+    let longest = runs.iter().max_by_key(|(_, messages)| **messages)?;
+    Some((*longest.0, runs.len()))
+}
+
+/// All whole rows of a file with a head line.
+pub(crate) fn read_rows<T: DeserializeOwned>(path: &Path) -> anyhow::Result<Vec<T>> {
+    let read = || -> anyhow::Result<Vec<T>> {
+        let text = std::fs::read_to_string(path)?;
+        // A killed node may leave half a line.
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        let mut csv = csv::Reader::from_reader(&text.as_bytes()[..whole]);
+        Ok(csv.deserialize().collect::<Result<_, _>>()?)
+    };
+    read().with_context(|| format!("cannot read {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str =
+        "at_ns,cycle,cycle_start_ns,epoch,count,cycle_time_ns,arrival_ns,send_stamp_ns\n";
+
+    fn written(text: &str) -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("saw-arrivals.csv");
+        std::fs::write(&path, text).unwrap();
+        (folder, path)
+    }
+
+    #[test]
+    fn the_longest_run_is_kept_and_half_a_line_is_not() {
+        let text = format!(
+            "{HEAD}9,1,1,5,70,1000000,100,\n9,1,1,6,0,1000000,300,-4\n9,1,1,6,1,1000000,400,7\n9,1,1,6,2,10"
+        );
+        let (_folder, path) = written(&text);
+        let mut raw = Raw::read(&path).unwrap();
+        assert_eq!(raw.other_runs, 1);
+        let stamps: Vec<_> = raw.messages.iter().map(|row| row.send_stamp_ns).collect();
+        assert_eq!(stamps, [Some(-4), Some(7)]);
+        raw.keep_first(99);
+        assert_eq!(raw.messages.len(), 1);
+    }
+
+    #[test]
+    fn files_of_another_kind_are_named() {
+        for (text, expected) in [
+            ("", "received no messages"),
+            (HEAD, "received no messages"),
+            ("a,b\n1,2\n", "missing field `at_ns`"),
+        ] {
+            let (_folder, path) = written(text);
+            let error = format!("{:#}", Raw::read(&path).unwrap_err());
+            assert!(error.contains("saw-arrivals.csv"), "{error}");
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+}
