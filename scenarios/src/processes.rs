@@ -20,7 +20,7 @@ use crate::run::{Finished, Progress};
 use crate::scenario::Scenario;
 use crate::timeline::{What, changes_of};
 use crate::topology::Topology;
-pub(crate) use child::{Child, Leaves};
+pub(crate) use child::{Child, NodeOutput};
 pub(crate) use nodes::{Nodes, Protocol};
 use orders::Orders;
 
@@ -43,7 +43,13 @@ pub fn run(
     let Nodes {
         mut children,
         endpoints,
-    } = Nodes::prepare(scenario, &topology, &folder, Protocol::Tcp, Leaves::Trace)?;
+    } = Nodes::prepare(
+        scenario,
+        &topology,
+        &folder,
+        Protocol::Tcp,
+        NodeOutput::Trace,
+    )?;
     let mut orders = Orders::prepare(&scenario.events, |node| {
         topology.node(node).map(|node| endpoints[node].clone())
     })?;

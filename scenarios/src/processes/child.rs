@@ -19,7 +19,7 @@ pub(super) enum Role {
 
 /// What a node leaves of its cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Leaves {
+pub(crate) enum NodeOutput {
     /// Every cycle; with a receiver, its raw arrivals beside it.
     Trace,
     /// The raw arrivals of a receiver, and nothing else.
@@ -32,8 +32,9 @@ pub(crate) struct Child {
     role: Role,
     name: String,
     config: PathBuf,
-    leaves: Leaves,
+    output: NodeOutput,
     files: Vec<PathBuf>,
+    run_for: Option<Span>,
     process: Option<std::process::Child>,
 }
 
@@ -41,13 +42,14 @@ pub(crate) struct Child {
 const PATIENCE: Span = Span::from_secs(10);
 
 impl Child {
-    pub(super) fn new(role: Role, name: &str, config: PathBuf, leaves: Leaves) -> Self {
+    pub(super) fn new(role: Role, name: &str, config: PathBuf, output: NodeOutput) -> Self {
         Self {
             role,
             name: name.to_owned(),
             config,
-            leaves,
+            output,
             files: Vec::new(),
+            run_for: None,
             process: None,
         }
     }
@@ -55,6 +57,11 @@ impl Child {
     /// What it left, the file of each run, oldest first.
     pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
         self.files.iter().map(PathBuf::as_path)
+    }
+
+    /// From the next start on it ends by itself after this time, if nobody ends it before.
+    pub(crate) fn end_after(&mut self, time: Span) {
+        self.run_for = Some(time);
     }
 
     pub(crate) fn start(&mut self) -> anyhow::Result<()> {
@@ -71,17 +78,19 @@ impl Child {
         let log = File::create(&log).with_context(|| format!("cannot write {}", log.display()))?;
         let program = std::env::current_exe().context("cannot find this program")?;
         let (runtime, threads) = ZENOH_RUNTIME;
+        let run_for = self.run_for.map(|time| format!("{}s", time.as_secs_f64()));
         let process = Command::new(program)
             .arg(match self.role {
                 Role::Sender => "sender",
                 Role::Receiver => "receiver",
             })
             .arg(&self.config)
-            .arg(match self.leaves {
-                Leaves::Trace => "--trace",
-                Leaves::Arrivals => "--arrivals",
+            .arg(match self.output {
+                NodeOutput::Trace => "--trace",
+                NodeOutput::Arrivals => "--arrivals",
             })
             .arg(&cycles)
+            .args(run_for.iter().flat_map(|time| ["--for", time]))
             .env(runtime, threads)
             .stdin(Stdio::null())
             .stdout(Stdio::null())

@@ -7,7 +7,7 @@ use anyhow::Context;
 use coaxle_node::config::TransportConfig;
 use serde::Serialize;
 
-use super::child::{Child, Leaves, Role};
+use super::child::{Child, NodeOutput, Role};
 use crate::scenario::Scenario;
 use crate::topology::Topology;
 
@@ -44,7 +44,7 @@ impl Nodes {
         topology: &Topology,
         folder: &Path,
         protocol: Protocol,
-        of_receivers: Leaves,
+        of_receivers: NodeOutput,
     ) -> anyhow::Result<Self> {
         if folder.exists() {
             // Traces of an earlier run must not be taken for this one's.
@@ -67,7 +67,7 @@ fn write_configs(
     topology: &Topology,
     folder: &Path,
     endpoints: &[String],
-    of_receivers: Leaves,
+    of_receivers: NodeOutput,
 ) -> anyhow::Result<Vec<Child>> {
     let endpoint = |node: usize| endpoints[node].clone();
     let mut children = Vec::new();
@@ -77,7 +77,7 @@ fn write_configs(
         config.transport = local(&config.transport, endpoint(n), None);
         let path = write_toml(folder, config.name.as_str(), &config)?;
         let name = config.name.as_str();
-        children.push(Child::new(Role::Sender, name, path, Leaves::Trace));
+        children.push(Child::new(Role::Sender, name, path, NodeOutput::Trace));
     }
     for (n, config) in scenario.receivers.iter().enumerate() {
         let mut config = config.clone();

@@ -10,15 +10,15 @@ use coaxle_sender::SenderRecord;
 
 use super::busy::Busy;
 use super::convert::TimeScale;
-use super::raw::{Raw, read_rows};
-use crate::processes::{Child, Leaves, Nodes, Protocol};
+use super::raw::{Raw, rows};
+use crate::processes::{Child, NodeOutput, Nodes, Protocol};
 use crate::run::Progress;
 use crate::scenario::Scenario;
 use crate::topology::Topology;
 
 /// What to record.
 #[derive(Clone, Debug)]
-pub(crate) struct Wish {
+pub(crate) struct Settings {
     pub(crate) duration: Span,
     pub(crate) cycle_us: f64,
     pub(crate) protocol: Protocol,
@@ -45,29 +45,33 @@ const LOOK: Duration = Duration::from_millis(20);
 /// # Errors
 /// A node that does not start, does not find the other, or ends badly; a file that cannot be read.
 pub(crate) fn record(
-    wish: &Wish,
+    settings: &Settings,
     folder: &Path,
     progress: &mut dyn Progress,
 ) -> anyhow::Result<Recorded> {
-    let scenario = scenario(wish)?;
+    let scenario = scenario(settings)?;
     let topology = Topology::of(&scenario).map_err(|wrong| wrong.in_file("recording"))?;
     let nodes = Nodes::prepare(
         &scenario,
         &topology,
         folder,
-        wish.protocol,
-        Leaves::Arrivals,
+        settings.protocol,
+        NodeOutput::Arrivals,
     )?;
     let mut children = nodes.children;
-    let busy = Busy::start(wish.busy)?;
-    children.iter_mut().try_for_each(Child::start)?;
-    run(wish, &mut children, progress)?;
+    let busy = Busy::start(settings.busy)?;
+    for child in &mut children {
+        // They end even if nobody is left to end them.
+        child.end_after(settings.duration + PATIENCE * 2);
+        child.start()?;
+    }
+    run(settings, &mut children, progress)?;
     drop(busy);
     let [sender, receiver] = &children[..] else {
         bail!("received {} nodes, expected two", children.len());
     };
     let mut raw = Raw::read(&file_of(receiver)?)?;
-    raw.keep_first(wish.duration.as_nanos());
+    raw.keep_first(settings.duration.as_nanos());
     Ok(Recorded {
         scale: scale(&raw, &file_of(sender)?)?,
         raw,
@@ -76,9 +80,9 @@ pub(crate) fn record(
 }
 
 /// One sender, and one receiver that takes everything that comes, without any fault put in.
-fn scenario(wish: &Wish) -> anyhow::Result<Scenario> {
-    let cycle = wish.cycle_us;
-    let real_time = if wish.real_time {
+fn scenario(settings: &Settings) -> anyhow::Result<Scenario> {
+    let cycle = settings.cycle_us;
+    let real_time = if settings.real_time {
         "real-time = { priority = 80, lock-memory = true }"
     } else {
         ""
@@ -113,7 +117,11 @@ fn scenario(wish: &Wish) -> anyhow::Result<Scenario> {
 }
 
 /// Waits for the first message, then for the end of the recording, and ends the nodes.
-fn run(wish: &Wish, children: &mut [Child], progress: &mut dyn Progress) -> anyhow::Result<()> {
+fn run(
+    settings: &Settings,
+    children: &mut [Child],
+    progress: &mut dyn Progress,
+) -> anyhow::Result<()> {
     let arrivals = children.last().map(file_of).transpose()?;
     let deadline = machine::now() + PATIENCE;
     while !arrivals.as_deref().is_some_and(has_a_row) {
@@ -123,7 +131,8 @@ fn run(wish: &Wish, children: &mut [Child], progress: &mut dyn Progress) -> anyh
         }
     }
     let begin = machine::now();
-    let share = |now: Instant<Machine>| (now - begin).as_secs_f64() / wish.duration.as_secs_f64();
+    let share =
+        |now: Instant<Machine>| (now - begin).as_secs_f64() / settings.duration.as_secs_f64();
     while share(machine::now()) < 1.0 {
         progress.at(share(machine::now()));
         look_after(children)?;
@@ -151,12 +160,7 @@ fn file_of(node: &Child) -> anyhow::Result<PathBuf> {
 /// start of its cycles: so the zero of the time scale is known exactly.
 fn scale(raw: &Raw, sender: &Path) -> anyhow::Result<TimeScale> {
     let first = raw.first();
-    let cycles: Vec<SenderRecord> = read_rows(sender)?;
-    let of_run = cycles.iter().find(|cycle| cycle.epoch == first.epoch);
-    let known = of_run.with_context(|| {
-        let path = sender.display();
-        format!("{path}: received no cycle of the recorded run, expected one")
-    })?;
+    let known = first_cycle(sender, first.epoch)?;
     let start = |count: u64| count as i64 * first.cycle_time_ns;
     let zero_on_machine = known.at_ns - start(known.count) + start(first.count);
     let machine_minus_local = first.at_ns - first.cycle_start_ns;
@@ -170,9 +174,21 @@ fn scale(raw: &Raw, sender: &Path) -> anyhow::Result<TimeScale> {
     ))
 }
 
+/// The first cycle of a run in a sender's trace.
+fn first_cycle(trace: &Path, epoch: u64) -> anyhow::Result<SenderRecord> {
+    for cycle in rows::<SenderRecord>(trace)? {
+        let cycle = cycle?;
+        if cycle.epoch == epoch {
+            return Ok(cycle);
+        }
+    }
+    let path = trace.display();
+    bail!("{path}: received no cycle of the recorded run, expected one")
+}
+
 /// What a node's log says at the levels of warning and error.
 fn warnings(node: &Child) -> Vec<String> {
     let text = std::fs::read_to_string(node.log()).unwrap_or_default();
-    let grave = |line: &&str| line.contains(" WARN ") || line.contains(" ERROR ");
-    text.lines().filter(grave).map(str::to_owned).collect()
+    let is_warning = |line: &&str| line.contains(" WARN ") || line.contains(" ERROR ");
+    text.lines().filter(is_warning).map(str::to_owned).collect()
 }

@@ -21,7 +21,7 @@ use crate::processes::Protocol;
 use crate::run::Progress;
 use convert::{TimeScale, convert};
 use format::{Files, Recording};
-use live::Wish;
+use live::Settings;
 use raw::Raw;
 use summary::{Origin, Summary};
 
@@ -131,7 +131,7 @@ fn recorded(
     args: &RecordArgs,
     progress: &mut dyn Progress,
 ) -> anyhow::Result<(Recording, Summary)> {
-    let wish = Wish {
+    let settings = Settings {
         duration: Span::from_secs_f64(args.seconds.get()),
         cycle_us: args.cycle_us.into(),
         protocol: args.transport,
@@ -143,7 +143,7 @@ fn recorded(
         raw,
         scale,
         warnings,
-    } = live::record(&wish, &folder, progress)
+    } = live::record(&settings, &folder, progress)
         .with_context(|| format!("the nodes' files are left in {}", folder.display()))?;
     for warning in warnings {
         tracing::warn!("a node says: {warning}");

@@ -1,9 +1,11 @@
 //! What a receiver wrote down: its files of arrivals and exchanges, of one run of the sender.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom, Take};
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use coaxle_host::exchanges_beside;
 use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
 use serde::de::DeserializeOwned;
@@ -19,8 +21,7 @@ pub(crate) struct Raw {
 }
 
 /// What is expected of a file that cannot be read as one.
-const KIND: &str =
-    "expected a file that a receiver wrote with --arrivals, or beside its --trace (…-arrivals.csv)";
+const KIND: &str = "a file that a receiver wrote with --arrivals, or beside its --trace";
 
 impl Raw {
     /// Reads the file `arrivals` and the exchanges beside it, if there are any.
@@ -28,7 +29,8 @@ impl Raw {
     /// # Errors
     /// Names the file and what is wrong with it.
     pub(crate) fn read(arrivals: &Path) -> anyhow::Result<Self> {
-        let messages: Vec<ArrivalRow> = read_rows(arrivals).context(KIND)?;
+        let messages: Vec<ArrivalRow> =
+            read_rows(arrivals).map_err(|wrong| anyhow!("{wrong:#}; expected {KIND}"))?;
         let path = exchanges_beside(arrivals);
         let exchanges = if path.exists() {
             read_rows(&path)?
@@ -74,15 +76,34 @@ fn longest_run(messages: &[ArrivalRow]) -> Option<(u64, usize)> {
 }
 
 /// All whole rows of a file with a head line.
-pub(crate) fn read_rows<T: DeserializeOwned>(path: &Path) -> anyhow::Result<Vec<T>> {
-    let read = || -> anyhow::Result<Vec<T>> {
-        let text = std::fs::read_to_string(path)?;
-        // A killed node may leave half a line.
-        let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let mut csv = csv::Reader::from_reader(&text.as_bytes()[..whole]);
-        Ok(csv.deserialize().collect::<Result<_, _>>()?)
-    };
-    read().with_context(|| format!("cannot read {}", path.display()))
+fn read_rows<T: DeserializeOwned>(path: &Path) -> anyhow::Result<Vec<T>> {
+    rows(path)?.collect()
+}
+
+/// The same, one after the other: recordings of hours are long.
+pub(crate) fn rows<T: DeserializeOwned>(
+    path: &Path,
+) -> anyhow::Result<impl Iterator<Item = anyhow::Result<T>>> {
+    let named = || format!("cannot read {}", path.display());
+    let csv = csv::Reader::from_reader(whole_lines(path).with_context(named)?);
+    let rows = csv.into_deserialize();
+    Ok(rows.map(move |row| row.with_context(named)))
+}
+
+/// More than the longest line.
+const TAIL: u64 = 4096;
+
+/// A file up to its last line break: a killed node may leave half a line.
+fn whole_lines(path: &Path) -> io::Result<Take<File>> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    let before = length.saturating_sub(TAIL);
+    file.seek(SeekFrom::Start(before))?;
+    let mut tail = Vec::new();
+    file.read_to_end(&mut tail)?;
+    let lines = tail.iter().rposition(|byte| *byte == b'\n');
+    file.rewind()?;
+    Ok(file.take(lines.map_or(0, |end| before + end as u64 + 1)))
 }
 
 #[cfg(test)]
@@ -111,6 +132,16 @@ mod tests {
         assert_eq!(stamps, [Some(-4), Some(7)]);
         raw.keep_first(99);
         assert_eq!(raw.messages.len(), 1);
+    }
+
+    #[test]
+    fn long_files_end_with_their_last_whole_line() {
+        for half in ["", "9,1,1", "9,1,1,5,1000,1000000,40"] {
+            let line = |k: i64| format!("9,1,1,5,{k},1000000,{},-4\n", 300 + k);
+            let text: String = (0..1_000).map(line).collect();
+            let (_folder, path) = written(&format!("{HEAD}{text}{half}"));
+            assert_eq!(Raw::read(&path).unwrap().messages.len(), 1_000);
+        }
     }
 
     #[test]
