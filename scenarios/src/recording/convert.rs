@@ -5,8 +5,8 @@ use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
 use super::format::{Exchange, Message, Recording};
 use super::raw::Raw;
 
-/// How the receiver's clock shows the sender's time: zero is the ideal start of the first recorded
-/// message's cycle.
+/// How the receiver's clock shows the sender's time: zero is the ideal start of the first
+/// recorded cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TimeScale {
     /// The receiver's clock at zero, ns.
@@ -17,7 +17,7 @@ pub(crate) struct TimeScale {
 
 impl TimeScale {
     /// The two clocks are one, and the receiver's shows `zero_ns` at the ideal start of the first
-    /// recorded message's cycle.
+    /// recorded cycle.
     pub(crate) const fn of_one_clock(zero_ns: i64) -> Self {
         Self {
             zero_ns,
@@ -27,9 +27,13 @@ impl TimeScale {
 
     /// Nothing is known of the clocks: the straight line is fitted that the earliest messages of each
     /// second lie on, so that the least delay is zero.
-    pub(crate) fn fitted(messages: &[ArrivalRow]) -> Self {
-        let first = &messages[0];
-        let points: Vec<Point> = messages.iter().map(|row| Point::of(first, row)).collect();
+    pub(crate) fn fitted(raw: &Raw) -> Self {
+        let first = raw.sent_first();
+        let points: Vec<Point> = raw
+            .messages
+            .iter()
+            .map(|row| Point::of(first, row))
+            .collect();
         let mut drift = 0.0;
         for _ in 0..PASSES {
             drift += slope(&earliest(&points, drift));
@@ -58,7 +62,7 @@ impl TimeScale {
 
 /// Puts everything on the time scale.
 pub(crate) fn convert(raw: &Raw, scale: &TimeScale) -> Recording {
-    let first = raw.first();
+    let first = raw.sent_first();
     let converted = raw.messages.iter().map(|row| message(first, row, scale));
     let messages: Vec<Message> = converted.flatten().collect();
     let exchange = |row: &ExchangeRow| exchange(first, row, scale);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 /// Arrivals and time exchanges of one run of a sender, on one time scale: nanoseconds since the ideal
-/// start of the first message's cycle, whose count is 0.
+/// start of the first recorded cycle, whose count is 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Recording {
     pub(crate) messages: Vec<Message>,
@@ -19,7 +19,7 @@ pub(crate) struct Recording {
 /// One message. The ideal start of its cycle is `count` times the cycle time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Message {
-    /// The sender's cycle, counted from that of the first message.
+    /// The sender's cycle, counted from the first recorded one.
     pub(crate) count: i32,
     /// How late after the ideal start of its cycle it was sent, ns; 0 where the sender does not say.
     pub(crate) send_stamp_ns: i32,

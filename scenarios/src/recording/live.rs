@@ -159,7 +159,7 @@ fn file_of(node: &Child) -> anyhow::Result<PathBuf> {
 /// Both nodes read the machine's clock, and the sender's trace says what that showed at the ideal
 /// start of its cycles: so the zero of the time scale is known exactly.
 fn scale(raw: &Raw, sender: &Path) -> anyhow::Result<TimeScale> {
-    let first = raw.first();
+    let first = raw.sent_first();
     let known = first_cycle(sender, first.epoch)?;
     let start = |count: u64| count as i64 * first.cycle_time_ns;
     let zero_on_machine = known.at_ns - start(known.count) + start(first.count);

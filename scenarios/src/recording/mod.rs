@@ -71,7 +71,7 @@ an estimator that follows the clocks well follows that too, and its error is to 
 accordingly. Of several runs of the sender the longest is taken.
 
 NAME.i32 has a row of four little-endian 32-bit integers per message, in the order of arrival:
-  count       the sender's cycle; 0 is that of the first message
+  count       the sender's cycle; 0 is that of the first message it sent
   send stamp  how late after its ideal start, count times the cycle time, it was sent, ns;
               0 where the sender does not say
   delay       arrival minus send, ns
@@ -119,7 +119,7 @@ fn converted(file: &Path) -> anyhow::Result<(Recording, Summary)> {
         let others = raw.other_runs;
         tracing::warn!("the sender was started anew: {others} shorter runs are left out");
     }
-    let scale = TimeScale::fitted(&raw.messages);
+    let scale = TimeScale::fitted(&raw);
     let origin = Origin::Fitted {
         file: file.display().to_string(),
         drift_ppm: scale.drift_ppm(),
@@ -161,7 +161,7 @@ fn recorded(
 
 fn summarised(raw: &Raw, scale: &TimeScale, origin: Origin) -> (Recording, Summary) {
     let recording = convert(raw, scale);
-    let summary = Summary::of(&recording, origin, raw.first().cycle_time_ns);
+    let summary = Summary::of(&recording, origin, raw.sent_first().cycle_time_ns);
     (recording, summary)
 }
 

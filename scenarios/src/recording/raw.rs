@@ -55,13 +55,15 @@ impl Raw {
 
     /// Leaves out what arrived later than `nanos` after the first message.
     pub(crate) fn keep_first(&mut self, nanos: i64) {
-        let end = self.first().arrival_ns.saturating_add(nanos);
+        let end = self.messages[0].arrival_ns.saturating_add(nanos);
         self.messages.retain(|row| row.arrival_ns <= end);
         self.exchanges.retain(|row| row.t4_ns <= end);
     }
 
-    pub(crate) fn first(&self) -> &ArrivalRow {
-        &self.messages[0]
+    /// The message that was sent first: where it was overtaken it is not the first that arrived.
+    pub(crate) fn sent_first(&self) -> &ArrivalRow {
+        let by_count = self.messages.iter().min_by_key(|row| row.count);
+        by_count.unwrap_or(&self.messages[0])
     }
 }
 

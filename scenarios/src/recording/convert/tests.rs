@@ -82,7 +82,7 @@ fn with_one_clock_delays_are_true_to_the_nanosecond() {
 fn a_drift_is_fitted_and_what_deviates_from_the_line_stays() {
     for drift in [-300e-6, 2e-6, 55e-6] {
         let raw = raw(drift, 20_000);
-        let scale = TimeScale::fitted(&raw.messages);
+        let scale = TimeScale::fitted(&raw);
         assert!((scale.drift - drift).abs() < 1e-9, "{}", scale.drift_ppm());
         let recording = convert(&raw, &scale);
         assert_eq!(recording.left_out, 0);
@@ -103,7 +103,7 @@ fn a_drift_is_fitted_and_what_deviates_from_the_line_stays() {
 #[test]
 fn one_message_is_a_line_of_its_own() {
     let raw = raw(0.0, 1);
-    let recording = convert(&raw, &TimeScale::fitted(&raw.messages));
+    let recording = convert(&raw, &TimeScale::fitted(&raw));
     assert_eq!(recording.messages.len(), 1);
     assert_eq!(recording.messages[0].delay_ns, 0);
 }
