@@ -225,7 +225,7 @@ impl AxisExtrapolate {
             }
         }
         Ok(Self {
-            pt1: Pt1::new(&parameters),
+            pt1: Pt1::new(parameters.t1_factor_pos, parameters.t1_factor_velo),
             task_cycle_time: task_cycle_time.as_secs_f64(),
             parameters,
             mode: None,

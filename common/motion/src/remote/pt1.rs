@@ -1,7 +1,5 @@
 //! A first-order low pass on position and velocity.
 
-use super::extrapolate::ExtrapolateParameters;
-
 /// The PT1 filter of the set values; exact for inputs that are held over a cycle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pt1 {
@@ -11,10 +9,11 @@ pub(super) struct Pt1 {
 }
 
 impl Pt1 {
-    pub(super) const fn new(parameters: &ExtrapolateParameters) -> Self {
+    /// Time constants of position and velocity, in cycles; 0: no filter.
+    pub(super) const fn new(factor_position: f64, factor_velocity: f64) -> Self {
         Self {
-            factor_position: parameters.t1_factor_pos,
-            factor_velocity: parameters.t1_factor_velo,
+            factor_position,
+            factor_velocity,
             value: None,
         }
     }

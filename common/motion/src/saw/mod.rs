@@ -108,6 +108,7 @@ mod refusal;
 mod remedy;
 mod rollback;
 mod running;
+mod span;
 #[cfg(feature = "serde")]
 mod sync_mask_names;
 mod sync_mode;

@@ -1,8 +1,8 @@
 //! A phase of constant velocity between the shortest ramps that the limits allow.
 
 use super::SyncMask;
-use super::position::Span;
 use super::ramp::{RampBounds, shortest_ramp};
+use super::span::Span;
 use super::task::Task;
 
 /// Halvings that leave nothing to find in an interval of ordinary size.

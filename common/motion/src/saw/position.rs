@@ -7,7 +7,8 @@ use super::piece::{Demands, Piece};
 use super::plan::{SawForm, SawPlan, SyncLine};
 use super::plateau::Plateau;
 use super::refusal::{SawRefusal, Violation};
-use super::task::{NEGLIGIBLE, Task, finite};
+use super::span::Span;
+use super::task::{NEGLIGIBLE, Task};
 use super::way::Way;
 use super::{GearInSyncMode, SyncMask};
 
@@ -42,52 +43,7 @@ impl GearInPos {
     }
 }
 
-/// From the coupling moment to the synchronisation position.
-pub(super) struct Span<'a> {
-    pub(super) task: &'a Task,
-    /// M, signed.
-    pub(super) master: f64,
-    /// Δs.
-    pub(super) slave: f64,
-    /// Start slope.
-    pub(super) from: f64,
-    /// Start curvature.
-    curvature: f64,
-    sync: (f64, f64),
-}
-
-impl<'a> Span<'a> {
-    fn new(task: &'a Task, command: &GearInPos) -> Result<Self, SawRefusal> {
-        let sync = (command.master_sync_position, command.slave_sync_position);
-        finite("master-sync-position", sync.0)?;
-        finite("slave-sync-position", sync.1)?;
-        let master = sync.0 - task.master_position;
-        let slave = sync.1 - task.slave_position;
-        if master == 0.0 || master * task.master_velocity < 0.0 {
-            return Err(SawRefusal::MasterNotAhead {
-                position: task.master_position,
-                velocity: task.master_velocity,
-                sync_position: sync.0,
-            });
-        }
-        let direction = task.ratio.signum() * master.signum();
-        if slave * direction <= 0.0 {
-            return Err(SawRefusal::SlaveNotAhead {
-                position: task.slave_position,
-                sync_position: sync.1,
-                direction,
-            });
-        }
-        Ok(Self {
-            task,
-            master,
-            slave,
-            from: task.slope(),
-            curvature: task.curvature(),
-            sync,
-        })
-    }
-
+impl Span<'_> {
     fn best_way(&self) -> Result<(SawForm, Way), SawRefusal> {
         let checklist = &self.task.checklist;
         let quintic = self.quintic();

@@ -1,5 +1,6 @@
 //! Accepting a command: everything that can be refused before it is due.
 
+use super::checks::{check_activation, check_mode};
 use super::command::{Activation, CamIn, CamInV2, Command, ScalingData};
 use super::error::{CouplingError, TableId};
 use super::layer::{Layer, Pending, Queue, Ticket};
@@ -7,7 +8,6 @@ use super::machine::{CamCoupling, Kind, MOST_PLATES, is_finite};
 use super::modes::{ActivationMode, JumpHandling, OperationMode};
 use super::rules::Operation;
 use super::tables::{TableRef, Tables};
-use super::versions::check_activation;
 use crate::cam::Course;
 use crate::plc::CommandState;
 use crate::profile::Kinematics;
@@ -142,7 +142,7 @@ impl CamCoupling {
             return Ok(self.delete_queued(tables, index));
         }
         let index = self.coupled_place(Kind::Multi, table)?;
-        Operation::Switch.check(terms.activation.mode)?;
+        check_mode(Operation::Switch, terms.activation.mode)?;
         if terms.activation.mode == ActivationMode::DeleteQueuedData {
             return Ok(self.delete_queued(tables, index));
         }
@@ -168,7 +168,7 @@ impl CamCoupling {
             None => Operation::Couple,
         };
         let mode = terms.activation.mode;
-        operation.check(mode)?;
+        check_mode(operation, mode)?;
         if mode == ActivationMode::DeleteQueuedData {
             return Ok(self.delete_queued(tables, index));
         }
@@ -200,7 +200,7 @@ impl CamCoupling {
         terms: Terms,
         master: &Kinematics,
     ) -> Result<Ticket, CouplingError> {
-        Operation::Scale.check(terms.activation.mode)?;
+        check_mode(Operation::Scale, terms.activation.mode)?;
         let off = terms.activation.mode == ActivationMode::Off;
         if !off {
             self.check_terms(tables, index, Operation::Scale, None, terms, master)?;

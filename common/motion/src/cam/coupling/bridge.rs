@@ -3,10 +3,10 @@
 use super::error::CouplingError;
 use super::machine::CamCoupling;
 use super::modes::JumpHandling;
+use super::moment::Moment;
 use super::placement::Path;
 use super::ramp::Ramp;
 use super::tables::Tables;
-use super::trigger::Moment;
 
 impl CamCoupling {
     /// Lets the slave over the gap between its old course and the new one, or refuses to.

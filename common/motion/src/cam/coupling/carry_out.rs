@@ -5,10 +5,11 @@ use super::error::CouplingError;
 use super::layer::{CouplingStart, Layer, Pending, Undo};
 use super::machine::{CamCoupling, MOST_PLATES};
 use super::modes::JumpHandling;
+use super::moment::{Moment, Step};
 use super::placement::{Placed, Placement, Situation};
 use super::rules::Operation;
 use super::tables::{TableRef, Tables};
-use super::trigger::{Moment, Step, due};
+use super::trigger::due;
 use crate::cam::{Cursor, Plate};
 use crate::plc::CommandState;
 

@@ -5,8 +5,8 @@ use super::error::{CouplingError, TableId};
 use super::layer::Pending;
 use super::machine::CamCoupling;
 use super::modes::ScalingMode;
+use super::moment::Moment;
 use super::tables::Tables;
-use super::trigger::Moment;
 use crate::cam::{Course, Interpolation, TableType};
 
 /// `MC_CamInfoData`, TF5050 chapter 8.5. Axis positions in u, positions on the unscaled plate in x

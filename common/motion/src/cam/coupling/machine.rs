@@ -3,10 +3,10 @@
 use super::command::Command;
 use super::error::CouplingError;
 use super::layer::{Layer, Queue, Ticket};
+use super::moment::Step;
 use super::placement::Path;
 use super::ramp::Ramp;
 use super::tables::Tables;
-use super::trigger::Step;
 use crate::axis::StateWord;
 use crate::plc::CommandState;
 use crate::profile::Kinematics;

@@ -5,9 +5,10 @@ use super::error::CouplingError;
 use super::layer::{Layer, Pending, Undo};
 use super::machine::CamCoupling;
 use super::modes::ScalingMode;
+use super::moment::{Moment, Step};
 use super::placement::{Path, Placement, Situation};
 use super::tables::Tables;
-use super::trigger::{Moment, Step, next_cycle};
+use super::trigger::next_cycle;
 use crate::plc::CommandState;
 
 impl CamCoupling {

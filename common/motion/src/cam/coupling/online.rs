@@ -3,9 +3,10 @@
 use super::error::CouplingError;
 use super::machine::CamCoupling;
 use super::modes::ActivationMode;
+use super::moment::{Moment, Step};
 use super::placement::{Placed, Placement};
 use super::tables::Tables;
-use super::trigger::{Moment, Step, due, next_cycle};
+use super::trigger::{due, next_cycle};
 use super::versions::{Next, Versions};
 
 impl CamCoupling {

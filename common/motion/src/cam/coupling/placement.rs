@@ -4,7 +4,7 @@ use core::ops::{Add, AddAssign, Sub};
 
 use super::command::{AxisScaling, ScalingData};
 use super::modes::ScalingMode;
-use super::trigger::{Direction, Moment};
+use super::moment::{Direction, Moment};
 use crate::cam::{Course, Plate};
 use crate::law::Motion;
 use crate::profile::Kinematics;

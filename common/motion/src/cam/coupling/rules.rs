@@ -1,6 +1,5 @@
 //! Which activation mode goes with which operation.
 
-use super::error::CouplingError;
 use super::modes::ActivationMode;
 
 /// What a change does, as TF5050 chapter 8.3 divides them.
@@ -35,17 +34,6 @@ impl Operation {
             Mode::AsSoonAsPossible => matches!(self, Self::OnlineChange),
             Mode::Off => matches!(self, Self::Scale | Self::OnlineChange),
             Mode::DeleteQueuedData => matches!(self, Self::Switch | Self::OnlineChange),
-        }
-    }
-
-    pub(super) const fn check(self, mode: ActivationMode) -> Result<(), CouplingError> {
-        if self.allows(mode) {
-            Ok(())
-        } else {
-            Err(CouplingError::ModeNotAllowed {
-                operation: self,
-                mode,
-            })
         }
     }
 }

@@ -7,6 +7,7 @@
 use alloc::vec::Vec;
 use core::ops::Range;
 
+use super::checks::{check_activation, check_mode};
 use super::command::{Activation, AxisScaling, ScalingData};
 use super::error::{CouplingError, TableId};
 use super::modes::{ActivationMode, JumpHandling, ScalingMode};
@@ -165,7 +166,7 @@ impl Versions {
         mode: OnlineChangeMode,
     ) -> Result<(), CouplingError> {
         let activation = &mode.activation;
-        Operation::OnlineChange.check(activation.mode)?;
+        check_mode(Operation::OnlineChange, activation.mode)?;
         mode.jump.check()?;
         check_activation(
             activation,
@@ -322,34 +323,4 @@ impl Versions {
 
 fn is_once(mode: &OnlineChangeMode) -> bool {
     mode.activation.mode == ActivationMode::NextCycleOnce
-}
-
-/// What holds for every activation, whatever it activates. `has_next_cycle`: waiting for the next
-/// cycle of the plate leads somewhere.
-pub(super) fn check_activation(
-    activation: &Activation,
-    id: TableId,
-    plate: &Plate,
-    has_next_cycle: bool,
-) -> Result<(), CouplingError> {
-    let Activation { mode, position } = *activation;
-    let (from, to) = match mode {
-        ActivationMode::AtMasterCamPos => plate.master_range(),
-        ActivationMode::AtMasterAxisPos
-        | ActivationMode::AtMasterAxisPosPositiveDirection
-        | ActivationMode::AtMasterAxisPosNegativeDirection => (f64::MIN, f64::MAX),
-        _ if mode.is_next_cycle() && !has_next_cycle => {
-            return Err(CouplingError::NoNextCycle { table: id });
-        }
-        _ => return Ok(()),
-    };
-    if (from..=to).contains(&position) {
-        Ok(())
-    } else {
-        Err(CouplingError::ActivationPosition {
-            received: position,
-            from,
-            to,
-        })
-    }
 }
