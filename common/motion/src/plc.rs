@@ -5,76 +5,7 @@
 //! `Execute`, and the outputs `Busy`, `Active`, `InSync`, `Done`, `CommandAborted`, `Error`,
 //! `ErrorID`, all read off one [`CommandState`].
 
-/// What has become of a command.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum CommandState<E> {
-    /// Nothing was commanded.
-    #[default]
-    Idle,
-    /// Accepted, not yet in control of the axis.
-    Waiting,
-    /// In control of the axis, not yet where it is meant to be.
-    Active,
-    /// Following its master.
-    InSync,
-    /// Finished.
-    Done,
-    /// Another command, or the end of the coupling, cut it short.
-    Aborted,
-    /// Refused or broken off.
-    Failed(E),
-}
-
-impl<E> CommandState<E> {
-    /// The same state, with an error of another kind.
-    pub fn map_error<F>(self, of: impl FnOnce(E) -> F) -> CommandState<F> {
-        match self {
-            Self::Idle => CommandState::Idle,
-            Self::Waiting => CommandState::Waiting,
-            Self::Active => CommandState::Active,
-            Self::InSync => CommandState::InSync,
-            Self::Done => CommandState::Done,
-            Self::Aborted => CommandState::Aborted,
-            Self::Failed(error) => CommandState::Failed(of(error)),
-        }
-    }
-
-    /// The outputs of the block; `code` gives an error's number.
-    #[must_use]
-    pub fn outputs(&self, code: impl FnOnce(&E) -> u32) -> Outputs {
-        let off = Outputs::default();
-        match self {
-            Self::Idle => off,
-            Self::Waiting => Outputs { busy: true, ..off },
-            Self::Active => Outputs {
-                busy: true,
-                active: true,
-                ..off
-            },
-            Self::InSync => Outputs {
-                busy: true,
-                active: true,
-                in_sync: true,
-                ..off
-            },
-            Self::Done => Outputs { done: true, ..off },
-            Self::Aborted => Outputs {
-                command_aborted: true,
-                ..off
-            },
-            Self::Failed(error) => Outputs {
-                error: true,
-                error_id: code(error),
-                ..off
-            },
-        }
-    }
-
-    /// Whether a fallen `Execute` clears it, once it has been shown.
-    fn is_result(&self) -> bool {
-        !matches!(self, Self::Idle | Self::Waiting | Self::Active)
-    }
-}
+pub use crate::axis::CommandState;
 
 /// The outputs of a PLC function block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -102,6 +33,39 @@ pub struct Outputs {
     /// Why it failed: an NC error code, 0 = none.
     #[doc(alias = "ErrorID")]
     pub error_id: u32,
+}
+
+impl Outputs {
+    /// What a command shows; `code` gives an error's number.
+    #[must_use]
+    pub fn of<E>(state: &CommandState<E>, code: impl FnOnce(&E) -> u32) -> Self {
+        let off = Self::default();
+        match state {
+            CommandState::Idle => off,
+            CommandState::Waiting => Self { busy: true, ..off },
+            CommandState::Active => Self {
+                busy: true,
+                active: true,
+                ..off
+            },
+            CommandState::InSync => Self {
+                busy: true,
+                active: true,
+                in_sync: true,
+                ..off
+            },
+            CommandState::Done => Self { done: true, ..off },
+            CommandState::Aborted => Self {
+                command_aborted: true,
+                ..off
+            },
+            CommandState::Failed(error) => Self {
+                error: true,
+                error_id: code(error),
+                ..off
+            },
+        }
+    }
 }
 
 /// The `Execute` input of a block: `K` names a command under way, `E` says why one failed.
@@ -156,7 +120,7 @@ impl<K, E> Execute<K, E> {
         if let Some(command) = &self.command {
             self.state = state(axis, command);
         }
-        self.result_shown |= self.state.is_result();
+        self.result_shown |= is_result(&self.state);
         &self.state
     }
 
@@ -164,6 +128,14 @@ impl<K, E> Execute<K, E> {
     pub const fn state(&self) -> &CommandState<E> {
         &self.state
     }
+}
+
+/// Whether a fallen `Execute` clears it, once it has been shown.
+const fn is_result<E>(state: &CommandState<E>) -> bool {
+    !matches!(
+        state,
+        CommandState::Idle | CommandState::Waiting | CommandState::Active
+    )
 }
 
 #[cfg(test)]
@@ -231,7 +203,7 @@ mod tests {
                 |()| Err(0x4b04),
                 |(), _| CommandState::Idle,
             );
-            state.outputs(|code| *code)
+            Outputs::of(state, |code| *code)
         };
         let failed = Outputs {
             error: true,
@@ -255,7 +227,7 @@ mod tests {
             CommandState::Failed(7),
         ];
         for state in states {
-            let o = state.outputs(|code| *code);
+            let o = Outputs::of(&state, |code| *code);
             let results = [o.done, o.command_aborted, o.error, o.busy];
             assert!(
                 results.into_iter().filter(|on| *on).count() <= 1,

@@ -10,6 +10,7 @@ mod document;
 use std::collections::BTreeSet;
 
 use coaxle_motion::axis::AxisStatus;
+use coaxle_motion::axis::guard::GuardRefusal;
 use coaxle_motion::profile::{Kinematics, Limits};
 use coaxle_motion::saw::{CouplingMoment, LimitGuard, SlaveLimits};
 use coaxle_motion::slave::{Accepted, Command, CouplingPhase, Dynamics, JobNumber, Refusal};
@@ -85,11 +86,11 @@ fn the_documented_answers_are_written() {
             saw: None,
         },
         CommandOutcome::Refused {
-            refusal: Refusal::AboveLimit {
+            refusal: Refusal::Guard(GuardRefusal::AboveLimit {
                 field: "velocity",
                 received: 900.0,
                 limit: 500.0,
-            },
+            }),
             slave: view(
                 AxisStatus::SynchronizedMotion,
                 Some(CouplingPhase::InSync),

@@ -13,6 +13,7 @@ mod document;
 
 use std::fmt::{Display, Write as _};
 
+use coaxle_motion::axis::guard::{GuardFault, GuardRefusal};
 use coaxle_motion::axis::{AxisStatus, Transition};
 use coaxle_motion::cam::PointType;
 use coaxle_motion::cam::coupling::{
@@ -265,20 +266,23 @@ fn refusals() -> Vec<Refusal> {
         status(AxisStatus::Standstill, Transition::Uncouple),
         status(AxisStatus::Homing, Transition::MoveWithoutEnd),
         Refusal::NotAtRest { velocity: 2.5 },
-        Refusal::Value {
+        GuardRefusal::Value {
             field: "distance",
             received: 1e13,
             expected: "a number of at most 1e12",
-        },
-        Refusal::AboveLimit {
+        }
+        .into(),
+        GuardRefusal::AboveLimit {
             field: "velocity",
             received: 900.0,
             limit: 500.0,
-        },
-        Refusal::SoftwareLimit {
+        }
+        .into(),
+        GuardRefusal::SoftwareLimit {
             reached: 1200.0,
             limit: 1000.0,
-        },
+        }
+        .into(),
         Refusal::NoMaster,
         Refusal::VelocityJump {
             velocity: 10.0,
@@ -315,19 +319,22 @@ fn faults() {
             following_error: 1.25,
         },
         SlaveError::MasterLost,
-        SlaveError::SoftwareLimit {
+        GuardFault::SoftwareLimit {
             reached: 1200.0,
             limit: 1000.0,
-        },
-        SlaveError::AbsurdSetValue {
+        }
+        .into(),
+        GuardFault::OutOfRange {
             quantity: "set position",
             received: 1e13,
-        },
-        SlaveError::BeyondLimit {
+        }
+        .into(),
+        GuardFault::BeyondLimit {
             quantity: "velocity",
             received: 900.0,
             limit: 500.0,
-        },
+        }
+        .into(),
         SlaveError::Cam(CouplingError::NotCoupled),
         SlaveError::Saw(SawFault::Refused(SawRefusal::TimeBasedPosition)),
     ] {

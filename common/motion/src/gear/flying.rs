@@ -1,5 +1,6 @@
 //! `MC_FlyingGear`: a gear that is engaged and released on the fly.
 
+use crate::axis::CouplingPhase;
 use crate::profile::Kinematics;
 
 mod error;
@@ -59,6 +60,18 @@ pub enum FlyingGearPhase {
     Releasing,
     /// The slave stands at its stop position.
     Released,
+}
+
+impl From<FlyingGearPhase> for CouplingPhase {
+    fn from(phase: FlyingGearPhase) -> Self {
+        match phase {
+            FlyingGearPhase::Waiting => Self::Waiting,
+            FlyingGearPhase::Engaging => Self::Synchronizing,
+            FlyingGearPhase::Engaged => Self::InSync,
+            FlyingGearPhase::Releasing => Self::Releasing,
+            FlyingGearPhase::Released => Self::Released,
+        }
+    }
 }
 
 /// A flying gear, enabled.

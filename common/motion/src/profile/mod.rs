@@ -17,6 +17,7 @@
 //!
 //! Positions are in user units (u, say mm or degrees), time in seconds.
 
+mod extremes;
 mod limits;
 mod phases;
 mod plan;
@@ -25,6 +26,7 @@ mod velocity_change;
 #[cfg(test)]
 mod properties;
 
+pub use extremes::ProfileExtremes;
 pub use limits::{InvalidLimit, Limits};
 pub use phases::{Kinematics, Profile};
 pub use plan::{to_position, to_velocity};

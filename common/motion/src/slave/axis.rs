@@ -8,29 +8,28 @@ mod start;
 
 use coaxle_clock::{CycleTime, Seconds};
 
-use crate::axis::{AxisStatus, StateWord};
+use crate::axis::{AxisStatus, CommandState, CouplingPhase, StateWord};
 use crate::cam::coupling::{self as cam, CamCoupling, CouplingState, Tables, Ticket};
 use crate::drive::{Drive, DriveState};
-use crate::plc::CommandState;
 use crate::profile::{Kinematics, Profile};
 use crate::saw::{SawCommand, SawPlan, SawRefusal, saw_table_id};
 
-use super::bounds::Bounds;
 use super::cams::Cams;
 use super::command::Command;
-use super::coupling::{Coupling, CouplingPhase};
+use super::coupling::Coupling;
 use super::error::SlaveError;
 use super::job::{Job, JobNumber};
 use super::motion::{Motion, Planned};
 use super::parameters::{MasterTraits, OnMasterLoss, SlaveParameters, WrongSlaveParameter};
 use super::refusal::Refusal;
+use crate::axis::guard::Guard;
 
 pub use start::CoupledStart;
 
 /// A slave axis with its drive.
 #[derive(Debug)]
 pub struct SlaveAxis {
-    bounds: Bounds,
+    guard: Guard,
     on_master_loss: OnMasterLoss,
     cycle_time: f64,
     drive: Drive,
@@ -79,11 +78,11 @@ impl SlaveAxis {
         drive: Drive,
         cycle_time: CycleTime,
     ) -> Result<Self, WrongSlaveParameter> {
-        let bounds = Bounds::new(parameters)?;
+        let guard = parameters.guard()?;
         let here = drive.position();
         let cycle_time = cycle_time.as_secs_f64();
         Ok(Self {
-            bounds,
+            guard,
             on_master_loss: parameters.on_master_loss,
             cycle_time,
             drive,
@@ -93,8 +92,8 @@ impl SlaveAxis {
             homed: false,
             stop_held: false,
             set: Kinematics::at_rest(here),
-            motion: Motion::Planned(Planned::rest(here, &bounds)),
-            cams: Cams::none(bounds.limits().velocity() * cycle_time),
+            motion: Motion::Planned(Planned::rest(here, &guard)),
+            cams: Cams::none(guard.limits().velocity() * cycle_time),
             master_traits: parameters.master()?,
             last_saw: None,
             saw_table_in_use: None,
@@ -108,7 +107,7 @@ impl SlaveAxis {
     /// master and its own, for `MC_CamInfo`. A coupling by the plates before must have ended.
     #[doc(alias = "MC_CamTableSelect")]
     pub fn select_cams(&mut self, tables: Tables, master_axis_id: u32, slave_axis_id: u32) {
-        let jump_limit = self.bounds.limits().velocity() * self.cycle_time;
+        let jump_limit = self.guard.limits().velocity() * self.cycle_time;
         let in_use = |table| tables.plate(table).is_ok();
         self.saw_table_in_use = match saw_table_id(slave_axis_id, in_use) {
             Err(SawRefusal::TableInUse { table }) => Some(table),
@@ -301,8 +300,8 @@ impl SlaveAxis {
         self.job.is_busy()
     }
 
-    pub(super) const fn bounds(&self) -> &Bounds {
-        &self.bounds
+    pub(super) const fn guard(&self) -> &Guard {
+        &self.guard
     }
 
     pub(super) const fn is_homed(&self) -> bool {
@@ -322,7 +321,7 @@ impl SlaveAxis {
     fn free(&self) -> Kinematics {
         match self.motion {
             Motion::Planned(_) => self.set,
-            Motion::Coupled(_) | Motion::RollingBack(_) => self.bounds.settled(&self.set),
+            Motion::Coupled(_) | Motion::RollingBack(_) => self.guard.settled(&self.set),
         }
     }
 

@@ -2,13 +2,13 @@
 
 use core::fmt;
 
+use crate::axis::{CommandState, CouplingPhase};
 use crate::cam::coupling::Ticket;
 use crate::gear::FlyingGearParameters;
-use crate::plc::{CommandState, Execute};
+use crate::plc::{Execute, Outputs};
 
 use super::axis::{Accepted, SlaveAxis};
 use super::command::Command;
-use super::coupling::CouplingPhase;
 use super::error::SlaveError;
 use super::job::JobNumber;
 use super::refusal::Refusal;
@@ -174,7 +174,7 @@ impl EnableFlyingGear {
             (Some(number), None) => state_of(axis, number),
             (None, None) => CommandState::Idle,
         };
-        let shown = state.outputs(BlockError::code);
+        let shown = Outputs::of(&state, BlockError::code);
         let phase = axis.coupling_phase().filter(|_| shown.busy);
         FlyingGearOutputs {
             start_sync: phase == Some(CouplingPhase::Synchronizing),

@@ -1,15 +1,12 @@
 //! The cam plates of a slave axis, and its coupling by them.
 
-use crate::axis::StateWord;
+use crate::axis::{CommandState, CouplingPhase, StateWord};
 use crate::cam::MotionPoint;
 use crate::cam::coupling::{
     CamCoupling, CamIn, Command, CouplingError, CouplingParameters, CouplingState, JumpHandling,
     OnlineChangeMode, TableId, Tables, Ticket,
 };
-use crate::plc::CommandState;
 use crate::profile::Kinematics;
-
-use super::coupling::CouplingPhase;
 
 /// The plates, and the coupling; it is idle as long as something else moves the axis.
 #[derive(Debug)]

@@ -1,6 +1,6 @@
 //! What a slave axis can be told to do.
 
-use crate::axis::Transition;
+use crate::axis::{Dynamics, Transition};
 use crate::cam::coupling::{
     CamAdd, CamExchange, CamIn, CamInV2, CamRemove, CamScaling, CamScalingV2, OnlineChangeMode,
     TableId,
@@ -155,22 +155,6 @@ pub enum Command {
         /// The points. What waits adds up, so that more of them can come in several commands.
         points: CamPoints,
     },
-}
-
-/// The dynamics of a command; each at most what the axis can do, and that by default.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(default, rename_all = "kebab-case", deny_unknown_fields)
-)]
-pub struct Dynamics {
-    /// Highest acceleration, u/s².
-    pub acceleration: Option<f64>,
-    /// Highest deceleration, u/s².
-    pub deceleration: Option<f64>,
-    /// Highest jerk, u/s³.
-    pub jerk: Option<f64>,
 }
 
 impl Command {

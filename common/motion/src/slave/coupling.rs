@@ -2,14 +2,14 @@
 
 use coaxle_clock::Seconds;
 
-use crate::gear::{FlyingGear, FlyingGearPhase, LinearGear};
-use crate::plc::CommandState;
+use crate::axis::{CommandState, CouplingPhase};
+use crate::gear::{FlyingGear, LinearGear};
 use crate::profile::Kinematics;
 use crate::saw::{RollbackReaction, SawCoupling};
 
 use super::cams::Cams;
 use super::error::SlaveError;
-use super::motion::RollingBack;
+use super::rolling_back::RollingBack;
 
 /// A coupling of a slave axis, of whatever kind. It says where the slave should be; whether the
 /// slave can be there is the axis's own business.
@@ -72,35 +72,6 @@ impl Coupling {
                 CommandState::InSync => Some(CouplingPhase::InSync),
                 _ => None,
             },
-        }
-    }
-}
-
-/// How far a coupling is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
-pub enum CouplingPhase {
-    /// The slave waits for its master.
-    Waiting,
-    /// The slave is led to the master's motion.
-    Synchronizing,
-    /// The slave moves with its master.
-    InSync,
-    /// The slave is led away from the master's motion.
-    Releasing,
-    /// The slave is released and stands.
-    Released,
-}
-
-impl From<FlyingGearPhase> for CouplingPhase {
-    fn from(phase: FlyingGearPhase) -> Self {
-        match phase {
-            FlyingGearPhase::Waiting => Self::Waiting,
-            FlyingGearPhase::Engaging => Self::Synchronizing,
-            FlyingGearPhase::Engaged => Self::InSync,
-            FlyingGearPhase::Releasing => Self::Releasing,
-            FlyingGearPhase::Released => Self::Released,
         }
     }
 }

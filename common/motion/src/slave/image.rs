@@ -1,10 +1,9 @@
 //! The slave's axis structure, so that others can follow it.
 
-use crate::axis::{AxisState, AxisStatus, CoupleState, NcToPlcAxis, StateWord};
+use crate::axis::{AxisState, AxisStatus, CoupleState, CouplingPhase, NcToPlcAxis, StateWord};
 use crate::drive::DriveState;
 
 use super::axis::SlaveAxis;
-use super::coupling::CouplingPhase;
 
 impl SlaveAxis {
     /// What the axis tells the world as the axis with this id. Whether it is a master too, and what
@@ -79,11 +78,11 @@ impl SlaveAxis {
             (StateWord::CONTROL_LOOP_CLOSED, powered),
             (
                 StateWord::SOFT_LIMIT_MIN_EXCEEDED,
-                self.bounds().is_below(set.position),
+                self.guard().is_below(set.position),
             ),
             (
                 StateWord::SOFT_LIMIT_MAX_EXCEEDED,
-                self.bounds().is_above(set.position),
+                self.guard().is_above(set.position),
             ),
             (StateWord::DRIVE_DEVICE_ERROR, drive == DriveState::Tripped),
             (

@@ -1,6 +1,6 @@
 //! The command that a slave axis is busy with.
 
-use crate::plc::CommandState;
+use crate::axis::CommandState;
 
 use super::error::SlaveError;
 

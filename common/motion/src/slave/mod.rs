@@ -47,7 +47,6 @@
 
 mod axis;
 mod blocks;
-mod bounds;
 mod cam_points;
 mod cams;
 mod command;
@@ -58,18 +57,19 @@ mod job;
 mod motion;
 mod parameters;
 mod refusal;
+mod rolling_back;
 mod saw_blocks;
 
 #[cfg(test)]
 mod tests;
 
+pub use crate::axis::{CouplingPhase, Dynamics};
 pub use axis::{Accepted, CoupledStart, SlaveAxis};
 pub use blocks::{
     BlockError, CommandBlock, EnableFlyingGear, FlyingGearOutputs, Power, PowerOutputs,
 };
 pub use cam_points::{CamPoints, WrongNumberOfPoints};
-pub use command::{Command, Dynamics};
-pub use coupling::CouplingPhase;
+pub use command::Command;
 pub use error::SlaveError;
 pub use job::JobNumber;
 pub use parameters::{OnMasterLoss, SlaveParameters, WrongSlaveParameter};

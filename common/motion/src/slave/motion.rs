@@ -3,11 +3,12 @@
 use coaxle_clock::Seconds;
 
 use crate::profile::{Kinematics, Profile, to_velocity};
-use crate::saw::RollbackStop;
 
-use super::bounds::Bounds;
 use super::cams::Cams;
-use super::coupling::{Coupling, CouplingPhase};
+use super::coupling::Coupling;
+use super::rolling_back::RollingBack;
+use crate::axis::CouplingPhase;
+use crate::axis::guard::Guard;
 
 /// What moves a slave axis.
 #[derive(Clone, Debug)]
@@ -50,17 +51,17 @@ impl Planned {
     }
 
     /// Standing somewhere.
-    pub(super) fn rest(position: f64, bounds: &Bounds) -> Self {
-        Self::new(bounds.brake(&Kinematics::at_rest(position)))
+    pub(super) fn rest(position: f64, guard: &Guard) -> Self {
+        Self::new(guard.brake(&Kinematics::at_rest(position)))
     }
 
     /// Keeping a velocity.
-    pub(super) fn keep_velocity(from: &Kinematics, bounds: &Bounds) -> Self {
+    pub(super) fn keep_velocity(from: &Kinematics, guard: &Guard) -> Self {
         let free = Kinematics {
             acceleration: 0.0,
             ..*from
         };
-        Self::new(to_velocity(&free, free.velocity, bounds.limits()))
+        Self::new(to_velocity(&free, free.velocity, guard.limits()))
     }
 
     pub(super) fn advance(&mut self, elapsed: Seconds) -> Kinematics {
@@ -76,80 +77,4 @@ impl Planned {
     pub(super) const fn end(&self) -> Kinematics {
         self.profile.end()
     }
-}
-
-/// The stop after a rollback, under way.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RollingBack {
-    stop: RollbackStop,
-    since: Seconds,
-}
-
-impl RollingBack {
-    /// `since` that long ago the master passed the coupling position.
-    pub(super) const fn new(stop: RollbackStop, since: Seconds) -> Self {
-        Self { stop, since }
-    }
-
-    pub(super) fn advance(&mut self, elapsed: Seconds) -> Kinematics {
-        self.since = self.since + elapsed;
-        self.stop.at(self.since)
-    }
-
-    pub(super) fn is_over(&self) -> bool {
-        self.since >= self.stop.duration()
-    }
-
-    /// Where it ends, u.
-    pub(super) fn end(&self) -> f64 {
-        self.stop.end_position()
-    }
-}
-
-/// How far and how fast a profile goes until it is at its end.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Extremes {
-    pub(super) low: f64,
-    pub(super) high: f64,
-    pub(super) speed: f64,
-}
-
-impl Extremes {
-    /// Exact: within a phase of constant jerk they lie at its ends or where the velocity, or the
-    /// acceleration, passes through zero.
-    pub(super) fn of(profile: &Profile) -> Self {
-        let end = profile.end();
-        let mut extremes = Self {
-            low: end.position,
-            high: end.position,
-            speed: end.velocity.abs(),
-        };
-        for begin in profile.phase_begins() {
-            let from = profile.at(begin);
-            let jerk = profile.jerk_at(begin);
-            extremes.take(&from);
-            for turn in turning_times(&from, jerk) {
-                // Beyond the phase this looks at a state of the next one, which does no harm.
-                if turn > 0.0 && turn <= profile.duration().0 - begin.0 {
-                    extremes.take(&profile.at(begin + Seconds(turn)));
-                }
-            }
-        }
-        extremes
-    }
-
-    fn take(&mut self, state: &Kinematics) {
-        self.low = self.low.min(state.position);
-        self.high = self.high.max(state.position);
-        self.speed = self.speed.max(state.velocity.abs());
-    }
-}
-
-/// When the velocity, and when the acceleration passes through zero under a constant jerk, in
-/// seconds from now; not a number where it does not.
-fn turning_times(from: &Kinematics, jerk: f64) -> [f64; 3] {
-    let (v, a) = (from.velocity, from.acceleration);
-    // v + a·t + jerk/2·t² = 0 in the form that does not cancel.
-    let q = -(a + libm::sqrt(a * a - 2.0 * jerk * v).copysign(a));
-    [q / jerk, 2.0 * v / q, -a / jerk]
 }

@@ -2,10 +2,9 @@
 
 use core::fmt;
 
+use crate::axis::guard::{EXPECTED_LIMIT, Guard, is_limit};
 use crate::profile::{InvalidLimit, Limits};
 use crate::saw::SawTolerances;
-
-use super::bounds::{EXPECTED_LIMIT, is_limit};
 
 /// Limits of a slave axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +55,13 @@ pub enum OnMasterLoss {
 }
 
 impl SlaveParameters {
-    pub(super) fn limits(&self) -> Result<Limits, WrongSlaveParameter> {
+    /// What keeps the axis within them.
+    pub(super) fn guard(&self) -> Result<Guard, WrongSlaveParameter> {
+        let (min, max) = self.range()?;
+        Ok(Guard::new(self.limits()?, min, max))
+    }
+
+    fn limits(&self) -> Result<Limits, WrongSlaveParameter> {
         let deceleration = self.deceleration.unwrap_or(self.acceleration);
         for (parameter, received) in [
             ("velocity", self.velocity),
@@ -94,7 +99,7 @@ impl SlaveParameters {
     }
 
     /// The software limits, infinite where there is none.
-    pub(super) fn range(&self) -> Result<(f64, f64), WrongSlaveParameter> {
+    fn range(&self) -> Result<(f64, f64), WrongSlaveParameter> {
         for (parameter, limit) in [
             ("min-position", self.min_position),
             ("max-position", self.max_position),

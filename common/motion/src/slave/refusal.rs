@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use crate::axis::guard::GuardRefusal;
 use crate::axis::{AxisStatus, Transition};
 use crate::cam::coupling::CouplingError;
 use crate::gear::{FlyingGearError, RatioZero};
@@ -24,31 +25,8 @@ pub enum Refusal {
         /// Its set velocity, u/s.
         velocity: f64,
     },
-    /// A value that is no number or too large for any axis.
-    Value {
-        /// Which one.
-        field: &'static str,
-        /// What was given.
-        received: f64,
-        /// What it may be.
-        expected: &'static str,
-    },
-    /// More than the axis can do.
-    AboveLimit {
-        /// Which limit.
-        field: &'static str,
-        /// What was given or would be needed.
-        received: f64,
-        /// What the axis can do.
-        limit: f64,
-    },
-    /// The motion would leave the software limits.
-    SoftwareLimit {
-        /// How far it would go, u.
-        reached: f64,
-        /// The limit, u.
-        limit: f64,
-    },
+    /// The axis cannot, or may not, do that much.
+    Guard(GuardRefusal),
     /// There is no master to couple to, or it is in error.
     NoMaster,
     /// Coupling here and now would be a jump of the velocity.
@@ -92,9 +70,7 @@ impl Refusal {
                 _ => 0x4b05,
             },
             Self::NotAtRest { .. } | Self::VelocityJump { .. } => 0x425a,
-            Self::Value { .. } => 0x4b06,
-            Self::AboveLimit { .. } => 0x42dd,
-            Self::SoftwareLimit { .. } => 0x4229,
+            Self::Guard(refusal) => refusal.code(),
             Self::NoMaster => 0x4b09,
             Self::Gear(_) => 0x421b,
             Self::FlyingGear(error) => error.code(),
@@ -103,6 +79,12 @@ impl Refusal {
             Self::NoCharacteristics => 0x4216,
             Self::NoLimits { .. } => 0x4b05,
         }
+    }
+}
+
+impl From<GuardRefusal> for Refusal {
+    fn from(refusal: GuardRefusal) -> Self {
+        Self::Guard(refusal)
     }
 }
 
@@ -133,6 +115,7 @@ impl From<SawRefusal> for Refusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Guard(refusal) => return refusal.fmt(f),
             Self::Gear(error) => return error.fmt(f),
             Self::FlyingGear(error) => return error.fmt(f),
             Self::Cam(error) => return error.fmt(f),
@@ -140,7 +123,9 @@ impl fmt::Display for Refusal {
             _ => write!(f, "{:#06x}: ", self.code())?,
         }
         match self {
-            Self::Gear(_) | Self::FlyingGear(_) | Self::Cam(_) | Self::Saw(_) => Ok(()),
+            Self::Guard(_) | Self::Gear(_) | Self::FlyingGear(_) | Self::Cam(_) | Self::Saw(_) => {
+                Ok(())
+            }
             Self::NoCharacteristics => {
                 f.write_str("the slave has had no flying saw, expected one before")
             }
@@ -165,20 +150,6 @@ impl fmt::Display for Refusal {
             Self::NotAtRest { velocity } => {
                 write!(f, "velocity of the axis: received {velocity}, expected 0")
             }
-            Self::Value {
-                field,
-                received,
-                expected,
-            } => write!(f, "{field}: received {received}, expected {expected}"),
-            Self::AboveLimit {
-                field,
-                received,
-                limit,
-            } => write!(f, "{field}: received {received}, expected at most {limit}"),
-            Self::SoftwareLimit { reached, limit } => write!(
-                f,
-                "the motion would reach {reached}, the software limit is {limit}"
-            ),
             Self::NoMaster => f.write_str("no master to couple to"),
             Self::VelocityJump {
                 velocity,

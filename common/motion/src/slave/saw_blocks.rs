@@ -1,7 +1,8 @@
 //! Function blocks of the flying saw on a slave axis. `MC_GearOut` is a
 //! [`CommandBlock`].
 
-use crate::plc::{CommandState, Execute, Outputs};
+use crate::axis::CommandState;
+use crate::plc::{Execute, Outputs};
 use crate::saw::{FlyingSawCharacteristics, SawCommand, saw_table_id};
 
 use super::axis::SlaveAxis;
@@ -42,7 +43,7 @@ impl FlyingSawBlock {
         let state = self.block.scan(execute, &command, axis);
         FlyingSawOutputs {
             start_sync: matches!(state, CommandState::Active | CommandState::InSync),
-            common: state.outputs(BlockError::code),
+            common: Outputs::of(&state, BlockError::code),
         }
     }
 }
@@ -77,6 +78,6 @@ impl ReadFlyingSawCharacteristicsBlock {
                 CommandState::Done
             },
         );
-        (state.outputs(Refusal::code), read)
+        (Outputs::of(state, Refusal::code), read)
     }
 }

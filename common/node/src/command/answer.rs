@@ -1,5 +1,6 @@
 //! What the asker reads.
 
+use coaxle_motion::axis::guard::GuardRefusal;
 use coaxle_motion::saw::SawRefusal;
 use coaxle_motion::slave::{Accepted, Refusal};
 use serde::{Deserialize, Serialize};
@@ -189,23 +190,31 @@ struct Figures {
 impl Figures {
     fn of(refusal: &Refusal) -> Self {
         let (field, received, would_pass) = match *refusal {
-            Refusal::AboveLimit {
-                field,
-                received,
-                limit,
-            } => (field, received, Some(limit)),
-            Refusal::SoftwareLimit { reached, limit } => ("position", reached, Some(limit)),
             Refusal::NotAtRest { velocity } => ("velocity", velocity, Some(0.0)),
             Refusal::VelocityJump {
                 velocity, coupled, ..
             } => ("velocity", velocity, Some(coupled)),
-            Refusal::Value {
-                field, received, ..
-            } => (field, received, None),
+            Refusal::Guard(refusal) => return Self::of_guard(&refusal),
             Refusal::Saw(refusal) => return Self::of_saw(&refusal),
             _ => return Self::default(),
         };
         Self::new(field, received, would_pass)
+    }
+
+    const fn of_guard(refusal: &GuardRefusal) -> Self {
+        match *refusal {
+            GuardRefusal::AboveLimit {
+                field,
+                received,
+                limit,
+            } => Self::new(field, received, Some(limit)),
+            GuardRefusal::SoftwareLimit { reached, limit } => {
+                Self::new("position", reached, Some(limit))
+            }
+            GuardRefusal::Value {
+                field, received, ..
+            } => Self::new(field, received, None),
+        }
     }
 
     fn of_saw(refusal: &SawRefusal) -> Self {

@@ -8,8 +8,8 @@ use super::machine::{CamCoupling, Kind, MOST_PLATES, is_finite};
 use super::modes::{ActivationMode, JumpHandling, OperationMode};
 use super::rules::Operation;
 use super::tables::{TableRef, Tables};
+use crate::axis::CommandState;
 use crate::cam::Course;
-use crate::plc::CommandState;
 use crate::profile::Kinematics;
 
 /// The inputs that all commands have.

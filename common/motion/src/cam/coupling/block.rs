@@ -5,7 +5,8 @@ use super::error::CouplingError;
 use super::layer::Ticket;
 use super::machine::CamCoupling;
 use super::tables::Tables;
-use crate::plc::{CommandState, Execute, Outputs};
+use crate::axis::CommandState;
+use crate::plc::{Execute, Outputs};
 use crate::profile::Kinematics;
 
 /// A function block that commands a coupling: `MC_CamIn`, `MC_CamOut`, `MC_CamScaling`,
@@ -29,14 +30,13 @@ impl CouplingBlock {
         coupling: &mut CamCoupling,
         [master, slave]: [&Kinematics; 2],
     ) -> Outputs {
-        self.execute
-            .scan(
-                execute,
-                coupling,
-                |coupling| coupling.start(tables, command, master, slave),
-                |coupling, ticket| coupling.state_of(*ticket),
-            )
-            .outputs(CouplingError::code)
+        let state = self.execute.scan(
+            execute,
+            coupling,
+            |coupling| coupling.start(tables, command, master, slave),
+            |coupling, ticket| coupling.state_of(*ticket),
+        );
+        Outputs::of(state, CouplingError::code)
     }
 
     /// What the block shows.
@@ -95,17 +95,16 @@ impl<T> TableBlock<T> {
         run: impl FnOnce(&mut A) -> Result<T, CouplingError>,
     ) -> Outputs {
         let value = &mut self.value;
-        self.execute
-            .scan(
-                execute,
-                axis,
-                |axis| {
-                    *value = Some(run(axis)?);
-                    Ok(())
-                },
-                |_, ()| CommandState::Done,
-            )
-            .outputs(CouplingError::code)
+        let state = self.execute.scan(
+            execute,
+            axis,
+            |axis| {
+                *value = Some(run(axis)?);
+                Ok(())
+            },
+            |_, ()| CommandState::Done,
+        );
+        Outputs::of(state, CouplingError::code)
     }
 
     /// What the last successful run gave.

@@ -10,8 +10,8 @@ use super::placement::{Placed, Placement, Situation};
 use super::rules::Operation;
 use super::tables::{TableRef, Tables};
 use super::trigger::due;
+use crate::axis::CommandState;
 use crate::cam::{Cursor, Plate};
-use crate::plc::CommandState;
 
 impl CamCoupling {
     /// Carries out what is due in this step.

@@ -4,7 +4,7 @@ use super::error::CouplingError;
 use super::layer::{Queue, Ticket, Undo};
 use super::machine::{CamCoupling, MOST_PLATES};
 use super::tables::Tables;
-use crate::plc::CommandState;
+use crate::axis::CommandState;
 
 impl CamCoupling {
     /// Discards the plate that is queued for a place.

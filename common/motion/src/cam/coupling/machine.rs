@@ -7,8 +7,7 @@ use super::moment::Step;
 use super::placement::Path;
 use super::ramp::Ramp;
 use super::tables::Tables;
-use crate::axis::StateWord;
-use crate::plc::CommandState;
+use crate::axis::{CommandState, StateWord};
 use crate::profile::Kinematics;
 
 /// How many plates a slave can have at once.

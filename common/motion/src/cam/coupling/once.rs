@@ -9,7 +9,7 @@ use super::moment::{Moment, Step};
 use super::placement::{Path, Placement, Situation};
 use super::tables::Tables;
 use super::trigger::next_cycle;
-use crate::plc::CommandState;
+use crate::axis::CommandState;
 
 impl CamCoupling {
     /// The plate in a place leaves it: for one cycle, or for good.

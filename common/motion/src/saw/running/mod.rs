@@ -5,8 +5,7 @@ mod watch;
 
 use coaxle_clock::Seconds;
 
-use crate::axis::AxisState;
-use crate::plc::CommandState;
+use crate::axis::{AxisState, CommandState};
 use crate::profile::{Kinematics, Limits, Profile, to_velocity};
 
 use self::settings::{limits, prephase};

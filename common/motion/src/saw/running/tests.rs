@@ -1,5 +1,5 @@
 use super::*;
-use crate::plc::CommandState;
+use crate::axis::CommandState;
 use crate::saw::tests::{dynamics, moment, to_position, to_velocity};
 use crate::saw::{Check, SyncLimits, SyncMode};
 use proptest::prelude::*;
@@ -262,12 +262,10 @@ fn limits_are_watched_while_coupled() {
         coupling.update(master.run(500.0), CYCLE);
     }
     coupling.update(master.run(2e4), CYCLE);
-    assert_eq!(
-        coupling.state().outputs(SawFault::code).error_id,
-        0x42df,
-        "{:?}",
-        coupling.state()
-    );
+    let CommandState::Failed(fault) = *coupling.state() else {
+        panic!("{:?}", coupling.state());
+    };
+    assert_eq!(fault.code(), 0x42df, "{fault}");
     let not_a_number = Kinematics::at_rest(f64::NAN);
     let (mut coupling, _) = couple(gear_in_pos(SyncMask::empty()), &example());
     assert!(coupling.update(&not_a_number, CYCLE).position.is_finite());

@@ -1,18 +1,16 @@
 //! What each command makes of the axis. Whether the state diagram has the arrow is known by then.
 
-use crate::axis::AxisStatus;
+use crate::axis::guard::check_number;
+use crate::axis::{AxisStatus, CommandState, Dynamics};
 use crate::cam::coupling as cam;
 use crate::drive::DriveState;
 use crate::gear::{FlyingGear, FlyingGearParameters, LinearGear};
-use crate::plc::CommandState;
-use crate::profile::{Kinematics, Limits, Profile, to_position, to_velocity};
+use crate::profile::{Kinematics, Limits, Profile, ProfileExtremes, to_position, to_velocity};
 
 use super::{Accepted, SlaveAxis};
-use crate::slave::bounds::{Passed, check_number};
-use crate::slave::command::Dynamics;
 use crate::slave::coupling::Coupling;
 use crate::slave::job::JobNumber;
-use crate::slave::motion::{Extremes, Motion, Planned};
+use crate::slave::motion::{Motion, Planned};
 use crate::slave::refusal::Refusal;
 
 impl SlaveAxis {
@@ -23,7 +21,7 @@ impl SlaveAxis {
         } else if self.status == AxisStatus::Standstill && !on {
             self.switch_off();
         } else if next == AxisStatus::Stopping && self.status != next {
-            let brake = self.bounds.brake(&self.free());
+            let brake = self.guard.brake(&self.free());
             self.run(brake);
             self.job.set(CommandState::Aborted);
         }
@@ -63,12 +61,12 @@ impl SlaveAxis {
     /// A drive that overshot does not take the set position beyond a software limit.
     fn stand_where_drive_is(&mut self) {
         let actual = Kinematics::at_rest(self.actual_position());
-        let stands = self.bounds.confined(self.set.position, &actual);
+        let stands = self.guard.confined(self.set.position, &actual);
         self.stand_at(stands.position);
     }
 
     pub(super) fn home(&mut self, position: f64) -> Result<(), Refusal> {
-        self.bounds.check_target("position", position)?;
+        self.guard.check_target("position", position)?;
         self.drive_zero += position - self.set.position;
         self.homed = true;
         self.stand_at(position);
@@ -77,7 +75,7 @@ impl SlaveAxis {
 
     fn stand_at(&mut self, position: f64) {
         self.set = Kinematics::at_rest(position);
-        self.move_by_motion(Motion::Planned(Planned::rest(position, &self.bounds)));
+        self.move_by_motion(Motion::Planned(Planned::rest(position, &self.guard)));
     }
 
     pub(super) fn move_to(
@@ -87,14 +85,13 @@ impl SlaveAxis {
         velocity: Option<f64>,
         dynamics: &Dynamics,
     ) -> Result<(), Refusal> {
-        self.bounds.check_target(field, target)?;
+        self.guard.check_target(field, target)?;
         let start = self.free();
         let profile = self.plan(velocity, dynamics, |limits| {
             to_position(&start, target, limits)
         })?;
-        self.bounds
-            .check_way(start.position, &Extremes::of(&profile))
-            .map_err(|Passed { reached, limit }| Refusal::SoftwareLimit { reached, limit })?;
+        self.guard
+            .check_way(start.position, &ProfileExtremes::of(&profile))?;
         self.run(profile);
         Ok(())
     }
@@ -111,14 +108,7 @@ impl SlaveAxis {
 
     pub(super) fn move_at(&mut self, velocity: f64, dynamics: &Dynamics) -> Result<(), Refusal> {
         check_number("velocity", velocity)?;
-        let limit = self.bounds.limits().velocity();
-        if velocity.abs() > limit {
-            return Err(Refusal::AboveLimit {
-                field: "velocity",
-                received: velocity.abs(),
-                limit,
-            });
-        }
+        self.guard.check_speed(velocity)?;
         let start = self.free();
         let profile = self.plan(None, dynamics, |limits| {
             to_velocity(&start, velocity, limits)
@@ -142,16 +132,14 @@ impl SlaveAxis {
         dynamics: &Dynamics,
         plan: impl Fn(&Limits) -> Profile,
     ) -> Result<Profile, Refusal> {
-        let profile = plan(&self.bounds.limits_of(velocity, dynamics)?);
-        let extremes = Extremes::of(&profile);
-        let keeps = self.bounds.keeps_velocity(&extremes)
-            && self.bounds.check_way(self.set.position, &extremes).is_ok();
+        let profile = plan(&self.guard.limits_of(velocity, dynamics)?);
+        let extremes = ProfileExtremes::of(&profile);
+        let keeps = self.guard.keeps_velocity(&extremes)
+            && self.guard.check_way(self.set.position, &extremes).is_ok();
         if keeps {
             Ok(profile)
         } else {
-            Ok(plan(
-                &self.bounds.limits_of(velocity, &Dynamics::default())?,
-            ))
+            Ok(plan(&self.guard.limits_of(velocity, &Dynamics::default())?))
         }
     }
 
@@ -160,14 +148,8 @@ impl SlaveAxis {
         let offset = self.set.position - ratio * master.position;
         let gear = LinearGear::new(ratio, offset)?;
         let coupled = ratio * master.velocity;
-        let limits = self.bounds.limits();
-        if coupled.abs() > limits.velocity() {
-            return Err(Refusal::AboveLimit {
-                field: "velocity",
-                received: coupled.abs(),
-                limit: limits.velocity(),
-            });
-        }
+        self.guard.check_speed(coupled)?;
+        let limits = self.guard.limits();
         let allowed = limits.acceleration().min(limits.deceleration()) * self.cycle_time;
         if (coupled - self.set.velocity).abs() > allowed {
             return Err(Refusal::VelocityJump {
@@ -219,7 +201,7 @@ impl SlaveAxis {
     pub(super) fn let_go(&mut self) {
         // A deceleration is still there for a stop in this very cycle.
         self.set = self.free();
-        let keeps = Planned::keep_velocity(&self.set, &self.bounds);
+        let keeps = Planned::keep_velocity(&self.set, &self.guard);
         self.move_by_motion(Motion::Planned(keeps));
         self.status = if self.set.velocity == 0.0 {
             AxisStatus::Standstill

@@ -2,14 +2,13 @@
 
 use coaxle_clock::Seconds;
 
-use crate::axis::{AxisStatus, Transition};
+use crate::axis::{AxisStatus, CommandState, CouplingPhase, Transition};
 use crate::drive::DriveState;
-use crate::plc::CommandState;
 use crate::profile::to_velocity;
 use crate::saw::{RollbackReaction, SawFault};
 
 use super::SlaveAxis;
-use crate::slave::coupling::{Coupling, CouplingPhase};
+use crate::slave::coupling::Coupling;
 use crate::slave::error::SlaveError;
 use crate::slave::motion::Motion;
 use crate::slave::parameters::OnMasterLoss;
@@ -22,14 +21,14 @@ impl SlaveAxis {
                 let next = planned.advance(elapsed);
                 // Motions with an end were checked as a whole when they were commanded.
                 if self.status == AxisStatus::ContinuousMotion {
-                    self.bounds.check_stop(here.position, &next)?;
+                    self.guard.check_stop(here.position, &next)?;
                 }
-                self.set = self.bounds.confined(here.position, &next);
+                self.set = self.guard.confined(here.position, &next);
             }
             Motion::RollingBack(stop) => {
                 let next = stop.advance(elapsed);
-                self.bounds.check_step(&here, &next, elapsed.0)?;
-                self.bounds.check_coupled_stop(here.position, &next)?;
+                self.guard.check_step(&here, &next, elapsed.0)?;
+                self.guard.check_coupled_stop(here.position, &next)?;
                 self.set = next;
             }
             Motion::Coupled(_) => self.follow(elapsed)?,
@@ -63,11 +62,11 @@ impl SlaveAxis {
         let rollback = coupling.rollback();
         match &rollback {
             Some((RollbackReaction::Instant, _)) => {
-                self.bounds.check_instant_step(&here, &next, elapsed.0)?;
+                self.guard.check_instant_step(&here, &next, elapsed.0)?;
             }
-            _ => self.bounds.check_step(&here, &next, elapsed.0)?,
+            _ => self.guard.check_step(&here, &next, elapsed.0)?,
         }
-        self.bounds.check_coupled_stop(here.position, &next)?;
+        self.guard.check_coupled_stop(here.position, &next)?;
         self.set = next;
         if let Some((_, stop)) = rollback {
             self.move_by_motion(Motion::RollingBack(stop));
@@ -87,7 +86,7 @@ impl SlaveAxis {
     pub(super) fn run_plan(&mut self, elapsed: Seconds) {
         if let Motion::Planned(planned) = &mut self.motion {
             let next = planned.advance(elapsed);
-            self.set = self.bounds.confined(self.set.position, &next);
+            self.set = self.guard.confined(self.set.position, &next);
         }
     }
 
@@ -95,9 +94,9 @@ impl SlaveAxis {
     pub(super) fn fail(&mut self, error: SlaveError) {
         let limits = match (error, self.on_master_loss) {
             (SlaveError::MasterLost, OnMasterLoss::QuickStop) => {
-                self.bounds.without_jerk_limit(self.cycle_time)
+                self.guard.without_jerk_limit(self.cycle_time)
             }
-            _ => *self.bounds.limits(),
+            _ => *self.guard.limits(),
         };
         let brake = to_velocity(&self.free(), 0.0, &limits);
         self.cams.break_off(error.code());

@@ -16,7 +16,7 @@ impl SlaveAxis {
         }
         // Whoever adds a field has to say here whether a command can change it.
         let Self {
-            bounds,
+            guard,
             on_master_loss: _,
             cycle_time,
             drive,
@@ -36,7 +36,7 @@ impl SlaveAxis {
             error,
         } = self;
         // Any other command ends the coupling by plates at most; without plates it has none to end.
-        let cams = mem::replace(cams, Cams::none(bounds.limits().velocity() * *cycle_time));
+        let cams = mem::replace(cams, Cams::none(guard.limits().velocity() * *cycle_time));
         let axis = (*drive, *drive_zero, *status, *powered, *homed, *stop_held);
         let course = (*set, motion.clone(), *last_saw, *job, *error);
         let answer = self.command(command);

@@ -8,7 +8,7 @@ use crate::saw::{
 };
 
 use super::SlaveAxis;
-use crate::slave::bounds::ROUNDING;
+use crate::axis::guard::ROUNDING;
 use crate::slave::coupling::Coupling;
 use crate::slave::motion::Motion;
 use crate::slave::refusal::Refusal;
@@ -33,7 +33,7 @@ impl SlaveAxis {
     /// refused, it tells what would have passed: [`SawCommand::remedy`].
     #[must_use]
     pub fn coupling_moment(&self) -> Option<CouplingMoment> {
-        let (min_position, max_position) = self.bounds.software_limits();
+        let (min_position, max_position) = self.guard.software_limits();
         let encoder = |scaling| EncoderMaster {
             scaling,
             cycle: Seconds(self.cycle_time),
@@ -43,7 +43,7 @@ impl SlaveAxis {
             encoder: self.master_traits.increment.map(encoder),
             slave: self.set,
             axis: SlaveLimits {
-                dynamics: *self.bounds.limits(),
+                dynamics: *self.guard.limits(),
                 min_position,
                 max_position,
                 guard: Some(LimitGuard { reserve: RESERVE }),

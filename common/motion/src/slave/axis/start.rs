@@ -1,9 +1,8 @@
 //! An axis that is coupled from the start.
 
-use crate::axis::{AxisStatus, Transition};
+use crate::axis::{AxisStatus, CommandState, Transition};
 use crate::cam::coupling::CamIn;
 use crate::gear::LinearGear;
-use crate::plc::CommandState;
 use crate::profile::Kinematics;
 
 use super::{Accepted, SlaveAxis};
@@ -60,15 +59,8 @@ impl SlaveAxis {
     }
 
     fn check_start(&self, set: &Kinematics) -> Result<(), Refusal> {
-        self.bounds.check_target("position", set.position)?;
-        let limit = self.bounds.limits().velocity();
-        if set.velocity.abs() > limit {
-            return Err(Refusal::AboveLimit {
-                field: "velocity",
-                received: set.velocity.abs(),
-                limit,
-            });
-        }
+        self.guard.check_target("position", set.position)?;
+        self.guard.check_speed(set.velocity)?;
         Ok(())
     }
 }

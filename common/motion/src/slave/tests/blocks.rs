@@ -1,9 +1,9 @@
 //! The axis as a PLC program sees it.
 
 use super::*;
-use crate::axis::AxisStatus;
+use crate::axis::{AxisStatus, CommandState};
 use crate::gear::FlyingGearParameters;
-use crate::plc::CommandState;
+use crate::plc::Outputs;
 use crate::slave::{BlockError, CommandBlock, EnableFlyingGear, Power};
 
 #[test]
@@ -87,7 +87,7 @@ fn a_refused_command_is_an_error_with_its_code() {
     let mut axis = axis(&PARAMETERS);
     let mut block = CommandBlock::default();
     let state = block.scan(true, &move_absolute(1.0), &mut axis);
-    let outputs = state.outputs(BlockError::code);
+    let outputs = Outputs::of(&state, BlockError::code);
     assert!(outputs.error && !outputs.busy);
     assert_eq!(outputs.error_id, 0x422a);
 }

@@ -1,7 +1,7 @@
 //! The axis on cam plates.
 
 use super::*;
-use crate::axis::{AxisStatus, StateWord};
+use crate::axis::{AxisStatus, CommandState, StateWord};
 use crate::cam::coupling::{
     Activation, ActivationMode, AxisScaling, CamIn, CamInV2, CamRemove, CamScaling, JumpHandling,
     OnlineChangeMode, ScalingData, Tables,
@@ -9,7 +9,6 @@ use crate::cam::coupling::{
 use crate::cam::tests::rest;
 use crate::cam::{Course, MotionFunction, Plate};
 use crate::gear::LinearGear;
-use crate::plc::CommandState;
 use crate::slave::{CamPoints, CoupledStart, CouplingPhase, Refusal, SlaveError};
 use std::vec::Vec;
 

@@ -1,9 +1,9 @@
 //! The axis as a slave.
 
 use super::*;
-use crate::axis::{AxisState, AxisStatus, CoupleState};
+use crate::axis::guard::GuardFault;
+use crate::axis::{AxisState, AxisStatus, CommandState, CoupleState};
 use crate::gear::FlyingGearParameters;
-use crate::plc::CommandState;
 use crate::slave::{CouplingPhase, Refusal, SlaveError};
 
 /// An axis at the velocity of its master, coupled 1:1.
@@ -196,7 +196,7 @@ fn a_coupled_slave_is_braked_before_its_software_limit() {
     assert_eq!(axis.status(), AxisStatus::ErrorStop);
     assert!(matches!(
         axis.error(),
-        Some(SlaveError::SoftwareLimit { .. })
+        Some(SlaveError::Guard(GuardFault::SoftwareLimit { .. }))
     ));
     let rest = axis.set();
     assert!((998.0..=1_000.0).contains(&rest.position), "{rest:?}");

@@ -8,8 +8,8 @@ use crate::axis::AxisStatus::{
     self, ContinuousMotion, Disabled, DiscreteMotion, ErrorStop, Homing, Standstill, Stopping,
     SynchronizedMotion,
 };
+use crate::axis::CommandState;
 use crate::gear::FlyingGearParameters;
-use crate::plc::CommandState;
 use crate::saw::SyncMode;
 use crate::slave::{Refusal, SlaveError};
 

@@ -1,8 +1,8 @@
 //! Motions of the axis's own.
 
 use super::*;
-use crate::axis::{AxisState, AxisStatus, CoupleState, StateWord};
-use crate::plc::CommandState;
+use crate::axis::guard::{GuardFault, GuardRefusal};
+use crate::axis::{AxisState, AxisStatus, CommandState, CoupleState, StateWord};
 use crate::profile::{Limits, to_position};
 use crate::slave::{Refusal, SlaveError};
 
@@ -140,7 +140,7 @@ fn continuous_motion_is_braked_before_the_software_limit() {
     let job = start(&mut axis, &move_velocity(1_000.0));
     run(&mut axis, 5_000);
     assert_eq!(axis.status(), AxisStatus::ErrorStop);
-    let Some(SlaveError::SoftwareLimit { limit, .. }) = axis.error() else {
+    let Some(SlaveError::Guard(GuardFault::SoftwareLimit { limit, .. })) = axis.error() else {
         panic!("{:?}", axis.error());
     };
     assert_eq!(limit, 1_000.0);
@@ -181,7 +181,9 @@ fn an_axis_beyond_a_software_limit_may_only_come_back() {
 fn values_that_no_axis_can_take_are_named() {
     let mut axis = powered(&PARAMETERS);
     let value = |axis: &mut SlaveAxis, command: &Command| match axis.command(command) {
-        Err(Refusal::Value { field, .. } | Refusal::AboveLimit { field, .. }) => field,
+        Err(Refusal::Guard(
+            GuardRefusal::Value { field, .. } | GuardRefusal::AboveLimit { field, .. },
+        )) => field,
         other => panic!("{other:?}"),
     };
     assert_eq!(value(&mut axis, &move_absolute(f64::NAN)), "position");

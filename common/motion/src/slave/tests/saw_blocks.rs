@@ -2,7 +2,8 @@
 
 use super::saws::{beside, to_position};
 use super::*;
-use crate::plc::CommandState;
+use crate::axis::CommandState;
+use crate::plc::Outputs;
 use crate::saw::{GearInPos, Ratio, SawCommand, SyncMask};
 use crate::slave::{
     BlockError, CommandBlock, FlyingSawBlock, FlyingSawOutputs, ReadFlyingSawCharacteristicsBlock,
@@ -18,7 +19,7 @@ fn a_program_couples_reads_and_uncouples() {
 
     assert_eq!(read.scan(true, 2, &axis).0.error_id, 0x4216);
     let refused = gear_out.scan(true, &out, &mut axis);
-    assert_eq!(refused.outputs(BlockError::code).error_id, 0x424d);
+    assert_eq!(Outputs::of(&refused, BlockError::code).error_id, 0x424d);
     assert_eq!(gear_out.scan(false, &out, &mut axis), CommandState::Idle);
     read.scan(false, 2, &axis);
 

@@ -4,8 +4,7 @@ use std::vec::Vec;
 
 use super::saws::{beside, to_position};
 use super::*;
-use crate::axis::{AxisState, AxisStatus};
-use crate::plc::CommandState;
+use crate::axis::{AxisState, AxisStatus, CommandState};
 use crate::saw::SyncMask;
 
 /// Couples at 0, and turns the master round before or after the slave is synchronous.

@@ -1,8 +1,7 @@
 //! The axis as a flying saw.
 
 use super::*;
-use crate::axis::{AxisState, AxisStatus, CoupleState};
-use crate::plc::CommandState;
+use crate::axis::{AxisState, AxisStatus, CommandState, CoupleState};
 use crate::saw::{
     Check, GearInPos, GearInVelo, Ratio, SawCommand, SawFault, SyncLimits, SyncMask, SyncMode,
 };

@@ -12,9 +12,9 @@ mod scaling;
 use std::vec::Vec;
 
 use super::*;
+use crate::axis::CommandState;
 use crate::cam::tests::rest;
 use crate::cam::{Course, MotionFunction, MotionPoint, Plate};
-use crate::plc::CommandState;
 use crate::profile::Kinematics;
 
 /// Up to 50 at 180 and down again at 360, cyclic without lift.

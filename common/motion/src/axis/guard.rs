@@ -1,12 +1,13 @@
-//! What a slave axis never leaves, and the checks for it.
+//! What the set values of an axis never leave, whatever moves it.
+//!
+//! Motions with an end are checked as a whole, before they begin: what they may not do is a
+//! [`GuardRefusal`]. What has no end, and what a master leads, is checked cycle by cycle: it brings
+//! the axis to a stop by a [`GuardFault`], early enough to stop within the software limits.
 
-use crate::profile::{InvalidLimit, Kinematics, Limits, Profile, to_velocity};
+use crate::profile::{InvalidLimit, Kinematics, Limits, Profile, ProfileExtremes, to_velocity};
 
-use super::command::Dynamics;
-use super::error::SlaveError;
-use super::motion::Extremes;
-use super::parameters::{SlaveParameters, WrongSlaveParameter};
-use super::refusal::Refusal;
+use super::dynamics::Dynamics;
+pub use super::guard_error::{GuardFault, GuardRefusal};
 
 /// No set value is larger than that, in whatever unit.
 const ABSURD: f64 = 1e12;
@@ -15,48 +16,52 @@ fn is_absurd(number: f64) -> bool {
     number.is_nan() || number.abs() > ABSURD
 }
 
-/// What a limit of a slave axis may be: within it, no square or quotient overflows.
-pub(super) const EXPECTED_LIMIT: &str = "a number from 1e-9 to 1e15";
+/// What a limit of an axis may be: within it, no square or quotient overflows.
+pub const EXPECTED_LIMIT: &str = "a number from 1e-9 to 1e15";
 
-pub(super) fn is_limit(number: f64) -> bool {
+/// Whether a number can be a limit of an axis.
+#[must_use]
+pub fn is_limit(number: f64) -> bool {
     (1e-9..=1e15).contains(&number)
 }
 
 /// Slack for rounding, relative to the quantity at hand.
-pub(super) const ROUNDING: f64 = 1e-9;
+pub const ROUNDING: f64 = 1e-9;
 
-/// The limits of a slave axis.
+/// Keeps an axis within its limits.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
+pub struct Guard {
     limits: Limits,
     /// Software limits, infinite where there is none.
     min: f64,
     max: f64,
 }
 
-impl Bounds {
-    pub(super) fn new(parameters: &SlaveParameters) -> Result<Self, WrongSlaveParameter> {
-        let (min, max) = parameters.range()?;
-        Ok(Self {
-            limits: parameters.limits()?,
-            min,
-            max,
-        })
+impl Guard {
+    /// The guard of an axis that can do so much, between its software limits, u: infinite where there
+    /// is none.
+    #[must_use]
+    pub const fn new(limits: Limits, min: f64, max: f64) -> Self {
+        Self { limits, min, max }
     }
 
     /// What the axis can do.
-    pub(super) const fn limits(&self) -> &Limits {
+    #[must_use]
+    pub const fn limits(&self) -> &Limits {
         &self.limits
     }
 
-    /// The software limits that there are.
-    pub(super) fn software_limits(&self) -> (Option<f64>, Option<f64>) {
+    /// The software limits that there are, lower and upper, u.
+    #[must_use]
+    pub fn software_limits(&self) -> (Option<f64>, Option<f64>) {
         let given = |limit: f64| Some(limit).filter(|limit| limit.is_finite());
         (given(self.min), given(self.max))
     }
 
-    /// The limits without the one of the jerk: the full deceleration is there within one cycle.
-    pub(super) fn without_jerk_limit(&self, cycle_time: f64) -> Limits {
+    /// The limits without the one of the jerk: the full deceleration is there within one cycle, which
+    /// takes so many seconds.
+    #[must_use]
+    pub fn without_jerk_limit(&self, cycle_time: f64) -> Limits {
         let limits = &self.limits;
         let most = limits.acceleration().max(limits.deceleration());
         Limits::new(
@@ -69,11 +74,14 @@ impl Bounds {
     }
 
     /// The limits of a command.
-    pub(super) fn limits_of(
+    ///
+    /// # Errors
+    /// [`GuardRefusal`]: more than the axis can do, or no limit.
+    pub fn limits_of(
         &self,
         velocity: Option<f64>,
         dynamics: &Dynamics,
-    ) -> Result<Limits, Refusal> {
+    ) -> Result<Limits, GuardRefusal> {
         let own = &self.limits;
         Limits::new(
             at_most("velocity", velocity, own.velocity())?,
@@ -81,7 +89,7 @@ impl Bounds {
             at_most("deceleration", dynamics.deceleration, own.deceleration())?,
             at_most("jerk", dynamics.jerk, own.jerk())?,
         )
-        .map_err(|InvalidLimit { field, received }| Refusal::Value {
+        .map_err(|InvalidLimit { field, received }| GuardRefusal::Value {
             field,
             received,
             expected: EXPECTED_LIMIT,
@@ -89,10 +97,13 @@ impl Bounds {
     }
 
     /// A position that the axis may stand at.
-    pub(super) fn check_target(&self, field: &'static str, position: f64) -> Result<(), Refusal> {
+    ///
+    /// # Errors
+    /// [`GuardRefusal`]: it is no number, or beyond a software limit.
+    pub fn check_target(&self, field: &'static str, position: f64) -> Result<(), GuardRefusal> {
         check_number(field, position)?;
         let beyond = |limit: f64| {
-            Err(Refusal::SoftwareLimit {
+            Err(GuardRefusal::SoftwareLimit {
                 reached: position,
                 limit,
             })
@@ -106,17 +117,44 @@ impl Bounds {
         }
     }
 
+    /// A velocity that the axis may have, either way.
+    ///
+    /// # Errors
+    /// [`GuardRefusal::AboveLimit`].
+    pub fn check_speed(&self, velocity: f64) -> Result<(), GuardRefusal> {
+        let (received, limit) = (velocity.abs(), self.limits.velocity());
+        if received > limit {
+            Err(GuardRefusal::AboveLimit {
+                field: "velocity",
+                received,
+                limit,
+            })
+        } else {
+            Ok(())
+        }
+    }
+
     /// Whether a motion keeps the highest velocity.
-    pub(super) fn keeps_velocity(&self, extremes: &Extremes) -> bool {
+    #[must_use]
+    pub fn keeps_velocity(&self, extremes: &ProfileExtremes) -> bool {
         extremes.speed <= self.limits.velocity() * (1.0 + ROUNDING)
     }
 
     /// Whether a motion from `here` keeps the software limits. From beyond one it may come back.
-    pub(super) fn check_way(&self, here: f64, extremes: &Extremes) -> Result<(), Passed> {
+    ///
+    /// # Errors
+    /// [`GuardRefusal::SoftwareLimit`].
+    pub fn check_way(&self, here: f64, extremes: &ProfileExtremes) -> Result<(), GuardRefusal> {
         self.check_extremes(here, extremes, self.slack(here))
+            .map_err(|Passed { reached, limit }| GuardRefusal::SoftwareLimit { reached, limit })
     }
 
-    fn check_extremes(&self, here: f64, extremes: &Extremes, slack: f64) -> Result<(), Passed> {
+    fn check_extremes(
+        &self,
+        here: f64,
+        extremes: &ProfileExtremes,
+        slack: f64,
+    ) -> Result<(), Passed> {
         let passed = |reached: f64, limit: f64| Err(Passed { reached, limit });
         if extremes.low < self.min.min(here) - slack {
             passed(extremes.low, self.min)
@@ -128,7 +166,8 @@ impl Bounds {
     }
 
     /// The next state of a motion that keeps the software limits, without what rounding adds.
-    pub(super) fn confined(&self, here: f64, next: &Kinematics) -> Kinematics {
+    #[must_use]
+    pub fn confined(&self, here: f64, next: &Kinematics) -> Kinematics {
         Kinematics {
             position: next.position.clamp(self.min.min(here), self.max.max(here)),
             ..*next
@@ -140,21 +179,29 @@ impl Bounds {
         ROUNDING * position.abs().max(finite(self.min)).max(finite(self.max))
     }
 
-    pub(super) fn is_below(&self, position: f64) -> bool {
+    /// Whether a position is below the lower software limit.
+    #[must_use]
+    pub fn is_below(&self, position: f64) -> bool {
         position < self.min
     }
 
-    pub(super) fn is_above(&self, position: f64) -> bool {
+    /// Whether a position is above the upper software limit.
+    #[must_use]
+    pub fn is_above(&self, position: f64) -> bool {
         position > self.max
     }
 
     /// The stop from a state, as fast as the axis can.
-    pub(super) fn brake(&self, from: &Kinematics) -> Profile {
+    #[must_use]
+    pub fn brake(&self, from: &Kinematics) -> Profile {
         to_velocity(from, 0.0, &self.limits)
     }
 
     /// Whether an axis that goes from `here` to `next` can still stop within the software limits.
-    pub(super) fn check_stop(&self, here: f64, next: &Kinematics) -> Result<(), SlaveError> {
+    ///
+    /// # Errors
+    /// [`GuardFault::SoftwareLimit`].
+    pub fn check_stop(&self, here: f64, next: &Kinematics) -> Result<(), GuardFault> {
         if self.is_far_from_limits(next) {
             Ok(())
         } else {
@@ -163,11 +210,10 @@ impl Bounds {
     }
 
     /// The same for a state that a coupling asks for.
-    pub(super) fn check_coupled_stop(
-        &self,
-        here: f64,
-        next: &Kinematics,
-    ) -> Result<(), SlaveError> {
+    ///
+    /// # Errors
+    /// [`GuardFault::SoftwareLimit`].
+    pub fn check_coupled_stop(&self, here: f64, next: &Kinematics) -> Result<(), GuardFault> {
         if self.is_far_from_limits(next) {
             Ok(())
         } else {
@@ -175,9 +221,9 @@ impl Bounds {
         }
     }
 
-    fn check_brake(&self, here: f64, next: &Kinematics) -> Result<(), SlaveError> {
-        self.check_extremes(here, &Extremes::of(&self.brake(next)), 0.0)
-            .map_err(|Passed { reached, limit }| SlaveError::SoftwareLimit { reached, limit })
+    fn check_brake(&self, here: f64, next: &Kinematics) -> Result<(), GuardFault> {
+        self.check_extremes(here, &ProfileExtremes::of(&self.brake(next)), 0.0)
+            .map_err(|Passed { reached, limit }| GuardFault::SoftwareLimit { reached, limit })
     }
 
     fn is_far_from_limits(&self, state: &Kinematics) -> bool {
@@ -201,7 +247,8 @@ impl Bounds {
 
     /// A coupled state as the axis can leave it at once: it drops an acceleration that makes it
     /// faster, and keeps no more deceleration than can be led to zero before it stands.
-    pub(super) fn settled(&self, coupled: &Kinematics) -> Kinematics {
+    #[must_use]
+    pub fn settled(&self, coupled: &Kinematics) -> Kinematics {
         let Kinematics {
             velocity,
             acceleration,
@@ -222,12 +269,15 @@ impl Bounds {
     }
 
     /// Whether the axis can follow a coupling from `here` to `next` in `dt` seconds.
-    pub(super) fn check_step(
+    ///
+    /// # Errors
+    /// [`GuardFault`]: a set value that no axis can have, or that this one cannot follow.
+    pub fn check_step(
         &self,
         here: &Kinematics,
         next: &Kinematics,
         dt: f64,
-    ) -> Result<(), SlaveError> {
+    ) -> Result<(), GuardFault> {
         self.check_instant_step(here, next, dt)?;
         let (from, to) = (here.velocity, next.velocity);
         let (faster, slower) = (self.limits.acceleration(), self.limits.deceleration());
@@ -244,19 +294,22 @@ impl Bounds {
     }
 
     /// The same for a step that may change the velocity at once.
-    pub(super) fn check_instant_step(
+    ///
+    /// # Errors
+    /// [`GuardFault`].
+    pub fn check_instant_step(
         &self,
         here: &Kinematics,
         next: &Kinematics,
         dt: f64,
-    ) -> Result<(), SlaveError> {
+    ) -> Result<(), GuardFault> {
         for (quantity, received) in [
             ("set position", next.position),
             ("set velocity", next.velocity),
             ("set acceleration", next.acceleration),
         ] {
             if is_absurd(received) {
-                return Err(SlaveError::AbsurdSetValue { quantity, received });
+                return Err(GuardFault::OutOfRange { quantity, received });
             }
         }
         let fastest = self.limits.velocity();
@@ -269,15 +322,18 @@ impl Bounds {
 
 /// A software limit that a motion would pass.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Passed {
-    pub(super) reached: f64,
-    pub(super) limit: f64,
+struct Passed {
+    reached: f64,
+    limit: f64,
 }
 
 /// A number that means something to an axis.
-pub(super) fn check_number(field: &'static str, received: f64) -> Result<(), Refusal> {
+///
+/// # Errors
+/// [`GuardRefusal::Value`].
+pub fn check_number(field: &'static str, received: f64) -> Result<(), GuardRefusal> {
     if is_absurd(received) {
-        Err(Refusal::Value {
+        Err(GuardRefusal::Value {
             field,
             received,
             expected: "a number of at most 1e12",
@@ -287,10 +343,10 @@ pub(super) fn check_number(field: &'static str, received: f64) -> Result<(), Ref
     }
 }
 
-fn at_most(field: &'static str, asked: Option<f64>, limit: f64) -> Result<f64, Refusal> {
+fn at_most(field: &'static str, asked: Option<f64>, limit: f64) -> Result<f64, GuardRefusal> {
     let received = asked.unwrap_or(limit);
     if received > limit {
-        Err(Refusal::AboveLimit {
+        Err(GuardRefusal::AboveLimit {
             field,
             received,
             limit,
@@ -298,7 +354,7 @@ fn at_most(field: &'static str, asked: Option<f64>, limit: f64) -> Result<f64, R
     } else if is_limit(received) {
         Ok(received)
     } else {
-        Err(Refusal::Value {
+        Err(GuardRefusal::Value {
             field,
             received,
             expected: EXPECTED_LIMIT,
@@ -311,11 +367,11 @@ fn within(
     received: f64,
     limit: f64,
     digits: f64,
-) -> Result<(), SlaveError> {
+) -> Result<(), GuardFault> {
     if received <= limit * (1.0 + ROUNDING) + digits {
         Ok(())
     } else {
-        Err(SlaveError::BeyondLimit {
+        Err(GuardFault::BeyondLimit {
             quantity,
             received,
             limit,

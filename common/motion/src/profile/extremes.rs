@@ -1,0 +1,57 @@
+//! How far and how fast a profile goes.
+
+use coaxle_clock::Seconds;
+
+use super::phases::{Kinematics, Profile};
+
+/// How far and how fast a profile goes until it is at its end.
+#[derive(Clone, Copy, Debug)]
+pub struct ProfileExtremes {
+    /// The lowest position, u.
+    pub low: f64,
+    /// The highest position, u.
+    pub high: f64,
+    /// The highest speed, u/s.
+    pub speed: f64,
+}
+
+impl ProfileExtremes {
+    /// Those of a profile. Exact: within a phase of constant jerk they lie at its ends or where the velocity, or the
+    /// acceleration, passes through zero.
+    #[must_use]
+    pub fn of(profile: &Profile) -> Self {
+        let end = profile.end();
+        let mut extremes = Self {
+            low: end.position,
+            high: end.position,
+            speed: end.velocity.abs(),
+        };
+        for begin in profile.phase_begins() {
+            let from = profile.at(begin);
+            let jerk = profile.jerk_at(begin);
+            extremes.take(&from);
+            for turn in turning_times(&from, jerk) {
+                // Beyond the phase this looks at a state of the next one, which does no harm.
+                if turn > 0.0 && turn <= profile.duration().0 - begin.0 {
+                    extremes.take(&profile.at(begin + Seconds(turn)));
+                }
+            }
+        }
+        extremes
+    }
+
+    fn take(&mut self, state: &Kinematics) {
+        self.low = self.low.min(state.position);
+        self.high = self.high.max(state.position);
+        self.speed = self.speed.max(state.velocity.abs());
+    }
+}
+
+/// When the velocity, and when the acceleration passes through zero under a constant jerk, in
+/// seconds from now; not a number where it does not.
+fn turning_times(from: &Kinematics, jerk: f64) -> [f64; 3] {
+    let (v, a) = (from.velocity, from.acceleration);
+    // v + a·t + jerk/2·t² = 0 in the form that does not cancel.
+    let q = -(a + libm::sqrt(a * a - 2.0 * jerk * v).copysign(a));
+    [q / jerk, 2.0 * v / q, -a / jerk]
+}
