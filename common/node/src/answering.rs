@@ -3,10 +3,11 @@
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::{CycleTime, Instant, Local};
 
-use crate::contract::{Channel, Outgoing};
+use crate::channel::Channel;
 use crate::exchange::{
     ANSWERS_CAPACITY, AnswerHeader, MAX_ANSWERS, Question, Reply, encode_answers,
 };
+use crate::message::Outgoing;
 
 /// Answers, in each cycle, the questions that came before it: all in one frame.
 #[derive(Clone, Debug)]

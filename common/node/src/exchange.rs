@@ -9,7 +9,7 @@ use coaxle_clock::{CycleTime, Instant, Local, Span};
 use serde::{Deserialize, Serialize};
 
 use crate::frame::{FORMAT_VERSION, KeySeal, cycle_time, read, read_send_stamp, write};
-use crate::intake::Rejection;
+use crate::rejection::Rejection;
 
 /// Most answers in one frame.
 pub const MAX_ANSWERS: usize = 16;

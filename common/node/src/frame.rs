@@ -8,8 +8,8 @@ use coaxle_clock::{CycleIndex, CycleTime, Span};
 use coaxle_motion::axis::NcToPlcAxis;
 use serde::{Deserialize, Serialize};
 
-use crate::intake::Rejection;
 use crate::keys::NodeName;
+use crate::rejection::Rejection;
 
 /// The version this code writes, and the only one it reads.
 pub const FORMAT_VERSION: u8 = 1;

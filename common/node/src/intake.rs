@@ -3,9 +3,10 @@
 
 use coaxle_motion::axis::NcToPlcAxis;
 
-use crate::contract::{Channel, Message};
+use crate::channel::Channel;
 use crate::frame::{KeySeal, Sample, sender_id};
 use crate::keys::NodeName;
+use crate::message::Message;
 pub use crate::rejection::{Rejection, RejectionCounters};
 
 /// Turns the frames of one key into samples of the one axis that is followed.

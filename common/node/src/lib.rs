@@ -7,6 +7,7 @@
 pub mod answering;
 pub mod arrival;
 pub mod cam_file;
+mod channel;
 pub mod command;
 pub mod config;
 pub mod contract;
@@ -15,6 +16,7 @@ pub mod faults;
 pub mod frame;
 pub mod intake;
 pub mod keys;
+mod message;
 mod rejection;
 pub mod saw_file;
 

@@ -1,0 +1,37 @@
+//! What a node publishes, each under a key of its own.
+
+/// What a node's frames are about; each kind has a key of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// `coaxle/<node>/axes`: a sender's own axes.
+    Axes,
+    /// `coaxle/<node>/slaves`: a receiver's slave axes.
+    Slaves,
+    /// `coaxle/<node>/questions`: what others ask the node, published by them.
+    Questions,
+    /// `coaxle/<node>/answers`: what the node answers.
+    Answers,
+}
+
+impl Channel {
+    /// Every channel.
+    pub const ALL: [Self; 4] = [Self::Axes, Self::Slaves, Self::Questions, Self::Answers];
+
+    /// The last part of its key.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Axes => "axes",
+            Self::Slaves => "slaves",
+            Self::Questions => "questions",
+            Self::Answers => "answers",
+        }
+    }
+
+    /// Whether its frames hold axes and come once per cycle. The others are stamped whenever they
+    /// leave, whatever is configured: they are of no use without.
+    #[must_use]
+    pub const fn carries_axes(self) -> bool {
+        matches!(self, Self::Axes | Self::Slaves)
+    }
+}
