@@ -183,7 +183,8 @@ fn push_spline_from(
             least,
         });
     }
-    push_spline(splines, ends, Place::Point(start.index), curve)?;
+    push_spline(splines, ends, curve)
+        .map_err(|error| CamError::from_spline(error, Place::Point(start.index)))?;
     Ok(end_row)
 }
 

@@ -4,6 +4,7 @@ use core::fmt;
 
 use super::kind::TableType;
 use super::point::PointType;
+use super::spline::NoFiniteSlopes;
 use crate::law::{LawError, MotionLaw};
 
 /// A plate that cannot be made, or cannot be asked that. [`CamError::code`] is the NC's number,
@@ -187,6 +188,12 @@ pub enum Place {
 }
 
 impl CamError {
+    /// A spline's error, and where the spline or the table starts.
+    pub(super) const fn from_spline(error: NoFiniteSlopes, start: Place) -> Self {
+        let NoFiniteSlopes = error;
+        Self::NoFiniteSlopes { start }
+    }
+
     /// The number the NC gives to this error.
     #[must_use]
     pub fn code(&self) -> u32 {

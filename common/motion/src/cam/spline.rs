@@ -6,10 +6,22 @@
 //! change (Sherman and Morrison).
 
 use alloc::vec::Vec;
+use core::fmt;
 
 use super::curve::Curve;
-use super::error::{CamError, Place};
 use crate::law::{Motion, Segment};
+
+/// The knots lie so that a slope between them is no finite number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct NoFiniteSlopes;
+
+impl fmt::Display for NoFiniteSlopes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the spline has a slope that is not finite, expected knots farther apart")
+    }
+}
+
+impl core::error::Error for NoFiniteSlopes {}
 
 /// A place the spline passes through.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -209,25 +221,23 @@ fn solve_bordered(rows: &mut [Row]) {
 pub(super) fn push_spline(
     splines: &mut SplineSolver,
     ends: Ends,
-    start: Place,
     curve: &mut Curve,
-) -> Result<(), CamError> {
+) -> Result<(), NoFiniteSlopes> {
     splines.solve(ends);
     let slopes = splines.slopes.iter().copied();
-    push_hermite(splines.knots.iter().copied().zip(slopes), start, curve)
+    push_hermite(splines.knots.iter().copied().zip(slopes), curve)
 }
 
 /// Appends the cubics that have the given slopes at the given knots to a curve.
 pub(super) fn push_hermite(
     mut knots_and_slopes: impl Iterator<Item = (SplineKnot, f64)>,
-    start: Place,
     curve: &mut Curve,
-) -> Result<(), CamError> {
+) -> Result<(), NoFiniteSlopes> {
     let Some((mut from, mut leaving)) = knots_and_slopes.next() else {
         return Ok(());
     };
     for (to, arriving) in knots_and_slopes {
-        push_cubic(from, to, cubic(from, to, leaving, arriving), start, curve)?;
+        push_cubic(from, to, cubic(from, to, leaving, arriving), curve)?;
         (from, leaving) = (to, arriving);
     }
     Ok(())
@@ -236,15 +246,14 @@ pub(super) fn push_hermite(
 /// Appends the straight lines between the given knots to a curve.
 pub(super) fn push_lines(
     mut knots: impl Iterator<Item = SplineKnot>,
-    start: Place,
     curve: &mut Curve,
-) -> Result<(), CamError> {
+) -> Result<(), NoFiniteSlopes> {
     let Some(mut from) = knots.next() else {
         return Ok(());
     };
     for to in knots {
         let slope = secant(&[from, to]).slope;
-        push_cubic(from, to, [from.slave, slope, 0.0, 0.0], start, curve)?;
+        push_cubic(from, to, [from.slave, slope, 0.0, 0.0], curve)?;
         from = to;
     }
     Ok(())
@@ -254,9 +263,8 @@ fn push_cubic(
     from: SplineKnot,
     to: SplineKnot,
     coefficients: [f64; 4],
-    start: Place,
     curve: &mut Curve,
-) -> Result<(), CamError> {
+) -> Result<(), NoFiniteSlopes> {
     let segment = Segment::cubic(from.master, to.master, coefficients);
     // A number that is not finite at the end was not at the start, or has become so on the way.
     let Motion {
@@ -269,7 +277,7 @@ fn push_cubic(
         .iter()
         .all(|value| value.is_finite())
     {
-        return Err(CamError::NoFiniteSlopes { start });
+        return Err(NoFiniteSlopes);
     }
     curve.push(segment);
     Ok(())

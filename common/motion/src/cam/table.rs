@@ -5,7 +5,9 @@ use alloc::vec::Vec;
 use super::curve::Curve;
 use super::error::{CamError, Place};
 use super::kind::{Course, TableType};
-use super::spline::{End, Ends, SplineKnot, SplineSolver, push_hermite, push_lines, push_spline};
+use super::spline::{
+    End, Ends, NoFiniteSlopes, SplineKnot, SplineSolver, push_hermite, push_lines, push_spline,
+};
 
 /// `MC_InterpolationType`, TF5050 chapter 8.6: the way from one row of a position table to the
 /// next.
@@ -97,12 +99,13 @@ impl PositionTable {
         check(rows, interpolation)?;
         let mut curve = Curve::with_capacity(rows.len() - 1);
         match interpolation {
-            Interpolation::Spline => push_global_spline(rows, course, &mut curve)?,
-            Interpolation::SlidingSpline => push_sliding_spline(rows, course, &mut curve)?,
+            Interpolation::Spline => push_global_spline(rows, course, &mut curve),
+            Interpolation::SlidingSpline => push_sliding_spline(rows, course, &mut curve),
             Interpolation::Linear | Interpolation::FourPoint => {
-                push_lines(rows.iter().copied().map(knot), Place::Row(0), &mut curve)?;
+                push_lines(rows.iter().copied().map(knot), &mut curve)
             }
         }
+        .map_err(|error| CamError::from_spline(error, Place::Row(0)))?;
         Ok(Self {
             rows: rows.to_vec(),
             interpolation,
@@ -222,7 +225,7 @@ fn push_global_spline(
     rows: &[(f64, f64)],
     course: Course,
     curve: &mut Curve,
-) -> Result<(), CamError> {
+) -> Result<(), NoFiniteSlopes> {
     let mut splines = SplineSolver::with_capacity(rows.len());
     for &row in rows {
         splines.push(knot(row));
@@ -235,20 +238,16 @@ fn push_global_spline(
             End::Slope(parabola_slope(rows[last], rows[last - 1], rows[last - 2])),
         ),
     };
-    push_spline(&mut splines, ends, Place::Row(0), curve)
+    push_spline(&mut splines, ends, curve)
 }
 
 fn push_sliding_spline(
     rows: &[(f64, f64)],
     course: Course,
     curve: &mut Curve,
-) -> Result<(), CamError> {
+) -> Result<(), NoFiniteSlopes> {
     let slopes = (0..rows.len()).map(|row| sliding_slope(rows, course, row));
-    push_hermite(
-        rows.iter().copied().map(knot).zip(slopes),
-        Place::Row(0),
-        curve,
-    )
+    push_hermite(rows.iter().copied().map(knot).zip(slopes), curve)
 }
 
 /// The slope at a row of the parabola through it and its neighbours. Beyond the end of a cyclic

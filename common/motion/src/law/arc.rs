@@ -3,7 +3,7 @@
 use core::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4};
 
 use super::motion::{MinMax, Motion};
-use super::roots::{Curve, Reaching, Roots, roots_between_turns};
+use super::roots::{Reaching, Roots, Smooth, roots_between_turns};
 use super::wave::Wave;
 
 /// How far the angle of an arc turns, with its sine and cosine: exact, unlike computed ones.
@@ -141,7 +141,7 @@ impl Arc {
 /// The velocity of an arc over z.
 struct Velocity<'a>(&'a Arc);
 
-impl Curve for Velocity<'_> {
+impl Smooth for Velocity<'_> {
     fn at(&self, z: f64) -> (f64, f64) {
         let motion = self.0.at(z);
         (motion.velocity, motion.acceleration)
@@ -207,7 +207,7 @@ pub(super) trait Chain {
 /// The position along a chain.
 struct Position<'a, C>(&'a C);
 
-impl<C: Chain> Curve for Position<'_, C> {
+impl<C: Chain> Smooth for Position<'_, C> {
     fn at(&self, z: f64) -> (f64, f64) {
         let motion = self.0.arc(self.0.index_at(z)).at(z);
         (motion.position, motion.velocity)

@@ -6,7 +6,7 @@
 
 use super::motion::{MinMax, Motion};
 use super::polynomial::Polynomial;
-use super::roots::{Curve, Reaching, Roots, roots_between_turns};
+use super::roots::{Reaching, Roots, Smooth, roots_between_turns};
 
 /// A law from 0 to 1 as z⁴·`start`(z) and as 1 − w⁴·`end`(w), w = 1 − z.
 #[derive(Debug, PartialEq)]
@@ -96,7 +96,7 @@ impl RestToRest {
     }
 }
 
-impl Curve for RestToRest {
+impl Smooth for RestToRest {
     fn at(&self, z: f64) -> (f64, f64) {
         let motion = self.at(z);
         (motion.position, motion.velocity)

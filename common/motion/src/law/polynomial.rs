@@ -1,7 +1,7 @@
 //! Polynomials: values, derivatives, roots and ranges.
 
 use super::motion::MinMax;
-use super::roots::{Curve, Roots, roots_between_turns};
+use super::roots::{Roots, Smooth, roots_between_turns};
 
 /// A polynomial with `N` coefficients (degree `N` − 1 at most), lowest power first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,7 +82,7 @@ impl<const N: usize> Polynomial<N> {
     }
 }
 
-impl<const N: usize> Curve for Polynomial<N> {
+impl<const N: usize> Smooth for Polynomial<N> {
     fn at(&self, x: f64) -> (f64, f64) {
         let [value, slope, ..] = self.derivatives(x);
         (value, slope)

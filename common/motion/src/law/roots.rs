@@ -59,7 +59,7 @@ impl Deref for Roots {
 }
 
 /// A smooth curve whose roots are looked for.
-pub(crate) trait Curve {
+pub(crate) trait Smooth {
     /// Value and slope at `x`.
     fn at(&self, x: f64) -> (f64, f64);
 
@@ -73,7 +73,7 @@ pub(crate) struct Reaching<C> {
     pub(crate) target: f64,
 }
 
-impl<C: Curve> Curve for Reaching<C> {
+impl<C: Smooth> Smooth for Reaching<C> {
     fn at(&self, x: f64) -> (f64, f64) {
         let (value, slope) = self.curve.at(x);
         (value - self.target, slope)
@@ -89,7 +89,7 @@ impl<C: Curve> Curve for Reaching<C> {
 ///
 /// Between two turns the curve is monotone, so the signs at the turns tell where the roots are. A
 /// turn at which the curve is zero up to rounding is a root.
-pub(crate) fn roots_between_turns(curve: &impl Curve, turns: &[f64], lo: f64, hi: f64) -> Roots {
+pub(crate) fn roots_between_turns(curve: &impl Smooth, turns: &[f64], lo: f64, hi: f64) -> Roots {
     let mut roots = Roots::none();
     let mut left = Sample::of(curve, lo);
     if left.is_root() {
@@ -122,7 +122,7 @@ struct Sample {
 }
 
 impl Sample {
-    fn of(curve: &impl Curve, x: f64) -> Self {
+    fn of(curve: &impl Smooth, x: f64) -> Self {
         let value = curve.at(x).0;
         let sign = if value.abs() <= curve.rounding(x) {
             0.0
@@ -139,7 +139,7 @@ impl Sample {
 
 /// Narrows a change of sign down to the last bit: Newton's steps, and a halving wherever they
 /// leave the bracket or are slower than that.
-fn refine(curve: &impl Curve, left: Sample, right: Sample) -> f64 {
+fn refine(curve: &impl Smooth, left: Sample, right: Sample) -> f64 {
     let rising = right.value > 0.0;
     let (mut low, mut high) = (left.x, right.x);
     let mut x = low - (high - low) * (left.value / (right.value - left.value));
