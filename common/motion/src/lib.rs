@@ -96,9 +96,9 @@ pub mod axis;
 pub mod cam;
 pub mod drive;
 pub mod gear;
-pub mod law;
 pub mod plc;
-pub mod profile;
 pub mod remote;
 pub mod saw;
 pub mod slave;
+
+pub use coaxle_curve::{law, profile};

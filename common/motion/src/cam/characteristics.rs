@@ -3,8 +3,8 @@
 use super::error::CamError;
 use super::kind::{Course, TableType};
 use super::plate::Plate;
-use super::quadrature::integral;
 use crate::law::{Extreme, Extremes, MinMax, Motion, Segment};
+use coaxle_curve::quadrature::integral;
 
 /// `MC_TableCharacValues`, TF5050 chapter 8.11, for one constant velocity of the master.
 ///

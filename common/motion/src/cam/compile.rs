@@ -1,10 +1,10 @@
 //! From points to segments.
 
-use super::curve::Curve;
 use super::error::{CamError, Place};
 use super::point::{MotionPoint, PointType};
-use super::spline::{End, Ends, SplineKnot, SplineSolver, push_spline};
 use crate::law::{Knot, Motion, MotionLaw, Segment, Turn};
+use coaxle_curve::curve::Curve;
+use coaxle_curve::spline::{End, Ends, SplineKnot, SplineSolver, push_spline};
 
 /// Checks all points and leaves the segments between those in use in `curve`. It allocates only if
 /// there is less room than rows.

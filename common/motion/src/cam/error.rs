@@ -4,8 +4,8 @@ use core::fmt;
 
 use super::kind::TableType;
 use super::point::PointType;
-use super::spline::NoFiniteSlopes;
 use crate::law::{LawError, MotionLaw};
+use coaxle_curve::spline::NoFiniteSlopes;
 
 /// A plate that cannot be made, or cannot be asked that. [`CamError::code`] is the NC's number,
 /// the text names the place, what was received and what is expected.

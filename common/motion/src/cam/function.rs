@@ -5,10 +5,10 @@ use core::mem;
 use core::ops::Range;
 
 use super::compile::compile;
-use super::curve::Curve;
 use super::error::CamError;
 use super::point::MotionPoint;
-use super::spline::SplineSolver;
+use coaxle_curve::curve::Curve;
+use coaxle_curve::spline::SplineSolver;
 
 /// A motion function: points, checked and compiled to segments. TF5050 chapters 2 and 6.
 ///

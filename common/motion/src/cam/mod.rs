@@ -55,15 +55,12 @@
 mod characteristics;
 mod compile;
 pub mod coupling;
-mod curve;
 mod error;
 mod function;
 mod inverse;
 mod kind;
 mod plate;
 mod point;
-mod quadrature;
-mod spline;
 mod table;
 mod values;
 

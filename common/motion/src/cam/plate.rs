@@ -2,7 +2,6 @@
 
 use core::ops::Range;
 
-use super::curve::Curve;
 use super::error::CamError;
 use super::function::MotionFunction;
 use super::kind::{Course, TableType};
@@ -10,6 +9,7 @@ use super::point::MotionPoint;
 use super::table::{Interpolation, PositionTable};
 use crate::law::Motion;
 use crate::profile::Kinematics;
+use coaxle_curve::curve::Curve;
 
 /// A cam plate, ready to be evaluated: what `MC_CamTableSelect` loads.
 ///

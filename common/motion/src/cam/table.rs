@@ -2,10 +2,10 @@
 
 use alloc::vec::Vec;
 
-use super::curve::Curve;
 use super::error::{CamError, Place};
 use super::kind::{Course, TableType};
-use super::spline::{
+use coaxle_curve::curve::Curve;
+use coaxle_curve::spline::{
     End, Ends, NoFiniteSlopes, SplineKnot, SplineSolver, push_hermite, push_lines, push_spline,
 };
 

@@ -5,12 +5,12 @@ use super::roots::{Roots, Smooth, roots_between_turns};
 
 /// A polynomial with `N` coefficients (degree `N` − 1 at most), lowest power first.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Polynomial<const N: usize>(pub(crate) [f64; N]);
+pub struct Polynomial<const N: usize>(pub [f64; N]);
 
 impl<const N: usize> Polynomial<N> {
     /// Value and first three derivatives, by one nested pass.
     #[inline]
-    pub(crate) fn derivatives(&self, x: f64) -> [f64; 4] {
+    pub fn derivatives(&self, x: f64) -> [f64; 4] {
         let [mut value, mut first, mut half_second, mut sixth_third] = [0.0; 4];
         for &coefficient in self.0.iter().rev() {
             sixth_third = sixth_third * x + half_second;
@@ -23,7 +23,7 @@ impl<const N: usize> Polynomial<N> {
 
     /// The derivative; its highest coefficient is zero.
     #[must_use]
-    pub(crate) fn derivative(&self) -> Self {
+    pub fn derivative(&self) -> Self {
         let mut derivative = [0.0; N];
         for k in 1..N {
             derivative[k - 1] = self.0[k] * k as f64;
@@ -34,7 +34,7 @@ impl<const N: usize> Polynomial<N> {
     /// All real roots from `lo` to `hi`, both included, ascending, to the last bits. A polynomial
     /// that is zero everywhere has the root `lo`.
     #[must_use]
-    pub(crate) fn roots_in(&self, lo: f64, hi: f64) -> Roots {
+    pub fn roots_in(&self, lo: f64, hi: f64) -> Roots {
         if self.degree() == 0 {
             let mut roots = Roots::none();
             if self.0[0] == 0.0 {
@@ -48,7 +48,7 @@ impl<const N: usize> Polynomial<N> {
 
     /// The extremes from `lo` to `hi` of the value and of the first three derivatives.
     #[must_use]
-    pub(crate) fn ranges_in(&self, lo: f64, hi: f64) -> [MinMax; 4] {
+    pub fn ranges_in(&self, lo: f64, hi: f64) -> [MinMax; 4] {
         let first = self.derivative();
         let second = first.derivative();
         let third = second.derivative();

@@ -23,7 +23,7 @@ impl Roots {
     }
 
     /// Adds a place behind the others, unless it is the last one up to rounding.
-    pub(crate) fn push(&mut self, place: f64) {
+    pub fn push(&mut self, place: f64) {
         let known = self
             .last()
             .is_some_and(|last| (place - last).abs() <= 4.0 * f64::EPSILON * place.abs());
@@ -35,14 +35,14 @@ impl Roots {
 
     /// The same places in the opposite order.
     #[must_use]
-    pub(crate) fn reversed(mut self) -> Self {
+    pub fn reversed(mut self) -> Self {
         self.places[..self.len].reverse();
         self
     }
 
     /// Every place led through `f`, which must be monotone.
     #[must_use]
-    pub(crate) fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
+    pub fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
         for place in &mut self.places[..self.len] {
             *place = f(*place);
         }
@@ -59,7 +59,7 @@ impl Deref for Roots {
 }
 
 /// A smooth curve whose roots are looked for.
-pub(crate) trait Smooth {
+pub trait Smooth {
     /// Value and slope at `x`.
     fn at(&self, x: f64) -> (f64, f64);
 
@@ -68,9 +68,11 @@ pub(crate) trait Smooth {
 }
 
 /// A curve on its way to a value other than zero.
-pub(crate) struct Reaching<C> {
-    pub(crate) curve: C,
-    pub(crate) target: f64,
+pub struct Reaching<C> {
+    /// The curve.
+    pub curve: C,
+    /// The value.
+    pub target: f64,
 }
 
 impl<C: Smooth> Smooth for Reaching<C> {
@@ -89,7 +91,7 @@ impl<C: Smooth> Smooth for Reaching<C> {
 ///
 /// Between two turns the curve is monotone, so the signs at the turns tell where the roots are. A
 /// turn at which the curve is zero up to rounding is a root.
-pub(crate) fn roots_between_turns(curve: &impl Smooth, turns: &[f64], lo: f64, hi: f64) -> Roots {
+pub fn roots_between_turns(curve: &impl Smooth, turns: &[f64], lo: f64, hi: f64) -> Roots {
     let mut roots = Roots::none();
     let mut left = Sample::of(curve, lo);
     if left.is_root() {

@@ -21,7 +21,7 @@ pub(super) fn cubic(start: &Motion, end: &Motion) -> Polynomial<6> {
 }
 
 /// Degree 5: position, velocity and acceleration at both ends.
-pub(crate) fn quintic(start: &Motion, end: &Motion) -> Polynomial<6> {
+pub fn quintic(start: &Motion, end: &Motion) -> Polynomial<6> {
     let (c1, c2) = (start.velocity, start.acceleration / 2.0);
     // What the terms above leave to do at the end.
     let d = (end.position - start.position) - c1 - c2;

@@ -4,10 +4,10 @@ use alloc::vec::Vec;
 
 use crate::law::{Motion, Segment};
 
-/// The course of a plate over one cycle: at least one segment, each begins where the one before
+/// A course over the master, such as a plate's over one cycle: at least one segment, each begins where the one before
 /// ends.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Curve {
+pub struct Curve {
     /// Where each segment begins, and where the last one ends: apart from the segments, so that a
     /// search stays within few cache lines.
     masters: Vec<f64>,
@@ -18,7 +18,8 @@ pub(super) struct Curve {
 
 impl Curve {
     /// Room for so many segments.
-    pub(super) fn with_capacity(segments: usize) -> Self {
+    #[must_use]
+    pub fn with_capacity(segments: usize) -> Self {
         Self {
             masters: Vec::with_capacity(segments + 1),
             segments: Vec::with_capacity(segments),
@@ -27,13 +28,14 @@ impl Curve {
     }
 
     /// Leaves no segment; the room stays.
-    pub(super) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.masters.clear();
         self.segments.clear();
         self.density = 0.0;
     }
 
-    pub(super) fn push(&mut self, segment: Segment) {
+    /// Appends a segment, which begins where the one before ends.
+    pub fn push(&mut self, segment: Segment) {
         if self.segments.is_empty() {
             self.masters.push(segment.start());
         }
@@ -42,37 +44,44 @@ impl Curve {
     }
 
     /// Says that all segments are about of one length.
-    pub(super) fn settle_equidistant(&mut self) {
+    pub fn settle_equidistant(&mut self) {
         self.density = self.segments.len() as f64 / (self.end() - self.start());
     }
 
     /// The same segments, in the room there is.
-    pub(super) fn copy_from(&mut self, other: &Self) {
+    pub fn copy_from(&mut self, other: &Self) {
         self.clear();
         self.masters.extend_from_slice(&other.masters);
         self.segments.extend_from_slice(&other.segments);
         self.density = other.density;
     }
 
-    pub(super) fn start(&self) -> f64 {
+    /// Where the first segment begins.
+    #[must_use]
+    pub fn start(&self) -> f64 {
         self.masters[0]
     }
 
-    pub(super) fn end(&self) -> f64 {
+    /// Where the last segment ends.
+    #[must_use]
+    pub fn end(&self) -> f64 {
         self.masters[self.segments.len()]
     }
 
-    pub(super) fn segments(&self) -> &[Segment] {
+    /// All segments in their order.
+    #[must_use]
+    pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
 
     /// The motion at a master position from start to end.
-    pub(super) fn at(&self, master: f64) -> Motion {
+    #[must_use]
+    pub fn at(&self, master: f64) -> Motion {
         self.segments[self.find(master)].at(master)
     }
 
     /// The same, looking first where the last look ended.
-    pub(super) fn along(&self, segment: &mut usize, master: f64) -> Motion {
+    pub fn along(&self, segment: &mut usize, master: f64) -> Motion {
         *segment = self
             .near(*segment, master)
             .unwrap_or_else(|| self.find(master));

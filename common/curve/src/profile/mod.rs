@@ -5,14 +5,14 @@
 //!
 //! ```
 //! use coaxle_clock::Seconds;
-//! use coaxle_motion::profile::{Kinematics, Limits, to_position};
+//! use coaxle_curve::profile::{Kinematics, Limits, to_position};
 //!
 //! let limits = Limits::new(100.0, 500.0, 500.0, 5_000.0)?;
 //! let profile = to_position(&Kinematics::at_rest(0.0), 50.0, &limits);
 //! let half_way = profile.at(Seconds(profile.duration().0 / 2.0));
 //! assert!((half_way.position - 25.0).abs() < 1e-9);
 //! assert_eq!(profile.at(profile.duration()).position, 50.0);
-//! # Ok::<(), coaxle_motion::profile::InvalidLimit>(())
+//! # Ok::<(), coaxle_curve::profile::InvalidLimit>(())
 //! ```
 //!
 //! Positions are in user units (u, say mm or degrees), time in seconds.

@@ -16,7 +16,7 @@ const MOST_HALVINGS: u32 = 52;
 /// The integral of a continuous function that is nowhere below 0. Where it is not smooth (at a bend
 /// of a law, or a change of sign under a magnitude) the stretch around it is halved until it no
 /// longer counts.
-pub(super) fn integral(start: f64, end: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub fn integral(start: f64, end: f64, f: impl Fn(f64) -> f64) -> f64 {
     let whole = gauss(start, end, &f);
     refined(start, end, whole, whole, MOST_HALVINGS, &f)
 }

@@ -5,7 +5,7 @@
 //! to the roots of its formulas and without allocating:
 //!
 //! ```
-//! use coaxle_motion::law::{Knot, Motion, MotionLaw, Segment};
+//! use coaxle_curve::law::{Knot, Motion, MotionLaw, Segment};
 //!
 //! let at = |master, position| Knot {
 //!     master,
@@ -17,7 +17,7 @@
 //! let peak = segment.extremes().velocity.maximum;
 //! assert!((peak.value - 1.875 * 40.0 / 180.0).abs() < 1e-12);
 //! assert_eq!(segment.masters_at(20.0)[0], 90.0);
-//! # Ok::<(), coaxle_motion::law::LawError>(())
+//! # Ok::<(), coaxle_curve::law::LawError>(())
 //! ```
 //!
 //! | laws | formula | family |
@@ -37,9 +37,9 @@ mod harmonic;
 mod high_degree;
 mod motion;
 mod motion_law;
-pub(crate) mod polynom;
-pub(crate) mod polynomial;
-pub(crate) mod roots;
+pub mod polynom;
+pub mod polynomial;
+pub mod roots;
 mod segment;
 mod sine;
 mod trapezoid;

@@ -8,12 +8,12 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::curve::Curve;
+use crate::curve::Curve;
 use crate::law::{Motion, Segment};
 
 /// The knots lie so that a slope between them is no finite number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct NoFiniteSlopes;
+pub struct NoFiniteSlopes;
 
 impl fmt::Display for NoFiniteSlopes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -25,14 +25,16 @@ impl core::error::Error for NoFiniteSlopes {}
 
 /// A place the spline passes through.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct SplineKnot {
-    pub(super) master: f64,
-    pub(super) slave: f64,
+pub struct SplineKnot {
+    /// Where on the master.
+    pub master: f64,
+    /// Where the slave is there.
+    pub slave: f64,
 }
 
 /// What holds at an end of an open spline.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum End {
+pub enum End {
     /// No curvature.
     Natural,
     /// A given slope.
@@ -43,7 +45,8 @@ pub(super) enum End {
 
 /// What holds at both ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Ends {
+pub enum Ends {
+    /// An open spline: what holds at its start, and at its end.
     Open(End, End),
     /// Slope and curvature at the end are those of the start.
     Periodic,
@@ -51,7 +54,7 @@ pub(super) enum Ends {
 
 /// Room for solving; it allocates no more once it has seen the longest spline.
 #[derive(Clone, Debug, Default)]
-pub(super) struct SplineSolver {
+pub struct SplineSolver {
     knots: Vec<SplineKnot>,
     rows: Vec<Row>,
     slopes: Vec<f64>,
@@ -69,7 +72,9 @@ struct Row {
 }
 
 impl SplineSolver {
-    pub(super) fn with_capacity(knots: usize) -> Self {
+    /// Room for so many knots.
+    #[must_use]
+    pub fn with_capacity(knots: usize) -> Self {
         Self {
             knots: Vec::with_capacity(knots),
             rows: Vec::with_capacity(knots),
@@ -78,16 +83,18 @@ impl SplineSolver {
     }
 
     /// Forgets the knots of the last spline.
-    pub(super) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.knots.clear();
     }
 
     /// The next knot, with a master above the one before.
-    pub(super) fn push(&mut self, knot: SplineKnot) {
+    pub fn push(&mut self, knot: SplineKnot) {
         self.knots.push(knot);
     }
 
-    pub(super) fn knots(&self) -> &[SplineKnot] {
+    /// The knots so far.
+    #[must_use]
+    pub fn knots(&self) -> &[SplineKnot] {
         &self.knots
     }
 
@@ -218,7 +225,10 @@ fn solve_bordered(rows: &mut [Row]) {
 }
 
 /// Solves for the knots the solver holds and appends the cubics between them to a curve.
-pub(super) fn push_spline(
+///
+/// # Errors
+/// [`NoFiniteSlopes`]; the curve may have some of the segments then.
+pub fn push_spline(
     splines: &mut SplineSolver,
     ends: Ends,
     curve: &mut Curve,
@@ -229,7 +239,10 @@ pub(super) fn push_spline(
 }
 
 /// Appends the cubics that have the given slopes at the given knots to a curve.
-pub(super) fn push_hermite(
+///
+/// # Errors
+/// [`NoFiniteSlopes`].
+pub fn push_hermite(
     mut knots_and_slopes: impl Iterator<Item = (SplineKnot, f64)>,
     curve: &mut Curve,
 ) -> Result<(), NoFiniteSlopes> {
@@ -244,7 +257,10 @@ pub(super) fn push_hermite(
 }
 
 /// Appends the straight lines between the given knots to a curve.
-pub(super) fn push_lines(
+///
+/// # Errors
+/// [`NoFiniteSlopes`].
+pub fn push_lines(
     mut knots: impl Iterator<Item = SplineKnot>,
     curve: &mut Curve,
 ) -> Result<(), NoFiniteSlopes> {
