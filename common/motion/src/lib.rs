@@ -92,13 +92,13 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
-pub mod axis;
 pub mod cam;
-pub mod drive;
 pub mod gear;
 pub mod plc;
 pub mod remote;
 pub mod saw;
 pub mod slave;
 
+pub use coaxle_axis as axis;
+pub use coaxle_axis::drive;
 pub use coaxle_curve::{law, profile};

@@ -4,7 +4,9 @@
 //! [`GuardRefusal`]. What has no end, and what a master leads, is checked cycle by cycle: it brings
 //! the axis to a stop by a [`GuardFault`], early enough to stop within the software limits.
 
-use crate::profile::{InvalidLimit, Kinematics, Limits, Profile, ProfileExtremes, to_velocity};
+use coaxle_curve::profile::{
+    InvalidLimit, Kinematics, Limits, Profile, ProfileExtremes, to_velocity,
+};
 
 use super::dynamics::Dynamics;
 pub use super::guard_error::{GuardFault, GuardRefusal};

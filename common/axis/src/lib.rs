@@ -1,0 +1,63 @@
+//! What an axis is, whatever moves it.
+//!
+//! * What one controller tells another of it, once per cycle: [`NcToPlcAxis`], and its images in the
+//!   memory of a PLC ([`ImageLayout`]).
+//! * Its life: the PLCopen state diagram as a table, [`AxisStatus::after`] a [`Transition`].
+//! * What its set values never leave: the [`guard`].
+//! * How far a command to it is ([`CommandState`]), and a coupling of it ([`CouplingPhase`]).
+//! * A simulated servo [`drive`] that follows its set values.
+//!
+//! ```
+//! use coaxle_axis::guard::{Guard, GuardRefusal};
+//! use coaxle_axis::{AxisStatus, Transition};
+//! use coaxle_curve::profile::{Kinematics, Limits};
+//!
+//! let standstill = AxisStatus::default().after(Transition::PowerOn);
+//! assert_eq!(standstill, Some(AxisStatus::Standstill));
+//! // Without power there is no motion.
+//! assert_eq!(AxisStatus::Disabled.after(Transition::Move), None);
+//!
+//! let limits = Limits::new(100.0, 500.0, 500.0, 5_000.0)?;
+//! let guard = Guard::new(limits, 0.0, 1_000.0);
+//! assert_eq!(
+//!     guard.check_target("position", 1_200.0),
+//!     Err(GuardRefusal::SoftwareLimit { reached: 1_200.0, limit: 1_000.0 })
+//! );
+//! // At 100 mm/s it could not stop before the end any more.
+//! let fast = Kinematics { position: 999.0, velocity: 100.0, acceleration: 0.0 };
+//! assert!(guard.check_stop(998.9, &fast).is_err());
+//! # Ok::<(), coaxle_curve::profile::InvalidLimit>(())
+//! ```
+//!
+//! Positions are in user units (u, say mm or degrees), time in seconds.
+//!
+//! | PLC name | manual | here |
+//! |--|--|--|
+//! | `NCTOPLC_AXLESTRUCT`, `NCTOPLC_AXIS_REF` | TS5066 | [`NcToPlcAxis`], [`ImageLayout`] |
+//! | `nStateDWord`, `nAxisState`, `nCoupleState` | TS5066 | [`StateWord`], [`AxisState`], [`CoupleState`] |
+//! | the PLCopen state diagram, `MC_ReadStatus` | PLCopen part 1 | [`AxisStatus`] |
+//!
+//! The crate is `no_std`, allocates nothing and asks no machine for the time.
+#![no_std]
+
+#[cfg(test)]
+extern crate std;
+
+mod command_state;
+mod coupling_phase;
+pub mod drive;
+mod dynamics;
+pub mod guard;
+mod guard_error;
+mod image;
+mod nc_to_plc;
+mod plcopen;
+mod state;
+
+pub use command_state::CommandState;
+pub use coupling_phase::CouplingPhase;
+pub use dynamics::Dynamics;
+pub use image::{IMAGE_LEN, ImageLayout, ImageLengthError};
+pub use nc_to_plc::NcToPlcAxis;
+pub use plcopen::{AxisStatus, Transition};
+pub use state::{AxisState, CoupleState, StateWord};
