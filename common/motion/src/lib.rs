@@ -93,12 +93,12 @@ extern crate alloc;
 extern crate std;
 
 pub mod cam;
-pub mod gear;
 pub mod plc;
-pub mod remote;
 pub mod saw;
 pub mod slave;
 
 pub use coaxle_axis as axis;
 pub use coaxle_axis::drive;
 pub use coaxle_curve::{law, profile};
+pub use coaxle_gear as gear;
+pub use coaxle_remote as remote;

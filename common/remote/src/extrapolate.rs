@@ -13,7 +13,7 @@ use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{Seconds, Span};
 
 use super::pt1::Pt1;
-use crate::axis::NcToPlcAxis;
+use coaxle_axis::NcToPlcAxis;
 
 /// `FB_AxisExtrapolateValues`.
 #[doc(alias = "FB_AxisExtrapolateValues")]

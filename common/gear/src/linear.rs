@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::profile::Kinematics;
+use coaxle_curve::profile::Kinematics;
 
 /// A slave coupled to its master by a constant ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]

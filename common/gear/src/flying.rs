@@ -1,7 +1,7 @@
 //! `MC_FlyingGear`: a gear that is engaged and released on the fly.
 
-use crate::axis::CouplingPhase;
-use crate::profile::Kinematics;
+use coaxle_axis::CouplingPhase;
+use coaxle_curve::profile::Kinematics;
 
 mod error;
 mod window;

@@ -14,7 +14,7 @@ use super::extrapolate::{
     AxisExtrapolate, CorrectionTimes, ExtrapolateDiagnostic, ExtrapolateMode, ExtrapolateOutput,
     ExtrapolateParameters, FallBackMode,
 };
-use crate::axis::NcToPlcAxis;
+use coaxle_axis::NcToPlcAxis;
 
 /// `FB_AxisSync`.
 #[doc(alias = "FB_AxisSync")]

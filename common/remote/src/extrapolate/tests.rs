@@ -1,5 +1,5 @@
 use super::*;
-use crate::axis::{AxisState, CoupleState, StateWord};
+use coaxle_axis::{AxisState, CoupleState, StateWord};
 use proptest::prelude::*;
 
 const CYCLE: Span = Span::from_millis(1);

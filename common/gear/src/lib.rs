@@ -1,0 +1,41 @@
+//! Gears: a slave that follows its master in proportion.
+//!
+//! The [`LinearGear`] couples for good, the [`FlyingGear`] is engaged and released while the master
+//! moves. Both say where the slave should be; whether it can be there is the axis's business.
+//!
+//! ```
+//! use coaxle_curve::profile::Kinematics;
+//! use coaxle_gear::{FlyingGear, FlyingGearParameters, FlyingGearPhase};
+//!
+//! let parameters = FlyingGearParameters {
+//!     ratio: 1.0,
+//!     master_sync_position: 460.0,
+//!     slave_sync_position: 450.0,
+//!     slave_desync_position: 450.0,
+//!     slave_stop_position: 500.0,
+//!     default_slave_negative: false,
+//! };
+//! let master = |position| Kinematics { position, velocity: 500.0, acceleration: 0.0 };
+//! let mut gear = FlyingGear::enable(&parameters, &master(0.0), 400.0)?;
+//! assert_eq!(gear.update(&master(100.0)).position, 400.0, "it stands");
+//! assert_eq!(gear.phase(), FlyingGearPhase::Waiting);
+//! assert_eq!(gear.update(&master(460.0)).velocity, 500.0, "as fast as its master");
+//! # Ok::<(), coaxle_gear::FlyingGearError>(())
+//! ```
+//!
+//! | PLC name | manual | here |
+//! |--|--|--|
+//! | `MC_GearIn` | TS5055 | [`LinearGear`] |
+//! | `MC_FlyingGear`, `MC_FlyingGear_BkPlcMc` | `MC_FlyingGear_BkPlcMc` | [`FlyingGear`], [`FlyingGearParameters`] |
+//!
+//! The crate is `no_std`, allocates nothing and asks no machine for the time.
+#![no_std]
+
+#[cfg(test)]
+extern crate std;
+
+mod flying;
+mod linear;
+
+pub use flying::{FlyingGear, FlyingGearError, FlyingGearParameters, FlyingGearPhase};
+pub use linear::{LinearGear, RatioZero};

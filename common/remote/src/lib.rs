@@ -1,0 +1,59 @@
+//! A far axis made local: extrapolation by a correction time, and the block that does it all.
+//!
+//! A far axis comes once per cycle of a far clock. [`AxisSync`] learns the drift between the two
+//! clocks from the cycle indices ([`coaxle_clock::time_sync`]) and moves the set values in time, so
+//! that they fit the cycles of this one; [`AxisExtrapolate`] moves them by a correction time that
+//! comes from elsewhere.
+//!
+//! ```
+//! use coaxle_axis::NcToPlcAxis;
+//! use coaxle_clock::{CycleIndex, Span};
+//! use coaxle_remote::{AxisSync, AxisSyncParameters, FilterMode};
+//!
+//! let mut sync = AxisSync::start(Span::from_millis(1), AxisSyncParameters::default())?;
+//! for index in 0..100 {
+//!     let axis = NcToPlcAxis {
+//!         set_position: 0.5 * f64::from(index),
+//!         set_velocity: 500.0,
+//!         ..NcToPlcAxis::default()
+//!     };
+//!     let local = sync.update(CycleIndex(index), &axis, FilterMode::Bypass, 1);
+//!     assert_eq!(local.axis.set_position, axis.set_position, "as it came");
+//! }
+//! # Ok::<(), coaxle_clock::time_sync::WrongParameter>(())
+//! ```
+//!
+//! | PLC name | TS5066 | here |
+//! |--|--|--|
+//! | `FB_AxisSync` | 3.1 | [`AxisSync`] |
+//! | `FB_AxisExtrapolateValues` | 3.3 | [`AxisExtrapolate`] |
+//! | `ST_AxisSyncParameters` | 3.4 | [`AxisSyncParameters`] |
+//! | `ST_AxisSyncDiagnostic` | 3.5 | [`AxisSyncDiagnostic`] |
+//! | `E_Sync_FallBackMode` | 3.6 | [`FallBackMode`] |
+//! | `E_Sync_FilterMode` | 3.7 | [`FilterMode`] |
+//! | `E_Sync_FilterState` | 3.8 | [`FilterState`] |
+//! | `E_Sync_StartUpMode` | 3.9 | [`StartUpMode`] |
+//! | `ST_AxisExtrapolateDiagnostic` | 3.12 | [`ExtrapolateDiagnostic`] |
+//! | `ST_AxisExtrapolateParameters` | 3.13 | [`ExtrapolateParameters`] |
+//! | `E_Sync_ExtrapolateMode`, `E_Sync_ExtrapolateState` | 3.14, 3.15 | [`ExtrapolateMode`] |
+//!
+//! `FB_TimeSync` and what belongs to it is in [`coaxle_clock`].
+//!
+//! The crate is `no_std`, allocates nothing and asks no machine for the time.
+#![no_std]
+
+#[cfg(test)]
+extern crate std;
+
+mod axis_sync;
+mod extrapolate;
+mod pt1;
+
+pub use axis_sync::{
+    AxisSync, AxisSyncDiagnostic, AxisSyncOutput, AxisSyncParameters, FilterMode, FilterState,
+    StartUpMode,
+};
+pub use extrapolate::{
+    AxisExtrapolate, ExtrapolateDiagnostic, ExtrapolateMode, ExtrapolateOutput,
+    ExtrapolateParameters, FallBackMode,
+};
