@@ -1,16 +1,168 @@
-//! Every scenario that comes with the tool keeps its promises in virtual time.
+//! Every scenario that comes with the tool keeps its promises in virtual time, and its figures.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::LazyLock;
 
 use coaxle::catalog::CATALOG;
+use coaxle::summary::{ReceiverSummary, SlaveSummary, Summary};
+
+/// Every scenario's run, in the order of the catalogue: some take seconds, so they run but once.
+static RUNS: LazyLock<Vec<Summary>> = LazyLock::new(|| {
+    let run = |(name, _): &(&str, &str)| crate::common::run(name, &[]);
+    CATALOG.iter().map(run).collect()
+});
 
 #[test]
 fn every_scenario_meets_its_expectations() {
     let mut failures = Vec::new();
-    for (name, _) in CATALOG {
-        let summary = crate::common::run(name, &[]);
+    for summary in RUNS.iter() {
+        let name = &summary.scenario;
         assert!(!summary.expectations.is_empty(), "{name} expects nothing");
         failures.extend(summary.failed().map(|verdict| format!("{name}: {verdict}")));
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// What a change of the structure must leave as it is. Where a change is meant, review the table and
+/// accept it.
+#[test]
+fn the_figures_of_every_scenario() {
+    insta::assert_snapshot!(figures(|receiver| receiver.mode != "observer"));
+}
+
+/// Those of the phase observer apart, as work on it changes them.
+#[test]
+fn the_figures_of_every_observer() {
+    insta::assert_snapshot!(figures(|receiver| receiver.mode == "observer"));
+}
+
+/// Two tables with a line per receiver and one per slave.
+fn figures(is_wanted: impl Fn(&ReceiverSummary) -> bool) -> String {
+    let (mut receivers, mut slaves) = (BTreeMap::new(), BTreeMap::new());
+    for summary in RUNS.iter() {
+        let scenario = &summary.scenario;
+        let wanted = summary.receivers.iter();
+        for (name, receiver) in wanted.filter(|(_, receiver)| is_wanted(receiver)) {
+            receivers.insert(format!("{scenario}/{name}"), of_receiver(receiver));
+            for (slave, figures) in &receiver.slaves {
+                slaves.insert(format!("{scenario}/{name}/{slave}"), of_slave(figures));
+            }
+        }
+    }
+    table(&receivers) + "\n" + &table(&slaves)
+}
+
+/// A figure's name, and the figure.
+type Cell = (&'static str, String);
+
+fn table<const N: usize>(lines: &BTreeMap<String, [Cell; N]>) -> String {
+    let Some(any) = lines.values().next() else {
+        return String::new();
+    };
+    let header = any.each_ref().map(|(name, _)| (*name).to_owned());
+    let rows = lines.iter().map(|(name, line)| {
+        let figures = line.each_ref().map(|(_, figure)| figure.clone());
+        (name.as_str(), figures)
+    });
+    let rows: Vec<_> = std::iter::once(("", header)).chain(rows).collect();
+    let widest = |column: usize| {
+        let cells = rows.iter().map(|(_, cells)| cells[column].chars().count());
+        cells.max().unwrap_or(0)
+    };
+    let widths: [usize; N] = std::array::from_fn(widest);
+    let longest = rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for (name, cells) in &rows {
+        let _ = write!(text, "{name:longest$}");
+        for (cell, width) in cells.iter().zip(widths) {
+            let _ = write!(text, "  {cell:>width$}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn of_receiver(r: &ReceiverSummary) -> [Cell; 15] {
+    [
+        ("mode", r.mode.to_owned()),
+        ("received", r.received.to_string()),
+        ("lost", r.lost.to_string()),
+        ("errors", r.errors.to_string()),
+        ("error", text(r.last_error.as_ref())),
+        ("sync s", digits(r.time_to_sync_s)),
+        (
+            "synced",
+            format!("{}{}", r.synced_times, mark(r.synced_at_end)),
+        ),
+        ("beats", r.beats.to_string()),
+        ("drift ppm", digits(r.drift_ppm)),
+        ("ripple", digits(r.velocity_ripple_ratio)),
+        ("rms µs", digits(r.corrected_time_error_rms_us)),
+        ("max µs", digits(r.corrected_time_error_max_us)),
+        ("lag µs", digits(r.lag_us)),
+        ("lagmax µs", digits(r.lag_error_max_us)),
+        ("delay µs", digits(r.delay_us)),
+    ]
+}
+
+fn of_slave(s: &SlaveSummary) -> [Cell; 16] {
+    let (coupling, cuts) = (&s.coupling, &s.cuts);
+    [
+        ("state", s.state.name().to_owned()),
+        ("errors", s.errors.to_string()),
+        ("error", text(s.last_error.as_ref())),
+        ("refusal", text(s.last_refusal.as_ref())),
+        ("step", text(s.program_step.as_ref())),
+        ("in sync", digits(Some(s.in_sync_share))),
+        ("position", digits(s.position)),
+        ("jump", digits(Some(s.position_jump_max))),
+        ("velocity", digits(Some(s.velocity_max))),
+        ("acc", digits(Some(s.acceleration_max))),
+        ("following", digits(Some(s.following_error_max))),
+        ("syncs", coupling.synchronisations.to_string()),
+        ("sync s", digits(coupling.sync_duration_s)),
+        ("sync way", digits(coupling.sync_slave_way)),
+        ("cuts", cuts.cuts.to_string()),
+        ("cutmax µm", digits(cuts.cut_position_error_max_um)),
+    ]
+}
+
+/// Three significant digits.
+fn digits(figure: Option<f64>) -> String {
+    match figure {
+        None => "-".to_owned(),
+        // What rounding leaves of nothing.
+        Some(figure) if figure.abs() < 1e-9 => "0".to_owned(),
+        Some(figure) => {
+            let rounded: f64 = format!("{figure:.2e}").parse().expect("a number");
+            match figure.abs() {
+                1e-3..1e6 => rounded.to_string(),
+                _ => format!("{rounded:e}"),
+            }
+        }
+    }
+}
+
+fn text<T: ToString>(value: Option<&T>) -> String {
+    value.map_or_else(|| "-".to_owned(), T::to_string)
+}
+
+/// Whether it was in sync at the end.
+const fn mark(synced: bool) -> &'static str {
+    if synced { "" } else { ", lost" }
+}
+
+/// What a line of a trace holds: tools of others read it.
+#[test]
+fn the_columns_of_a_trace() {
+    let source = coaxle::catalog::find("rotary-knife").expect("a scenario of the catalogue");
+    let out = tempfile::tempdir().expect("a scratch folder");
+    let sets = ["duration-s=0.1", "expect=[]"];
+    crate::common::run_into(&source, &sets, Some(1), out.path());
+    let trace = std::fs::read_to_string(out.path().join("trace.csv")).expect("a trace");
+    let header = trace.lines().next().expect("a header");
+    insta::assert_snapshot!(header.replace(',', "\n"));
 }
 
 #[test]
