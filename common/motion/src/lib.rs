@@ -92,7 +92,12 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
-pub mod cam;
+/// Cam plates, and couplings by them.
+pub mod cam {
+    pub use coaxle_plate::*;
+
+    pub mod coupling;
+}
 pub mod plc;
 pub mod saw;
 pub mod slave;

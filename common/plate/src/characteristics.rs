@@ -3,7 +3,7 @@
 use super::error::CamError;
 use super::kind::{Course, TableType};
 use super::plate::Plate;
-use crate::law::{Extreme, Extremes, MinMax, Motion, Segment};
+use coaxle_curve::law::{Extreme, Extremes, MinMax, Motion, Segment};
 use coaxle_curve::quadrature::integral;
 
 /// `MC_TableCharacValues`, TF5050 chapter 8.11, for one constant velocity of the master.

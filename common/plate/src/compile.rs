@@ -2,8 +2,8 @@
 
 use super::error::{CamError, Place};
 use super::point::{MotionPoint, PointType};
-use crate::law::{Knot, Motion, MotionLaw, Segment, Turn};
 use coaxle_curve::curve::Curve;
+use coaxle_curve::law::{Knot, Motion, MotionLaw, Segment, Turn};
 use coaxle_curve::spline::{End, Ends, SplineKnot, SplineSolver, push_spline};
 
 /// Checks all points and leaves the segments between those in use in `curve`. It allocates only if

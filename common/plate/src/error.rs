@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::kind::TableType;
 use super::point::PointType;
-use crate::law::{LawError, MotionLaw};
+use coaxle_curve::law::{LawError, MotionLaw};
 use coaxle_curve::spline::NoFiniteSlopes;
 
 /// A plate that cannot be made, or cannot be asked that. [`CamError::code`] is the NC's number,

@@ -6,7 +6,7 @@
 use super::error::CamError;
 use super::kind::Course;
 use super::plate::Plate;
-use crate::law::MinMax;
+use coaxle_curve::law::MinMax;
 
 /// What `MC_ReadCamTableMasterPosition` asks, TF5050 chapter 7.5: axis positions of a coupling with
 /// its offsets and scalings.

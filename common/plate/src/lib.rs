@@ -1,24 +1,16 @@
 //! Cam plates: the slave as a function of the master. TF5050.
 //!
-//! A plate is a [`MotionFunction`] (few points, a [law](crate::law) from each to the next) or a
+//! A plate is a [`MotionFunction`] (few points, a [law](coaxle_curve::law) from each to the next) or a
 //! [`PositionTable`] (many rows, interpolated), passed once or repeated:
 //!
 //! ```
-//! use coaxle_motion::cam::{Course, MotionFunction, MotionPoint, Plate, PointType};
-//! use coaxle_motion::law::MotionLaw;
+//! use coaxle_plate::{Course, MotionFunction, MotionPoint, Plate};
 //!
-//! let rest = |index, master, slave| MotionPoint {
-//!     index,
-//!     function: MotionLaw::Polynom5,
-//!     point_type: PointType::Rest,
-//!     relative_next: 1,
-//!     master,
-//!     slave,
-//!     velocity: 0.0,
-//!     acceleration: 0.0,
-//!     jerk: 0.0,
-//! };
-//! let up_and_down = [rest(1, 0.0, 0.0), rest(2, 180.0, 50.0), rest(3, 360.0, 0.0)];
+//! let up_and_down = [
+//!     MotionPoint::rest(1, 0.0, 0.0),
+//!     MotionPoint::rest(2, 180.0, 50.0),
+//!     MotionPoint::rest(3, 360.0, 0.0),
+//! ];
 //! let plate = Plate::from_function(MotionFunction::new(up_and_down.into())?, Course::Cyclic);
 //!
 //! assert_eq!(plate.at(180.0).position, 50.0);
@@ -26,7 +18,7 @@
 //! assert!((plate.at(90.0).position - 25.0).abs() < 1e-12);
 //! let masters: Vec<f64> = plate.masters_at(25.0).collect();
 //! assert!((masters[0] - 90.0).abs() < 1e-9 && (masters[1] - 270.0).abs() < 1e-9);
-//! # Ok::<(), coaxle_motion::cam::CamError>(())
+//! # Ok::<(), coaxle_plate::CamError>(())
 //! ```
 //!
 //! Positions are in master units (x) and slave units (u), raw: offsets and scalings belong to the
@@ -35,7 +27,7 @@
 //! | PLC name | TF5050 | here |
 //! |--|--|--|
 //! | `MC_MotionFunctionPoint`, `MC_MotionFunctionPoint_ID` | 8.7, 8.8 | [`MotionPoint`] |
-//! | `MC_MotionFunctionType` | 8.9 | [`MotionLaw`](crate::law::MotionLaw) |
+//! | `MC_MotionFunctionType` | 8.9 | [`MotionLaw`](coaxle_curve::law::MotionLaw) |
 //! | `MC_MotionPointType` | 8.10 | [`PointType`] |
 //! | `MC_CAM_REF`, `Periodic` | 8.2, 4.1 | [`Plate`], [`Course`] |
 //! | `MC_TableType` | 8.13 | [`TableType`] |
@@ -51,10 +43,17 @@
 //! | `MC_TableCharacValues` | 8.11 | [`Characteristics`] |
 //! | `MC_ReadCamTableMasterPosition` | 7.5 | [`Plate::master_positions`], [`MasterQuery`] |
 //! | `CamMasterData` | 8.17 | [`MasterPosition`] |
+//!
+//! The crate is `no_std` and asks no machine for the time. A plate allocates when it is made; reading
+//! and changing it does not.
+#![no_std]
+
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
 
 mod characteristics;
 mod compile;
-pub mod coupling;
 mod error;
 mod function;
 mod inverse;
@@ -65,7 +64,7 @@ mod table;
 mod values;
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;
 
 pub use characteristics::{Characteristics, PlateEnd};
 pub use error::{CamError, Place};

@@ -7,9 +7,9 @@ use super::function::MotionFunction;
 use super::kind::{Course, TableType};
 use super::point::MotionPoint;
 use super::table::{Interpolation, PositionTable};
-use crate::law::Motion;
-use crate::profile::Kinematics;
 use coaxle_curve::curve::Curve;
+use coaxle_curve::law::Motion;
+use coaxle_curve::profile::Kinematics;
 
 /// A cam plate, ready to be evaluated: what `MC_CamTableSelect` loads.
 ///

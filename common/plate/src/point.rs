@@ -1,6 +1,6 @@
 //! `MC_MotionFunctionPoint`: where the slave is at one position of the master, and how it goes on.
 
-use crate::law::MotionLaw;
+use coaxle_curve::law::MotionLaw;
 
 /// `MC_MotionFunctionPoint`, TF5050 chapter 8.7: one row of a motion function.
 ///
@@ -50,6 +50,24 @@ pub struct MotionPoint {
     #[doc(alias = "SlaveJerk")]
     #[cfg_attr(feature = "serde", serde(default))]
     pub jerk: f64,
+}
+
+impl MotionPoint {
+    /// A point at which the slave rests, and which it leaves by a quintic.
+    #[must_use]
+    pub const fn rest(index: u32, master: f64, slave: f64) -> Self {
+        Self {
+            index,
+            function: MotionLaw::Polynom5,
+            point_type: PointType::Rest,
+            relative_next: 1,
+            master,
+            slave,
+            velocity: 0.0,
+            acceleration: 0.0,
+            jerk: 0.0,
+        }
+    }
 }
 
 #[cfg(feature = "serde")]

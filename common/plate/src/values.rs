@@ -4,7 +4,7 @@ use bitflags::bitflags;
 
 use super::error::CamError;
 use super::plate::{Cursor, Plate};
-use crate::law::Motion;
+use coaxle_curve::law::Motion;
 
 bitflags! {
     /// `MC_ValueSelectType`, TF5050 chapter 8.14: which columns a table of values has beside the

@@ -1,8 +1,8 @@
 //! Nothing a cam plate does in the cycle asks for memory.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use coaxle_motion::cam::{Course, Cursor, MotionFunction, MotionPoint, Plate, PointType};
-use coaxle_motion::law::MotionLaw;
+use coaxle_curve::law::MotionLaw;
+use coaxle_plate::{Course, Cursor, MotionFunction, MotionPoint, Plate, PointType};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;

@@ -6,7 +6,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::plates::{motion, plate, points, rest};
-use crate::cam::{CamError, Course, MotionFunction, MotionPoint, Plate, PointType};
+use crate::{CamError, Course, MotionFunction, MotionPoint, Plate, PointType};
 
 /// Everything a plate says, at many places.
 fn course_of(plate: &Plate) -> Vec<u64> {

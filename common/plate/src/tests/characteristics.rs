@@ -5,9 +5,9 @@ use core::f64::consts::PI;
 use proptest::prelude::*;
 
 use super::plates::{any_plate, plate, rest};
-use crate::cam::{Course, Plate, PositionTable};
-use crate::cam::{Interpolation, MotionPoint, PointType};
-use crate::law::{MinMax, Motion, MotionLaw};
+use crate::{Course, Plate, PositionTable};
+use crate::{Interpolation, MotionPoint, PointType};
+use coaxle_curve::law::{MinMax, Motion, MotionLaw};
 
 fn assert_close(received: f64, expected: f64) {
     assert!(

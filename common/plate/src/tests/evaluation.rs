@@ -6,9 +6,9 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::plates::{any_plate, knots, motion, plate, plate_of, rest};
-use crate::cam::{Course, Cursor, MotionPoint, PointType, slave_of};
-use crate::law::{Motion, MotionLaw};
-use crate::profile::Kinematics;
+use crate::{Course, Cursor, MotionPoint, PointType, slave_of};
+use coaxle_curve::law::{Motion, MotionLaw};
+use coaxle_curve::profile::Kinematics;
 
 fn bits(motion: Motion) -> [u64; 4] {
     [

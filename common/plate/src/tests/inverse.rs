@@ -5,8 +5,8 @@ use std::vec::Vec;
 use proptest::prelude::*;
 
 use super::plates::{any_plate, plate, rest};
-use crate::cam::{Course, MasterQuery, MotionPoint, Plate};
-use crate::law::MotionLaw;
+use crate::{Course, MasterQuery, MotionPoint, Plate};
+use coaxle_curve::law::MotionLaw;
 
 /// How far a position may be off through the rounding of the master and of the lifts.
 fn tolerance(plate: &Plate, master: f64) -> f64 {

@@ -8,5 +8,3 @@ mod plates;
 mod refusals;
 mod splines;
 mod tables;
-
-pub(crate) use plates::rest;

@@ -5,23 +5,13 @@ use std::vec::Vec;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-use crate::cam::{Course, Interpolation, MotionFunction, MotionPoint, Plate, PointType};
-use crate::cam::{PositionTable, TableType};
-use crate::law::MotionLaw;
+use crate::{Course, Interpolation, MotionFunction, MotionPoint, Plate, PointType};
+use crate::{PositionTable, TableType};
+use coaxle_curve::law::MotionLaw;
 
 /// A point at rest that a quintic leaves.
-pub(crate) fn rest(index: u32, master: f64, slave: f64) -> MotionPoint {
-    MotionPoint {
-        index,
-        function: MotionLaw::Polynom5,
-        point_type: PointType::Rest,
-        relative_next: 1,
-        master,
-        slave,
-        velocity: 0.0,
-        acceleration: 0.0,
-        jerk: 0.0,
-    }
+pub(super) const fn rest(index: u32, master: f64, slave: f64) -> MotionPoint {
+    MotionPoint::rest(index, master, slave)
 }
 
 /// A point with any motion, that a quintic leaves.
@@ -188,7 +178,7 @@ pub(super) fn knots(plate: &Plate) -> Vec<f64> {
     let segments = plate.curve().segments();
     let (start, _) = plate.master_range();
     core::iter::once(start)
-        .chain(segments.iter().map(crate::law::Segment::end))
+        .chain(segments.iter().map(coaxle_curve::law::Segment::end))
         .collect()
 }
 

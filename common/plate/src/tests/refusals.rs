@@ -4,9 +4,9 @@ use std::string::ToString;
 use std::vec::Vec;
 
 use super::plates::{motion, plate, rest};
-use crate::cam::{CamError, Course, Interpolation, MasterQuery, MotionFunction, MotionPoint};
-use crate::cam::{Plate, PointType, PositionTable, ValueSelect};
-use crate::law::MotionLaw;
+use crate::{CamError, Course, Interpolation, MasterQuery, MotionFunction, MotionPoint};
+use crate::{Plate, PointType, PositionTable, ValueSelect};
+use coaxle_curve::law::MotionLaw;
 
 const NAN: f64 = f64::NAN;
 

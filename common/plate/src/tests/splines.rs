@@ -7,8 +7,8 @@ use std::vec::Vec;
 use proptest::prelude::*;
 
 use super::plates::{motion, plate, rest, rows, spline_points};
-use crate::cam::{Course, Interpolation, MotionPoint, Plate, PositionTable};
-use crate::law::MotionLaw;
+use crate::{Course, Interpolation, MotionPoint, Plate, PositionTable};
+use coaxle_curve::law::MotionLaw;
 
 /// What holds at an end.
 #[derive(Clone, Copy, Debug)]

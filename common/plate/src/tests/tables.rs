@@ -5,7 +5,7 @@ use std::vec::Vec;
 use proptest::prelude::*;
 
 use super::plates::{course, interpolation, plate, rest, rows};
-use crate::cam::{Course, Interpolation, Plate, PositionTable, ValueSelect};
+use crate::{Course, Interpolation, Plate, PositionTable, ValueSelect};
 
 fn table(rows: &[(f64, f64)], interpolation: Interpolation, course: Course) -> Plate {
     let table = PositionTable::new(rows, interpolation, course);

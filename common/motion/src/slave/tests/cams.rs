@@ -6,14 +6,17 @@ use crate::cam::coupling::{
     Activation, ActivationMode, AxisScaling, CamIn, CamInV2, CamRemove, CamScaling, JumpHandling,
     OnlineChangeMode, ScalingData, Tables,
 };
-use crate::cam::tests::rest;
-use crate::cam::{Course, MotionFunction, Plate};
+use crate::cam::{Course, MotionFunction, MotionPoint, Plate};
 use crate::gear::LinearGear;
 use crate::slave::{CamPoints, CoupledStart, CouplingPhase, Refusal, SlaveError};
 use std::vec::Vec;
 
 pub(super) fn plate(top: f64) -> Plate {
-    let points = Vec::from([rest(1, 0.0, 0.0), rest(2, 100.0, top), rest(3, 200.0, 0.0)]);
+    let points = Vec::from([
+        MotionPoint::rest(1, 0.0, 0.0),
+        MotionPoint::rest(2, 100.0, top),
+        MotionPoint::rest(3, 200.0, 0.0),
+    ]);
     let function = MotionFunction::new(points).expect("a motion function");
     Plate::from_function(function, Course::Cyclic)
 }
@@ -89,7 +92,7 @@ fn an_axis_is_coupled_switched_scaled_and_edited_without_a_jump() {
         activation: next_cycle(),
         ..OnlineChangeMode::default()
     };
-    let points = CamPoints::new(&[rest(2, 100.0, 20.0)]).expect("a point");
+    let points = CamPoints::new(&[MotionPoint::rest(2, 100.0, 20.0)]).expect("a point");
     for command in [
         Command::SetCamOnlineChangeMode { table: 1, mode },
         Command::WriteMotionFunction { table: 1, points },
@@ -206,7 +209,10 @@ fn what_concerns_no_coupling_or_no_plate_is_refused() {
     assert_eq!(code(axis.command(&of_none)), 0x4216);
     assert_eq!(code(axis.command(&Command::CamOut {})), 0x424d);
     assert_eq!(axis.status(), AxisStatus::Standstill);
-    assert!(CamPoints::new(&[]).is_err() && CamPoints::new(&[rest(1, 0.0, 0.0); 5]).is_err());
+    assert!(
+        CamPoints::new(&[]).is_err()
+            && CamPoints::new(&[MotionPoint::rest(1, 0.0, 0.0); 5]).is_err()
+    );
 }
 
 #[test]

@@ -13,9 +13,13 @@ use std::vec::Vec;
 
 use super::*;
 use crate::axis::CommandState;
-use crate::cam::tests::rest;
 use crate::cam::{Course, MotionFunction, MotionPoint, Plate};
 use crate::profile::Kinematics;
+
+/// A point at rest that a quintic leaves.
+const fn rest(index: u32, master: f64, slave: f64) -> MotionPoint {
+    MotionPoint::rest(index, master, slave)
+}
 
 /// Up to 50 at 180 and down again at 360, cyclic without lift.
 const BACK_AND_FORTH: TableId = 1;
