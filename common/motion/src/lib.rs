@@ -1,4 +1,6 @@
-//! What moves.
+//! What moves: the crates that it is made of, under one name.
+//!
+//! Each of them has a front page of its own; here is the table of all of them.
 //!
 //! | PLC name | manual | here |
 //! |--|--|--|
@@ -88,22 +90,35 @@
 //! The crate is `no_std` and asks no machine for the time.
 #![no_std]
 
-extern crate alloc;
-#[cfg(test)]
-extern crate std;
-
-/// Cam plates, and couplings by them.
-pub mod cam {
-    pub use coaxle_plate::*;
-
-    pub mod coupling;
-}
-pub mod plc;
-pub mod saw;
-pub mod slave;
-
 pub use coaxle_axis as axis;
 pub use coaxle_axis::drive;
 pub use coaxle_curve::{law, profile};
 pub use coaxle_gear as gear;
 pub use coaxle_remote as remote;
+pub use coaxle_saw as saw;
+
+/// Cam plates, and couplings by them.
+pub mod cam {
+    pub use coaxle_plate::*;
+
+    /// Couplings by cam plates.
+    pub mod coupling {
+        pub use coaxle_cam::*;
+        pub use coaxle_plc::{CouplingBlock, TableBlock};
+    }
+}
+
+/// The PLC face of a command.
+pub mod plc {
+    pub use coaxle_axis::CommandState;
+    pub use coaxle_plc::{Execute, Outputs};
+}
+
+/// The slave axis.
+pub mod slave {
+    pub use coaxle_plc::{
+        BlockError, CommandBlock, EnableFlyingGear, FlyingGearOutputs, FlyingSawBlock,
+        FlyingSawOutputs, Power, PowerOutputs, ReadFlyingSawCharacteristicsBlock,
+    };
+    pub use coaxle_slave::*;
+}

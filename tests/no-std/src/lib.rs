@@ -3,9 +3,9 @@
 
 use core::panic::PanicInfo;
 
+use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, Span};
-use coaxle_motion::axis::NcToPlcAxis;
-use coaxle_motion::remote::{AxisSync, AxisSyncParameters, FilterMode};
+use coaxle_remote::{AxisSync, AxisSyncParameters, FilterMode};
 
 /// One cycle of the far axis; NaN when the block does not start.
 #[unsafe(no_mangle)]

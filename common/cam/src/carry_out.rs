@@ -1,0 +1,260 @@
+//! Carrying out what is due.
+
+use super::command::ScalingData;
+use super::error::CouplingError;
+use super::layer::{CouplingStart, Layer, Pending, Undo};
+use super::machine::{CamCoupling, MOST_PLATES};
+use super::modes::JumpHandling;
+use super::moment::{Moment, Step};
+use super::placement::{Placed, Placement, Situation};
+use super::rules::Operation;
+use super::tables::{TableRef, Tables};
+use super::trigger::due;
+use coaxle_axis::CommandState;
+use coaxle_plate::{Cursor, Plate};
+
+impl CamCoupling {
+    /// Carries out what is due in this step.
+    ///
+    /// A change that is refused, for a jump say, leaves everything as it was and its command failed.
+    pub(super) fn carry_out(
+        &mut self,
+        tables: &mut Tables,
+        step: Step,
+    ) -> Result<(), CouplingError> {
+        let was_coupled = self.is_coupled();
+        for index in 0..MOST_PLATES {
+            self.take_data_if_due(tables, index, step)?;
+            self.scale_if_due(tables, index, step)?;
+            self.place_if_due(tables, index, step)?;
+            self.undo_if_due(tables, index, step)?;
+        }
+        self.has_queue = self.queues.iter().any(|queue| !queue.is_empty());
+        if !self.is_coupled() && (was_coupled || !self.has_queue) {
+            self.end(tables);
+        }
+        Ok(())
+    }
+
+    fn scale_if_due(
+        &mut self,
+        tables: &Tables,
+        index: usize,
+        step: Step,
+    ) -> Result<(), CouplingError> {
+        let Some(pending) = self.queues[index].scaling else {
+            return Ok(());
+        };
+        let moment = self.moment_of(tables, index, &pending, step)?;
+        self.queues[index].scaling = moment.is_none().then_some(pending.looked_at());
+        if let Some(moment) = moment
+            && let Err(error) = self.scale(tables, index, &pending, &moment)
+        {
+            self.finish(pending.ticket, CommandState::Failed(error));
+        }
+        Ok(())
+    }
+
+    fn place_if_due(
+        &mut self,
+        tables: &mut Tables,
+        index: usize,
+        step: Step,
+    ) -> Result<(), CouplingError> {
+        let Some(pending) = self.queues[index].table else {
+            return Ok(());
+        };
+        let moment = self.moment_of(tables, index, &pending, step)?;
+        self.queues[index].table = moment.is_none().then_some(pending.looked_at());
+        let Some(moment) = moment else {
+            return Ok(());
+        };
+        let placed = match pending.table {
+            Some(table) => self.place(tables, index, &pending, table, &moment),
+            None => self.remove(tables, index, &pending, &moment),
+        };
+        if let Err(error) = placed {
+            if let Some(table) = pending.table {
+                tables.let_go(&table);
+            }
+            self.finish(pending.ticket, CommandState::Failed(error));
+        }
+        Ok(())
+    }
+
+    /// When a queued change takes effect. Positions on a plate are those of the plate that is there;
+    /// where none is, of the one to come.
+    fn moment_of(
+        &self,
+        tables: &Tables,
+        index: usize,
+        pending: &Pending,
+        step: Step,
+    ) -> Result<Option<Moment>, CouplingError> {
+        let due =
+            |placed: Option<&Placed<'_>>| due(&pending.activation, placed, step, pending.first);
+        Ok(match (&self.layers[index], pending.table) {
+            (Some(layer), _) => due(Some(&layer.placed(tables)?)),
+            (None, Some(table)) if pending.activation.mode.refers_to_plate() => {
+                let plate = tables.versions(&table)?.plate();
+                let situation = Situation {
+                    moment: Moment::at(step.from),
+                    before: None,
+                    strokes: 0.0,
+                    reference: 0.0,
+                };
+                let placement = Placement::settle(&pending.scaling, plate, &situation);
+                due(Some(&Placed {
+                    placement: &placement,
+                    plate,
+                }))
+            }
+            (None, _) => due(None),
+        })
+    }
+
+    /// A plate comes into a place, of its own or of another.
+    fn place(
+        &mut self,
+        tables: &mut Tables,
+        index: usize,
+        pending: &Pending,
+        table: TableRef,
+        moment: &Moment,
+    ) -> Result<(), CouplingError> {
+        let before = self.layers[index];
+        let reference = self.reference(tables, index, moment)?;
+        let plate = tables.versions(&table)?.plate();
+        let placement = Placement::settle(
+            &pending.scaling,
+            plate,
+            &Situation {
+                moment: *moment,
+                before: before
+                    .as_ref()
+                    .map(|layer| layer.placed(tables))
+                    .transpose()?,
+                strokes: 0.0,
+                reference: reference.position,
+            },
+        );
+        let gap = reference - placement.at(plate, moment.master);
+        let slave = self.position_at(tables, moment)?;
+        self.bridge(tables, moment, gap, &pending.jump)?;
+        self.clear_for_another(tables, index);
+        self.keep_or_drop(tables, index, pending, moment);
+        self.layers[index] = Some(Layer {
+            table,
+            ride: tables.board(&table)?,
+            placement,
+            cursor: Cursor::default(),
+            owner: pending.ticket,
+            start: CouplingStart {
+                master: moment.master,
+                slave,
+                master_absolute: !pending.scaling.master.relative,
+                slave_absolute: !pending.scaling.slave.relative,
+            },
+        });
+        Ok(())
+    }
+
+    fn remove(
+        &mut self,
+        tables: &mut Tables,
+        index: usize,
+        pending: &Pending,
+        moment: &Moment,
+    ) -> Result<(), CouplingError> {
+        if self.is_last_plate() {
+            if pending.is_once() {
+                return Err(CouplingError::ModeNotAllowed {
+                    operation: Operation::Switch,
+                    mode: pending.activation.mode,
+                });
+            }
+            self.leave_slave_at(tables, moment)?;
+        } else {
+            let reference = self.reference(tables, index, moment)?;
+            self.bridge(tables, moment, reference, &pending.jump)?;
+        }
+        self.clear_for_another(tables, index);
+        self.keep_or_drop(tables, index, pending, moment);
+        self.layers[index] = None;
+        if !pending.is_once() {
+            self.finish(pending.ticket, CommandState::Done);
+        }
+        Ok(())
+    }
+
+    fn scale(
+        &mut self,
+        tables: &Tables,
+        index: usize,
+        pending: &Pending,
+        moment: &Moment,
+    ) -> Result<(), CouplingError> {
+        let before = self.layers[index].ok_or(CouplingError::NotCoupled)?;
+        if pending.is_once() && self.queues[index].undo.is_some() {
+            return Err(CouplingError::Pending {
+                table: before.table.id,
+            });
+        }
+        let placement = self.scaled(tables, index, &pending.scaling, &pending.jump, moment)?;
+        if pending.is_once() {
+            self.queues[index].undo = Some(Undo {
+                ticket: pending.ticket,
+                before: Some(before),
+                strokes: 0.0,
+                scaled_only: true,
+                scaling: pending.scaling,
+                jump: pending.jump,
+                first: true,
+            });
+        } else {
+            self.finish(pending.ticket, CommandState::Done);
+        }
+        self.layers[index] = Some(Layer {
+            placement,
+            ..before
+        });
+        Ok(())
+    }
+
+    /// The present plate in the place that `scaling` asks for, and the way there.
+    pub(super) fn scaled(
+        &mut self,
+        tables: &Tables,
+        index: usize,
+        scaling: &ScalingData,
+        jump: &JumpHandling,
+        moment: &Moment,
+    ) -> Result<Placement, CouplingError> {
+        let layer = self.layers[index].ok_or(CouplingError::NotCoupled)?;
+        let placed = layer.placed(tables)?;
+        let placement = self.moved(tables, index, scaling, placed, placed.plate, moment)?;
+        let reference = self.reference(tables, index, moment)?;
+        let gap = reference - placement.at(placed.plate, moment.master);
+        self.bridge(tables, moment, gap, jump)?;
+        Ok(placement)
+    }
+
+    /// A plate that goes on in another place, or as another version of itself, with its strokes.
+    pub(super) fn moved(
+        &self,
+        tables: &Tables,
+        index: usize,
+        scaling: &ScalingData,
+        before: Placed<'_>,
+        plate: &Plate,
+        moment: &Moment,
+    ) -> Result<Placement, CouplingError> {
+        let situation = Situation {
+            moment: *moment,
+            before: Some(before),
+            strokes: before.placement.strokes_at(before.plate, moment.master),
+            reference: self.reference(tables, index, moment)?.position,
+        };
+        Ok(Placement::settle(scaling, plate, &situation))
+    }
+}

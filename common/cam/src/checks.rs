@@ -1,0 +1,49 @@
+//! What holds for every change, whatever it changes.
+
+use super::command::Activation;
+use super::error::{CouplingError, TableId};
+use super::modes::ActivationMode;
+use super::rules::Operation;
+use coaxle_plate::Plate;
+
+/// Whether the mode goes with the operation.
+pub(super) const fn check_mode(
+    operation: Operation,
+    mode: ActivationMode,
+) -> Result<(), CouplingError> {
+    if operation.allows(mode) {
+        Ok(())
+    } else {
+        Err(CouplingError::ModeNotAllowed { operation, mode })
+    }
+}
+
+/// What holds for every activation, whatever it activates. `has_next_cycle`: waiting for the next
+/// cycle of the plate leads somewhere.
+pub(super) fn check_activation(
+    activation: &Activation,
+    id: TableId,
+    plate: &Plate,
+    has_next_cycle: bool,
+) -> Result<(), CouplingError> {
+    let Activation { mode, position } = *activation;
+    let (from, to) = match mode {
+        ActivationMode::AtMasterCamPos => plate.master_range(),
+        ActivationMode::AtMasterAxisPos
+        | ActivationMode::AtMasterAxisPosPositiveDirection
+        | ActivationMode::AtMasterAxisPosNegativeDirection => (f64::MIN, f64::MAX),
+        _ if mode.is_next_cycle() && !has_next_cycle => {
+            return Err(CouplingError::NoNextCycle { table: id });
+        }
+        _ => return Ok(()),
+    };
+    if (from..=to).contains(&position) {
+        Ok(())
+    } else {
+        Err(CouplingError::ActivationPosition {
+            received: position,
+            from,
+            to,
+        })
+    }
+}

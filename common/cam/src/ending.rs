@@ -1,0 +1,96 @@
+//! Ending a coupling, and what waits in it.
+
+use super::error::CouplingError;
+use super::layer::{Queue, Ticket, Undo};
+use super::machine::{CamCoupling, MOST_PLATES};
+use super::tables::Tables;
+use coaxle_axis::CommandState;
+
+impl CamCoupling {
+    /// Discards the plate that is queued for a place.
+    pub(super) fn delete_queued(&mut self, tables: &mut Tables, index: usize) -> Ticket {
+        self.abort_table(tables, index);
+        let ticket = self.new_ticket();
+        match &mut self.layers[index] {
+            // The command is in sync with the plate that stays.
+            Some(layer) => {
+                let before = core::mem::replace(&mut layer.owner, ticket);
+                self.finish(before, CommandState::Aborted);
+            }
+            None => self.finish(ticket, CommandState::Done),
+        }
+        if self.layers.iter().all(Option::is_none) && self.queues.iter().all(Queue::is_empty) {
+            self.end(tables);
+        }
+        ticket
+    }
+
+    pub(super) fn cam_out(&mut self, tables: &mut Tables) -> Result<Ticket, CouplingError> {
+        if self.kind.is_none() {
+            return Err(CouplingError::NotCoupled);
+        }
+        self.end(tables);
+        let ticket = self.new_ticket();
+        self.finish(ticket, CommandState::Done);
+        Ok(ticket)
+    }
+
+    /// Ends the coupling. The slave keeps its velocity, without acceleration.
+    pub(super) fn end(&mut self, tables: &mut Tables) {
+        for index in 0..MOST_PLATES {
+            self.abort_queue(tables, index);
+            if let Some(layer) = self.layers[index].take() {
+                tables.leave(&layer.table, &layer.ride);
+                tables.let_go(&layer.table);
+                let state = self
+                    .error
+                    .map_or(CommandState::Aborted, CommandState::Failed);
+                self.finish(layer.owner, state);
+            }
+        }
+        self.kind = None;
+        self.error = None;
+        self.ramp = None;
+        self.slave.acceleration = 0.0;
+    }
+
+    /// What waits for the present plate of a place means nothing to the next one.
+    pub(super) fn clear_for_another(&mut self, tables: &mut Tables, index: usize) {
+        self.abort_scaling(index);
+        if let Some(undo) = self.queues[index].undo.take() {
+            self.finish(undo.ticket, CommandState::Aborted);
+            self.forget(tables, &undo);
+        }
+    }
+
+    pub(super) fn abort_queue(&mut self, tables: &mut Tables, index: usize) {
+        self.abort_table(tables, index);
+        self.clear_for_another(tables, index);
+        self.has_queue = self.queues.iter().any(|queue| !queue.is_empty());
+    }
+
+    pub(super) fn abort_scaling(&mut self, index: usize) {
+        if let Some(pending) = self.queues[index].scaling.take() {
+            self.finish(pending.ticket, CommandState::Aborted);
+        }
+    }
+
+    fn abort_table(&mut self, tables: &mut Tables, index: usize) {
+        if let Some(pending) = self.queues[index].table.take() {
+            if let Some(table) = &pending.table {
+                tables.let_go(table);
+            }
+            self.finish(pending.ticket, CommandState::Aborted);
+        }
+    }
+
+    /// The plate that was to come back does not.
+    pub(super) fn forget(&mut self, tables: &mut Tables, undo: &Undo) {
+        if let Some(layer) = &undo.before
+            && !undo.scaled_only
+        {
+            tables.let_go(&layer.table);
+            self.finish(layer.owner, CommandState::Aborted);
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! Why a coupling, or a change to one, is refused.
+
+use core::fmt;
+
+use super::modes::ActivationMode;
+use super::rules::Operation;
+use coaxle_plate::CamError;
+
+/// `MC_CAM_ID`, TF5050 chapter 8.1: the number of a plate, 1 to 255.
+#[doc(alias = "MC_CAM_ID")]
+pub type TableId = u32;
+
+/// A refusal. [`CouplingError::code`] is the NC's number; the text says what was received and what
+/// is allowed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CouplingError {
+    /// 0x4B32: not a table id.
+    #[doc(alias = "MC_ERROR_CAMTABLEID_INVALID")]
+    TableId {
+        /// The id that was given.
+        received: TableId,
+    },
+    /// 0x4063: there is a table of that id already.
+    TableExists {
+        /// The id that was given.
+        table: TableId,
+    },
+    /// 0x4A11: the store is full.
+    StoreFull {
+        /// How many tables it holds.
+        capacity: usize,
+    },
+    /// 0x4216: there is no table of that id.
+    TableUnknown {
+        /// The id that was given.
+        table: TableId,
+    },
+    /// 0x4259: the table is coupled, or queued to be.
+    TableInUse {
+        /// The id that was given.
+        table: TableId,
+        /// How often it is in use.
+        uses: u32,
+    },
+    /// 0x4256: the slave is not coupled by a cam plate.
+    NotCoupled,
+    /// 0x425C: `MC_CamIn` on a slave of `MC_CamIn_V2`, or the other way round.
+    OtherKindOfCoupling,
+    /// 0x425E: the slave has all the plates it can have.
+    TooManyTables {
+        /// How many that are.
+        most: usize,
+    },
+    /// 0x4261: the plate is not one of the slave's.
+    TableNotCoupled {
+        /// The id that was given.
+        table: TableId,
+    },
+    /// 0x4261: it must be said which of the slave's plates is meant.
+    Ambiguous {
+        /// How many there are.
+        coupled: usize,
+    },
+    /// 0x4261: the plate is already one of the slave's, and could not be named any more.
+    TableCoupledAlready {
+        /// The id that was given.
+        table: TableId,
+    },
+    /// 0x4283 for an online change, else 0x4B04: the mode does not go with the operation.
+    ModeNotAllowed {
+        /// What was to be done.
+        operation: Operation,
+        /// When.
+        mode: ActivationMode,
+    },
+    /// 0x4283: a linear plate has no next cycle.
+    NoNextCycle {
+        /// The plate.
+        table: TableId,
+    },
+    /// 0x4250: where the master is on the plate is not known before a relative coupling is active.
+    ModeNeedsAbsoluteMaster {
+        /// The mode that was given.
+        mode: ActivationMode,
+    },
+    /// 0x4219: there is no plate whose master position could be kept.
+    NoReferencePlate,
+    /// 0x425F: the automatic master offset contradicts a relative start.
+    AutoOffsetWithRelativeMaster,
+    /// 0x425B or 0x4A17: a scaling or offset that is none.
+    Scaling {
+        /// Which.
+        field: &'static str,
+        /// What was given.
+        received: f64,
+    },
+    /// 0x422B: the activation position is outside the plate, or no number.
+    ActivationPosition {
+        /// What was given.
+        received: f64,
+        /// Start of the plate.
+        from: f64,
+        /// End of the plate.
+        to: f64,
+    },
+    /// 0x426D: the master moves away from the activation position.
+    ActivationPassed {
+        /// What was given.
+        received: f64,
+        /// Where the master is.
+        master: f64,
+    },
+    /// 0x426F: a slave that moves cannot wait for the activation.
+    SlaveMoving {
+        /// Its velocity, u/s.
+        velocity: f64,
+    },
+    /// 0x4287: another change of that kind is queued.
+    Pending {
+        /// The plate it is queued for.
+        table: TableId,
+    },
+    /// 0x421A: the slave would jump.
+    Jump {
+        /// How far, u.
+        distance: f64,
+        /// How far it may go in a cycle, u.
+        allowed: f64,
+    },
+    /// 0x4A1C: a parameter is out of range.
+    Parameter {
+        /// Which.
+        name: &'static str,
+        /// What was given.
+        received: f64,
+        /// What is allowed.
+        expected: &'static str,
+    },
+    /// 0x4B34: the number of points does not go with those that are given.
+    #[doc(alias = "MC_ERROR_NUMPOINTS_INVALID")]
+    NumberOfPoints {
+        /// How many were said to come.
+        received: usize,
+        /// How many there are.
+        given: usize,
+    },
+    /// 0x42A0: the master or the slave has an error.
+    AxisError {
+        /// The axis's own error, 0 if the master's values are just no numbers.
+        code: u32,
+    },
+    /// 0x42DC: the set values are no numbers any more: positions or scalings are too extreme.
+    NotFinite,
+    /// The plate's own error.
+    Cam(CamError),
+}
+
+impl From<CamError> for CouplingError {
+    fn from(error: CamError) -> Self {
+        Self::Cam(error)
+    }
+}
+
+impl CouplingError {
+    /// The number the NC gives to this error.
+    #[must_use]
+    pub fn code(&self) -> u32 {
+        match self {
+            Self::TableExists { .. } => 0x4063,
+            Self::TableUnknown { .. } => 0x4216,
+            Self::NoReferencePlate => 0x4219,
+            Self::Jump { .. } => 0x421A,
+            Self::ActivationPosition { .. } => 0x422B,
+            Self::ModeNeedsAbsoluteMaster { .. } => 0x4250,
+            Self::NotCoupled => 0x4256,
+            Self::TableInUse { .. } => 0x4259,
+            Self::Scaling { field, .. } if field.ends_with("scaling") => 0x425B,
+            Self::OtherKindOfCoupling => 0x425C,
+            Self::TooManyTables { .. } => 0x425E,
+            Self::AutoOffsetWithRelativeMaster => 0x425F,
+            Self::TableNotCoupled { .. }
+            | Self::Ambiguous { .. }
+            | Self::TableCoupledAlready { .. } => 0x4261,
+            Self::ActivationPassed { .. } => 0x426D,
+            Self::SlaveMoving { .. } => 0x426F,
+            Self::NoNextCycle { .. }
+            | Self::ModeNotAllowed {
+                operation: Operation::OnlineChange,
+                ..
+            } => 0x4283,
+            Self::Pending { .. } => 0x4287,
+            Self::AxisError { .. } => 0x42A0,
+            Self::NotFinite => 0x42DC,
+            Self::StoreFull { .. } => 0x4A11,
+            Self::Scaling { .. } => 0x4A17,
+            Self::Parameter { .. } => 0x4A1C,
+            Self::ModeNotAllowed { .. } => 0x4B04,
+            Self::TableId { .. } => 0x4B32,
+            Self::NumberOfPoints { .. } => 0x4B34,
+            Self::Cam(error) => error.code(),
+        }
+    }
+}
+
+impl fmt::Display for CouplingError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // The plate's error names its code itself.
+        if !matches!(self, Self::Cam(_)) {
+            write!(f, "{:#06x}: ", self.code())?;
+        }
+        match *self {
+            Self::TableId { received } => {
+                write!(f, "received table id {received}, expected 1 to 255")
+            }
+            Self::TableExists { table } => {
+                write!(
+                    f,
+                    "received table id {table}, expected one not in the store"
+                )
+            }
+            Self::StoreFull { capacity } => {
+                write!(f, "the store holds {capacity} tables and is full")
+            }
+            Self::TableUnknown { table } => {
+                write!(f, "received table id {table}, expected one in the store")
+            }
+            Self::TableInUse { table, uses } => {
+                write!(f, "table {table} is in use {uses} times, expected none")
+            }
+            Self::NotCoupled => write!(f, "the slave is not coupled by a cam plate"),
+            Self::OtherKindOfCoupling => write!(
+                f,
+                "MC_CamIn and MC_CamIn_V2 exclude each other on one slave until it is uncoupled"
+            ),
+            Self::TooManyTables { most } => {
+                write!(f, "the slave has {most} plates, and may have no more")
+            }
+            Self::TableNotCoupled { table } => write!(
+                f,
+                "received table id {table}, expected that of a plate the slave is coupled by"
+            ),
+            Self::Ambiguous { coupled } => write!(
+                f,
+                "received no table id, expected one since the slave is coupled by {coupled} plates"
+            ),
+            Self::TableCoupledAlready { table } => write!(
+                f,
+                "received table id {table}, expected one the slave is not coupled by yet"
+            ),
+            Self::ModeNotAllowed { operation, mode } => write!(
+                f,
+                "received activation mode {mode:?}, which does not go with {operation:?}"
+            ),
+            Self::NoNextCycle { table } => write!(
+                f,
+                "table {table} is linear and has no next cycle, expected a cyclic one"
+            ),
+            Self::ModeNeedsAbsoluteMaster { mode } => write!(
+                f,
+                "received activation mode {mode:?} with a relative master, expected an absolute one"
+            ),
+            Self::NoReferencePlate => write!(
+                f,
+                "automatic master offset: there is no plate whose master position could be kept"
+            ),
+            Self::AutoOffsetWithRelativeMaster => write!(
+                f,
+                "automatic master offset: received a relative master, expected an absolute one"
+            ),
+            Self::Scaling { field, received } => {
+                let expected = if field == "master scaling" {
+                    "a finite number other than 0"
+                } else {
+                    "a finite number"
+                };
+                write!(f, "{field}: received {received}, expected {expected}")
+            }
+            Self::ActivationPosition { received, from, to } => {
+                write!(
+                    f,
+                    "activation position: received {received}, expected {from} to {to}"
+                )
+            }
+            Self::ActivationPassed { received, master } => write!(
+                f,
+                "activation position: received {received}, expected it ahead of the master at {master}"
+            ),
+            Self::SlaveMoving { velocity } => write!(
+                f,
+                "the slave moves at {velocity} u/s, expected standstill to wait for the activation"
+            ),
+            Self::Pending { table } => {
+                write!(f, "another change is queued for table {table}")
+            }
+            Self::Jump { distance, allowed } => write!(
+                f,
+                "the slave would jump by {distance} u, expected at most {allowed} u"
+            ),
+            Self::Parameter {
+                name,
+                received,
+                expected,
+            } => write!(f, "{name}: received {received}, expected {expected}"),
+            Self::NumberOfPoints { received, given } => {
+                write!(
+                    f,
+                    "received a number of {received} points with {given} points"
+                )
+            }
+            Self::AxisError { code } => {
+                write!(f, "the master or the slave has error {code:#06x}")
+            }
+            Self::NotFinite => write!(
+                f,
+                "the set values are no numbers, expected less extreme positions and scalings"
+            ),
+            Self::Cam(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for CouplingError {}

@@ -1,0 +1,187 @@
+//! `MC_CamInfo`, `MC_CamInfo_V2`: what a coupling is like.
+
+use super::command::Activation;
+use super::error::{CouplingError, TableId};
+use super::layer::Pending;
+use super::machine::CamCoupling;
+use super::modes::ScalingMode;
+use super::moment::Moment;
+use super::tables::Tables;
+use coaxle_plate::{Course, Interpolation, TableType};
+
+/// `MC_CamInfoData`, TF5050 chapter 8.5. Axis positions in u, positions on the unscaled plate in x
+/// and u of the plate.
+///
+/// `SumOfSuperpositionDistance` is left out: a slave has no superposed movements here.
+#[doc(alias = "MC_CamInfoData")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CamInfo {
+    /// The plate.
+    #[doc(alias = "CamTableId")]
+    pub table: TableId,
+    /// Its type.
+    pub table_type: TableType,
+    /// Whether it is repeated.
+    #[doc(alias = "Periodic")]
+    pub course: Course,
+    /// The interpolation of a position table.
+    pub interpolation: Interpolation,
+    /// Its rows or points.
+    #[doc(alias = "NumberOfRows")]
+    pub rows: usize,
+    /// Its columns.
+    #[doc(alias = "NumberOfColumns")]
+    pub columns: usize,
+    /// The master axis.
+    pub master_axis_id: u32,
+    /// The slave axis.
+    pub slave_axis_id: u32,
+    /// First master position of the plate.
+    #[doc(alias = "MasterCamStartPos")]
+    pub master_cam_start: f64,
+    /// Slave position there.
+    #[doc(alias = "SlaveCamStartPos")]
+    pub slave_cam_start: f64,
+    /// The master's way from the first to the last point, unscaled.
+    pub raw_master_period: f64,
+    /// The slave's way from the first to the last point, unscaled.
+    pub raw_slave_stroke: f64,
+    /// Where the master axis was when the plate became active.
+    #[doc(alias = "MasterAxisCouplingPos")]
+    pub master_axis_coupling_position: f64,
+    /// Where the slave axis was when the plate became active.
+    #[doc(alias = "SlaveAxisCouplingPos")]
+    pub slave_axis_coupling_position: f64,
+    /// Whether the master's positions are absolute.
+    pub master_absolute: bool,
+    /// Whether the slave's positions are absolute.
+    pub slave_absolute: bool,
+    /// Offset of the master, all in all.
+    pub master_offset: f64,
+    /// Offset of the slave, all in all, without the strokes.
+    pub slave_offset: f64,
+    /// Scaling of the master.
+    pub master_scaling: f64,
+    /// Scaling of the slave.
+    pub slave_scaling: f64,
+    /// The strokes done since the base cycle, scaled.
+    #[doc(alias = "SumOfSlaveStrokes")]
+    pub sum_of_slave_strokes: f64,
+    /// The master axis: its set position, or the one asked for.
+    #[doc(alias = "ActualMasterAxisPos")]
+    pub master_axis_position: f64,
+    /// The slave axis at that master position.
+    #[doc(alias = "ActualSlaveAxisPos")]
+    pub slave_axis_position: f64,
+    /// The master on the plate, within the base cycle if it is cyclic.
+    #[doc(alias = "ActualMasterCamPos")]
+    pub master_cam_position: f64,
+    /// The slave on the plate there, without strokes.
+    #[doc(alias = "ActualSlaveCamPos")]
+    pub slave_cam_position: f64,
+    /// The scaling that is queued.
+    #[doc(alias = "ScalingPending")]
+    pub scaling_pending: Option<QueuedChange>,
+    /// Whether points wait for their activation.
+    pub cam_data_queued: bool,
+    /// When points take effect: of those that wait, else of those to be written.
+    #[doc(alias = "OnlineChangeActivationMode")]
+    pub online_change: QueuedChange,
+    /// The plate that is queued for this one's place, or this one's removal (id 0).
+    #[doc(alias = "CamTableQueued")]
+    #[doc(alias = "CamExchangeCamTableID")]
+    pub table_queued: Option<(TableId, QueuedChange)>,
+}
+
+/// When and how a queued change takes effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QueuedChange {
+    /// When.
+    pub activation: Activation,
+    /// Where the master's offset and scaling come from.
+    pub master_scaling_mode: ScalingMode,
+    /// Where the slave's offset and scaling come from.
+    pub slave_scaling_mode: ScalingMode,
+}
+
+impl CamCoupling {
+    /// `MC_CamInfo`, `MC_CamInfo_V2`: the coupling by a plate (0 if there is but one), as it is or,
+    /// for a position of the master axis, as it would be there. After an error, the last valid
+    /// state.
+    ///
+    /// # Errors
+    /// 0x4256 if the slave is not coupled, 0x4261 if the plate is not one of its plates.
+    #[doc(alias = "MC_CamInfo")]
+    #[doc(alias = "MC_CamInfo_V2")]
+    pub fn info(
+        &self,
+        tables: &Tables,
+        table: TableId,
+        at_master_position: Option<f64>,
+    ) -> Result<CamInfo, CouplingError> {
+        let index = self.place_of(table)?;
+        let layer = self.layers[index]
+            .as_ref()
+            .ok_or(CouplingError::NotCoupled)?;
+        let queue = &self.queues[index];
+        let versions = tables.versions(&layer.table)?;
+        let plate = layer.plate(tables)?;
+        let placement = &layer.placement;
+        let master = at_master_position.unwrap_or(self.master.position);
+        let slave = match at_master_position {
+            Some(_) => self.path_at(tables, &Moment::at(master))?.position,
+            None => self.slave.position,
+        };
+        let (start, _) = plate.master_range();
+        let on_plate = placement.on_plate(master);
+        let (turn, _) = placement.turns(plate, master);
+        let in_cycle = on_plate - turn * plate.period();
+        let online = versions.queued().unwrap_or(versions.mode());
+        Ok(CamInfo {
+            table: layer.table.id,
+            table_type: plate.table_type(),
+            course: plate.course(),
+            interpolation: plate.interpolation(),
+            rows: plate.rows(),
+            columns: plate.columns(),
+            master_axis_id: self.parameters.master_axis_id,
+            slave_axis_id: self.parameters.slave_axis_id,
+            master_cam_start: start,
+            slave_cam_start: plate.at(start).position,
+            raw_master_period: plate.period(),
+            raw_slave_stroke: plate.lift(),
+            master_axis_coupling_position: layer.start.master,
+            slave_axis_coupling_position: layer.start.slave,
+            master_absolute: layer.start.master_absolute,
+            slave_absolute: layer.start.slave_absolute,
+            master_offset: placement.master_offset,
+            slave_offset: placement.slave_offset,
+            master_scaling: placement.master_scaling,
+            slave_scaling: placement.slave_scaling,
+            sum_of_slave_strokes: placement.strokes_at(plate, master),
+            master_axis_position: master,
+            slave_axis_position: slave,
+            master_cam_position: in_cycle,
+            slave_cam_position: plate.at(in_cycle).position,
+            scaling_pending: queue.scaling.as_ref().map(queued),
+            cam_data_queued: versions.queued().is_some(),
+            online_change: QueuedChange {
+                activation: online.activation,
+                master_scaling_mode: online.master_scaling_mode,
+                slave_scaling_mode: online.slave_scaling_mode,
+            },
+            table_queued: queue
+                .table
+                .as_ref()
+                .map(|pending| (pending.table.map_or(0, |t| t.id), queued(pending))),
+        })
+    }
+}
+
+fn queued(pending: &Pending) -> QueuedChange {
+    QueuedChange {
+        activation: pending.activation,
+        master_scaling_mode: pending.scaling.master.mode,
+        slave_scaling_mode: pending.scaling.slave.mode,
+    }
+}

@@ -1,0 +1,113 @@
+//! Couplings by cam plates: one slave follows one master by up to four superposed plates.
+//!
+//! ```
+//! use coaxle_cam::{
+//!     CamCoupling, CamIn, Command, CouplingParameters, Tables,
+//! };
+//! use coaxle_plate::{Course, Interpolation, Plate, PositionTable};
+//! use coaxle_curve::profile::Kinematics;
+//!
+//! let rows = [(0.0, 0.0), (90.0, 30.0), (360.0, 0.0)];
+//! let table = PositionTable::new(&rows, Interpolation::Linear, Course::Cyclic)?;
+//! let mut tables = Tables::new(16);
+//! tables.insert(1, Plate::from_table(table))?;
+//!
+//! let mut coupling = CamCoupling::new(CouplingParameters {
+//!     master_axis_id: 1,
+//!     slave_axis_id: 2,
+//!     jump_limit: 0.5,
+//! })?;
+//! let cam_in = Command::CamIn(CamIn { table: 1, slave_scaling: 2.0, ..CamIn::default() });
+//! let (master, slave) = (Kinematics::at_rest(0.0), Kinematics::at_rest(0.0));
+//! coupling.start(&mut tables, &cam_in, &master, &slave)?;
+//!
+//! let master = Kinematics { position: 45.0, velocity: 9.0, acceleration: 0.0 };
+//! let slave = coupling.update(&mut tables, &master);
+//! assert_eq!(slave.position, 30.0);
+//! assert!((slave.velocity - 6.0).abs() < 1e-12);
+//! # Ok::<(), coaxle_cam::CouplingError>(())
+//! ```
+//!
+//! [`Tables`] holds the plates, [`CamCoupling`] is one slave's coupling. Both take commands as
+//! values; `coaxle-plc` gives them the face of PLC function blocks.
+//!
+//! | PLC name | TF5050 | here |
+//! |--|--|--|
+//! | `MC_CamTableSelect` | 4.1 | [`Tables::insert`] |
+//! | `MC_CamOut` | 4.2 | [`Command::CamOut`] |
+//! | `MC_CamIn`, `ST_CamInOptions` | 4.3, 8.16 | [`CamIn`] |
+//! | `MC_CamScaling` | 4.5 | [`CamScaling`] |
+//! | `MC_CamIn_V2`, `ST_CamInOptions_V2` | 5.1 | [`CamInV2`] |
+//! | `MC_CamAdd`, `ST_CamAddOptions` | 5.2 | [`CamAdd`] |
+//! | `MC_CamExchange`, `ST_CamExchangeOptions` | 5.3 | [`CamExchange`] |
+//! | `MC_CamRemove`, `ST_CamRemoveOptions` | 5.4 | [`CamRemove`] |
+//! | `MC_CamScaling_V2`, `ST_CamScalingOptions_V2` | 5.5 | [`CamScalingV2`] |
+//! | `MC_ReadMotionFunction`, `MC_ReadMotionFunctionPoint` | 6.1, 6.2 | [`Tables::read`] |
+//! | `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint` | 6.3, 6.4 | [`Tables::write`] |
+//! | `MC_SetCamOnlineChangeMode` | 6.5 | [`Tables::set_online_change_mode`], [`OnlineChangeMode`] |
+//! | `MC_CamInfo`, `MC_CamInfo_V2` | 7.2, 7.3 | [`CamCoupling::info`] |
+//! | `MC_CAM_ID` | 8.1 | [`TableId`] |
+//! | `MC_CamActivationMode` | 8.3 | [`ActivationMode`], [`Operation::allows`] |
+//! | `MC_CamScalingMode` | 8.4 | [`ScalingMode`] |
+//! | `MC_CamInfoData` | 8.5 | [`CamInfo`] |
+//! | `MC_StartMode` | 8.15 | [`StartMode`] |
+//! | `MC_CamOperationMode` | 8.18 | [`OperationMode`] |
+//! | `ST_CamScalingData` | 8.19 | [`ScalingData`] |
+//! | `ST_SetOnlineChangeModeOptions`, `ST_WriteMotionFunctionOptions` (`SynchronousAccess`) | 8.21, 8.22 | every access is synchronous |
+//! | `CamTableQueued`, `CamDataQueued`, `CamScalingPending` | 4.3, 6.3, 4.5 | [`CamCoupling::state_word`] |
+//!
+//! Where this is not the original:
+//!
+//! * A plate that would make the slave jump is refused, or approached on a ramp: [`JumpHandling`].
+//!   An online change that would, waits until it does not.
+//! * `NEXTCYCLEONCE` exists.
+//! * The strokes a cyclic plate with lift has done are kept when it is scaled; the new scaling holds
+//!   for those to come.
+//! * The interpolation belongs to a position table, not to its coupling.
+//!
+//! The crate is `no_std` and asks no machine for the time. A store of tables allocates when plates are
+//! put into it; commands and cycles do not.
+#![no_std]
+
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
+
+mod accept;
+mod bridge;
+mod cams;
+mod carry_out;
+mod checks;
+mod command;
+mod ending;
+mod error;
+mod info;
+mod layer;
+mod machine;
+mod modes;
+mod moment;
+mod once;
+mod online;
+mod placement;
+mod ramp;
+mod rules;
+mod tables;
+mod trigger;
+mod versions;
+
+#[cfg(test)]
+mod tests;
+
+pub use cams::Cams;
+pub use command::{
+    Activation, AxisScaling, CamAdd, CamExchange, CamIn, CamInV2, CamRemove, CamScaling,
+    CamScalingV2, Command, ScalingData,
+};
+pub use error::{CouplingError, TableId};
+pub use info::{CamInfo, QueuedChange};
+pub use layer::Ticket;
+pub use machine::{CamCoupling, CouplingParameters, CouplingState, MOST_PLATES};
+pub use modes::{ActivationMode, JumpHandling, OperationMode, ScalingMode, StartMode};
+pub use rules::Operation;
+pub use tables::Tables;
+pub use versions::OnlineChangeMode;

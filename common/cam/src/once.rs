@@ -1,0 +1,191 @@
+//! Changes for one cycle, and the return from them.
+
+use super::command::{AxisScaling, ScalingData};
+use super::error::CouplingError;
+use super::layer::{Layer, Pending, Undo};
+use super::machine::CamCoupling;
+use super::modes::ScalingMode;
+use super::moment::{Moment, Step};
+use super::placement::{Path, Placement, Situation};
+use super::tables::Tables;
+use super::trigger::next_cycle;
+use coaxle_axis::CommandState;
+
+impl CamCoupling {
+    /// The plate in a place leaves it: for one cycle, or for good.
+    pub(super) fn keep_or_drop(
+        &mut self,
+        tables: &mut Tables,
+        index: usize,
+        pending: &Pending,
+        moment: &Moment,
+    ) {
+        let before = self.layers[index];
+        let mut strokes = 0.0;
+        if let Some(layer) = &before {
+            if let Ok(plate) = layer.plate(tables) {
+                strokes = layer.placement.strokes_at(plate, moment.master);
+            }
+            tables.leave(&layer.table, &layer.ride);
+            if !pending.is_once() {
+                tables.let_go(&layer.table);
+                self.finish(layer.owner, CommandState::Aborted);
+            }
+        }
+        if pending.is_once() {
+            self.queues[index].undo = Some(Undo {
+                ticket: pending.ticket,
+                before,
+                strokes,
+                scaled_only: false,
+                scaling: pending.scaling,
+                jump: pending.jump,
+                first: true,
+            });
+        }
+    }
+
+    /// The end of a change for one cycle.
+    pub(super) fn undo_if_due(
+        &mut self,
+        tables: &mut Tables,
+        index: usize,
+        step: Step,
+    ) -> Result<(), CouplingError> {
+        let Some(undo) = &mut self.queues[index].undo else {
+            return Ok(());
+        };
+        if core::mem::take(&mut undo.first) {
+            return Ok(());
+        }
+        let undo = *undo;
+        // A plate taken out for a cycle says itself how long that is.
+        let Some(layer) = self.layers[index].or(undo.before) else {
+            return Ok(());
+        };
+        let Some(moment) = next_cycle(&layer.placed(tables)?, step) else {
+            return Ok(());
+        };
+        self.queues[index].undo = None;
+        let undone = if undo.scaled_only {
+            self.undo_scaling(tables, index, &undo, &moment)
+        } else {
+            self.undo_place(tables, index, &undo, &moment)
+        };
+        let state = match undone {
+            Ok(()) => CommandState::Done,
+            Err(error) => {
+                self.forget(tables, &undo);
+                CommandState::Failed(error)
+            }
+        };
+        self.finish(undo.ticket, state);
+        Ok(())
+    }
+
+    fn undo_scaling(
+        &mut self,
+        tables: &mut Tables,
+        index: usize,
+        undo: &Undo,
+        moment: &Moment,
+    ) -> Result<(), CouplingError> {
+        let before = undo.before.ok_or(CouplingError::NotCoupled)?.placement;
+        let scaling = scaling_back(&undo.scaling, &before);
+        let placement = self.scaled(tables, index, &scaling, &undo.jump, moment)?;
+        if let Some(layer) = &mut self.layers[index] {
+            layer.placement = placement;
+        }
+        Ok(())
+    }
+
+    fn undo_place(
+        &mut self,
+        tables: &mut Tables,
+        index: usize,
+        undo: &Undo,
+        moment: &Moment,
+    ) -> Result<(), CouplingError> {
+        let reference = self.reference(tables, index, moment)?;
+        let placement = match &undo.before {
+            Some(layer) => Some(self.returned(tables, index, undo, layer, reference, moment)?),
+            None => None,
+        };
+        let after = match (&undo.before, &placement) {
+            (Some(layer), Some(placement)) => {
+                placement.at(tables.versions(&layer.table)?.plate(), moment.master)
+            }
+            _ => Path::default(),
+        };
+        if undo.before.is_none() && self.is_last_plate() {
+            self.leave_slave_at(tables, moment)?;
+        } else {
+            self.bridge(tables, moment, reference - after, &undo.jump)?;
+        }
+        self.abort_scaling(index);
+        if let Some(layer) = self.layers[index].take() {
+            tables.leave(&layer.table, &layer.ride);
+            tables.let_go(&layer.table);
+        }
+        if let (Some(layer), Some(placement)) = (undo.before, placement) {
+            self.layers[index] = Some(Layer {
+                ride: tables.board(&layer.table)?,
+                placement,
+                ..layer
+            });
+        }
+        Ok(())
+    }
+
+    /// The place a plate returns to: where it was, but for what is automatic.
+    fn returned(
+        &self,
+        tables: &Tables,
+        index: usize,
+        undo: &Undo,
+        layer: &Layer,
+        reference: Path,
+        moment: &Moment,
+    ) -> Result<Placement, CouplingError> {
+        let plate = tables.versions(&layer.table)?.plate();
+        let mut placement = layer.placement;
+        if undo.scaling.master.mode == ScalingMode::AutoOffset
+            && let Some(present) = &self.layers[index]
+        {
+            let situation = Situation {
+                moment: *moment,
+                before: Some(present.placed(tables)?),
+                strokes: undo.strokes,
+                reference: reference.position,
+            };
+            placement =
+                Placement::settle(&scaling_back(&undo.scaling, &placement), plate, &situation);
+        }
+        if undo.scaling.slave.mode == ScalingMode::AutoOffset {
+            placement = placement.through(plate, moment.master, reference.position);
+        }
+        Ok(placement)
+    }
+}
+
+/// The offsets and scalings a plate had, with the modes of the change that is undone.
+fn scaling_back(scaling: &ScalingData, before: &Placement) -> ScalingData {
+    let axis = |mode, offset, scaling| AxisScaling {
+        mode,
+        relative: false,
+        offset,
+        scaling,
+    };
+    ScalingData {
+        master: axis(
+            scaling.master.mode,
+            before.master_offset,
+            before.master_scaling,
+        ),
+        slave: axis(
+            scaling.slave.mode,
+            before.slave_offset,
+            before.slave_scaling,
+        ),
+    }
+}

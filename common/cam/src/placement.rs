@@ -1,0 +1,258 @@
+//! How one plate lies in the axes of master and slave, and how that is found.
+
+use core::ops::{Add, AddAssign, Sub};
+
+use super::command::{AxisScaling, ScalingData};
+use super::modes::ScalingMode;
+use super::moment::{Direction, Moment};
+use coaxle_curve::law::Motion;
+use coaxle_curve::profile::Kinematics;
+use coaxle_plate::{Course, Plate};
+
+/// A slave's course over the master axis: position and its first two derivatives, in u, u per u of
+/// the master, and so on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Path {
+    pub(super) position: f64,
+    pub(super) slope: f64,
+    pub(super) curvature: f64,
+}
+
+impl Path {
+    /// The slave's set values as the master moves.
+    pub(super) fn slave_of(&self, master: &Kinematics) -> Kinematics {
+        let velocity = master.velocity;
+        Kinematics {
+            position: self.position,
+            velocity: self.slope * velocity,
+            acceleration: self.curvature * velocity * velocity + self.slope * master.acceleration,
+        }
+    }
+}
+
+impl Add for Path {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            position: self.position + other.position,
+            slope: self.slope + other.slope,
+            curvature: self.curvature + other.curvature,
+        }
+    }
+}
+
+impl AddAssign for Path {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl Sub for Path {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self {
+            position: self.position - other.position,
+            slope: self.slope - other.slope,
+            curvature: self.curvature - other.curvature,
+        }
+    }
+}
+
+/// Where a plate lies. TF5050 chapter 4.4:
+/// master on the plate = (master + master offset) / master scaling,
+/// slave = slave on the plate · slave scaling + slave offset.
+///
+/// A cyclic plate with lift goes on from `base_turn`: that turn counts as the base cycle, and the
+/// strokes done before are kept in slave units, so that a scaling leaves them alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Placement {
+    pub(super) master_offset: f64,
+    pub(super) master_scaling: f64,
+    pub(super) slave_offset: f64,
+    pub(super) slave_scaling: f64,
+    base_turn: f64,
+    strokes: f64,
+    /// All that is added to the scaled slave of the plate.
+    shift: f64,
+    /// What slopes and curvatures of the plate are multiplied by.
+    slope_ratio: f64,
+    curvature_ratio: f64,
+}
+
+/// A plate and where it lies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed<'a> {
+    pub(super) placement: &'a Placement,
+    pub(super) plate: &'a Plate,
+}
+
+/// What a plate's new place depends on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Situation<'a> {
+    /// When it is placed.
+    pub(super) moment: Moment,
+    /// The plate whose place it takes; itself if it is but scaled.
+    pub(super) before: Option<Placed<'a>>,
+    /// The strokes done so far, u; 0 where a plate starts in its base cycle.
+    pub(super) strokes: f64,
+    /// What the plate must give so that the slave does not jump, u.
+    pub(super) reference: f64,
+}
+
+impl Placement {
+    /// The place that `scaling` asks for. The master is settled first, then the slave.
+    pub(super) fn settle(scaling: &ScalingData, plate: &Plate, at: &Situation<'_>) -> Self {
+        let (master_offset, master_scaling) = master_place(&scaling.master, plate, at);
+        let AxisScaling {
+            relative, offset, ..
+        } = scaling.slave;
+        let origin = if relative { at.reference } else { 0.0 };
+        let before = at.before.map(|before| before.placement);
+        let (slave_offset, slave_scaling) = match (scaling.slave.mode, before) {
+            (ScalingMode::Off, Some(before)) => (before.slave_offset, before.slave_scaling),
+            (ScalingMode::Off, None) => (0.0, 1.0),
+            _ => (origin + offset, scaling.slave.scaling),
+        };
+        let mut placed = Self {
+            master_offset,
+            master_scaling,
+            slave_offset,
+            slave_scaling,
+            base_turn: 0.0,
+            strokes: at.strokes,
+            shift: 0.0,
+            slope_ratio: slave_scaling / master_scaling,
+            curvature_ratio: slave_scaling / master_scaling / master_scaling,
+        };
+        placed.base_turn = placed.turns(plate, at.moment.master).0;
+        if scaling.slave.mode == ScalingMode::AutoOffset {
+            placed.slave_offset = 0.0;
+            placed.sum_up(plate);
+            placed.slave_offset = at.reference - placed.at(plate, at.moment.master).position;
+        }
+        placed.sum_up(plate);
+        placed
+    }
+
+    /// The same place with an offset of the slave that makes it pass through `reference`.
+    pub(super) fn through(mut self, plate: &Plate, master: f64, reference: f64) -> Self {
+        self.slave_offset += reference - self.at(plate, master).position;
+        self.sum_up(plate);
+        self
+    }
+
+    /// Where the master is on the unscaled plate, x.
+    pub(super) fn on_plate(&self, master: f64) -> f64 {
+        (master + self.master_offset) / self.master_scaling
+    }
+
+    /// The master axis's position for one on the unscaled plate, u.
+    pub(super) fn on_axis(&self, cam_master: f64) -> f64 {
+        cam_master * self.master_scaling - self.master_offset
+    }
+
+    /// What the plate gives at a position of the master axis.
+    pub(super) fn at(&self, plate: &Plate, master: f64) -> Path {
+        self.path(&plate.at(self.on_plate(master)))
+    }
+
+    /// The course on the plate, in the axes.
+    pub(super) fn path(&self, motion: &Motion) -> Path {
+        Path {
+            position: motion.position * self.slave_scaling + self.shift,
+            slope: motion.velocity * self.slope_ratio,
+            curvature: motion.acceleration * self.curvature_ratio,
+        }
+    }
+
+    /// The strokes done from the base cycle to a position of the master axis, u.
+    pub(super) fn strokes_at(&self, plate: &Plate, master: f64) -> f64 {
+        let (turn, _) = self.turns(plate, master);
+        self.strokes + self.slave_scaling * plate.lift() * (turn - self.base_turn)
+    }
+
+    /// Whole cycles done at a position of the master axis, and the part done of the present one.
+    ///
+    /// At the seam, what rounding did to the master must not decide which cycle it is: a scaling
+    /// there would be off by a whole stroke.
+    pub(super) fn turns(&self, plate: &Plate, master: f64) -> (f64, f64) {
+        let (start, _) = plate.master_range();
+        if plate.course() == Course::Linear {
+            return (0.0, (self.on_plate(master) - start) / plate.period());
+        }
+        let turns = self.turns_from(start, plate, master);
+        let whole = libm::floor(turns);
+        (whole, turns - whole)
+    }
+
+    /// Cycles from a position of the plate to where the master is. What misses a whole number by
+    /// rounding only, is that number.
+    pub(super) fn turns_from(&self, position: f64, plate: &Plate, master: f64) -> f64 {
+        let period = plate.period();
+        let turns = (self.on_plate(master) - position) / period;
+        let largest = (master.abs() + self.master_offset.abs()) / self.master_scaling.abs();
+        let rounding = 16.0 * f64::EPSILON * ((largest + position.abs()) / period + 1.0);
+        let nearest = libm::round(turns);
+        if (turns - nearest).abs() <= rounding {
+            nearest
+        } else {
+            turns
+        }
+    }
+
+    fn sum_up(&mut self, plate: &Plate) {
+        self.shift =
+            self.slave_offset + self.strokes - self.slave_scaling * plate.lift() * self.base_turn;
+    }
+}
+
+/// Offset and scaling of the master.
+fn master_place(master: &AxisScaling, plate: &Plate, at: &Situation<'_>) -> (f64, f64) {
+    match (master.mode, at.before) {
+        (ScalingMode::Off, Some(before)) => {
+            let Placement {
+                master_offset,
+                master_scaling,
+                ..
+            } = *before.placement;
+            (master_offset, master_scaling)
+        }
+        (ScalingMode::Off, None) => (0.0, 1.0),
+        (ScalingMode::AutoOffset, Some(before)) => {
+            let (start, _) = plate.master_range();
+            let fraction = fraction_kept(&before, plate, &at.moment);
+            let on_plate = start + fraction * plate.period();
+            (on_plate * master.scaling - at.moment.master, master.scaling)
+        }
+        _ => {
+            let origin = if master.relative {
+                -at.moment.master
+            } else {
+                0.0
+            };
+            (origin + master.offset, master.scaling)
+        }
+    }
+}
+
+/// How far the master is in the cycle, as a part of it, in the new plate as it is in the old one.
+fn fraction_kept(before: &Placed<'_>, plate: &Plate, moment: &Moment) -> f64 {
+    let linear = |plate: &Plate| plate.course() == Course::Linear;
+    // From one plate to the next at an edge: the end of one is the start of the other.
+    if let Some(direction) = moment.edge
+        && (linear(before.plate) || linear(plate))
+    {
+        return match direction {
+            Direction::Forwards => 0.0,
+            Direction::Backwards => 1.0,
+        };
+    }
+    let (_, fraction) = before.placement.turns(before.plate, moment.master);
+    if linear(before.plate) && !linear(plate) {
+        fraction.clamp(0.0, 1.0)
+    } else {
+        fraction
+    }
+}

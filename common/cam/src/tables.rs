@@ -1,0 +1,231 @@
+//! The store of cam plates, by table id.
+
+use alloc::vec::Vec;
+
+use super::error::{CouplingError, TableId};
+use super::versions::{OnlineChangeMode, Ride, Versions};
+use coaxle_plate::{CamError, MotionFunction, MotionPoint, Plate};
+
+/// The ids a table can have.
+const IDS: core::ops::RangeInclusive<TableId> = 1..=255;
+
+/// The plates that couplings can use: what `MC_CamTableSelect` loads, TF5050 chapter 4.1.
+///
+/// Inserting may allocate; using, writing and reading never do.
+#[derive(Debug)]
+pub struct Tables {
+    /// A table keeps its place as long as it is there.
+    slots: Vec<Option<Table>>,
+    /// Counts the writes, so that couplings need not look for them in every cycle.
+    writes: u32,
+}
+
+#[derive(Debug)]
+struct Table {
+    id: TableId,
+    versions: Versions,
+    uses: u32,
+}
+
+/// Where a table is in the store.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TableRef {
+    slot: usize,
+    pub(super) id: TableId,
+}
+
+impl Tables {
+    /// A store for so many plates.
+    #[must_use]
+    pub fn new(capacity: usize) -> Self {
+        let mut slots = Vec::new();
+        slots.resize_with(capacity, || None);
+        Self { slots, writes: 0 }
+    }
+
+    /// `MC_CamTableSelect`: takes a plate into the store.
+    ///
+    /// # Errors
+    /// 0x4B32 for an id outside 1 to 255, 0x4063 if there is a table of that id, 0x4A11 if the store
+    /// is full.
+    #[doc(alias = "MC_CamTableSelect")]
+    pub fn insert(&mut self, id: TableId, plate: Plate) -> Result<(), CouplingError> {
+        if !IDS.contains(&id) {
+            return Err(CouplingError::TableId { received: id });
+        }
+        if self.find(id).is_ok() {
+            return Err(CouplingError::TableExists { table: id });
+        }
+        let capacity = self.slots.len();
+        let free = self
+            .slots
+            .iter_mut()
+            .find(|slot| slot.is_none())
+            .ok_or(CouplingError::StoreFull { capacity })?;
+        *free = Some(Table {
+            id,
+            versions: Versions::new(plate),
+            uses: 0,
+        });
+        Ok(())
+    }
+
+    /// Takes a plate out of the store.
+    ///
+    /// # Errors
+    /// 0x4216 if there is none of that id, 0x4259 if it is coupled or queued to be.
+    pub fn remove(&mut self, id: TableId) -> Result<Plate, CouplingError> {
+        let TableRef { slot, .. } = self.find(id)?;
+        match self.slots[slot].take() {
+            Some(table) if table.uses == 0 => Ok(table.versions.plate().clone()),
+            table => {
+                let uses = table.as_ref().map_or(0, |table| table.uses);
+                self.slots[slot] = table;
+                Err(CouplingError::TableInUse { table: id, uses })
+            }
+        }
+    }
+
+    /// The plate of an id, as it is in force.
+    ///
+    /// # Errors
+    /// 0x4216 if there is none.
+    pub fn plate(&self, id: TableId) -> Result<&Plate, CouplingError> {
+        let table = self.find(id)?;
+        Ok(self.get(&table)?.versions.plate())
+    }
+
+    /// The ids in the store.
+    pub fn ids(&self) -> impl Iterator<Item = TableId> + '_ {
+        self.slots.iter().flatten().map(|table| table.id)
+    }
+
+    /// `MC_SetCamOnlineChangeMode`: when points take effect that are written from now on;
+    /// `DeleteQueuedData` discards those that wait and leaves the mode as it is.
+    ///
+    /// # Errors
+    /// 0x4216 for an unknown table, 0x4262 for a position table, 0x4283 for a mode that does not go
+    /// with online changes or with this plate, 0x422B for a position outside the plate, 0x4287 if
+    /// the queued data are in force for some slaves already.
+    #[doc(alias = "MC_SetCamOnlineChangeMode")]
+    pub fn set_online_change_mode(
+        &mut self,
+        id: TableId,
+        mode: OnlineChangeMode,
+    ) -> Result<(), CouplingError> {
+        self.function(id)?;
+        self.get_mut(id)?.versions.set_mode(id, mode)
+    }
+
+    /// `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint`: puts points in the place of those
+    /// with the same index. They take effect as the mode of the table says; if no slave is on it, at
+    /// once.
+    ///
+    /// Points that are queued already stay so, except where these replace them.
+    ///
+    /// # Errors
+    /// 0x4216 for an unknown table, 0x4287 if the change before is in force for some slaves but not
+    /// for all, and those of [`MotionFunction::change`]. Then everything is as it was.
+    #[doc(alias = "MC_WriteMotionFunction")]
+    #[doc(alias = "MC_WriteMotionFunctionPoint")]
+    pub fn write(&mut self, id: TableId, points: &[MotionPoint]) -> Result<(), CouplingError> {
+        self.writes = self.writes.wrapping_add(1);
+        self.get_mut(id)?.versions.write(id, points)
+    }
+
+    /// `MC_ReadMotionFunction`, `MC_ReadMotionFunctionPoint`: up to `count` points in force from an
+    /// index on, all that follow for 0.
+    ///
+    /// # Errors
+    /// 0x4216 for an unknown table, 0x4262 for a position table, 0x4B33 for an unknown point.
+    #[doc(alias = "MC_ReadMotionFunction")]
+    #[doc(alias = "MC_ReadMotionFunctionPoint")]
+    pub fn read(
+        &self,
+        id: TableId,
+        first: u32,
+        count: usize,
+    ) -> Result<&[MotionPoint], CouplingError> {
+        Ok(self.function(id)?.read(first, count)?)
+    }
+
+    /// Whether points wait for their activation.
+    ///
+    /// # Errors
+    /// 0x4216 for an unknown table.
+    #[doc(alias = "CamDataQueued")]
+    pub fn data_queued(&self, id: TableId) -> Result<bool, CouplingError> {
+        let table = self.find(id)?;
+        Ok(self.get(&table)?.versions.queued().is_some())
+    }
+
+    #[inline]
+    pub(super) const fn writes(&self) -> u32 {
+        self.writes
+    }
+
+    pub(super) fn find(&self, id: TableId) -> Result<TableRef, CouplingError> {
+        let is_it = |slot: &Option<Table>| slot.as_ref().is_some_and(|table| table.id == id);
+        match self.slots.iter().position(is_it) {
+            Some(slot) => Ok(TableRef { slot, id }),
+            None => Err(CouplingError::TableUnknown { table: id }),
+        }
+    }
+
+    /// The plate's versions. A coupling's own tables are always there; another store may be handed in
+    /// by mistake.
+    #[inline]
+    pub(super) fn versions(&self, table: &TableRef) -> Result<&Versions, CouplingError> {
+        Ok(&self.get(table)?.versions)
+    }
+
+    pub(super) fn versions_mut(&mut self, table: &TableRef) -> Option<&mut Versions> {
+        Some(&mut self.slots.get_mut(table.slot)?.as_mut()?.versions)
+    }
+
+    /// Keeps a table from being removed.
+    pub(super) fn hold(&mut self, table: &TableRef) {
+        if let Some(Some(table)) = self.slots.get_mut(table.slot) {
+            table.uses += 1;
+        }
+    }
+
+    pub(super) fn let_go(&mut self, table: &TableRef) {
+        if let Some(Some(table)) = self.slots.get_mut(table.slot) {
+            table.uses = table.uses.saturating_sub(1);
+        }
+    }
+
+    pub(super) fn board(&mut self, table: &TableRef) -> Result<Ride, CouplingError> {
+        let unknown = CouplingError::TableUnknown { table: table.id };
+        Ok(self.versions_mut(table).ok_or(unknown)?.board())
+    }
+
+    pub(super) fn leave(&mut self, table: &TableRef, ride: &Ride) {
+        if let Some(versions) = self.versions_mut(table) {
+            versions.leave(ride);
+        }
+    }
+
+    #[inline]
+    fn get(&self, table: &TableRef) -> Result<&Table, CouplingError> {
+        match self.slots.get(table.slot) {
+            Some(Some(found)) if found.id == table.id => Ok(found),
+            _ => Err(CouplingError::TableUnknown { table: table.id }),
+        }
+    }
+
+    fn get_mut(&mut self, id: TableId) -> Result<&mut Table, CouplingError> {
+        let TableRef { slot, .. } = self.find(id)?;
+        let unknown = CouplingError::TableUnknown { table: id };
+        self.slots[slot].as_mut().ok_or(unknown)
+    }
+
+    fn function(&self, id: TableId) -> Result<&MotionFunction, CouplingError> {
+        let plate = self.plate(id)?;
+        let received = plate.table_type();
+        Ok(plate
+            .function()
+            .ok_or(CamError::NotAMotionFunction { received })?)
+    }
+}

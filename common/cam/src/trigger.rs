@@ -1,0 +1,107 @@
+//! When a queued change is due.
+
+use super::command::Activation;
+use super::modes::ActivationMode;
+use super::moment::{Direction, Moment, Step};
+use super::placement::Placed;
+use coaxle_plate::Course;
+
+/// Whether and where the activation falls in this step. `first`: the first step after the command,
+/// when a master that stands on the position is enough. `plate`: the one positions refer to.
+pub(super) fn due(
+    activation: &Activation,
+    plate: Option<&Placed<'_>>,
+    step: Step,
+    first: bool,
+) -> Option<Moment> {
+    let position = activation.position;
+    let passed = |forwards, backwards| {
+        passes(step, position, first, forwards, backwards).then(|| Moment::at(position))
+    };
+    match activation.mode {
+        ActivationMode::Instantaneous => Some(Moment::at(step.from)),
+        ActivationMode::AtMasterAxisPos => passed(true, true),
+        ActivationMode::AtMasterAxisPosPositiveDirection => passed(true, false),
+        ActivationMode::AtMasterAxisPosNegativeDirection => passed(false, true),
+        ActivationMode::AtMasterCamPos => at_cam_position(plate?, position, step, first),
+        ActivationMode::NextCycle | ActivationMode::NextCycleOnce => next_cycle(plate?, step),
+        ActivationMode::AsSoonAsPossible
+        | ActivationMode::Off
+        | ActivationMode::DeleteQueuedData => None,
+    }
+}
+
+/// Whether the step passes a position in one of the directions asked for.
+fn passes(step: Step, position: f64, first: bool, forwards: bool, backwards: bool) -> bool {
+    let Step { from, to } = step;
+    let stands_there = first && from == position;
+    let up = from < position && position <= to || stands_there && to > from;
+    let down = from > position && position >= to || stands_there && to < from;
+    forwards && up || backwards && down || forwards && backwards && stands_there
+}
+
+fn at_cam_position(placed: &Placed<'_>, position: f64, step: Step, first: bool) -> Option<Moment> {
+    if placed.plate.course() == Course::Linear {
+        let on_axis = placed.placement.on_axis(position);
+        return passes(step, on_axis, first, true, true).then(|| Moment::at(on_axis));
+    }
+    passed_in_a_cycle(placed, position, step, first).map(|moment| Moment {
+        edge: None,
+        ..moment
+    })
+}
+
+/// Where the plate passes to another cycle; a linear one, where the master leaves its range.
+pub(super) fn next_cycle(placed: &Placed<'_>, step: Step) -> Option<Moment> {
+    let (start, end) = placed.plate.master_range();
+    if placed.plate.course() == Course::Cyclic {
+        return passed_in_a_cycle(placed, start, step, false);
+    }
+    let from = placed.placement.on_plate(step.from);
+    let to = placed.placement.on_plate(step.to);
+    let on_axis = |cam_master| placed.placement.on_axis(cam_master);
+    // A master that is outside already has left.
+    let (master, direction) = if from > end {
+        (step.from, Direction::Forwards)
+    } else if from < start {
+        (step.from, Direction::Backwards)
+    } else if from < to && to >= end {
+        (on_axis(end), Direction::Forwards)
+    } else if from > to && to <= start {
+        (on_axis(start), Direction::Backwards)
+    } else {
+        return None;
+    };
+    Some(Moment {
+        master,
+        edge: Some(direction),
+    })
+}
+
+/// The first time in the step that a cyclic plate passes a position.
+fn passed_in_a_cycle(
+    placed: &Placed<'_>,
+    position: f64,
+    step: Step,
+    first: bool,
+) -> Option<Moment> {
+    let period = placed.plate.period();
+    let turns = |master| placed.placement.turns_from(position, placed.plate, master);
+    let (from, to) = (turns(step.from), turns(step.to));
+    let (turn, direction) = if first && from == libm::floor(from) {
+        (from, Direction::Forwards)
+    } else if from < to {
+        (libm::floor(from) + 1.0, Direction::Forwards)
+    } else {
+        (libm::ceil(from) - 1.0, Direction::Backwards)
+    };
+    let reached = match direction {
+        _ if turn == from => true,
+        Direction::Forwards => turn <= to,
+        Direction::Backwards => turn >= to,
+    };
+    reached.then(|| Moment {
+        master: placed.placement.on_axis(position + turn * period),
+        edge: Some(direction),
+    })
+}

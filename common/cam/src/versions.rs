@@ -1,0 +1,326 @@
+//! A plate whose points change while slaves are on it.
+//!
+//! A motion function is kept twice: as it is in force and as it shall be. A change is compiled into
+//! the second when it is written; when it is due, a slave only has to look at the other one. Each
+//! slave does so at its own moment; once all have, the two have changed roles.
+
+use alloc::vec::Vec;
+use core::ops::Range;
+
+use super::checks::{check_activation, check_mode};
+use super::command::{Activation, AxisScaling, ScalingData};
+use super::error::{CouplingError, TableId};
+use super::modes::{ActivationMode, JumpHandling, ScalingMode};
+use super::rules::Operation;
+use coaxle_plate::{Course, MotionPoint, Plate};
+
+/// The inputs of `MC_SetCamOnlineChangeMode`, TF5050 chapter 6.5: when points take effect that are
+/// written from now on.
+///
+/// A change that would make a slave jump stays queued until it would not, unless `jump` says
+/// otherwise.
+#[doc(alias = "MC_SetCamOnlineChangeMode")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct OnlineChangeMode {
+    /// When.
+    pub activation: Activation,
+    /// `AutoOffset` keeps the relative position of the master if the period changes, else the place
+    /// of the plate stays.
+    #[doc(alias = "MasterScalingMode")]
+    pub master_scaling_mode: ScalingMode,
+    /// `AutoOffset` keeps the position of the slave, else the place of the plate stays.
+    #[doc(alias = "SlaveScalingMode")]
+    pub slave_scaling_mode: ScalingMode,
+    /// What to do if a slave would jump.
+    pub jump: JumpHandling,
+}
+
+impl OnlineChangeMode {
+    /// Offsets and scalings stay, except those that are automatic.
+    pub(super) fn scaling(&self, master_scaling: f64, slave_scaling: f64) -> ScalingData {
+        let axis = |mode, scaling| AxisScaling {
+            mode: match mode {
+                ScalingMode::AutoOffset => ScalingMode::AutoOffset,
+                ScalingMode::UserDefined | ScalingMode::Off => ScalingMode::Off,
+            },
+            scaling,
+            ..AxisScaling::default()
+        };
+        ScalingData {
+            master: axis(self.master_scaling_mode, master_scaling),
+            slave: axis(self.slave_scaling_mode, slave_scaling),
+        }
+    }
+}
+
+/// A slave's use of a plate: which of the two it is on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ride {
+    epoch: u32,
+    phase: Phase,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// On what is in force.
+    Old,
+    /// On what shall be in force.
+    New,
+    /// Back again, after a change for one cycle.
+    Returned,
+}
+
+/// What a slave has to do about a queued change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Next {
+    Take,
+    GiveBack,
+}
+
+#[derive(Debug)]
+pub(super) struct Versions {
+    /// Two of a motion function, one of a position table.
+    plates: Vec<Plate>,
+    in_force: usize,
+    mode: OnlineChangeMode,
+    /// The points in which the plates may differ, ascending by index.
+    points: Vec<MotionPoint>,
+    /// Set while `points` wait for slaves to take them.
+    queued: Option<OnlineChangeMode>,
+    /// Where the course of the two differs, in masters of the base cycle.
+    changed: Range<f64>,
+    /// Counts the changes, so that a ride knows whether its phase is about the present one.
+    epoch: u32,
+    riders: u32,
+    taken: u32,
+    returned: u32,
+}
+
+impl Versions {
+    pub(super) fn new(plate: Plate) -> Self {
+        let rows = plate
+            .function()
+            .map_or(0, |function| function.points().len());
+        let mut plates = Vec::with_capacity(2);
+        if rows > 0 {
+            plates.push(plate.clone());
+        }
+        plates.push(plate);
+        Self {
+            plates,
+            in_force: 0,
+            mode: OnlineChangeMode::default(),
+            points: Vec::with_capacity(rows),
+            queued: None,
+            changed: 0.0..0.0,
+            epoch: 0,
+            riders: 0,
+            taken: 0,
+            returned: 0,
+        }
+    }
+
+    /// The plate in force.
+    pub(super) fn plate(&self) -> &Plate {
+        &self.plates[self.in_force]
+    }
+
+    /// The plate a slave is on.
+    #[inline]
+    pub(super) fn plate_of(&self, ride: &Ride) -> &Plate {
+        match self.phase(ride) {
+            Phase::New => self.changed_plate(),
+            Phase::Old | Phase::Returned => self.plate(),
+        }
+    }
+
+    /// The plate as it shall be.
+    pub(super) fn changed_plate(&self) -> &Plate {
+        &self.plates[self.plates.len() - 1 - self.in_force]
+    }
+
+    pub(super) const fn mode(&self) -> &OnlineChangeMode {
+        &self.mode
+    }
+
+    /// The mode of the change that waits for slaves, if one does.
+    #[inline]
+    pub(super) const fn queued(&self) -> Option<&OnlineChangeMode> {
+        self.queued.as_ref()
+    }
+
+    /// Where the queued change alters the course, in masters of the base cycle.
+    pub(super) const fn changed(&self) -> &Range<f64> {
+        &self.changed
+    }
+
+    /// `MC_SetCamOnlineChangeMode`.
+    pub(super) fn set_mode(
+        &mut self,
+        id: TableId,
+        mode: OnlineChangeMode,
+    ) -> Result<(), CouplingError> {
+        let activation = &mode.activation;
+        check_mode(Operation::OnlineChange, activation.mode)?;
+        mode.jump.check()?;
+        check_activation(
+            activation,
+            id,
+            self.plate(),
+            self.plate().course() == Course::Cyclic,
+        )?;
+        if activation.mode == ActivationMode::DeleteQueuedData {
+            return self.delete_queued(id);
+        }
+        self.mode = mode;
+        Ok(())
+    }
+
+    /// `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint`: queues the points, on top of what is
+    /// queued already.
+    pub(super) fn write(
+        &mut self,
+        id: TableId,
+        points: &[MotionPoint],
+    ) -> Result<(), CouplingError> {
+        if self.queued.is_some() && self.is_under_way() {
+            return Err(CouplingError::Pending { table: id });
+        }
+        let changed = self.plates.len() - 1 - self.in_force;
+        if self.mode.activation.mode == ActivationMode::Off {
+            return Ok(self.plates[changed].check_change(points)?);
+        }
+        if self.queued.is_none() {
+            self.make_equal()?;
+        }
+        self.plates[changed].change(points)?;
+        for point in points {
+            match self.points.binary_search_by_key(&point.index, |p| p.index) {
+                Ok(at) => self.points[at] = *point,
+                Err(at) => self.points.insert(at, *point),
+            }
+        }
+        self.changed = self.plates[self.in_force].segments_changed(&self.points)?;
+        self.queued = Some(self.mode);
+        self.settle();
+        Ok(())
+    }
+
+    /// A slave comes onto the plate.
+    pub(super) fn board(&mut self) -> Ride {
+        self.riders += 1;
+        Ride {
+            epoch: self.epoch,
+            phase: Phase::Old,
+        }
+    }
+
+    /// A slave leaves the plate.
+    pub(super) fn leave(&mut self, ride: &Ride) {
+        self.riders = self.riders.saturating_sub(1);
+        match self.phase(ride) {
+            Phase::Old => {}
+            Phase::New => self.taken = self.taken.saturating_sub(1),
+            Phase::Returned => self.returned = self.returned.saturating_sub(1),
+        }
+        self.settle();
+    }
+
+    /// What a slave has to do about the queued change, if anything.
+    pub(super) fn next_of(&self, ride: &Ride) -> Option<(Next, &OnlineChangeMode)> {
+        let mode = self.queued.as_ref()?;
+        match self.phase(ride) {
+            Phase::Old => Some((Next::Take, mode)),
+            Phase::New if is_once(mode) => Some((Next::GiveBack, mode)),
+            Phase::New | Phase::Returned => None,
+        }
+    }
+
+    /// The slave takes the change, or gives it back after its cycle.
+    pub(super) fn advance(&mut self, ride: &mut Ride, next: Next) {
+        let phase = match next {
+            Next::Take => {
+                self.taken += 1;
+                Phase::New
+            }
+            Next::GiveBack => {
+                self.taken = self.taken.saturating_sub(1);
+                self.returned += 1;
+                Phase::Returned
+            }
+        };
+        *ride = Ride {
+            epoch: self.epoch,
+            phase,
+        };
+        self.settle();
+    }
+
+    fn delete_queued(&mut self, id: TableId) -> Result<(), CouplingError> {
+        if self.queued.is_some() && self.is_under_way() {
+            return Err(CouplingError::Pending { table: id });
+        }
+        self.queued = None;
+        Ok(())
+    }
+
+    /// Ends the change once every slave has done what it has to. A plate without slaves changes at
+    /// once, unless the change is for one cycle: that waits for a slave to go through it.
+    fn settle(&mut self) {
+        let Some(mode) = &self.queued else {
+            return;
+        };
+        if is_once(mode) {
+            if self.returned > 0 && self.returned == self.riders {
+                self.end_change();
+            }
+        } else if self.taken == self.riders {
+            self.in_force = self.plates.len() - 1 - self.in_force;
+            self.end_change();
+        }
+    }
+
+    fn end_change(&mut self) {
+        self.queued = None;
+        self.epoch = self.epoch.wrapping_add(1);
+        self.taken = 0;
+        self.returned = 0;
+    }
+
+    /// Makes the plate that is not in force the same as the one that is.
+    fn make_equal(&mut self) -> Result<(), CouplingError> {
+        let other = self.plates.len() - 1 - self.in_force;
+        if let Some(function) = self.plates[self.in_force].function() {
+            for point in &mut self.points {
+                *point = *function.point(point.index)?;
+            }
+        }
+        if !self.points.is_empty() {
+            self.plates[other].change(&self.points)?;
+            self.points.clear();
+        }
+        Ok(())
+    }
+
+    const fn is_under_way(&self) -> bool {
+        self.taken > 0 || self.returned > 0
+    }
+
+    #[inline]
+    fn phase(&self, ride: &Ride) -> Phase {
+        if ride.epoch == self.epoch {
+            ride.phase
+        } else {
+            Phase::Old
+        }
+    }
+}
+
+fn is_once(mode: &OnlineChangeMode) -> bool {
+    mode.activation.mode == ActivationMode::NextCycleOnce
+}

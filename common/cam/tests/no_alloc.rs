@@ -1,0 +1,118 @@
+//! Nothing a cam coupling does once it has its plates asks for memory: commands, writes, cycles.
+
+use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use coaxle_cam::{
+    Activation, ActivationMode, CamAdd, CamCoupling, CamExchange, CamInV2, CamRemove, CamScalingV2,
+    Command, CouplingParameters, JumpHandling, OnlineChangeMode, Tables,
+};
+use coaxle_curve::law::MotionLaw;
+use coaxle_curve::profile::Kinematics;
+use coaxle_plate::{Course, MotionFunction, MotionPoint, Plate, PointType};
+
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+fn point(index: u32, slave: f64) -> MotionPoint {
+    MotionPoint {
+        index,
+        function: MotionLaw::Polynom5,
+        point_type: PointType::Rest,
+        relative_next: 1,
+        master: f64::from(index) * 30.0,
+        slave,
+        velocity: 0.0,
+        acceleration: 0.0,
+        jerk: 0.0,
+    }
+}
+
+fn plate() -> Plate {
+    let points = (1..=12)
+        .map(|index| point(index, f64::from(index % 4)))
+        .collect();
+    let function = MotionFunction::new(points).expect("the points are right");
+    Plate::from_function(function, Course::Cyclic)
+}
+
+#[test]
+fn commands_writes_and_cycles_do_not_allocate() {
+    let mut tables = Tables::new(3);
+    for id in 1..=3 {
+        tables.insert(id, plate()).expect("there is room");
+    }
+    let mut coupling = CamCoupling::new(CouplingParameters {
+        master_axis_id: 1,
+        slave_axis_id: 2,
+        jump_limit: 0.0,
+    })
+    .expect("the parameters are right");
+    let jump = JumpHandling::RampIn { master_length: 9.0 };
+    let activation = Activation::new(ActivationMode::NextCycle);
+    let once = Activation::new(ActivationMode::NextCycleOnce);
+    let commands = [
+        Command::CamInV2(CamInV2 {
+            table: 1,
+            jump,
+            ..CamInV2::default()
+        }),
+        Command::CamAdd(CamAdd {
+            table: 2,
+            jump,
+            activation,
+            ..CamAdd::default()
+        }),
+        Command::CamScalingV2(CamScalingV2 {
+            table: 2,
+            jump,
+            activation: once,
+            ..CamScalingV2::default()
+        }),
+        Command::CamExchange(CamExchange {
+            table: 3,
+            reference: 1,
+            jump,
+            activation: once,
+            ..CamExchange::default()
+        }),
+        Command::CamRemove(CamRemove {
+            table: 2,
+            jump,
+            activation,
+        }),
+    ];
+    let mode = OnlineChangeMode {
+        activation,
+        jump,
+        ..OnlineChangeMode::default()
+    };
+    let last = assert_no_alloc(|| {
+        let mut master = Kinematics::default();
+        let mut slave = Kinematics::default();
+        let mut cycle = |coupling: &mut CamCoupling, tables: &mut Tables| {
+            master.position += 7.0;
+            slave = coupling.update(tables, &master);
+            (master, slave)
+        };
+        let mut axes = (Kinematics::default(), Kinematics::default());
+        for command in &commands {
+            coupling
+                .start(&mut tables, command, &axes.0, &axes.1)
+                .expect("the command is right");
+            for id in 1..=3 {
+                tables.set_online_change_mode(id, mode).expect("a mode");
+                tables
+                    .write(id, &[point(3, 0.5), point(5, 2.5)])
+                    .expect("points");
+            }
+            for _ in 0..150 {
+                axes = cycle(&mut coupling, &mut tables);
+            }
+            coupling.info(&tables, 1, Some(40.0)).expect("a coupling");
+        }
+        coupling
+            .start(&mut tables, &Command::CamOut, &axes.0, &axes.1)
+            .expect("a coupling");
+        axes.1.position
+    });
+    assert!(last.is_finite());
+}

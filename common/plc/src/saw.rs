@@ -1,0 +1,81 @@
+//! Function blocks of the flying saw on a slave axis. `MC_GearOut` is a
+//! [`CommandBlock`].
+
+use coaxle_axis::CommandState;
+use coaxle_saw::{FlyingSawCharacteristics, SawCommand, saw_table_id};
+use coaxle_slave::{Command, Refusal, SlaveAxis};
+
+use crate::axis::{BlockError, CommandBlock};
+use crate::{Execute, Outputs};
+
+/// `MC_GearInPos` and `MC_GearInVelo`; which one, the [`SawCommand`] says. TS5055 12.1.
+#[doc(alias = "MC_GearInPos")]
+#[doc(alias = "MC_GearInVelo")]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FlyingSawBlock {
+    block: CommandBlock,
+}
+
+/// What [`FlyingSawBlock`] shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FlyingSawOutputs {
+    /// The synchronisation has begun.
+    #[doc(alias = "StartSync")]
+    pub start_sync: bool,
+    /// What every block has.
+    pub common: Outputs,
+}
+
+impl FlyingSawBlock {
+    /// One scan. The command is read on the rising edge of `execute`.
+    pub fn scan(
+        &mut self,
+        execute: bool,
+        command: SawCommand,
+        axis: &mut SlaveAxis,
+    ) -> FlyingSawOutputs {
+        let command = match command {
+            SawCommand::GearInPos(command) => Command::GearInPos(command),
+            SawCommand::GearInVelo(command) => Command::GearInVelo(command),
+        };
+        let state = self.block.scan(execute, &command, axis);
+        FlyingSawOutputs {
+            start_sync: matches!(state, CommandState::Active | CommandState::InSync),
+            common: Outputs::of(&state, BlockError::code),
+        }
+    }
+}
+
+/// `MC_ReadFlyingSawCharacteristics`, TS5055 12.1.3.
+#[doc(alias = "MC_ReadFlyingSawCharacteristics")]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ReadFlyingSawCharacteristicsBlock {
+    execute: Execute<FlyingSawCharacteristics, Refusal>,
+}
+
+impl ReadFlyingSawCharacteristicsBlock {
+    /// One scan: the outputs, and the values that the last rising edge of `execute` has read, as
+    /// long as it shows that it is done. Values go by the axis's id, since that of their table does.
+    pub fn scan(
+        &mut self,
+        execute: bool,
+        axis_id: u32,
+        axis: &SlaveAxis,
+    ) -> (Outputs, Option<FlyingSawCharacteristics>) {
+        let mut read = None;
+        let state = self.execute.scan(
+            execute,
+            &mut (),
+            |()| {
+                let plan = axis.saw_plan().ok_or(Refusal::NoCharacteristics)?;
+                let table = saw_table_id(axis_id, |_| false)?;
+                Ok(plan.characteristics(table))
+            },
+            |(), values| {
+                read = Some(*values);
+                CommandState::Done
+            },
+        );
+        (Outputs::of(state, Refusal::code), read)
+    }
+}

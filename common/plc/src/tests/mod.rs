@@ -1,0 +1,111 @@
+//! Blocks as a PLC program calls them, on an axis beside a master.
+
+mod axis;
+mod cams;
+mod saw;
+
+use coaxle_axis::Dynamics;
+use coaxle_axis::drive::{Drive, DriveParameters};
+use coaxle_clock::{CycleTime, Seconds, Span};
+use coaxle_curve::profile::Kinematics;
+use coaxle_slave::{Accepted, Command, JobNumber, OnMasterLoss, SlaveAxis, SlaveParameters};
+
+const CYCLE: Seconds = Seconds(1e-3);
+
+const PARAMETERS: SlaveParameters = SlaveParameters {
+    velocity: 1_000.0,
+    acceleration: 5_000.0,
+    deceleration: Some(4_000.0),
+    jerk: 100_000.0,
+    min_position: None,
+    max_position: None,
+    on_master_loss: OnMasterLoss::Stop,
+    master_noise: None,
+    master_increment: None,
+};
+
+fn cycle_time() -> CycleTime {
+    CycleTime::new(Span::from_millis(1)).expect("1 ms is a cycle time")
+}
+
+fn drive(window: f64) -> Drive {
+    Drive::new(DriveParameters {
+        following_error_window: window,
+        ..DriveParameters::default()
+    })
+    .expect("the constants are in range")
+}
+
+fn axis(parameters: &SlaveParameters) -> SlaveAxis {
+    SlaveAxis::new(parameters, drive(0.0), cycle_time()).expect("the parameters are in range")
+}
+
+/// An axis at rest at 0, with power.
+fn powered(parameters: &SlaveParameters) -> SlaveAxis {
+    let mut axis = axis(parameters);
+    assert_eq!(
+        axis.command(&Command::Power(true)),
+        Ok(Accepted::AtOnce),
+        "power"
+    );
+    axis
+}
+
+/// Commands what must be accepted.
+fn start(axis: &mut SlaveAxis, command: &Command) -> JobNumber {
+    match axis.command(command) {
+        Ok(Accepted::Job(number)) => number,
+        other => panic!("{command:?}: {other:?}"),
+    }
+}
+
+fn run(axis: &mut SlaveAxis, cycles: u32) {
+    for _ in 0..cycles {
+        axis.update(None, CYCLE);
+    }
+}
+
+/// A master at constant velocity.
+#[derive(Clone, Copy)]
+struct Master(Kinematics);
+
+impl Master {
+    fn at(position: f64, velocity: f64) -> Self {
+        Self(Kinematics {
+            position,
+            velocity,
+            acceleration: 0.0,
+        })
+    }
+
+    fn lead(&mut self, axis: &mut SlaveAxis, cycles: u32) {
+        for _ in 0..cycles {
+            self.0.position += self.0.velocity * CYCLE.0;
+            axis.update(Some(&self.0), CYCLE);
+        }
+    }
+}
+
+const fn move_absolute(position: f64) -> Command {
+    Command::MoveAbsolute {
+        position,
+        velocity: None,
+        dynamics: OWN,
+    }
+}
+
+const fn move_velocity(velocity: f64) -> Command {
+    Command::MoveVelocity {
+        velocity,
+        dynamics: OWN,
+    }
+}
+
+/// The axis's own dynamics.
+const OWN: Dynamics = Dynamics {
+    acceleration: None,
+    deceleration: None,
+    jerk: None,
+};
+
+const STOP: Command = Command::Stop { dynamics: OWN };

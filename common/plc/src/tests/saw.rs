@@ -1,0 +1,87 @@
+//! The flying saw as a PLC program sees it.
+
+use coaxle_axis::CommandState;
+use coaxle_saw::{GearInPos, Ratio, SawCommand, SyncLimits, SyncMask, SyncMode};
+
+use super::*;
+use crate::{
+    BlockError, CommandBlock, FlyingSawBlock, FlyingSawOutputs, Outputs,
+    ReadFlyingSawCharacteristicsBlock,
+};
+
+/// An axis with power, and a master at a velocity.
+fn beside(parameters: &SlaveParameters, velocity: f64) -> (SlaveAxis, Master) {
+    let mut axis = powered(parameters);
+    let mut master = Master::at(0.0, velocity);
+    master.lead(&mut axis, 1);
+    (axis, master)
+}
+
+fn to_position(sync: (f64, f64), mask: SyncMask) -> GearInPos {
+    GearInPos {
+        ratio: Ratio::of(1.0),
+        master_sync_position: sync.0,
+        slave_sync_position: sync.1,
+        master_start_distance: None,
+        sync_mode: SyncMode::position_based(mask),
+        limits: SyncLimits::default(),
+    }
+}
+
+#[test]
+fn a_program_couples_reads_and_uncouples() {
+    let (mut axis, mut master) = beside(&PARAMETERS, 100.0);
+    let (mut gear_in, mut gear_out) = (FlyingSawBlock::default(), CommandBlock::default());
+    let mut read = ReadFlyingSawCharacteristicsBlock::default();
+    let out = Command::GearOut {};
+    let command = SawCommand::GearInPos(to_position((100.0, 80.0), SyncMask::empty()));
+
+    assert_eq!(read.scan(true, 2, &axis).0.error_id, 0x4216);
+    let refused = gear_out.scan(true, &out, &mut axis);
+    assert_eq!(Outputs::of(&refused, BlockError::code).error_id, 0x424d);
+    assert_eq!(gear_out.scan(false, &out, &mut axis), CommandState::Idle);
+    read.scan(false, 2, &axis);
+
+    let outputs = gear_in.scan(true, command, &mut axis);
+    assert!(outputs.start_sync && outputs.common.busy && !outputs.common.in_sync);
+    let (outputs, values) = read.scan(true, 2, &axis);
+    assert!(outputs.done);
+    let values = values.unwrap();
+    assert_eq!(
+        (
+            values.table.id,
+            values.end.master,
+            values.end.slave.position
+        ),
+        (254, 100.0, 80.0)
+    );
+    assert_eq!(read.scan(false, 256, &axis).1, None);
+    assert_eq!(read.scan(true, 256, &axis).0.error_id, 0x4a00);
+
+    master.lead(&mut axis, 1_500);
+    let outputs = gear_in.scan(true, command, &mut axis);
+    assert!(outputs.common.in_sync && outputs.common.busy);
+    assert_eq!(gear_out.scan(true, &out, &mut axis), CommandState::Done);
+    let outputs = gear_in.scan(true, command, &mut axis);
+    assert!(outputs.common.command_aborted && !outputs.start_sync);
+    let outputs = gear_in.scan(false, command, &mut axis);
+    assert_eq!(outputs, FlyingSawOutputs::default());
+}
+
+#[test]
+fn a_refused_block_leaves_the_running_one() {
+    let (mut axis, _) = beside(&PARAMETERS, 100.0);
+    let (mut first, mut second) = (FlyingSawBlock::default(), FlyingSawBlock::default());
+    let good = to_position((100.0, 80.0), SyncMask::empty());
+    let bad = GearInPos {
+        ratio: Ratio::of(0.0),
+        ..good
+    };
+    let (good, bad) = (SawCommand::GearInPos(good), SawCommand::GearInPos(bad));
+    first.scan(true, good, &mut axis);
+    assert_eq!(second.scan(true, bad, &mut axis).common.error_id, 0x421b);
+    assert!(first.scan(true, good, &mut axis).common.busy);
+    second.scan(false, bad, &mut axis);
+    second.scan(true, good, &mut axis);
+    assert!(first.scan(true, good, &mut axis).common.command_aborted);
+}

@@ -1,0 +1,117 @@
+//! Nothing a flying saw does asks for memory: planning, refusing, trying, running, reading.
+
+use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use coaxle_axis::drive::{Drive, DriveParameters};
+use coaxle_clock::{CycleTime, Seconds, Span};
+use coaxle_curve::profile::Kinematics;
+use coaxle_plc::ReadFlyingSawCharacteristicsBlock;
+use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode};
+use coaxle_slave::{Command, Dynamics, OnMasterLoss, SlaveAxis, SlaveParameters};
+
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+fn axis() -> SlaveAxis {
+    let parameters = SlaveParameters {
+        velocity: 2_000.0,
+        acceleration: 20_000.0,
+        deceleration: None,
+        jerk: 1e6,
+        min_position: Some(-10_000.0),
+        max_position: Some(10_000.0),
+        on_master_loss: OnMasterLoss::Stop,
+        master_noise: None,
+        master_increment: None,
+    };
+    let drive = Drive::new(DriveParameters::default()).expect("the constants are in range");
+    let cycle = CycleTime::new(Span::from_millis(1)).expect("1 ms is a cycle time");
+    SlaveAxis::new(&parameters, drive, cycle).expect("the parameters are in range")
+}
+
+fn gear_in_velo(sync_mode: SyncMode) -> Command {
+    Command::GearInVelo(GearInVelo {
+        ratio: Ratio::of(1.5),
+        sync_mode,
+        limits: SyncLimits::default(),
+    })
+}
+
+fn gear_in_pos(
+    ahead: f64,
+    mask: SyncMask,
+    start_distance: Option<f64>,
+) -> impl Fn(f64, f64) -> Command {
+    move |master, slave| {
+        Command::GearInPos(GearInPos {
+            ratio: Ratio::of(1.0),
+            master_sync_position: master + ahead,
+            slave_sync_position: slave + 0.6 * ahead,
+            master_start_distance: start_distance,
+            sync_mode: SyncMode::position_based(mask),
+            limits: SyncLimits::default(),
+        })
+    }
+}
+
+#[test]
+fn a_flying_saw_does_not_allocate() {
+    let mut axis = axis();
+    let mut master = Kinematics {
+        position: 0.0,
+        velocity: 500.0,
+        acceleration: 0.0,
+    };
+    let mut lead = |axis: &mut SlaveAxis, velocity: f64, cycles: u32| {
+        master.velocity = velocity;
+        for _ in 0..cycles {
+            master.position += velocity * 1e-3;
+            axis.update(Some(&master), Seconds(1e-3));
+        }
+        master.position
+    };
+    let all = SyncMask::CHECKS - SyncMask::MAX_JERK;
+    let saws = [
+        gear_in_pos(200.0, SyncMask::empty(), None),
+        gear_in_pos(300.0, SyncMask::OVERSHOOT_VELO | SyncMask::MAX_JERK, None),
+        gear_in_pos(300.0, SyncMask::PREFER_CONST_VELO, None),
+        gear_in_pos(300.0, SyncMask::empty(), Some(250.0)),
+        gear_in_pos(1.0, all, None),
+        gear_in_pos(-1.0, all, None),
+    ];
+    let mut read = ReadFlyingSawCharacteristicsBlock::default();
+    let coupled = assert_no_alloc(|| {
+        let mut coupled = [false; 8];
+        let _ = axis.command(&Command::Power(true));
+        let mut at = lead(&mut axis, 500.0, 1);
+        for (n, saw) in saws.iter().enumerate() {
+            let command = saw(at, axis.set().position);
+            let tried = axis.dry_run(&command).map(|answer| answer.is_ok());
+            let accepted = axis.command(&command).is_ok();
+            assert!(tried == Some(accepted));
+            coupled[n] = accepted;
+            lead(&mut axis, 500.0, 800);
+            read.scan(true, 1, &axis);
+            read.scan(false, 1, &axis);
+            let _ = axis.command(&Command::MoveAbsolute {
+                position: 0.0,
+                velocity: None,
+                dynamics: Dynamics::default(),
+            });
+            at = lead(&mut axis, 500.0, 1_500);
+        }
+        for (n, sync_mode) in [SyncMode::default(), SyncMode::time_based(all)]
+            .into_iter()
+            .enumerate()
+        {
+            coupled[6 + n] = axis.command(&gear_in_velo(sync_mode)).is_ok();
+            lead(&mut axis, 500.0, 100);
+            // Back past the coupling position, where it is stopped.
+            lead(&mut axis, -10.0, 10_000);
+            let _ = axis.command(&Command::Reset {});
+            let _ = axis.command(&Command::GearOut {});
+            lead(&mut axis, 500.0, 1);
+        }
+        coupled
+    });
+    assert_eq!(coupled, [true, true, true, true, false, false, true, true]);
+}

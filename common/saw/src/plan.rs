@@ -1,0 +1,299 @@
+//! A synchronisation that may be carried out.
+
+use coaxle_clock::Seconds;
+
+use coaxle_curve::law::{Knot, LawError, Motion, Segment};
+use coaxle_curve::profile::{Kinematics, Profile};
+
+use super::piece::Piece;
+use super::task::Task;
+use super::way::Way;
+
+/// A planned synchronisation: the slave's way from the coupling moment to the synchronous phase.
+/// Plain data of a fixed size.
+///
+/// Everything that says when or how fast assumes that the master keeps its velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SawPlan {
+    form: SawForm,
+    profile: SawProfile,
+    master_start: f64,
+    master_velocity: f64,
+    slave_start: Kinematics,
+    line: SyncLine,
+}
+
+/// What a plan is made of, in the manual's notation: Pn is a polynomial of degree n.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum SawForm {
+    /// P5.
+    Quintic,
+    /// P1+P5: the start velocity, then a ramp.
+    LineQuintic,
+    /// P5+P1: a ramp, then the synchronous velocity.
+    QuinticLine,
+    /// P5+P1+P5: a ramp, constant velocity, a ramp.
+    QuinticLineQuintic,
+    /// The shortest ramp to the synchronous velocity.
+    Ramp,
+    /// Phases of constant jerk over time.
+    JerkPhases,
+    /// Nothing to do: the slave is synchronous already.
+    Synchronous,
+}
+
+/// The slave's way, by what it depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "plans are made in the cycle, where nothing allocates"
+)]
+enum SawProfile {
+    Nothing,
+    OverMaster(Way),
+    OverTime(Profile),
+}
+
+/// The synchronous phase: slave = `slave` + `ratio`·(master − `master`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SyncLine {
+    /// Slave units per master unit.
+    pub ratio: f64,
+    /// Where the master is when the synchronisation phase ends, u.
+    pub master: f64,
+    /// Where the slave is then, u.
+    pub slave: f64,
+}
+
+impl SyncLine {
+    /// The synchronous slave.
+    #[inline]
+    #[must_use]
+    pub fn slave_of(&self, master: &Kinematics) -> Kinematics {
+        Kinematics {
+            position: self.slave + self.ratio * (master.position - self.master),
+            velocity: self.ratio * master.velocity,
+            acceleration: self.ratio * master.acceleration,
+        }
+    }
+}
+
+impl SawPlan {
+    pub(super) fn over_master(task: &Task, form: SawForm, way: Way, line: SyncLine) -> Self {
+        Self::new(task, form, SawProfile::OverMaster(way), line)
+    }
+
+    pub(super) fn over_time(task: &Task, profile: Profile, line: SyncLine) -> Self {
+        Self::new(
+            task,
+            SawForm::JerkPhases,
+            SawProfile::OverTime(profile),
+            line,
+        )
+    }
+
+    /// The slave has the gear's velocity where it is.
+    pub(super) fn synchronous(task: &Task) -> Self {
+        let line = SyncLine {
+            ratio: task.ratio,
+            master: task.master_position,
+            slave: task.slave_position,
+        };
+        Self::new(task, SawForm::Synchronous, SawProfile::Nothing, line)
+    }
+
+    fn new(task: &Task, form: SawForm, profile: SawProfile, line: SyncLine) -> Self {
+        Self {
+            form,
+            profile,
+            master_start: task.master_position,
+            master_velocity: task.master_velocity,
+            slave_start: Kinematics {
+                position: task.slave_position,
+                velocity: task.slave_velocity,
+                acceleration: task.slave_acceleration,
+            },
+            line,
+        }
+    }
+
+    /// What it is made of.
+    #[must_use]
+    pub const fn form(&self) -> SawForm {
+        self.form
+    }
+
+    /// The synchronous phase that it leads to.
+    #[must_use]
+    pub const fn line(&self) -> &SyncLine {
+        &self.line
+    }
+
+    /// The master's position at the coupling moment, u.
+    #[doc(alias = "fMasterPosStart")]
+    #[must_use]
+    pub const fn master_start(&self) -> f64 {
+        self.master_start
+    }
+
+    /// The master's position at the end of the synchronisation phase, u.
+    #[doc(alias = "fMasterPosEnd")]
+    #[must_use]
+    pub const fn master_end(&self) -> f64 {
+        self.line.master
+    }
+
+    /// The master's velocity at the coupling moment, u/s.
+    #[doc(alias = "fMasterVeloNom")]
+    #[must_use]
+    pub const fn master_velocity(&self) -> f64 {
+        self.master_velocity
+    }
+
+    /// The slave as it was planned from: accelerations that are ignored are 0.
+    #[must_use]
+    pub const fn slave_start(&self) -> &Kinematics {
+        &self.slave_start
+    }
+
+    /// How long the synchronisation phase takes: infinite while the master stands.
+    #[must_use]
+    pub fn duration(&self) -> Seconds {
+        match &self.profile {
+            SawProfile::Nothing => Seconds(0.0),
+            SawProfile::OverMaster(_) => {
+                Seconds((self.line.master - self.master_start) / self.master_velocity)
+            }
+            SawProfile::OverTime(profile) => profile.duration(),
+        }
+    }
+
+    /// Where the slave joins the synchronous line, as a master position: before the end of the
+    /// phase if the last piece is part of that line already.
+    pub(super) fn joins_line_at(&self) -> f64 {
+        match &self.profile {
+            SawProfile::OverMaster(way) if self.form == SawForm::QuinticLine => way.last().begin,
+            _ => self.line.master,
+        }
+    }
+
+    /// The slave at a master position and its derivatives with respect to it: along the profile
+    /// within the synchronisation phase, along the synchronous line beyond it. None if the profile
+    /// depends on time.
+    #[must_use]
+    pub fn over_master_at(&self, master: f64) -> Option<Motion> {
+        let towards = self.line.master - self.master_start;
+        let on_line = Motion {
+            position: self.line.slave + self.line.ratio * (master - self.line.master),
+            velocity: self.line.ratio,
+            ..Motion::default()
+        };
+        match &self.profile {
+            SawProfile::Nothing => Some(on_line),
+            SawProfile::OverMaster(_) if (master - self.line.master) * towards >= 0.0 => {
+                Some(on_line)
+            }
+            SawProfile::OverMaster(way) => Some(way.at(master)),
+            SawProfile::OverTime(_) => None,
+        }
+    }
+
+    /// The slave while its master moves so, where the profile depends on the master's position.
+    pub(super) fn slave_of(&self, master: &Kinematics) -> Kinematics {
+        let Some(motion) = self.over_master_at(master.position) else {
+            return self.line.slave_of(master);
+        };
+        let (velocity, acceleration) = (master.velocity, master.acceleration);
+        Kinematics {
+            position: motion.position,
+            velocity: motion.velocity * velocity,
+            acceleration: motion.acceleration * velocity * velocity
+                + motion.velocity * acceleration,
+        }
+    }
+
+    /// Whether there is nothing to synchronise.
+    pub(super) fn is_synchronous(&self) -> bool {
+        self.form == SawForm::Synchronous
+    }
+
+    /// The slave a while after the coupling moment, if the master keeps its velocity.
+    #[must_use]
+    pub fn at(&self, since_start: Seconds) -> Kinematics {
+        let velocity = self.master_velocity;
+        if let SawProfile::OverTime(profile) = &self.profile {
+            return profile.at(since_start);
+        }
+        self.slave_of(&Kinematics {
+            position: self.master_start + velocity * since_start.0,
+            velocity,
+            acceleration: 0.0,
+        })
+    }
+
+    /// The profile over time of a time-based plan.
+    #[must_use]
+    pub const fn time_profile(&self) -> Option<&Profile> {
+        match &self.profile {
+            SawProfile::OverTime(profile) => Some(profile),
+            SawProfile::Nothing | SawProfile::OverMaster(_) => None,
+        }
+    }
+
+    /// The way, and the velocity of what it depends on: of the master, or of time.
+    pub(super) fn way(&self) -> Option<(Way, f64)> {
+        match &self.profile {
+            SawProfile::Nothing => None,
+            SawProfile::OverMaster(way) => Some((*way, self.master_velocity)),
+            SawProfile::OverTime(profile) => Some((over_time(profile)?, 1.0)),
+        }
+    }
+
+    /// The profile as segments of a cam, in ascending order of the master. A time-based plan has
+    /// none.
+    ///
+    /// # Errors
+    /// [`LawError`] if the master's way is so short that it vanishes in its position's last digit.
+    pub fn segments(&self) -> impl Iterator<Item = Result<Segment, LawError>> + '_ {
+        let way = match &self.profile {
+            SawProfile::OverMaster(way) => Some(way),
+            SawProfile::Nothing | SawProfile::OverTime(_) => None,
+        };
+        let count = way.map_or(0, |way| way.pieces().count());
+        let backward = self.line.master < self.master_start;
+        (0..count).filter_map(move |i| {
+            let nth = if backward { count - 1 - i } else { i };
+            way?.pieces().nth(nth).map(segment)
+        })
+    }
+}
+
+fn segment(piece: &Piece) -> Result<Segment, LawError> {
+    let knot = |master| Knot {
+        master,
+        motion: piece.at(master),
+    };
+    let law = piece.law();
+    let (begin, end) = (knot(piece.begin), knot(piece.end()));
+    if piece.length > 0.0 {
+        Segment::new(law, &begin, &end)
+    } else {
+        Segment::new(law, &end, &begin)
+    }
+}
+
+/// The phases of a profile as pieces over time; none if it takes none.
+pub(super) fn over_time(profile: &Profile) -> Option<Way> {
+    let ends = profile.phase_begins().skip(1).chain([profile.duration()]);
+    let pieces = profile.phase_begins().zip(ends).map(|(begin, end)| {
+        let state = profile.at(begin);
+        let constants = (state.velocity, state.acceleration, profile.jerk_at(begin));
+        Piece::phase(begin.0, end.0 - begin.0, state.position, constants)
+    });
+    pieces
+        .map(Way::of)
+        .reduce(|way, next| way.then(*next.first()))
+}

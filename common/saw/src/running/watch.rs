@@ -1,0 +1,80 @@
+//! The slave's limits, watched as long as it is coupled.
+
+use crate::moment::SlaveLimits;
+use crate::refusal::{Check, Violation};
+use coaxle_curve::profile::Kinematics;
+
+use super::settings::{SawFault, SawTolerances};
+
+/// What the axis can do, whatever was checked while planning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Watch {
+    fastest: f64,
+    margin: f64,
+    lowest: f64,
+    highest: f64,
+}
+
+impl Watch {
+    pub(super) fn new(axis: &SlaveLimits, tolerances: &SawTolerances) -> Self {
+        Self {
+            fastest: axis.dynamics.velocity(),
+            margin: 1.0 + tolerances.velocity_margin,
+            lowest: axis.min_position.unwrap_or(f64::MIN),
+            highest: axis.max_position.unwrap_or(f64::MAX),
+        }
+    }
+
+    /// Whether the slave is within its limits; what is not a number is not.
+    #[inline]
+    pub(super) fn lets_pass(&self, slave: &Kinematics) -> bool {
+        slave.velocity.abs() <= self.fastest * self.margin
+            && slave.position >= self.lowest
+            && slave.position <= self.highest
+            && slave.acceleration.is_finite()
+    }
+
+    /// Whether it gets there in a cycle without being faster on the way than at its end: a master
+    /// that jumps can pass a steep stretch of the profile within one cycle.
+    #[inline]
+    pub(super) fn lets_step(&self, from: &Kinematics, to: &Kinematics, dt: f64) -> bool {
+        (to.position - from.position).abs() <= self.fastest * self.margin * dt
+    }
+
+    /// Why it does not get from `before` to `slave`.
+    pub(super) fn fault(
+        &self,
+        before: &Kinematics,
+        slave: &Kinematics,
+        master: &Kinematics,
+        dt: f64,
+        detailed: bool,
+    ) -> SawFault {
+        let mean = (slave.position - before.position) / dt;
+        let velocity = if slave.velocity.abs() > self.fastest {
+            slave.velocity
+        } else {
+            mean
+        };
+        let (check, measured, limit) = if slave.position < self.lowest {
+            (Check::MinPos, slave.position, self.lowest)
+        } else if slave.position > self.highest {
+            (Check::MaxPos, slave.position, self.highest)
+        } else if velocity > self.fastest {
+            (Check::MaxVelo, velocity, self.fastest)
+        } else {
+            (Check::MinVelo, velocity, -self.fastest)
+        };
+        let numbers = [slave.position, slave.velocity, slave.acceleration];
+        if !numbers.iter().all(|number| number.is_finite()) {
+            return SawFault::MasterNotFinite;
+        }
+        SawFault::Limit(Violation {
+            check,
+            measured,
+            limit,
+            master_position: master.position,
+            detailed,
+        })
+    }
+}

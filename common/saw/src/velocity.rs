@@ -1,0 +1,172 @@
+//! Planning `MC_GearInVelo`.
+
+use coaxle_curve::profile::{Kinematics, to_velocity};
+
+use super::GearInSyncMode;
+use super::checks::Ends;
+use super::command::GearInVelo;
+use super::moment::CouplingMoment;
+use super::piece::{Demands, Piece};
+use super::plan::{SawForm, SawPlan, SyncLine, over_time};
+use super::ramp::shortest_ramp;
+use super::refusal::SawRefusal;
+use super::task::{NEGLIGIBLE, Task};
+use super::way::Way;
+
+/// By how much longer a ramp is tried than the one before.
+const NEXT_TRY: f64 = 1.1;
+/// How many are tried: the last is ten thousand times as long as the first.
+const TRIES: usize = 97;
+/// Halvings between the last try that failed and the first that passed.
+const HALVINGS: usize = 40;
+
+impl GearInVelo {
+    /// The synchronisation that this command asks for, from this coupling moment: a dry run, as it
+    /// moves nothing.
+    ///
+    /// Position-based it is the shortest symmetric ramp within acceleration, deceleration and jerk,
+    /// time-based the fastest change of velocity.
+    ///
+    /// # Errors
+    /// [`SawRefusal`].
+    pub fn plan(&self, moment: &CouplingMoment) -> Result<SawPlan, SawRefusal> {
+        let task = Task::new(&self.ratio, &self.sync_mode, &self.limits, moment)?;
+        match self.sync_mode.base {
+            GearInSyncMode::PositionBased => over_master(&task),
+            GearInSyncMode::TimeBased => over_time_of(&task),
+        }
+    }
+}
+
+fn over_master(task: &Task) -> Result<SawPlan, SawRefusal> {
+    let Some(ramp) = ramp(task)? else {
+        return Ok(SawPlan::synchronous(task));
+    };
+    let way = Way::of(ramp);
+    let line = SyncLine {
+        ratio: task.ratio,
+        master: ramp.end(),
+        slave: task.slave_position + ramp.distance(),
+    };
+    if !way.is_finite() {
+        return Err(SawRefusal::NotFinite {
+            field: "profile",
+            received: f64::NAN,
+        });
+    }
+    check(task, &line, || way.demands(task.master_velocity))?;
+    Ok(SawPlan::over_master(task, SawForm::Ramp, way, line))
+}
+
+/// The shortest ramp over the master's position; none if there is nothing to change.
+fn ramp(task: &Task) -> Result<Option<Piece>, SawRefusal> {
+    if task.master_velocity == 0.0 {
+        return Ok(None);
+    }
+    let (from, to) = (task.slope(), task.ratio);
+    let direction = task.master_velocity.signum();
+    let length = shortest_ramp(from, to, &task.ramp_bounds(task.checklist.jerk)) * direction;
+    let bend = task.curvature() * length;
+    if task.curvature() != 0.0 && bend.abs() >= NEGLIGIBLE * (to - from).abs() {
+        return curved_ramp(task).map(Some);
+    }
+    let (start, position) = (task.master_position, task.slave_position);
+    Ok((length != 0.0).then(|| Piece::ramp(start, length, position, from, to)))
+}
+
+/// The shortest ramp from a start with acceleration. Where none passes, a longer one may: the
+/// first that does is looked for.
+fn curved_ramp(task: &Task) -> Result<Piece, SawRefusal> {
+    let limits = task.checklist.dynamics_only();
+    let lasting = |duration: f64| {
+        Piece::curved_ramp(
+            task.master_position,
+            task.master_velocity * duration,
+            task.slave_position,
+            (task.slope(), task.curvature()),
+            task.ratio,
+        )
+    };
+    let passes = |duration: f64| {
+        let demands = lasting(duration).demands(task.master_velocity);
+        limits.dynamics(&demands)
+    };
+
+    // Nothing shorter can keep the limits.
+    let acceleration = task.curvature() * task.master_velocity * task.master_velocity;
+    let change = (task.sync_velocity() - task.slave_velocity).abs();
+    let steepest = limits.acceleration.max(limits.deceleration);
+    let shortest = (change / steepest).max(acceleration.abs() / limits.jerk);
+    let mut tries = core::iter::successors(Some(shortest), |duration| Some(duration * NEXT_TRY));
+    let Some(mut passed) = tries
+        .by_ref()
+        .take(TRIES)
+        .find(|&try_| passes(try_).is_ok())
+    else {
+        return Err(SawRefusal::NoRamp {
+            slave_acceleration: acceleration,
+        });
+    };
+    let mut failed = passed / NEXT_TRY;
+    for _ in 0..HALVINGS {
+        let middle = failed + (passed - failed) / 2.0;
+        if passes(middle).is_ok() {
+            passed = middle;
+        } else {
+            failed = middle;
+        }
+    }
+    Ok(lasting(passed))
+}
+
+fn over_time_of(task: &Task) -> Result<SawPlan, SawRefusal> {
+    let start = Kinematics {
+        position: task.slave_position,
+        velocity: task.slave_velocity,
+        acceleration: task.slave_acceleration,
+    };
+    let target = task.sync_velocity();
+    // The velocity of the gear is checked already, up to rounding.
+    let fastest = task.limits.velocity().max(target.abs());
+    let limits = task.limits.with_velocity(fastest)?;
+    let profile = to_velocity(&start, target, &limits);
+    let duration = profile.duration().0;
+    let line = SyncLine {
+        ratio: task.ratio,
+        master: task.master_position + task.master_velocity * duration,
+        slave: profile.end().position,
+    };
+    if duration == 0.0 {
+        return Ok(SawPlan::synchronous(task));
+    }
+    if !(line.master.is_finite() && line.slave.is_finite()) {
+        return Err(SawRefusal::NotFinite {
+            field: "profile",
+            received: duration,
+        });
+    }
+    if !task.checks_nothing()
+        && let Some(way) = over_time(&profile)
+    {
+        let demands = way.demands(1.0);
+        let places = |time| task.master_position + task.master_velocity * time;
+        check(task, &line, || demands.with_places(places))?;
+    }
+    Ok(SawPlan::over_time(task, profile, line))
+}
+
+/// The checks, if there are any.
+fn check(
+    task: &Task,
+    line: &SyncLine,
+    demands: impl FnOnce() -> Demands,
+) -> Result<(), SawRefusal> {
+    if task.checks_nothing() {
+        return Ok(());
+    }
+    let ends = Ends {
+        start: (task.slave_position, task.slave_velocity),
+        sync: (line.slave, task.sync_velocity()),
+    };
+    Ok(task.check(&demands(), &ends)?)
+}

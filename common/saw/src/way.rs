@@ -1,0 +1,74 @@
+//! The slave's way during a synchronisation: a few pieces, one after the other.
+
+use coaxle_curve::law::Motion;
+
+use super::piece::{Demands, Piece};
+
+/// P5, P1, P5 is the longest there is; three phases of jerk as well.
+const MAX_PIECES: usize = 3;
+
+/// At least one piece, following each other without a gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Way {
+    first: Piece,
+    rest: [Piece; MAX_PIECES - 1],
+    len: usize,
+}
+
+impl Way {
+    /// A way of one piece.
+    pub(super) const fn of(first: Piece) -> Self {
+        Self {
+            first,
+            rest: [first; MAX_PIECES - 1],
+            len: 0,
+        }
+    }
+
+    /// Appends a piece; of two pieces, one without length is none.
+    pub(super) fn then(mut self, piece: Piece) -> Self {
+        if self.first.length == 0.0 {
+            return Self::of(piece);
+        }
+        if piece.length != 0.0 && self.len < self.rest.len() {
+            self.rest[self.len] = piece;
+            self.len += 1;
+        }
+        self
+    }
+
+    pub(super) fn pieces(&self) -> impl DoubleEndedIterator<Item = &Piece> {
+        core::iter::once(&self.first).chain(&self.rest[..self.len])
+    }
+
+    pub(super) fn first(&self) -> &Piece {
+        &self.first
+    }
+
+    pub(super) fn last(&self) -> &Piece {
+        match self.len {
+            0 => &self.first,
+            len => &self.rest[len - 1],
+        }
+    }
+
+    /// Whether every number in it is one.
+    pub(super) fn is_finite(&self) -> bool {
+        self.pieces().all(Piece::is_finite)
+    }
+
+    /// The slave at a master position (or time). Beyond the ends, the first and the last piece go
+    /// on.
+    pub(super) fn at(&self, master: f64) -> Motion {
+        let piece = self.pieces().find(|piece| !piece.is_left_by(master));
+        piece.unwrap_or(self.last()).at(master)
+    }
+
+    /// What it demands of the slave.
+    pub(super) fn demands(&self, master_velocity: f64) -> Demands {
+        let first = self.first.demands(master_velocity);
+        let rest = self.rest[..self.len].iter();
+        rest.map(|piece| piece.demands(master_velocity))
+            .fold(first, Demands::joined)
+    }
+}

@@ -1,0 +1,120 @@
+//! The slave axis: an axis with a life cycle, to be commanded and to be coupled to a master.
+//!
+//! A [`SlaveAxis`] is in one state of the PLCopen diagram
+//! ([`AxisStatus`](coaxle_axis::AxisStatus)) at a time. Commands are data ([`Command`]); each is
+//! accepted or refused at once ([`Refusal`]), and one that is accepted replaces the one under way.
+//! Once per cycle [`SlaveAxis::update`] makes the set values and moves the drive.
+//!
+//! ```
+//! use coaxle_axis::drive::{Drive, DriveParameters};
+//! use coaxle_axis::{AxisStatus, CommandState};
+//! use coaxle_clock::{CycleTime, Seconds, Span};
+//! use coaxle_curve::profile::Kinematics;
+//! use coaxle_saw::{GearInVelo, Ratio, SyncLimits, SyncMode};
+//! use coaxle_slave::{Accepted, Command, OnMasterLoss, SlaveAxis, SlaveParameters};
+//!
+//! let parameters = SlaveParameters {
+//!     velocity: 1_000.0,
+//!     acceleration: 5_000.0,
+//!     deceleration: None,
+//!     jerk: 100_000.0,
+//!     min_position: None,
+//!     max_position: None,
+//!     on_master_loss: OnMasterLoss::Stop,
+//!     master_noise: None,
+//!     master_increment: None,
+//! };
+//! let drive = Drive::new(DriveParameters::default())?;
+//! let cycle = CycleTime::new(Span::from_millis(1))?;
+//! let mut axis = SlaveAxis::new(&parameters, drive, cycle)?;
+//! let mut master = Kinematics { position: 0.0, velocity: 500.0, acceleration: 0.0 };
+//!
+//! axis.command(&Command::Power(true))?;
+//! axis.update(Some(&master), Seconds(0.001));
+//! let saw = Command::GearInVelo(GearInVelo {
+//!     ratio: Ratio::of(1.0),
+//!     sync_mode: SyncMode::default(),
+//!     limits: SyncLimits::default(),
+//! });
+//! let Accepted::Job(job) = axis.command(&saw)? else { unreachable!("a saw is a job") };
+//! for _ in 0..2_000 {
+//!     master.position += 0.5;
+//!     axis.update(Some(&master), Seconds(0.001));
+//! }
+//! assert_eq!(axis.status(), AxisStatus::SynchronizedMotion);
+//! assert_eq!(axis.progress(job), CommandState::InSync);
+//! assert_eq!(axis.set().velocity, 500.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | PLC name | manual | here |
+//! |--|--|--|
+//! | `MC_Power` | PLCopen part 1 | [`Command::Power`] |
+//! | `MC_Reset` | PLCopen part 1 | [`Command::Reset`] |
+//! | `MC_Home` (set position) | PLCopen part 1 | [`Command::Home`] |
+//! | `MC_MoveAbsolute`, `MC_MoveRelative` | PLCopen part 1 | [`Command::MoveAbsolute`], [`Command::MoveRelative`] |
+//! | `MC_MoveVelocity` | PLCopen part 1 | [`Command::MoveVelocity`] |
+//! | `MC_Halt`, `MC_Stop` | PLCopen part 1 | [`Command::Halt`], [`Command::Stop`] |
+//! | `MC_GearIn` | PLCopen part 1 | [`Command::GearIn`] |
+//! | `MC_GearOut` | TS5055 12.2.1 | [`Command::GearOut`] |
+//! | `MC_GearInPos`, `MC_GearInVelo` | TS5055 12.1, TF5055 4 | [`Command::GearInPos`], [`Command::GearInVelo`] |
+//! | `MC_ReadFlyingSawCharacteristics` | TS5055 12.1.3, TF5055 4.3 | [`SlaveAxis::saw_plan`], [`Command::ReadFlyingSawCharacteristics`] |
+//! | `MC_CamTableSelect` | TF5050 4.1 | [`SlaveAxis::select_cams`] |
+//! | `MC_CamIn`, `MC_CamOut`, `MC_CamScaling` | TF5050 4.2 to 4.5 | [`Command::CamIn`], [`Command::CamOut`], [`Command::CamScaling`] |
+//! | `MC_CamIn_V2`, `MC_CamAdd`, `MC_CamExchange`, `MC_CamRemove`, `MC_CamScaling_V2` | TF5050 5 | the commands of the same names |
+//! | `MC_SetCamOnlineChangeMode`, `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint` | TF5050 6 | [`Command::SetCamOnlineChangeMode`], [`Command::WriteMotionFunction`] |
+//! | `MC_FlyingGear` | `MC_FlyingGear_BkPlcMc` | [`Command::FlyingGear`] |
+//! | `MC_ReadStatus`, `MC_ReadAxisError` | PLCopen part 1 | [`SlaveAxis::status`], [`SlaveAxis::error`] |
+//!
+//! What the set values keep, whatever is commanded and whatever the master does:
+//!
+//! * they are finite;
+//! * the position never steps by more than the highest velocity allows, the velocity never by more
+//!   than the highest acceleration or deceleration, but for the stop within one cycle that
+//!   `GearInSync_OpMask_InstantStopOnRollback` asks for;
+//! * an axis within its software limits stays there: a motion that would leave them is refused, and
+//!   one without an end, or a coupling, is braked in time and ends in an error stop;
+//! * an error stop lasts until it is reset, and nothing couples the axis again by itself.
+//!
+//! A flying saw whose master runs back past the coupling position ends as TS5055 8 has it: its
+//! command is aborted and the axis comes to rest. Of the states meanwhile the manual says nothing;
+//! here the axis is in `DiscreteMotion`, as after a halt, so that a command can take over, and
+//! `MC_Reset` is not needed. What the master leads beyond a limit is an error stop.
+//!
+//! [`SlaveAxis::dry_run`] says what a command would come to without giving it.
+//!
+//! Two events set the position anew, since the axis does not move by them: `MC_Home`, and power
+//! that comes, goes or returns after a trip of the drive: without power the set position is the
+//! actual one.
+//!
+//! The crate is `no_std` and asks no machine for the time. Commands and cycles allocate nothing.
+#![no_std]
+
+#[cfg(feature = "serde")]
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
+
+mod axis;
+mod cam_points;
+mod command;
+mod coupling;
+mod error;
+mod image;
+mod job;
+mod motion;
+mod parameters;
+mod refusal;
+mod rolling_back;
+
+#[cfg(test)]
+mod tests;
+
+pub use axis::{Accepted, CoupledStart, SlaveAxis};
+pub use cam_points::{CamPoints, WrongNumberOfPoints};
+pub use coaxle_axis::{CouplingPhase, Dynamics};
+pub use command::Command;
+pub use error::SlaveError;
+pub use job::JobNumber;
+pub use parameters::{OnMasterLoss, SlaveParameters, WrongSlaveParameter};
+pub use refusal::Refusal;

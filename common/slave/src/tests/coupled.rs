@@ -1,0 +1,263 @@
+//! The axis as a slave.
+
+use super::*;
+use crate::{CouplingPhase, Refusal, SlaveError};
+use coaxle_axis::guard::GuardFault;
+use coaxle_axis::{AxisState, AxisStatus, CommandState, CoupleState};
+use coaxle_gear::FlyingGearParameters;
+
+/// An axis at the velocity of its master, coupled 1:1.
+fn coupled(parameters: &SlaveParameters, velocity: f64) -> (SlaveAxis, Master) {
+    let mut axis = powered(parameters);
+    start(&mut axis, &move_velocity(velocity));
+    run(&mut axis, 500);
+    let mut master = Master::at(-1_000.0, velocity);
+    master.lead(&mut axis, 1);
+    start(&mut axis, &Command::GearIn { ratio: 1.0 });
+    (axis, master)
+}
+
+#[test]
+fn a_gear_couples_where_the_axis_is() {
+    let (mut axis, mut master) = coupled(&PARAMETERS, 200.0);
+    let apart = axis.set().position - master.0.position;
+    master.lead(&mut axis, 100);
+    assert!((axis.set().position - master.0.position - apart).abs() < 1e-9);
+    assert_eq!(axis.set().velocity, 200.0);
+    assert_eq!(axis.coupling_phase(), Some(CouplingPhase::InSync));
+    assert_eq!(axis.job().1, CommandState::InSync);
+    let image = axis.axis_struct(1);
+    assert_eq!(image.axis_state, AxisState::SlaveSynchronous);
+    assert_eq!(image.couple_state, CoupleState::Slave);
+}
+
+#[test]
+fn a_gear_that_would_jump_is_refused() {
+    let mut axis = powered(&PARAMETERS);
+    let mut master = Master::at(0.0, 200.0);
+    assert_eq!(
+        axis.command(&Command::GearIn { ratio: 1.0 }),
+        Err(Refusal::NoMaster)
+    );
+    master.lead(&mut axis, 1);
+    let refused = axis.command(&Command::GearIn { ratio: 1.0 }).unwrap_err();
+    assert!(matches!(refused, Refusal::VelocityJump { .. }));
+    assert_eq!(refused.code(), 0x425a);
+    let refused = axis.command(&Command::GearIn { ratio: 10.0 }).unwrap_err();
+    assert_eq!(refused.code(), 0x42dd);
+    for ratio in [0.0, f64::NAN] {
+        let refused = axis.command(&Command::GearIn { ratio }).unwrap_err();
+        assert_eq!(refused.code(), 0x421b);
+    }
+    assert_eq!(axis.status(), AxisStatus::Standstill);
+}
+
+#[test]
+fn gear_out_keeps_the_velocity_and_drops_the_acceleration() {
+    let (mut axis, mut master) = coupled(&PARAMETERS, 200.0);
+    for _ in 0..50 {
+        master.0.acceleration = 1_000.0;
+        master.0.velocity += 1.0;
+        master.lead(&mut axis, 1);
+    }
+    let gear = axis.job().0;
+    let out = start(&mut axis, &Command::GearOut {});
+    assert_eq!(axis.progress(out), CommandState::Done);
+    assert_eq!(axis.progress(gear), CommandState::Aborted);
+    assert_eq!(axis.status(), AxisStatus::ContinuousMotion);
+    let before = axis.set();
+    master.lead(&mut axis, 1);
+    assert_eq!(axis.set().velocity, before.velocity);
+    assert_eq!(axis.set().acceleration, 0.0);
+    run(&mut axis, 1_000);
+    assert_eq!(axis.set().velocity, before.velocity);
+}
+
+#[test]
+fn a_command_of_its_own_uncouples_the_axis_smoothly() {
+    let (mut axis, mut master) = coupled(&PARAMETERS, 200.0);
+    master.lead(&mut axis, 100);
+    let before = axis.set();
+    start(&mut axis, &move_absolute(0.0));
+    master.lead(&mut axis, 1);
+    assert!((axis.set().velocity - before.velocity).abs() < 1.0);
+    master.lead(&mut axis, 3_000);
+    assert_eq!(axis.set(), Kinematics::at_rest(0.0));
+}
+
+#[test]
+fn a_lost_master_stops_the_slave_as_configured() {
+    let stop_of = |on_master_loss| {
+        let parameters = SlaveParameters {
+            on_master_loss,
+            ..PARAMETERS
+        };
+        let (mut axis, mut master) = coupled(&parameters, 800.0);
+        master.lead(&mut axis, 100);
+        let mut cycles = 0;
+        while axis.set().velocity != 0.0 {
+            let before = axis.set().velocity;
+            axis.update(None, CYCLE);
+            assert!(before - axis.set().velocity <= 4_000.0 * CYCLE.0 * (1.0 + 1e-9));
+            cycles += 1;
+        }
+        assert_eq!(axis.error(), Some(SlaveError::MasterLost));
+        cycles
+    };
+    // 800/4000 s, and with a limited jerk 4000/100000 s more.
+    assert!((240..=241).contains(&stop_of(OnMasterLoss::Stop)));
+    assert!((200..=202).contains(&stop_of(OnMasterLoss::QuickStop)));
+}
+
+#[test]
+fn a_lost_master_does_not_matter_to_an_axis_that_is_not_coupled() {
+    let mut axis = powered(&PARAMETERS);
+    Master::at(0.0, 0.0).lead(&mut axis, 1);
+    let job = start(&mut axis, &move_absolute(10.0));
+    run(&mut axis, 1_000);
+    assert_eq!(axis.progress(job), CommandState::Done);
+    assert_eq!(
+        axis.command(&Command::GearIn { ratio: 1.0 }),
+        Err(Refusal::NoMaster)
+    );
+}
+
+/// What the master does next, and the code of the error that follows.
+#[test]
+fn set_values_that_the_axis_cannot_follow_are_an_error_stop() {
+    let next = |position: f64, velocity: f64, acceleration: f64| Kinematics {
+        position,
+        velocity,
+        acceleration,
+    };
+    type Step = fn(&Kinematics) -> Kinematics;
+    let steps: [(Step, u32); 6] = [
+        (
+            |m| Kinematics {
+                position: f64::NAN,
+                ..*m
+            },
+            0x42d5,
+        ),
+        (
+            |m| Kinematics {
+                position: 1e13,
+                ..*m
+            },
+            0x42d5,
+        ),
+        (
+            |m| Kinematics {
+                acceleration: f64::INFINITY,
+                ..*m
+            },
+            0x42d5,
+        ),
+        (
+            |m| Kinematics {
+                position: m.position + 2.0,
+                ..*m
+            },
+            0x42dd,
+        ),
+        (
+            |m| Kinematics {
+                velocity: m.velocity + 6.0,
+                ..*m
+            },
+            0x42dd,
+        ),
+        (
+            |m| Kinematics {
+                velocity: m.velocity - 5.0,
+                ..*m
+            },
+            0x42dd,
+        ),
+    ];
+    for (step, code) in steps {
+        let (mut axis, mut master) = coupled(&PARAMETERS, 200.0);
+        master.lead(&mut axis, 10);
+        let before = axis.set();
+        let m = master.0;
+        let ahead = next(m.position + 0.2, m.velocity, m.acceleration);
+        let set = axis.update(Some(&step(&ahead)), CYCLE);
+        assert_eq!(axis.status(), AxisStatus::ErrorStop);
+        assert_eq!(axis.error().map(|error| error.code()), Some(code));
+        assert!((set.position - before.position - 0.2).abs() < 0.01);
+        assert!((set.velocity - before.velocity).abs() < 4.0);
+    }
+}
+
+#[test]
+fn a_coupled_slave_is_braked_before_its_software_limit() {
+    let (mut axis, mut master) = coupled(&LIMITED, 900.0);
+    master.lead(&mut axis, 5_000);
+    assert_eq!(axis.status(), AxisStatus::ErrorStop);
+    assert!(matches!(
+        axis.error(),
+        Some(SlaveError::Guard(GuardFault::SoftwareLimit { .. }))
+    ));
+    let rest = axis.set();
+    assert!((998.0..=1_000.0).contains(&rest.position), "{rest:?}");
+}
+
+#[test]
+fn sample_1_of_the_flying_gear_on_the_axis() {
+    let mut axis = powered(&LIMITED);
+    start(&mut axis, &move_absolute(500.0));
+    run(&mut axis, 2_000);
+    let mut master = Master::at(800.0, 0.0);
+    master.lead(&mut axis, 1);
+    let gear = FlyingGearParameters {
+        ratio: 1.0,
+        master_sync_position: 460.0,
+        slave_sync_position: 450.0,
+        slave_desync_position: 450.0,
+        slave_stop_position: 500.0,
+        default_slave_negative: false,
+    };
+    let job = start(&mut axis, &Command::FlyingGear(gear));
+    assert_eq!(axis.progress(job), CommandState::Waiting);
+    let mut master = Master::at(800.0, -200.0);
+    master.lead(&mut axis, 1_100);
+    assert_eq!(axis.axis_struct(1).axis_state, AxisState::SlavePrephase);
+    master.lead(&mut axis, 500);
+    assert_eq!(axis.progress(job), CommandState::Active);
+    assert_eq!(
+        axis.axis_struct(1).axis_state,
+        AxisState::SlaveSynchronizing
+    );
+    master.lead(&mut axis, 400);
+    assert_eq!(axis.progress(job), CommandState::InSync);
+    assert!((axis.set().position - 390.0).abs() < 1e-9);
+    // The master turns round within what the slave can follow.
+    while master.0.velocity < 200.0 {
+        master.0.velocity += 2.0;
+        master.0.acceleration = 2_000.0;
+        master.lead(&mut axis, 1);
+    }
+    master.0.acceleration = 0.0;
+    master.lead(&mut axis, 3_000);
+    assert_eq!(axis.error(), None);
+    assert_eq!(axis.progress(job), CommandState::Waiting);
+    assert_eq!(axis.set(), Kinematics::at_rest(500.0));
+    start(&mut axis, &Command::GearOut {});
+    assert_eq!(axis.status(), AxisStatus::Standstill);
+}
+
+#[test]
+fn a_flying_gear_needs_a_slave_at_rest() {
+    let (mut axis, mut master) = coupled(&PARAMETERS, 200.0);
+    master.lead(&mut axis, 1);
+    let gear = FlyingGearParameters {
+        ratio: 1.0,
+        master_sync_position: 460.0,
+        slave_sync_position: 450.0,
+        slave_desync_position: 450.0,
+        slave_stop_position: 500.0,
+        default_slave_negative: false,
+    };
+    let refused = axis.command(&Command::FlyingGear(gear)).unwrap_err();
+    assert_eq!(refused, Refusal::NotAtRest { velocity: 200.0 });
+}

@@ -1,0 +1,342 @@
+//! What holds whatever is commanded and whatever the master does.
+
+use proptest::prelude::*;
+use std::vec;
+
+use super::*;
+use coaxle_axis::AxisStatus;
+use coaxle_gear::FlyingGearParameters;
+use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode};
+
+/// What happens before a cycle.
+#[derive(Clone, Debug)]
+enum Event {
+    Command(Command),
+    /// A gear with the ratio of the present velocities.
+    GearHere,
+    /// A flying saw to the velocity of a gear.
+    VeloHere(GearInVelo),
+    /// A flying saw to positions so far ahead: of the master, and per that of the slave.
+    PosHere(GearInPos, f64, f64),
+    /// A flying gear that begins a little ahead of the master: ratio, the slave's way in and out.
+    FlyingHere(f64, f64, f64),
+    /// The master is lost for some cycles.
+    Lost(u32),
+    /// The master jumps: a beat, or a restart of its sender.
+    Jump(f64),
+    /// The master heads for a velocity at an acceleration.
+    Head(f64, f64),
+    /// A set value of the master is no number.
+    Garbage,
+}
+
+/// A number spread evenly over decades.
+fn decades(from: f64, to: f64) -> impl Strategy<Value = f64> {
+    (from..to).prop_map(|exponent| libm::pow(10.0, exponent))
+}
+
+fn parameters() -> impl Strategy<Value = SlaveParameters> {
+    (
+        (decades(1.0, 3.5), decades(2.0, 4.5), decades(2.0, 4.5)),
+        decades(2.0, 7.0),
+        any::<bool>(),
+    )
+        .prop_map(
+            |((velocity, acceleration, deceleration), jerk, quick)| SlaveParameters {
+                velocity,
+                acceleration,
+                deceleration: Some(deceleration),
+                jerk,
+                on_master_loss: if quick {
+                    OnMasterLoss::QuickStop
+                } else {
+                    OnMasterLoss::Stop
+                },
+                ..LIMITED
+            },
+        )
+}
+
+fn dynamics(parameters: &SlaveParameters) -> impl Strategy<Value = Dynamics> + use<> {
+    let at_most =
+        |most: f64| proptest::option::of((0.01..1.0).prop_map(move |x: f64| x * x * most));
+    (
+        at_most(parameters.acceleration),
+        at_most(parameters.deceleration.unwrap_or(0.0)),
+        at_most(parameters.jerk),
+    )
+        .prop_map(|(acceleration, deceleration, jerk)| Dynamics {
+            acceleration,
+            deceleration,
+            jerk,
+        })
+}
+
+fn commands(parameters: &SlaveParameters) -> impl Strategy<Value = Command> + use<> {
+    let most = parameters.velocity;
+    let velocity = || proptest::option::of(most / 1_000.0..most);
+    let dynamics = || dynamics(parameters);
+    prop_oneof![
+        1 => any::<bool>().prop_map(Command::Power),
+        3 => Just(Command::Power(true)),
+        3 => Just(Command::Reset {}),
+        3 => (-100.0..1_000.0, velocity(), dynamics()).prop_map(|(position, velocity, dynamics)| {
+            Command::MoveAbsolute { position, velocity, dynamics }
+        }),
+        2 => (-500.0..500.0, velocity(), dynamics()).prop_map(|(distance, velocity, dynamics)| {
+            Command::MoveRelative { distance, velocity, dynamics }
+        }),
+        3 => (-most..most, dynamics()).prop_map(|(velocity, dynamics)| {
+            Command::MoveVelocity { velocity, dynamics }
+        }),
+        1 => dynamics().prop_map(|dynamics| Command::Halt { dynamics }),
+        1 => dynamics().prop_map(|dynamics| Command::Stop { dynamics }),
+        4 => (-3.0..3.0).prop_map(|ratio| Command::GearIn { ratio }),
+        2 => Just(Command::GearOut {}),
+        1 => (-100.0..1_000.0).prop_map(|position| Command::Home { position }),
+    ]
+}
+
+/// Hardly any check, as it happens in practice, or any.
+fn sync_mode(time_based: bool) -> impl Strategy<Value = SyncMode> {
+    let few = (any::<u32>(), any::<u32>()).prop_map(|(a, b)| a & b & 0x0073_0000);
+    prop_oneof![4 => few, 1 => any::<u32>()]
+        .prop_map(SyncMask::from_bits_truncate)
+        .prop_map(move |mask| {
+            if time_based {
+                SyncMode::time_based(mask)
+            } else {
+                SyncMode::position_based(mask)
+            }
+        })
+}
+
+fn sync_limits(parameters: &SlaveParameters) -> impl Strategy<Value = SyncLimits> + use<> {
+    let about = |most: f64| proptest::option::of((0.05..1.2).prop_map(move |x: f64| x * most));
+    (
+        about(parameters.velocity),
+        about(parameters.acceleration),
+        about(parameters.deceleration.unwrap_or(0.0)),
+        about(parameters.jerk),
+    )
+        .prop_map(|(velocity, acceleration, deceleration, jerk)| SyncLimits {
+            velocity,
+            acceleration,
+            deceleration,
+            jerk,
+            ..SyncLimits::default()
+        })
+}
+
+fn gear_in_velo(parameters: &SlaveParameters) -> impl Strategy<Value = Event> + use<> {
+    let mode = any::<bool>().prop_flat_map(sync_mode);
+    (-3.0..3.0, mode, sync_limits(parameters)).prop_map(|(ratio, sync_mode, limits)| {
+        Event::VeloHere(GearInVelo {
+            ratio: Ratio::of(ratio),
+            sync_mode,
+            limits,
+        })
+    })
+}
+
+fn gear_in_pos(parameters: &SlaveParameters) -> impl Strategy<Value = Event> + use<> {
+    let ahead = (1.0..200.0, 0.1..1.5);
+    let start = proptest::option::of(1.0..200.0);
+    (
+        -3.0..3.0,
+        sync_mode(false),
+        sync_limits(parameters),
+        ahead,
+        start,
+    )
+        .prop_map(
+            |(ratio, sync_mode, limits, (master, share), master_start_distance)| {
+                let command = GearInPos {
+                    ratio: Ratio::of(ratio),
+                    master_sync_position: 0.0,
+                    slave_sync_position: 0.0,
+                    master_start_distance,
+                    sync_mode,
+                    limits,
+                };
+                Event::PosHere(command, master, share)
+            },
+        )
+}
+
+fn events(parameters: &SlaveParameters) -> impl Strategy<Value = (Event, u32)> + use<> {
+    let event = prop_oneof![
+        8 => commands(parameters).prop_map(Event::Command),
+        4 => Just(Event::GearHere),
+        3 => (-3.0..3.0, -100.0..100.0, -200.0..200.0)
+            .prop_map(|(ratio, way_in, way_out)| Event::FlyingHere(ratio, way_in, way_out)),
+        4 => gear_in_velo(parameters),
+        6 => gear_in_pos(parameters),
+        1 => (1_u32..5).prop_map(Event::Lost),
+        1 => (-5.0..5.0).prop_map(Event::Jump),
+        3 => (-300.0..300.0, 10.0..3_000.0).prop_map(|(v, a)| Event::Head(v, a)),
+        1 => Just(Event::Garbage),
+    ];
+    (event, 0_u32..150)
+}
+
+/// A master with a drifting clock.
+struct Conveyor {
+    state: Kinematics,
+    target: f64,
+    push: f64,
+    drift: f64,
+}
+
+impl Conveyor {
+    fn step(&mut self, dt: f64) {
+        let dt = dt * self.drift;
+        let missing = self.target - self.state.velocity;
+        let change = missing.clamp(-self.push * dt, self.push * dt);
+        self.state.acceleration = change / dt;
+        self.state.position += (self.state.velocity + change / 2.0) * dt;
+        self.state.velocity += change;
+    }
+}
+
+/// Engaged over `way_in` in the direction that the master goes, soon released over `way_out`.
+fn flying_gear(
+    slave: &Kinematics,
+    master: &Kinematics,
+    ratio: f64,
+    way_in: f64,
+    way_out: f64,
+) -> FlyingGearParameters {
+    let way_in = way_in.abs() * (master.velocity * ratio).signum();
+    let ahead = 2.0 * way_in / ratio + master.velocity * 0.02;
+    let sync = slave.position + way_in;
+    FlyingGearParameters {
+        ratio,
+        master_sync_position: master.position + ahead,
+        slave_sync_position: sync,
+        slave_desync_position: sync + way_in,
+        slave_stop_position: sync + way_in + way_out,
+        default_slave_negative: way_in < 0.0,
+    }
+}
+
+/// Checks one cycle.
+fn keep(
+    before: &Kinematics,
+    now: &Kinematics,
+    dt: f64,
+    parameters: &SlaveParameters,
+    may_stop_instantly: bool,
+) {
+    let finite = [now.position, now.velocity, now.acceleration];
+    assert!(finite.into_iter().all(f64::is_finite), "{now:?}");
+    let slack = 1.0 + 1e-8;
+    let step = (now.position - before.position).abs();
+    assert!(
+        step <= parameters.velocity * dt * slack,
+        "{before:?} {now:?}"
+    );
+    let change = (now.velocity - before.velocity).abs();
+    let push = parameters
+        .acceleration
+        .max(parameters.deceleration.unwrap_or(0.0));
+    let instant = may_stop_instantly && *now == Kinematics::at_rest(now.position);
+    assert!(change <= push * dt * slack || instant, "{before:?} {now:?}");
+    let range =
+        parameters.min_position.unwrap_or(f64::MIN)..=parameters.max_position.unwrap_or(f64::MAX);
+    assert!(range.contains(&now.position), "{now:?}");
+}
+
+proptest! {
+    #[test]
+    fn the_set_values_keep_their_limits(
+        (parameters, events) in parameters().prop_flat_map(|parameters| {
+            let events = proptest::collection::vec(events(&parameters), 1..60);
+            (Just(parameters), events)
+        }),
+        drift_ppm in -200.0..200.0,
+        // A node may sleep through a cycle.
+        cycles_at_once in 1_u32..3,
+    ) {
+        let mut axis = powered(&parameters);
+        let mut master = Conveyor {
+            state: Kinematics::at_rest(0.0),
+            target: 0.0,
+            push: 1_000.0,
+            drift: 1.0 + drift_ppm * 1e-6,
+        };
+        let dt = CYCLE.0 * f64::from(cycles_at_once);
+        let mut stops_instantly = false;
+        for (event, cycles) in events {
+            let (mut lost, mut garbage) = (0, false);
+            let failed = axis.status() == AxisStatus::ErrorStop;
+            let before = axis.set();
+            let mut saw = |axis: &mut SlaveAxis, command: Command, mask: SyncMask| {
+                if axis.command(&command).is_ok() {
+                    stops_instantly = mask.contains(SyncMask::INSTANT_STOP_ON_ROLLBACK);
+                }
+            };
+            match event {
+                Event::Command(command) => {
+                    let accepted = axis.command(&command).is_ok();
+                    if failed && accepted {
+                        let harmless = matches!(command, Command::Power(_) | Command::Reset {});
+                        prop_assert!(harmless, "{:?}", command);
+                    }
+                    if failed && axis.status() != AxisStatus::ErrorStop {
+                        prop_assert_eq!(command, Command::Reset {});
+                    }
+                }
+                Event::GearHere => {
+                    let ratio = before.velocity / master.state.velocity;
+                    let _ = axis.command(&Command::GearIn { ratio });
+                }
+                Event::FlyingHere(ratio, way_in, way_out) => {
+                    let gear = flying_gear(&before, &master.state, ratio, way_in, way_out);
+                    let _ = axis.command(&Command::FlyingGear(gear));
+                }
+                Event::VeloHere(command) => {
+                    saw(&mut axis, Command::GearInVelo(command), command.sync_mode.mask);
+                }
+                Event::PosHere(command, way, share) => {
+                    let way = way.copysign(master.state.velocity);
+                    let slave = command.ratio.numerator * way * share;
+                    let command = GearInPos {
+                        master_sync_position: master.state.position + way,
+                        slave_sync_position: before.position + slave,
+                        ..command
+                    };
+                    saw(&mut axis, Command::GearInPos(command), command.sync_mode.mask);
+                }
+                Event::Lost(count) => lost = count,
+                Event::Jump(by) => master.state.position += by,
+                Event::Head(velocity, push) => (master.target, master.push) = (velocity, push),
+                Event::Garbage => garbage = true,
+            }
+            if axis.status() != AxisStatus::Homing {
+                keep(&before, &axis.set(), dt, &parameters, false);
+            }
+            for _ in 0..=cycles {
+                let before = axis.set();
+                let failed = axis.status() == AxisStatus::ErrorStop;
+                let was = axis.error().map(|error| error.code());
+                master.step(dt);
+                let seen = Kinematics {
+                    velocity: if garbage { f64::NAN } else { master.state.velocity },
+                    ..master.state
+                };
+                let coupled = axis.status() == AxisStatus::SynchronizedMotion;
+                let heard = lost == 0;
+                lost = lost.saturating_sub(1);
+                let now = axis.update(heard.then_some(&seen), Seconds(dt));
+                let instant = stops_instantly && coupled && axis.status() == AxisStatus::Standstill;
+                keep(&before, &now, dt, &parameters, instant);
+                if failed {
+                    prop_assert_eq!(axis.status(), AxisStatus::ErrorStop);
+                    prop_assert_eq!(axis.error().map(|error| error.code()), was);
+                }
+                prop_assert_eq!(axis.error().is_some(), axis.status() == AxisStatus::ErrorStop);
+            }
+        }
+    }
+}

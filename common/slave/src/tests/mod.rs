@@ -1,0 +1,123 @@
+//! What a slave axis does, and what it never does.
+
+mod cams;
+mod coupled;
+mod dry_run;
+mod invariants;
+mod life_cycle;
+mod moves;
+mod saw_rollback;
+mod saws;
+
+use coaxle_clock::{CycleTime, Seconds, Span};
+
+use super::{Accepted, Command, Dynamics, JobNumber, OnMasterLoss, SlaveAxis, SlaveParameters};
+use coaxle_axis::drive::{Drive, DriveParameters};
+use coaxle_curve::profile::Kinematics;
+
+const CYCLE: Seconds = Seconds(1e-3);
+
+const PARAMETERS: SlaveParameters = SlaveParameters {
+    velocity: 1_000.0,
+    acceleration: 5_000.0,
+    deceleration: Some(4_000.0),
+    jerk: 100_000.0,
+    min_position: None,
+    max_position: None,
+    on_master_loss: OnMasterLoss::Stop,
+    master_noise: None,
+    master_increment: None,
+};
+
+const LIMITED: SlaveParameters = SlaveParameters {
+    min_position: Some(-100.0),
+    max_position: Some(1_000.0),
+    ..PARAMETERS
+};
+
+fn cycle_time() -> CycleTime {
+    CycleTime::new(Span::from_millis(1)).expect("1 ms is a cycle time")
+}
+
+fn drive(window: f64) -> Drive {
+    Drive::new(DriveParameters {
+        following_error_window: window,
+        ..DriveParameters::default()
+    })
+    .expect("the constants are in range")
+}
+
+fn axis(parameters: &SlaveParameters) -> SlaveAxis {
+    SlaveAxis::new(parameters, drive(0.0), cycle_time()).expect("the parameters are in range")
+}
+
+/// An axis at rest at 0, with power.
+fn powered(parameters: &SlaveParameters) -> SlaveAxis {
+    let mut axis = axis(parameters);
+    assert_eq!(
+        axis.command(&Command::Power(true)),
+        Ok(Accepted::AtOnce),
+        "power"
+    );
+    axis
+}
+
+/// Commands what must be accepted.
+fn start(axis: &mut SlaveAxis, command: &Command) -> JobNumber {
+    match axis.command(command) {
+        Ok(Accepted::Job(number)) => number,
+        other => panic!("{command:?}: {other:?}"),
+    }
+}
+
+fn run(axis: &mut SlaveAxis, cycles: u32) {
+    for _ in 0..cycles {
+        axis.update(None, CYCLE);
+    }
+}
+
+/// A master at constant velocity.
+#[derive(Clone, Copy)]
+struct Master(Kinematics);
+
+impl Master {
+    fn at(position: f64, velocity: f64) -> Self {
+        Self(Kinematics {
+            position,
+            velocity,
+            acceleration: 0.0,
+        })
+    }
+
+    fn lead(&mut self, axis: &mut SlaveAxis, cycles: u32) {
+        for _ in 0..cycles {
+            self.0.position += self.0.velocity * CYCLE.0;
+            axis.update(Some(&self.0), CYCLE);
+        }
+    }
+}
+
+const fn move_absolute(position: f64) -> Command {
+    Command::MoveAbsolute {
+        position,
+        velocity: None,
+        dynamics: OWN,
+    }
+}
+
+const fn move_velocity(velocity: f64) -> Command {
+    Command::MoveVelocity {
+        velocity,
+        dynamics: OWN,
+    }
+}
+
+/// The axis's own dynamics.
+const OWN: Dynamics = Dynamics {
+    acceleration: None,
+    deceleration: None,
+    jerk: None,
+};
+
+const HALT: Command = Command::Halt { dynamics: OWN };
+const STOP: Command = Command::Stop { dynamics: OWN };

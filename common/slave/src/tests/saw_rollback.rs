@@ -1,0 +1,127 @@
+//! A master that runs back past the coupling position: TS5055 8.
+
+use std::vec::Vec;
+
+use super::saws::{beside, to_position};
+use super::*;
+use coaxle_axis::{AxisState, AxisStatus, CommandState};
+use coaxle_saw::SyncMask;
+
+/// Couples at 0, and turns the master round before or after the slave is synchronous.
+fn there_and_back(mask: SyncMask, reached: bool) -> (SlaveAxis, JobNumber, Vec<Kinematics>) {
+    let parameters = SlaveParameters {
+        deceleration: Some(2_500.0),
+        ..PARAMETERS
+    };
+    let (mut axis, mut master) = beside(&parameters, 500.0);
+    start(&mut axis, &move_velocity(250.0));
+    master.lead(&mut axis, 1_000);
+    let start_at = (master.0.position, axis.set().position);
+    let sync = (start_at.0 + 1_000.0, start_at.1 + 1_100.0);
+    let job = start(&mut axis, &Command::GearInPos(to_position(sync, mask)));
+    master.lead(&mut axis, if reached { 2_500 } else { 1_000 });
+    assert_eq!(axis.progress(job) == CommandState::InSync, reached);
+    while master.0.velocity > -500.0 {
+        master.0.velocity -= 1.0;
+        master.0.acceleration = -1_000.0;
+        master.lead(&mut axis, 1);
+    }
+    master.0.acceleration = 0.0;
+    let mut seen = Vec::new();
+    while master.0.position > start_at.0 - 500.0 {
+        seen.push(axis.set());
+        master.lead(&mut axis, 1);
+    }
+    for slave in &mut seen {
+        slave.position -= start_at.1;
+    }
+    (axis, job, seen)
+}
+
+#[test]
+fn the_eight_cases_of_a_rollback() {
+    let lock = SyncMask::ROLLBACK_LOCK;
+    let instant = SyncMask::INSTANT_STOP_ON_ROLLBACK;
+    let none = SyncMask::empty();
+    let cases = [
+        (none, true),
+        (none, false),
+        (instant, false),
+        (instant, true),
+        (lock, false),
+        (lock, true),
+        (lock | instant, false),
+        (lock | instant, true),
+    ];
+    for (number, (mask, reached)) in (1..).zip(cases) {
+        let (axis, job, seen) = there_and_back(mask, reached);
+        assert_eq!(axis.error(), None, "case {number}");
+        if reached && !mask.contains(lock) {
+            assert_eq!(axis.progress(job), CommandState::InSync, "case {number}");
+            assert_eq!(axis.set().velocity, -500.0, "case {number}");
+            continue;
+        }
+        assert_eq!(axis.progress(job), CommandState::Aborted, "case {number}");
+        assert_eq!(axis.status(), AxisStatus::Standstill, "case {number}");
+        assert_eq!(axis.axis_struct(1).axis_state, AxisState::Inactive);
+        // Where the slave is as its master passes the coupling position, and how fast.
+        let (position, velocity): (f64, f64) = if reached {
+            (100.0, -500.0)
+        } else {
+            (0.0, -250.0)
+        };
+        let last = seen
+            .iter()
+            .rposition(|slave| slave.velocity != 0.0)
+            .unwrap();
+        let (moving, standing) = (seen[last], seen[last + 1]);
+        if mask.contains(instant) {
+            assert!(
+                (moving.velocity - velocity).abs() < 0.01 * velocity.abs(),
+                "case {number}"
+            );
+            assert!((standing.position - position).abs() < 1e-2, "case {number}");
+        } else {
+            let ramp = f64::max(
+                1.5 * velocity.abs() / 2_475.0,
+                libm::sqrt(6.0 * velocity.abs() / 100_000.0),
+            );
+            let end = position + velocity * ramp / 2.0;
+            assert!(
+                (standing.position - end).abs() < 1e-2,
+                "case {number}: {standing:?} {end}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_rollback_stop_can_be_taken_over() {
+    let (mut axis, mut master) = beside(&PARAMETERS, 500.0);
+    start(&mut axis, &move_velocity(250.0));
+    master.lead(&mut axis, 1_000);
+    let sync = (master.0.position + 1_000.0, axis.set().position + 1_100.0);
+    start(
+        &mut axis,
+        &Command::GearInPos(to_position(sync, SyncMask::empty())),
+    );
+    master.lead(&mut axis, 500);
+    while master.0.velocity > -500.0 {
+        master.0.velocity -= 1.0;
+        master.0.acceleration = -1_000.0;
+        master.lead(&mut axis, 1);
+    }
+    master.0.acceleration = 0.0;
+    while axis.status() == AxisStatus::SynchronizedMotion {
+        master.lead(&mut axis, 1);
+    }
+    assert_eq!(axis.status(), AxisStatus::DiscreteMotion);
+    assert_eq!(axis.axis_struct(1).axis_state, AxisState::Decelerating);
+    // A master that is lost does not matter any more.
+    run(&mut axis, 10);
+    assert!(axis.set().velocity < 0.0);
+    let home = start(&mut axis, &move_absolute(0.0));
+    run(&mut axis, 3_000);
+    assert_eq!(axis.progress(home), CommandState::Done);
+    assert_eq!(axis.set(), Kinematics::at_rest(0.0));
+}
