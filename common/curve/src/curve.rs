@@ -58,12 +58,14 @@ impl Curve {
 
     /// Where the first segment begins.
     #[must_use]
+    #[inline]
     pub fn start(&self) -> f64 {
         self.masters[0]
     }
 
     /// Where the last segment ends.
     #[must_use]
+    #[inline]
     pub fn end(&self) -> f64 {
         self.masters[self.segments.len()]
     }
@@ -76,11 +78,13 @@ impl Curve {
 
     /// The motion at a master position from start to end.
     #[must_use]
+    #[inline]
     pub fn at(&self, master: f64) -> Motion {
         self.segments[self.find(master)].at(master)
     }
 
     /// The same, looking first where the last look ended.
+    #[inline]
     pub fn along(&self, segment: &mut usize, master: f64) -> Motion {
         *segment = self
             .near(*segment, master)
@@ -89,6 +93,7 @@ impl Curve {
     }
 
     /// Which segment a master position belongs to: the one that begins there, or before.
+    #[inline]
     fn find(&self, master: f64) -> usize {
         if self.density > 0.0 {
             // The segments are only about of one length, so it may be the next one.
@@ -102,6 +107,7 @@ impl Curve {
     }
 
     /// The same if it is this segment or one beside it.
+    #[inline]
     fn near(&self, hint: usize, master: f64) -> Option<usize> {
         let last = self.segments.len() - 1;
         let hint = hint.min(last);
@@ -110,6 +116,7 @@ impl Curve {
             .find(|&segment| self.belongs_to(segment, master))
     }
 
+    #[inline]
     fn belongs_to(&self, segment: usize, master: f64) -> bool {
         let last = self.segments.len() - 1;
         (self.masters[segment] <= master || segment == 0)

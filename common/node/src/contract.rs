@@ -19,10 +19,10 @@
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::{Instant, Local};
 
+use coaxle_wire::command::{CommandOrder, CommandOutcome, NotTaken};
+pub use coaxle_wire::{Channel, Message, Outgoing};
+
 use crate::arrival::Arrival;
-pub use crate::channel::Channel;
-use crate::command::{CommandOrder, CommandOutcome, NotTaken};
-pub use crate::message::{Message, Outgoing};
 
 /// A node: one PLC scan per cycle of its own clock, no I/O.
 pub trait Node {

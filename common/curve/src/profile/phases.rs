@@ -77,6 +77,7 @@ impl Profile {
     /// The state `since_start` after the start. Before it, the state at the start; after the end,
     /// the motion goes on at its final velocity.
     #[must_use]
+    #[inline]
     pub fn at(&self, since_start: Seconds) -> Kinematics {
         let t = since_start.0.max(0.0);
         if t >= self.duration {
@@ -118,6 +119,7 @@ impl Profile {
     }
 
     /// The phase under way at `t`, which lies before the end: then there is at least one phase.
+    #[inline]
     fn phase_at(&self, t: f64) -> &Phase {
         let phases = &self.phases[..self.len];
         let next = phases.partition_point(|phase| phase.begin <= t);

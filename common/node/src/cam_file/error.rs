@@ -1,6 +1,6 @@
 //! Errors that name the place in the file.
 
-use coaxle_motion::cam::CamError;
+use coaxle_plate::CamError;
 
 use crate::config::ConfigError;
 

@@ -19,7 +19,7 @@ mod text;
 
 use std::path::Path;
 
-use coaxle_motion::cam::{
+use coaxle_plate::{
     CamError, Course, Interpolation, MotionFunction, MotionPoint, Place, Plate, PositionTable,
 };
 

@@ -1,5 +1,5 @@
-use coaxle_motion::cam::{PointType, TableType};
-use coaxle_motion::law::MotionLaw;
+use coaxle_curve::law::MotionLaw;
+use coaxle_plate::{PointType, TableType};
 
 use super::*;
 

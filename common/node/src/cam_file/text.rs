@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use coaxle_motion::cam::{Course, Interpolation, MotionPoint, PointType};
-use coaxle_motion::law::MotionLaw;
+use coaxle_curve::law::MotionLaw;
+use coaxle_plate::{Course, Interpolation, MotionPoint, PointType};
 use serde::Deserialize;
 
 use super::{CamFileError, Shape, Table, csv};

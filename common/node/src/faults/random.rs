@@ -4,8 +4,8 @@ use rand_distr::{Distribution, Exp1, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-use crate::channel::Channel;
 use crate::config::JitterConfig;
+use coaxle_wire::Channel;
 
 /// A stream of random numbers.
 #[derive(Clone, Debug)]

@@ -15,7 +15,7 @@ mod text;
 
 use std::path::Path;
 
-use coaxle_motion::saw::{
+use coaxle_saw::{
     CouplingMoment, SawCommand, SawCoupling, SawPlan, SawRefusal, SawRemedy, SawTolerances,
 };
 

@@ -1,4 +1,4 @@
-use coaxle_motion::saw::{GearInSyncMode, Ratio, SawForm, SyncMask};
+use coaxle_saw::{GearInSyncMode, Ratio, SawForm, SyncMask};
 
 use super::*;
 

@@ -1,8 +1,8 @@
 //! A saw file as it is written.
 
 use coaxle_clock::Seconds;
-use coaxle_motion::profile::{Kinematics, Limits};
-use coaxle_motion::saw::{
+use coaxle_curve::profile::{Kinematics, Limits};
+use coaxle_saw::{
     CouplingMoment, EncoderMaster, GearInPos, GearInVelo, Ratio, SawCommand, SlaveLimits,
     diagonal_ratio, saw_table_id,
 };

@@ -13,20 +13,20 @@ mod document;
 
 use std::fmt::{Display, Write as _};
 
-use coaxle_motion::axis::guard::{GuardFault, GuardRefusal};
-use coaxle_motion::axis::{AxisStatus, Transition};
-use coaxle_motion::cam::PointType;
-use coaxle_motion::cam::coupling::{
+use coaxle_axis::guard::{GuardFault, GuardRefusal};
+use coaxle_axis::{AxisStatus, Transition};
+use coaxle_cam::{
     ActivationMode, CouplingError, JumpHandling, OperationMode, ScalingMode, StartMode,
 };
-use coaxle_motion::gear::{FlyingGearError, RatioZero};
-use coaxle_motion::law::MotionLaw;
-use coaxle_motion::profile::{Kinematics, Limits};
-use coaxle_motion::saw::{
+use coaxle_curve::law::MotionLaw;
+use coaxle_curve::profile::{Kinematics, Limits};
+use coaxle_gear::{FlyingGearError, RatioZero};
+use coaxle_plate::PointType;
+use coaxle_saw::{
     CouplingMoment, GearInSyncMode, LimitGuard, SawFault, SawRefusal, SlaveLimits, SyncMask,
 };
-use coaxle_motion::slave::{Accepted, CouplingPhase, JobNumber, OnMasterLoss, Refusal, SlaveError};
-use coaxle_node::command::{
+use coaxle_slave::{Accepted, CouplingPhase, JobNumber, OnMasterLoss, Refusal, SlaveError};
+use coaxle_wire::command::{
     CommandAnswer, CommandOrder, CommandOutcome, MAX_KNOWN_SLAVES, NotTaken, SawView, SlaveName,
     SlaveView,
 };

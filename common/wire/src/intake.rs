@@ -1,7 +1,7 @@
 //! What becomes of a frame on its way in: checked, reduced to what concerns the node, or refused with
 //! a reason.
 
-use coaxle_motion::axis::NcToPlcAxis;
+use coaxle_axis::NcToPlcAxis;
 
 use crate::channel::Channel;
 use crate::frame::{KeySeal, Sample, sender_id};

@@ -9,7 +9,7 @@ mod name;
 mod outcome;
 mod saw;
 
-use coaxle_motion::slave::Command;
+use coaxle_slave::Command;
 use serde::{Deserialize, Serialize};
 
 pub use answer::{CommandAnswer, Verdict};

@@ -5,13 +5,13 @@
     reason = "a test may end where its own data are wrong"
 )]
 
+use coaxle_axis::{AxisState, CoupleState, ImageLayout, NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Span};
-use coaxle_motion::axis::{AxisState, CoupleState, ImageLayout, NcToPlcAxis, StateWord};
-use coaxle_node::frame::{
+use coaxle_wire::frame::{
     EncodeError, FrameHeader, MAX_AXES, body_capacity, decode, encode_body, frame_capacity, seal,
     sender_id,
 };
-use coaxle_node::keys::NodeName;
+use coaxle_wire::keys::NodeName;
 use proptest::prelude::*;
 
 const KEY: &str = "coaxle/press/axes";

@@ -1,10 +1,10 @@
 //! What the asker reads of a flying saw.
 
-use coaxle_motion::saw::{
+use coaxle_saw::{
     CouplingMoment, FlyingSawCharacteristics, SawForm, SawPlan, SawRefusal, SawRemedy, SawTable,
     SyncMask, Violation, saw_table_id,
 };
-use coaxle_motion::slave::{Command, Refusal};
+use coaxle_slave::{Command, Refusal};
 use serde::{Deserialize, Serialize};
 
 /// A flying saw as the cycle says it: plain data.

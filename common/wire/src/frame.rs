@@ -4,8 +4,8 @@
 //! into a buffer it owns ([`encode_body`]). Whoever publishes it appends the send stamp and the
 //! check sum at the last moment ([`KeySeal::seal`]).
 
+use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, CycleTime, Span};
-use coaxle_motion::axis::NcToPlcAxis;
 use serde::{Deserialize, Serialize};
 
 use crate::keys::NodeName;

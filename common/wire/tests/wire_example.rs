@@ -8,11 +8,11 @@
 
 mod document;
 
+use coaxle_axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Span};
-use coaxle_motion::axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
-use coaxle_node::Rejection;
-use coaxle_node::frame::{self, FrameHeader, body_capacity, encode_body, sender_id};
-use coaxle_node::keys::NodeName;
+use coaxle_wire::Rejection;
+use coaxle_wire::frame::{self, FrameHeader, body_capacity, encode_body, sender_id};
+use coaxle_wire::keys::NodeName;
 use document::{assert_consistent, crc32, section};
 
 const KEY: &str = "coaxle/press/axes";

@@ -9,12 +9,12 @@ mod document;
 
 use std::collections::BTreeSet;
 
-use coaxle_motion::axis::AxisStatus;
-use coaxle_motion::axis::guard::GuardRefusal;
-use coaxle_motion::profile::{Kinematics, Limits};
-use coaxle_motion::saw::{CouplingMoment, LimitGuard, SlaveLimits};
-use coaxle_motion::slave::{Accepted, Command, CouplingPhase, Dynamics, JobNumber, Refusal};
-use coaxle_node::command::{
+use coaxle_axis::AxisStatus;
+use coaxle_axis::guard::GuardRefusal;
+use coaxle_curve::profile::{Kinematics, Limits};
+use coaxle_saw::{CouplingMoment, LimitGuard, SlaveLimits};
+use coaxle_slave::{Accepted, Command, CouplingPhase, Dynamics, JobNumber, Refusal};
+use coaxle_wire::command::{
     BadOrder, CommandAnswer, CommandOrder, CommandOutcome, MAX_KNOWN_SLAVES, MAX_ORDER_BYTES,
     NotTaken, SawRefused, SawView, SlaveName, SlaveView, Verdict,
 };

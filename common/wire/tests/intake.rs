@@ -5,11 +5,11 @@
     reason = "a test may end where its own data are wrong"
 )]
 
+use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, CycleTime, Span};
-use coaxle_motion::axis::NcToPlcAxis;
-use coaxle_node::frame::{self, FrameHeader, MAX_AXES, body_capacity, encode_body, sender_id};
-use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, Intake, Message, Rejection, Sample};
+use coaxle_wire::frame::{self, FrameHeader, MAX_AXES, body_capacity, encode_body, sender_id};
+use coaxle_wire::keys::NodeName;
+use coaxle_wire::{Channel, Intake, Message, Rejection, Sample};
 use proptest::prelude::*;
 
 fn press() -> NodeName {

@@ -1,13 +1,13 @@
 //! The way of a frame, from the cycle thread to the sample, asks for no memory.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, CycleTime, Span};
-use coaxle_motion::axis::NcToPlcAxis;
-use coaxle_node::frame::{
+use coaxle_wire::frame::{
     FrameHeader, KeySeal, MAX_AXES, body_capacity, encode_body, frame_capacity, sender_id,
 };
-use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, Intake, Rejection};
+use coaxle_wire::keys::NodeName;
+use coaxle_wire::{Channel, Intake, Rejection};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;

@@ -9,12 +9,12 @@ mod document;
 
 use coaxle_clock::delay::Answer;
 use coaxle_clock::{CycleTime, Instant, Span};
-use coaxle_node::exchange::{
+use coaxle_wire::exchange::{
     ANSWERS_CAPACITY, AnswerHeader, QUESTION_CAPACITY, Question, Reply, encode_answers,
     encode_question,
 };
-use coaxle_node::frame::{KeySeal, sender_id};
-use coaxle_node::keys::NodeName;
+use coaxle_wire::frame::{KeySeal, sender_id};
+use coaxle_wire::keys::NodeName;
 use document::{assert_consistent, example_dump};
 
 const QUESTION: &str = "## Worked question";

@@ -1,8 +1,8 @@
 //! What the asker reads.
 
-use coaxle_motion::axis::guard::GuardRefusal;
-use coaxle_motion::saw::SawRefusal;
-use coaxle_motion::slave::{Accepted, Refusal};
+use coaxle_axis::guard::GuardRefusal;
+use coaxle_saw::SawRefusal;
+use coaxle_slave::{Accepted, Refusal};
 use serde::{Deserialize, Serialize};
 
 use super::COMMAND_VERSION;

@@ -1,8 +1,8 @@
 //! What becomes of an order, as the cycle says it: plain data.
 
-use coaxle_motion::axis::AxisStatus;
-use coaxle_motion::saw::CouplingMoment;
-use coaxle_motion::slave::{Accepted, CouplingPhase, Refusal};
+use coaxle_axis::AxisStatus;
+use coaxle_saw::CouplingMoment;
+use coaxle_slave::{Accepted, CouplingPhase, Refusal};
 use serde::{Deserialize, Serialize};
 
 use super::name::SlaveName;

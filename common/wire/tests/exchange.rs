@@ -8,13 +8,13 @@
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::delay::Answer;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
-use coaxle_node::exchange::{
+use coaxle_wire::exchange::{
     ANSWERS_CAPACITY, AnswerHeader, MAX_ANSWERS, QUESTION_CAPACITY, Question, Reply,
     encode_answers, encode_question,
 };
-use coaxle_node::frame::{FORMAT_VERSION, KeySeal, sender_id};
-use coaxle_node::keys::NodeName;
-use coaxle_node::{Answering, Channel, Message, Reader, Rejection};
+use coaxle_wire::frame::{FORMAT_VERSION, KeySeal, sender_id};
+use coaxle_wire::keys::NodeName;
+use coaxle_wire::{Answering, Channel, Message, Reader, Rejection};
 use proptest::prelude::*;
 
 fn name(name: &str) -> NodeName {

@@ -1,0 +1,55 @@
+//! What travels between nodes: `docs/WIRE.md` is its manual, byte by byte.
+//!
+//! * [`frame`]: the axes of a node, once per cycle of its own clock.
+//! * [`exchange`]: questions about a node's clock and the answers; [`Answering`] gives them.
+//! * [`command`]: what the slaves of a node are told from anywhere, and what becomes of it: JSON.
+//! * [`keys`]: the key expressions under which all of it travels.
+//! * [`intake`]: what becomes of bytes that arrive: a [`Message`], or a [`Rejection`] with its reason.
+//!
+//! Nothing here sends or receives. What a node wants sent is an [`Outgoing`] body; whoever publishes it
+//! seals it with the send stamp and the check sum at the last moment.
+//!
+//! ```
+//! use coaxle_axis::NcToPlcAxis;
+//! use coaxle_clock::{CycleIndex, CycleTime, Span};
+//! use coaxle_wire::frame::{body_capacity, encode_body, sender_id};
+//! use coaxle_wire::keys::NodeName;
+//! use coaxle_wire::{Channel, FrameHeader, Intake, Rejection};
+//!
+//! let conveyor = NodeName::new("conveyor")?;
+//! let header = FrameHeader {
+//!     sender: sender_id(&conveyor),
+//!     epoch: 5,
+//!     index: CycleIndex(9),
+//!     count: 9,
+//!     cycle_time: CycleTime::new(Span::from_millis(1))?,
+//!     send_stamp: None,
+//! };
+//! let axis = NcToPlcAxis { axis_id: 3, set_position: 2.5, ..NcToPlcAxis::default() };
+//! let mut body = vec![0; body_capacity(1)];
+//! let length = encode_body(&header, &[axis], &mut body)?;
+//!
+//! // Without its send stamp and check sum it is no frame yet.
+//! let intake = Intake::new(&conveyor.channel_key(Channel::Axes), &conveyor, 3);
+//! assert!(intake.accept(&body[..length]).is_err());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod answering;
+mod channel;
+pub mod command;
+pub mod exchange;
+pub mod frame;
+pub mod intake;
+pub mod keys;
+mod message;
+mod rejection;
+
+pub use answering::{Answering, AnsweringCounters};
+pub use channel::Channel;
+pub use command::{CommandAnswer, CommandOrder, CommandOutcome};
+pub use exchange::Question;
+pub use frame::{FrameHeader, Sample};
+pub use intake::{Intake, Reader};
+pub use message::{Message, Outgoing};
+pub use rejection::{Rejection, RejectionCounters};
