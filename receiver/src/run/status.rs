@@ -1,7 +1,7 @@
 //! What a receiver adds to its status: `docs/WIRE.md` describes each field.
 
 use coaxle_clock::delay::{DelayOutput, DelayState};
-use coaxle_clock::observer::{ObserverOutput, ObserverState};
+use coaxle_clock::observer::{ObserverLine, ObserverOutput, ObserverState};
 use coaxle_clock::{CycleTime, Instant, Local, Seconds, Span};
 use coaxle_motion::axis::AxisStatus;
 use coaxle_motion::slave::CouplingPhase;
@@ -42,8 +42,11 @@ pub(super) struct Status<'a> {
 #[derive(Serialize)]
 struct ObserverStatus {
     state: ObserverState,
+    line: ObserverLine,
     drift_sigma_ppm: f64,
     offset_sigma_us: f64,
+    normal_jitter_us: f64,
+    exponential_jitter_us: f64,
     random_walk_ppm: f64,
     block_length: u16,
     shifts: u32,
@@ -197,8 +200,11 @@ impl ObserverStatus {
         let seconds = |at: Instant<Local>| at.since_epoch().as_secs_f64();
         Self {
             state: observer.state,
+            line: observer.line,
             drift_sigma_ppm: observer.drift_sigma_ppm,
             offset_sigma_us: observer.offset_sigma.as_micros(),
+            normal_jitter_us: observer.normal_jitter.as_micros(),
+            exponential_jitter_us: observer.exponential_jitter.as_micros(),
             random_walk_ppm: observer.random_walk_ppm,
             block_length: observer.block_length,
             shifts: observer.shifts,

@@ -37,6 +37,7 @@ mod pull;
 mod report;
 mod resolution;
 mod shift;
+mod show;
 mod steadiness;
 mod stream;
 mod told_delay;
@@ -45,7 +46,7 @@ mod wander;
 pub use far_line::FarLine;
 pub use output::FarTime;
 pub use parameters::ObserverParameters;
-pub use report::{ObserverOutput, ObserverState};
+pub use report::{ObserverLine, ObserverOutput, ObserverState};
 
 use crate::cycle::CycleTime;
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
@@ -64,11 +65,6 @@ use told_delay::ToldDelay;
 
 /// After so many seconds without an event the drift is trusted, whatever the offset does.
 const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
-/// At first the delay may be longer than usual by so many widths of the jitter, and at least by this,
-/// s. It is forgotten with this time constant, s.
-const UNSEEN: f64 = 3.0;
-const LEAST_UNSEEN: f64 = 1e-5;
-const UNSEEN_FOR: f64 = 2.5;
 /// The edge finds smaller shifts itself, s.
 const EDGE_FOLLOWS: f64 = 1e-4;
 /// No clock this crate is made for drifts more, s/s.
@@ -206,16 +202,6 @@ impl PhaseObserver {
         }
     }
 
-    /// One receiver cycle, which ideally starts at `ideal_start` (when it really woke up would only
-    /// add jitter).
-    pub fn cycle(&mut self, ideal_start: Instant<Local>) -> ObserverOutput {
-        let state = self.state(ideal_start);
-        self.show(ideal_start, state);
-        let output = self.output(ideal_start, state);
-        self.events.rebased = false;
-        output
-    }
-
     /// The far time at which message number `count` of the present run was due to be sent. It is
     /// `count·T` for a sender that never stood still. None until the first message.
     #[must_use]
@@ -294,13 +280,6 @@ impl PhaseObserver {
         followed.map_or(0.0, |followed| {
             (followed.estimate.drift).clamp(-LARGEST_DRIFT, LARGEST_DRIFT)
         })
-    }
-
-    /// What nobody can know at first: whether messages will be earlier, once the delay is another, s.
-    fn unseen(&self, now: Instant<Local>) -> f64 {
-        let age = (now - self.progress.since).as_secs_f64().max(0.0);
-        let most = (UNSEEN * self.jitter.width()).max(LEAST_UNSEEN);
-        most * libm::exp(-age / UNSEEN_FOR)
     }
 
     /// The line that is followed: that of all messages, or their lower edge.
@@ -420,106 +399,22 @@ impl PhaseObserver {
         if small && stream.edge.line().is_some() && self.jitter.cell() == 0.0 {
             stream.choice.suspect_small_shift();
         }
-        if cycles != 0 || !stream.choice.is_edge() && !small {
-            stream.edge.shift(shift);
-            stream.choice.shift(shift);
-        } else if stream.choice.is_correlated() {
+        if cycles == 0 && stream.choice.is_edge() {
             // The edge knows better.
             return;
         }
-        self.events.shift(arrived);
+        if !small {
+            stream.edge.shift(shift);
+            stream.choice.shift(shift);
+        }
+        if !small || !stream.choice.is_correlated() {
+            self.events.shift(arrived);
+        }
         self.jumped.0 += shift - cycles as f64 * self.seconds_per_count;
         if cycles != 0 {
             stream.origin += self.data_cycle_time * cycles;
             self.events.rebase();
         }
-    }
-
-    fn state(&mut self, now: Instant<Local>) -> ObserverState {
-        let Some(stream) = &self.stream else {
-            return ObserverState::Startup;
-        };
-        let silence = now - stream.newest_arrival;
-        if silence > self.lost_after {
-            self.progress.lost = true;
-        }
-        if self.shown.is_none() && stream.line.is_none() {
-            ObserverState::Startup
-        } else if self.progress.lost {
-            ObserverState::Lost
-        } else if silence > self.holdover_after {
-            ObserverState::Holdover
-        } else if self.progress.is_unsure() {
-            ObserverState::Unsure
-        } else if self.progress.is_synced() {
-            ObserverState::Synced
-        } else {
-            ObserverState::Locking
-        }
-    }
-
-    fn show(&mut self, now: Instant<Local>, state: ObserverState) {
-        let line = self.line();
-        let Some(shown) = &mut self.shown else {
-            self.delay.jump();
-            let delay = self.delay.shown();
-            self.shown = line.map(|line| Shown::new(now, line.at(now).plus(delay)));
-            return;
-        };
-        let locking = state == ObserverState::Locking;
-        let passed = (now - shown.at).as_nanos() as f64;
-        let gained = if locking {
-            self.delay.jump();
-            0.0
-        } else {
-            self.delay.advance(passed)
-        };
-        let rate = line.map_or(1.0, |line| line.rate);
-        let coasting = shown.far.plus(passed * rate + gained);
-        let delay = self.delay.shown();
-        let target = line.map_or(coasting, |line| line.at(now).plus(delay));
-        shown.advance(now, coasting, target, self.parameters.pace(locking));
-    }
-
-    fn output(&self, now: Instant<Local>, state: ObserverState) -> ObserverOutput {
-        let events = &self.events;
-        let mut output = ObserverOutput {
-            state,
-            far_time: self.shown.map(|shown| shown.far),
-            slew_remaining: self.shown.map_or(Seconds::ZERO, |shown| {
-                shown.remaining + Seconds(self.delay.missing() * 1e-9)
-            }),
-            block_length: BLOCK as u16,
-            shifts: events.shifts,
-            last_shift: events.last_shift,
-            relocks: events.relocks,
-            last_relock: events.last_relock,
-            rebases: events.rebases,
-            rebased: events.rebased,
-            ..ObserverOutput::default()
-        };
-        if let (Some(stream), Some(followed)) = (&self.stream, self.followed())
-            && let Some(line) = &stream.line
-        {
-            let due = stream.first_arrival + self.data_cycle_time * followed.at;
-            let dt = (now - due).as_secs_f64().max(0.0);
-            let walk = followed.drift_walk;
-            let estimate = followed.estimate;
-            let drift_variance = estimate.drift_variance + dt * walk;
-            output.drift_ppm = (1.0 / (1.0 + self.drift()) - 1.0) * 1e6;
-            output.drift_sigma_ppm = libm::sqrt(drift_variance) * 1e6;
-            let mut variance = estimate.offset_variance_after(dt, walk);
-            if !stream.choice.is_edge() {
-                variance += line.bank.bias_variance();
-            }
-            let sigma = stream.choice.sigma(variance);
-            output.offset_sigma = Seconds(libm::hypot(sigma, self.unseen(now)));
-            output.random_walk_ppm = line.bank.random_walk_ppm();
-            output.lead = Seconds(self.jitter.moved());
-            output.normal_jitter = Seconds(self.jitter.normal());
-            output.exponential_jitter = Seconds(self.jitter.exponential());
-        }
-        output
     }
 }
 

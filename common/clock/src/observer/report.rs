@@ -23,19 +23,34 @@ pub enum ObserverState {
     Lost,
 }
 
+/// Which line of the phases the far time follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum ObserverLine {
+    /// That of all messages: their delays are independent, as far as can be seen.
+    #[default]
+    AllMessages,
+    /// The lower edge of the phases: delays are correlated, as between processes on busy machines.
+    LowerEdge,
+}
+
 /// What one cycle of [`PhaseObserver`](super::PhaseObserver) gives.
 #[must_use]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ObserverOutput {
     /// How far the observer is.
     pub state: ObserverState,
+    /// Which line it follows.
+    pub line: ObserverLine,
     /// The far time now. None in start-up. Strictly monotone from then on, through everything.
     pub far_time: Option<FarTime>,
     /// The far clock's rate against the own, ppm; negative when the sender's cycle is the longer one.
     pub drift_ppm: f64,
     /// Standard deviation of the drift, ppm.
     pub drift_sigma_ppm: f64,
-    /// Standard deviation of the estimated offset, s.
+    /// Standard deviation of the estimated offset, s. In the first seconds it includes what nobody can
+    /// know as yet: whether messages will come earlier.
     pub offset_sigma: Seconds,
     /// The estimate minus the far time shown: what is still to be slewed, s.
     pub slew_remaining: Seconds,

@@ -1,0 +1,120 @@
+//! What the observer shows once per receiver cycle: its state, the far time and what is known of it.
+
+use super::PhaseObserver;
+use super::output::Shown;
+use super::report::{ObserverLine, ObserverOutput, ObserverState};
+use super::stream::BLOCK;
+use crate::instant::{Instant, Local, Seconds};
+
+/// At first the delay may be longer than usual by so many widths of the jitter, and at least by this,
+/// s. It is forgotten with this time constant, s.
+const UNSEEN: f64 = 3.0;
+const LEAST_UNSEEN: f64 = 1e-5;
+const UNSEEN_FOR: f64 = 2.5;
+impl PhaseObserver {
+    /// One receiver cycle, which ideally starts at `ideal_start` (when it really woke up would only
+    /// add jitter).
+    pub fn cycle(&mut self, ideal_start: Instant<Local>) -> ObserverOutput {
+        let state = self.state(ideal_start);
+        self.show(ideal_start, state);
+        let output = self.output(ideal_start, state);
+        self.events.rebased = false;
+        output
+    }
+
+    fn state(&mut self, now: Instant<Local>) -> ObserverState {
+        let Some(stream) = &self.stream else {
+            return ObserverState::Startup;
+        };
+        let silence = now - stream.newest_arrival;
+        if silence > self.lost_after {
+            self.progress.lost = true;
+        }
+        if self.shown.is_none() && stream.line.is_none() {
+            ObserverState::Startup
+        } else if self.progress.lost {
+            ObserverState::Lost
+        } else if silence > self.holdover_after {
+            ObserverState::Holdover
+        } else if self.progress.is_unsure() {
+            ObserverState::Unsure
+        } else if self.progress.is_synced() {
+            ObserverState::Synced
+        } else {
+            ObserverState::Locking
+        }
+    }
+
+    fn show(&mut self, now: Instant<Local>, state: ObserverState) {
+        let line = self.line();
+        let Some(shown) = &mut self.shown else {
+            self.delay.jump();
+            let delay = self.delay.shown();
+            self.shown = line.map(|line| Shown::new(now, line.at(now).plus(delay)));
+            return;
+        };
+        let locking = state == ObserverState::Locking;
+        let passed = (now - shown.at).as_nanos() as f64;
+        let gained = if locking {
+            self.delay.jump();
+            0.0
+        } else {
+            self.delay.advance(passed)
+        };
+        let rate = line.map_or(1.0, |line| line.rate);
+        let coasting = shown.far.plus(passed * rate + gained);
+        let delay = self.delay.shown();
+        let target = line.map_or(coasting, |line| line.at(now).plus(delay));
+        shown.advance(now, coasting, target, self.parameters.pace(locking));
+    }
+
+    fn output(&self, now: Instant<Local>, state: ObserverState) -> ObserverOutput {
+        let events = &self.events;
+        let mut output = ObserverOutput {
+            state,
+            far_time: self.shown.map(|shown| shown.far),
+            slew_remaining: self.shown.map_or(Seconds::ZERO, |shown| {
+                shown.remaining + Seconds(self.delay.missing() * 1e-9)
+            }),
+            block_length: BLOCK as u16,
+            shifts: events.shifts,
+            last_shift: events.last_shift,
+            relocks: events.relocks,
+            last_relock: events.last_relock,
+            rebases: events.rebases,
+            rebased: events.rebased,
+            ..ObserverOutput::default()
+        };
+        if let (Some(stream), Some(followed)) = (&self.stream, self.followed())
+            && let Some(line) = &stream.line
+        {
+            let due = stream.first_arrival + self.data_cycle_time * followed.at;
+            let dt = (now - due).as_secs_f64().max(0.0);
+            let walk = followed.drift_walk;
+            let estimate = followed.estimate;
+            let drift_variance = estimate.drift_variance + dt * walk;
+            output.drift_ppm = (1.0 / (1.0 + self.drift()) - 1.0) * 1e6;
+            output.drift_sigma_ppm = libm::sqrt(drift_variance) * 1e6;
+            let mut variance = estimate.offset_variance_after(dt, walk);
+            if stream.choice.is_edge() {
+                output.line = ObserverLine::LowerEdge;
+            } else {
+                variance += line.bank.bias_variance();
+            }
+            let sigma = stream.choice.sigma(variance);
+            output.offset_sigma = Seconds(libm::hypot(sigma, self.unseen(now)));
+            output.random_walk_ppm = line.bank.random_walk_ppm();
+            output.lead = Seconds(self.jitter.moved());
+            output.normal_jitter = Seconds(self.jitter.normal());
+            output.exponential_jitter = Seconds(self.jitter.exponential());
+        }
+        output
+    }
+
+    /// What nobody can know at first: whether messages will be earlier, once the delay is another, s.
+    fn unseen(&self, now: Instant<Local>) -> f64 {
+        let age = (now - self.progress.since).as_secs_f64().max(0.0);
+        let most = (UNSEEN * self.jitter.width()).max(LEAST_UNSEEN);
+        most * libm::exp(-age / UNSEEN_FOR)
+    }
+}
