@@ -160,3 +160,6 @@ impl Choice {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

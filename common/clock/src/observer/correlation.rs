@@ -153,3 +153,6 @@ impl Scale {
         self.means = [self.means[1], mean];
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -119,3 +119,63 @@ impl Events {
         self.rebased = true;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn synced_at(sigma: f64) -> Progress {
+        let mut progress = Progress::starting_at(Instant::EPOCH);
+        let mut events = Events::default();
+        for _ in 0..300 {
+            progress.heard(Instant::EPOCH, &mut events);
+        }
+        judge(&mut progress, sigma);
+        progress
+    }
+
+    fn judge(progress: &mut Progress, sigma: f64) {
+        let parameters = ObserverParameters::default();
+        progress.judge(Instant::EPOCH, sigma, 20e-6, &parameters);
+    }
+
+    #[test]
+    fn it_is_unsure_at_twice_and_sure_again_at_once_what_was_good_enough() {
+        let mut progress = synced_at(0.5e-6);
+        for (sigma, unsure) in [
+            (1.0e-6, false),
+            (1.9e-6, false),
+            (2.1e-6, true),
+            (1.9e-6, true),
+            (1.1e-6, true),
+            (0.9e-6, false),
+            (1.9e-6, false),
+            (1.0, true),
+        ] {
+            judge(&mut progress, sigma);
+            assert_eq!(progress.is_unsure(), unsure, "{sigma}");
+            assert!(progress.is_synced());
+        }
+    }
+
+    #[test]
+    fn before_it_synchronised_it_is_not_unsure() {
+        let mut progress = synced_at(5e-6);
+        assert!(!progress.is_synced() && !progress.is_unsure());
+        judge(&mut progress, 0.9e-6);
+        assert!(progress.is_synced() && !progress.is_unsure());
+    }
+
+    #[test]
+    fn the_lost_begins_anew() {
+        let mut progress = synced_at(0.5e-6);
+        judge(&mut progress, 5e-6);
+        progress.lost = true;
+        let mut events = Events::default();
+        let later = Instant::from_nanos(1_000);
+        progress.heard(later, &mut events);
+        assert!(!progress.is_synced() && !progress.is_unsure() && !progress.lost);
+        assert_eq!((progress.since, progress.messages), (later, 1));
+        assert_eq!((events.relocks, events.last_relock), (1, Some(later)));
+    }
+}

@@ -91,3 +91,57 @@ impl Steadiness {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Looks every half a second at a line that is off a straight one by so much.
+    fn miss(steadiness: &mut Steadiness, looks: u32, off: impl Fn(u32) -> f64) -> Option<f64> {
+        for n in 0..looks {
+            let time = EVERY * f64::from(n);
+            assert!(steadiness.look(time, 1e-3 + 2e-5 * time + off(n), 2e-5));
+            // Not yet again.
+            assert!(!steadiness.look(time + 0.9 * EVERY, 1.0, 1.0));
+        }
+        steadiness.usual_miss()
+    }
+
+    #[test]
+    fn a_straight_line_does_not_miss_itself() {
+        let mut steadiness = Steadiness::new();
+        let enough = (AHEAD + ENOUGH) as u32;
+        assert_eq!(miss(&mut steadiness, enough - 1, |_| 0.0), None);
+        let usual = miss(&mut Steadiness::new(), enough, |_| 0.0).unwrap();
+        assert!(usual < 1e-15, "{usual}");
+    }
+
+    #[test]
+    fn what_a_line_wobbles_by_is_its_miss() {
+        // A period of sixteen looks: after eight it is on the other side.
+        let off = |n: u32| 5e-6 * libm::sin(core::f64::consts::TAU * f64::from(n) / 16.0);
+        let usual = miss(&mut Steadiness::new(), 100, off).unwrap();
+        assert!((5e-6..10e-6).contains(&usual), "{usual}");
+    }
+
+    #[test]
+    fn a_few_misses_are_not_usual() {
+        let off = |n: u32| if n < 60 { 0.0 } else { 1e-3 };
+        let usual = miss(&mut Steadiness::new(), 100, off).unwrap();
+        assert!(usual < 1e-15, "{usual}");
+    }
+
+    #[test]
+    fn a_jump_of_the_clock_is_no_miss() {
+        let mut steadiness = Steadiness::new();
+        let mut jumped = 0.0;
+        for n in 0..100 {
+            if n % 7 == 6 {
+                jumped += 1e-3;
+                steadiness.shift(1e-3);
+            }
+            let _ = steadiness.look(f64::from(n), jumped, 0.0);
+        }
+        assert!(steadiness.usual_miss().unwrap() < 1e-15);
+    }
+}

@@ -1,11 +1,16 @@
+pub(super) mod delays;
+mod edge_followed;
+
 use super::*;
+use delays::{Correlated, Random};
 use proptest::prelude::*;
 use std::vec::Vec;
 
 /// A sender and a link in virtual time; the receiver's clock is the true one.
+#[derive(Clone)]
 struct World {
     observer: PhaseObserver,
-    random: u64,
+    random: Random,
     cycle: Span,
     drift: f64,
     /// When the next count is due, ns.
@@ -15,8 +20,15 @@ struct World {
     /// ns
     now: i64,
     delay: f64,
+    /// Widths of the jitter's normal and exponential part, ns.
+    normal: f64,
+    exponential: f64,
+    /// On top of the jitter, ns.
+    extra: Option<Correlated>,
     silent: bool,
     outputs: Vec<ObserverOutput>,
+    /// When they were asked for, ns.
+    asked: Vec<i64>,
 }
 
 const SIGMA: f64 = 5e3;
@@ -27,7 +39,7 @@ impl World {
         let cycle_time = CycleTime::new(cycle).unwrap();
         Self {
             observer: PhaseObserver::new(cycle_time, ObserverParameters::default()).unwrap(),
-            random: 88_172_645_463_325_252,
+            random: Random::of_state(88_172_645_463_325_252),
             cycle,
             drift: drift_ppm * 1e-6,
             due: 12.3e6,
@@ -35,29 +47,29 @@ impl World {
             epoch: 7,
             now: 0,
             delay: 3e5,
+            normal: SIGMA,
+            exponential: TAU,
+            extra: None,
             silent: false,
             outputs: Vec::new(),
+            asked: Vec::new(),
         }
     }
 
-    fn uniform(&mut self) -> f64 {
-        self.random ^= self.random << 13;
-        self.random ^= self.random >> 7;
-        self.random ^= self.random << 17;
-        ((self.random >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    }
-
+    /// How late the next message is, ns.
     fn jitter(&mut self) -> f64 {
-        let radius = libm::sqrt(-2.0 * libm::log(self.uniform()));
-        let normal = radius * libm::cos(core::f64::consts::TAU * self.uniform());
-        SIGMA * normal - TAU * libm::log(self.uniform())
+        let normal = self.normal * self.random.normal();
+        let jitter = normal + self.exponential * self.random.exponential();
+        let passed = self.cycle.as_secs_f64();
+        let extra = self.extra.as_mut();
+        jitter + extra.map_or(0.0, |extra| extra.after(passed, &mut self.random))
     }
 
     /// One cycle of both; the message is observed when it arrives.
     fn step(&mut self) -> ObserverOutput {
         let jitter = self.jitter();
         let arrived: Instant<Local> = Instant::from_nanos((self.due + self.delay + jitter) as i64);
-        let lost = self.uniform() < 0.01;
+        let lost = self.random.uniform() < 0.01;
         if !self.silent && !lost {
             self.observer.observe(self.epoch, self.count, arrived, None);
         }
@@ -66,6 +78,7 @@ impl World {
         self.now = self.due as i64;
         let output = self.observer.cycle(Instant::from_nanos(self.now));
         self.outputs.push(output);
+        self.asked.push(self.now);
         output
     }
 

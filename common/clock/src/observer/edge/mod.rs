@@ -198,3 +198,6 @@ impl Edge {
         self.jumped += line.estimate.offset - before;
     }
 }
+
+#[cfg(test)]
+mod tests;

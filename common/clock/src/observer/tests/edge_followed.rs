@@ -1,0 +1,197 @@
+//! The observer while it follows the lower edge of the phases, and what may happen then.
+
+use super::*;
+use std::sync::OnceLock;
+
+/// A sender of a sharp edge whose delays are correlated from the first message on.
+fn correlated(cycle: Span) -> World {
+    World {
+        normal: 300.0,
+        exponential: 5e3,
+        extra: Some(Correlated::half_normal(15e3, 0.3)),
+        ..World::new(cycle, 30.0)
+    }
+}
+
+/// The same half a minute later: the edge is followed and well known.
+fn following_the_edge() -> World {
+    static WORLD: OnceLock<World> = OnceLock::new();
+    let world = WORLD.get_or_init(|| {
+        let mut world = correlated(millis(1));
+        let _ = world.run(35.0);
+        world
+    });
+    assert!(world.follows_edge());
+    world.clone()
+}
+
+/// What the edge costs against the least delay that the jitter allows: nearly nothing, s.
+const TOLERANCE: f64 = 3e-6;
+/// After a step of the delay the points on the edge are few, s.
+const TOLERANCE_AFTER_STEP: f64 = 6e-6;
+/// The usual slew limit, s/s.
+const SLEW: f64 = 100.5e-6;
+
+impl World {
+    fn follows_edge(&self) -> bool {
+        self.observer.stream.as_ref().unwrap().choice.is_edge()
+    }
+
+    /// The fastest slew since so many outputs: what the far time gains beside the estimated rate of
+    /// the far clock, s/s. Locking has a limit of its own.
+    fn fastest_slew(&self, since: usize) -> f64 {
+        let mut fastest = 0.0_f64;
+        for n in since.max(1)..self.outputs.len() {
+            let [before, output] = [&self.outputs[n - 1], &self.outputs[n]];
+            if let (Some(earlier), Some(far)) = (before.far_time, output.far_time)
+                && output.state != ObserverState::Locking
+            {
+                let gained = far.since(earlier.instant).0 * 1e9 - earlier.fraction_ns;
+                let passed = (self.asked[n] - self.asked[n - 1]) as f64;
+                let slew = gained / passed - (1.0 + output.drift_ppm * 1e-6);
+                fastest = fastest.max(slew.abs());
+            }
+        }
+        fastest
+    }
+
+    /// By how much the drift shown was off at most since so many outputs, ppm.
+    fn worst_drift(&self, since: usize) -> f64 {
+        let drifts = self.outputs[since..].iter();
+        drifts
+            .map(|output| (output.drift_ppm + self.drift * 1e6).abs())
+            .fold(0.0, f64::max)
+    }
+
+    /// The states shown, each as often as it was entered.
+    fn states(&self) -> Vec<ObserverState> {
+        let mut states: Vec<_> = self.outputs.iter().map(|output| output.state).collect();
+        states.dedup();
+        states
+    }
+}
+
+#[test]
+fn states_follow_each_other_in_order() {
+    use ObserverState::{Holdover, Locking, Lost, Startup, Synced, Unsure};
+    let mut world = following_the_edge();
+    assert_eq!(world.states(), [Startup, Locking, Synced, Unsure, Synced]);
+    world.silent = true;
+    let _ = world.run(3.0);
+    world.silent = false;
+    let _ = world.run(20.0);
+    let expected = [
+        Startup, Locking, Synced, Unsure, Synced, Holdover, Lost, Locking, Synced,
+    ];
+    assert_eq!(world.states(), expected);
+    assert!(world.is_monotone());
+    assert!(world.error().abs() < TOLERANCE, "{}", world.error());
+}
+
+#[test]
+fn the_edge_is_entered_and_left_without_haste() {
+    let mut world = correlated(millis(1));
+    let extra = world.extra.take();
+    let _ = world.run(30.0);
+    assert!(!world.follows_edge());
+    world.extra = extra;
+    let _ = world.run(30.0);
+    assert!(world.follows_edge());
+    world.extra = None;
+    let _ = world.run(200.0);
+    assert!(!world.follows_edge());
+    assert!(world.error().abs() < TOLERANCE, "{}", world.error());
+    assert!(world.is_monotone());
+    let slew = world.fastest_slew(5_000);
+    assert!(slew < SLEW, "{slew}");
+}
+
+#[test]
+fn an_edge_that_is_followed_early_is_not_followed_in_haste() {
+    let world = following_the_edge();
+    assert!(world.is_monotone());
+    let slew = world.fastest_slew(0);
+    assert!(slew < SLEW, "{slew}");
+}
+
+#[test]
+fn silence_does_not_move_the_edge() {
+    for (seconds, relocks) in [(0.5, 0), (3.0, 1)] {
+        let mut world = following_the_edge();
+        let before = world.outputs.len();
+        world.silent = true;
+        let _ = world.run(seconds);
+        assert!(world.error().abs() < TOLERANCE, "{}", world.error());
+        world.silent = false;
+        for _ in 0..100 {
+            let output = world.run(0.1);
+            assert!(world.error().abs() < TOLERANCE, "{}", world.error());
+            assert_eq!((output.relocks, output.shifts), (relocks, 0));
+        }
+        assert!(world.worst_drift(before) < 0.3);
+        assert!(world.is_monotone() && world.fastest_slew(before) < SLEW);
+    }
+}
+
+#[test]
+fn a_restart_begins_without_the_edge_of_before() {
+    let mut world = following_the_edge();
+    world.epoch = 8;
+    world.count = 0;
+    world.due += 0.4e6;
+    let _ = world.step();
+    assert!(!world.follows_edge());
+    let output = world.run(1.0);
+    assert_eq!((output.relocks, output.rebases), (1, 1));
+    let _ = world.run(60.0);
+    assert!(world.error().abs() < TOLERANCE, "{}", world.error());
+    assert!(world.is_monotone());
+}
+
+#[test]
+fn a_step_of_the_delay_is_followed_without_a_kick_of_the_drift() {
+    // How long it may take until it is noticed, s: for what may as well be load sixteen windows, here
+    // of a second as points scatter. Then it is also hard to tell from a drift.
+    for (step, noticed, drift_ppm) in [
+        (30e3, 16.0, 2.5),
+        (-30e3, 4.0, 0.3),
+        (200e3, 4.0, 0.3),
+        (-200e3, 4.0, 0.3),
+        (2e6, 4.0, 0.3),
+        (-2e6, 4.0, 0.3),
+    ] {
+        let mut world = following_the_edge();
+        let before = world.outputs.len();
+        world.delay += step;
+        let _ = world.run(noticed + step.abs() * 1e-9 / 100e-6);
+        let error = world.error();
+        assert!(error.abs() < TOLERANCE_AFTER_STEP, "{step}: {error}");
+        let drift = world.worst_drift(before);
+        assert!(drift < drift_ppm, "{step}: {drift}");
+        assert!(world.is_monotone() && world.fastest_slew(before) < SLEW);
+        let output = world.run(30.0);
+        assert_eq!((output.rebases, output.relocks), (0, 0), "{step}");
+        let error = world.error();
+        assert!(error.abs() < TOLERANCE_AFTER_STEP, "{step}: {error}");
+    }
+}
+
+#[test]
+fn whole_cycles_of_a_sender_that_stood_still_go_into_the_index_map() {
+    for cycles in [7.0, 400.0] {
+        let mut world = following_the_edge();
+        let before = world.outputs.len();
+        world.due += 1e6 * (1.0 + world.drift) * cycles;
+        let output = world.run(0.2);
+        assert_eq!(output.rebases, 1, "{cycles}");
+        assert_eq!(output.state, ObserverState::Synced);
+        // The edge then finds what is not whole.
+        assert!(world.error().abs() < 30e-6, "{}", world.error());
+        let output = world.run(20.0);
+        assert_eq!(output.rebases, 1, "{cycles}");
+        assert!(world.error().abs() < TOLERANCE, "{}", world.error());
+        assert!(world.is_monotone() && world.fastest_slew(before) < SLEW);
+        let drift = world.worst_drift(before);
+        assert!(drift < 1.0, "{drift}");
+    }
+}
