@@ -42,10 +42,15 @@ pub(super) struct Edge {
     windows: Windows,
     noise: Noise,
     line: Option<Line>,
-    /// So many points in a row were above the edge, the lowest of them by so much, s.
+    /// So many points in a row were above the edge: the first by so much, the lowest of the others by
+    /// so much, s. The first may be late by chance, or of a window in which the delay grew.
     late: u8,
     late_since: f64,
+    first_late: f64,
     least_late: f64,
+    /// When the first of their windows was opened, and when the open one was.
+    late_from: f64,
+    opened: f64,
     /// The path's delay jumped by so much, s.
     shifted: Option<f64>,
     /// The line jumped by so much since [`Edge::take_jump`] was called last, s.
@@ -75,7 +80,10 @@ impl Edge {
             line: None,
             late: 0,
             late_since: 0.0,
+            first_late: 0.0,
             least_late: f64::INFINITY,
+            late_from: 0.0,
+            opened: f64::NEG_INFINITY,
             shifted: None,
             jumped: 0.0,
         }
@@ -133,6 +141,7 @@ impl Edge {
             self.follow(&mut line, point);
         }
         self.line = Some(line);
+        self.opened = time;
     }
 
     fn follow(&mut self, line: &mut Line, point: Point) {
@@ -172,20 +181,24 @@ impl Edge {
         }
         if self.late == 0 {
             self.late_since = time;
+            self.late_from = self.opened;
+            self.first_late = innovation;
+        } else {
+            self.least_late = self.least_late.min(innovation);
         }
         self.late = self.late.saturating_add(1);
-        self.least_late = self.least_late.min(innovation);
         let so_long = time - self.late_since;
         let for_good = self.late >= LATE_POINTS && so_long >= LATE_FOR;
-        let far = self.late >= FAR_POINTS && so_long >= FAR_FOR && self.least_late > FAR;
+        let far_points = self.late - u8::from(self.first_late <= FAR);
+        let far = far_points >= FAR_POINTS && so_long >= FAR_FOR && self.least_late > FAR;
         for_good || far
     }
 
     /// The delay jumped: the line and what came before move with it.
     fn follow_shift(&mut self, line: &mut Line) {
         let by = self.least_late;
-        self.windows.shift_all_but(usize::from(self.late), by);
         line.estimate.offset += by;
+        self.windows.shift_until(self.late_from, by, line);
         line.estimate.offset_variance += self.noise.variance();
         self.shifted = Some(by);
         self.late = 0;

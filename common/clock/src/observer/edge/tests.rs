@@ -155,6 +155,25 @@ fn a_lasting_step_of_the_delay_is_followed() {
     }
 }
 
+/// The windows kept from before have to move with it, also where they were merged meanwhile.
+#[test]
+fn a_step_is_followed_while_windows_are_still_merged() {
+    for seed in 0..5 {
+        for after in 2..40 {
+            let mut link = Link::of_seed(seed);
+            let after = 0.25 * f64::from(after);
+            link.run(after, |_| 0.0);
+            link.delay = 30e-6;
+            link.run(12.0, |_| 0.0);
+            for _ in 0..10 {
+                link.run(1.0, |_| 0.0);
+                let error = link.error();
+                assert!(error.abs() < 3.0 * TOLERANCE, "{seed}, {after}: {error}");
+            }
+        }
+    }
+}
+
 #[test]
 fn loss_and_gaps_do_no_harm() {
     for seed in 0..5 {

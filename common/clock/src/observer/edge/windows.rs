@@ -56,12 +56,6 @@ impl Window {
         self.filled = (filled + 1).min(LOWEST) as u8;
     }
 
-    fn shift(&mut self, by: f64) {
-        for point in &mut self.lowest {
-            point.phase += by;
-        }
-    }
-
     fn point(&self) -> Point {
         let rank = (self.messages / MESSAGES_PER_RANK).saturating_sub(1) as usize;
         self.lowest[rank.min(usize::from(self.filled.max(1)) - 1)]
@@ -176,14 +170,22 @@ impl Windows {
 
     /// All phases jump.
     pub(super) fn shift(&mut self, by: f64) {
-        self.shift_all_but(0, by);
-        self.open.shift(by);
+        for window in self.kept[..self.len].iter_mut().chain([&mut self.open]) {
+            for point in &mut window.lowest {
+                point.phase += by;
+            }
+        }
     }
 
-    /// All phases jump but those of the newest windows.
-    pub(super) fn shift_all_but(&mut self, newest: usize, by: f64) {
-        for window in &mut self.kept[..self.len.saturating_sub(newest)] {
-            window.shift(by);
+    /// The phases up to a time jump to a line. Windows merged since may hold others, too.
+    pub(super) fn shift_until(&mut self, time: f64, by: f64, line: &Line) {
+        let residual = |point: &Point| point.phase - line.offset_at(point.time);
+        for window in &mut self.kept[..self.len] {
+            let lowest = &mut window.lowest[..usize::from(window.filled)];
+            for point in lowest.iter_mut().filter(|point| point.time <= time) {
+                point.phase += by;
+            }
+            lowest.sort_unstable_by(|a, b| residual(a).total_cmp(&residual(b)));
         }
     }
 
