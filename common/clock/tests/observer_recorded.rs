@@ -1,0 +1,109 @@
+//! How well the observer follows a far clock where delays are correlated: over recorded arrivals, and
+//! over generated ones of the kinds that were recorded.
+//!
+//! `cargo run --release --example observer_table -- --help` says how to print the same figures of
+//! longer runs.
+#![allow(missing_docs, dead_code, unreachable_pub, clippy::unwrap_used)]
+
+#[path = "../examples/observer_table/bench.rs"]
+mod bench;
+#[path = "../examples/observer_table/drive.rs"]
+mod drive;
+#[path = "../examples/observer_table/figures.rs"]
+mod figures;
+#[path = "../examples/observer_table/link.rs"]
+mod link;
+#[path = "../examples/observer_table/peers.rs"]
+mod peers;
+#[path = "../examples/observer_table/recorded.rs"]
+mod recorded;
+#[path = "../examples/observer_table/references.rs"]
+mod references;
+#[path = "../examples/observer_table/scores.rs"]
+mod scores;
+#[path = "../examples/observer_table/world.rs"]
+mod world;
+
+use bench::{Scores, Subject};
+use link::Correlated;
+use recorded::StampedBy;
+use scores::Score;
+use std::path::Path;
+use world::Case;
+
+/// No parameter was tuned on them.
+const FIRST_SEED: u64 = 7_000_000;
+
+fn rms<'a>(scores: impl ExactSizeIterator<Item = &'a Score>) -> f64 {
+    let n = scores.len() as f64;
+    (scores.map(|score| score.mean_square).sum::<f64>() / n).sqrt()
+}
+
+fn rms_of_observer(runs: &[Scores]) -> f64 {
+    rms(runs.iter().map(|run| &run.observer))
+}
+
+#[test]
+fn recorded_arrivals_are_followed() {
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/arrivals");
+    for recording in recorded::load(&directory).unwrap() {
+        let name = &recording.name;
+        let largest = match name.as_str() {
+            "udp-2-busy" | "udp-4-busy" => 1.5e-6,
+            _ => 0.7e-6,
+        };
+        let subject = Subject::Recorded(&recording, StampedBy::Thread);
+        let runs = bench::all(subject, FIRST_SEED, 5);
+        let observer = rms_of_observer(&runs);
+        assert!(observer <= largest, "{name}: {observer} s");
+        for (seed, run) in runs.iter().enumerate() {
+            let [observer, servo] =
+                [&run.observer, &run.servos[0]].map(|score| rms([score].into_iter()));
+            assert!(
+                observer <= 1.5 * servo,
+                "{name}, {seed}: {observer} s, servo {servo} s"
+            );
+            let claims = run.observer.claims.as_ref().unwrap();
+            assert_eq!(claims.shifts, 0, "{name}, {seed}");
+            assert!(claims.within >= 0.97, "{name}, {seed}: {}", claims.within);
+        }
+    }
+}
+
+/// The magnitude of a first-order autoregressive process on top of other jitter.
+fn half_normal(width: f64, time: f64) -> Case {
+    Case {
+        correlated: Some(Correlated::HalfNormal { width, time }),
+        ..Case::new(5.0, 20.0, false)
+    }
+}
+
+#[test]
+fn delays_that_are_alike_for_tenths_of_a_second() {
+    let case = half_normal(15e-6, 0.3);
+    let runs = bench::all(Subject::Generated(&case), FIRST_SEED, 10);
+    for (seed, run) in runs.iter().enumerate() {
+        let rms = rms([&run.observer].into_iter());
+        assert!(rms <= 2e-6, "{seed}: {rms} s");
+    }
+}
+
+#[test]
+fn delays_that_are_alike_for_seconds() {
+    let case = half_normal(40e-6, 5.0);
+    let rms = rms_of_observer(&bench::all(Subject::Generated(&case), FIRST_SEED, 10));
+    assert!(rms <= 11e-6, "{rms} s");
+}
+
+#[test]
+fn a_small_step_of_the_delay_does_not_kick_the_drift() {
+    let case = Case {
+        seconds: 60.0,
+        delay_step: Some((40.0, 30e-6)),
+        ..Case::new(5.0, 20.0, false)
+    };
+    for run in bench::all(Subject::Generated(&case), FIRST_SEED, 10) {
+        let worst = run.observer.claims.unwrap().worst_drift_ppm;
+        assert!(worst < 2.0, "{worst} ppm");
+    }
+}
