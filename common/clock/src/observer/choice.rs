@@ -20,6 +20,11 @@ const LOOKS_FROM_EDGE: u8 = 24;
 const WORTH_LITTLE: f64 = 40.0;
 /// So much scatter of means is no proof, but a sign.
 const SOMEWHAT: f64 = 2.0;
+/// So many small jumps of the delay in about such a time, s, are a sign.
+const MANY_SHIFTS: f64 = 2.2;
+const SHIFTS_FORGOTTEN_AFTER: f64 = 30.0;
+/// An edge that is as sure as this is not left, s.
+const GOOD_ENOUGH: f64 = 0.3e-6;
 /// From so many seconds on the lines are known well enough to go on where the other one was.
 const KNOWN_AFTER: f64 = 20.0;
 
@@ -34,6 +39,9 @@ pub(super) struct Choice {
     contrary: u8,
     /// What is added to the line that is followed, s.
     carry: f64,
+    /// How many small jumps there were lately, and when the last one was, s.
+    small_shifts: f64,
+    last_small_shift: f64,
 }
 
 impl Choice {
@@ -45,6 +53,8 @@ impl Choice {
             by_edge: false,
             contrary: 0,
             carry: 0.0,
+            small_shifts: 0.0,
+            last_small_shift: 0.0,
         }
     }
 
@@ -75,16 +85,25 @@ impl Choice {
         }
     }
 
-    /// A small jump of the delay: more likely one of many, if delays seem to be somewhat correlated.
-    pub(super) fn suspect_small_shift(&mut self) {
-        if self.correlation.ratio() > SOMEWHAT {
+    /// A small jump of the delay at `time`: if delays seem to be somewhat correlated, or jumps come again
+    /// and again, they are taken to be correlated.
+    pub(super) fn suspect_small_shift(&mut self, time: f64) {
+        let forgotten =
+            libm::exp(-(time - self.last_small_shift).max(0.0) / SHIFTS_FORGOTTEN_AFTER);
+        self.small_shifts = 1.0 + self.small_shifts * forgotten;
+        self.last_small_shift = time;
+        if self.correlation.ratio() > SOMEWHAT || self.small_shifts > MANY_SHIFTS {
             self.correlation.assume();
         }
     }
 
-    /// The clock or the path jumped.
-    pub(super) fn shift(&mut self, by: f64) {
+    /// The line of all messages was moved by what the clock or the path jumped.
+    pub(super) fn shift_all(&mut self, by: f64) {
         self.all.shift(by);
+    }
+
+    /// Likewise the edge.
+    pub(super) fn shift_edge(&mut self, by: f64) {
         self.edge.shift(by);
     }
 
@@ -154,7 +173,8 @@ impl Choice {
         let all = libm::sqrt(all.offset_variance).max(MISSED * all_miss);
         let edge = libm::sqrt(edge.estimate.offset_variance).max(MISSED * edge_miss);
         if self.by_edge {
-            edge < SURER * all
+            // In a calm spell the other line may seem surer, until the next storm.
+            edge < SURER * all.max(GOOD_ENOUGH)
         } else {
             SURER * edge < all
         }

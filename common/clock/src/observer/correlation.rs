@@ -21,7 +21,7 @@ const STEP: f64 = 0.01;
 const CORRELATED: f64 = 5.0;
 /// … and so little may be; for so many messages: then they are independent again.
 const INDEPENDENT: f64 = 2.0;
-const INDEPENDENT_FOR: u32 = 30_000;
+const INDEPENDENT_FOR: u32 = 60_000;
 
 /// Watches the residuals of messages for correlation.
 #[derive(Clone, Debug)]

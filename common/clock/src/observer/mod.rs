@@ -65,8 +65,8 @@ use told_delay::ToldDelay;
 
 /// After so many seconds without an event the drift is trusted, whatever the offset does.
 const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
-/// The edge finds smaller shifts itself, s.
-const EDGE_FOLLOWS: f64 = 1e-4;
+/// Smaller shifts may be correlated delays, and the edge finds them itself, s.
+const SMALL_SHIFT: f64 = 1e-4;
 /// No clock this crate is made for drifts more, s/s.
 const LARGEST_DRIFT: f64 = 0.01;
 
@@ -166,11 +166,13 @@ impl PhaseObserver {
         let value = phase - stream.expected(count, self.seconds_per_count);
         let time = count as f64 * self.seconds_per_count;
         stream.edge.observe(time, phase);
-        let shift = stream.edge.take_shift();
+        let (jump, shift) = (stream.edge.take_jump(), stream.edge.take_shift());
+        if let Some(shift) = shift {
+            stream.choice.shift_edge(shift);
+        }
         if stream.choice.is_edge() {
-            self.jumped.0 += stream.edge.take_jump() + shift.unwrap_or(0.0);
-            if let Some(shift) = shift {
-                stream.choice.shift(shift);
+            self.jumped.0 += jump + shift.unwrap_or(0.0);
+            if shift.is_some() {
                 self.events.shift(arrived);
             }
         }
@@ -255,7 +257,10 @@ impl PhaseObserver {
             held_up: 0,
             line: None,
             resolution: Resolution::default(),
-            edge: Edge::new(self.seconds_per_count),
+            edge: Edge::new(
+                self.seconds_per_count,
+                self.parameters.smallest_skip_ms * 1e-3,
+            ),
             choice: Choice::new(),
         });
     }
@@ -331,11 +336,12 @@ impl PhaseObserver {
         let location = self.jitter.locate(&residuals, prior);
         let variance = location.variance;
         let measured = expected + location.measured;
-        if !self.jitter.is_unfit() {
+        let known = estimate.offset_variance_after(dt, walk) < 0.5 * variance;
+        // Where the line is not known, nothing would tell that the widths fit again.
+        if !known || !self.jitter.is_unfit() {
             line.at = line.at.max(middle);
             line.bank.observe(dt, measured, variance);
         }
-        let known = estimate.offset_variance_after(dt, walk) < 0.5 * variance;
         if known {
             let wander = line.bank.wander();
             (self.jitter).learn(&residuals, line_offset - expected, wander);
@@ -395,22 +401,40 @@ impl PhaseObserver {
         stream.filled = 0;
         self.detector.clear();
         let cycles = shift::skipped_cycles(shift, self.seconds_per_count, &self.parameters);
-        let small = cycles == 0 && libm::fabs(shift) < EDGE_FOLLOWS;
-        if small && stream.edge.line().is_some() && self.jitter.cell() == 0.0 {
-            stream.choice.suspect_small_shift();
+        let size = libm::fabs(shift);
+        let skip = cycles != 0 || size * 1e3 >= self.parameters.smallest_skip_ms;
+        let time = newest as f64 * self.seconds_per_count;
+        if size < SMALL_SHIFT && self.jitter.cell() == 0.0 {
+            stream.choice.suspect_small_shift(time);
         }
-        if cycles == 0 && stream.choice.is_edge() {
+        let by_cycles = cycles as f64 * self.seconds_per_count;
+        if skip {
+            // Whole cycles of the sender's clock are exact; the edge finds the rest.
+            let drift = stream.edge.line().map_or(0.0, |edge| edge.estimate.drift);
+            let by = if cycles != 0 {
+                by_cycles * (1.0 + drift)
+            } else {
+                shift
+            };
+            stream.edge.shift(by);
+            stream.choice.shift_edge(by);
+            stream.choice.shift_all(shift);
+        } else if stream.choice.is_edge() {
             // The edge knows better.
             return;
-        }
-        if !small {
+        } else if size >= SMALL_SHIFT {
             stream.edge.shift(shift);
-            stream.choice.shift(shift);
+            stream.choice.shift_edge(shift);
+            stream.choice.shift_all(shift);
         }
-        if !small || !stream.choice.is_correlated() {
+        if size >= SMALL_SHIFT || !stream.choice.is_correlated() {
             self.events.shift(arrived);
         }
-        self.jumped.0 += shift - cycles as f64 * self.seconds_per_count;
+        if !stream.choice.is_edge() {
+            self.jumped.0 += shift - by_cycles;
+        } else if cycles == 0 {
+            self.jumped.0 += shift;
+        }
         if cycles != 0 {
             stream.origin += self.data_cycle_time * cycles;
             self.events.rebase();

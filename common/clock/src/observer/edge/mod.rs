@@ -3,9 +3,9 @@
 //! Between processes the delay of a message depends on what the machines are doing: sleeping cores,
 //! queues, other threads. For seconds all messages come some 10 µs later, and then they do not. A mean
 //! over such a time is off by as much. But now and then a message meets no obstacle, and those lie on
-//! a sharp *edge*, stable to tenths of a microsecond. So the lowest of each
-//! window of half a second is a point; points on the edge lie on the clock's straight line and the
-//! others above it; and a line that many points support, with few below, is the edge.
+//! a sharp *edge*, stable to tenths of a microsecond. So the lowest of each window of half a second is
+//! a point; points on the edge lie on the clock's straight line and the others above it; and a line
+//! that many points support, with few below, is the edge.
 //!
 //! [`Windows`] keeps the points, [`consensus`] finds the line that they support, and a Kalman filter
 //! follows it from point to point, taking no notice of points that are not on it.
@@ -42,6 +42,8 @@ pub(super) struct Edge {
     windows: Windows,
     noise: Noise,
     line: Option<Line>,
+    /// A jump of this much or more may be a sender that stood still: others look after it, s.
+    skip: f64,
     /// So many points in a row were above the edge: the first by so much, the lowest of the others by
     /// so much, s. The first may be late by chance, or of a window in which the delay grew.
     late: u8,
@@ -72,12 +74,14 @@ impl Line {
 }
 
 impl Edge {
-    /// An edge of messages that come every so many seconds.
-    pub(super) fn new(seconds_per_count: f64) -> Self {
+    /// An edge of messages that come every so many seconds. Jumps of `skip` seconds and more are told it
+    /// by [`shift`](Self::shift).
+    pub(super) fn new(seconds_per_count: f64, skip: f64) -> Self {
         Self {
             windows: Windows::new(seconds_per_count),
             noise: Noise::new(),
             line: None,
+            skip,
             late: 0,
             late_since: 0.0,
             first_late: 0.0,
@@ -190,7 +194,8 @@ impl Edge {
         let so_long = time - self.late_since;
         let for_good = self.late >= LATE_POINTS && so_long >= LATE_FOR;
         let far_points = self.late - u8::from(self.first_late <= FAR);
-        let far = far_points >= FAR_POINTS && so_long >= FAR_FOR && self.least_late > FAR;
+        let far = FAR..self.skip;
+        let far = far_points >= FAR_POINTS && so_long >= FAR_FOR && far.contains(&self.least_late);
         for_good || far
     }
 

@@ -26,7 +26,7 @@ struct Link {
 impl Link {
     fn of_seed(seed: u64) -> Self {
         Self {
-            edge: Edge::new(CYCLE),
+            edge: Edge::new(CYCLE, 5e-3),
             random: Random::of_seed(seed),
             count: 0,
             loss: 0.0,
@@ -309,7 +309,7 @@ proptest! {
             (any::<i32>(), any::<i32>(), 0_u8..40, 1_u16..400), 1..60),
         scale in prop_oneof![Just(1e-9), Just(1e-3), Just(1.0), Just(1e9)],
     ) {
-        let mut edge = Edge::new(seconds_per_count);
+        let mut edge = Edge::new(seconds_per_count, 5e-3);
         for (time, phase, kind, repeated) in messages {
             for n in 0..repeated {
                 let time = f64::from(time) + f64::from(n) * seconds_per_count;

@@ -98,7 +98,7 @@ fn the_edge_is_entered_and_left_without_haste() {
     let _ = world.run(30.0);
     assert!(world.follows_edge());
     world.extra = None;
-    let _ = world.run(200.0);
+    let _ = world.run(600.0);
     assert!(!world.follows_edge());
     assert!(world.error().abs() < TOLERANCE, "{}", world.error());
     assert!(world.is_monotone());
@@ -194,4 +194,118 @@ fn whole_cycles_of_a_sender_that_stood_still_go_into_the_index_map() {
         let drift = world.worst_drift(before);
         assert!(drift < 1.0, "{drift}");
     }
+}
+
+/// By how much the line moved must be what is told of its jumps.
+fn largest_unmatched(world: &mut World, seconds: f64) -> f64 {
+    let mut worst = 0.0_f64;
+    for _ in 0..(seconds / world.cycle.as_secs_f64()) as usize {
+        let before = world.observer.line();
+        let _ = world.step();
+        if let (Some(before), Some(after)) = (before, world.observer.line()) {
+            let jumped = (after.jumped - before.jumped).0;
+            let now = Instant::from_nanos(world.now);
+            let earlier = before.at(now);
+            let moved = after.at(now).since(earlier.instant).0 - earlier.fraction_ns * 1e-9;
+            if jumped != 0.0 {
+                worst = worst.max((moved + jumped).abs());
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn jumps_of_an_edge_that_was_not_followed_are_not_told_first_message_late() {
+    let mut world = correlated(millis(1));
+    // The first messages are held up for 5 ms and come together.
+    let arrived = world.due + world.delay + 5e6;
+    for k in 0..6 {
+        let arrived = Instant::from_nanos(arrived as i64 + 1_000 * k);
+        world.observer.observe(7, world.count, arrived, None);
+        world.count += 1;
+        world.due += 1e6 * (1.0 + world.drift);
+    }
+    let worst = largest_unmatched(&mut world, 5.0);
+    assert!(worst < 20e-6, "{worst}");
+}
+
+#[test]
+fn jumps_of_an_edge_that_was_not_followed_are_not_told_calm_first() {
+    let mut world = correlated(millis(1));
+    let extra = world.extra.take();
+    let _ = world.run(30.0);
+    world.extra = extra;
+    let worst = largest_unmatched(&mut world, 20.0);
+    assert!(worst < 20e-6, "{worst}");
+}
+
+#[test]
+fn messages_are_measured_again_after_a_shift_while_the_widths_do_not_fit() {
+    let mut world = correlated(millis(1));
+    let extra = world.extra.take();
+    let _ = world.run(30.0);
+    world.extra = extra;
+    let _ = world.run(60.0);
+    let at = world
+        .observer
+        .stream
+        .as_ref()
+        .unwrap()
+        .line
+        .as_ref()
+        .unwrap()
+        .at;
+    let dt = (world.count as f64 - at as f64) * 1e-3;
+    assert!(
+        at as u64 > world.count - 5_000,
+        "{at} of {}, {dt}",
+        world.count
+    );
+}
+
+#[test]
+fn a_skip_is_no_delay_for_the_edge_either_slow() {
+    let mut world = correlated(millis(100));
+    world.extra = Some(Correlated::half_normal(15e3, 30.0));
+    let _ = world.run(1_200.0);
+    assert!(world.follows_edge());
+    world.due += 1e8 * (1.0 + world.drift) * 7.0;
+    for _ in 0..30 {
+        let output = world.run(2.0);
+        if output.rebases == 1 {
+            assert!(world.error().abs() < 50e-6, "{}", world.error());
+        }
+    }
+}
+
+#[test]
+fn a_whole_skip_leaves_the_edge_where_it_was() {
+    for cycles in [7.0, 400.0] {
+        let mut world = following_the_edge();
+        world.due += 1e6 * (1.0 + world.drift) * cycles;
+        let output = world.run(2.0);
+        let sigma = output.offset_sigma.0;
+        assert!(
+            world.error().abs() < TOLERANCE,
+            "{} {}",
+            world.error(),
+            sigma
+        );
+    }
+}
+
+#[test]
+fn a_sharp_telegraph_is_noticed_by_its_many_small_shifts() {
+    let mut world = correlated(millis(1));
+    world.extra = Some(Correlated::telegraph(13e3, 2.0));
+    let _ = world.run(60.0);
+    assert!(world.follows_edge());
+    assert!(world.outputs.last().unwrap().shifts <= 3);
+    let mut outside = 0;
+    for _ in 0..60_000 {
+        let output = world.step();
+        outside += usize::from(world.error().abs() > 3.0 * output.offset_sigma.0 + 1e-6);
+    }
+    assert!(outside < 600, "{outside} of 60 000");
 }
