@@ -2,7 +2,8 @@
 //!
 //! * What one controller tells another of it, once per cycle: [`NcToPlcAxis`], and its images in the
 //!   memory of a PLC ([`ImageLayout`]).
-//! * Its life: the PLCopen state diagram as a table, [`AxisStatus::after`] a [`Transition`].
+//! * Its life: the PLCopen state diagram as a table, [`AxisStatus::after`] a [`Transition`]; a
+//!   [`StateMachine`] knows no other way to change a state.
 //! * What its set values never leave: the [`guard`].
 //! * How far a command to it is ([`CommandState`]), and a coupling of it ([`CouplingPhase`]).
 //! * A simulated servo [`drive`] that follows its set values.
@@ -59,5 +60,5 @@ pub use coupling_phase::CouplingPhase;
 pub use dynamics::Dynamics;
 pub use image::{IMAGE_LEN, ImageLayout, ImageLengthError};
 pub use nc_to_plc::NcToPlcAxis;
-pub use plcopen::{AxisStatus, Transition};
+pub use plcopen::{AxisStatus, StateMachine, Transition};
 pub use state::{AxisState, CoupleState, StateWord};

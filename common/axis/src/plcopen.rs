@@ -74,6 +74,8 @@ impl AxisStatus {
             (_, T::Reset { .. }) => Some(self),
 
             (Disabled, T::PowerOn) => Some(Standstill),
+            (Disabled, T::PowerOnCoupled) => Some(SynchronizedMotion),
+            (_, T::PowerOnCoupled) => None,
             (_, T::PowerOn) => Some(self),
             (Disabled | Standstill, T::PowerOff) => Some(Disabled),
             (ErrorStop, T::PowerOff) => Some(ErrorStop),
@@ -87,6 +89,10 @@ impl AxisStatus {
                 Some(Standstill)
             }
             (Standstill | Homing, T::Stop) => Some(Stopping),
+
+            (SynchronizedMotion, T::Released { at_rest: true }) => Some(Standstill),
+            (SynchronizedMotion, T::Released { at_rest: false }) => Some(ContinuousMotion),
+            (SynchronizedMotion, T::RolledBack) => Some(DiscreteMotion),
 
             (Standstill | DiscreteMotion | ContinuousMotion | SynchronizedMotion, _) => {
                 self.commanded(transition)
@@ -116,11 +122,35 @@ impl fmt::Display for AxisStatus {
     }
 }
 
+/// The state of an axis. It changes by the arrows of the diagram, and by nothing else.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StateMachine {
+    status: AxisStatus,
+}
+
+impl StateMachine {
+    /// The state.
+    #[must_use]
+    pub const fn status(&self) -> AxisStatus {
+        self.status
+    }
+
+    /// Follows an arrow; without such an arrow the state stays.
+    pub const fn follow(&mut self, transition: Transition) -> AxisStatus {
+        if let Some(next) = self.status.after(transition) {
+            self.status = next;
+        }
+        self.status
+    }
+}
+
 /// An arrow of the state diagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Transition {
     /// `MC_Power` with `Enable`.
     PowerOn,
+    /// Power for an axis that the mechanics have coupled to its master already.
+    PowerOnCoupled,
     /// `MC_Power` without `Enable`.
     PowerOff,
     /// `MC_Reset`.
@@ -136,8 +166,16 @@ pub enum Transition {
     MoveWithoutEnd,
     /// A coupling to a master.
     Couple,
-    /// The end of a coupling: `MC_GearOut`, `MC_CamOut`.
+    /// The end of a coupling is asked for: `MC_GearOut`, `MC_CamOut`. What becomes of the axis,
+    /// `Released` says.
     Uncouple,
+    /// A coupling has ended, by a command or by itself: the axis keeps its velocity.
+    Released {
+        /// Whether that is none.
+        at_rest: bool,
+    },
+    /// The master of a flying saw has run back: the axis comes to rest, and commands can take over.
+    RolledBack,
     /// `MC_Halt`.
     Halt,
     /// `MC_Stop`.
@@ -156,8 +194,9 @@ mod tests {
     use super::*;
     use std::string::String;
 
-    const COLUMNS: [Transition; 14] = [
+    const COLUMNS: [Transition; 18] = [
         Transition::PowerOn,
+        Transition::PowerOnCoupled,
         Transition::PowerOff,
         Transition::Reset { powered: true },
         Transition::Reset { powered: false },
@@ -166,6 +205,9 @@ mod tests {
         Transition::MoveWithoutEnd,
         Transition::Couple,
         Transition::Uncouple,
+        Transition::Released { at_rest: false },
+        Transition::Released { at_rest: true },
+        Transition::RolledBack,
         Transition::Halt,
         Transition::Stop,
         Transition::Finished { powered: true },
@@ -174,16 +216,16 @@ mod tests {
     ];
 
     /// Two letters a state, `--` where there is no arrow; rows are states, columns as above.
-    const DIAGRAM: [(&str, &str); 8] = [
-        //     on off rst rs0 hom mov vel cpl unc hlt stp fin fi0 flt
-        ("Di", "St Di Di Di -- -- -- -- -- -- -- -- -- Er"),
-        ("St", "St Di St St Ho Mo Co Sy -- Mo Sp -- -- Er"),
-        ("Ho", "Ho Sp Ho Ho -- -- -- -- -- -- Sp St St Er"),
-        ("Mo", "Mo Sp Mo Mo -- Mo Co Sy -- Mo Sp St St Er"),
-        ("Co", "Co Sp Co Co -- Mo Co Sy -- Mo Sp St St Er"),
-        ("Sy", "Sy Sp Sy Sy -- Mo Co Sy Co Mo Sp -- -- Er"),
-        ("Sp", "Sp Sp Sp Sp -- -- -- -- -- -- -- St Di Er"),
-        ("Er", "Er Er St Di -- -- -- -- -- -- -- -- -- Er"),
+    const DIAGRAM: [&str; 8] = [
+        //    on  onc off rst rs0 hom mov vel cpl unc rel re0 rbk hlt stp fin fi0 flt
+        "Di:  St  Sy  Di  Di  Di  --  --  --  --  --  --  --  --  --  --  --  --  Er",
+        "St:  St  --  Di  St  St  Ho  Mo  Co  Sy  --  --  --  --  Mo  Sp  --  --  Er",
+        "Ho:  Ho  --  Sp  Ho  Ho  --  --  --  --  --  --  --  --  --  Sp  St  St  Er",
+        "Mo:  Mo  --  Sp  Mo  Mo  --  Mo  Co  Sy  --  --  --  --  Mo  Sp  St  St  Er",
+        "Co:  Co  --  Sp  Co  Co  --  Mo  Co  Sy  --  --  --  --  Mo  Sp  St  St  Er",
+        "Sy:  Sy  --  Sp  Sy  Sy  --  Mo  Co  Sy  Co  Co  St  Mo  Mo  Sp  --  --  Er",
+        "Sp:  Sp  --  Sp  Sp  Sp  --  --  --  --  --  --  --  --  --  --  St  Di  Er",
+        "Er:  Er  --  Er  St  Di  --  --  --  --  --  --  --  --  --  --  --  --  Er",
     ];
 
     fn short(status: Option<AxisStatus>) -> &'static str {
@@ -201,14 +243,25 @@ mod tests {
     }
 
     #[test]
+    fn a_state_changes_along_arrows_only() {
+        for status in AxisStatus::ALL {
+            for transition in COLUMNS {
+                let mut machine = StateMachine { status };
+                let expected = status.after(transition).unwrap_or(status);
+                assert_eq!(machine.follow(transition), expected);
+                assert_eq!(machine.status(), expected);
+            }
+        }
+    }
+
+    #[test]
     fn the_state_diagram() {
-        for (status, (name, row)) in AxisStatus::ALL.into_iter().zip(DIAGRAM) {
-            assert_eq!(short(Some(status)), name);
-            let after: std::vec::Vec<&str> = COLUMNS
-                .into_iter()
-                .map(|t| short(status.after(t)))
-                .collect();
-            let after: String = after.join(" ");
+        for (status, row) in AxisStatus::ALL.into_iter().zip(DIAGRAM) {
+            let mut after = String::from(short(Some(status))) + ":";
+            for transition in COLUMNS {
+                after += "  ";
+                after += short(status.after(transition));
+            }
             assert_eq!(after, row, "{status}");
         }
     }

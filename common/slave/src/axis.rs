@@ -9,7 +9,7 @@ mod start;
 use coaxle_clock::{CycleTime, Seconds};
 
 use coaxle_axis::drive::{Drive, DriveState};
-use coaxle_axis::{AxisStatus, CommandState, CouplingPhase, StateWord};
+use coaxle_axis::{AxisStatus, CommandState, CouplingPhase, StateMachine, StateWord, Transition};
 use coaxle_cam::{self as cam, CamCoupling, CouplingState, Tables, Ticket};
 use coaxle_curve::profile::{Kinematics, Profile};
 use coaxle_saw::{SawCommand, SawPlan, SawRefusal, saw_table_id};
@@ -35,7 +35,7 @@ pub struct SlaveAxis {
     drive: Drive,
     /// The axis's position where the drive's is 0: homing shifts it.
     drive_zero: f64,
-    status: AxisStatus,
+    state: StateMachine,
     /// What `MC_Power` asks for.
     powered: bool,
     homed: bool,
@@ -87,7 +87,7 @@ impl SlaveAxis {
             cycle_time,
             drive,
             drive_zero: 0.0,
-            status: AxisStatus::Disabled,
+            state: StateMachine::default(),
             powered: false,
             homed: false,
             stop_held: false,
@@ -123,21 +123,17 @@ impl SlaveAxis {
     /// # Errors
     /// [`Refusal`] says what stands against it; the axis goes on with what it was doing.
     pub fn command(&mut self, command: &Command) -> Result<Accepted, Refusal> {
-        let next = match command.transition(self.powered) {
-            None => self.status,
-            Some(transition) => self.status.after(transition).ok_or(Refusal::Status {
-                command: command.name(),
-                transition,
-                status: self.status,
-            })?,
-        };
+        let transition = command.transition(self.powered);
+        if let Some(transition) = transition {
+            self.check_state(command.name(), transition)?;
+        }
         match *command {
             Command::Power(on) => {
-                self.power(on, next);
+                self.power(on);
                 return Ok(Accepted::AtOnce);
             }
             Command::Reset {} => {
-                self.reset(next)?;
+                self.reset()?;
                 return Ok(Accepted::AtOnce);
             }
             Command::Home { position } => self.home(position)?,
@@ -179,23 +175,25 @@ impl SlaveAxis {
                 self.cams.write(table, points)?;
                 return Ok(Accepted::AtOnce);
             }
-            Command::CamIn(command) => return self.cam(&cam::Command::CamIn(command), next),
+            Command::CamIn(command) => return self.cam(&cam::Command::CamIn(command)),
             Command::CamScaling(command) => {
-                return self.cam(&cam::Command::CamScaling(command), next);
+                return self.cam(&cam::Command::CamScaling(command));
             }
-            Command::CamInV2(command) => return self.cam(&cam::Command::CamInV2(command), next),
-            Command::CamAdd(command) => return self.cam(&cam::Command::CamAdd(command), next),
+            Command::CamInV2(command) => return self.cam(&cam::Command::CamInV2(command)),
+            Command::CamAdd(command) => return self.cam(&cam::Command::CamAdd(command)),
             Command::CamExchange(command) => {
-                return self.cam(&cam::Command::CamExchange(command), next);
+                return self.cam(&cam::Command::CamExchange(command));
             }
             Command::CamRemove(command) => {
-                return self.cam(&cam::Command::CamRemove(command), next);
+                return self.cam(&cam::Command::CamRemove(command));
             }
             Command::CamScalingV2(command) => {
-                return self.cam(&cam::Command::CamScalingV2(command), next);
+                return self.cam(&cam::Command::CamScalingV2(command));
             }
         }
-        self.status = next;
+        if let Some(transition) = transition {
+            self.state.follow(transition);
+        }
         Ok(Accepted::Job(self.job.replace(self.job_state())))
     }
 
@@ -225,7 +223,7 @@ impl SlaveAxis {
     /// The state of the axis.
     #[must_use]
     pub const fn status(&self) -> AxisStatus {
-        self.status
+        self.state.status()
     }
 
     /// Why it is in error stop; none if it is not.
@@ -294,6 +292,19 @@ impl SlaveAxis {
     #[must_use]
     pub const fn drive(&self) -> &Drive {
         &self.drive
+    }
+
+    /// Whether the diagram has the arrow.
+    fn check_state(&self, command: &'static str, transition: Transition) -> Result<(), Refusal> {
+        let status = self.status();
+        match status.after(transition) {
+            Some(_) => Ok(()),
+            None => Err(Refusal::Status {
+                command,
+                transition,
+                status,
+            }),
+        }
     }
 
     pub(super) const fn has_job(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use coaxle_axis::drive::DriveState;
 use coaxle_axis::guard::check_number;
-use coaxle_axis::{AxisStatus, CommandState, Dynamics};
+use coaxle_axis::{AxisStatus, CommandState, Dynamics, Transition};
 use coaxle_cam as cam;
 use coaxle_curve::profile::{
     Kinematics, Limits, Profile, ProfileExtremes, to_position, to_velocity,
@@ -16,22 +16,27 @@ use crate::motion::{Motion, Planned};
 use crate::refusal::Refusal;
 
 impl SlaveAxis {
-    pub(super) fn power(&mut self, on: bool, next: AxisStatus) {
+    pub(super) fn power(&mut self, on: bool) {
         self.powered = on;
-        if self.status == AxisStatus::Disabled && on {
+        let before = self.status();
+        let next = self.state.follow(if on {
+            Transition::PowerOn
+        } else {
+            Transition::PowerOff
+        });
+        if before == AxisStatus::Disabled && on {
             self.switch_on();
-        } else if self.status == AxisStatus::Standstill && !on {
+        } else if before == AxisStatus::Standstill && !on {
             self.switch_off();
-        } else if next == AxisStatus::Stopping && self.status != next {
+        } else if next == AxisStatus::Stopping && before != next {
             let brake = self.guard.brake(&self.free());
             self.run(brake);
             self.job.set(CommandState::Aborted);
         }
-        self.status = next;
     }
 
-    pub(super) fn reset(&mut self, next: AxisStatus) -> Result<(), Refusal> {
-        if self.status == AxisStatus::ErrorStop {
+    pub(super) fn reset(&mut self) -> Result<(), Refusal> {
+        if self.status() == AxisStatus::ErrorStop {
             if !self.is_at_rest() {
                 return Err(Refusal::NotAtRest {
                     velocity: self.set.velocity,
@@ -46,7 +51,9 @@ impl SlaveAxis {
             self.error = None;
             self.cams.end();
         }
-        self.status = next;
+        self.state.follow(Transition::Reset {
+            powered: self.powered,
+        });
         Ok(())
     }
 
@@ -177,11 +184,7 @@ impl SlaveAxis {
     }
 
     /// A coupling by cam plates, or a change to the one there is.
-    pub(super) fn cam(
-        &mut self,
-        command: &cam::Command,
-        next: AxisStatus,
-    ) -> Result<Accepted, Refusal> {
+    pub(super) fn cam(&mut self, command: &cam::Command) -> Result<Accepted, Refusal> {
         let master = self.master.ok_or(Refusal::NoMaster)?;
         let is_coupled = self.is_on_cams();
         let ticket = self.cams.start(is_coupled, command, &master, &self.set)?;
@@ -189,7 +192,7 @@ impl SlaveAxis {
             return Ok(Accepted::Change(ticket));
         }
         self.move_by_motion(Motion::Coupled(Coupling::Cam));
-        self.status = next;
+        self.state.follow(Transition::Couple);
         Ok(Accepted::Job(self.job.replace(self.job_state())))
     }
 
@@ -205,10 +208,8 @@ impl SlaveAxis {
         self.set = self.free();
         let keeps = Planned::keep_velocity(&self.set, &self.guard);
         self.move_by_motion(Motion::Planned(keeps));
-        self.status = if self.set.velocity == 0.0 {
-            AxisStatus::Standstill
-        } else {
-            AxisStatus::ContinuousMotion
-        };
+        self.state.follow(Transition::Released {
+            at_rest: self.set.velocity == 0.0,
+        });
     }
 }

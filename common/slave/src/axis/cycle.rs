@@ -20,7 +20,7 @@ impl SlaveAxis {
             Motion::Planned(planned) => {
                 let next = planned.advance(elapsed);
                 // Motions with an end were checked as a whole when they were commanded.
-                if self.status == AxisStatus::ContinuousMotion {
+                if self.status() == AxisStatus::ContinuousMotion {
                     self.guard.check_stop(here.position, &next)?;
                 }
                 self.set = self.guard.confined(here.position, &next);
@@ -70,7 +70,7 @@ impl SlaveAxis {
         self.set = next;
         if let Some((_, stop)) = rollback {
             self.move_by_motion(Motion::RollingBack(stop));
-            self.status = AxisStatus::DiscreteMotion;
+            self.state.follow(Transition::RolledBack);
             self.job.set(CommandState::Aborted);
         }
         Ok(())
@@ -103,7 +103,7 @@ impl SlaveAxis {
         self.error = Some(error);
         self.run(brake);
         self.stop_held = false;
-        self.status = AxisStatus::ErrorStop;
+        self.state.follow(Transition::Fault);
         self.job.set(CommandState::Failed(error));
     }
 
@@ -118,7 +118,7 @@ impl SlaveAxis {
             Motion::RollingBack(stop) => stop.is_over(),
             Motion::Coupled(_) => false,
         };
-        if over && self.status != AxisStatus::ContinuousMotion {
+        if over && self.status() != AxisStatus::ContinuousMotion {
             self.job.set(CommandState::Done);
             if !(self.stop_held && self.powered) {
                 self.finished();
@@ -131,9 +131,7 @@ impl SlaveAxis {
         let finished = Transition::Finished {
             powered: self.powered,
         };
-        if let Some(next) = self.status.after(finished) {
-            self.status = next;
-        }
+        self.state.follow(finished);
         let unpowered = !self.powered && self.is_at_rest();
         if unpowered && self.drive.state() != DriveState::Off {
             self.switch_off();
@@ -144,7 +142,7 @@ impl SlaveAxis {
     pub(super) fn job_state(&self) -> CommandState<SlaveError> {
         match &self.motion {
             Motion::Planned(planned)
-                if self.status == AxisStatus::ContinuousMotion && planned.is_over() =>
+                if self.status() == AxisStatus::ContinuousMotion && planned.is_over() =>
             {
                 CommandState::InSync
             }
@@ -164,7 +162,7 @@ impl SlaveAxis {
         self.drive
             .step(self.set.position - self.drive_zero, elapsed.0);
         let tripped = self.drive.state() == DriveState::Tripped;
-        if tripped && self.status != AxisStatus::ErrorStop {
+        if tripped && self.status() != AxisStatus::ErrorStop {
             self.fail(SlaveError::FollowingError {
                 following_error: self.drive.following_error(),
             });

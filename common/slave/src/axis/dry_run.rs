@@ -21,7 +21,7 @@ impl SlaveAxis {
             cycle_time,
             drive,
             drive_zero,
-            status,
+            state,
             powered,
             homed,
             stop_held,
@@ -37,13 +37,13 @@ impl SlaveAxis {
         } = self;
         // Any other command ends the coupling by plates at most; without plates it has none to end.
         let cams = mem::replace(cams, Cams::none(guard.limits().velocity() * *cycle_time));
-        let axis = (*drive, *drive_zero, *status, *powered, *homed, *stop_held);
+        let axis = (*drive, *drive_zero, *state, *powered, *homed, *stop_held);
         let course = (*set, motion.clone(), *last_saw, *job, *error);
         let answer = self.command(command);
         (
             self.drive,
             self.drive_zero,
-            self.status,
+            self.state,
             self.powered,
             self.homed,
             self.stop_held,

@@ -1,6 +1,6 @@
 //! An axis that is coupled from the start.
 
-use coaxle_axis::{AxisStatus, CommandState, Transition};
+use coaxle_axis::{CommandState, Transition};
 use coaxle_cam::CamIn;
 use coaxle_curve::profile::Kinematics;
 use coaxle_gear::LinearGear;
@@ -31,13 +31,7 @@ impl SlaveAxis {
         start: &CoupledStart,
         master: &Kinematics,
     ) -> Result<Accepted, Refusal> {
-        if self.status != AxisStatus::Disabled {
-            return Err(Refusal::Status {
-                command: "MC_Power",
-                transition: Transition::PowerOn,
-                status: self.status,
-            });
-        }
+        self.check_state("MC_Power", Transition::PowerOnCoupled)?;
         let (set, coupling) = match start {
             CoupledStart::Gear(gear) => (gear.slave_of(master), Coupling::Linear(*gear)),
             CoupledStart::Cam(cam_in) => (self.cams.start_on_plate(cam_in, master)?, Coupling::Cam),
@@ -52,7 +46,7 @@ impl SlaveAxis {
         self.master = Some(*master);
         self.set = set;
         self.motion = Motion::Coupled(coupling);
-        self.status = AxisStatus::SynchronizedMotion;
+        self.state.follow(Transition::PowerOnCoupled);
         let number = self.job.replace(CommandState::Active);
         self.job.set(self.job_state());
         Ok(Accepted::Job(number))
