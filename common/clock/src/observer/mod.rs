@@ -65,6 +65,9 @@ use told_delay::ToldDelay;
 
 /// After so many seconds without an event the drift is trusted, whatever the offset does.
 const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
+/// How sure is sure enough is a part of the jitter: where the edge is followed, points that scatter by x
+/// are worth a jitter of so many times x.
+const EDGE_AS_JITTER: f64 = 24.0;
 /// Smaller shifts may be correlated delays, and the edge finds them itself, s.
 const SMALL_SHIFT: f64 = 1e-4;
 /// No clock this crate is made for drifts more, s/s.
@@ -348,11 +351,12 @@ impl PhaseObserver {
         }
         line.bounds = Line::bounds(&line.bank, &self.jitter);
         let width = self.jitter.width();
-        let jitter = width * libm::sqrt(line.bank.wander().factor());
+        let mut jitter = width * libm::sqrt(line.bank.wander().factor());
         let mut variance = line.bank.combined().offset_variance;
         if let Some(edge) = stream.edge.line() {
             let time = middle as f64 * self.seconds_per_count;
             let age = (arrived - self.progress.since).as_secs_f64();
+            let edge_scatter = stream.edge.point_sigma();
             if self.jitter.cell() == 0.0 {
                 stream.choice.suspect(line.bank.wander().factor());
             }
@@ -362,6 +366,7 @@ impl PhaseObserver {
             self.jumped.0 += jump;
             if stream.choice.is_edge() {
                 variance = edge.estimate.offset_variance;
+                jitter = jitter.max(EDGE_AS_JITTER * edge_scatter);
             }
         }
         if !stream.choice.is_edge() {

@@ -98,6 +98,11 @@ impl Edge {
         self.line.as_ref().filter(|_| self.windows.len() >= ENOUGH)
     }
 
+    /// By how much a point scatters, s.
+    pub(super) fn point_sigma(&self) -> f64 {
+        libm::sqrt(self.noise.near())
+    }
+
     /// The variance that the drift gains per second.
     pub(super) const fn drift_walk() -> f64 {
         DRIFT_WALK * DRIFT_WALK
