@@ -18,7 +18,7 @@
 //! ```
 //!
 //! Jitter only lengthens a way, so the early ones over the last exchanges count, and
-//! `d = (early there − early back) / 2`, where a tenth of the ways is not longer than the early one.
+//! `d = (early there − early back) / 2`, where one in 32 of the ways is not longer than the early one.
 //! That takes the two ways for equally long. Whatever they are in truth, neither is shorter than
 //! nothing, so the error is at most half of the least round trip, `(least there + least back) / 2`, and
 //! by how much the early ones differ from that: the uncertainty. (RFC 5905 reasons alike; as the line
@@ -103,6 +103,8 @@ pub struct DelayExchange {
 struct Sender {
     epoch: u64,
     jumped: Seconds,
+    corrected: Seconds,
+    rebases: u32,
     relocks: u32,
     synced: bool,
 }
@@ -148,6 +150,8 @@ impl DelayExchange {
         let now = Sender {
             epoch: line.epoch,
             jumped: line.jumped,
+            corrected: line.corrected,
+            rebases: line.rebases,
             relocks: line.relocks,
             synced: line.synced,
         };
@@ -166,7 +170,18 @@ impl DelayExchange {
             estimate.uncertainty += libm::fabs(jump.0);
             return Some(jump);
         }
-        if now.relocks != before.relocks || now.synced && !before.synced {
+        let corrected = now.corrected - before.corrected;
+        if corrected != Seconds::ZERO {
+            // The exchanges are worked out anew against the line as it is now; until then the sender's time
+            // stays where it was.
+            let estimate = self.estimate.as_mut()?;
+            estimate.delay += corrected.0;
+            return Some(corrected);
+        }
+        if now.rebases != before.rebases
+            || now.relocks != before.relocks
+            || now.synced && !before.synced
+        {
             // What was measured against an unsure line is no help any more.
             self.start_over();
         }
@@ -202,7 +217,7 @@ impl DelayExchange {
             Ok(exchange) => {
                 self.exchanges = self.exchanges.saturating_add(1);
                 self.window.push(exchange);
-                self.estimate(arrived);
+                self.estimate(arrived, line);
             }
             Err(_) => self.refused = self.refused.saturating_add(1),
         }
@@ -264,26 +279,26 @@ impl DelayExchange {
         if !(Span::ZERO..=LONGEST).contains(&passed) || answer.answered < answer.heard {
             return Err(Refusal::Implausible);
         }
-        let there = line.is_led_by(answer.heard, answer.asked);
-        let back = Seconds::ZERO - line.is_led_by(answer.answered, arrived);
+        let exchange = Exchange {
+            asked: answer.asked,
+            heard: answer.heard,
+            answered: answer.answered,
+            at: arrived,
+        };
+        let (there, back) = (exchange.there(line), exchange.back(line));
         let longest = Seconds::from(LONGEST).0;
-        if libm::fabs(there.0) > longest || libm::fabs(back.0) > longest {
+        if libm::fabs(there) > longest || libm::fabs(back) > longest {
             return Err(Refusal::Implausible);
         }
-        if there.0 + back.0 < -(RATE_TOLERANCE * passed.as_secs_f64() + ROUNDING) {
+        if there + back < -(RATE_TOLERANCE * passed.as_secs_f64() + ROUNDING) {
             return Err(Refusal::NegativeRoundTrip);
         }
-        Ok(Exchange {
-            at: arrived,
-            there: there.0,
-            back: back.0,
-            sigma: line.sigma,
-        })
+        Ok(exchange)
     }
 
     /// What the window says; before that is worth something, what was measured before is better.
-    fn estimate(&mut self, now: Instant<Local>) {
-        let Some((there, back)) = self.window.early() else {
+    fn estimate(&mut self, now: Instant<Local>, line: &FarLine) {
+        let Some((there, back)) = self.window.early(line) else {
             return;
         };
         let enough = self.window.len() >= ENOUGH;
@@ -300,7 +315,9 @@ impl DelayExchange {
             Some(before) if before.measured && !enough => before.newest = now,
             Some(before) if before.measured && before.agrees_with(&seen) => {
                 let count = (before.count + 1).min(LONGEST_MEMORY);
-                let delay = before.delay + (seen.delay - before.delay) / f64::from(count);
+                // The newer ones weigh more: the line was not as good when the first ones were measured.
+                let part = 2.0 / f64::from(count + 1);
+                let delay = before.delay + (seen.delay - before.delay) * part;
                 self.estimate = Some(Estimate {
                     delay,
                     uncertainty: seen.uncertainty + libm::fabs(seen.delay - delay),

@@ -26,6 +26,8 @@ fn line(delay: Span) -> FarLine {
         relocks: 0,
         sigma: Seconds::ZERO,
         jumped: Seconds::ZERO,
+        corrected: Seconds::ZERO,
+        rebases: 0,
         count_zero: Instant::from_nanos(123),
         here: at(0),
         far: FarTime {

@@ -1,34 +1,43 @@
 //! The last exchanges.
 
-use super::{ENOUGH, LONGEST_AGE};
-use crate::instant::{Instant, Local, Seconds};
+use super::LONGEST_AGE;
+use crate::instant::{Instant, Local, Span};
+use crate::observer::FarLine;
 
-/// Where there are enough, exchanges against a line so many times less sure than now are no help.
-const LESS_SURE: f64 = 2.0;
 /// Exchanges kept: ten seconds' worth at ten per second, and some of the hasty ones.
 const KEPT: usize = 128;
 
 /// One way in so many is early.
-const PART: usize = 10;
+const PART: usize = 32;
 
-/// What one exchange measured, s.
+/// The stamps of one exchange. What they measure is worked out against the line as it is when it is
+/// asked for: a line that has been corrected since corrects them, too.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exchange {
+    pub(super) asked: Instant<Local>,
+    pub(super) heard: Span,
+    pub(super) answered: Span,
     pub(super) at: Instant<Local>,
-    /// How far the sender is ahead, plus the way there.
-    pub(super) there: f64,
-    /// The way back, less how far the sender is ahead.
-    pub(super) back: f64,
-    /// How sure the line was.
-    pub(super) sigma: Seconds,
 }
 
-/// One direction over the whole window, s. The very least hangs on a single message; a tenth is the
-/// surer measure where jitter has no sharp lower bound.
+impl Exchange {
+    /// How far the sender is ahead, plus the way there, s.
+    pub(super) fn there(&self, line: &FarLine) -> f64 {
+        line.is_led_by(self.heard, self.asked).0
+    }
+
+    /// The way back, less how far the sender is ahead, s.
+    pub(super) fn back(&self, line: &FarLine) -> f64 {
+        -line.is_led_by(self.answered, self.at).0
+    }
+}
+
+/// One direction over the whole window, s. The very least hangs on a single message; a few are the surer
+/// measure where jitter has no sharp lower bound, and no more than a few meet no obstacle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Early {
     pub(super) least: f64,
-    /// A tenth of the ways is not longer.
+    /// One in [`PART`] of the ways is not longer.
     pub(super) early: f64,
     /// Standard deviation of the early ones, if what is above them is exponential: then twice as many
     /// come within `deviation·√rank` after them.
@@ -46,10 +55,10 @@ pub(super) struct Window {
 impl Window {
     pub(super) const fn new() -> Self {
         const BLANK: Exchange = Exchange {
+            asked: Instant::EPOCH,
+            heard: Span::ZERO,
+            answered: Span::ZERO,
             at: Instant::EPOCH,
-            there: 0.0,
-            back: 0.0,
-            sigma: Seconds::ZERO,
         };
         Self {
             kept: [BLANK; KEPT],
@@ -76,16 +85,12 @@ impl Window {
         while exchange.at - self.kept[self.oldest].at > LONGEST_AGE {
             self.drop_oldest();
         }
-        let unsure = LESS_SURE * exchange.sigma.0;
-        while self.len > ENOUGH && self.kept[self.oldest].sigma.0 > unsure {
-            self.drop_oldest();
-        }
     }
 
     /// The way there and the way back; none of an empty window.
-    pub(super) fn early(&self) -> Option<(Early, Early)> {
-        let there = self.early_of(|exchange| exchange.there)?;
-        let back = self.early_of(|exchange| exchange.back)?;
+    pub(super) fn early(&self, line: &FarLine) -> Option<(Early, Early)> {
+        let there = self.early_of(|exchange| exchange.there(line))?;
+        let back = self.early_of(|exchange| exchange.back(line))?;
         Some((there, back))
     }
 
@@ -94,7 +99,7 @@ impl Window {
         self.len -= 1;
     }
 
-    fn early_of(&self, way: fn(&Exchange) -> f64) -> Option<Early> {
+    fn early_of(&self, way: impl Fn(&Exchange) -> f64) -> Option<Early> {
         let mut ways = [0.0; KEPT];
         let ways = &mut ways[..self.len];
         for (n, place) in ways.iter_mut().enumerate() {

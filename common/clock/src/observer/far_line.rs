@@ -20,6 +20,11 @@ pub struct FarLine {
     pub sigma: Seconds,
     /// All jumps of the path's delay so far, added up: the line fell by as much.
     pub jumped: Seconds,
+    /// All corrections of the line by a better one, added up: it fell by as much, though the path's delay
+    /// is what it was.
+    pub corrected: Seconds,
+    /// How often counts were mapped anew to far time.
+    pub rebases: u32,
     /// The far time of the run's count 0.
     pub(crate) count_zero: Instant<Remote>,
     /// It goes through `far` at `here`.
@@ -77,6 +82,8 @@ impl PhaseObserver {
             relocks: self.events.relocks,
             sigma: Seconds(stream.choice.sigma(estimate.offset_variance)),
             jumped: self.jumped,
+            corrected: self.corrected,
+            rebases: self.events.rebases,
             count_zero: stream.origin - self.data_cycle_time * stream.first_count as i64,
             here: stream.first_arrival + due,
             far: far.plus(-estimate.offset * 1e9 * rate),

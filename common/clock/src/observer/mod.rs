@@ -68,6 +68,8 @@ const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
 /// How sure is sure enough is a part of the jitter: where the edge is followed, points that scatter by x
 /// are worth a jitter of so many times x.
 const EDGE_AS_JITTER: f64 = 24.0;
+/// After so many seconds.
+const EDGE_IS_KNOWN_AFTER: f64 = 4.0;
 /// Smaller shifts may be correlated delays, and the edge finds them itself, s.
 const SMALL_SHIFT: f64 = 1e-4;
 /// No clock this crate is made for drifts more, s/s.
@@ -101,6 +103,8 @@ pub struct PhaseObserver {
     delay: ToldDelay,
     /// See [`FarLine::jumped`].
     jumped: Seconds,
+    /// See [`FarLine::corrected`].
+    corrected: Seconds,
     stream: Option<Stream>,
     shown: Option<Shown>,
     progress: Progress,
@@ -130,6 +134,7 @@ impl PhaseObserver {
             parameters,
             delay: ToldDelay::default(),
             jumped: Seconds::ZERO,
+            corrected: Seconds::ZERO,
             stream: None,
             shown: None,
             progress: Progress::starting_at(Instant::EPOCH),
@@ -174,8 +179,9 @@ impl PhaseObserver {
             stream.choice.shift_edge(shift);
         }
         if stream.choice.is_edge() {
-            self.jumped.0 += jump + shift.unwrap_or(0.0);
-            if shift.is_some() {
+            self.corrected.0 += jump;
+            if let Some(shift) = shift {
+                self.jumped.0 += shift;
                 self.events.shift(arrived);
             }
         }
@@ -350,27 +356,36 @@ impl PhaseObserver {
             (self.jitter).learn(&residuals, line_offset - expected, wander);
         }
         line.bounds = Line::bounds(&line.bank, &self.jitter);
+        self.choose_line(arrived, middle);
+    }
+
+    /// Decides which line is followed after a block, and how sure it is.
+    fn choose_line(&mut self, arrived: Instant<Local>, middle: i64) {
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        let Some(line) = &stream.line else {
+            return;
+        };
+        let all = line.bank.combined();
         let width = self.jitter.width();
-        let mut jitter = width * libm::sqrt(line.bank.wander().factor());
-        let mut variance = line.bank.combined().offset_variance;
+        let (mut variance, mut jitter) = (
+            all.offset_variance + line.bank.bias_variance(),
+            width * libm::sqrt(line.bank.wander().factor()),
+        );
         if let Some(edge) = stream.edge.line() {
             let time = middle as f64 * self.seconds_per_count;
             let age = (arrived - self.progress.since).as_secs_f64();
-            let edge_scatter = stream.edge.point_sigma();
             if self.jitter.cell() == 0.0 {
                 stream.choice.suspect(line.bank.wander().factor());
             }
-            let jump = stream
-                .choice
-                .judge(time, age, line.bank.combined(), edge, width);
-            self.jumped.0 += jump;
+            self.corrected.0 += stream.choice.judge(time, age, all, edge, width);
             if stream.choice.is_edge() {
                 variance = edge.estimate.offset_variance;
-                jitter = jitter.max(EDGE_AS_JITTER * edge_scatter);
+                if age > EDGE_IS_KNOWN_AFTER {
+                    jitter = jitter.max(EDGE_AS_JITTER * stream.edge.point_sigma());
+                }
             }
-        }
-        if !stream.choice.is_edge() {
-            variance += line.bank.bias_variance();
         }
         let sigma = stream.choice.sigma(variance);
         (self.progress).judge(arrived, sigma, jitter, &self.parameters);
@@ -387,7 +402,7 @@ impl PhaseObserver {
         let age = (arrived - self.progress.since).as_secs_f64();
         let young = age < DRIFT_IS_KNOWN_AFTER;
         let shift = if young {
-            // Soon after another one, or after the start: the line was wrong in more than its offset.
+            // Soon after the start: the line was wrong in more than its offset.
             let drift = self.parameters.expected_drift_ppm * 1e-6;
             let before = line.bank.combined().offset;
             let mut recent = *self.detector.recent();
