@@ -68,8 +68,10 @@ const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
 /// How sure is sure enough is a part of the jitter: where the edge is followed, points that scatter by x
 /// are worth a jitter of so many times x.
 const EDGE_AS_JITTER: f64 = 24.0;
-/// After so many seconds.
-const EDGE_IS_KNOWN_AFTER: f64 = 4.0;
+/// Where delays are correlated, only an accuracy that is fine anywhere is sure enough before, s.
+const CORRELATION_IS_KNOWN_AFTER: f64 = 4.0;
+/// And after so long the best there is will do, s.
+const LONGEST_IF_CORRELATED: f64 = 8.0;
 /// Smaller shifts may be correlated delays, and the edge finds them itself, s.
 const SMALL_SHIFT: f64 = 1e-4;
 /// No clock this crate is made for drifts more, s/s.
@@ -368,27 +370,32 @@ impl PhaseObserver {
             return;
         };
         let all = line.bank.combined();
+        let age = (arrived - self.progress.since).as_secs_f64();
         let width = self.jitter.width();
-        let (mut variance, mut jitter) = (
-            all.offset_variance + line.bank.bias_variance(),
-            width * libm::sqrt(line.bank.wander().factor()),
-        );
+        let mut variance = all.offset_variance + line.bank.bias_variance();
         if let Some(edge) = stream.edge.line() {
             let time = middle as f64 * self.seconds_per_count;
-            let age = (arrived - self.progress.since).as_secs_f64();
             if self.jitter.cell() == 0.0 {
                 stream.choice.suspect(line.bank.wander().factor());
             }
             self.corrected.0 += stream.choice.judge(time, age, all, edge, width);
             if stream.choice.is_edge() {
                 variance = edge.estimate.offset_variance;
-                if age > EDGE_IS_KNOWN_AFTER {
-                    jitter = jitter.max(EDGE_AS_JITTER * stream.edge.point_sigma());
-                }
             }
         }
+        let longest = self.parameters.longest_locking_s;
+        let (jitter, longest) = match stream.choice.is_correlated() {
+            false => (width, longest),
+            // Nobody knows as yet how long a delay may last.
+            true if age < CORRELATION_IS_KNOWN_AFTER => (0.0, longest),
+            // It does not become better by waiting longer.
+            true => {
+                let scatter = EDGE_AS_JITTER * stream.edge.point_sigma();
+                (width.max(scatter), longest.min(LONGEST_IF_CORRELATED))
+            }
+        };
         let sigma = stream.choice.sigma(variance);
-        (self.progress).judge(arrived, sigma, jitter, &self.parameters);
+        (self.progress).judge(arrived, sigma, jitter, longest, &self.parameters);
     }
 
     /// The phase jumped. Whole cycles of a sender that stood still go into the index map.

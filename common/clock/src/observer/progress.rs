@@ -27,7 +27,7 @@ pub(super) struct Events {
 /// Synchronised is left when the standard deviation grows beyond so many times what was good enough.
 const UNSURE: f64 = 2.0;
 /// So many times the messages that are enough are plenty.
-const PLENTY: u32 = 4;
+const PLENTY: u32 = 8;
 
 impl Progress {
     pub(super) const fn starting_at(since: Instant<Local>) -> Self {
@@ -53,6 +53,7 @@ impl Progress {
         now: Instant<Local>,
         sigma: f64,
         jitter: f64,
+        longest_locking: f64,
         parameters: &ObserverParameters,
     ) {
         match self.granted {
@@ -64,7 +65,9 @@ impl Progress {
                 };
                 self.unsure = sigma > bound;
             }
-            None => self.granted = self.good_enough(now, sigma, jitter, parameters),
+            None => {
+                self.granted = self.good_enough(now, sigma, jitter, longest_locking, parameters)
+            }
         }
     }
 
@@ -74,6 +77,7 @@ impl Progress {
         now: Instant<Local>,
         sigma: f64,
         jitter: f64,
+        longest_locking: f64,
         parameters: &ObserverParameters,
     ) -> Option<f64> {
         let enough = parameters.synced_messages;
@@ -88,7 +92,7 @@ impl Progress {
             0.0
         };
         let wanted = part.max(parameters.synced_sigma_us * 1e-6);
-        let too_long = (now - self.since).as_secs_f64() > parameters.longest_locking_s;
+        let too_long = (now - self.since).as_secs_f64() > longest_locking;
         (sigma < wanted || too_long).then_some(wanted.max(sigma))
     }
 
@@ -136,7 +140,7 @@ mod tests {
 
     fn judge(progress: &mut Progress, sigma: f64) {
         let parameters = ObserverParameters::default();
-        progress.judge(Instant::EPOCH, sigma, 20e-6, &parameters);
+        progress.judge(Instant::EPOCH, sigma, 20e-6, 30.0, &parameters);
     }
 
     #[test]
