@@ -71,7 +71,7 @@ an estimator that follows the clocks well follows that too, and its error is to 
 accordingly. Of several runs of the sender the longest is taken.
 
 NAME.i32 has a row of four little-endian 32-bit integers per message, in the order of arrival:
-  count       the sender's cycle; 0 is that of the first message it sent
+  count       the sender's cycle; 0 is the first recorded one
   send stamp  how late after its ideal start, count times the cycle time, it was sent, ns;
               0 where the sender does not say
   delay       arrival minus send, ns
