@@ -172,8 +172,7 @@ impl DelayExchange {
         }
         let corrected = now.corrected - before.corrected;
         if corrected != Seconds::ZERO {
-            // The exchanges are worked out anew against the line as it is now; until then the sender's time
-            // stays where it was.
+            // The exchanges are corrected with the line: the sender's time stays where it was.
             let estimate = self.estimate.as_mut()?;
             estimate.delay += corrected.0;
             return Some(corrected);
@@ -279,13 +278,8 @@ impl DelayExchange {
         if !(Span::ZERO..=LONGEST).contains(&passed) || answer.answered < answer.heard {
             return Err(Refusal::Implausible);
         }
-        let exchange = Exchange {
-            asked: answer.asked,
-            heard: answer.heard,
-            answered: answer.answered,
-            at: arrived,
-        };
-        let (there, back) = (exchange.there(line), exchange.back(line));
+        let there = line.is_led_by(answer.heard, answer.asked).0;
+        let back = -line.is_led_by(answer.answered, arrived).0;
         let longest = Seconds::from(LONGEST).0;
         if libm::fabs(there) > longest || libm::fabs(back) > longest {
             return Err(Refusal::Implausible);
@@ -293,7 +287,12 @@ impl DelayExchange {
         if there + back < -(RATE_TOLERANCE * passed.as_secs_f64() + ROUNDING) {
             return Err(Refusal::NegativeRoundTrip);
         }
-        Ok(exchange)
+        Ok(Exchange {
+            at: arrived,
+            there,
+            back,
+            corrected: line.corrected,
+        })
     }
 
     /// What the window says; before that is worth something, what was measured before is better.

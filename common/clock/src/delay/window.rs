@@ -1,7 +1,7 @@
 //! The last exchanges.
 
 use super::LONGEST_AGE;
-use crate::instant::{Instant, Local, Span};
+use crate::instant::{Instant, Local, Seconds};
 use crate::observer::FarLine;
 
 /// Exchanges kept: ten seconds' worth at ten per second, and some of the hasty ones.
@@ -10,25 +10,26 @@ const KEPT: usize = 128;
 /// One way in so many is early.
 const PART: usize = 32;
 
-/// The stamps of one exchange. What they measure is worked out against the line as it is when it is
-/// asked for: a line that has been corrected since corrects them, too.
+/// What one exchange measured against the line of its time, s. A line that has been corrected since
+/// corrects it, too.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exchange {
-    pub(super) asked: Instant<Local>,
-    pub(super) heard: Span,
-    pub(super) answered: Span,
     pub(super) at: Instant<Local>,
+    /// How far the sender is ahead, plus the way there.
+    pub(super) there: f64,
+    /// The way back, less how far the sender is ahead.
+    pub(super) back: f64,
+    /// See [`FarLine::corrected`].
+    pub(super) corrected: Seconds,
 }
 
 impl Exchange {
-    /// How far the sender is ahead, plus the way there, s.
-    pub(super) fn there(&self, line: &FarLine) -> f64 {
-        line.is_led_by(self.heard, self.asked).0
+    fn there(&self, line: &FarLine) -> f64 {
+        self.there + (line.corrected - self.corrected).0
     }
 
-    /// The way back, less how far the sender is ahead, s.
-    pub(super) fn back(&self, line: &FarLine) -> f64 {
-        -line.is_led_by(self.answered, self.at).0
+    fn back(&self, line: &FarLine) -> f64 {
+        self.back - (line.corrected - self.corrected).0
     }
 }
 
@@ -55,10 +56,10 @@ pub(super) struct Window {
 impl Window {
     pub(super) const fn new() -> Self {
         const BLANK: Exchange = Exchange {
-            asked: Instant::EPOCH,
-            heard: Span::ZERO,
-            answered: Span::ZERO,
             at: Instant::EPOCH,
+            there: 0.0,
+            back: 0.0,
+            corrected: Seconds::ZERO,
         };
         Self {
             kept: [BLANK; KEPT],

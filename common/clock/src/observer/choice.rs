@@ -68,6 +68,11 @@ impl Choice {
         self.correlation.is_correlated()
     }
 
+    /// Whether there is a sign of it, though no proof.
+    pub(super) fn may_be_correlated(&self) -> bool {
+        self.correlation.ratio() > SOMEWHAT
+    }
+
     /// What is to be added to the line that is followed, s.
     pub(super) const fn carry(&self) -> f64 {
         self.carry

@@ -385,7 +385,8 @@ impl PhaseObserver {
         }
         let longest = self.parameters.longest_locking_s;
         let (jitter, longest) = match stream.choice.is_correlated() {
-            false => (width, longest),
+            false if !stream.choice.may_be_correlated() => (width, longest),
+            false => (0.0, longest),
             // Nobody knows as yet how long a delay may last.
             true if age < CORRELATION_IS_KNOWN_AFTER => (0.0, longest),
             // It does not become better by waiting longer.

@@ -21,7 +21,7 @@ pub struct ObserverParameters {
     /// Or to this part of the standard deviation of a message's jitter: no link is kept waiting for
     /// an accuracy that is fine only on a better one. Above 0, at most 1.
     pub synced_sigma_part: f64,
-    /// Synchronised needs so many messages, at least 16; eight times as many if the offset is known only
+    /// Synchronised needs so many messages, at least 16; four times as many if the offset is known only
     /// in comparison with the jitter.
     pub synced_messages: u32,
     /// Where the sender's clock allows neither: after so long the best there is will do,

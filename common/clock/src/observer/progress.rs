@@ -27,7 +27,7 @@ pub(super) struct Events {
 /// Synchronised is left when the standard deviation grows beyond so many times what was good enough.
 const UNSURE: f64 = 2.0;
 /// So many times the messages that are enough are plenty.
-const PLENTY: u32 = 8;
+const PLENTY: u32 = 4;
 
 impl Progress {
     pub(super) const fn starting_at(since: Instant<Local>) -> Self {
