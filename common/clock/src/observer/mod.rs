@@ -63,7 +63,7 @@ use shift::ShiftDetector;
 use stream::{BLOCK, FIRST_BLOCK, Line, Residual, Stream};
 use told_delay::ToldDelay;
 
-/// After so many seconds without an event the drift is trusted, whatever the offset does.
+/// So many seconds after the start the drift is trusted, whatever the offset does.
 const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
 /// How sure is sure enough is a part of the jitter: where the edge is followed, points that scatter by x
 /// are worth a jitter of so many times x.

@@ -130,7 +130,7 @@ impl Edge {
 
     /// Takes the phase of a message due at `time`.
     pub(super) fn observe(&mut self, time: f64, phase: f64) {
-        let line = self.line.unwrap_or(Line {
+        let mut line = *self.line.get_or_insert(Line {
             at: time,
             estimate: Estimate {
                 offset: phase,
@@ -140,15 +140,12 @@ impl Edge {
                 drift_variance: FIRST_DRIFT * FIRST_DRIFT,
             },
         });
-        self.line = Some(line);
         let residual = phase - line.offset_at(time);
         if !self.windows.take(time, phase, residual) {
             return;
         }
-        let mut line = line;
-        if let Some(point) = self.windows.close(&line, self.noise.near()) {
-            self.follow(&mut line, point);
-        }
+        let point = self.windows.close(&line, self.noise.near());
+        self.follow(&mut line, point);
         self.line = Some(line);
         self.opened = time;
     }

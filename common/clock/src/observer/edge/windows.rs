@@ -110,7 +110,7 @@ impl Windows {
     }
 
     /// Closes the open window; gives its point.
-    pub(super) fn close(&mut self, line: &Line, noise: f64) -> Option<Point> {
+    pub(super) fn close(&mut self, line: &Line, noise: f64) -> Point {
         let target = self.full * times(noise);
         if self.len == KEPT {
             if self.length * 2 <= target {
@@ -128,7 +128,7 @@ impl Windows {
         self.open = Window::EMPTY;
         self.residuals = [f64::INFINITY; LOWEST];
         self.messages = 0;
-        Some(self.point(self.len - 1))
+        self.point(self.len - 1)
     }
 
     /// The point of a window.
