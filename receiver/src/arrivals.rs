@@ -1,22 +1,30 @@
-//! What a cycle took in of the followed clock, kept until the world fetches it or the next cycle
+//! What a cycle took in of the followed clocks, kept until the world fetches it or the next cycle
 //! begins.
 
 use std::collections::VecDeque;
 
 use coaxle_clock::delay::Answer;
+use coaxle_clock::far_clock::RESPONSES;
 use coaxle_clock::{Instant, Local};
-use coaxle_node::{Arrival, FrameHeader};
+use coaxle_node::{Arrival, Arrived, FrameHeader};
 
-/// As many as one cycle can take in: a full inbox, and all responses that can wait.
-const CAPACITY: usize = crate::inbox::CAPACITY + crate::delay::CAPACITY;
+/// As many as one cycle can take in of one node: a full inbox, and all responses that can wait.
+const CAPACITY: usize = crate::far::INBOX_CAPACITY + RESPONSES;
 
 /// The arrivals of one cycle. It never grows.
 #[derive(Debug)]
-pub(crate) struct Arrivals(VecDeque<Arrival>);
+pub(crate) struct ArrivalLog(VecDeque<Arrival>);
 
-impl Arrivals {
-    pub(crate) fn new() -> Self {
-        Self(VecDeque::with_capacity(CAPACITY))
+/// The same for one far node to write in.
+pub(crate) struct Arrivals<'a> {
+    log: &'a mut VecDeque<Arrival>,
+    far: usize,
+}
+
+impl ArrivalLog {
+    /// A log for so many far nodes.
+    pub(crate) fn new(far_nodes: usize) -> Self {
+        Self(VecDeque::with_capacity(far_nodes * CAPACITY))
     }
 
     /// A cycle begins: what nobody fetched is forgotten.
@@ -24,22 +32,33 @@ impl Arrivals {
         self.0.clear();
     }
 
-    pub(crate) fn message(&mut self, at: Instant<Local>, header: &FrameHeader) {
-        self.push(Arrival::Message(at, *header));
-    }
-
-    pub(crate) fn exchange(&mut self, at: Instant<Local>, answer: &Answer) {
-        self.push(Arrival::Exchange(at, *answer));
+    /// For the far node with this number to write in.
+    pub(crate) const fn of(&mut self, far: usize) -> Arrivals<'_> {
+        Arrivals {
+            log: &mut self.0,
+            far,
+        }
     }
 
     /// The oldest that was not fetched yet.
     pub(crate) fn next(&mut self) -> Option<Arrival> {
         self.0.pop_front()
     }
+}
 
-    fn push(&mut self, arrival: Arrival) {
-        if self.0.len() < CAPACITY {
-            self.0.push_back(arrival);
+impl Arrivals<'_> {
+    pub(crate) fn message(&mut self, at: Instant<Local>, header: &FrameHeader) {
+        self.push(at, Arrived::Message(*header));
+    }
+
+    pub(crate) fn exchange(&mut self, at: Instant<Local>, answer: &Answer) {
+        self.push(at, Arrived::Exchange(*answer));
+    }
+
+    fn push(&mut self, at: Instant<Local>, what: Arrived) {
+        if self.log.len() < self.log.capacity() {
+            let far = self.far;
+            self.log.push_back(Arrival { far, at, what });
         }
     }
 }

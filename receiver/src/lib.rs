@@ -1,8 +1,9 @@
-//! The receiver node: a far axis made local and smooth, driving slaves.
+//! The receiver node: far axes made local and smooth, driving slaves.
 //!
 //! ```text
-//! inbox ─▶ newest fresh sample ─▶ AxisSync ─▶ the far axis
-//!     ─▶ each slave: program ─▶ command ─▶ coupling, life cycle, limits ─▶ drive ─▶ frame, snapshot
+//! per far node: inbox ─▶ which run, newest fresh frame ─▶ far clock ─▶ correction
+//!     ─▶ each of its axes: extrapolate ─▶ a master
+//!     ─▶ each slave: program ─▶ command ─▶ coupling, life cycle, limits ─▶ drive ─▶ frame, signals
 //! ```
 //!
 //! [`Receiver`] is the node, without any I/O; `pipeline.rs` reads like the picture. `run` (with the
@@ -10,23 +11,22 @@
 
 mod arrivals;
 pub mod config;
-mod delay;
-mod far_clock;
-mod inbox;
+mod far;
+mod names;
 mod node;
 mod pipeline;
 mod program;
-mod record;
 #[cfg(feature = "host")]
 pub mod run;
+pub mod signals;
 mod slaves;
 mod snapshot;
 
-pub use config::{DelayConfig, MasterConfig, Mode, ReceiverConfig, SlaveConfig};
+pub use config::{
+    DelayConfig, FarChannel, FarConfig, MasterRef, Mode, ReceiverConfig, SlaveConfig, WrongSlave,
+};
+pub use names::{DriveStateName, HealthName, StateName};
 pub use node::{Receiver, ReceiverError};
 pub use program::{ProgramSnapshot, ProgramState, StepConfig, When, WrongStep};
-pub use record::{DriveStateName, HealthName, ReceiverRecord, SlaveRecord, StateName};
-pub use slaves::{SlaveNumber, WrongSlave};
-pub use snapshot::{
-    Counters, DriveSnapshot, Health, MasterSnapshot, ReceiverSnapshot, SlaveSnapshot,
-};
+pub use slaves::SlaveNumber;
+pub use snapshot::{Health, ReceiverSnapshot, RefusedCommand, SignalRow, SlaveFaults};

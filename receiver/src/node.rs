@@ -1,24 +1,26 @@
 //! The receiver as a node.
 
+use coaxle_axis::Job;
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
-use coaxle_motion::slave::{Accepted, Command, Refusal};
 use coaxle_node::command::{MAX_KNOWN_SLAVES, NotTaken, SlaveName};
 use coaxle_node::exchange::{QUESTION_CAPACITY, encode_question};
 use coaxle_node::frame::{body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
+use coaxle_node::wiring::Subscription;
 use coaxle_node::{
-    Answering, Arrival, Channel, CommandOrder, CommandOutcome, FrameHeader, Message, Node, Outgoing,
+    Answering, AnsweringCounters, Arrival, Channel, CommandOrder, CommandOutcome, FrameHeader,
+    Message, Node, Outgoing, RejectionCounters,
 };
+use coaxle_slave::{Command, Refusal};
 
-use crate::config::ReceiverConfig;
-use crate::far_clock::FarClockSetup;
+use crate::config::{ReceiverConfig, WrongSlave};
 use crate::pipeline::Pipeline;
-use crate::slaves::{SlaveNumber, Slaves, WrongSlave};
+use crate::slaves::{SlaveNumber, Slaves};
 use crate::snapshot::ReceiverSnapshot;
 
-/// A receiver: follows one far axis and drives slaves with it.
+/// A receiver: follows far axes and drives slaves with them.
 #[derive(Debug)]
 pub struct Receiver {
     schedule: Schedule,
@@ -26,14 +28,37 @@ pub struct Receiver {
     identity: Identity,
     slave_names: Vec<NodeName>,
     turn: Turn,
-    woke: Instant<Local>,
     body: Vec<u8>,
     /// Bytes of `body` that wait to be sent.
     pending: Option<usize>,
     answering: Answering,
+    /// Time requests that were refused on their way in.
+    refused_requests: RejectionCounters,
+    /// The subscriptions, each with the far node it is to.
+    sources: Box<[Source]>,
+    /// The far nodes that are asked for the time.
+    asked: Box<[Asked]>,
+    /// How many of them have had their turn in this cycle.
+    next_asked: usize,
     question: [u8; QUESTION_CAPACITY],
-    /// Bytes of `question` that wait to be sent.
-    asking: Option<usize>,
+    snapshot: ReceiverSnapshot,
+}
+
+/// Where the messages of a subscription come from.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    /// A far node: its axes, or its responses.
+    Far(usize),
+    /// Whoever asks this node for the time.
+    Requests,
+}
+
+/// A far node that is asked for the time.
+#[derive(Debug)]
+struct Asked {
+    far: usize,
+    /// The number of the request that is due in this cycle.
+    due: Option<u32>,
 }
 
 /// What every frame of the slaves says of its sender.
@@ -46,9 +71,14 @@ struct Identity {
 /// A config that no receiver can run with.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ReceiverError {
-    /// A parameter of the TS5066 blocks.
-    #[error("sync: {0}")]
-    Sync(#[from] WrongParameter),
+    /// A parameter of the blocks of a far node.
+    #[error("{field}: {wrong}")]
+    Sync {
+        /// Where they are in the config.
+        field: String,
+        /// The parameter.
+        wrong: WrongParameter,
+    },
     /// A slave.
     #[error(transparent)]
     Slave(#[from] WrongSlave),
@@ -65,16 +95,22 @@ impl Receiver {
         epoch: u64,
     ) -> Result<Self, ReceiverError> {
         let cycle_time = config.cycle_time_us.0;
-        let setup = FarClockSetup {
-            cycle_time,
-            mode: config.mode,
-            sync: config.sync,
-            observer: config.observer,
-            delay: config.delay,
-            run: epoch,
-        };
         let sender = sender_id(&config.name);
-        let pipeline = Pipeline::new(setup, Slaves::new(config)?)?;
+        let pipeline =
+            Pipeline::new(config, Slaves::new(config)?, epoch).map_err(|(far, wrong)| {
+                let field = match config.far.len() {
+                    1 => "sync".to_owned(),
+                    _ => format!("far[{far}].sync"),
+                };
+                ReceiverError::Sync { field, wrong }
+            })?;
+        let subscriptions = config.wiring().subscriptions;
+        let source = |subscription: &Subscription| match subscription.channel {
+            Channel::Questions => Source::Requests,
+            Channel::Axes | Channel::Slaves | Channel::Answers => Source::Far(subscription.far),
+        };
+        let far = config.far.iter().enumerate();
+        let asked = far.filter(|(_, far)| far.asks());
         Ok(Self {
             schedule: Schedule::new(start, cycle_time),
             pipeline,
@@ -85,12 +121,15 @@ impl Receiver {
                 ideal_start: start,
                 elapsed: 0,
             },
-            woke: start,
             body: vec![0; body_capacity(config.slaves.len())],
             pending: None,
             answering: Answering::new(sender, epoch, start, cycle_time),
+            refused_requests: RejectionCounters::default(),
+            sources: subscriptions.iter().map(source).collect(),
+            asked: asked.map(|(far, _)| Asked { far, due: None }).collect(),
+            next_asked: 0,
             question: [0; QUESTION_CAPACITY],
-            asking: None,
+            snapshot: ReceiverSnapshot::new(config, start),
         })
     }
 
@@ -108,7 +147,7 @@ impl Receiver {
     ///
     /// # Panics
     /// If the number is one of another receiver's, which has more slaves.
-    pub fn command(&mut self, slave: SlaveNumber, command: &Command) -> Result<Accepted, Refusal> {
+    pub fn command(&mut self, slave: SlaveNumber, command: &Command) -> Result<Job, Refusal> {
         self.pipeline.command(slave, command)
     }
 
@@ -135,24 +174,51 @@ impl Receiver {
         }
     }
 
-    /// The question of this cycle, if one is due.
-    fn encode_question(&mut self) -> Option<usize> {
-        let number = self.pipeline.ask(&self.turn)?;
-        let Identity { sender, epoch, .. } = self.identity;
-        let ideal_start = self.turn.ideal_start;
-        let body = &mut self.question;
-        Some(encode_question(sender, epoch, number, ideal_start, body))
+    /// The next time request of this cycle: its length, and the far node it is to.
+    fn encode_question(&mut self) -> Option<(usize, usize)> {
+        while let Some(to) = self.asked.get_mut(self.next_asked) {
+            self.next_asked += 1;
+            if let Some(number) = to.due.take() {
+                let Identity { sender, epoch, .. } = self.identity;
+                let at = self.turn.ideal_start;
+                let length = encode_question(sender, epoch, number, at, &mut self.question);
+                return Some((length, to.far));
+            }
+        }
+        None
+    }
+
+    fn show(&mut self, now: Instant<Local>) {
+        let shown = &mut self.snapshot;
+        shown.ideal_start = self.turn.ideal_start;
+        shown.woke = now;
+        let signals = &mut shown.signals.node;
+        signals.cycle = self.turn.count;
+        signals.overruns = self.schedule.overruns();
+        let AnsweringCounters { answered, dropped } = self.answering.counters();
+        signals.requests_answered = answered;
+        signals.requests_dropped = dropped;
+        signals.requests_refused = self.refused_requests.total();
     }
 }
 
 impl Node for Receiver {
     type Snapshot = ReceiverSnapshot;
 
-    fn receive(&mut self, at: Instant<Local>, message: &Message) {
-        match message {
-            Message::Question(question) => self.answering.hear(at, question),
-            Message::Answer(answer) => self.pipeline.store_answer(at, answer),
-            Message::Sample(_) | Message::Rejected(_) => self.pipeline.store(at, message),
+    fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {
+        let due = self.schedule.next_start();
+        match (message, self.sources.get(subscription)) {
+            (Message::Question(question), _) => self.answering.hear(at, question),
+            (Message::Rejected(reason), Some(Source::Requests)) => {
+                self.refused_requests.count(*reason);
+            }
+            (message, Some(Source::Far(far))) => match message {
+                Message::Frame(frame) => self.pipeline.store(*far, at, frame, due),
+                Message::Answer(answer) => self.pipeline.store_answer(*far, at, answer),
+                Message::Rejected(reason) => self.pipeline.reject(*far, *reason),
+                Message::Question(_) => {}
+            },
+            (_, Some(Source::Requests) | None) => {}
         }
     }
 
@@ -168,11 +234,14 @@ impl Node for Receiver {
 
     fn cycle(&mut self, now: Instant<Local>) -> Turn {
         self.turn = self.schedule.take(now);
-        self.woke = now;
-        self.pipeline.scan(&self.turn);
+        self.pipeline.scan(&self.turn, &mut self.snapshot);
         self.pending = self.encode_slaves();
         self.answering.answer(&self.turn, now);
-        self.asking = self.encode_question();
+        for to in &mut self.asked {
+            to.due = self.pipeline.ask(to.far, &self.turn);
+        }
+        self.next_asked = 0;
+        self.show(now);
         self.turn
     }
 
@@ -181,13 +250,15 @@ impl Node for Receiver {
         if let Some(length) = self.pending.take() {
             return Some(Outgoing {
                 channel: Channel::Slaves,
+                far: 0,
                 ideal_start,
                 body: &self.body[..length],
             });
         }
-        if let Some(length) = self.asking.take() {
+        if let Some((length, far)) = self.encode_question() {
             return Some(Outgoing {
                 channel: Channel::Questions,
+                far,
                 ideal_start,
                 body: &self.question[..length],
             });
@@ -203,20 +274,11 @@ impl Node for Receiver {
         self.schedule.next_start()
     }
 
-    fn snapshot(&self) -> ReceiverSnapshot {
-        ReceiverSnapshot {
-            cycle: self.turn.count,
-            ideal_start: self.turn.ideal_start,
-            woke: self.woke,
-            overruns: self.schedule.overruns(),
-            health: self.pipeline.health(),
-            counters: self.pipeline.counters(),
-            data_cycle_time: self.pipeline.data_cycle_time(),
-            master: self.pipeline.master(),
-            observer: self.pipeline.observer(),
-            delay: self.pipeline.delay(),
-            questions: self.answering.counters(),
-            slaves: self.pipeline.slaves(),
-        }
+    fn snapshot(&self) -> &ReceiverSnapshot {
+        &self.snapshot
+    }
+
+    fn snapshot_size(&self) -> usize {
+        self.snapshot.size()
     }
 }

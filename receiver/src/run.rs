@@ -9,14 +9,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use coaxle_clock::{Instant, Local};
-use coaxle_host::{
-    ArrivalsTrace, NodeArgs, Publication, Setup, Subscription, Trace, arrivals_beside,
-};
-use coaxle_node::{Channel, Intake, Reader};
+use coaxle_host::{ArrivalsTrace, NodeArgs, Setup, Trace, arrivals_beside};
 
 use crate::config::ReceiverConfig;
 use crate::node::Receiver;
-use crate::record::ReceiverRecord;
 use recorder::{Files, ReceiverRecorder};
 
 /// What a receiver is told on its command line.
@@ -74,8 +70,7 @@ fn setup(node: &NodeArgs, config: ReceiverConfig, files: Files) -> Setup<Receive
         clock: config.clock.clone(),
         seed: config.seed,
         send_stamps: true,
-        publishes: publications(&config),
-        subscriptions: subscriptions(&config),
+        wiring: config.wiring(),
         run_for: node.run_for,
         build: Box::new(move |start, epoch| build(&file, &config, start, epoch)),
         recorder: Box::new(recorder),
@@ -84,8 +79,7 @@ fn setup(node: &NodeArgs, config: ReceiverConfig, files: Files) -> Setup<Receive
 
 /// The trace, and the raw arrivals where they are asked for or beside the trace.
 fn files(args: &Args, config: &ReceiverConfig) -> anyhow::Result<Files> {
-    let names = config.slaves.iter().map(|slave| slave.name.as_str());
-    let columns = ReceiverRecord::columns(names);
+    let columns = config.columns();
     let trace = args.node.trace.as_deref();
     let arrivals = args.arrivals.clone().or_else(|| trace.map(arrivals_beside));
     let create = |path: &Path| Trace::with_columns(path, &columns);
@@ -93,42 +87,6 @@ fn files(args: &Args, config: &ReceiverConfig) -> anyhow::Result<Files> {
         trace: trace.map(create).transpose()?,
         arrivals: arrivals.as_deref().map(ArrivalsTrace::create).transpose()?,
     })
-}
-
-fn publications(config: &ReceiverConfig) -> Vec<Publication> {
-    let own = [Channel::Slaves, Channel::Answers];
-    let questions = config.asks().then(|| Publication {
-        node: config.master.node.clone(),
-        channel: Channel::Questions,
-        faults: config.faults_of_questions().clone(),
-    });
-    own.map(|channel| Publication::new(&config.name, channel))
-        .into_iter()
-        .chain(questions)
-        .collect()
-}
-
-fn subscriptions(config: &ReceiverConfig) -> Vec<Subscription> {
-    let master = &config.master;
-    let of_master = |channel, reader| Subscription {
-        node: master.node.clone(),
-        channel,
-        reader,
-        faults: config.faults.clone(),
-    };
-    let channel = master.channel.into();
-    let intake = Intake::new(&master.node.channel_key(channel), &master.node, master.axis);
-    let answers = config.asks().then(|| {
-        let reader = Reader::answers_of(&master.node, &config.name);
-        of_master(Channel::Answers, reader)
-    });
-    [
-        of_master(channel, intake.into()),
-        Subscription::questions_to(&config.name),
-    ]
-    .into_iter()
-    .chain(answers)
-    .collect()
 }
 
 fn build(

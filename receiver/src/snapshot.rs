@@ -1,159 +1,232 @@
-//! What a receiver shows of itself after each cycle: plain data.
+//! What a receiver shows of itself after each cycle: its signals, and what is wrong in full.
 
-use coaxle_clock::delay::DelayOutput;
-use coaxle_clock::observer::ObserverOutput;
-use coaxle_clock::time_sync::{SyncError, SyncWarning};
-use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Remote, Seconds};
-use coaxle_motion::axis::AxisStatus;
-use coaxle_motion::drive::DriveState;
-use coaxle_motion::profile::Kinematics;
-use coaxle_motion::remote::FilterState;
-use coaxle_motion::slave::{CouplingPhase, Refusal, SlaveError};
-use coaxle_node::{AnsweringCounters, RejectionCounters};
+use std::sync::Arc;
 
-use crate::config::MOST_SLAVES;
-use crate::program::ProgramSnapshot;
-use crate::record::HealthName;
+use coaxle_axis::Job;
 
-/// A receiver after a cycle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+use coaxle_clock::time_sync::SyncError;
+use coaxle_clock::{CycleTime, Instant, Local};
+use coaxle_node::signal::Instance;
+use coaxle_slave::{Refusal, SlaveError};
+use serde::Serialize;
+
+use crate::config::ReceiverConfig;
+use crate::names::{HealthName, StateName};
+use crate::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
+
+/// The row of a receiver's signals, sized once from its config.
+#[derive(Debug, PartialEq, Serialize)]
+pub struct SignalRow {
+    /// The receiver itself.
+    pub node: NodeSignals,
+    /// The far nodes, in the order of the config.
+    pub far: Box<[FarNodeSignals]>,
+    /// All of their axes, in that order.
+    pub axes: Box<[FarAxisSignals]>,
+    /// The slaves, in the order of the config.
+    pub slaves: Box<[SlaveSignals]>,
+}
+
+impl SignalRow {
+    /// A row before the first cycle.
+    #[must_use]
+    pub fn new(config: &ReceiverConfig) -> Self {
+        Self {
+            node: NodeSignals::default(),
+            far: config
+                .far
+                .iter()
+                .map(|_| FarNodeSignals::default())
+                .collect(),
+            axes: config
+                .far_axes()
+                .map(|_| FarAxisSignals::default())
+                .collect(),
+            slaves: config
+                .slaves
+                .iter()
+                .map(|_| SlaveSignals::default())
+                .collect(),
+        }
+    }
+}
+
+impl Clone for SignalRow {
+    fn clone(&self) -> Self {
+        Self {
+            node: self.node,
+            far: self.far.clone(),
+            axes: self.axes.clone(),
+            slaves: self.slaves.clone(),
+        }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        self.node = other.node;
+        // Boxes of the same length are copied in place.
+        self.far.clone_from(&other.far);
+        self.axes.clone_from(&other.axes);
+        self.slaves.clone_from(&other.slaves);
+    }
+}
+
+impl ReceiverConfig {
+    /// The columns of a trace: when the cycle began ideally and really, on the world's reference clock
+    /// (true time in the simulation, the machine's monotonic clock in the real world), and every signal.
+    #[must_use]
+    pub fn columns(&self) -> Vec<String> {
+        let when = ["at_ns", "woke_ns"].map(str::to_owned);
+        let instances = self.instances();
+        let signals = instances.iter().flat_map(Instance::columns);
+        when.into_iter().chain(signals).collect()
+    }
+
+    /// Everything that has signals, in the order of a row.
+    #[must_use]
+    pub fn instances(&self) -> Vec<Instance> {
+        let far = self
+            .far
+            .iter()
+            .map(|far| Instance::of::<FarNodeSignals>(far.node.as_str()));
+        let axes = self
+            .far_axis_names()
+            .into_iter()
+            .map(Instance::of::<FarAxisSignals>);
+        let slaves = self.slaves.iter();
+        let slaves = slaves.map(|slave| Instance::of::<SlaveSignals>(slave.name.as_str()));
+        let node = std::iter::once(Instance::of::<NodeSignals>(""));
+        node.chain(far).chain(axes).chain(slaves).collect()
+    }
+}
+
+/// A receiver after a cycle. Cloning it into one of the same config does not allocate.
+#[derive(Debug, PartialEq)]
 pub struct ReceiverSnapshot {
-    /// Cycles since the start, skipped ones counted.
-    pub cycle: u64,
     /// When the cycle ideally started.
     pub ideal_start: Instant<Local>,
     /// When it really did.
     pub woke: Instant<Local>,
-    /// Cycles skipped so far.
-    pub overruns: u64,
     /// Whether all is well.
     pub health: Health,
-    /// What became of the messages.
-    pub counters: Counters,
-    /// The sender's nominal cycle time, as its frames say; none before the first message.
-    pub data_cycle_time: Option<CycleTime>,
-    /// The far axis; none before the first message.
-    pub master: Option<MasterSnapshot>,
-    /// The phase observer; none in other modes, and before the first message.
-    pub observer: Option<ObserverOutput>,
-    /// The constant part of the delay; likewise.
-    pub delay: Option<DelayOutput>,
-    /// What became of questions about the node's own clock.
-    pub questions: AnsweringCounters,
-    /// The slaves, in the order of the config.
-    pub slaves: [Option<SlaveSnapshot>; MOST_SLAVES],
+    /// Its signals.
+    pub signals: SignalRow,
+    /// Whether all is well with each far node.
+    pub far_health: Box<[Health]>,
+    /// Their nominal cycle times, as their frames say; none before the first message.
+    pub data_cycle_times: Box<[Option<CycleTime>]>,
+    /// What is wrong with each slave.
+    pub faults: Box<[SlaveFaults]>,
+    /// The first axis of each far node.
+    first_axes: Arc<[usize]>,
+}
+
+/// What is wrong with a slave, in full.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SlaveFaults {
+    /// Why it is in error stop.
+    pub error: Option<SlaveError>,
+    /// The command that was refused last.
+    pub refusal: Option<RefusedCommand>,
+}
+
+/// A command that was refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RefusedCommand {
+    /// Why.
+    pub refusal: Refusal,
+    /// Its job, if it had been accepted before and was refused when it was due.
+    pub job: Option<Job>,
+}
+
+impl RefusedCommand {
+    /// NC error code.
+    #[must_use]
+    pub fn code(&self) -> u32 {
+        self.refusal.code()
+    }
+
+    pub(crate) const fn when_due(refusal: Refusal, job: Job) -> Self {
+        let job = Some(job);
+        Self { refusal, job }
+    }
+}
+
+impl From<Refusal> for RefusedCommand {
+    fn from(refusal: Refusal) -> Self {
+        Self { refusal, job: None }
+    }
 }
 
 impl ReceiverSnapshot {
-    /// The slaves there are.
-    pub fn slaves(&self) -> impl Iterator<Item = &SlaveSnapshot> {
-        self.slaves.iter().flatten()
-    }
-
-    /// The first slave's set values, as given to the drive; none until it is coupled.
+    /// A receiver before its first cycle, which is due at `start`.
     #[must_use]
-    pub fn slave(&self) -> Option<Kinematics> {
-        self.slaves().next()?.set
+    pub fn new(config: &ReceiverConfig, start: Instant<Local>) -> Self {
+        Self {
+            ideal_start: start,
+            woke: start,
+            health: Health::WaitingForMaster,
+            signals: SignalRow::new(config),
+            far_health: config
+                .far
+                .iter()
+                .map(|_| Health::WaitingForMaster)
+                .collect(),
+            data_cycle_times: config.far.iter().map(|_| None).collect(),
+            faults: config
+                .slaves
+                .iter()
+                .map(|_| SlaveFaults::default())
+                .collect(),
+            first_axes: (0..config.far.len())
+                .map(|far| config.first_axis_of(far))
+                .collect(),
+        }
     }
 
-    /// The first slave's drive.
+    /// The mode that made the set values of a far node's first axis.
     #[must_use]
-    pub fn drive(&self) -> DriveSnapshot {
-        self.slaves()
-            .next()
-            .map_or_else(DriveSnapshot::default, |slave| slave.drive)
+    pub fn state_of(&self, far: usize) -> Option<StateName> {
+        let first = self.first_axes[far];
+        self.signals.axes.get(first)?.state
+    }
+
+    /// Bytes of memory that it takes.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        let signals = &self.signals;
+        size_of::<Self>()
+            + size_of_val(&*signals.far)
+            + size_of_val(&*signals.axes)
+            + size_of_val(&*signals.slaves)
+            + size_of_val(&*self.far_health)
+            + size_of_val(&*self.data_cycle_times)
+            + size_of_val(&*self.faults)
     }
 }
 
-/// A slave.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlaveSnapshot {
-    /// Its axis id.
-    pub id: u32,
-    /// Its state in the PLCopen diagram.
-    pub status: AxisStatus,
-    /// How far its coupling is; none without one.
-    pub phase: Option<CouplingPhase>,
-    /// Why it is in error stop.
-    pub error: Option<SlaveError>,
-    /// Why a command was refused last.
-    pub refusal: Option<Refusal>,
-    /// Its set values, as given to the drive; none until it is coupled, if it only follows its gear.
-    pub set: Option<Kinematics>,
-    /// Its drive.
-    pub drive: DriveSnapshot,
-    /// Its program.
-    pub program: Option<ProgramSnapshot>,
-    /// Cuts done by its tool, or by steps of its program.
-    pub cuts: u64,
-}
+impl Clone for ReceiverSnapshot {
+    fn clone(&self) -> Self {
+        Self {
+            ideal_start: self.ideal_start,
+            woke: self.woke,
+            health: self.health,
+            signals: self.signals.clone(),
+            far_health: self.far_health.clone(),
+            data_cycle_times: self.data_cycle_times.clone(),
+            faults: self.faults.clone(),
+            first_axes: Arc::clone(&self.first_axes),
+        }
+    }
 
-/// The far axis, received and corrected.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MasterSnapshot {
-    /// The sender's run.
-    pub epoch: u64,
-    /// The cycle index in the input image.
-    pub index: CycleIndex,
-    /// The sender's cycle count in the input image.
-    pub count: u64,
-    /// Own cycles since the input image was renewed.
-    pub age_cycles: u32,
-    /// As received.
-    pub received: Kinematics,
-    /// As corrected.
-    pub corrected: Kinematics,
-    /// The instant of the sender's ideal time that the corrected values stand for; none where a
-    /// filter smears it.
-    pub far_time: Option<Instant<Remote>>,
-    /// The mode that made the set values.
-    pub state: FilterState,
-    /// Whether the far clock is known.
-    pub synced: bool,
-    /// The error that is latched.
-    pub error: Option<SyncError>,
-    /// The warning.
-    pub warning: Option<SyncWarning>,
-    /// Beats since the start.
-    pub beats: u32,
-    /// The correction that moved the set values.
-    pub correction_time: Option<Seconds>,
-    /// Estimated drift of the sender's clock against the own one, ppm.
-    pub drift_ppm: f64,
-}
-
-/// A drive, in the positions of its axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct DriveSnapshot {
-    /// Off, following or tripped.
-    pub state: DriveState,
-    /// Actual position, u.
-    pub position: f64,
-    /// Actual velocity, u/s.
-    pub velocity: f64,
-    /// Set minus actual position, u.
-    pub following_error: f64,
-}
-
-/// What became of the messages.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Accepted frames, whatever became of them afterwards.
-    pub received: u64,
-    /// Missing by the sender's count (skipped by the sender, or lost on the way).
-    pub lost: u64,
-    /// Came a second time.
-    pub duplicates: u64,
-    /// Overtaken by a newer one.
-    pub late: u64,
-    /// Too old to use.
-    pub stale: u64,
-    /// Dropped because more came in one cycle than the inbox holds.
-    pub overflow: u64,
-    /// Times the sender started anew.
-    pub restarts: u64,
-    /// Refused frames, by reason.
-    pub rejected: RejectionCounters,
+    fn clone_from(&mut self, other: &Self) {
+        self.ideal_start = other.ideal_start;
+        self.woke = other.woke;
+        self.health = other.health;
+        self.signals.clone_from(&other.signals);
+        self.far_health.clone_from(&other.far_health);
+        self.data_cycle_times.clone_from(&other.data_cycle_times);
+        self.faults.clone_from(&other.faults);
+    }
 }
 
 /// Whether all is well.
@@ -199,6 +272,19 @@ impl Health {
             Self::DriveTripped => HealthName::DriveTripped,
             Self::SlaveFailed { .. } => HealthName::SlaveFailed,
             Self::CommandRefused { .. } => HealthName::CommandRefused,
+        }
+    }
+
+    /// How bad that is; 0 is well.
+    pub(crate) const fn severity(&self) -> u8 {
+        match self {
+            Self::Ok => 0,
+            Self::StartingUp => 1,
+            Self::WaitingForMaster => 2,
+            Self::MasterSilent => 3,
+            Self::Error(_) => 4,
+            Self::CycleTimesDoNotFit => 5,
+            Self::CommandRefused { .. } | Self::SlaveFailed { .. } | Self::DriveTripped => 6,
         }
     }
 }

@@ -6,15 +6,16 @@
 )]
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use coaxle_axis::AxisStatus;
+use coaxle_cam::CamIn;
 use coaxle_clock::{Instant, Local, Span};
-use coaxle_motion::axis::AxisStatus;
-use coaxle_motion::cam::coupling::CamIn;
-use coaxle_motion::saw::{GearInPos, Ratio, SyncLimits, SyncMode};
-use coaxle_motion::slave::{Accepted, Command, CouplingPhase, Dynamics, Refusal};
-use coaxle_node::command::{NotTaken, SlaveName, SlaveView};
+use coaxle_gear::GearIn;
+use coaxle_node::command::{SlaveName, SlaveView};
 use coaxle_node::config::parse;
 use coaxle_node::{CommandOrder, CommandOutcome, Node};
 use coaxle_receiver::{Receiver, ReceiverConfig};
+use coaxle_saw::{GearInPos, Ratio, SyncLimits, SyncMode};
+use coaxle_slave::{Command, CouplingPhase, Dynamics, Refusal};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
@@ -60,11 +61,10 @@ fn to(position: f64) -> Command {
     }
 }
 
-fn accepted(outcome: &CommandOutcome) -> (Accepted, SlaveView) {
+/// The number of its job, and the slave.
+fn accepted(outcome: &CommandOutcome) -> (Option<u32>, SlaveView) {
     match *outcome {
-        CommandOutcome::Accepted {
-            accepted, slave, ..
-        } => (accepted, slave),
+        CommandOutcome::Accepted { job, slave, .. } => (job, slave),
         other => panic!("{other:?}"),
     }
 }
@@ -82,15 +82,12 @@ fn an_order_is_executed_and_answered_with_the_slave_as_it_is_then() {
     cycles(&mut receiver, 2);
     let on = receiver.execute(&order("carriage", Command::Power(true)));
     let (at_once, slave) = accepted(&on);
-    assert_eq!(
-        (at_once, slave.status),
-        (Accepted::AtOnce, AxisStatus::Standstill)
-    );
+    assert_eq!((at_once, slave.status), (None, AxisStatus::Standstill));
 
     cycles(&mut receiver, 1);
     let moves = receiver.execute(&order("carriage", to(100.0)));
     let (job, slave) = accepted(&moves);
-    assert!(matches!(job, Accepted::Job(_)));
+    assert_eq!(job, Some(1));
     assert_eq!(slave.status, AxisStatus::DiscreteMotion);
     assert_eq!((slave.position, slave.velocity), (0.0, 0.0));
 
@@ -130,17 +127,12 @@ fn what_cannot_be_done_for_nobody_is_not_taken() {
         "slave: received \"cariage\", expected carriage, follower"
     );
 
-    let cam_out_of_store = CommandOrder {
-        dry_run: true,
-        ..order("carriage", Command::CamIn(CamIn::default()))
-    };
-    let reason = NotTaken::NoDryRun {
-        command: "MC_CamIn",
-    };
-    assert_eq!(
-        receiver.execute(&cam_out_of_store),
-        CommandOutcome::NotTaken(reason)
-    );
+    // Every command can be tried, those to cam plates too.
+    cycles(&mut receiver, 1);
+    receiver.execute(&order("carriage", Command::Power(true)));
+    let (refusal, _) =
+        refused(&receiver.execute(&dry_run("carriage", Command::CamIn(CamIn::default()))));
+    assert_eq!(refusal, Refusal::NoMaster);
 }
 
 fn dry_run(slave: &str, command: Command) -> CommandOrder {
@@ -160,7 +152,7 @@ fn a_dry_run_answers_and_changes_nothing() {
     assert_eq!(refusal.code(), 0x422a, "it has no power yet");
     let (refusal, _) = refused(&receiver.execute(&dry_run("follower", to(1.0))));
     assert_eq!(refusal.code(), 0x4b05);
-    assert_eq!(receiver.snapshot().slaves[0].and_then(|s| s.refusal), None);
+    assert_eq!(receiver.snapshot().faults[0].refusal, None);
 }
 
 const SAW: &str = "
@@ -247,7 +239,7 @@ fn orders_do_not_allocate() {
         order("carriage", to(100.0)),
         order("carriage", to(900.0)),
         order("follower", to(1.0)),
-        order("carriage", Command::GearIn { ratio: 1.0 }),
+        order("carriage", Command::GearIn(GearIn::of(1.0))),
         order("carriage", gear_in_pos(100.0)),
         dry_run("carriage", to(50.0)),
         dry_run("carriage", gear_in_pos(100.0)),

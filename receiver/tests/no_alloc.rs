@@ -6,13 +6,14 @@ use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use bench::{Clock, Far, LATENCY, MILLISECOND};
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
-use coaxle_motion::slave::{Command, CouplingPhase, Dynamics};
 use coaxle_node::config::parse;
 use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::{
-    Answering, Arrival, Channel, Intake, Message, Node, Outgoing, Question, Reader, Rejection,
+    Answering, Arrived, Channel, Intake, KeptMessage, Message, Node, Outgoing, Question, Reader,
+    Rejection,
 };
 use coaxle_receiver::{HealthName, Receiver, ReceiverConfig};
+use coaxle_slave::{Command, CouplingPhase, Dynamics};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
@@ -42,8 +43,8 @@ fn cams_and_programs_do_not_allocate() {
             while let Some(outgoing) = receiver.transmit() {
                 frames += usize::from(outgoing.channel == Channel::Slaves);
             }
-            let [_, cam, ..] = receiver.snapshot().slaves;
-            in_sync += u32::from(cam.is_some_and(|s| s.phase == Some(CouplingPhase::InSync)));
+            let cam = &receiver.snapshot().signals.slaves[1];
+            in_sync += u32::from(cam.phase == Some(CouplingPhase::InSync));
         }
         refused += u32::from(receiver.command(wheel, &Command::GearOut {}).is_err());
         refused += u32::from(receiver.command(wheel, &halt).is_err());
@@ -51,10 +52,11 @@ fn cams_and_programs_do_not_allocate() {
     #[cfg(not(debug_assertions))]
     assert_eq!(assert_no_alloc::violation_count(), 0);
     let snapshot = receiver.snapshot();
-    assert_eq!(snapshot.slaves[1].expect("a slave").error, None);
-    let knife = snapshot.slaves[2].expect("a slave");
+    assert_eq!(snapshot.faults[1].error, None);
+    let knife = &snapshot.faults[2];
     assert_eq!((knife.error, knife.refusal), (None, None));
-    assert!(knife.cuts >= 12, "{}", knife.cuts);
+    let cuts = snapshot.signals.slaves[2].cuts;
+    assert!(cuts >= 12, "{cuts}");
     assert_eq!(snapshot.health.name(), HealthName::WaitingForMaster);
     assert!(in_sync > 6_000, "{in_sync}");
     assert!(frames > 7_990);
@@ -154,8 +156,8 @@ fn goes_through_its_life_without_allocating(mode: &str) {
         ),
     )
     .expect("a config");
-    let intake = Intake::new("coaxle/conveyor/axes", &config.master.node, 1);
-    let messages = messages(&intake);
+    let mut intake = Intake::new("coaxle/conveyor/axes", &config.far[0].node, &[1]);
+    let messages = messages(&mut intake);
     let clock = Clock { ppm: 0 };
     let mut receiver = Receiver::new(&config, clock.read(MILLISECOND / 2), 7).expect("a receiver");
 
@@ -172,7 +174,7 @@ fn goes_through_its_life_without_allocating(mode: &str) {
                 now = clock.read(7_000 * MILLISECOND);
             }
             while let Some((at, message)) = next.next_if(|(at, _)| *at <= now) {
-                receiver.receive(*at, message);
+                receiver.receive(*at, 0, &message.get());
             }
             let _ = receiver.cycle(now);
             while let Some(outgoing) = receiver.transmit() {
@@ -184,15 +186,17 @@ fn goes_through_its_life_without_allocating(mode: &str) {
                 }
             }
             while let Some(arrival) = receiver.arrival() {
-                match arrival {
-                    Arrival::Message(..) => arrived += 1,
-                    Arrival::Exchange(..) => exchanged += 1,
+                match arrival.what {
+                    Arrived::Message(_) => arrived += 1,
+                    Arrived::Exchange(_) => exchanged += 1,
                 }
             }
             if let Some(question) = asked.take() {
                 // The receiver may be asked too, and is, whenever it asks.
-                receiver.receive(now, &Message::Question(question));
-                master.answer(&question, now, |at, message| receiver.receive(at, &message));
+                receiver.receive(now, 2, &Message::Question(question));
+                master.answer(&question, now, |at, message| {
+                    receiver.receive(at, 1, message)
+                });
             }
             match receiver.snapshot().health.name() {
                 HealthName::WaitingForMaster => seen[0] = true,
@@ -207,15 +211,14 @@ fn goes_through_its_life_without_allocating(mode: &str) {
     assert_eq!(assert_no_alloc::violation_count(), 0);
     assert_eq!(seen, [true; 4], "all of its life was gone through");
     assert!(bytes > 5_000 * 50);
-    let counters = receiver.snapshot().counters;
-    assert!(counters.restarts == 1 && counters.rejected.total() > 10);
+    let counters = &receiver.snapshot().signals.far[0];
+    assert!(counters.restarts == 1 && counters.rejected > 10);
     assert!(counters.overflow > 0 && counters.stale > 0);
     let used = counters.received - counters.overflow - counters.stale;
     assert!(arrived > 5_000 && arrived <= used, "{arrived} of {used}");
-    if config.asks() {
-        let delay = receiver.snapshot().delay.expect("an observer");
-        assert!(delay.exchanges > 60 && delay.refused > 0, "{delay:?}");
-        assert!(exchanged >= delay.exchanges, "{exchanged}");
+    if config.far[0].asks() {
+        assert!(counters.exchanges > 60 && counters.answers_refused > 0);
+        assert!(exchanged >= counters.exchanges, "{exchanged}");
         assert!(answers > 60);
     }
 }
@@ -235,7 +238,7 @@ impl Master {
     fn new(config: &ReceiverConfig) -> Self {
         let clock = Clock { ppm: 1000 };
         let start = clock.read(100 * MILLISECOND);
-        let name = &config.master.node;
+        let name = &config.far[0].node;
         let cycle_time = CycleTime::new(CYCLE).expect("a cycle time");
         Self {
             clock,
@@ -261,7 +264,7 @@ impl Master {
         &mut self,
         question: &Question,
         asked: Instant<Local>,
-        mut deliver: impl FnMut(Instant<Local>, Message),
+        mut deliver: impl FnMut(Instant<Local>, &Message<'_>),
     ) {
         let heard = asked + LATENCY;
         let heard_here = self.clock.read(heard.as_nanos());
@@ -285,18 +288,19 @@ impl Master {
 const CYCLE: Span = Span::from_millis(1);
 
 /// Two runs of the sender with a pause between them, and refused frames in between.
-fn messages(intake: &Intake) -> Vec<(Instant<Local>, Message)> {
+fn messages(intake: &mut Intake) -> Vec<(Instant<Local>, KeptMessage)> {
     let clock = Clock { ppm: 0 };
     let mut messages = Vec::new();
     for (start, end, epoch) in [(100, 8_000, 1), (9_000, 11_500, 2)] {
         let mut far = Far::new(1000, 1000, start * MILLISECOND, epoch);
         while far.next() < end * MILLISECOND {
             let sent = far.next();
-            let message = intake.message(&far.turn(sent));
+            let message = KeptMessage::new(&intake.message(&far.turn(sent)));
             let at = clock.read(sent + LATENCY.as_nanos());
             messages.push((at, message));
             if far.count().is_multiple_of(500) {
-                messages.push((at, Message::Rejected(Rejection::WrongChecksum)));
+                let refused = Message::Rejected(Rejection::WrongChecksum);
+                messages.push((at, KeptMessage::new(&refused)));
             }
         }
     }

@@ -5,7 +5,7 @@ mod bench;
 use std::slice::from_mut;
 
 use bench::{Far, MILLISECOND, Near, SECOND, VELOCITY, ripple, run, run_pair};
-use coaxle_motion::axis::{CoupleState, StateWord};
+use coaxle_axis::{CoupleState, StateWord};
 use coaxle_node::frame::{decode, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_receiver::Health;

@@ -4,15 +4,13 @@ mod bench;
 
 use std::slice::from_mut;
 
-use bench::{Far, MILLISECOND, Near, SECOND, VELOCITY, run, run_pair};
+use bench::{Far, MILLISECOND, Near, SECOND, Shown, SlaveShown, VELOCITY, run, run_pair};
+use coaxle_axis::{AxisStatus, CoupleState};
 use coaxle_clock::Instant;
-use coaxle_motion::axis::{AxisStatus, CoupleState};
-use coaxle_motion::slave::{Command, CouplingPhase, Refusal};
 use coaxle_node::config::parse;
 use coaxle_node::frame::decode;
-use coaxle_receiver::{
-    Health, ProgramState, Receiver, ReceiverConfig, ReceiverSnapshot, SlaveSnapshot,
-};
+use coaxle_receiver::{Health, ProgramState, Receiver, ReceiverConfig};
+use coaxle_slave::{Command, CouplingPhase, Refusal};
 
 const LIMITS: &str = "limits = { velocity = 2000, acceleration = 100000, jerk = 1e7 }";
 
@@ -36,8 +34,8 @@ point = [
 ]
 ";
 
-fn slave(snapshot: &ReceiverSnapshot, n: usize) -> SlaveSnapshot {
-    snapshot.slaves[n].expect("a slave")
+fn slave(snapshot: &Shown, n: usize) -> SlaveShown {
+    snapshot.slaves[n]
 }
 
 /// The largest step of a slave beyond what its velocities account for, in units of the slave.
@@ -76,7 +74,7 @@ fn what_no_receiver_can_have_is_refused_by_name() {
         ),
         (
             two("", "master = 'c'"),
-            "slave[1].master: received \"c\", expected the name of a slave",
+            "slave[1].master: received \"c\", expected one of: conveyor.1, a",
         ),
         (
             two("", "id = 1"),
@@ -87,8 +85,14 @@ fn what_no_receiver_can_have_is_refused_by_name() {
             "slave[1].name: received \"slave\" twice",
         ),
         (
-            "slave = []".to_owned(),
-            "slave: received 0 slaves, expected 1 to 8",
+            "[[slave]]\nname = 'conveyor.1'".to_owned(),
+            "slave[0].name: received \"conveyor.1\", which is a far axis",
+        ),
+        (
+            (0..129)
+                .map(|n| format!("[[slave]]\nname = 's{n}'\n"))
+                .collect(),
+            "slave: received 129 slaves, expected at most 128",
         ),
         (
             "[[slave]]\ncouple = 'off'".to_owned(),
@@ -238,7 +242,7 @@ fn a_program_couples_switches_scales_and_edits_without_a_jump() {
     let program = last.program.expect("a program");
     assert_eq!((program.state, program.step), (ProgramState::Finished, 7));
     let highest = |from: usize, to: usize| {
-        let set = |s: &ReceiverSnapshot| slave(s, 0).set.expect("an axis").position;
+        let set = |s: &Shown| slave(s, 0).set.expect("an axis").position;
         near.snapshots[from..to].iter().map(set).fold(0.0, f64::max)
     };
     let [a, b, c, d] = [
@@ -270,6 +274,8 @@ fn a_change_that_is_refused_when_it_is_due_stops_the_program_and_not_the_slave()
     assert_eq!(near.last().health, Health::CommandRefused { slave: 0 });
     let last = slave(near.last(), 0);
     assert_eq!(last.refusal.map(|refusal| refusal.code()), Some(0x421a));
+    let job = last.refusal.and_then(|refused| refused.job).unwrap();
+    assert_eq!(job.command, "MC_CamScaling");
     assert_eq!(last.program.map(|p| p.state), Some(ProgramState::Refused));
     assert_eq!(last.status, AxisStatus::SynchronizedMotion);
     assert_eq!(last.phase, Some(CouplingPhase::InSync));
@@ -350,7 +356,7 @@ fn a_slave_whose_master_is_in_error_stops_too_and_both_can_be_reset() {
     );
     near.tweak = Some(Box::new(|sent, sample| {
         if sent > 1_100 * MILLISECOND && sent < 1_110 * MILLISECOND {
-            sample.axis.set_position += 300.0;
+            sample.set.position += 300.0;
         }
     }));
     run_pair(&mut far, &mut near, 2 * SECOND);

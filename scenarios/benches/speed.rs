@@ -3,13 +3,13 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use coaxle::pretend;
+use coaxle::virtual_time;
 use coaxle_clock::observer::{ObserverParameters, PhaseObserver};
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_node::config::parse;
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, Intake, Message, Node};
+use coaxle_node::{Channel, Intake, KeptMessage, Node};
 use coaxle_receiver::{Receiver, ReceiverConfig};
 use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
@@ -67,9 +67,9 @@ fn frames(count: i64) -> Vec<Vec<u8>> {
 fn frame_and_cycles(c: &mut Criterion) {
     let frames = frames(20_000);
     let name = NodeName::new("master").expect("a name");
-    let intake = Intake::new(&name.channel_key(Channel::Axes), &name, 1);
+    let mut intake = Intake::new(&name.channel_key(Channel::Axes), &name, &[1]);
     c.bench_function("accept a frame of one axis", |b| {
-        b.iter(|| intake.accept(black_box(&frames[7])));
+        b.iter(|| intake.accept(black_box(&frames[7])).is_ok());
     });
 
     let mut sender = sender();
@@ -84,14 +84,17 @@ fn frame_and_cycles(c: &mut Criterion) {
         });
     });
 
-    let messages: Vec<Message> = frames.iter().map(|frame| intake.message(frame)).collect();
+    let kept = frames
+        .iter()
+        .map(|frame| KeptMessage::new(&intake.message(frame)));
+    let messages: Vec<KeptMessage> = kept.collect();
     c.bench_function("receiver: 20 000 messages and cycles, slave encoded", |b| {
         b.iter_batched_ref(
             receiver,
             |receiver| {
                 for (cycle, message) in messages.iter().enumerate() {
                     let at = cycle_start(cycle as i64);
-                    receiver.receive(at, message);
+                    receiver.receive(at, 0, &message.get());
                     let _ = receiver.cycle(at);
                     while let Some(outgoing) = receiver.transmit() {
                         black_box(outgoing.body);
@@ -134,7 +137,7 @@ fn virtual_time(c: &mut Criterion) {
         .keep_receivers(&["sync".to_owned()])
         .expect("a receiver of the scenario");
     c.bench_function("ten virtual seconds of one sender and one receiver", |b| {
-        b.iter(|| pretend::run(&scenario, &mut (), &mut ()));
+        b.iter(|| virtual_time::run(&scenario, &mut (), &mut ()));
     });
 }
 

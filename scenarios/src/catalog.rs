@@ -26,6 +26,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "sender-restart",
     "chain",
     "many-axes",
+    "three-senders",
     "observer",
     "observer-sweep",
     "zero-lag",

@@ -51,6 +51,11 @@ enum Command {
         /// Name of a built-in scenario
         scenario: String,
     },
+    /// List the signals of a receiver: the columns of its trace, with unit and meaning
+    Signals {
+        /// The receiver's config file
+        config: std::path::PathBuf,
+    },
     /// Look into a cam file: check, values, characteristics, inverse, plot
     #[command(subcommand)]
     Cam(CamCommand),
@@ -147,6 +152,7 @@ pub fn main() -> ExitCode {
         Some(Command::List) => list(),
         Some(Command::Check { scenarios }) => check(&scenarios),
         Some(Command::Show { scenario }) => show(&scenario),
+        Some(Command::Signals { config }) => crate::signals::signals(&config),
         Some(Command::Cam(command)) => cam::print(&command),
         Some(Command::Saw(command)) => saw::print(&command),
         Some(Command::Order(args)) => command::print(&args),

@@ -1,8 +1,9 @@
 //! What is kept of a run for its pictures, however long it lasts.
 
-use coaxle_receiver::{ReceiverRecord, StateName};
+use coaxle_receiver::StateName;
 
 use crate::evaluate::Row;
+use crate::record::Record;
 
 /// The curves of one receiver.
 #[derive(Clone, Debug)]
@@ -83,38 +84,45 @@ impl Curves {
         let record = &row.record;
         self.set_velocity.push(t, row.set_velocity);
         self.drive_velocity
-            .push(t, Some(record.slave.drive_velocity));
-        self.correction_us.push(t, record.correction_us);
+            .push(t, record.slave().map(|slave| slave.drive_velocity));
+        self.correction_us.push(t, record.axis.correction_us);
         self.time_error_us.push(t, row.time_error_us);
         self.drift_ppm
-            .push(t, record.drift_ppm.filter(|ppm| *ppm != 0.0));
-        for (curve, slave) in self.slaves.iter_mut().zip(record.slaves()) {
+            .push(t, record.far.drift_ppm.filter(|ppm| *ppm != 0.0));
+        for (curve, slave) in self.slaves.iter_mut().zip(&record.slaves) {
             curve.position.push(t, slave.position);
         }
         self.push_state(t, record);
         self.capture(row, evaluated);
     }
 
-    fn push_state(&mut self, t: f64, record: &ReceiverRecord) {
-        let changed = self.states.last().is_none_or(|last| last.1 != record.state);
+    fn push_state(&mut self, t: f64, record: &Record) {
+        let changed = self
+            .states
+            .last()
+            .is_none_or(|last| last.1 != record.axis.state);
         if changed && self.states.len() < MOST_STATES {
-            self.states.push((t, record.state));
+            self.states.push((t, record.axis.state));
         }
     }
 
     fn capture(&mut self, row: &Row, evaluated: bool) {
-        let beat = row.record.beats > self.beats;
-        self.beats = row.record.beats;
+        let beat = row.record.far.beats > self.beats;
+        self.beats = row.record.far.beats;
         if self.capturing {
             if self.around_beat.len() < BEFORE + AFTER {
                 self.around_beat.push(row.clone());
             }
             return;
         }
-        if self.recent.len() == BEFORE {
-            self.recent.pop_front();
+        let is_full = self.recent.len() == BEFORE;
+        match is_full.then(|| self.recent.pop_front()).flatten() {
+            Some(mut oldest) => {
+                oldest.clone_from(row);
+                self.recent.push_back(oldest);
+            }
+            None => self.recent.push_back(row.clone()),
         }
-        self.recent.push_back(row.clone());
         if beat && evaluated {
             self.capturing = true;
             self.around_beat.extend(self.recent.drain(..));

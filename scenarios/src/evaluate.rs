@@ -6,16 +6,18 @@ mod drift;
 mod judge;
 mod lag;
 mod moments;
+mod settling;
 mod slave;
 
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::{CycleTime, Domain, Instant, Span};
-use coaxle_motion::profile::Kinematics;
+use coaxle_curve::profile::Kinematics;
 use coaxle_node::Arrival;
-use coaxle_receiver::ReceiverRecord;
+use coaxle_receiver::SignalRow;
 use coaxle_sim::{Oracle, True, TruthSample};
 
 use crate::curves::Curves;
+use crate::record::Record;
 use crate::scenario::Scenario;
 use crate::summary::ReceiverSummary;
 use crate::topology::Topology;
@@ -33,12 +35,12 @@ impl Domain for Reference {
 const MEMORY: Span = Span::from_secs(5);
 
 /// One receiver cycle, judged.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Row {
     /// Ideal start of the cycle, s after the start of the run.
     pub t_s: f64,
     /// What the receiver recorded.
-    pub record: ReceiverRecord,
+    pub record: Record,
     /// Where its master truly was: position and velocity, in units of the axis it receives.
     pub truth: Option<(f64, f64)>,
     /// Difference quotient of the set position given to the drive, slave units/s.
@@ -47,10 +49,27 @@ pub struct Row {
     pub time_error_us: Option<f64>,
 }
 
+impl Clone for Row {
+    fn clone(&self) -> Self {
+        Self {
+            record: self.record.clone(),
+            ..*self
+        }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        self.record.clone_from(&other.record);
+        self.t_s = other.t_s;
+        self.truth = other.truth;
+        self.set_velocity = other.set_velocity;
+        self.time_error_us = other.time_error_us;
+    }
+}
+
 /// Takes every row, judged, in the order of its receiver's cycles.
 pub trait RowSink {
-    /// Row of the n-th receiver.
-    fn row(&mut self, receiver: usize, row: &Row);
+    /// A row of one of the receivers' far axes, by its number among all of them.
+    fn row(&mut self, view: usize, row: &Row);
 
     /// Something that the n-th receiver took in during the cycle `turn`, which ideally started at `at`.
     /// In virtual time only: processes write that down themselves.
@@ -60,13 +79,13 @@ pub trait RowSink {
 }
 
 impl RowSink for () {
-    fn row(&mut self, _receiver: usize, _row: &Row) {}
+    fn row(&mut self, _view: usize, _row: &Row) {}
 }
 
 impl<S: RowSink> RowSink for Option<S> {
-    fn row(&mut self, receiver: usize, row: &Row) {
+    fn row(&mut self, view: usize, row: &Row) {
         if let Some(sink) = self {
-            sink.row(receiver, row);
+            sink.row(view, row);
         }
     }
 
@@ -83,7 +102,10 @@ pub struct Evaluation {
     senders: usize,
     start: Instant<Reference>,
     masters: Vec<Master>,
-    receivers: Vec<Judge>,
+    /// One for each far axis of each receiver.
+    judges: Vec<Judge>,
+    /// Which of them are the receiver's.
+    of_receiver: Vec<std::ops::Range<usize>>,
 }
 
 /// A sender's axis that somebody follows, or a receiver that somebody follows: of that only its
@@ -116,10 +138,11 @@ impl Evaluation {
     #[must_use]
     pub(crate) fn new(scenario: &Scenario, topology: &Topology, start: Instant<Reference>) -> Self {
         let mut masters = Vec::new();
-        let mut receivers = Vec::new();
+        let mut judges = Vec::new();
         let senders = scenario.senders.len();
-        for (n, config) in scenario.receivers.iter().enumerate() {
-            let root = topology.root(n);
+        for view in topology.views() {
+            let config = &scenario.receivers[view.receiver];
+            let root = view.root;
             let cycle_time = scenario.senders[root.sender].cycle_time_us.0;
             let motion = master_of(&mut masters, root.sender, root.axis, cycle_time);
             let clock = match root.source.checked_sub(senders) {
@@ -129,13 +152,19 @@ impl Evaluation {
                     master_of(&mut masters, root.source, CLOCK_ONLY, cycle_time)
                 }
             };
-            receivers.push(Judge::new(config, motion, clock, root));
+            judges.push(Judge::new(config, motion, clock, view));
         }
+        let of = |n: usize| {
+            let views = topology.views();
+            let first = views.partition_point(|view| view.receiver < n);
+            first..views.partition_point(|view| view.receiver <= n)
+        };
         Self {
             senders,
             start,
             masters,
-            receivers,
+            judges,
+            of_receiver: (0..scenario.receivers.len()).map(of).collect(),
         }
     }
 
@@ -154,30 +183,35 @@ impl Evaluation {
     pub(crate) fn receiver_did(
         &mut self,
         receiver: usize,
-        record: ReceiverRecord,
+        at_ns: i64,
+        woke_ns: i64,
+        signals: &SignalRow,
         sink: &mut impl RowSink,
     ) {
-        self.clock_was(receiver, &record);
-        let judge = &mut self.receivers[receiver];
-        judge.waiting.push_back(record);
-        // The motion up to this cycle may be known only after the master's next one.
-        while let Some(record) = judge.waiting.pop_front() {
-            let at = Instant::from_nanos(record.at_ns);
-            if !judge.is_known(&self.masters, at) && judge.waiting.len() + 1 < LONGEST_WAIT {
-                judge.waiting.push_front(record);
-                break;
+        self.clock_was(receiver, at_ns, signals);
+        for view in self.of_receiver[receiver].clone() {
+            let judge = &mut self.judges[view];
+            judge.take(at_ns, woke_ns, signals);
+            // The motion up to this cycle may be known only after the master's next one.
+            while let Some(record) = judge.waiting.pop_front() {
+                let at = Instant::from_nanos(record.at_ns);
+                if !judge.is_known(&self.masters, at) && judge.waiting.len() + 1 < LONGEST_WAIT {
+                    judge.waiting.push_front(record);
+                    break;
+                }
+                let row = judge.judge(record, &self.masters, self.start);
+                sink.row(view, &row);
+                judge.take_back(row.record);
             }
-            let row = judge.judge(record, &self.masters, self.start);
-            sink.row(receiver, &row);
         }
     }
 
     /// A receiver is the clock of those who follow it.
-    fn clock_was(&mut self, receiver: usize, record: &ReceiverRecord) {
+    fn clock_was(&mut self, receiver: usize, at_ns: i64, signals: &SignalRow) {
         let sample = TruthSample {
-            at: Instant::from_nanos(record.at_ns),
+            at: Instant::from_nanos(at_ns),
             epoch: 0,
-            count: record.cycle,
+            count: signals.node.cycle,
             axis: Kinematics::default(),
         };
         self.master_was(self.senders + receiver, CLOCK_ONLY, sample);
@@ -188,13 +222,13 @@ impl Evaluation {
         mut self,
         sink: &mut impl RowSink,
     ) -> Vec<(String, ReceiverSummary, Curves)> {
-        for (n, judge) in self.receivers.iter_mut().enumerate() {
+        for (n, judge) in self.judges.iter_mut().enumerate() {
             while let Some(record) = judge.waiting.pop_front() {
                 let row = judge.judge(record, &self.masters, self.start);
                 sink.row(n, &row);
             }
         }
-        self.receivers.into_iter().map(Judge::finish).collect()
+        self.judges.into_iter().map(Judge::finish).collect()
     }
 }
 

@@ -1,9 +1,9 @@
 //! What happens in a scenario on the way.
 
 use coaxle_clock::Span;
-use coaxle_motion::slave::Command;
 use coaxle_node::command::{CommandAnswer, CommandOrder, SlaveName, Verdict as Said};
 use coaxle_node::keys::NodeName;
+use coaxle_slave::Command;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -213,17 +213,18 @@ impl TryFrom<f64> for Moment {
 
 impl From<Moment> for f64 {
     fn from(moment: Moment) -> Self {
-        moment.millis as Self * 1e-3
+        // Dividing gives the closest number: 2.3, not 2.3000000000000003.
+        moment.millis as Self / 1e3
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use coaxle_motion::axis::AxisStatus;
-    use coaxle_motion::slave::{Accepted, Refusal};
+    use coaxle_axis::{Awaits, AxisStatus};
     use coaxle_node::command::{CommandOutcome, SlaveView};
     use coaxle_node::config::parse;
+    use coaxle_slave::Refusal;
 
     fn event(text: &str) -> Result<Event, String> {
         parse::<Event>("e", text).map_err(|error| error.to_string())
@@ -241,6 +242,19 @@ mod tests {
             let read = event(text).unwrap();
             let written = toml::to_string(&read).unwrap();
             assert_eq!(event(&written), Ok(read));
+        }
+    }
+
+    #[test]
+    fn times_are_written_as_people_write_them() {
+        for millis in 0..20_000 {
+            let seconds = f64::from(Moment { millis });
+            assert_eq!(Moment::try_from(seconds), Ok(Moment { millis }));
+            let decimals = seconds
+                .to_string()
+                .split_once('.')
+                .map_or(0, |(_, d)| d.len());
+            assert!(decimals <= 3, "{seconds}");
         }
     }
 
@@ -268,11 +282,11 @@ mod tests {
             position: 0.0,
             velocity: 0.0,
         };
-        let accepted = Accepted::AtOnce;
         let refusal = Refusal::NoMaster;
         let outcomes = [
             Some(CommandOutcome::Accepted {
-                accepted,
+                job: None,
+                awaits: Awaits::empty(),
                 slave,
                 saw: None,
             }),

@@ -1,11 +1,11 @@
 //! What a scenario expects of its outcome.
 
 use coaxle_host::fields_of;
-use coaxle_receiver::SlaveConfig;
+use coaxle_receiver::{ReceiverConfig, SlaveConfig};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, receiver_of};
 use crate::summary::{ReceiverSummary, SlaveSummary, Summary, World};
 use crate::table::significant;
 
@@ -96,9 +96,9 @@ impl Expectation {
     /// Whether it can be judged at all. Gives the wrong field and the reason.
     pub(crate) fn check(&self, scenario: &Scenario) -> Result<(), (&'static str, String)> {
         for (name, field) in self.nodes().zip(["receiver", "at-most-share.of"]) {
-            let known = scenario.receivers.iter().any(|r| r.name.as_str() == name);
-            if !known {
-                let reason = format!("received {name:?}, expected a receiver of this scenario");
+            let views = judged_names(scenario);
+            if !views.iter().any(|view| view == name) {
+                let reason = format!("received {name:?}, expected one of: {}", views.join(", "));
                 return Err((field, reason));
             }
         }
@@ -107,6 +107,7 @@ impl Expectation {
             Some(name) => {
                 let of_slave = |slave: &SlaveConfig| slave.name.as_str() == name;
                 for node in self.nodes() {
+                    let node = receiver_of(node);
                     let receiver = scenario.receivers.iter().find(|r| r.name.as_str() == node);
                     if !receiver.is_some_and(|r| r.slaves.iter().any(of_slave)) {
                         let reason = format!("received {name:?}, expected a slave of {node}");
@@ -196,6 +197,18 @@ impl Expectation {
             .and_then(|fields| fields.get(&self.field).cloned())
             .unwrap_or(Value::Null)
     }
+}
+
+/// The names that figures are under: receivers, and where they follow several axes, each of them.
+fn judged_names(scenario: &Scenario) -> Vec<String> {
+    let names = |receiver: &ReceiverConfig| match &receiver.far_axis_names()[..] {
+        [_] => vec![receiver.name.to_string()],
+        axes => axes
+            .iter()
+            .map(|axis| format!("{}/{axis}", receiver.name))
+            .collect(),
+    };
+    scenario.receivers.iter().flat_map(names).collect()
 }
 
 /// Numbers are the same if they have the same value, however they are written.

@@ -1,7 +1,7 @@
 //! Experiments with distributed axes.
 //!
 //! A [`Scenario`](scenario::Scenario) is a TOML file: senders, receivers, a network, events, and
-//! what is expected of it all. It runs in the pretend world ([`pretend`]) or as real processes over
+//! what is expected of it all. It runs in the simulation ([`virtual_time`]) or as real processes over
 //! real Zenoh ([`processes`]); both feed the same [`Evaluation`](evaluate::Evaluation), which
 //! compares every receiver cycle with what the master really did and leaves a summary, a trace and
 //! a report.
@@ -15,16 +15,18 @@ pub mod evaluate;
 pub mod event;
 pub mod expect;
 mod inspect;
-pub mod pretend;
 pub mod processes;
+pub mod record;
 mod recording;
 pub mod report;
 pub mod run;
 pub mod saw;
 pub mod scenario;
+mod signals;
 pub mod summary;
 pub mod sweep;
 pub mod table;
 mod timeline;
 mod topology;
 mod trace;
+pub mod virtual_time;

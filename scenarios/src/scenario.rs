@@ -6,6 +6,7 @@ use std::num::NonZeroU32;
 use coaxle_node::config::{ConfigError, LinkConfig, Positive, from_table};
 use coaxle_node::faults::seed_of;
 use coaxle_node::keys::NodeName;
+use coaxle_node::wiring::Wiring;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::{SenderConfig, ShownAxes};
 use serde::{Deserialize, Serialize};
@@ -25,10 +26,10 @@ pub struct Scenario {
     pub description: String,
     /// How long it runs, s of true time.
     pub duration_s: Positive,
-    /// Seed of everything random. The same seed gives the same pretend run, byte for byte.
+    /// Seed of everything random. The same seed gives the same run in virtual time, byte for byte.
     #[serde(default = "first_seed")]
     pub seed: u64,
-    /// The network of the pretend world. Real processes have a real one; what is to be laid over
+    /// The simulated network. Real processes have a real one; what is to be laid over
     /// that belongs into a receiver's `faults`.
     #[serde(default)]
     pub network: LinkConfig,
@@ -59,6 +60,11 @@ pub struct GridAxis {
     pub values: Vec<toml::Value>,
 }
 
+/// The receiver that is meant by the name of one of its far axes, or by its own.
+pub(crate) fn receiver_of(name: &str) -> &str {
+    name.split_once('/').map_or(name, |(receiver, _)| receiver)
+}
+
 const fn first_seed() -> u64 {
     1
 }
@@ -87,8 +93,8 @@ impl Scenario {
     fn show_followed_axes(&mut self, file: &str) -> Result<(), ConfigError> {
         let topology = Topology::of(self).map_err(|wrong| wrong.in_file(file))?;
         for (n, sender) in self.senders.iter_mut().enumerate() {
-            let axes = (0..self.receivers.len())
-                .map(|receiver| topology.root(receiver))
+            let axes = (topology.views().iter())
+                .map(|view| view.root)
                 .filter(|root| root.sender == n)
                 .filter_map(|root| NonZeroU32::new(root.axis))
                 .collect::<BTreeSet<_>>();
@@ -97,6 +103,14 @@ impl Scenario {
             })?;
         }
         Ok(())
+    }
+
+    /// What every node publishes and hears: senders first, then receivers.
+    pub(crate) fn wirings(&self) -> Vec<Wiring> {
+        let senders = self.senders.iter().map(SenderConfig::wiring);
+        senders
+            .chain(self.receivers.iter().map(ReceiverConfig::wiring))
+            .collect()
     }
 
     /// The seed of one node, the same in both worlds.
@@ -123,16 +137,20 @@ impl Scenario {
         let mut kept: BTreeSet<String> = names.iter().cloned().collect();
         // A chained receiver needs those before it.
         while let Some(more) = self.receivers.iter().find_map(|receiver| {
-            let needed = receiver.master.node.as_str();
-            let is_receiver = self.receivers.iter().any(|r| r.name.as_str() == needed);
-            (kept.contains(receiver.name.as_str()) && is_receiver && !kept.contains(needed))
-                .then(|| needed.to_owned())
+            let needed = receiver.far.iter().map(|far| far.node.as_str());
+            let is_missing = |needed: &&str| {
+                !kept.contains(*needed) && self.receivers.iter().any(|r| r.name.as_str() == *needed)
+            };
+            let mut missing = needed.filter(is_missing);
+            kept.contains(receiver.name.as_str())
+                .then(|| missing.next().map(str::to_owned))
+                .flatten()
         }) {
             kept.insert(more);
         }
         self.receivers.retain(|r| kept.contains(r.name.as_str()));
         self.expectations
-            .retain(|e| e.nodes().all(|name| kept.contains(name)));
+            .retain(|e| e.nodes().all(|name| kept.contains(receiver_of(name))));
         self.events.retain(|event| {
             let name = event.node.as_str();
             kept.contains(name) || self.senders.iter().any(|s| s.name.as_str() == name)

@@ -5,9 +5,9 @@ mod cuts;
 
 use std::collections::BTreeMap;
 
+use coaxle_axis::AxisStatus;
 use coaxle_clock::delay::DelayState;
 use coaxle_clock::observer::ObserverState;
-use coaxle_motion::axis::AxisStatus;
 use coaxle_receiver::ProgramState;
 use serde::Serialize;
 
@@ -154,10 +154,25 @@ pub struct ReceiverSummary {
     pub velocity_ripple_max: Option<f64>,
     /// The largest ripple divided by the largest master velocity.
     pub velocity_ripple_ratio: Option<f64>,
+    /// The root mean square once it had been in sync for a second without a break, u/s; with a mode
+    /// that never synchronises all that is evaluated. So for all that is said to be settled.
+    pub velocity_ripple_settled_rms: Option<f64>,
+    /// The largest magnitude then, u/s.
+    pub velocity_ripple_settled_max: Option<f64>,
+    /// The same, divided by the largest master velocity.
+    pub velocity_ripple_settled_ratio: Option<f64>,
+    /// The largest magnitude before that: while it locked in, and whenever it did so again, u/s.
+    pub velocity_ripple_lock_in_max: Option<f64>,
     /// Corrected far time minus true far time, mean removed: root mean square, µs.
     pub corrected_time_error_rms_us: Option<f64>,
     /// The same, largest magnitude, µs.
     pub corrected_time_error_max_us: Option<f64>,
+    /// The root mean square once settled, without the mean of that time, µs.
+    pub corrected_time_error_settled_rms_us: Option<f64>,
+    /// The largest magnitude then, µs.
+    pub corrected_time_error_settled_max_us: Option<f64>,
+    /// The largest distance from that mean before it was settled, µs.
+    pub corrected_time_error_lock_in_max_us: Option<f64>,
     /// How far the corrected far time lies behind the true one in the mean, µs.
     pub lag_us: Option<f64>,
     /// Largest distance of the slave's set position from where the master is at the same true instant,

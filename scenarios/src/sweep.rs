@@ -7,11 +7,11 @@ use anyhow::{Context, bail};
 use comfy_table::{Cell, CellAlignment, Table, presets};
 
 use crate::catalog::Source;
-use crate::pretend;
 use crate::run::Progress;
 use crate::scenario::{GridAxis, Scenario};
 use crate::summary::ReceiverSummary;
 use crate::table::significant;
+use crate::virtual_time;
 
 /// One field and the values it takes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -213,7 +213,7 @@ fn in_parallel(
         for _ in 0..cores.min(scenarios.len()) {
             scope.spawn(|| {
                 while let Some((n, (_, scenario))) = lock(&waiting).next() {
-                    let result = pretend::run(scenario, &mut (), &mut ())
+                    let result = virtual_time::run(scenario, &mut (), &mut ())
                         .map(crate::run::Finished::into_figures);
                     lock(&finished)[n] = Some(result);
                     let (progress, done) = &mut *lock(&progress);

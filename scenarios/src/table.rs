@@ -72,16 +72,23 @@ fn verdict(verdict: &Verdict) -> String {
     format!("{outcome} {place} is {received}, expected {expected}")
 }
 
-/// What the run shows, in a few lines: without correction, and with it. None where the scenario does
-/// not compare the two.
+/// What the run shows, in a few lines: without correction, and with each kind of it. None where the
+/// scenario does not compare them.
 #[must_use]
 pub fn conclusion(summary: &Summary) -> Option<String> {
-    if let Some(text) = cuts::conclusion(summary) {
-        return Some(text);
-    }
+    cuts::conclusion(summary).or_else(|| velocities(summary))
+}
+
+/// The corrections, with what a line of a conclusion calls them.
+const CORRECTIONS: [(&str, &str); 4] = [
+    ("pt1", "with a PT1 filter:  "),
+    ("time", "with time mode:     "),
+    ("sync", "with TS5066:        "),
+    ("observer", "with the observer:  "),
+];
+
+fn velocities(summary: &Summary) -> Option<String> {
     let without = worst(summary, "bypass", None)?;
-    let master = Some(without.master.as_str());
-    let with = worst(summary, "sync", master).or_else(|| worst(summary, "time", master))?;
     let bare = without.velocity_ripple_ratio?;
     let mut text = format!(
         "without correction: the velocity jumps by up to {} %",
@@ -94,17 +101,30 @@ pub fn conclusion(summary: &Summary) -> Option<String> {
             let _ = write!(text, ", with {beats} beats");
         }
     }
-    text.push_str("\nwith correction:    ");
-    match with.velocity_ripple_ratio {
-        None => text.push_str("not synchronised within the run"),
-        Some(cured) => {
-            let _ = write!(text, "by up to {} %", significant(100.0 * cured, 3));
-            if cured > 0.0 && bare > cured {
-                let _ = write!(text, ", about {} times smaller", roughly(bare / cured));
+    let master = Some(without.master.as_str());
+    let mut any = false;
+    for (mode, name) in CORRECTIONS {
+        let Some(with) = worst(summary, mode, master) else {
+            continue;
+        };
+        any = true;
+        match with.velocity_ripple_ratio {
+            None => {
+                let _ = write!(text, "\n{name}not synchronised within the run");
+            }
+            Some(all) => {
+                let cured = with.velocity_ripple_settled_ratio.unwrap_or(all);
+                let _ = write!(text, "\n{name}by up to {} %", significant(100.0 * cured, 3));
+                if cured > 0.0 && bare > cured {
+                    let _ = write!(text, ", about {} times smaller", roughly(bare / cured));
+                }
+                if all > cured {
+                    let _ = write!(text, "; {} % while locking in", significant(100.0 * all, 3));
+                }
             }
         }
     }
-    Some(text)
+    any.then_some(text)
 }
 
 /// Two significant digits, the rest zeros.
@@ -155,7 +175,7 @@ struct Figure {
     text: fn(&ReceiverSummary) -> String,
 }
 
-const FIGURES: [Figure; 17] = [
+const FIGURES: [Figure; 21] = [
     Figure {
         label: "correction",
         text: |r| correction(r.mode).to_owned(),
@@ -173,12 +193,28 @@ const FIGURES: [Figure; 17] = [
         text: |r| optional(r.velocity_ripple_rms, 1.0),
     },
     Figure {
+        label: "… once settled max, u/s",
+        text: |r| optional(r.velocity_ripple_settled_max, 1.0),
+    },
+    Figure {
+        label: "… while locking in max, u/s",
+        text: |r| optional(r.velocity_ripple_lock_in_max, 1.0),
+    },
+    Figure {
         label: "time error max, µs",
         text: |r| optional(r.corrected_time_error_max_us, 1.0),
     },
     Figure {
         label: "time error rms, µs",
         text: |r| optional(r.corrected_time_error_rms_us, 1.0),
+    },
+    Figure {
+        label: "… once settled rms, µs",
+        text: |r| optional(r.corrected_time_error_settled_rms_us, 1.0),
+    },
+    Figure {
+        label: "… while locking in max, µs",
+        text: |r| optional(r.corrected_time_error_lock_in_max_us, 1.0),
     },
     Figure {
         label: "lag, ms",

@@ -1,8 +1,8 @@
-//! Who follows whom: receivers resolved to the sender they get their motion from in the end.
+//! Who follows whom: every far axis resolved to the sender that its motion comes from in the end.
 
 use coaxle_node::config::ConfigError;
 use coaxle_node::keys::NodeName;
-use coaxle_receiver::config::{GearConfig, MasterChannel};
+use coaxle_receiver::config::{FarAxisConfig, FarChannel, GearConfig};
 
 use crate::scenario::Scenario;
 
@@ -10,19 +10,36 @@ use crate::scenario::Scenario;
 #[derive(Debug)]
 pub(crate) struct Topology {
     names: Vec<NodeName>,
-    roots: Vec<Root>,
+    views: Vec<View>,
 }
 
-/// Where a receiver's motion comes from.
+/// A far axis of a receiver, and where its motion comes from in the end. A receiver is judged by each of
+/// them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct View {
+    /// What it is called: as the receiver, where that follows but one axis.
+    pub(crate) name: String,
+    /// The receiver, counted among the receivers.
+    pub(crate) receiver: usize,
+    /// Which of the receiver's far nodes.
+    pub(crate) far: usize,
+    /// Which of all its far axes.
+    pub(crate) axis: usize,
+    /// The receiver's slaves that follow it in the end.
+    pub(crate) slaves: Vec<usize>,
+    pub(crate) root: Root,
+}
+
+/// Where a far axis's motion comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Root {
-    /// Number of the node it follows.
+    /// Number of the node that is followed.
     pub(crate) source: usize,
     /// Number of the sender at the root.
     pub(crate) sender: usize,
     /// The sender's axis.
     pub(crate) axis: u32,
-    /// What it receives, as a function of that axis: the gears before it in one. None where
+    /// What is received, as a function of that axis: the gears before it in one. None where
     /// something else than gears moves a slave before it: then nobody knows.
     pub(crate) gear: Option<GearConfig>,
 }
@@ -61,12 +78,36 @@ impl Topology {
         }
         let mut topology = Self {
             names,
-            roots: Vec::new(),
+            views: Vec::new(),
         };
-        topology.roots = (0..scenario.receivers.len())
-            .map(|n| topology.resolve(scenario, n))
-            .collect::<Result<_, _>>()?;
+        for receiver in 0..scenario.receivers.len() {
+            let views = topology.views_in(scenario, receiver)?;
+            topology.views.extend(views);
+        }
         Ok(topology)
+    }
+
+    fn views_in(&self, scenario: &Scenario, receiver: usize) -> Result<Vec<View>, WrongField> {
+        let config = &scenario.receivers[receiver];
+        let names = config.far_axis_names();
+        let axes = config.far_axes().enumerate();
+        let view = |(axis, (far, _, _))| {
+            let slaves = 0..config.slaves.len();
+            Ok(View {
+                name: match names.len() {
+                    1 => config.name.to_string(),
+                    _ => format!("{}/{}", config.name, names[axis]),
+                },
+                receiver,
+                far,
+                axis,
+                slaves: slaves
+                    .filter(|n| config.far_axis_of(*n) == Some(axis))
+                    .collect(),
+                root: self.resolve(scenario, receiver, axis)?,
+            })
+        };
+        axes.map(view).collect()
     }
 
     /// The number of a node.
@@ -78,60 +119,65 @@ impl Topology {
         &self.names
     }
 
-    /// Where the n-th receiver's motion comes from.
-    pub(crate) fn root(&self, receiver: usize) -> Root {
-        self.roots[receiver]
+    /// Every far axis of every receiver, receiver after receiver.
+    pub(crate) fn views(&self) -> &[View] {
+        &self.views
     }
 
-    fn resolve(&self, scenario: &Scenario, receiver: usize) -> Result<Root, WrongField> {
+    fn resolve(
+        &self,
+        scenario: &Scenario,
+        receiver: usize,
+        axis: usize,
+    ) -> Result<Root, WrongField> {
         let mut gears = Vec::new();
-        let mut at = receiver;
+        let (mut at, mut axis) = (receiver, axis);
         let mut first_source = None;
         loop {
-            let master = &scenario.receivers[at].master;
+            let config = &scenario.receivers[at];
+            let Some((n, far, FarAxisConfig { id, .. })) = config.far_axes().nth(axis) else {
+                unreachable!("the axis is one of the config's");
+            };
             let wrong = |field: &str, reason: String| WrongField {
-                field: format!("receiver[{at}].master.{field}"),
+                field: format!("receiver[{at}].far[{n}].{field}"),
                 reason,
             };
-            let known = self.node(&master.node);
+            let known = self.node(&far.node);
             let senders = scenario.senders.len();
-            match (known, master.channel) {
-                (Some(node), MasterChannel::Axes) if node < senders => {
-                    let axes = &scenario.senders[node].axes;
-                    if !axes.iter().any(|axis| axis.id.get() == master.axis) {
-                        let reason = format!(
-                            "received {}, expected the id of an axis of {}",
-                            master.axis, master.node
-                        );
-                        return Err(wrong("axis", reason));
+            match (known, far.channel) {
+                (Some(node), FarChannel::Axes) if node < senders => {
+                    let axes = scenario.senders[node].axes.iter().map(|axis| axis.id.get());
+                    if !axes.clone().any(|other| other == *id) {
+                        return Err(wrong("axes", not_among(*id, &far.node, axes)));
                     }
                     return Ok(Root {
                         source: first_source.unwrap_or(node),
                         sender: node,
-                        axis: master.axis,
+                        axis: *id,
                         gear: in_one(&gears),
                     });
                 }
-                (Some(node), MasterChannel::Slaves) if node >= senders => {
+                (Some(node), FarChannel::Slaves) if node >= senders => {
                     let before = node - senders;
                     let followed = &scenario.receivers[before];
-                    let Some(slave) = followed.slave_with_id(master.axis) else {
-                        let reason = format!(
-                            "received {}, expected the id of a slave of {}",
-                            master.axis, master.node
-                        );
-                        return Err(wrong("axis", reason));
+                    let Some(slave) = followed.slave_with_id(*id) else {
+                        let ids = (0..followed.slaves.len()).map(|n| followed.slave_id(n));
+                        return Err(wrong("axes", not_among(*id, &far.node, ids)));
                     };
                     if gears.len() > scenario.receivers.len() {
                         let reason = format!(
                             "{} follows itself in the end, expected a sender at the root",
-                            master.node
+                            far.node
                         );
                         return Err(wrong("node", reason));
                     }
                     gears.push(followed.gear_to(slave));
                     first_source.get_or_insert(node);
-                    at = before;
+                    let Some(root) = followed.far_axis_of(slave) else {
+                        let reason = format!("a slave of {} has no far axis at its root", far.node);
+                        return Err(wrong("axes", reason));
+                    };
+                    (at, axis) = (before, root);
                 }
                 (Some(_), _) => {
                     let reason =
@@ -142,13 +188,22 @@ impl Topology {
                 (None, _) => {
                     let reason = format!(
                         "received {:?}, expected a node of this scenario",
-                        master.node.as_str()
+                        far.node.as_str()
                     );
                     return Err(wrong("node", reason));
                 }
             }
         }
     }
+}
+
+/// An axis that a node does not have, told with those it has.
+fn not_among(id: u32, node: &NodeName, known: impl Iterator<Item = u32>) -> String {
+    let known: Vec<_> = known.map(|id| id.to_string()).collect();
+    format!(
+        "received the id {id}, expected one of {node}: {}",
+        known.join(", ")
+    )
 }
 
 /// Gears one after the other, the last one first.

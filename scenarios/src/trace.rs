@@ -1,12 +1,15 @@
-//! `trace.csv`: every receiver cycle.
+//! `trace.csv`: every receiver cycle, a line for each far axis.
 
 use std::io::Write;
 
 use anyhow::Context;
-use coaxle_receiver::{ReceiverConfig, ReceiverRecord};
+use coaxle_node::signal::Instance;
+use coaxle_receiver::ReceiverConfig;
+use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
 use serde::Serialize;
 
 use crate::evaluate::{Row, RowSink};
+use crate::topology::View;
 
 /// One line of the trace, in front of what the receiver recorded.
 #[derive(Serialize)]
@@ -21,7 +24,7 @@ struct Line<'a> {
 
 /// Writes the trace. The first error ends it and is told at the end.
 pub(crate) struct TraceWriter<W: Write> {
-    receivers: Vec<String>,
+    names: Vec<String>,
     columns: Vec<String>,
     csv: csv::Writer<W>,
     error: Option<csv::Error>,
@@ -29,10 +32,10 @@ pub(crate) struct TraceWriter<W: Write> {
 }
 
 impl<W: Write> TraceWriter<W> {
-    pub(crate) fn new(receivers: &[ReceiverConfig], writer: W) -> Self {
+    pub(crate) fn new(receivers: &[ReceiverConfig], views: &[View], writer: W) -> Self {
         Self {
-            receivers: receivers.iter().map(|r| r.name.to_string()).collect(),
-            columns: columns(receivers),
+            names: views.iter().map(|view| view.name.clone()).collect(),
+            columns: columns(receivers, views),
             csv: csv::WriterBuilder::new()
                 .has_headers(false)
                 // A receiver with fewer slaves has fewer values.
@@ -50,13 +53,13 @@ impl<W: Write> TraceWriter<W> {
         self.csv.flush().context("cannot write the trace")
     }
 
-    fn write(&mut self, receiver: usize, row: &Row) -> csv::Result<()> {
+    fn write(&mut self, view: usize, row: &Row) -> csv::Result<()> {
         if !self.wrote_header {
             self.wrote_header = true;
             self.csv.write_record(&self.columns)?;
         }
         let line = Line {
-            receiver: &self.receivers[receiver],
+            receiver: &self.names[view],
             t_s: row.t_s,
             true_position: row.truth.map(|(position, _)| position),
             true_velocity: row.truth.map(|(_, velocity)| velocity),
@@ -68,16 +71,16 @@ impl<W: Write> TraceWriter<W> {
 }
 
 impl<W: Write> RowSink for TraceWriter<W> {
-    fn row(&mut self, receiver: usize, row: &Row) {
+    fn row(&mut self, view: usize, row: &Row) {
         if self.error.is_none() {
-            self.error = self.write(receiver, row).err();
+            self.error = self.write(view, row).err();
         }
     }
 }
 
-/// The columns: those of the line, then those of a receiver's record. Where receivers have several
-/// slaves, a column has the names of those it is about.
-fn columns(receivers: &[ReceiverConfig]) -> Vec<String> {
+/// The columns: those of the line, then those of the record by what they are about. Those of slaves have
+/// the names of all slaves in front that they are about.
+fn columns(receivers: &[ReceiverConfig], views: &[View]) -> Vec<String> {
     let line = [
         "receiver",
         "t_s",
@@ -85,36 +88,61 @@ fn columns(receivers: &[ReceiverConfig]) -> Vec<String> {
         "true_velocity",
         "set_velocity",
         "time_error_us",
+        "at_ns",
+        "woke_ns",
     ];
-    let most = receivers.iter().map(|r| r.slaves.len()).max().unwrap_or(1);
-    let names: Vec<String> = (0..most)
-        .map(|n| {
-            let nth = receivers.iter().filter_map(|r| r.slaves.get(n));
-            let mut names: Vec<_> = nth.map(|slave| slave.name.as_str()).collect();
-            names.dedup();
-            names.join("|")
-        })
-        .collect();
-    let record = ReceiverRecord::columns(names.iter().map(String::as_str));
-    line.map(str::to_owned).into_iter().chain(record).collect()
+    let most = views
+        .iter()
+        .map(|view| view.slaves.len())
+        .max()
+        .unwrap_or(0);
+    let names = (0..most).map(|n| {
+        let nth = views.iter().filter_map(|view| {
+            let slave = &receivers[view.receiver].slaves[*view.slaves.get(n)?];
+            Some(slave.name.as_str())
+        });
+        let mut names: Vec<_> = nth.collect();
+        names.sort_unstable();
+        names.dedup();
+        names.join("|")
+    });
+    let of = |name: &str, instance: fn(String) -> Instance| {
+        instance(name.to_owned()).columns().collect::<Vec<_>>()
+    };
+    let mut columns = line.map(str::to_owned).to_vec();
+    columns.extend(of("", Instance::of::<NodeSignals>));
+    columns.extend(of("far", Instance::of::<FarNodeSignals>));
+    columns.extend(of("axis", Instance::of::<FarAxisSignals>));
+    columns.extend(names.flat_map(|name| of(&name, Instance::of::<SlaveSignals>)));
+    columns
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn receiver(rest: &str) -> (ReceiverConfig, ReceiverRecord) {
-        let text = format!("name = 'r'\ncycle-time-us = 1000\nmaster = {{ node = 'm' }}\n{rest}");
-        let config = coaxle_node::config::parse("test", &text).unwrap();
-        let start = coaxle_clock::Instant::EPOCH;
-        let receiver = coaxle_receiver::Receiver::new(&config, start, 1).unwrap();
-        let record = ReceiverRecord::new(0, 0, &coaxle_node::Node::snapshot(&receiver));
-        (config, record)
-    }
+    use crate::record::Record;
+    use crate::topology::Root;
+    use coaxle_receiver::SignalRow;
 
     fn lines_of(rest: &str) -> Vec<String> {
-        let (config, record) = receiver(rest);
-        let mut trace = TraceWriter::new(&[config], Vec::new());
+        let text = format!("name = 'r'\ncycle-time-us = 1000\nmaster = {{ node = 'm' }}\n{rest}");
+        let config: ReceiverConfig = coaxle_node::config::parse("test", &text).unwrap();
+        let view = View {
+            name: "r".to_owned(),
+            receiver: 0,
+            far: 0,
+            axis: 0,
+            slaves: (0..config.slaves.len()).collect(),
+            root: Root {
+                source: 0,
+                sender: 0,
+                axis: 1,
+                gear: None,
+            },
+        };
+        let mut record = Record::default();
+        record.fill(0, 0, &SignalRow::new(&config), &view);
+        let mut trace = TraceWriter::new(&[config], &[view], Vec::new());
         let row = Row {
             t_s: 1.5,
             record,
@@ -148,11 +176,12 @@ mod tests {
         for (column, expected) in [
             ("time_error_us", "2.0"),
             ("health", "waiting-for-master"),
-            ("restarts", "0"),
-            ("slave_state", "disabled"),
-            ("drive_state", "off"),
-            ("following_error", "0.0"),
-            ("b.slave_state", "disabled"),
+            ("far.restarts", "0"),
+            ("axis.synced", "false"),
+            ("a.state", "disabled"),
+            ("a.drive_state", "off"),
+            ("a.following_error", "0.0"),
+            ("b.state", "disabled"),
             ("b.following_error", "0.0"),
         ] {
             assert_eq!(value(column), Some(expected), "{column}");

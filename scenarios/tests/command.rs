@@ -188,7 +188,32 @@ fn a_slave_does_what_it_is_told_and_refuses_the_rest() {
             "blade",
             &["cam-in", "--table=1", "--dry-run"],
             false,
-            "MC_CamIn: there is no dry run of it",
+            "would be refused, 0x4216",
+        ),
+        (
+            "blade",
+            &["gear-in-multi-master", "--ratios=[2]", "--dry-run"],
+            true,
+            "would be accepted",
+        ),
+        (
+            "blade",
+            &[
+                "phasing-relative",
+                "--shift=1",
+                "--velocity=5",
+                "--acceleration=50",
+                "--jerk=500",
+                "--dry-run",
+            ],
+            true,
+            "would be accepted",
+        ),
+        (
+            "blade",
+            &["move-superimposed", "--distance=1"],
+            true,
+            "accepted, job 2; the slave is in synchronized-motion",
         ),
     ] {
         let (said, code) = tell(slave, arguments);

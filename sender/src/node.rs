@@ -2,14 +2,14 @@
 
 use std::num::NonZeroU32;
 
+use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
-use coaxle_motion::axis::NcToPlcAxis;
-use coaxle_motion::profile::Kinematics;
+use coaxle_curve::profile::Kinematics;
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::{Answering, AnsweringCounters, Channel, Message, Node, Outgoing};
 
-use crate::config::{AxisConfig, MAX_SHOWN_AXES, SenderConfig};
+use crate::config::{AxisConfig, SHOWN_BY_DEFAULT, SenderConfig};
 use crate::show::show;
 use crate::source::{self, AxisSample, ReplayError, Source};
 
@@ -40,7 +40,7 @@ struct Axis {
 }
 
 /// What a sender shows of itself after each cycle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct SenderSnapshot {
     /// The cycle, skipped ones counted.
     pub count: u64,
@@ -58,7 +58,38 @@ pub struct SenderSnapshot {
     pub questions: QuestionCounters,
     /// How the axes that the config shows (the first ones by id, unless it names others) really
     /// move, at the ideal start of the cycle.
-    pub axes: [Option<AxisKinematics>; MAX_SHOWN_AXES],
+    pub axes: Box<[AxisKinematics]>,
+}
+
+impl Clone for SenderSnapshot {
+    fn clone(&self) -> Self {
+        Self {
+            axes: self.axes.clone(),
+            ..*self
+        }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        let Self {
+            count,
+            index,
+            epoch,
+            ideal_start,
+            woke,
+            overruns,
+            questions,
+            axes,
+        } = self;
+        *count = other.count;
+        *index = other.index;
+        *epoch = other.epoch;
+        *ideal_start = other.ideal_start;
+        *woke = other.woke;
+        *overruns = other.overruns;
+        *questions = other.questions;
+        // In place: they are as many.
+        axes.clone_from(&other.axes);
+    }
 }
 
 /// What became of questions about a sender's clock.
@@ -101,7 +132,7 @@ impl Sender {
             .map(Axis::new)
             .collect::<Result<Vec<_>, _>>()?;
         axes.sort_by_key(|axis| axis.id);
-        choose_shown(&mut axes, config.show_axes.ids())?;
+        let shown = choose_shown(&mut axes, config.show_axes.ids())?;
         let cycle_time = config.cycle_time_us.0;
         let sender = sender_id(&config.name);
         Ok(Self {
@@ -128,7 +159,7 @@ impl Sender {
                 woke: start,
                 overruns: 0,
                 questions: QuestionCounters::default(),
-                axes: [None; MAX_SHOWN_AXES],
+                axes: shown,
             },
         })
     }
@@ -144,7 +175,7 @@ impl Sender {
             let sample = axis.source.sample(since_start);
             *shown = show(axis.id, axis.modulo, &sample);
             if let Some(slot) = axis.slot {
-                self.snapshot.axes[slot] = Some(AxisKinematics::of(axis.id, &sample));
+                self.snapshot.axes[slot] = AxisKinematics::of(axis.id, &sample);
             }
         }
     }
@@ -162,14 +193,14 @@ impl Node for Sender {
     type Snapshot = SenderSnapshot;
 
     /// A sender follows nobody, but it is asked what its clock shows.
-    fn receive(&mut self, at: Instant<Local>, message: &Message) {
+    fn receive(&mut self, at: Instant<Local>, _: usize, message: &Message<'_>) {
         match message {
             Message::Question(question) => self.answering.hear(at, question),
             Message::Rejected(_) => {
                 let refused = &mut self.snapshot.questions.refused;
                 *refused = refused.saturating_add(1);
             }
-            Message::Sample(_) | Message::Answer(_) => {}
+            Message::Frame(_) | Message::Answer(_) => {}
         }
     }
 
@@ -193,6 +224,7 @@ impl Node for Sender {
         };
         Some(Outgoing {
             channel: Channel::Axes,
+            far: 0,
             ideal_start: self.snapshot.ideal_start,
             body: &self.body[..length],
         })
@@ -202,8 +234,12 @@ impl Node for Sender {
         self.schedule.next_start()
     }
 
-    fn snapshot(&self) -> SenderSnapshot {
-        self.snapshot
+    fn snapshot(&self) -> &SenderSnapshot {
+        &self.snapshot
+    }
+
+    fn snapshot_size(&self) -> usize {
+        size_of::<SenderSnapshot>() + size_of_val(&*self.snapshot.axes)
     }
 }
 
@@ -223,25 +259,33 @@ impl Axis {
 }
 
 /// Gives the axes that are to be shown their places in the snapshot: `wanted` in that order, or
-/// the first ones where nothing is said.
-fn choose_shown(axes: &mut [Axis], wanted: &[NonZeroU32]) -> Result<(), SenderError> {
+/// the first ones where nothing is said. They are at rest at 0 until the first cycle.
+fn choose_shown(
+    axes: &mut [Axis],
+    wanted: &[NonZeroU32],
+) -> Result<Box<[AxisKinematics]>, SenderError> {
+    let mut wanted: Vec<u32> = wanted.iter().map(|id| id.get()).collect();
     if wanted.is_empty() {
-        for (slot, axis) in axes.iter_mut().take(MAX_SHOWN_AXES).enumerate() {
-            axis.slot = Some(slot);
-        }
+        wanted.extend(axes.iter().take(SHOWN_BY_DEFAULT).map(|axis| axis.id));
     }
     for (slot, id) in wanted.iter().enumerate() {
-        match axes.iter_mut().find(|axis| axis.id == id.get()) {
+        match axes.iter_mut().find(|axis| axis.id == *id) {
             Some(axis) => axis.slot = Some(slot),
             None => {
                 return Err(SenderError::NoSuchAxis {
-                    received: id.get(),
+                    received: *id,
                     expected: axes.iter().map(|axis| axis.id).collect(),
                 });
             }
         }
     }
-    Ok(())
+    let at_rest = |id| AxisKinematics {
+        id,
+        position: 0.0,
+        velocity: 0.0,
+        acceleration: 0.0,
+    };
+    Ok(wanted.into_iter().map(at_rest).collect())
 }
 
 impl AxisKinematics {

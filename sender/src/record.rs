@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::node::SenderSnapshot;
 
 /// A row of a sender's trace: one per shown axis and cycle. Instants are nanoseconds of the world's
-/// reference clock: true time in the pretend world, the machine's monotonic clock in the real one.
+/// reference clock: true time in the simulation, the machine's monotonic clock in the real one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SenderRecord {
     /// Ideal start of the cycle, ns.
@@ -30,19 +30,15 @@ pub struct SenderRecord {
 
 impl SenderRecord {
     /// The rows of a cycle whose ideal start and wake-up the world dates in its own clock.
-    pub fn rows(
-        at_ns: i64,
-        woke_ns: i64,
-        snapshot: &SenderSnapshot,
-    ) -> impl Iterator<Item = Self> + use<> {
+    pub fn rows(at_ns: i64, woke_ns: i64, snapshot: &SenderSnapshot) -> impl Iterator<Item = Self> {
         let SenderSnapshot {
             epoch,
             count,
             overruns,
-            axes,
+            ref axes,
             ..
         } = *snapshot;
-        axes.into_iter().flatten().map(move |axis| Self {
+        axes.iter().map(move |axis| Self {
             at_ns,
             woke_ns,
             epoch,

@@ -4,8 +4,7 @@ mod recorder;
 
 use anyhow::Context;
 use coaxle_clock::{Instant, Local};
-use coaxle_host::{NodeArgs, Publication, Setup, Subscription};
-use coaxle_node::Channel;
+use coaxle_host::{NodeArgs, Setup};
 
 use crate::config::SenderConfig;
 use crate::node::Sender;
@@ -49,10 +48,7 @@ fn setup(args: &Args, config: SenderConfig) -> anyhow::Result<Setup<Sender>> {
         clock: config.clock.clone(),
         seed: config.seed,
         send_stamps: config.send_stamps,
-        publishes: [Channel::Axes, Channel::Answers]
-            .map(|channel| Publication::new(&config.name, channel))
-            .into(),
-        subscriptions: vec![Subscription::questions_to(&config.name)],
+        wiring: config.wiring(),
         run_for: args.run_for,
         build: Box::new(move |start, epoch| build(&file, &config, start, epoch)),
         recorder: Box::new(recorder),

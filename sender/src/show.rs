@@ -1,7 +1,7 @@
 //! What an axis shows of itself in its frame.
 
-use coaxle_motion::axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
-use coaxle_motion::profile::Kinematics;
+use coaxle_axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
+use coaxle_curve::profile::Kinematics;
 
 use crate::source::{Activity, AxisSample};
 

@@ -44,7 +44,7 @@ fn cycles_of_every_kind_of_axis_do_not_allocate() {
     assert_no_alloc(|| {
         for k in 0..3_000 {
             let asked = start + Span::from_millis(k) - Span::from_micros(300);
-            sender.receive(asked, &Message::Question(Question::default()));
+            sender.receive(asked, 0, &Message::Question(Question::default()));
             // Now and then cycles are skipped.
             let _ = sender.cycle(start + Span::from_millis(k + k / 100));
             while let Some(outgoing) = sender.transmit() {

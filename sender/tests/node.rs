@@ -1,8 +1,8 @@
 //! The sender as the world sees it: cycles in, frames out.
 
+use coaxle_axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
 use coaxle_clock::delay::Answer;
 use coaxle_clock::{CycleIndex, Instant, Local, Span};
-use coaxle_motion::axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
 use coaxle_node::config::parse;
 use coaxle_node::frame::{FrameHeader, decode, seal, sender_id};
 use coaxle_node::keys::NodeName;
@@ -83,8 +83,8 @@ fn questions_about_the_clock_are_answered_in_the_next_cycle() {
         asked: 42,
     };
     let heard = Span::from_micros(1_700);
-    sender.receive(START + heard, &Message::Question(question));
-    sender.receive(START, &Message::Rejected(Rejection::Malformed));
+    sender.receive(START + heard, 0, &Message::Question(question));
+    sender.receive(START, 0, &Message::Rejected(Rejection::Malformed));
     let taken = sender.cycle(START + Span::from_micros(2_010));
     let axes = sender.transmit().expect("axes first").channel;
     assert_eq!(axes, Channel::Axes);
@@ -98,7 +98,7 @@ fn questions_about_the_clock_are_answered_in_the_next_cycle() {
     seal(&key, outgoing.body, stamp, &mut frame);
     let mut answers = Vec::new();
     Reader::answers_of(&node, &NodeName::new("saw").unwrap())
-        .read(&frame, |message| answers.push(message));
+        .read(&frame, |message| answers.push(message.split().0));
     let answer = Answer {
         run: 6,
         number: 3,
@@ -151,7 +151,7 @@ fn many_axes_share_a_frame_in_the_order_of_their_ids() {
         assert_eq!(axis.axis_id, id);
         assert_eq!(axis.set_velocity, f64::from(id));
     }
-    let shown = sender.snapshot().axes.map(|axis| axis.unwrap().id);
+    let shown: Vec<_> = sender.snapshot().axes.iter().map(|axis| axis.id).collect();
     assert_eq!(shown, [1, 2, 3, 4]);
 }
 
@@ -160,10 +160,10 @@ fn the_config_chooses_the_axes_that_are_shown() {
     let axes: String = (1..=32).map(|id| axis(id, f64::from(id))).collect();
     let mut sender = sender(&format!("show-axes = [32, 7]\n{axes}"));
     let _ = turn(&mut sender, START);
-    let shown = sender.snapshot().axes;
-    let motions = shown.map(|axis| axis.map(|axis| (axis.id, axis.velocity)));
-    assert_eq!(motions, [Some((32, 32.0)), Some((7, 7.0)), None, None]);
-    let rows: Vec<_> = SenderRecord::rows(5, 6, &sender.snapshot()).collect();
+    let shown = sender.snapshot().axes.iter();
+    let motions: Vec<_> = shown.map(|axis| (axis.id, axis.velocity)).collect();
+    assert_eq!(motions, [(32, 32.0), (7, 7.0)]);
+    let rows: Vec<_> = SenderRecord::rows(5, 6, sender.snapshot()).collect();
     assert_eq!(rows.iter().map(|row| row.axis).collect::<Vec<_>>(), [32, 7]);
     assert_eq!(
         (rows[1].at_ns, rows[1].woke_ns, rows[1].velocity),
@@ -229,7 +229,7 @@ fn an_encoder_shows_its_increments_and_the_snapshot_the_truth() {
     assert_eq!(axes[0].actual_position, 0.4);
     assert!((axes[0].set_velocity - 400.0).abs() < 1e-9);
     assert_eq!(axes[0].set_acceleration, 0.0);
-    let truth = sender.snapshot().axes[0].unwrap();
+    let truth = sender.snapshot().axes[0];
     assert_eq!((truth.position, truth.velocity), (0.5, 500.0));
 }
 

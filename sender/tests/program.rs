@@ -1,7 +1,7 @@
 //! What a virtual axis does with its program.
 
 use coaxle_clock::Span;
-use coaxle_motion::profile::Kinematics;
+use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::{AtLeastZero, Finite, Positive, parse};
 use coaxle_sender::config::{ProgramConfig, Repeat, StepConfig};
 use coaxle_sender::source::{Activity, AxisSample, Program, Source};

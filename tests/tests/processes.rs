@@ -163,7 +163,7 @@ fn what_is_wrong_is_said_and_nothing_moves() {
         ),
         (
             &["run", "beat", "--set", "receiver.sync.master.node=nobody"],
-            "receiver[3].master.node: received \"nobody\"",
+            "receiver[3].far[0].node: received \"nobody\"",
         ),
         (
             &["run", "beat", "--receivers", "saw"],

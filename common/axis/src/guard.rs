@@ -84,18 +84,7 @@ impl Guard {
         velocity: Option<f64>,
         dynamics: &Dynamics,
     ) -> Result<Limits, GuardRefusal> {
-        let own = &self.limits;
-        Limits::new(
-            at_most("velocity", velocity, own.velocity())?,
-            at_most("acceleration", dynamics.acceleration, own.acceleration())?,
-            at_most("deceleration", dynamics.deceleration, own.deceleration())?,
-            at_most("jerk", dynamics.jerk, own.jerk())?,
-        )
-        .map_err(|InvalidLimit { field, received }| GuardRefusal::Value {
-            field,
-            received,
-            expected: EXPECTED_LIMIT,
-        })
+        limits_within(&self.limits, velocity, dynamics)
     }
 
     /// A position that the axis may stand at.
@@ -345,6 +334,55 @@ pub fn check_number(field: &'static str, received: f64) -> Result<(), GuardRefus
     }
 }
 
+/// The limits of a command that may go as far as `most`, and does where it gives none.
+///
+/// # Errors
+/// [`GuardRefusal`]: more than that, or no limit.
+pub fn limits_within(
+    most: &Limits,
+    velocity: Option<f64>,
+    dynamics: &Dynamics,
+) -> Result<Limits, GuardRefusal> {
+    limits([
+        at_most("velocity", velocity, most.velocity())?,
+        at_most("acceleration", dynamics.acceleration, most.acceleration())?,
+        at_most("deceleration", dynamics.deceleration, most.deceleration())?,
+        at_most("jerk", dynamics.jerk, most.jerk())?,
+    ])
+}
+
+/// Limits of the velocity, the acceleration, the deceleration and the jerk.
+///
+/// # Errors
+/// [`GuardRefusal::Value`]: one of them is no limit.
+pub fn limits(
+    [velocity, acceleration, deceleration, jerk]: [f64; 4],
+) -> Result<Limits, GuardRefusal> {
+    check_limit("velocity", velocity)?;
+    check_limit("acceleration", acceleration)?;
+    check_limit("deceleration", deceleration)?;
+    check_limit("jerk", jerk)?;
+    Limits::new(velocity, acceleration, deceleration, jerk).map_err(
+        |InvalidLimit { field, received }| GuardRefusal::Value {
+            field,
+            received,
+            expected: EXPECTED_LIMIT,
+        },
+    )
+}
+
+fn check_limit(field: &'static str, received: f64) -> Result<(), GuardRefusal> {
+    if is_limit(received) {
+        Ok(())
+    } else {
+        Err(GuardRefusal::Value {
+            field,
+            received,
+            expected: EXPECTED_LIMIT,
+        })
+    }
+}
+
 fn at_most(field: &'static str, asked: Option<f64>, limit: f64) -> Result<f64, GuardRefusal> {
     let received = asked.unwrap_or(limit);
     if received > limit {
@@ -353,14 +391,8 @@ fn at_most(field: &'static str, asked: Option<f64>, limit: f64) -> Result<f64, G
             received,
             limit,
         })
-    } else if is_limit(received) {
-        Ok(received)
     } else {
-        Err(GuardRefusal::Value {
-            field,
-            received,
-            expected: EXPECTED_LIMIT,
-        })
+        check_limit(field, received).map(|()| received)
     }
 }
 

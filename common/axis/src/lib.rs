@@ -5,7 +5,10 @@
 //! * Its life: the PLCopen state diagram as a table, [`AxisStatus::after`] a [`Transition`]; a
 //!   [`StateMachine`] knows no other way to change a state.
 //! * What its set values never leave: the [`guard`].
-//! * How far a command to it is ([`CommandState`]), and a coupling of it ([`CouplingPhase`]).
+//! * How far a command to it is ([`CommandState`]), which one that is ([`Job`]), and how far a coupling
+//!   of it is ([`CouplingPhase`]).
+//! * What ties it to its [`Masters`]: a [`Coupling`] of whatever kind. Each kind is a crate, which
+//!   implements that and [`Engage`]; the slave axis knows no other way to talk to it.
 //! * A simulated servo [`drive`] that follows its set values.
 //!
 //! ```
@@ -44,21 +47,31 @@
 #[cfg(test)]
 extern crate std;
 
+mod awaits;
 mod command_state;
+mod coupling;
 mod coupling_phase;
 pub mod drive;
 mod dynamics;
 pub mod guard;
 mod guard_error;
 mod image;
+mod job;
+mod masters;
 mod nc_to_plc;
 mod plcopen;
 mod state;
 
+pub use awaits::Awaits;
 pub use command_state::CommandState;
+pub use coupling::{
+    Coupling, Engage, Manner, NoFault, NotPlanned, PlanInputs, Planned, Scan, Step,
+};
 pub use coupling_phase::CouplingPhase;
 pub use dynamics::Dynamics;
 pub use image::{IMAGE_LEN, ImageLayout, ImageLengthError};
+pub use job::{Job, Origin};
+pub use masters::Masters;
 pub use nc_to_plc::NcToPlcAxis;
 pub use plcopen::{AxisStatus, StateMachine, Transition};
 pub use state::{AxisState, CoupleState, StateWord};

@@ -93,6 +93,9 @@ impl AxisStatus {
             (SynchronizedMotion, T::Released { at_rest: true }) => Some(Standstill),
             (SynchronizedMotion, T::Released { at_rest: false }) => Some(ContinuousMotion),
             (SynchronizedMotion, T::RolledBack) => Some(DiscreteMotion),
+            (SynchronizedMotion, T::Phase) => Some(SynchronizedMotion),
+            (Standstill, T::Superimpose) => Some(DiscreteMotion),
+            (DiscreteMotion | ContinuousMotion | SynchronizedMotion, T::Superimpose) => Some(self),
 
             (Standstill | DiscreteMotion | ContinuousMotion | SynchronizedMotion, _) => {
                 self.commanded(transition)
@@ -176,6 +179,10 @@ pub enum Transition {
     },
     /// The master of a flying saw has run back: the axis comes to rest, and commands can take over.
     RolledBack,
+    /// `MC_PhasingAbsolute`, `MC_PhasingRelative`: the coupling goes on.
+    Phase,
+    /// `MC_MoveSuperImposed`: what moves the axis goes on.
+    Superimpose,
     /// `MC_Halt`.
     Halt,
     /// `MC_Stop`.
@@ -194,7 +201,7 @@ mod tests {
     use super::*;
     use std::string::String;
 
-    const COLUMNS: [Transition; 18] = [
+    const COLUMNS: [Transition; 20] = [
         Transition::PowerOn,
         Transition::PowerOnCoupled,
         Transition::PowerOff,
@@ -208,6 +215,8 @@ mod tests {
         Transition::Released { at_rest: false },
         Transition::Released { at_rest: true },
         Transition::RolledBack,
+        Transition::Phase,
+        Transition::Superimpose,
         Transition::Halt,
         Transition::Stop,
         Transition::Finished { powered: true },
@@ -217,15 +226,15 @@ mod tests {
 
     /// Two letters a state, `--` where there is no arrow; rows are states, columns as above.
     const DIAGRAM: [&str; 8] = [
-        //    on  onc off rst rs0 hom mov vel cpl unc rel re0 rbk hlt stp fin fi0 flt
-        "Di:  St  Sy  Di  Di  Di  --  --  --  --  --  --  --  --  --  --  --  --  Er",
-        "St:  St  --  Di  St  St  Ho  Mo  Co  Sy  --  --  --  --  Mo  Sp  --  --  Er",
-        "Ho:  Ho  --  Sp  Ho  Ho  --  --  --  --  --  --  --  --  --  Sp  St  St  Er",
-        "Mo:  Mo  --  Sp  Mo  Mo  --  Mo  Co  Sy  --  --  --  --  Mo  Sp  St  St  Er",
-        "Co:  Co  --  Sp  Co  Co  --  Mo  Co  Sy  --  --  --  --  Mo  Sp  St  St  Er",
-        "Sy:  Sy  --  Sp  Sy  Sy  --  Mo  Co  Sy  Co  Co  St  Mo  Mo  Sp  --  --  Er",
-        "Sp:  Sp  --  Sp  Sp  Sp  --  --  --  --  --  --  --  --  --  --  St  Di  Er",
-        "Er:  Er  --  Er  St  Di  --  --  --  --  --  --  --  --  --  --  --  --  Er",
+        //    on  onc off rst rs0 hom mov vel cpl unc rel re0 rbk pha sup hlt stp fin fi0 flt
+        "Di:  St  Sy  Di  Di  Di  --  --  --  --  --  --  --  --  --  --  --  --  --  --  Er",
+        "St:  St  --  Di  St  St  Ho  Mo  Co  Sy  --  --  --  --  --  Mo  Mo  Sp  --  --  Er",
+        "Ho:  Ho  --  Sp  Ho  Ho  --  --  --  --  --  --  --  --  --  --  --  Sp  St  St  Er",
+        "Mo:  Mo  --  Sp  Mo  Mo  --  Mo  Co  Sy  --  --  --  --  --  Mo  Mo  Sp  St  St  Er",
+        "Co:  Co  --  Sp  Co  Co  --  Mo  Co  Sy  --  --  --  --  --  Co  Mo  Sp  St  St  Er",
+        "Sy:  Sy  --  Sp  Sy  Sy  --  Mo  Co  Sy  Co  Co  St  Mo  Sy  Sy  Mo  Sp  --  --  Er",
+        "Sp:  Sp  --  Sp  Sp  Sp  --  --  --  --  --  --  --  --  --  --  --  --  St  Di  Er",
+        "Er:  Er  --  Er  St  Di  --  --  --  --  --  --  --  --  --  --  --  --  --  --  Er",
     ];
 
     fn short(status: Option<AxisStatus>) -> &'static str {

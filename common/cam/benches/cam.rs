@@ -3,7 +3,7 @@
 
 use std::hint::black_box;
 
-use coaxle_cam::{CamCoupling, CamInV2, Command, CouplingParameters, JumpHandling, Tables};
+use coaxle_cam::{CamCoupling, CamInV2, CamRequest, CouplingParameters, JumpHandling, Tables};
 use coaxle_curve::law::{Motion, MotionLaw};
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::{
@@ -107,7 +107,7 @@ fn coupled(plates: u32) -> (Tables, CamCoupling) {
     for table in 1..=plates {
         let plate = function(MotionLaw::Polynom5);
         tables.insert(table, plate).expect("there is room");
-        let add = Command::CamInV2(CamInV2 {
+        let add = CamRequest::from(CamInV2 {
             table,
             jump: JumpHandling::Allow,
             ..CamInV2::default()

@@ -50,7 +50,7 @@ impl CamCoupling {
         if let Some(moment) = moment
             && let Err(error) = self.scale(tables, index, &pending, &moment)
         {
-            self.finish(pending.ticket, CommandState::Failed(error));
+            self.finish(pending.job, CommandState::Failed(error));
         }
         Ok(())
     }
@@ -77,7 +77,7 @@ impl CamCoupling {
             if let Some(table) = pending.table {
                 tables.let_go(&table);
             }
-            self.finish(pending.ticket, CommandState::Failed(error));
+            self.finish(pending.job, CommandState::Failed(error));
         }
         Ok(())
     }
@@ -148,7 +148,7 @@ impl CamCoupling {
             ride: tables.board(&table)?,
             placement,
             cursor: Cursor::default(),
-            owner: pending.ticket,
+            owner: pending.job,
             start: CouplingStart {
                 master: moment.master,
                 slave,
@@ -182,7 +182,7 @@ impl CamCoupling {
         self.keep_or_drop(tables, index, pending, moment);
         self.layers[index] = None;
         if !pending.is_once() {
-            self.finish(pending.ticket, CommandState::Done);
+            self.finish(pending.job, CommandState::Done);
         }
         Ok(())
     }
@@ -203,7 +203,7 @@ impl CamCoupling {
         let placement = self.scaled(tables, index, &pending.scaling, &pending.jump, moment)?;
         if pending.is_once() {
             self.queues[index].undo = Some(Undo {
-                ticket: pending.ticket,
+                job: pending.job,
                 before: Some(before),
                 strokes: 0.0,
                 scaled_only: true,
@@ -212,7 +212,7 @@ impl CamCoupling {
                 first: true,
             });
         } else {
-            self.finish(pending.ticket, CommandState::Done);
+            self.finish(pending.job, CommandState::Done);
         }
         self.layers[index] = Some(Layer {
             placement,

@@ -3,35 +3,31 @@
 use super::error::{CouplingError, TableId};
 use super::modes::{ActivationMode, JumpHandling, OperationMode, ScalingMode, StartMode};
 
-/// A command to one slave's coupling: the inputs of a block, without `Execute`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
-pub enum Command {
-    /// Couples the slave, or switches to another plate.
-    #[doc(alias = "MC_CamIn")]
-    CamIn(CamIn),
-    /// Ends the coupling, of either kind. The slave goes on at its velocity, without acceleration.
-    #[doc(alias = "MC_CamOut")]
-    CamOut,
-    /// Scales the plate.
-    #[doc(alias = "MC_CamScaling")]
-    CamScaling(CamScaling),
-    /// Couples the slave, or adds, exchanges or removes a plate.
-    #[doc(alias = "MC_CamIn_V2")]
-    CamInV2(CamInV2),
-    /// Superposes one more plate.
-    #[doc(alias = "MC_CamAdd")]
-    CamAdd(CamAdd),
-    /// Puts a plate in the place of another.
-    #[doc(alias = "MC_CamExchange")]
-    CamExchange(CamExchange),
-    /// Takes a plate out. Without the last one the coupling ends as by `CamOut`.
-    #[doc(alias = "MC_CamRemove")]
-    CamRemove(CamRemove),
-    /// Scales one of the plates.
-    #[doc(alias = "MC_CamScaling_V2")]
-    CamScalingV2(CamScalingV2),
+/// Ends the coupling, of either kind: `MC_CamOut`. The slave goes on at its velocity, without
+/// acceleration.
+#[doc(alias = "MC_CamOut")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CamOut {}
+
+/// The names of the blocks.
+macro_rules! names {
+    ($($command:ident $name:literal)*) => { $(
+        impl $command {
+            /// The PLC's name of it.
+            pub const NAME: &str = $name;
+        }
+    )* };
+}
+
+names! {
+    CamOut "MC_CamOut"
+    CamIn "MC_CamIn"
+    CamScaling "MC_CamScaling"
+    CamInV2 "MC_CamIn_V2"
+    CamAdd "MC_CamAdd"
+    CamExchange "MC_CamExchange"
+    CamRemove "MC_CamRemove"
+    CamScalingV2 "MC_CamScaling_V2"
 }
 
 /// When a change takes effect: `ActivationMode` and `ActivationPosition`.

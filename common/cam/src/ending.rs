@@ -1,42 +1,32 @@
 //! Ending a coupling, and what waits in it.
 
-use super::error::CouplingError;
-use super::layer::{Queue, Ticket, Undo};
+use super::layer::{Queue, Undo};
 use super::machine::{CamCoupling, MOST_PLATES};
 use super::tables::Tables;
-use coaxle_axis::CommandState;
+use coaxle_axis::{CommandState, Job};
 
 impl CamCoupling {
     /// Discards the plate that is queued for a place.
-    pub(super) fn delete_queued(&mut self, tables: &mut Tables, index: usize) -> Ticket {
+    pub(super) fn delete_queued(&mut self, tables: &mut Tables, index: usize, job: Job) {
         self.abort_table(tables, index);
-        let ticket = self.new_ticket();
         match &mut self.layers[index] {
             // The command is in sync with the plate that stays.
             Some(layer) => {
-                let before = core::mem::replace(&mut layer.owner, ticket);
+                let before = core::mem::replace(&mut layer.owner, job);
                 self.finish(before, CommandState::Aborted);
             }
-            None => self.finish(ticket, CommandState::Done),
+            None => self.finish(job, CommandState::Done),
         }
         if self.layers.iter().all(Option::is_none) && self.queues.iter().all(Queue::is_empty) {
             self.end(tables);
         }
-        ticket
-    }
-
-    pub(super) fn cam_out(&mut self, tables: &mut Tables) -> Result<Ticket, CouplingError> {
-        if self.kind.is_none() {
-            return Err(CouplingError::NotCoupled);
-        }
-        self.end(tables);
-        let ticket = self.new_ticket();
-        self.finish(ticket, CommandState::Done);
-        Ok(ticket)
     }
 
     /// Ends the coupling. The slave keeps its velocity, without acceleration.
     pub(super) fn end(&mut self, tables: &mut Tables) {
+        if self.kind.is_none() {
+            return;
+        }
         for index in 0..MOST_PLATES {
             self.abort_queue(tables, index);
             if let Some(layer) = self.layers[index].take() {
@@ -58,7 +48,7 @@ impl CamCoupling {
     pub(super) fn clear_for_another(&mut self, tables: &mut Tables, index: usize) {
         self.abort_scaling(index);
         if let Some(undo) = self.queues[index].undo.take() {
-            self.finish(undo.ticket, CommandState::Aborted);
+            self.finish(undo.job, CommandState::Aborted);
             self.forget(tables, &undo);
         }
     }
@@ -71,7 +61,7 @@ impl CamCoupling {
 
     pub(super) fn abort_scaling(&mut self, index: usize) {
         if let Some(pending) = self.queues[index].scaling.take() {
-            self.finish(pending.ticket, CommandState::Aborted);
+            self.finish(pending.job, CommandState::Aborted);
         }
     }
 
@@ -80,7 +70,7 @@ impl CamCoupling {
             if let Some(table) = &pending.table {
                 tables.let_go(table);
             }
-            self.finish(pending.ticket, CommandState::Aborted);
+            self.finish(pending.job, CommandState::Aborted);
         }
     }
 

@@ -6,11 +6,8 @@ use super::modes::{ActivationMode, JumpHandling};
 use super::placement::{Path, Placed, Placement};
 use super::tables::{TableRef, Tables};
 use super::versions::Ride;
+use coaxle_axis::Job;
 use coaxle_plate::{Cursor, Plate};
-
-/// A command under way, to ask its coupling about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Ticket(pub(super) u32);
 
 /// A plate that moves the slave.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +17,7 @@ pub(super) struct Layer {
     pub(super) placement: Placement,
     pub(super) cursor: Cursor,
     /// Whose plate it is.
-    pub(super) owner: Ticket,
+    pub(super) owner: Job,
     pub(super) start: CouplingStart,
 }
 
@@ -98,7 +95,7 @@ impl Queue {
 /// A change that is queued.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pending {
-    pub(super) ticket: Ticket,
+    pub(super) job: Job,
     /// The plate to come. None: the plate that is there goes, or is scaled.
     pub(super) table: Option<TableRef>,
     pub(super) activation: Activation,
@@ -112,7 +109,7 @@ pub(super) struct Pending {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Undo {
     /// Who changed it.
-    pub(super) ticket: Ticket,
+    pub(super) job: Job,
     /// The plate as it was, if there was one. Its table is held meanwhile.
     pub(super) before: Option<Layer>,
     /// The strokes it had done when it left, u.

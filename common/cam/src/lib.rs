@@ -2,7 +2,7 @@
 //!
 //! ```
 //! use coaxle_cam::{
-//!     CamCoupling, CamIn, Command, CouplingParameters, Tables,
+//!     CamCoupling, CamIn, CamRequest, CouplingParameters, Tables,
 //! };
 //! use coaxle_plate::{Course, Interpolation, Plate, PositionTable};
 //! use coaxle_curve::profile::Kinematics;
@@ -17,7 +17,7 @@
 //!     slave_axis_id: 2,
 //!     jump_limit: 0.5,
 //! })?;
-//! let cam_in = Command::CamIn(CamIn { table: 1, slave_scaling: 2.0, ..CamIn::default() });
+//! let cam_in = CamRequest::from(CamIn { table: 1, slave_scaling: 2.0, ..CamIn::default() });
 //! let (master, slave) = (Kinematics::at_rest(0.0), Kinematics::at_rest(0.0));
 //! coupling.start(&mut tables, &cam_in, &master, &slave)?;
 //!
@@ -28,13 +28,13 @@
 //! # Ok::<(), coaxle_cam::CouplingError>(())
 //! ```
 //!
-//! [`Tables`] holds the plates, [`CamCoupling`] is one slave's coupling. Both take commands as
-//! values; `coaxle-plc` gives them the face of PLC function blocks.
+//! [`Tables`] holds the plates, [`CamCoupling`] is one slave's coupling; [`Cam`] is both, as a slave axis
+//! has them. They take commands as values; `coaxle-plc` gives them the face of PLC function blocks.
 //!
 //! | PLC name | TF5050 | here |
 //! |--|--|--|
 //! | `MC_CamTableSelect` | 4.1 | [`Tables::insert`] |
-//! | `MC_CamOut` | 4.2 | [`Command::CamOut`] |
+//! | `MC_CamOut` | 4.2 | [`CamOut`] |
 //! | `MC_CamIn`, `ST_CamInOptions` | 4.3, 8.16 | [`CamIn`] |
 //! | `MC_CamScaling` | 4.5 | [`CamScaling`] |
 //! | `MC_CamIn_V2`, `ST_CamInOptions_V2` | 5.1 | [`CamInV2`] |
@@ -73,9 +73,9 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
-mod accept;
+mod apply;
 mod bridge;
-mod cams;
+mod cam;
 mod carry_out;
 mod checks;
 mod command;
@@ -89,7 +89,9 @@ mod moment;
 mod once;
 mod online;
 mod placement;
+mod plan;
 mod ramp;
+mod request;
 mod rules;
 mod tables;
 mod trigger;
@@ -98,16 +100,17 @@ mod versions;
 #[cfg(test)]
 mod tests;
 
-pub use cams::Cams;
+pub use cam::Cam;
 pub use command::{
-    Activation, AxisScaling, CamAdd, CamExchange, CamIn, CamInV2, CamRemove, CamScaling,
-    CamScalingV2, Command, ScalingData,
+    Activation, AxisScaling, CamAdd, CamExchange, CamIn, CamInV2, CamOut, CamRemove, CamScaling,
+    CamScalingV2, ScalingData,
 };
 pub use error::{CouplingError, TableId};
 pub use info::{CamInfo, QueuedChange};
-pub use layer::Ticket;
 pub use machine::{CamCoupling, CouplingParameters, CouplingState, MOST_PLATES};
 pub use modes::{ActivationMode, JumpHandling, OperationMode, ScalingMode, StartMode};
+pub use plan::CamChange;
+pub use request::CamRequest;
 pub use rules::Operation;
 pub use tables::Tables;
 pub use versions::OnlineChangeMode;

@@ -1,13 +1,13 @@
 //! One slave's coupling to its master by up to four superposed plates.
 
-use super::command::Command;
 use super::error::CouplingError;
-use super::layer::{Layer, Queue, Ticket};
+use super::layer::{Layer, Queue};
 use super::moment::Step;
 use super::placement::Path;
 use super::ramp::Ramp;
+use super::request::CamRequest;
 use super::tables::Tables;
-use coaxle_axis::{CommandState, StateWord};
+use coaxle_axis::{CommandState, Job, Origin, StateWord};
 use coaxle_curve::profile::Kinematics;
 
 /// How many plates a slave can have at once.
@@ -37,9 +37,9 @@ pub type CouplingState = CommandState<CouplingError>;
 
 /// The coupling of one slave by cam plates, single (`MC_CamIn`) or superposed (`MC_CamIn_V2`).
 ///
-/// Call [`start`](Self::start) for a command and [`update`](Self::update) once per cycle, always
+/// Call [`plan`](Self::plan) and [`apply`](Self::apply) for a command and [`update`](Self::update) once per cycle, always
 /// with the same store of [`Tables`]. A coupling uses its tables until it is ended by
-/// [`Command::CamOut`]; do that before dropping it.
+/// [`CamOut`](super::CamOut); do that before dropping it.
 ///
 /// Changes take effect exactly where the master is on the position they wait for, which mostly is
 /// between two cycles. Of several in one cycle, online changes come first, then scalings, plates and
@@ -60,9 +60,14 @@ pub struct CamCoupling {
     pub(super) master: Kinematics,
     pub(super) slave: Kinematics,
     pub(super) error: Option<CouplingError>,
-    pub(super) tickets: u32,
-    finished: [Option<(Ticket, CouplingState)>; FINISHED],
+    /// The job that began the coupling, or was to.
+    pub(super) first: Option<Job>,
+    /// How many jobs it has started by itself.
+    jobs: u32,
+    finished: [Option<(Job, CouplingState)>; FINISHED],
     next_finished: usize,
+    /// Which of them nobody has been told of.
+    untold: [bool; FINISHED],
 }
 
 /// The two worlds, which exclude each other.
@@ -98,27 +103,34 @@ impl CamCoupling {
             master: Kinematics::default(),
             slave: Kinematics::default(),
             error: None,
-            tickets: 0,
+            first: None,
+            jobs: 0,
             finished: [None; FINISHED],
             next_finished: 0,
+            untold: [false; FINISHED],
         })
     }
 
-    /// The rising edge of a command. `master` and `slave` are the present set values; the slave's
-    /// count only while it is not coupled. What the command does begins with the next
-    /// [`update`](Self::update).
+    /// Plans a command and carries it out, for somebody who numbers no jobs.
     ///
     /// # Errors
-    /// [`CouplingError`]; then everything is as it was. A jump is found when the change is due:
-    /// [`state_of`](Self::state_of) the ticket is `Failed` then, and nothing has changed.
+    /// As [`plan`](Self::plan); then everything is as it was.
     pub fn start(
         &mut self,
         tables: &mut Tables,
-        command: &Command,
+        request: &CamRequest,
         master: &Kinematics,
         slave: &Kinematics,
-    ) -> Result<Ticket, CouplingError> {
-        self.accept(tables, command, master, slave)
+    ) -> Result<Job, CouplingError> {
+        let change = self.plan(tables, request, master, slave)?;
+        self.jobs = self.jobs.wrapping_add(1);
+        let job = Job {
+            number: self.jobs,
+            command: request.name(),
+            origin: Origin::Program,
+        };
+        self.apply(tables, &change, job);
+        Ok(job)
     }
 
     /// One cycle: what is due takes effect, and the slave's set values for the master's.
@@ -136,11 +148,22 @@ impl CamCoupling {
     }
 
     /// Breaks the coupling off because one of the axes has an error, by its NC code. What it was
-    /// can still be asked by [`info`](Self::info) until [`Command::CamOut`].
+    /// can still be asked by [`info`](Self::info) until [`CamOut`](super::CamOut).
     pub fn axis_error(&mut self, tables: &mut Tables, code: u32) {
         if self.kind.is_some() && self.error.is_none() {
             self.fail(tables, CouplingError::AxisError { code });
         }
+    }
+
+    /// What it knows of its axes.
+    #[must_use]
+    pub const fn parameters(&self) -> &CouplingParameters {
+        &self.parameters
+    }
+
+    /// The job that began the coupling, or was to.
+    pub(super) const fn first(&self) -> Option<Job> {
+        self.first
     }
 
     /// The slave's set values of the last cycle.
@@ -164,23 +187,23 @@ impl CamCoupling {
     /// The state of a command: of those that couple a plate, `InSync` as long as the plate is
     /// active; of the others `Done`. The last finished ones are remembered, older ones are `Idle`.
     #[must_use]
-    pub fn state_of(&self, ticket: Ticket) -> CouplingState {
-        let known = |entry: &&(Ticket, CouplingState)| entry.0 == ticket;
+    pub fn state_of(&self, job: Job) -> CouplingState {
+        let known = |entry: &&(Job, CouplingState)| entry.0 == job;
         if let Some((_, state)) = self.finished.iter().flatten().find(known) {
             return *state;
         }
-        if self.layers.iter().flatten().any(|l| l.owner == ticket) {
+        if self.layers.iter().flatten().any(|l| l.owner == job) {
             return self.state();
         }
         let waits = |queue: &Queue| {
             let pending = queue.table.iter().chain(&queue.scaling);
             let undo = queue.undo.iter();
-            pending.into_iter().any(|p| p.ticket == ticket)
+            pending.into_iter().any(|p| p.job == job)
                 || undo
                     .clone()
                     .flat_map(|undo| &undo.before)
-                    .any(|layer| layer.owner == ticket)
-                || undo.into_iter().any(|undo| undo.ticket == ticket)
+                    .any(|layer| layer.owner == job)
+                || undo.into_iter().any(|undo| undo.job == job)
         };
         match self.queues.iter().any(waits) {
             true if self.is_coupled() => CommandState::Active,
@@ -273,14 +296,23 @@ impl CamCoupling {
         })
     }
 
-    pub(super) fn new_ticket(&mut self) -> Ticket {
-        self.tickets = self.tickets.wrapping_add(1);
-        Ticket(self.tickets)
+    pub(super) fn finish(&mut self, job: Job, state: CouplingState) {
+        let place = self.next_finished;
+        self.finished[place] = Some((job, state));
+        self.next_finished = (place + 1) % FINISHED;
+        // Whoever began the coupling sees its end by itself.
+        self.untold[place] = Some(job) != self.first;
     }
 
-    pub(super) fn finish(&mut self, ticket: Ticket, state: CouplingState) {
-        self.finished[self.next_finished] = Some((ticket, state));
-        self.next_finished = (self.next_finished + 1) % FINISHED;
+    /// The next job that has come to its end, of those that did not begin the coupling.
+    pub(super) fn next_ended(&mut self) -> Option<Job> {
+        let places = (self.next_finished..FINISHED).chain(0..self.next_finished);
+        for place in places {
+            if core::mem::take(&mut self.untold[place]) {
+                return self.finished[place].map(|(job, _)| job);
+            }
+        }
+        None
     }
 }
 

@@ -34,7 +34,7 @@ impl CamCoupling {
         }
         if pending.is_once() {
             self.queues[index].undo = Some(Undo {
-                ticket: pending.ticket,
+                job: pending.job,
                 before,
                 strokes,
                 scaled_only: false,
@@ -79,7 +79,7 @@ impl CamCoupling {
                 CommandState::Failed(error)
             }
         };
-        self.finish(undo.ticket, state);
+        self.finish(undo.job, state);
         Ok(())
     }
 

@@ -113,8 +113,23 @@ impl Tables {
         id: TableId,
         mode: OnlineChangeMode,
     ) -> Result<(), CouplingError> {
+        self.plan_online_change_mode(id, &mode)?;
+        self.get_mut(id)?.versions.set_mode(mode);
+        Ok(())
+    }
+
+    /// Whether [`Self::set_online_change_mode`] would do it.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn plan_online_change_mode(
+        &self,
+        id: TableId,
+        mode: &OnlineChangeMode,
+    ) -> Result<(), CouplingError> {
         self.function(id)?;
-        self.get_mut(id)?.versions.set_mode(id, mode)
+        let table = self.find(id)?;
+        self.get(&table)?.versions.check_mode(id, mode)
     }
 
     /// `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint`: puts points in the place of those
@@ -131,6 +146,15 @@ impl Tables {
     pub fn write(&mut self, id: TableId, points: &[MotionPoint]) -> Result<(), CouplingError> {
         self.writes = self.writes.wrapping_add(1);
         self.get_mut(id)?.versions.write(id, points)
+    }
+
+    /// Whether [`Self::write`] would do it.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn plan_write(&self, id: TableId, points: &[MotionPoint]) -> Result<(), CouplingError> {
+        let table = self.find(id)?;
+        self.get(&table)?.versions.check_write(id, points)
     }
 
     /// `MC_ReadMotionFunction`, `MC_ReadMotionFunctionPoint`: up to `count` points in force from an

@@ -159,11 +159,11 @@ impl Versions {
         &self.changed
     }
 
-    /// `MC_SetCamOnlineChangeMode`.
-    pub(super) fn set_mode(
-        &mut self,
+    /// Whether points can take effect so.
+    pub(super) fn check_mode(
+        &self,
         id: TableId,
-        mode: OnlineChangeMode,
+        mode: &OnlineChangeMode,
     ) -> Result<(), CouplingError> {
         let activation = &mode.activation;
         check_mode(Operation::OnlineChange, activation.mode)?;
@@ -174,11 +174,35 @@ impl Versions {
             self.plate(),
             self.plate().course() == Course::Cyclic,
         )?;
-        if activation.mode == ActivationMode::DeleteQueuedData {
-            return self.delete_queued(id);
+        match activation.mode {
+            ActivationMode::DeleteQueuedData => self.check_not_under_way(id),
+            _ => Ok(()),
         }
-        self.mode = mode;
-        Ok(())
+    }
+
+    /// `MC_SetCamOnlineChangeMode`, checked.
+    pub(super) fn set_mode(&mut self, mode: OnlineChangeMode) {
+        if mode.activation.mode == ActivationMode::DeleteQueuedData {
+            self.queued = None;
+        } else {
+            self.mode = mode;
+        }
+    }
+
+    /// Whether the points could be queued.
+    pub(super) fn check_write(
+        &self,
+        id: TableId,
+        points: &[MotionPoint],
+    ) -> Result<(), CouplingError> {
+        self.check_not_under_way(id)?;
+        // What is queued adds up; else the change begins with what is in force.
+        let before = if self.queued.is_some() || self.mode.activation.mode == ActivationMode::Off {
+            self.changed_plate()
+        } else {
+            self.plate()
+        };
+        Ok(before.check_change(points)?)
     }
 
     /// `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint`: queues the points, on top of what is
@@ -188,13 +212,11 @@ impl Versions {
         id: TableId,
         points: &[MotionPoint],
     ) -> Result<(), CouplingError> {
-        if self.queued.is_some() && self.is_under_way() {
-            return Err(CouplingError::Pending { table: id });
+        self.check_write(id, points)?;
+        if self.mode.activation.mode == ActivationMode::Off {
+            return Ok(());
         }
         let changed = self.plates.len() - 1 - self.in_force;
-        if self.mode.activation.mode == ActivationMode::Off {
-            return Ok(self.plates[changed].check_change(points)?);
-        }
         if self.queued.is_none() {
             self.make_equal()?;
         }
@@ -261,12 +283,13 @@ impl Versions {
         self.settle();
     }
 
-    fn delete_queued(&mut self, id: TableId) -> Result<(), CouplingError> {
+    /// A change that is in force for some slaves can neither be added to nor taken back.
+    const fn check_not_under_way(&self, id: TableId) -> Result<(), CouplingError> {
         if self.queued.is_some() && self.is_under_way() {
-            return Err(CouplingError::Pending { table: id });
+            Err(CouplingError::Pending { table: id })
+        } else {
+            Ok(())
         }
-        self.queued = None;
-        Ok(())
     }
 
     /// Ends the change once every slave has done what it has to. A plate without slaves changes at

@@ -2,8 +2,8 @@
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use coaxle_cam::{
-    Activation, ActivationMode, CamAdd, CamCoupling, CamExchange, CamInV2, CamRemove, CamScalingV2,
-    Command, CouplingParameters, JumpHandling, OnlineChangeMode, Tables,
+    Activation, ActivationMode, CamAdd, CamCoupling, CamExchange, CamInV2, CamOut, CamRemove,
+    CamRequest, CamScalingV2, CouplingParameters, JumpHandling, OnlineChangeMode, Tables,
 };
 use coaxle_curve::law::MotionLaw;
 use coaxle_curve::profile::Kinematics;
@@ -50,31 +50,31 @@ fn commands_writes_and_cycles_do_not_allocate() {
     let activation = Activation::new(ActivationMode::NextCycle);
     let once = Activation::new(ActivationMode::NextCycleOnce);
     let commands = [
-        Command::CamInV2(CamInV2 {
+        CamRequest::from(CamInV2 {
             table: 1,
             jump,
             ..CamInV2::default()
         }),
-        Command::CamAdd(CamAdd {
+        CamRequest::from(CamAdd {
             table: 2,
             jump,
             activation,
             ..CamAdd::default()
         }),
-        Command::CamScalingV2(CamScalingV2 {
+        CamRequest::from(CamScalingV2 {
             table: 2,
             jump,
             activation: once,
             ..CamScalingV2::default()
         }),
-        Command::CamExchange(CamExchange {
+        CamRequest::from(CamExchange {
             table: 3,
             reference: 1,
             jump,
             activation: once,
             ..CamExchange::default()
         }),
-        Command::CamRemove(CamRemove {
+        CamRequest::from(CamRemove {
             table: 2,
             jump,
             activation,
@@ -110,7 +110,7 @@ fn commands_writes_and_cycles_do_not_allocate() {
             coupling.info(&tables, 1, Some(40.0)).expect("a coupling");
         }
         coupling
-            .start(&mut tables, &Command::CamOut, &axes.0, &axes.1)
+            .start(&mut tables, &CamOut {}.into(), &axes.0, &axes.1)
             .expect("a coupling");
         axes.1.position
     });

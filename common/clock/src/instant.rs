@@ -235,11 +235,12 @@ impl fmt::Debug for Span {
 
 impl fmt::Display for Span {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Dividing gives the closest number: 2.3 s, not 2.3000000000000003 s.
         match self.0.unsigned_abs() {
             0..1_000 => write!(f, "{} ns", self.0),
-            1_000..1_000_000 => write!(f, "{} µs", self.0 as f64 * 1e-3),
-            1_000_000..1_000_000_000 => write!(f, "{} ms", self.0 as f64 * 1e-6),
-            _ => write!(f, "{} s", self.0 as f64 * 1e-9),
+            1_000..1_000_000 => write!(f, "{} µs", self.0 as f64 / 1e3),
+            1_000_000..1_000_000_000 => write!(f, "{} ms", self.0 as f64 / 1e6),
+            _ => write!(f, "{} s", self.0 as f64 / 1e9),
         }
     }
 }
@@ -364,6 +365,8 @@ mod tests {
         assert_eq!(format!("{}", Span::from_micros(250)), "250 µs");
         assert_eq!(format!("{}", Span::from_millis(2)), "2 ms");
         assert_eq!(format!("{}", Span::from_secs(3)), "3 s");
+        assert_eq!(format!("{}", Span::from_millis(2_300)), "2.3 s");
+        assert_eq!(format!("{}", Span::from_nanos(1_000_300)), "1.0003 ms");
     }
 
     #[test]

@@ -4,6 +4,10 @@
 //! sender, the block that turns that index into a correction time, and what is better than it: the
 //! phase observer and the exchange that measures the delay.
 //!
+//! To follow a far clock, take [`FarClock`]: messages and responses in, requests out, far time and its
+//! uncertainty at any local instant. Its page has an example; `examples/follow.rs` follows a far clock
+//! from files that receivers write: `cargo run --example follow -- saw-arrivals.csv saw-exchanges.csv`.
+//!
 //! | PLC name (TS5066) | here |
 //! |--|--|
 //! | `FB_TimeSync` | [`time_sync::TimeSync`] |
@@ -22,6 +26,7 @@ extern crate std;
 pub mod age_gate;
 pub mod cycle;
 pub mod delay;
+pub mod far_clock;
 pub mod instant;
 pub mod observer;
 pub mod time_sync;
@@ -29,5 +34,6 @@ pub mod time_sync;
 pub use age_gate::{Age, AgeGate};
 pub use cycle::{CycleIndex, CycleTime, Schedule};
 pub use delay::DelayExchange;
+pub use far_clock::FarClock;
 pub use instant::{Domain, Instant, Local, Remote, Seconds, Span};
 pub use observer::PhaseObserver;

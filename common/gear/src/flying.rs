@@ -3,9 +3,11 @@
 use coaxle_axis::CouplingPhase;
 use coaxle_curve::profile::Kinematics;
 
+mod coupling;
 mod error;
 mod window;
 
+pub use coupling::FlyingGearCoupling;
 pub use error::FlyingGearError;
 use window::{Course, Window};
 
@@ -192,6 +194,12 @@ impl FlyingGear {
     #[must_use]
     pub fn start_position(&self) -> f64 {
         self.master_sync + self.master_direction * self.engaging.free_master()
+    }
+
+    /// Slave units per master unit while fully coupled.
+    #[must_use]
+    pub fn ratio(&self) -> f64 {
+        self.slave_direction * self.master_direction * self.engaging.slope
     }
 
     /// Where the gear is in its course.

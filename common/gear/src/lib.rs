@@ -25,17 +25,35 @@
 //!
 //! | PLC name | manual | here |
 //! |--|--|--|
-//! | `MC_GearIn` | TS5055 | [`LinearGear`] |
-//! | `MC_FlyingGear`, `MC_FlyingGear_BkPlcMc` | `MC_FlyingGear_BkPlcMc` | [`FlyingGear`], [`FlyingGearParameters`] |
+//! | `MC_GearIn` | TS5055 | [`GearIn`], [`Gear`]; once it is there it is a [`LinearGear`] |
+//! | `MC_GearInMultiMaster`; `MC_GearInDyn`, `MC_CombineAxes` as cases of it | Tc2_MC2, PLCopen part 1 | [`GearInMultiMaster`], [`MultiMasterGear`] |
+//! | `MC_FlyingGear`, `MC_FlyingGear_BkPlcMc` | `MC_FlyingGear_BkPlcMc` | [`FlyingGearParameters`], [`FlyingGearCoupling`], [`FlyingGear`] |
 //!
 //! The crate is `no_std`, allocates nothing and asks no machine for the time.
 #![no_std]
 
+#[cfg(feature = "serde")]
+extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
 mod flying;
+mod gear_in;
 mod linear;
+mod multi_master;
+mod ramp;
 
-pub use flying::{FlyingGear, FlyingGearError, FlyingGearParameters, FlyingGearPhase};
+pub use flying::{
+    FlyingGear, FlyingGearCoupling, FlyingGearError, FlyingGearParameters, FlyingGearPhase,
+};
+pub use gear_in::{Gear, GearChange, GearIn};
 pub use linear::{LinearGear, RatioZero};
+pub use multi_master::{
+    GearInMultiMaster, MultiMasterChange, MultiMasterGear, Ratios, WrongRatios,
+};
+
+/// What an order leaves out need not be written.
+#[cfg(feature = "serde")]
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}

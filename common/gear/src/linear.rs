@@ -32,6 +32,14 @@ impl fmt::Display for RatioZero {
 
 impl core::error::Error for RatioZero {}
 
+impl RatioZero {
+    /// NC error code.
+    #[must_use]
+    pub const fn code(&self) -> u32 {
+        0x421b
+    }
+}
+
 impl LinearGear {
     /// A gear: slave units per master unit, and the slave's position at master position 0.
     ///
@@ -42,6 +50,14 @@ impl LinearGear {
             Ok(Self { ratio, offset })
         } else {
             Err(RatioZero { ratio, offset })
+        }
+    }
+
+    /// The gear of a ratio, not checked, that has the slave at a position for one of the master.
+    pub(super) const fn through(ratio: f64, slave: f64, master: f64) -> Self {
+        Self {
+            ratio,
+            offset: slave - ratio * master,
         }
     }
 

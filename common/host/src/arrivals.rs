@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::{Domain, Instant};
-use coaxle_node::Arrival;
 use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
+use coaxle_node::{Arrival, Arrived};
 
 use crate::trace::Trace;
 
 /// What a receiver took in of the followed clock, as CSV: a line per message in one file, a line per
 /// time exchange in another.
 pub struct ArrivalsTrace {
-    messages: Trace<ArrivalRow>,
-    exchanges: Trace<ExchangeRow>,
+    messages: Trace,
+    exchanges: Trace,
 }
 
 impl ArrivalsTrace {
@@ -31,13 +31,18 @@ impl ArrivalsTrace {
     /// Adds what the cycle `turn` took in, which ideally began at `at` of the world's reference clock.
     pub fn write<D: Domain>(&mut self, at: Instant<D>, turn: &Turn, arrival: &Arrival) {
         let at_ns = at.as_nanos();
-        match arrival {
-            Arrival::Message(arrived, header) => {
-                let row = ArrivalRow::new(at_ns, turn, *arrived, header);
+        let Arrival {
+            far,
+            at: arrived,
+            what,
+        } = *arrival;
+        match &what {
+            Arrived::Message(header) => {
+                let row = ArrivalRow::new(at_ns, turn, arrived, header, far);
                 self.messages.write(at, [row]);
             }
-            Arrival::Exchange(arrived, answer) => {
-                let row = ExchangeRow::new(at_ns, turn, *arrived, answer);
+            Arrived::Exchange(answer) => {
+                let row = ExchangeRow::new(at_ns, turn, arrived, answer, far);
                 self.exchanges.write(at, [row]);
             }
         }
@@ -142,24 +147,30 @@ mod tests {
         let (late, silent) = (header(5, Some(Span::from_nanos(-3))), header(6, None));
         let mut trace = ArrivalsTrace::create(&path).unwrap();
         let at: Instant<Machine> = Instant::from_nanos(1_014_000_000);
-        for arrival in [
-            Arrival::Message(arrived, late),
-            Arrival::Exchange(arrived, answer),
-            Arrival::Message(arrived, silent),
+        for (far, what) in [
+            (0, Arrived::Message(late)),
+            (1, Arrived::Exchange(answer)),
+            (1, Arrived::Message(silent)),
         ] {
+            let arrival = Arrival {
+                far,
+                at: arrived,
+                what,
+            };
             trace.write(at, &turn, &arrival);
         }
         trace.finish().unwrap();
 
         let mut messages = csv::Reader::from_path(&path).unwrap();
         let messages: Vec<ArrivalRow> = messages.deserialize().map(Result::unwrap).collect();
-        let expected = [late, silent].map(|h| ArrivalRow::new(at.as_nanos(), &turn, arrived, &h));
+        let expected = [(late, 0), (silent, 1)]
+            .map(|(h, far)| ArrivalRow::new(at.as_nanos(), &turn, arrived, &h, far));
         assert_eq!(messages, expected);
         assert_eq!(messages[0].send_stamp_ns, Some(-3));
         assert_eq!(messages[1].send_stamp_ns, None);
         let mut exchanges = csv::Reader::from_path(exchanges_beside(&path)).unwrap();
         let exchanges: Vec<ExchangeRow> = exchanges.deserialize().map(Result::unwrap).collect();
-        let expected = ExchangeRow::new(at.as_nanos(), &turn, arrived, &answer);
+        let expected = ExchangeRow::new(at.as_nanos(), &turn, arrived, &answer, 1);
         assert_eq!(exchanges, [expected]);
         let stamps = (
             expected.t1_ns,

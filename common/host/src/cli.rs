@@ -116,22 +116,14 @@ pub fn parse_duration(text: &str) -> Result<Span, BadDuration> {
 }
 
 /// A text that is no duration.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "received {received:?}, expected a duration above zero such as 10s, 500ms, 2min, 1h, or plain \
+     seconds"
+)]
 pub struct BadDuration {
     received: String,
 }
-
-impl std::fmt::Display for BadDuration {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "received {:?}, expected a duration above zero such as 10s, 500ms, 2min, 1h, or plain seconds",
-            self.received
-        )
-    }
-}
-
-impl std::error::Error for BadDuration {}
 
 #[cfg(test)]
 mod tests {

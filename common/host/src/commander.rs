@@ -1,19 +1,15 @@
-//! Commanding nodes from outside: the asker's side.
+//! Commanding nodes from outside.
 
 use std::time::Duration;
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{anyhow, bail};
 use coaxle_clock::Span;
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
-use zenoh::Wait;
-use zenoh::bytes::Encoding;
-use zenoh::query::Querier;
 
-use crate::link::described;
 use crate::machine;
-use crate::transport::{zenoh_config, zenoh_error};
+use crate::transport::{Client, OverZenoh, Transport};
 
 /// How long a node may take to turn up.
 const SEARCH: Span = Span::from_secs(5);
@@ -22,11 +18,9 @@ const ANSWER: Duration = Duration::from_secs(3);
 /// How often it looks whether the node is there.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// A session to send orders through. Its calls wait for what they ask for.
+/// Sends orders. Its calls wait for the answers.
 pub struct Commander {
-    session: zenoh::Session,
-    /// Where it looks for nodes, for messages.
-    whereabouts: String,
+    transport: Box<dyn Transport>,
 }
 
 impl Commander {
@@ -35,15 +29,15 @@ impl Commander {
     /// # Errors
     /// A wrong transport section, or a session that cannot be opened, with the endpoints.
     pub fn open(transport: &TransportConfig) -> anyhow::Result<Self> {
-        let whereabouts = described(transport);
-        let session = zenoh::open(zenoh_config(transport)?)
-            .wait()
-            .map_err(zenoh_error)
-            .with_context(|| format!("cannot open the Zenoh session, {whereabouts}"))?;
-        Ok(Self {
-            session,
-            whereabouts,
-        })
+        Ok(Self::over(OverZenoh::open_and_wait(transport)?))
+    }
+
+    /// Sends orders over a transport that is there already.
+    #[must_use]
+    pub fn over(transport: impl Transport + 'static) -> Self {
+        Self {
+            transport: Box::new(transport),
+        }
     }
 
     /// Sends an order and waits for the node's answer.
@@ -53,30 +47,15 @@ impl Commander {
     /// node was asked and where it was looked for.
     pub fn send(&self, node: &NodeName, order: &CommandOrder) -> anyhow::Result<CommandAnswer> {
         let key = node.command_key();
-        let querier = self
-            .session
-            .declare_querier(&key)
-            .timeout(ANSWER)
-            .wait()
-            .map_err(zenoh_error)?;
-        let place = format!("asked under {key}, {}", self.whereabouts);
-        if !is_there(&querier) {
+        let client = self.transport.client(&key, ANSWER)?;
+        let place = format!("asked under {key}, {}", self.transport.whereabouts());
+        if !is_there(&*client) {
             bail!("node {node} takes no orders: nobody is there after {SEARCH}, {place}");
         }
-        let replies = querier
-            .get()
-            .payload(order.to_json())
-            .encoding(Encoding::APPLICATION_JSON)
-            .wait()
-            .map_err(zenoh_error)?;
-        let Ok(Some(reply)) = replies.recv_timeout(ANSWER) else {
+        let Some(payload) = client.request(order.to_json())? else {
             bail!(
                 "node {node} did not answer, so it may or may not have the command after all; {place}"
             );
-        };
-        let payload = match reply.result() {
-            Ok(sample) => sample.payload().to_bytes(),
-            Err(error) => error.payload().to_bytes(),
         };
         CommandAnswer::from_json(&payload).map_err(|error| {
             let text = String::from_utf8_lossy(&payload);
@@ -86,17 +65,14 @@ impl Commander {
 
     /// Leaves the network.
     pub fn close(self) {
-        if let Err(error) = self.session.close().wait() {
-            tracing::debug!(%error, "the Zenoh session did not close cleanly");
-        }
+        self.transport.close();
     }
 }
 
-fn is_there(querier: &Querier<'_>) -> bool {
+fn is_there(client: &dyn Client) -> bool {
     let end = machine::now() + SEARCH;
     loop {
-        let status = querier.matching_status().wait();
-        if status.is_ok_and(|status| status.matching()) {
+        if client.has_server() {
             return true;
         }
         if machine::now() >= end {

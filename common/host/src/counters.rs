@@ -9,16 +9,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub(crate) struct Counters {
     /// Cycles run.
     pub(crate) cycles: AtomicU64,
-    /// Frames handed to Zenoh.
+    /// Frames handed to the transport.
     pub(crate) published: AtomicU64,
     /// Frames that found the publisher's ring full.
     pub(crate) publish_dropped: AtomicU64,
-    /// Frames that Zenoh refused.
+    /// Frames that the transport refused.
     pub(crate) publish_failed: AtomicU64,
     /// Frames accepted on arrival.
     pub(crate) received: AtomicU64,
-    /// Frames refused on arrival.
+    /// Frames of axes refused on arrival.
     pub(crate) refused: AtomicU64,
+    /// Time requests and responses refused on arrival.
+    pub(crate) exchange_refused: AtomicU64,
     /// Messages that found the mailbox full. Shared on its own, with the mailbox.
     pub(crate) mailbox_dropped: Arc<AtomicU64>,
     /// Records that found the telemetry ring full.

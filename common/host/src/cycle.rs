@@ -12,12 +12,12 @@ use coaxle_node::config::ClockConfig;
 use coaxle_node::faults::{CycleJitter, DeviatedClock, seed_of};
 use rtrb::Producer;
 
-use crate::commands::Desk;
+use crate::commands::OrderQueue;
 use crate::counters::{Counters, count};
 use crate::machine::{self, Machine};
 use crate::mailbox::Mailbox;
-use crate::outbox::{Outbox, Parcel};
-use crate::telemetry::{ArrivalRecord, Record};
+use crate::outbox::{Outbox, OutgoingFrame};
+use crate::telemetry::{ArrivalRecord, Records};
 
 /// The longest sleep without a look at the stop flag.
 const NAP: Span = Span::from_millis(50);
@@ -30,9 +30,9 @@ pub(crate) struct Cycle<N: Node> {
     pub(crate) node: N,
     pub(crate) clock: NodeClock,
     pub(crate) mailboxes: Vec<Mailbox>,
-    pub(crate) desk: Desk,
+    pub(crate) orders: OrderQueue,
     pub(crate) outbox: Outbox,
-    pub(crate) telemetry: Producer<Record<N::Snapshot>>,
+    pub(crate) records: Records<N::Snapshot>,
     pub(crate) arrivals: Producer<ArrivalRecord>,
     pub(crate) counters: Arc<Counters>,
 }
@@ -89,31 +89,34 @@ impl<N: Node> Cycle<N> {
     }
 
     /// One scan, which really begins at `woke`.
-    fn scan(&mut self, woke: Instant<Machine>) {
+    pub(crate) fn scan(&mut self, woke: Instant<Machine>) {
         let Self {
             node,
             clock,
             mailboxes,
-            desk,
+            orders,
             outbox,
-            telemetry,
+            records,
             arrivals,
             counters,
         } = self;
         let clock = &mut clock.deviated;
         let now = clock.local_at(woke);
-        for mailbox in mailboxes {
-            mailbox.drain(|letter| node.receive(clock.local_at(letter.arrival), &letter.message));
+        for (subscription, mailbox) in mailboxes.iter_mut().enumerate() {
+            mailbox.drain(|arrival, message| {
+                node.receive(clock.local_at(arrival), subscription, message);
+            });
         }
-        desk.serve(woke, |order| node.execute(order));
+        orders.execute_all(woke, |order| node.execute(order));
         let turn = node.cycle(now);
         while let Some(outgoing) = node.transmit() {
-            let parcel = Parcel {
+            let frame = OutgoingFrame {
                 channel: outgoing.channel,
+                far: outgoing.far as u16,
                 ideal_start: clock.reference_at(outgoing.ideal_start),
                 drift_ppm: clock.drift_ppm(),
             };
-            if !outbox.push(&parcel, outgoing.body) {
+            if !outbox.push(&frame, outgoing.body) {
                 count(&counters.publish_dropped);
             }
         }
@@ -129,12 +132,7 @@ impl<N: Node> Cycle<N> {
                 count(&counters.arrivals_dropped);
             }
         }
-        let record = Record {
-            ideal_start,
-            woke,
-            snapshot: node.snapshot(),
-        };
-        if telemetry.push(record).is_err() {
+        if !records.push(ideal_start, woke, node.snapshot()) {
             count(&counters.telemetry_dropped);
         }
         count(&counters.cycles);
@@ -158,25 +156,32 @@ fn wait_until(wake: Instant<Machine>, spin: Span, stop: &AtomicBool) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::commands::{Asker, Clerk, Counter, Incoming, commands};
-    use crate::mailbox::{Letter, mailbox};
-    use crate::outbox::{Outgoings, outbox};
+    use crate::commands::{CommandServer, RequestSender, commands};
+    use crate::mailbox::mailbox;
+    use crate::outbox::{OutgoingFrames, outbox};
+    use crate::telemetry::{Record, Telemetry, telemetry};
     use crate::toy::{Toy, ToySnapshot};
+    use crate::transport::Request;
     use assert_no_alloc::assert_no_alloc;
     use coaxle_clock::{CycleIndex, CycleTime};
-    use coaxle_motion::axis::NcToPlcAxis;
     use coaxle_node::config::parse;
-    use coaxle_node::{Arrival, CommandAnswer, FrameHeader, Message, Rejection, Sample};
-    use rtrb::{Consumer, RingBuffer};
+    use coaxle_node::{Arrival, Arrived, AxisSample, Frame, FrameHeader, Message, Rejection};
+    use rtrb::RingBuffer;
     use std::borrow::Cow;
 
-    /// Always asks for the same, and listens to no answer.
-    impl Asker for &'static str {
-        fn order(&self) -> Cow<'_, [u8]> {
-            self.as_bytes().into()
+    /// Always requests the same, and reads no answer.
+    struct SameOrder;
+
+    impl Request for SameOrder {
+        fn key(&self) -> &str {
+            "coaxle/toy/command"
         }
 
-        fn answer(&self, _: &CommandAnswer) {}
+        fn payload(&self) -> Cow<'_, [u8]> {
+            ORDER.as_bytes().into()
+        }
+
+        fn reply(&self, _json: String, _taken: bool) {}
     }
 
     const ORDER: &str =
@@ -185,11 +190,10 @@ mod tests {
     struct Bench {
         cycle: Cycle<Toy>,
         inbox: crate::mailbox::Inbox,
-        outgoings: Outgoings,
-        records: Consumer<Record<ToySnapshot>>,
-        arrived: Consumer<ArrivalRecord>,
-        clerk: Clerk<&'static str>,
-        counter: Counter<&'static str>,
+        frames: OutgoingFrames,
+        telemetry: Telemetry<ToySnapshot>,
+        server: CommandServer,
+        requests: RequestSender,
         counters: Arc<Counters>,
     }
 
@@ -197,31 +201,39 @@ mod tests {
     fn bench(clock: &str) -> Bench {
         let config: ClockConfig = parse("test", clock).unwrap();
         let counters = Arc::new(Counters::default());
-        let (inbox, mailbox) = mailbox(64, Arc::clone(&counters.mailbox_dropped));
-        let (outbox, outgoings) = outbox(4096);
-        let (telemetry, records) = RingBuffer::new(64);
+        let (inbox, mailbox) = mailbox(64, 64, Arc::clone(&counters.mailbox_dropped));
+        let (outbox, frames) = outbox(4096);
         let (arrivals, arrived) = RingBuffer::new(64);
-        let (desk, clerk, counter) = commands();
+        let (orders, server, requests) = commands();
         let cycle_time = CycleTime::new(Span::from_millis(1)).unwrap();
+        let node = Toy::new(NodeClock::first_cycle(&config), cycle_time, 1);
+        let (records, telemetry) = telemetry(node.snapshot(), usize::MAX, arrived);
         let cycle = Cycle {
-            node: Toy::new(NodeClock::first_cycle(&config), cycle_time, 1),
+            node,
             clock: NodeClock::new(&config, 1, Instant::EPOCH),
             mailboxes: vec![mailbox],
-            desk,
+            orders,
             outbox,
-            telemetry,
+            records,
             arrivals,
             counters: Arc::clone(&counters),
         };
         Bench {
             cycle,
             inbox,
-            outgoings,
-            records,
-            arrived,
-            clerk,
-            counter,
+            frames,
+            telemetry,
+            server,
+            requests,
             counters,
+        }
+    }
+
+    impl Bench {
+        fn record(&mut self) -> Record<ToySnapshot> {
+            let mut taken = None;
+            self.telemetry.take(|record| taken = Some(*record));
+            taken.unwrap()
         }
     }
 
@@ -229,14 +241,10 @@ mod tests {
         Instant::EPOCH + Span::from_micros(micros)
     }
 
-    fn refused_at(arrival: Instant<Machine>) -> Letter {
-        Letter {
-            arrival,
-            message: Message::Rejected(Rejection::Malformed),
-        }
-    }
+    const REFUSED: Message<'static> = Message::Rejected(Rejection::Malformed);
 
-    fn sample_at(arrival: Instant<Machine>) -> Letter {
+    fn frame() -> Message<'static> {
+        const AXES: &[Option<AxisSample>] = &[None];
         let header = FrameHeader {
             sender: 1,
             epoch: 2,
@@ -245,23 +253,19 @@ mod tests {
             cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
             send_stamp: None,
         };
-        let axis = NcToPlcAxis::default();
-        Letter {
-            arrival,
-            message: Message::Sample(Sample { header, axis }),
-        }
+        Message::Frame(Frame { header, axes: AXES })
     }
 
     #[test]
     fn a_scan_takes_the_mail_and_leaves_a_frame_and_a_record() {
         let mut bench = bench("");
-        bench.inbox.push(refused_at(at(1_500)));
+        bench.inbox.push(at(1_500), &REFUSED);
         bench.cycle.scan(at(2_030));
 
         let mut body = Vec::new();
-        let parcel = bench.outgoings.pop(&mut body).unwrap();
-        assert_eq!(parcel.ideal_start, at(2_000));
-        let record = bench.records.pop().unwrap();
+        let frame = bench.frames.pop(&mut body).unwrap();
+        assert_eq!(frame.ideal_start, at(2_000));
+        let record = bench.record();
         assert_eq!((record.ideal_start, record.woke), (at(2_000), at(2_030)));
         assert_eq!(record.snapshot.rejected, 1);
         assert_eq!(record.snapshot.last_arrival.as_nanos(), 1_500_000);
@@ -272,9 +276,9 @@ mod tests {
         // 1000 ppm fast: local second 1 is at machine time 1/1.001.
         let mut bench = bench("drift-ppm = 1000");
         let woke = at(999_002);
-        bench.inbox.push(refused_at(at(500_000)));
+        bench.inbox.push(at(500_000), &REFUSED);
         bench.cycle.scan(woke);
-        let record = bench.records.pop().unwrap();
+        let record = bench.record();
         assert_eq!(record.snapshot.last_arrival.as_nanos(), 500_500_000);
         assert_eq!(record.woke, woke);
         assert!((record.ideal_start - at(999_001)).abs() < Span::from_micros(1));
@@ -283,23 +287,24 @@ mod tests {
     #[test]
     fn what_a_scan_took_in_is_dated_in_both_clocks() {
         let mut bench = bench("drift-ppm = 1000");
-        bench.inbox.push(sample_at(at(500_000)));
+        bench.inbox.push(at(500_000), &frame());
         bench.cycle.scan(at(999_002));
-        let record = bench.arrived.pop().unwrap();
+        let record = bench.telemetry.arrival().unwrap();
         assert_eq!(record.turn.count, 1_000);
         assert_eq!(record.turn.ideal_start.as_nanos(), 1_000_000_000);
         assert!((record.ideal_start - at(999_001)).abs() < Span::from_micros(1));
-        let Arrival::Message(arrived, header) = record.arrival else {
+        let Arrival { at, what, .. } = record.arrival;
+        let Arrived::Message(header) = what else {
             panic!("{record:?}");
         };
-        assert_eq!((arrived.as_nanos(), header.count), (500_500_000, 3));
+        assert_eq!((at.as_nanos(), header.count), (500_500_000, 3));
     }
 
     #[test]
     fn full_rings_are_counted_and_do_not_hold_the_scan() {
         let mut bench = bench("");
         for k in 0..200 {
-            bench.inbox.push(sample_at(at(1_000 * k)));
+            bench.inbox.push(at(1_000 * k), &frame());
             bench.cycle.scan(at(1_000 * k));
         }
         let read = |counter| crate::counters::read(counter);
@@ -318,24 +323,21 @@ mod tests {
         let mut body = Vec::with_capacity(4096);
         let arrival = at(0);
         for _ in 0..4 {
-            bench.counter.hand_in(Incoming {
-                arrival,
-                asker: ORDER,
-            });
+            bench.requests.send(arrival, Box::new(SameOrder));
         }
-        bench.clerk.round(arrival);
+        bench.server.round(arrival);
         assert_no_alloc(|| {
             // Long enough for the clock to forget its oldest pieces.
             for k in 0..10_000 {
                 for _ in 0..3 {
-                    bench.inbox.push(refused_at(at(1_000 * k - 100)));
+                    bench.inbox.push(at(1_000 * k - 100), &REFUSED);
                 }
-                bench.inbox.push(sample_at(at(1_000 * k - 100)));
+                bench.inbox.push(at(1_000 * k - 100), &frame());
                 let wake = bench.cycle.clock.jitter.next();
                 bench.cycle.scan(at(1_000 * k + 100) + wake);
-                while bench.outgoings.pop(&mut body).is_some() {}
-                while bench.records.pop().is_ok() {}
-                while bench.arrived.pop().is_ok() {}
+                while bench.frames.pop(&mut body).is_some() {}
+                while bench.telemetry.take(|_| {}) {}
+                while bench.telemetry.arrival().is_some() {}
             }
         });
         assert_eq!(crate::counters::read(&bench.counters.cycles), 10_000);

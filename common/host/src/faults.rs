@@ -3,7 +3,8 @@
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
 use coaxle_node::config::LinkConfig;
-use coaxle_node::faults::{Deliveries, LinkModel, link_seed};
+use coaxle_node::faults::{Deliveries, LinkModel};
+use coaxle_node::wiring::far_link_seed;
 
 use crate::machine::{self, Machine};
 
@@ -14,10 +15,11 @@ pub(crate) struct Faults {
 }
 
 impl Faults {
-    pub(crate) fn new(config: &LinkConfig, seed: u64, channel: Channel) -> Self {
+    /// `far` is the number of the followed node that the link is to.
+    pub(crate) fn new(config: &LinkConfig, seed: u64, channel: Channel, far: usize) -> Self {
         let any = *config != LinkConfig::default();
         Self {
-            link: any.then(|| LinkModel::new(config, link_seed(seed, "link", channel))),
+            link: any.then(|| LinkModel::new(config, far_link_seed(seed, "link", channel, far))),
             start: machine::now(),
         }
     }

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use coaxle_clock::Span;
 use coaxle_node::config::{TransportConfig, load};
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::cli::parse_duration;
@@ -82,7 +81,7 @@ impl NodeArgs {
     ///
     /// # Errors
     /// Names the file that cannot be written.
-    pub fn trace<R: Serialize>(&self) -> anyhow::Result<Option<Trace<R>>> {
+    pub fn trace(&self) -> anyhow::Result<Option<Trace>> {
         self.trace.as_deref().map(Trace::create).transpose()
     }
 

@@ -10,14 +10,16 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::machine::Machine;
 
-/// Bytes before each body: channel, ideal start, rate, length.
-const HEADER: usize = 1 + 8 + 8 + 4;
+/// Bytes before each body: channel, ideal start, rate, length, far node.
+const HEADER: usize = 1 + 8 + 8 + 4 + 2;
 
 /// What the publisher must know of a frame besides its body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Parcel {
+pub(crate) struct OutgoingFrame {
     /// Where it goes.
     pub(crate) channel: Channel,
+    /// Which of the nodes that this one follows it goes to.
+    pub(crate) far: u16,
     /// The ideal start of its cycle.
     pub(crate) ideal_start: Instant<Machine>,
     /// How much faster the node's clock runs than the machine's, ppm.
@@ -31,18 +33,18 @@ pub(crate) struct Outbox {
 }
 
 /// The end that the publisher empties.
-pub(crate) struct Outgoings {
+pub(crate) struct OutgoingFrames {
     ring: Consumer<u8>,
 }
 
 /// An outbox for `capacity` bytes.
-pub(crate) fn outbox(capacity: usize) -> (Outbox, Outgoings) {
+pub(crate) fn outbox(capacity: usize) -> (Outbox, OutgoingFrames) {
     let (producer, consumer) = RingBuffer::new(capacity);
     let outbox = Outbox {
         ring: producer,
         publisher: None,
     };
-    (outbox, Outgoings { ring: consumer })
+    (outbox, OutgoingFrames { ring: consumer })
 }
 
 impl Outbox {
@@ -53,8 +55,8 @@ impl Outbox {
 
     /// Puts a frame in as a whole; false if it does not fit.
     #[must_use]
-    pub(crate) fn push(&mut self, parcel: &Parcel, body: &[u8]) -> bool {
-        let header = parcel.encode(body.len() as u32);
+    pub(crate) fn push(&mut self, frame: &OutgoingFrame, body: &[u8]) -> bool {
+        let header = frame.encode(body.len() as u32);
         let Ok(mut chunk) = self.ring.write_chunk(HEADER + body.len()) else {
             return false;
         };
@@ -81,18 +83,18 @@ impl Drop for Outbox {
     }
 }
 
-impl Outgoings {
+impl OutgoingFrames {
     /// Takes the oldest frame; its body replaces what `body` held.
-    pub(crate) fn pop(&mut self, body: &mut Vec<u8>) -> Option<Parcel> {
+    pub(crate) fn pop(&mut self, body: &mut Vec<u8>) -> Option<OutgoingFrame> {
         let mut header = [0; HEADER];
         self.ring.pop_entire_slice(&mut header).ok()?;
-        let (parcel, length) = Parcel::decode(&header);
+        let (frame, length) = OutgoingFrame::decode(&header);
         body.clear();
         body.resize(length as usize, 0);
         self.ring
             .pop_entire_slice(body)
             .expect("a frame is put in as a whole");
-        Some(parcel)
+        Some(frame)
     }
 
     /// Whether nothing is left and nothing more will come.
@@ -102,13 +104,14 @@ impl Outgoings {
     }
 }
 
-impl Parcel {
+impl OutgoingFrame {
     fn encode(&self, length: u32) -> [u8; HEADER] {
         let mut header = [0; HEADER];
         header[0] = self.channel as u8;
         header[1..9].copy_from_slice(&self.ideal_start.as_nanos().to_ne_bytes());
         header[9..17].copy_from_slice(&self.drift_ppm.to_ne_bytes());
-        header[17..].copy_from_slice(&length.to_ne_bytes());
+        header[17..21].copy_from_slice(&length.to_ne_bytes());
+        header[21..].copy_from_slice(&self.far.to_ne_bytes());
         header
     }
 
@@ -118,14 +121,15 @@ impl Parcel {
             bytes.copy_from_slice(&header[at..at + 8]);
             bytes
         };
-        let parcel = Self {
+        let frame = Self {
             channel: Channel::ALL[usize::from(header[0])],
+            far: u16::from_ne_bytes([header[21], header[22]]),
             ideal_start: Instant::from_nanos(i64::from_ne_bytes(eight(1))),
             drift_ppm: f64::from_ne_bytes(eight(9)),
         };
         let mut length = [0; 4];
-        length.copy_from_slice(&header[17..]);
-        (parcel, u32::from_ne_bytes(length))
+        length.copy_from_slice(&header[17..21]);
+        (frame, u32::from_ne_bytes(length))
     }
 }
 
@@ -146,9 +150,10 @@ fn spread(bytes: &[u8], at: usize, first: &mut [u8], second: &mut [u8]) {
 mod tests {
     use super::*;
 
-    fn parcel(k: i64) -> Parcel {
-        Parcel {
+    fn frame(k: i64) -> OutgoingFrame {
+        OutgoingFrame {
             channel: Channel::ALL[k as usize % Channel::ALL.len()],
+            far: k as u16 * 131,
             ideal_start: Instant::from_nanos(k * 1_000_003),
             drift_ppm: k as f64 * 0.5,
         }
@@ -156,27 +161,27 @@ mod tests {
 
     #[test]
     fn frames_of_every_length_pass_the_end_of_the_ring_unharmed() {
-        let (mut outbox, mut outgoings) = outbox(101);
+        let (mut outbox, mut frames) = outbox(101);
         let mut body = Vec::new();
         for k in 0..500 {
             let sent: Vec<u8> = (0..k % 37).map(|byte| (byte + k) as u8).collect();
-            assert!(outbox.push(&parcel(k), &sent));
-            assert_eq!(outgoings.pop(&mut body), Some(parcel(k)));
+            assert!(outbox.push(&frame(k), &sent));
+            assert_eq!(frames.pop(&mut body), Some(frame(k)));
             assert_eq!(body, sent);
         }
-        assert_eq!(outgoings.pop(&mut body), None);
+        assert_eq!(frames.pop(&mut body), None);
     }
 
     #[test]
     fn a_frame_that_does_not_fit_leaves_the_others_whole() {
-        let (mut outbox, mut outgoings) = outbox(100);
-        assert!(outbox.push(&parcel(1), &[7; 60]));
-        assert!(!outbox.push(&parcel(2), &[8; 30]));
+        let (mut outbox, mut frames) = outbox(100);
+        assert!(outbox.push(&frame(1), &[7; 60]));
+        assert!(!outbox.push(&frame(2), &[8; 30]));
         drop(outbox);
-        assert!(!outgoings.is_finished());
+        assert!(!frames.is_finished());
         let mut body = Vec::new();
-        assert_eq!(outgoings.pop(&mut body), Some(parcel(1)));
+        assert_eq!(frames.pop(&mut body), Some(frame(1)));
         assert_eq!(body, [7; 60]);
-        assert!(outgoings.is_finished());
+        assert!(frames.is_finished());
     }
 }

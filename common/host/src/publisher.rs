@@ -1,19 +1,18 @@
-//! The publisher: a thread of its own, because handing a frame to Zenoh allocates and takes some
-//! ten microseconds.
+//! The publisher: a thread of its own, because handing a frame to the transport allocates and takes
+//! some ten microseconds.
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use coaxle_clock::Span;
+use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
 use coaxle_node::frame::KeySeal;
-use zenoh::Wait;
-use zenoh::pubsub::Publisher;
 
 use crate::counters::{Counters, count};
 use crate::faults::Faults;
-use crate::machine;
-use crate::outbox::{Outgoings, Parcel};
+use crate::machine::{self, Machine};
+use crate::outbox::{OutgoingFrame, OutgoingFrames};
+use crate::transport::Publisher;
 
 /// How long it sleeps at most when nobody wakes it.
 const IDLE: Duration = Duration::from_millis(50);
@@ -24,34 +23,51 @@ const SEAL_ROOM: usize = 32;
 /// One channel this node publishes.
 pub(crate) struct PublishedChannel {
     pub(crate) channel: Channel,
+    /// Which of the nodes that this one follows it is to.
+    pub(crate) far: usize,
     pub(crate) seal: KeySeal,
-    pub(crate) publisher: Arc<Publisher<'static>>,
+    pub(crate) publisher: Arc<dyn Publisher>,
     pub(crate) faults: Faults,
+}
+
+impl PublishedChannel {
+    fn is_for(&self, frame: &OutgoingFrame) -> bool {
+        self.channel == frame.channel && self.far == usize::from(frame.far)
+    }
 }
 
 /// Publishes what comes out of the ring until nothing more will come.
 pub(crate) fn publish(
-    mut outgoings: Outgoings,
+    mut frames: OutgoingFrames,
     channels: &mut [PublishedChannel],
     send_stamps: bool,
     counters: &Counters,
 ) {
-    let mut body = Vec::new();
-    while !outgoings.is_finished() {
-        while let Some(parcel) = outgoings.pop(&mut body) {
-            let found = channels
-                .iter_mut()
-                .find(|channel| channel.channel == parcel.channel);
-            match found.map(|channel| send(channel, &parcel, &body, send_stamps)) {
-                Some(Ok(())) => count(&counters.published),
-                Some(Err(error)) => {
-                    tracing::debug!(%error, "Zenoh refused a frame");
-                    count(&counters.publish_failed);
-                }
-                None => count(&counters.publish_failed),
-            }
-        }
+    while !frames.is_finished() {
+        publish_waiting(&mut frames, channels, send_stamps, counters, machine::now);
         std::thread::park_timeout(IDLE);
+    }
+}
+
+/// Publishes what is in the ring; `now` reads the machine's clock.
+pub(crate) fn publish_waiting(
+    frames: &mut OutgoingFrames,
+    channels: &mut [PublishedChannel],
+    send_stamps: bool,
+    counters: &Counters,
+    now: impl Fn() -> Instant<Machine>,
+) {
+    let mut body = Vec::new();
+    while let Some(frame) = frames.pop(&mut body) {
+        let found = channels.iter_mut().find(|channel| channel.is_for(&frame));
+        match found.map(|channel| send(channel, &frame, &body, send_stamps, &now)) {
+            Some(Ok(())) => count(&counters.published),
+            Some(Err(error)) => {
+                tracing::debug!(%error, "the transport refused a frame");
+                count(&counters.publish_failed);
+            }
+            None => count(&counters.publish_failed),
+        }
     }
 }
 
@@ -59,17 +75,18 @@ pub(crate) fn publish(
 /// the frame leaves at once, with a stamp that says it left that much earlier.
 fn send(
     channel: &mut PublishedChannel,
-    parcel: &Parcel,
+    frame: &OutgoingFrame,
     body: &[u8],
     send_stamps: bool,
-) -> zenoh::Result<()> {
-    let stamped = send_stamps || !parcel.channel.carries_axes();
-    for delay in channel.faults.of(machine::now()) {
-        // Zenoh keeps the frame, so each gets a buffer of its own.
+    now: impl Fn() -> Instant<Machine>,
+) -> anyhow::Result<()> {
+    let stamped = send_stamps || !frame.channel.carries_axes();
+    for delay in channel.faults.of(now()) {
+        // The transport keeps the frame, so each gets a buffer of its own.
         let mut sealed = Vec::with_capacity(body.len() + SEAL_ROOM);
-        let stamp = stamped.then(|| send_stamp(parcel) - delay);
+        let stamp = stamped.then(|| send_stamp(frame, now()) - delay);
         channel.seal.seal(body, stamp, &mut sealed);
-        channel.publisher.put(sealed).wait()?;
+        channel.publisher.publish(sealed)?;
     }
     Ok(())
 }
@@ -78,8 +95,8 @@ fn send(
 ///
 /// Measured on the machine's clock and scaled by the drift injected into the node's; without an
 /// injected drift the two are the same clock.
-fn send_stamp(parcel: &Parcel) -> Span {
-    scaled(machine::now() - parcel.ideal_start, parcel.drift_ppm)
+fn send_stamp(frame: &OutgoingFrame, now: Instant<Machine>) -> Span {
+    scaled(now - frame.ideal_start, frame.drift_ppm)
 }
 
 fn scaled(passed: Span, drift_ppm: f64) -> Span {

@@ -1,40 +1,42 @@
 //! Running a node in the real world, from its set-up to its outcome.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
+use std::sync::atomic::Ordering;
 
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::Node;
 use coaxle_node::config::{ClockConfig, RealTimeConfig, TransportConfig};
+use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
-use rtrb::{Producer, RingBuffer};
-use tokio::signal::unix::{Signal, SignalKind, signal};
-use tokio::sync::oneshot;
-use zenoh::query::Query;
+use coaxle_node::wiring::{Subscription, Wiring};
+use rtrb::RingBuffer;
 
-use crate::channels::{Publication, Subscription};
-use crate::commands::{Clerk, Desk, commands};
+use crate::commands::commands;
 use crate::counters::{Counters, read};
-use crate::cycle::{Cycle, Limits, NodeClock};
-use crate::link::{Link, described};
+use crate::cycle::NodeClock;
+use crate::ended::{Ended, Signals};
+use crate::machine;
 use crate::mailbox::{Inbox, Mailbox, mailbox};
-use crate::outbox::{Outbox, Outgoings, outbox};
-use crate::publisher::{PublishedChannel, publish};
+use crate::outbox::outbox;
 use crate::real_time;
+use crate::session::Session;
 use crate::status::{Identity, Reporter};
-use crate::telemetry::{ArrivalRecord, Record, Recorder, Telemetry, observe};
+use crate::telemetry::{Recorder, telemetry};
+use crate::threads::{
+    CycleParts, Wishes, joined, start_cycle, start_publisher, start_server, start_telemetry,
+};
+use crate::transport::{OverZenoh, Transport};
 
 /// Messages with axes between two scans: two seconds' worth at 1 kHz.
-const MAILBOX_LETTERS: usize = 2048;
+const MAILBOX_MESSAGES: usize = 2048;
+/// Axes in them: of so many frames of the longest kind, and as many as there are frames of few axes.
+const MAILBOX_AXES: usize = 128 * MAX_AXES;
 /// Questions or answers between two scans: those of a hundred nodes in a second, at ten each.
-const EXCHANGE_LETTERS: usize = 1024;
+const MAILBOX_EXCHANGES: usize = 1024;
 /// Forty of the longest frames.
 const OUTBOX_BYTES: usize = 1 << 20;
-/// Cycles that telemetry may lag behind: nearly a second at the shortest cycle time.
-const TELEMETRY_RECORDS: usize = 8192;
-/// Arrivals that telemetry may lag behind: likewise, and a second's worth in one burst besides.
+/// Arrivals that telemetry may lag behind: nearly a second's worth at the shortest cycle time, and a second's worth in one burst besides.
 const ARRIVAL_RECORDS: usize = 8192 + 1024;
 
 /// A node and all it needs of the real world.
@@ -53,10 +55,8 @@ pub struct Setup<N: Node> {
     pub seed: u64,
     /// Whether its frames of axes say how late they left.
     pub send_stamps: bool,
-    /// What it publishes, one of each channel.
-    pub publishes: Vec<Publication>,
-    /// What it hears. It follows the node whose axes it hears, if it does.
-    pub subscriptions: Vec<Subscription>,
+    /// What it publishes and hears. It follows the nodes whose axes it hears.
+    pub wiring: Wiring,
     /// Ends the run after this time; none runs until a signal comes.
     pub run_for: Option<Span>,
     /// Builds the node, given the ideal start of its first cycle and the epoch of this run.
@@ -77,14 +77,16 @@ pub struct Outcome {
     pub epoch: u64,
     /// Cycles run.
     pub cycles: u64,
-    /// Frames handed to Zenoh.
+    /// Frames handed to the transport.
     pub published: u64,
-    /// Frames that did not get as far: the publisher's ring was full, or Zenoh refused them.
+    /// Frames that did not get as far: the publisher's ring was full, or the transport refused them.
     pub not_published: u64,
     /// Frames that were accepted on arrival.
     pub received: u64,
-    /// Frames that were refused on arrival.
+    /// Frames of axes that were refused on arrival.
     pub refused: u64,
+    /// Time requests and responses that were.
+    pub exchange_refused: u64,
     /// Messages that found the mailbox full.
     pub mailbox_dropped: u64,
     /// Records that found the telemetry ring full.
@@ -93,18 +95,7 @@ pub struct Outcome {
     pub arrivals_dropped: u64,
 }
 
-/// Why a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
-    /// Its time was up.
-    TimeUp,
-    /// Ctrl-C.
-    Interrupted,
-    /// SIGTERM.
-    Terminated,
-}
-
-/// Runs a node until its time is up or Ctrl-C or SIGTERM comes, and ends it cleanly.
+/// Runs a node over Zenoh until its time is up or Ctrl-C or SIGTERM comes, and ends it cleanly.
 ///
 /// # Errors
 /// The node cannot be built, the session cannot be opened, a thread died, or the recorder could
@@ -113,19 +104,39 @@ pub fn run<N>(setup: Setup<N>) -> anyhow::Result<Outcome>
 where
     N: Node + Send + 'static,
 {
+    let config = setup.transport.clone();
+    let opening = async move { OverZenoh::open(&config).await };
+    runtime()?.block_on(drive(setup, opening))
+}
+
+/// The same over a transport that is there already; [`Setup::transport`] means nothing then.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_over<N>(setup: Setup<N>, transport: impl Transport + 'static) -> anyhow::Result<Outcome>
+where
+    N: Node + Send + 'static,
+{
+    runtime()?.block_on(drive(setup, async move { Ok(transport) }))
+}
+
+fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
     // Zenoh panics on a runtime with one thread only.
-    let runtime = tokio::runtime::Builder::new_multi_thread()
+    tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)
         .thread_name("host")
         .enable_all()
         .build()
-        .context("cannot start the host's runtime")?;
-    runtime.block_on(drive(setup))
+        .context("cannot start the host's runtime")
 }
 
-async fn drive<N>(setup: Setup<N>) -> anyhow::Result<Outcome>
+async fn drive<N, T>(
+    setup: Setup<N>,
+    opening: impl Future<Output = anyhow::Result<T>>,
+) -> anyhow::Result<Outcome>
 where
     N: Node + Send + 'static,
+    T: Transport + 'static,
 {
     let mut signals = Signals::listen()?;
     let epoch = getrandom::u64().context("the system gives no random epoch")?;
@@ -133,44 +144,43 @@ where
     let node = (setup.build)(NodeClock::first_cycle(&setup.clock), epoch)
         .with_context(|| format!("cannot build node {}", setup.name))?;
     let counters = Arc::new(Counters::default());
-    let (inboxes, mailboxes) = mailboxes(&setup.subscriptions, &counters);
-    let (mut outbox, outgoings) = outbox(OUTBOX_BYTES);
-    let (telemetry, records) = RingBuffer::new(TELEMETRY_RECORDS);
-    let (arrivals, arrived) = RingBuffer::new(ARRIVAL_RECORDS);
-    let (mut desk, clerk, counter) = commands();
-    let clerk = start_clerk(clerk)?;
-    desk.attach(clerk.thread().clone());
-
-    let opening = async {
-        let mut link = Link::open(&setup.transport, &setup.name).await?;
-        let channels = link.publish(&setup.publishes, setup.seed).await?;
-        for (subscription, inbox) in setup.subscriptions.iter().zip(inboxes) {
-            link.subscribe(subscription, setup.seed, inbox, Arc::clone(&counters))
-                .await?;
-        }
-        link.take_commands(&setup.name, counter, clerk.thread().clone())
-            .await?;
-        anyhow::Ok((Arc::new(link), channels))
-    };
-    let (link, channels) = tokio::select! {
-        opened = opening => opened?,
+    let transport: Arc<dyn Transport> = tokio::select! {
+        opened = opening => Arc::new(opened?),
         ended = signals.next() => return Ok(outcome(ended, epoch, &counters)),
     };
 
-    let publisher = start_publisher(outgoings, setup.send_stamps, channels, &counters)?;
+    let (inboxes, mailboxes) = mailboxes(&setup.wiring.subscriptions, &counters);
+    let (mut outbox, frames) = outbox(OUTBOX_BYTES);
+    let (arrivals, arrived) = RingBuffer::new(ARRIVAL_RECORDS);
+    let (records, telemetry) = telemetry(node.snapshot(), node.snapshot_size(), arrived);
+    let (mut orders, server, mut requests) = commands();
+    let server = start_server(server)?;
+    orders.attach(server.thread().clone());
+    requests.attach(server.thread().clone());
+
+    let mut session = Session::open(transport, &setup.name)?;
+    let channels = session.publish(&setup.wiring.publications, setup.seed)?;
+    for (subscription, inbox) in setup.wiring.subscriptions.iter().zip(inboxes) {
+        session.subscribe(subscription, setup.seed, inbox, Arc::clone(&counters))?;
+    }
+    session.take_orders(&setup.name, requests)?;
+    let session = Arc::new(session);
+
+    let publisher = start_publisher(frames, setup.send_stamps, channels, &counters)?;
     outbox.attach(publisher.thread().clone());
-    let reporter = Reporter::new(identity, Arc::clone(&link), Arc::clone(&counters));
-    let recorded = Telemetry {
-        records,
-        arrivals: arrived,
-    };
-    let observer = start_observer(recorded, setup.recorder, reporter)?;
+    let reporter = Reporter::new(
+        identity,
+        Arc::clone(&session),
+        Arc::clone(&counters),
+        machine::now(),
+    );
+    let telemetry_thread = start_telemetry(telemetry, setup.recorder, reporter)?;
     let parts = CycleParts {
         node,
         mailboxes,
-        desk,
+        orders,
         outbox,
-        telemetry,
+        records,
         arrivals,
         counters: Arc::clone(&counters),
     };
@@ -185,7 +195,7 @@ where
         for real_time::Denied { wish, reason } in denied {
             tracing::warn!(node = %setup.name, "real-time wish {wish} not granted: {reason}");
         }
-        let endpoints = described(&setup.transport);
+        let endpoints = session.whereabouts();
         tracing::info!(node = %setup.name, role = setup.role, "running, {endpoints}");
     }
 
@@ -196,10 +206,10 @@ where
     cycle.stop.store(true, Ordering::Relaxed);
     // In the order the data flow, so that each finds all that is left.
     let cycled = joined("cycle", cycle.thread);
-    let commanded = joined("command", clerk);
+    let commanded = joined("command", server);
     let published = joined("publish", publisher);
-    let observed = joined("telemetry", observer).and_then(|finished| finished);
-    link.close().await;
+    let observed = joined("telemetry", telemetry_thread).and_then(|finished| finished);
+    session.close();
     cycled?;
     commanded?;
     published?;
@@ -209,124 +219,34 @@ where
 }
 
 fn identity<N: Node>(setup: &Setup<N>, epoch: u64) -> Identity {
-    let followed = setup
-        .subscriptions
+    let heard = setup.wiring.subscriptions.iter();
+    let followed = heard.filter(|s| s.channel.carries_axes());
+    let axes = setup
+        .wiring
+        .publications
         .iter()
-        .find(|s| s.channel.carries_axes());
-    let axes = setup.publishes.iter().filter(|p| p.channel.carries_axes());
+        .filter(|p| p.channel.carries_axes());
     Identity {
         name: setup.name.clone(),
         role: setup.role,
         epoch,
-        source: followed.map(|s| (s.node.clone(), s.node.channel_key(s.channel))),
+        sources: followed
+            .map(|s| (s.node.clone(), s.node.channel_key(s.channel)))
+            .collect(),
         publishes: axes.map(|p| p.node.channel_key(p.channel)).collect(),
-        endpoints: described(&setup.transport),
     }
 }
 
 /// A mailbox for each subscription: each has only one thread that fills it.
 fn mailboxes(subscriptions: &[Subscription], counters: &Counters) -> (Vec<Inbox>, Vec<Mailbox>) {
     let mailbox = |subscription: &Subscription| {
-        let letters = if subscription.channel.carries_axes() {
-            MAILBOX_LETTERS
-        } else {
-            EXCHANGE_LETTERS
+        let (messages, axes) = match subscription.reader.axes() {
+            0 => (MAILBOX_EXCHANGES, 0),
+            axes => (MAILBOX_MESSAGES, MAILBOX_AXES.min(MAILBOX_MESSAGES * axes)),
         };
-        mailbox(letters, Arc::clone(&counters.mailbox_dropped))
+        mailbox(messages, axes, Arc::clone(&counters.mailbox_dropped))
     };
     subscriptions.iter().map(mailbox).unzip()
-}
-
-fn start_clerk(clerk: Clerk<Query>) -> anyhow::Result<JoinHandle<()>> {
-    thread("command", move || clerk.work())
-}
-
-fn start_publisher(
-    outgoings: Outgoings,
-    send_stamps: bool,
-    mut channels: Vec<PublishedChannel>,
-    counters: &Arc<Counters>,
-) -> anyhow::Result<JoinHandle<()>> {
-    let counters = Arc::clone(counters);
-    thread("publish", move || {
-        publish(outgoings, &mut channels, send_stamps, &counters);
-    })
-}
-
-fn start_observer<S: Send + 'static>(
-    telemetry: Telemetry<S>,
-    mut recorder: Box<dyn Recorder<S>>,
-    mut reporter: Reporter,
-) -> anyhow::Result<JoinHandle<anyhow::Result<()>>> {
-    thread("telemetry", move || {
-        observe(telemetry, recorder.as_mut(), &mut reporter)
-    })
-}
-
-/// The cycle but for its clock, which starts on the cycle's own thread.
-struct CycleParts<N: Node> {
-    node: N,
-    mailboxes: Vec<Mailbox>,
-    desk: Desk,
-    outbox: Outbox,
-    telemetry: Producer<Record<N::Snapshot>>,
-    arrivals: Producer<ArrivalRecord>,
-    counters: Arc<Counters>,
-}
-
-/// How the cycle is to run.
-struct Wishes {
-    real_time: RealTimeConfig,
-    clock: ClockConfig,
-    seed: u64,
-    run_for: Option<Span>,
-}
-
-/// The cycle thread as the host holds it.
-struct RunningCycle {
-    thread: JoinHandle<()>,
-    stop: Arc<AtomicBool>,
-    /// Comes once before the first cycle, with what the operating system did not grant.
-    running: oneshot::Receiver<Vec<real_time::Denied>>,
-    /// Closes when the thread ends, be it by a panic.
-    ended: oneshot::Receiver<()>,
-}
-
-fn start_cycle<N>(parts: CycleParts<N>, wishes: Wishes) -> anyhow::Result<RunningCycle>
-where
-    N: Node + Send + 'static,
-{
-    let stop = Arc::new(AtomicBool::new(false));
-    let stopped = Arc::clone(&stop);
-    let (now_running, running) = oneshot::channel();
-    let (ending, ended) = oneshot::channel();
-    let thread = thread("cycle", move || {
-        let _ending = ending;
-        let denied = real_time::apply(&wishes.real_time);
-        // A thread that nobody waits for any more may still run.
-        let _ = now_running.send(denied);
-        let cycle = Cycle {
-            node: parts.node,
-            clock: NodeClock::starting_soon(&wishes.clock, wishes.seed),
-            mailboxes: parts.mailboxes,
-            desk: parts.desk,
-            outbox: parts.outbox,
-            telemetry: parts.telemetry,
-            arrivals: parts.arrivals,
-            counters: parts.counters,
-        };
-        let limits = Limits {
-            run_for: wishes.run_for,
-            spin: Span::from_micros(i64::from(wishes.real_time.spin_us)),
-        };
-        cycle.run(&limits, &stopped);
-    })?;
-    Ok(RunningCycle {
-        thread,
-        stop,
-        running,
-        ended,
-    })
 }
 
 fn outcome(ended: Ended, epoch: u64, counters: &Counters) -> Outcome {
@@ -338,47 +258,9 @@ fn outcome(ended: Ended, epoch: u64, counters: &Counters) -> Outcome {
         not_published: read(&counters.publish_dropped) + read(&counters.publish_failed),
         received: read(&counters.received),
         refused: read(&counters.refused),
+        exchange_refused: read(&counters.exchange_refused),
         mailbox_dropped: read(&counters.mailbox_dropped),
         telemetry_dropped: read(&counters.telemetry_dropped),
         arrivals_dropped: read(&counters.arrivals_dropped),
-    }
-}
-
-fn thread<T: Send + 'static>(
-    name: &str,
-    work: impl FnOnce() -> T + Send + 'static,
-) -> anyhow::Result<JoinHandle<T>> {
-    std::thread::Builder::new()
-        .name(name.to_owned())
-        .spawn(work)
-        .with_context(|| format!("cannot start the {name} thread"))
-}
-
-fn joined<T>(name: &str, thread: JoinHandle<T>) -> anyhow::Result<T> {
-    thread
-        .join()
-        .map_err(|_| anyhow!("the {name} thread panicked"))
-}
-
-/// The signals that end a run.
-struct Signals {
-    interrupt: Signal,
-    terminate: Signal,
-}
-
-impl Signals {
-    fn listen() -> anyhow::Result<Self> {
-        let listen = |kind| signal(kind).context("cannot listen for signals");
-        Ok(Self {
-            interrupt: listen(SignalKind::interrupt())?,
-            terminate: listen(SignalKind::terminate())?,
-        })
-    }
-
-    async fn next(&mut self) -> Ended {
-        tokio::select! {
-            _ = self.interrupt.recv() => Ended::Interrupted,
-            _ = self.terminate.recv() => Ended::Terminated,
-        }
     }
 }

@@ -8,8 +8,8 @@ use serde_json::{Map, Value, json};
 
 use crate::counters::{Counters, read};
 use crate::health::{Evidence, Health, judge};
-use crate::link::Link;
-use crate::machine::{self, Machine};
+use crate::machine::Machine;
+use crate::session::{Contact, Session};
 
 /// A node that waits says so this often.
 const REMINDER: Span = Span::from_secs(5);
@@ -21,65 +21,77 @@ pub(crate) struct Identity {
     pub(crate) name: NodeName,
     pub(crate) role: &'static str,
     pub(crate) epoch: u64,
-    /// The followed node and the key of its frames.
-    pub(crate) source: Option<(NodeName, String)>,
+    /// The followed nodes and the keys of their frames.
+    pub(crate) sources: Vec<(NodeName, String)>,
     /// The keys under which this node publishes axes.
     pub(crate) publishes: Vec<String>,
-    /// How it reaches the others, for the log.
-    pub(crate) endpoints: String,
 }
 
 /// Publishes the status and watches the health.
 pub(crate) struct Reporter {
     identity: Identity,
-    link: Arc<Link>,
+    session: Arc<Session>,
     counters: Arc<Counters>,
     started: Instant<Machine>,
     log: HealthLog,
 }
 
 impl Reporter {
-    pub(crate) fn new(identity: Identity, link: Arc<Link>, counters: Arc<Counters>) -> Self {
-        let started = machine::now();
+    pub(crate) fn new(
+        identity: Identity,
+        session: Arc<Session>,
+        counters: Arc<Counters>,
+        started: Instant<Machine>,
+    ) -> Self {
         Self {
             identity,
-            link,
+            session,
             counters,
             started,
             log: HealthLog::new(started),
         }
     }
 
-    /// Publishes the status, with what the recorder adds to it.
-    pub(crate) fn report(&mut self, details: Map<String, Value>) {
-        let now = machine::now();
-        let evidence = self.evidence(now);
+    /// Publishes the status at `now`, with what the recorder adds to it.
+    pub(crate) fn report(&mut self, now: Instant<Machine>, details: Map<String, Value>) {
+        let (evidence, source) = self.evidence(now);
         let health = judge(evidence);
-        self.log_health(now, health, evidence, &details);
+        self.log_health(now, health, (evidence, source), &details);
         self.publish(now, health, details);
     }
 
     /// Publishes the last status.
-    pub(crate) fn report_end(&mut self, details: Map<String, Value>) {
-        self.publish(machine::now(), Health::Stopped, details);
+    pub(crate) fn report_end(&mut self, now: Instant<Machine>, details: Map<String, Value>) {
+        self.publish(now, Health::Stopped, details);
     }
 
-    /// A node that follows another needs its frames; any other needs somebody to follow it.
-    fn evidence(&self, now: Instant<Machine>) -> Evidence {
-        match self.identity.source {
-            Some(_) => Evidence::Source {
-                alive: self.link.source_alive(),
-                age: self.link.frame_age(now),
-            },
-            None => Evidence::Followers {
-                any: self.link.has_follower(),
-            },
-        }
+    /// A node that follows others needs the frames of all of them; any other needs somebody to follow
+    /// it. Gives the worst evidence, and the source that it is of.
+    fn evidence(&self, now: Instant<Machine>) -> (Evidence, usize) {
+        let evidence = self
+            .session
+            .contacts()
+            .iter()
+            .map(|contact| Evidence::Source {
+                alive: contact.is_alive(),
+                age: contact.frame_age(now),
+            });
+        let how_well = |evidence| match judge(evidence) {
+            Health::Ok => 2,
+            Health::NoData => 1,
+            Health::Waiting | Health::Stopped => 0,
+        };
+        let worst = evidence
+            .zip(0..)
+            .min_by_key(|(evidence, _)| how_well(*evidence));
+        let any = || self.session.has_follower();
+        worst.unwrap_or_else(|| (Evidence::Followers { any: any() }, 0))
     }
 
     fn publish(&self, now: Instant<Machine>, health: Health, details: Map<String, Value>) {
         let status = merged(self.facts(now), health, details);
-        self.link.publish_status(Value::Object(status).to_string());
+        self.session
+            .publish_status(Value::Object(status).to_string());
     }
 
     fn facts(&self, now: Instant<Machine>) -> Map<String, Value> {
@@ -89,26 +101,30 @@ impl Reporter {
         put("node", json!(self.identity.name.as_str()));
         put("role", json!(self.identity.role));
         put("epoch", json!(format!("{:016x}", self.identity.epoch)));
-        put("uptime_s", json!((now - self.started).as_secs_f64()));
+        put(
+            "uptime_s",
+            json!((now - self.started).as_nanos() as f64 / 1e9),
+        );
         put("cycles", json!(read(&counters.cycles)));
         put(
             "telemetry_dropped",
             json!(read(&counters.telemetry_dropped)),
         );
+        put("exchange_refused", json!(read(&counters.exchange_refused)));
         if !self.identity.publishes.is_empty() {
             put("published", json!(read(&counters.published)));
             put("publish_dropped", json!(read(&counters.publish_dropped)));
             put("publish_failed", json!(read(&counters.publish_failed)));
-            put("followed", json!(self.link.has_follower()));
+            put("followed", json!(self.session.has_follower()));
         }
-        if let Some((source, _)) = &self.identity.source {
-            put("source", json!(source.as_str()));
-            put("source_alive", json!(self.link.source_alive()));
-            let age = self
-                .link
-                .frame_age(now)
-                .map(|age| age.as_micros_f64() * 1e-3);
-            put("frame_age_ms", json!(age));
+        if !self.identity.sources.is_empty() {
+            let sources = self.identity.sources.iter().zip(self.session.contacts());
+            let source = |((node, _), contact): (&(NodeName, String), &Arc<Contact>)| {
+                let age = contact.frame_age(now).map(|age| age.as_micros_f64() * 1e-3);
+                let seen = json!({ "alive": contact.is_alive(), "frame_age_ms": age });
+                (node.to_string(), seen)
+            };
+            put("sources", Value::Object(sources.map(source).collect()));
             put("received", json!(read(&counters.received)));
             put("refused", json!(read(&counters.refused)));
             put("mailbox_dropped", json!(read(&counters.mailbox_dropped)));
@@ -121,7 +137,7 @@ impl Reporter {
         &mut self,
         now: Instant<Machine>,
         health: Health,
-        evidence: Evidence,
+        evidence: (Evidence, usize),
         details: &Map<String, Value>,
     ) {
         let word = word_for(health, details);
@@ -138,9 +154,9 @@ impl Reporter {
     }
 
     /// What a node that is not healthy lacks.
-    fn wanted(&self, evidence: Evidence) -> String {
-        let endpoints = &self.identity.endpoints;
-        match (&self.identity.source, evidence) {
+    fn wanted(&self, (evidence, source): (Evidence, usize)) -> String {
+        let endpoints = self.session.whereabouts();
+        match (self.identity.sources.get(source), evidence) {
             (Some((source, key)), Evidence::Source { alive: true, .. }) => {
                 let refused = read(&self.counters.refused);
                 format!(

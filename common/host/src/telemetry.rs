@@ -5,7 +5,7 @@ use std::time::Duration;
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Arrival;
-use rtrb::Consumer;
+use rtrb::{Consumer, Producer, RingBuffer};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -71,10 +71,87 @@ const TICK: Duration = Duration::from_millis(10);
 /// Four times a second.
 const STATUS_PERIOD: Span = Span::from_millis(250);
 
-/// The ends of the rings that the cycle thread fills.
+/// Memory for records that wait for telemetry.
+const RECORD_BYTES: usize = 32 << 20;
+/// As many as that holds, but no more than nearly a second's worth at the shortest cycle time, and no
+/// fewer than that many.
+const MOST_RECORDS: usize = 8192;
+const FEWEST_RECORDS: usize = 64;
+
+/// The cycle thread's ends of the rings: records go round, so that none is ever made in a cycle.
+pub(crate) struct Records<S> {
+    empty: Consumer<Record<S>>,
+    full: Producer<Record<S>>,
+}
+
+/// The other ends.
 pub(crate) struct Telemetry<S> {
-    pub(crate) records: Consumer<Record<S>>,
-    pub(crate) arrivals: Consumer<ArrivalRecord>,
+    records: Consumer<Record<S>>,
+    emptied: Producer<Record<S>>,
+    arrivals: Consumer<ArrivalRecord>,
+}
+
+/// Rings of records like the node's snapshot, which takes so many bytes.
+pub(crate) fn telemetry<S: Clone>(
+    snapshot: &S,
+    bytes: usize,
+    arrivals: Consumer<ArrivalRecord>,
+) -> (Records<S>, Telemetry<S>) {
+    let count = (RECORD_BYTES / bytes.max(1)).clamp(FEWEST_RECORDS, MOST_RECORDS);
+    let (mut emptied, empty) = RingBuffer::new(count);
+    let (full, records) = RingBuffer::new(count);
+    for _ in 0..count {
+        let record = Record {
+            ideal_start: Instant::EPOCH,
+            woke: Instant::EPOCH,
+            snapshot: snapshot.clone(),
+        };
+        // The ring was made for them.
+        let _ = emptied.push(record);
+    }
+    let telemetry = Telemetry {
+        records,
+        emptied,
+        arrivals,
+    };
+    (Records { empty, full }, telemetry)
+}
+
+impl<S: Clone> Records<S> {
+    /// Hands a cycle to telemetry; false if that lags behind too far.
+    #[must_use]
+    pub(crate) fn push(
+        &mut self,
+        ideal_start: Instant<Machine>,
+        woke: Instant<Machine>,
+        snapshot: &S,
+    ) -> bool {
+        let Ok(mut record) = self.empty.pop() else {
+            return false;
+        };
+        record.ideal_start = ideal_start;
+        record.woke = woke;
+        record.snapshot.clone_from(snapshot);
+        self.full.push(record).is_ok()
+    }
+}
+
+impl<S> Telemetry<S> {
+    /// The oldest record, shown to `each`.
+    pub(crate) fn take(&mut self, each: impl FnOnce(&Record<S>)) -> bool {
+        let Ok(record) = self.records.pop() else {
+            return false;
+        };
+        each(&record);
+        // There is room for all that there are; at the end nobody takes it any more.
+        let _ = self.emptied.push(record);
+        true
+    }
+
+    /// The oldest arrival.
+    pub(crate) fn arrival(&mut self) -> Option<ArrivalRecord> {
+        self.arrivals.pop().ok()
+    }
 }
 
 /// Empties the rings until the cycle thread is gone, then finishes the recorder.
@@ -87,10 +164,8 @@ pub(crate) fn observe<S>(
     loop {
         // Asked before the rings are emptied, so that the last records are not missed.
         let last_round = telemetry.records.is_abandoned();
-        while let Ok(record) = telemetry.records.pop() {
-            recorder.record(&record);
-        }
-        while let Ok(arrival) = telemetry.arrivals.pop() {
+        while telemetry.take(|record| recorder.record(record)) {}
+        while let Some(arrival) = telemetry.arrival() {
             recorder.arrived(&arrival);
         }
         if last_round {
@@ -98,11 +173,11 @@ pub(crate) fn observe<S>(
         }
         if machine::now() >= next_status {
             next_status = machine::now() + STATUS_PERIOD;
-            reporter.report(recorder.status());
+            reporter.report(machine::now(), recorder.status());
         }
         std::thread::park_timeout(TICK);
     }
     let finished = recorder.finish();
-    reporter.report_end(recorder.status());
+    reporter.report_end(machine::now(), recorder.status());
     finished
 }

@@ -1,11 +1,13 @@
 //! A node for tests: sends a body each cycle and remembers what it received.
 
+use coaxle_axis::{Awaits, AxisStatus};
 use coaxle_clock::cycle::Turn;
 use coaxle_clock::{CycleTime, Instant, Local, Schedule};
-use coaxle_motion::axis::AxisStatus;
-use coaxle_motion::slave::{Accepted, Command, JobNumber, Refusal};
 use coaxle_node::command::{NotTaken, SlaveView};
-use coaxle_node::{Arrival, Channel, CommandOrder, CommandOutcome, Message, Node, Outgoing};
+use coaxle_node::{
+    Arrival, Arrived, Channel, CommandOrder, CommandOutcome, Message, Node, Outgoing,
+};
+use coaxle_slave::{Command, Refusal};
 
 /// The smallest node there is.
 pub(crate) struct Toy {
@@ -44,12 +46,13 @@ impl Toy {
 impl Node for Toy {
     type Snapshot = ToySnapshot;
 
-    fn receive(&mut self, at: Instant<Local>, message: &Message) {
+    fn receive(&mut self, at: Instant<Local>, _: usize, message: &Message<'_>) {
         self.snapshot.last_arrival = at;
         match message {
-            Message::Sample(sample) => {
+            Message::Frame(frame) => {
                 self.snapshot.samples += 1;
-                self.arrival = Some(Arrival::Message(at, sample.header));
+                let (far, what) = (0, Arrived::Message(frame.header));
+                self.arrival = Some(Arrival { far, at, what });
             }
             Message::Rejected(_) => self.snapshot.rejected += 1,
             Message::Question(_) | Message::Answer(_) => {}
@@ -77,9 +80,9 @@ impl Node for Toy {
         };
         slave.position = position;
         self.snapshot.commands += 1;
-        let accepted = Accepted::Job(JobNumber(self.snapshot.commands));
         CommandOutcome::Accepted {
-            accepted,
+            job: Some(self.snapshot.commands.into()),
+            awaits: Awaits::empty(),
             slave,
             saw: None,
         }
@@ -94,6 +97,7 @@ impl Node for Toy {
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
         self.pending.take().map(|ideal_start| Outgoing {
             channel: Channel::Axes,
+            far: 0,
             ideal_start,
             body: &self.body,
         })
@@ -107,7 +111,7 @@ impl Node for Toy {
         self.schedule.next_start()
     }
 
-    fn snapshot(&self) -> ToySnapshot {
-        self.snapshot
+    fn snapshot(&self) -> &ToySnapshot {
+        &self.snapshot
     }
 }

@@ -1,7 +1,6 @@
 //! A trace file: one CSV row after the other, readable at any moment.
 
 use std::fs::File;
-use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -15,17 +14,16 @@ const FLUSH_PERIOD: Span = Span::from_millis(250);
 const BUFFER_BYTES: usize = 4 << 20;
 
 /// Rows of one kind, on their way into a CSV file with a head line.
-pub struct Trace<R> {
+pub struct Trace {
     path: PathBuf,
     writer: csv::Writer<File>,
     /// When it was last written out, on the clock of the rows.
     flushed: Option<Span>,
     /// What went wrong first; nothing is written after that.
     failure: Option<csv::Error>,
-    rows: PhantomData<fn(R)>,
 }
 
-impl<R: Serialize> Trace<R> {
+impl Trace {
     /// Creates the file, or empties it. The head line names the fields of a row.
     ///
     /// # Errors
@@ -55,13 +53,12 @@ impl<R: Serialize> Trace<R> {
                 .from_writer(file),
             flushed: None,
             failure: None,
-            rows: PhantomData,
         })
     }
 
     /// Adds the rows of the cycle that began at `at` on the clock of all cycles. A disk that is full is reported once in the
     /// log, and again by [`Self::finish`].
-    pub fn write<D: Domain>(&mut self, at: Instant<D>, rows: impl IntoIterator<Item = R>) {
+    pub fn write<D: Domain>(&mut self, at: Instant<D>, rows: impl IntoIterator<Item: Serialize>) {
         if self.failure.is_some() {
             return;
         }
@@ -84,7 +81,11 @@ impl<R: Serialize> Trace<R> {
         result.with_context(|| format!("the trace file {} is incomplete", self.path.display()))
     }
 
-    fn try_write(&mut self, at: Span, rows: impl IntoIterator<Item = R>) -> Result<(), csv::Error> {
+    fn try_write(
+        &mut self,
+        at: Span,
+        rows: impl IntoIterator<Item: Serialize>,
+    ) -> Result<(), csv::Error> {
         for row in rows {
             self.writer.serialize(row)?;
         }
@@ -136,7 +137,7 @@ mod tests {
     fn a_file_that_cannot_be_written_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("no/such/folder.csv");
-        let Err(error) = Trace::<Row>::create(&path) else {
+        let Err(error) = Trace::create(&path) else {
             panic!("created");
         };
         assert!(format!("{error:#}").contains("no/such/folder.csv"));

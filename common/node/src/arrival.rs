@@ -10,13 +10,24 @@ use serde::{Deserialize, Serialize};
 
 use crate::frame::FrameHeader;
 
-/// One thing that a node took in during a cycle, with its arrival in the node's own clock.
+/// One thing that a node took in during a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Arrival {
-    /// A message of the followed axis.
-    Message(Instant<Local>, FrameHeader),
+pub struct Arrival {
+    /// Of which of the nodes that it follows, counted from 0.
+    pub far: usize,
+    /// When it arrived, in the node's own clock.
+    pub at: Instant<Local>,
+    /// What it was.
+    pub what: Arrived,
+}
+
+/// What a node took in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Arrived {
+    /// A frame of followed axes.
+    Message(FrameHeader),
     /// The response to a time request of this run of the node.
-    Exchange(Instant<Local>, Answer),
+    Exchange(Answer),
 }
 
 /// A line of the file of messages. Messages that came twice or were too old to use are not in it.
@@ -26,7 +37,7 @@ pub enum Arrival {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ArrivalRow {
     /// Ideal start of the cycle that took the message in, ns of the world's reference clock, as in
-    /// the trace: true time in the pretend world, the machine's monotonic clock in the real one.
+    /// the trace: true time in the simulation, the machine's monotonic clock in the real one.
     pub at_ns: i64,
     /// Number of that cycle, as in the trace.
     pub cycle: u64,
@@ -44,6 +55,9 @@ pub struct ArrivalRow {
     /// How long after the ideal start of its cycle the message left, ns of the sender's clock; none
     /// from senders that do not say.
     pub send_stamp_ns: Option<i64>,
+    /// Of which of the nodes in the receiver's config, counted from 1.
+    #[serde(default = "first")]
+    pub far: u16,
 }
 
 /// A line of the file of time exchanges: the four stamps of a request and its response, whatever
@@ -68,16 +82,26 @@ pub struct ExchangeRow {
     pub t3_ns: i64,
     /// The response arrived, ns of the requesting node's clock.
     pub t4_ns: i64,
+    /// Of which of the nodes in the receiver's config, counted from 1.
+    #[serde(default = "first")]
+    pub far: u16,
+}
+
+/// Files of receivers that followed one node do not say which.
+const fn first() -> u16 {
+    1
 }
 
 impl ArrivalRow {
-    /// The line of a message that the cycle `turn` took in, which the world dates `at_ns`.
+    /// The line of a message that the cycle `turn` took in, which the world dates `at_ns`; `far`
+    /// is the number of the node it came from, counted from 0.
     #[must_use]
     pub const fn new(
         at_ns: i64,
         turn: &Turn,
         arrived: Instant<Local>,
         header: &FrameHeader,
+        far: usize,
     ) -> Self {
         let send_stamp_ns = match header.send_stamp {
             Some(stamp) => Some(stamp.as_nanos()),
@@ -92,14 +116,22 @@ impl ArrivalRow {
             cycle_time_ns: header.cycle_time.span().as_nanos(),
             arrival_ns: arrived.as_nanos(),
             send_stamp_ns,
+            far: far as u16 + 1,
         }
     }
 }
 
 impl ExchangeRow {
-    /// The line of a response that the cycle `turn` took in, which the world dates `at_ns`.
+    /// The line of a response that the cycle `turn` took in, which the world dates `at_ns`; `far`
+    /// is the number of the node it came from, counted from 0.
     #[must_use]
-    pub const fn new(at_ns: i64, turn: &Turn, arrived: Instant<Local>, answer: &Answer) -> Self {
+    pub const fn new(
+        at_ns: i64,
+        turn: &Turn,
+        arrived: Instant<Local>,
+        answer: &Answer,
+        far: usize,
+    ) -> Self {
         Self {
             at_ns,
             cycle: turn.count,
@@ -110,6 +142,7 @@ impl ExchangeRow {
             t2_ns: answer.heard.as_nanos(),
             t3_ns: answer.answered.as_nanos(),
             t4_ns: arrived.as_nanos(),
+            far: far as u16 + 1,
         }
     }
 }

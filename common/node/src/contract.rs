@@ -5,12 +5,12 @@
 //! ```text
 //! loop {
 //!     wait until node.next_cycle()             (the world's clock, absolute)
-//!     node.receive(at, message)                (for each message that came, stamped on arrival)
+//!     node.receive(at, subscription, message)  (for each message that came, stamped on arrival)
 //!     node.execute(order)                      (for each order that came: the scan begins)
 //!     node.cycle(now)                          (one scan; decides everything)
 //!     while let Some(outgoing) = node.transmit() { hand it to the publisher }
 //!     while let Some(arrival) = node.arrival() { hand it to telemetry }
-//!     hand node.snapshot() to telemetry
+//!     copy node.snapshot() into a record of telemetry's
 //! }
 //! ```
 //!
@@ -26,12 +26,13 @@ use crate::arrival::Arrival;
 
 /// A node: one PLC scan per cycle of its own clock, no I/O.
 pub trait Node {
-    /// What the node shows of itself after each cycle: plain data.
-    type Snapshot: Copy + Send + 'static;
+    /// What the node shows of itself after each cycle: plain data, of a size that its config gives.
+    /// `clone_from` between two of one node does not allocate.
+    type Snapshot: Clone + Send + 'static;
 
-    /// Stores a message. `at` is when it arrived, in this node's own clock; arrivals may lie after
+    /// Stores a message of the subscription with this number. `at` is when it arrived, in this node's own clock; arrivals may lie after
     /// the start of the cycle that is due and then belong to the next one.
-    fn receive(&mut self, at: Instant<Local>, message: &Message);
+    fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>);
 
     /// Tells one of its slaves something, at the beginning of a scan: the [`Self::cycle`] that
     /// follows is the first to see it. Only nodes with slaves take orders.
@@ -57,5 +58,10 @@ pub trait Node {
     fn next_cycle(&self) -> Instant<Local>;
 
     /// What the node shows of itself.
-    fn snapshot(&self) -> Self::Snapshot;
+    fn snapshot(&self) -> &Self::Snapshot;
+
+    /// Bytes of memory that takes, with what it has on the heap.
+    fn snapshot_size(&self) -> usize {
+        size_of::<Self::Snapshot>()
+    }
 }

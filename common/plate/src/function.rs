@@ -1,6 +1,8 @@
 //! Motion functions: a cam of few points with a law from each to the next.
 
 use alloc::vec::Vec;
+use core::cell::RefCell;
+use core::fmt;
 use core::mem;
 use core::ops::Range;
 
@@ -19,15 +21,14 @@ use coaxle_curve::spline::SplineSolver;
 #[doc(alias = "MC_WriteMotionFunctionPoint")]
 #[doc(alias = "MC_ReadMotionFunction")]
 #[doc(alias = "MC_ReadMotionFunctionPoint")]
-#[derive(Debug)]
 pub struct MotionFunction {
     points: Vec<MotionPoint>,
     curve: Curve,
-    /// A change is built here in full before it replaces what is in force.
-    stage: Stage,
+    /// A change is built here in full before it replaces what is in force. What is left of it says
+    /// nothing about the function.
+    stage: RefCell<Stage>,
 }
 
-#[derive(Debug)]
 struct Stage {
     points: Vec<MotionPoint>,
     curve: Curve,
@@ -43,7 +44,7 @@ impl MotionFunction {
         let mut function = Self::with_room_for(points);
         compile(
             &function.points,
-            &mut function.stage.splines,
+            &mut function.stage.get_mut().splines,
             &mut function.curve,
         )?;
         Ok(function)
@@ -83,8 +84,9 @@ impl MotionFunction {
     /// everything is as it was.
     pub fn change(&mut self, points: &[MotionPoint]) -> Result<(), CamError> {
         self.check_change(points)?;
-        mem::swap(&mut self.points, &mut self.stage.points);
-        mem::swap(&mut self.curve, &mut self.stage.curve);
+        let stage = self.stage.get_mut();
+        mem::swap(&mut self.points, &mut stage.points);
+        mem::swap(&mut self.curve, &mut stage.curve);
         Ok(())
     }
 
@@ -92,21 +94,22 @@ impl MotionFunction {
     ///
     /// # Errors
     /// As [`Self::change`].
-    pub fn check_change(&mut self, points: &[MotionPoint]) -> Result<(), CamError> {
+    pub fn check_change(&self, points: &[MotionPoint]) -> Result<(), CamError> {
         if points.is_empty() {
             return Err(CamError::NoPoints);
         }
-        self.stage.points.clear();
-        self.stage.points.extend_from_slice(&self.points);
+        let mut stage = self.stage.borrow_mut();
+        stage.points.clear();
+        stage.points.extend_from_slice(&self.points);
         for point in points {
             let row = self.row(point.index)?;
-            self.stage.points[row] = *point;
+            stage.points[row] = *point;
         }
         let Stage {
             points,
             curve,
             splines,
-        } = &mut self.stage;
+        } = &mut *stage;
         compile(points, splines, curve)
     }
 
@@ -118,7 +121,7 @@ impl MotionFunction {
     /// As [`Self::change`].
     pub fn segments_changed(&mut self, points: &[MotionPoint]) -> Result<Range<f64>, CamError> {
         self.check_change(points)?;
-        Ok(difference(&self.curve, &self.stage.curve))
+        Ok(difference(&self.curve, &self.stage.get_mut().curve))
     }
 
     pub(super) fn curve(&self) -> &Curve {
@@ -126,13 +129,13 @@ impl MotionFunction {
     }
 
     /// The points [`Self::check_change`] has seen last.
-    pub(super) fn staged_points(&self) -> &[MotionPoint] {
-        &self.stage.points
+    pub(super) fn staged_points(&mut self) -> &[MotionPoint] {
+        &self.stage.get_mut().points
     }
 
     /// What it has built from them.
-    pub(super) fn staged_curve(&self) -> &Curve {
-        &self.stage.curve
+    pub(super) fn staged_curve(&mut self) -> &Curve {
+        &self.stage.get_mut().curve
     }
 
     fn row(&self, index: u32) -> Result<usize, CamError> {
@@ -153,12 +156,21 @@ impl MotionFunction {
         Self {
             points,
             curve: Curve::with_capacity(rows),
-            stage: Stage {
+            stage: RefCell::new(Stage {
                 points: Vec::with_capacity(rows),
                 curve: Curve::with_capacity(rows),
                 splines: SplineSolver::with_capacity(rows),
-            },
+            }),
         }
+    }
+}
+
+impl fmt::Debug for MotionFunction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("MotionFunction")
+            .field("points", &self.points)
+            .field("curve", &self.curve)
+            .finish_non_exhaustive()
     }
 }
 

@@ -211,8 +211,12 @@ impl Plate {
     ///
     /// # Errors
     /// As [`Self::change`].
-    pub fn check_change(&mut self, points: &[MotionPoint]) -> Result<(), CamError> {
-        self.function_mut()?.check_change(points)
+    pub fn check_change(&self, points: &[MotionPoint]) -> Result<(), CamError> {
+        let received = self.table_type();
+        let function = self
+            .function()
+            .ok_or(CamError::NotAMotionFunction { received })?;
+        function.check_change(points)
     }
 
     /// [`MotionFunction::segments_changed`] in the plate, in masters of the base cycle. A cyclic
@@ -224,13 +228,13 @@ impl Plate {
         let (course, lift) = (self.course, self.lift);
         let function = self.function_mut()?;
         let changed = function.segments_changed(points)?;
-        let (old, new) = (function.curve(), function.staged_curve());
-        let same_period = old.start() == new.start() && old.end() == new.end();
         let same_lift = lift == lift_of_points(function.staged_points());
-        if course == Course::Linear || same_period && same_lift {
+        let range = |curve: &Curve| (curve.start(), curve.end());
+        let (old, new) = (range(function.curve()), range(function.staged_curve()));
+        if course == Course::Linear || old == new && same_lift {
             Ok(changed)
         } else {
-            Ok(old.start().min(new.start())..old.end().max(new.end()))
+            Ok(old.0.min(new.0)..old.1.max(new.1))
         }
     }
 

@@ -1,11 +1,8 @@
 //! Function blocks of a slave axis, as a PLC program calls them: once per scan, with levels.
 
-use core::fmt;
-
-use coaxle_axis::{CommandState, CouplingPhase};
-use coaxle_cam::Ticket;
+use coaxle_axis::{CommandState, CouplingPhase, Job};
 use coaxle_gear::FlyingGearParameters;
-use coaxle_slave::{Accepted, Command, JobNumber, Refusal, SlaveAxis, SlaveError};
+use coaxle_slave::{Command, JobError, Refusal, SlaveAxis};
 
 use crate::{Execute, Outputs};
 
@@ -24,8 +21,8 @@ use crate::{Execute, Outputs};
 #[doc(alias = "MC_GearOut")]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CommandBlock {
-    execute: Execute<Accepted, BlockError>,
-    job: Option<JobNumber>,
+    execute: Execute<Job, JobError>,
+    job: Option<Job>,
 }
 
 impl CommandBlock {
@@ -35,7 +32,7 @@ impl CommandBlock {
         execute: bool,
         command: &Command,
         axis: &mut SlaveAxis,
-    ) -> CommandState<BlockError> {
+    ) -> CommandState<JobError> {
         let job = &mut self.job;
         let state = *self.execute.scan(
             execute,
@@ -43,31 +40,17 @@ impl CommandBlock {
             |axis| {
                 *job = None;
                 let accepted = axis.command(command)?;
-                if let Accepted::Job(number) = accepted {
-                    *job = Some(number);
-                }
+                *job = Some(accepted);
                 Ok(accepted)
             },
-            |axis, accepted| match *accepted {
-                Accepted::AtOnce => CommandState::Done,
-                Accepted::Job(number) => state_of(axis, number),
-                Accepted::Change(change) => state_of_change(axis, change),
-            },
+            |axis, job| axis.progress(*job),
         );
-        if matches!(command, Command::Stop { .. }) && self.job == Some(axis.job().0) {
+        if matches!(command, Command::Stop { .. }) && self.job.is_some() && self.job == axis.job().0
+        {
             axis.hold_stop(execute);
         }
         state
     }
-}
-
-fn state_of(axis: &SlaveAxis, job: JobNumber) -> CommandState<BlockError> {
-    axis.progress(job).map_error(BlockError::Axis)
-}
-
-fn state_of_change(axis: &SlaveAxis, change: Ticket) -> CommandState<BlockError> {
-    axis.change_progress(change)
-        .map_error(|error| Refusal::Cam(error).into())
 }
 
 /// `MC_Power`: a function block with an `Enable` input.
@@ -110,7 +93,7 @@ impl Power {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct EnableFlyingGear {
     enabled: bool,
-    accepted: Option<JobNumber>,
+    accepted: Option<Job>,
     refused: Option<Refusal>,
 }
 
@@ -150,14 +133,15 @@ impl EnableFlyingGear {
 
     fn enable(&mut self, parameters: &FlyingGearParameters, axis: &mut SlaveAxis) {
         match axis.command(&Command::FlyingGear(*parameters)) {
-            Ok(Accepted::Job(number)) => self.accepted = Some(number),
-            Ok(Accepted::AtOnce | Accepted::Change(_)) => {}
+            Ok(job) => self.accepted = Some(job),
             Err(refusal) => self.refused = Some(refusal),
         }
     }
 
     fn disable(&mut self, axis: &mut SlaveAxis) {
-        let coupled = self.accepted == Some(axis.job().0) && axis.coupling_phase().is_some();
+        let coupled = self.accepted.is_some()
+            && self.accepted == axis.job().0
+            && axis.coupling_phase().is_some();
         *self = Self::default();
         if coupled {
             self.refused = axis.command(&Command::GearOut {}).err();
@@ -166,11 +150,11 @@ impl EnableFlyingGear {
 
     fn outputs(&self, axis: &SlaveAxis) -> FlyingGearOutputs {
         let state = match (self.accepted, self.refused) {
-            (_, Some(refusal)) => CommandState::Failed(BlockError::Refused(refusal)),
-            (Some(number), None) => state_of(axis, number),
+            (_, Some(refusal)) => CommandState::Failed(JobError::Refused(refusal)),
+            (Some(job), None) => axis.progress(job),
             (None, None) => CommandState::Idle,
         };
-        let shown = Outputs::of(&state, BlockError::code);
+        let shown = Outputs::of(&state, JobError::code);
         let phase = axis.coupling_phase().filter(|_| shown.busy);
         FlyingGearOutputs {
             start_sync: phase == Some(CouplingPhase::Synchronizing),
@@ -182,40 +166,3 @@ impl EnableFlyingGear {
         }
     }
 }
-
-/// Why a function block of a slave axis shows an error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum BlockError {
-    /// Its command was refused.
-    Refused(Refusal),
-    /// The axis failed while it was busy.
-    Axis(SlaveError),
-}
-
-impl From<Refusal> for BlockError {
-    fn from(refusal: Refusal) -> Self {
-        Self::Refused(refusal)
-    }
-}
-
-impl BlockError {
-    /// NC error code.
-    #[must_use]
-    pub fn code(&self) -> u32 {
-        match self {
-            Self::Refused(refusal) => refusal.code(),
-            Self::Axis(error) => error.code(),
-        }
-    }
-}
-
-impl fmt::Display for BlockError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Refused(refusal) => refusal.fmt(f),
-            Self::Axis(error) => error.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for BlockError {}

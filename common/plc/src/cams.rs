@@ -1,19 +1,19 @@
 //! The PLC face of couplings and tables: blocks with an `Execute` input.
 
-use coaxle_axis::CommandState;
-use coaxle_cam::{CamCoupling, Command, CouplingError, Tables, Ticket};
+use coaxle_axis::{CommandState, Job};
+use coaxle_cam::{CamCoupling, CamRequest, CouplingError, Tables};
 use coaxle_curve::profile::Kinematics;
 
 use crate::{Execute, Outputs};
 
 /// A function block that commands a coupling: `MC_CamIn`, `MC_CamOut`, `MC_CamScaling`,
 /// `MC_CamIn_V2`, `MC_CamAdd`, `MC_CamExchange`, `MC_CamRemove` or `MC_CamScaling_V2`, by its
-/// [`Command`].
+/// command as a [`CamRequest`].
 ///
 /// While a block is in sync it shows `Busy` and `Active` too, as in PLCopen.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CouplingBlock {
-    execute: Execute<Ticket, CouplingError>,
+    execute: Execute<Job, CouplingError>,
 }
 
 impl CouplingBlock {
@@ -22,7 +22,7 @@ impl CouplingBlock {
     pub fn scan(
         &mut self,
         execute: bool,
-        command: &Command,
+        command: &CamRequest,
         tables: &mut Tables,
         coupling: &mut CamCoupling,
         [master, slave]: [&Kinematics; 2],
@@ -31,7 +31,7 @@ impl CouplingBlock {
             execute,
             coupling,
             |coupling| coupling.start(tables, command, master, slave),
-            |coupling, ticket| coupling.state_of(*ticket),
+            |coupling, job| coupling.state_of(*job),
         );
         Outputs::of(state, CouplingError::code)
     }

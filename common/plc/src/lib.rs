@@ -7,8 +7,8 @@
 //! ```
 //! use coaxle_axis::drive::{Drive, DriveParameters};
 //! use coaxle_clock::{CycleTime, Seconds, Span};
-//! use coaxle_plc::{BlockError, CommandBlock, Outputs, Power};
-//! use coaxle_slave::{Command, Dynamics, OnMasterLoss, SlaveAxis, SlaveParameters};
+//! use coaxle_plc::{CommandBlock, Outputs, Power};
+//! use coaxle_slave::{Command, Dynamics, JobError, OnMasterLoss, SlaveAxis, SlaveParameters};
 //!
 //! let parameters = SlaveParameters {
 //!     velocity: 100.0,
@@ -30,7 +30,7 @@
 //! let mut shown = Outputs::default();
 //! for _ in 0..1_000 {
 //!     let ready = power.scan(true, &mut axis).status;
-//!     shown = Outputs::of(&go.scan(ready, &there, &mut axis), BlockError::code);
+//!     shown = Outputs::of(&go.scan(ready, &there, &mut axis), JobError::code);
 //!     axis.update(None, Seconds(0.001));
 //! }
 //! assert!(shown.done && axis.set().position == 50.0);
@@ -43,6 +43,8 @@
 //! | `MC_Power` | PLCopen part 1 | [`Power`] |
 //! | `MC_Reset`, `MC_Home`, `MC_MoveAbsolute`, `MC_MoveRelative`, `MC_MoveVelocity`, `MC_Halt`, `MC_Stop` | PLCopen part 1 | [`CommandBlock`] |
 //! | `MC_GearIn`, `MC_GearOut`, `MC_CamOut` | PLCopen part 1, TS5055 12.2.1, TF5050 4.2 | [`CommandBlock`] |
+//! | `MC_GearInMultiMaster`, `MC_GearInDyn`, `MC_CombineAxes` | Tc2_MC2, PLCopen part 1 | [`EnableMultiMasterGear`] |
+//! | `MC_PhasingAbsolute`, `MC_PhasingRelative`, `MC_MoveSuperImposed` | PLCopen part 1 | [`CommandBlock`] |
 //! | `MC_FlyingGear` | `MC_FlyingGear_BkPlcMc` | [`EnableFlyingGear`] |
 //! | `MC_GearInPos`, `MC_GearInVelo` | TS5055 12.1, TF5055 4 | [`FlyingSawBlock`] |
 //! | `MC_ReadFlyingSawCharacteristics` | TS5055 12.1.3, TF5055 4.3 | [`ReadFlyingSawCharacteristicsBlock`] |
@@ -58,14 +60,14 @@ extern crate std;
 mod axis;
 mod cams;
 mod execute;
+mod multi_master;
 mod saw;
 
 #[cfg(test)]
 mod tests;
 
-pub use axis::{
-    BlockError, CommandBlock, EnableFlyingGear, FlyingGearOutputs, Power, PowerOutputs,
-};
+pub use axis::{CommandBlock, EnableFlyingGear, FlyingGearOutputs, Power, PowerOutputs};
 pub use cams::{CouplingBlock, TableBlock};
 pub use execute::{Execute, Outputs};
+pub use multi_master::EnableMultiMasterGear;
 pub use saw::{FlyingSawBlock, FlyingSawOutputs, ReadFlyingSawCharacteristicsBlock};

@@ -3,9 +3,9 @@
 
 use coaxle_axis::CommandState;
 use coaxle_saw::{FlyingSawCharacteristics, SawCommand, saw_table_id};
-use coaxle_slave::{Command, Refusal, SlaveAxis};
+use coaxle_slave::{Command, CouplingRefusal, JobError, Refusal, SlaveAxis};
 
-use crate::axis::{BlockError, CommandBlock};
+use crate::axis::CommandBlock;
 use crate::{Execute, Outputs};
 
 /// `MC_GearInPos` and `MC_GearInVelo`; which one, the [`SawCommand`] says. TS5055 12.1.
@@ -41,7 +41,7 @@ impl FlyingSawBlock {
         let state = self.block.scan(execute, &command, axis);
         FlyingSawOutputs {
             start_sync: matches!(state, CommandState::Active | CommandState::InSync),
-            common: Outputs::of(&state, BlockError::code),
+            common: Outputs::of(&state, JobError::code),
         }
     }
 }
@@ -68,7 +68,7 @@ impl ReadFlyingSawCharacteristicsBlock {
             &mut (),
             |()| {
                 let plan = axis.saw_plan().ok_or(Refusal::NoCharacteristics)?;
-                let table = saw_table_id(axis_id, |_| false)?;
+                let table = saw_table_id(axis_id, |_| false).map_err(CouplingRefusal::Saw)?;
                 Ok(plan.characteristics(table))
             },
             |(), values| {

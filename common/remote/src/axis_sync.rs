@@ -1,20 +1,19 @@
 //! `FB_AxisSync`: a far axis made local, from one axis structure and one cycle index per cycle.
 //!
-//! TS5066, chapter 3.1. [`TimeSync`] finds the correction time, [`AxisExtrapolate`] applies it; this
-//! block chooses the mode. An error of either latches: `synced` drops and the fallback mode is in
+//! TS5066, chapter 3.1. [`FarSync`] finds the correction time and the mode, [`FarAxis`] applies them; this
+//! block is one of each. An error of either latches: `synced` drops and the fallback mode is in
 //! force until the block is enabled anew, or restarts itself (`automatic_re_init`).
 
+use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::time_sync::{
-    SyncError, SyncWarning, TimeSync, TimeSyncDiagnostic, TimeSyncOutput, TimeSyncParameters,
-    TimeSyncState, WrongParameter,
+    SyncError, SyncWarning, TimeSyncDiagnostic, TimeSyncState, WrongParameter,
 };
 use coaxle_clock::{CycleIndex, Seconds, Span};
 
-use super::extrapolate::{
-    AxisExtrapolate, CorrectionTimes, ExtrapolateDiagnostic, ExtrapolateMode, ExtrapolateOutput,
-    ExtrapolateParameters, FallBackMode,
-};
-use coaxle_axis::NcToPlcAxis;
+use super::extrapolate::{ExtrapolateDiagnostic, set_of, with_set};
+use super::far_axis::FarAxis;
+use super::far_sync::{FarCorrection, FarSync};
+use super::parameters::{AxisSyncParameters, FilterMode, FilterState};
 
 /// `FB_AxisSync`.
 #[doc(alias = "FB_AxisSync")]
@@ -28,101 +27,9 @@ pub struct AxisSync {
 
 #[derive(Clone, Debug)]
 struct Enabled {
-    time_sync: TimeSync,
-    extrapolate: AxisExtrapolate,
-    /// A position error latches here; errors of the time sync latch there.
-    position_error: Option<SyncError>,
-    silence: Silence,
+    clock: FarSync,
+    axis: FarAxis,
 }
-
-/// How long the index has not changed.
-#[derive(Clone, Copy, Debug, Default)]
-struct Silence {
-    index: Option<CycleIndex>,
-    cycles: u32,
-}
-
-impl Silence {
-    fn count(&mut self, index: CycleIndex, elapsed: u32) {
-        self.cycles = match self.index.replace(index) {
-            Some(last) if last == index => self.cycles.saturating_add(elapsed),
-            _ => 0,
-        };
-    }
-}
-
-/// `ST_AxisSyncParameters` with the manual's defaults, TS5066 chapter 3.4.
-#[doc(alias = "ST_AxisSyncParameters")]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(default, rename_all = "kebab-case", deny_unknown_fields)
-)]
-pub struct AxisSyncParameters {
-    /// What automatic mode does until the drift is known.
-    #[doc(alias = "eStartUpMode")]
-    pub start_up_mode: StartUpMode,
-    /// What it does when synchronisation is lost, or the position strays too far.
-    #[doc(alias = "eFallBackMode")]
-    pub fall_back_mode: FallBackMode,
-    /// Parameters of the extrapolation.
-    #[doc(alias = "stExtrapolateParameters")]
-    #[doc(alias = "stAxisExtrapolateParameters")]
-    pub extrapolate: ExtrapolateParameters,
-    /// Parameters of the time sync.
-    #[doc(alias = "stTimeSyncParameters")]
-    pub time_sync: TimeSyncParameters,
-}
-
-/// `E_Sync_StartUpMode`, TS5066 chapter 3.9.
-#[doc(alias = "E_Sync_StartUpMode")]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
-#[repr(u8)]
-pub enum StartUpMode {
-    /// As received.
-    Bypass = 1,
-    /// Through the PT1 filter.
-    Pt1 = 2,
-    /// Beats are hidden when they happen.
-    #[default]
-    Time = 4,
-}
-
-impl From<StartUpMode> for ExtrapolateMode {
-    fn from(mode: StartUpMode) -> Self {
-        match mode {
-            StartUpMode::Bypass => Self::Bypass,
-            StartUpMode::Pt1 => Self::Pt1,
-            StartUpMode::Time => Self::Time,
-        }
-    }
-}
-
-/// `E_Sync_FilterMode`: how the set values are to be calculated. TS5066 chapter 3.7.
-#[doc(alias = "E_Sync_FilterMode")]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[repr(u8)]
-pub enum FilterMode {
-    /// Start-up mode, then sync mode; the fallback when sync is lost.
-    #[default]
-    Auto = 0,
-    /// As received.
-    Bypass = 1,
-    /// Through the PT1 filter.
-    Pt1 = 2,
-    /// Beats are hidden when they happen.
-    Time = 4,
-    /// By a phase observer's clock; time mode, or whatever the start-up mode is, bridges until that is
-    /// sure. Not in the manual.
-    Observer = 5,
-}
-
-/// `E_Sync_FilterState`: how the set values were calculated. TS5066 chapter 3.8.
-#[doc(alias = "E_Sync_FilterState")]
-pub type FilterState = ExtrapolateMode;
 
 /// What one cycle of [`AxisSync`] gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -194,10 +101,8 @@ impl AxisSync {
     pub fn enable(&mut self) -> Result<(), WrongParameter> {
         self.enabled = None;
         self.enabled = Some(Enabled {
-            time_sync: TimeSync::start(self.task_cycle_time, self.parameters.time_sync)?,
-            extrapolate: AxisExtrapolate::start(self.task_cycle_time, self.parameters.extrapolate)?,
-            position_error: None,
-            silence: Silence::default(),
+            clock: FarSync::start(self.task_cycle_time, &self.parameters)?,
+            axis: FarAxis::start(self.task_cycle_time, &self.parameters)?,
         });
         Ok(())
     }
@@ -211,7 +116,7 @@ impl AxisSync {
     pub fn set_delay_time_offset(&mut self, offset: Seconds) {
         self.parameters.time_sync.delay_time_offset = offset;
         if let Some(enabled) = &mut self.enabled {
-            enabled.time_sync.set_delay_time_offset(offset);
+            enabled.clock.set_delay_time_offset(offset);
         }
     }
 
@@ -225,7 +130,10 @@ impl AxisSync {
         elapsed: u32,
     ) -> AxisSyncOutput {
         match &mut self.enabled {
-            Some(enabled) => enabled.update(&self.parameters, index, axis_in, filter_mode, elapsed),
+            Some(enabled) => {
+                let correction = enabled.clock.update(index, filter_mode, elapsed);
+                enabled.follow(index, axis_in, &correction, elapsed)
+            }
             None => unmodified(axis_in),
         }
     }
@@ -242,7 +150,8 @@ impl AxisSync {
     ) -> AxisSyncOutput {
         match &mut self.enabled {
             Some(enabled) => {
-                enabled.update_by_clock(&self.parameters, index, axis_in, clock, elapsed)
+                let correction = enabled.clock.update_by_clock(index, clock, elapsed);
+                enabled.follow(index, axis_in, &correction, elapsed)
             }
             None => unmodified(axis_in),
         }
@@ -250,129 +159,32 @@ impl AxisSync {
 }
 
 impl Enabled {
-    fn update(
+    fn follow(
         &mut self,
-        parameters: &AxisSyncParameters,
         index: CycleIndex,
         axis_in: &NcToPlcAxis,
-        filter_mode: FilterMode,
+        correction: &FarCorrection,
         elapsed: u32,
     ) -> AxisSyncOutput {
-        let time = self.time_sync.update(index, elapsed);
-        let corrections = CorrectionTimes {
-            sync: time.correction_time,
-            time: time.time_mode_correction,
-            observer: None,
-        };
-        let mode = self.mode(parameters, filter_mode, &time);
-        let fall_back = parameters.fall_back_mode;
-        let moved = self
-            .extrapolate
-            .update_with(axis_in, corrections, mode, fall_back, elapsed);
-        let was_latched = self.position_error.is_some();
-        self.position_error = self.position_error.or(moved.error);
-        let error = match time.state {
-            TimeSyncState::Failed(error) => Some(error),
-            _ => self.position_error,
-        };
-        if was_latched && parameters.time_sync.automatic_re_init {
-            self.re_initialise(index);
+        let moved = self.axis.update(&set_of(axis_in), correction, elapsed);
+        if moved.re_initialised {
+            // The block is one: its clock starts up again with its axis.
+            self.clock.restart(index);
         }
-        let synced = time.state == TimeSyncState::Synced && error.is_none();
-        output(&time, &moved, &corrections, synced, error)
-    }
-
-    fn update_by_clock(
-        &mut self,
-        parameters: &AxisSyncParameters,
-        index: CycleIndex,
-        axis_in: &NcToPlcAxis,
-        clock: Option<Seconds>,
-        elapsed: u32,
-    ) -> AxisSyncOutput {
-        self.silence.count(index, elapsed);
-        let time = self.time_sync.update(index, elapsed);
-        if let TimeSyncState::Failed(_) = time.state {
-            // It only bridges: whatever it lost, it starts over.
-            self.time_sync.restart(index);
-        }
-        let limit = u32::from(self.time_sync.parameters().age_of_data_limit);
-        let silent = limit > 0 && self.silence.cycles > limit;
-        let corrections = CorrectionTimes {
-            sync: None,
-            time: time.time_mode_correction,
-            observer: clock.map(|clock| clock + parameters.time_sync.delay_time_offset),
-        };
-        let mode = match clock {
-            _ if silent => parameters.fall_back_mode.into(),
-            Some(_) => ExtrapolateMode::Observer,
-            None => parameters.start_up_mode.into(),
-        };
-        let fall_back = parameters.fall_back_mode;
-        let moved = self
-            .extrapolate
-            .update_with(axis_in, corrections, mode, fall_back, elapsed);
-        let error = silent
-            .then_some(SyncError::MaxDataAgeExceeded)
-            .or(moved.error);
-        let synced = clock.is_some() && error.is_none();
         AxisSyncOutput {
-            // What the beats say of the drift is nothing new to who knows it better.
-            warning: time.warning.filter(|_| clock.is_none()),
-            ..output(&time, &moved, &corrections, synced, error)
-        }
-    }
-
-    fn mode(
-        &self,
-        parameters: &AxisSyncParameters,
-        filter_mode: FilterMode,
-        time: &TimeSyncOutput,
-    ) -> ExtrapolateMode {
-        match (filter_mode, time.state) {
-            (FilterMode::Bypass, _) => ExtrapolateMode::Bypass,
-            (FilterMode::Pt1, _) => ExtrapolateMode::Pt1,
-            (_, TimeSyncState::Failed(_)) => parameters.fall_back_mode.into(),
-            _ if self.position_error.is_some() => parameters.fall_back_mode.into(),
-            (FilterMode::Time, _) => ExtrapolateMode::Time,
-            (FilterMode::Observer, _) => ExtrapolateMode::Observer,
-            (FilterMode::Auto, TimeSyncState::Synced) => ExtrapolateMode::Sync,
-            (FilterMode::Auto, TimeSyncState::StartUp) => parameters.start_up_mode.into(),
-        }
-    }
-
-    /// One cycle after a position error: start up again.
-    fn re_initialise(&mut self, index: CycleIndex) {
-        self.position_error = None;
-        self.time_sync.restart(index);
-    }
-}
-
-fn output(
-    time: &TimeSyncOutput,
-    moved: &ExtrapolateOutput,
-    corrections: &CorrectionTimes,
-    synced: bool,
-    error: Option<SyncError>,
-) -> AxisSyncOutput {
-    AxisSyncOutput {
-        axis: moved.axis,
-        synced,
-        error,
-        warning: time.warning,
-        state: moved.state,
-        beats: time.beats,
-        diagnostic: AxisSyncDiagnostic {
-            correction_time: match moved.state {
-                FilterState::Sync => corrections.sync,
-                FilterState::Time => corrections.time,
-                FilterState::Observer => corrections.observer,
-                FilterState::Bypass | FilterState::Pt1 => None,
+            axis: with_set(axis_in, &moved.set),
+            synced: moved.synced,
+            error: moved.error,
+            warning: correction.warning,
+            state: moved.state,
+            beats: correction.time_sync.beats,
+            diagnostic: AxisSyncDiagnostic {
+                correction_time: moved.correction_time,
+                time_mode: correction.time_sync.state == TimeSyncState::StartUp,
+                time_sync: correction.time_sync.diagnostic,
+                extrapolate: moved.diagnostic,
             },
-            time_mode: time.state == TimeSyncState::StartUp,
-            time_sync: time.diagnostic,
-            extrapolate: moved.diagnostic,
-        },
+        }
     }
 }
 

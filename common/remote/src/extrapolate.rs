@@ -14,6 +14,7 @@ use coaxle_clock::{Seconds, Span};
 
 use super::pt1::Pt1;
 use coaxle_axis::NcToPlcAxis;
+use coaxle_curve::profile::Kinematics;
 
 /// `FB_AxisExtrapolateValues`.
 #[doc(alias = "FB_AxisExtrapolateValues")]
@@ -140,6 +141,32 @@ pub struct ExtrapolateDiagnostic {
     pub velocity_diff: f64,
 }
 
+/// What becomes of bare set values in one cycle.
+pub(super) struct Moved {
+    pub(super) set: Kinematics,
+    pub(super) state: ExtrapolateMode,
+    pub(super) error: Option<SyncError>,
+    pub(super) diagnostic: ExtrapolateDiagnostic,
+}
+
+/// The set values of an axis.
+pub(super) const fn set_of(axis: &NcToPlcAxis) -> Kinematics {
+    Kinematics {
+        position: axis.set_position,
+        velocity: axis.set_velocity,
+        acceleration: axis.set_acceleration,
+    }
+}
+
+/// The axis with position and velocity replaced; every other field passes through.
+pub(super) const fn with_set(axis: &NcToPlcAxis, set: &Kinematics) -> NcToPlcAxis {
+    NcToPlcAxis {
+        set_position: set.position,
+        set_velocity: set.velocity,
+        ..*axis
+    }
+}
+
 #[derive(Clone, Copy, Debug, Default)]
 struct SetValues {
     position: f64,
@@ -170,8 +197,8 @@ struct Blend {
     left: f64,
 }
 
-/// The correction times that the two extrapolating modes use, where they are known.
-#[derive(Clone, Copy)]
+/// The correction times that the extrapolating modes use, where they are known.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct CorrectionTimes {
     pub(super) sync: Option<Seconds>,
     pub(super) time: Option<Seconds>,
@@ -249,54 +276,60 @@ impl AxisExtrapolate {
             time: correction_time,
             observer: correction_time,
         };
-        self.update_with(axis_in, corrections, mode, fall_back, elapsed)
+        let moved = self.move_set_values(&set_of(axis_in), corrections, mode, fall_back, elapsed);
+        ExtrapolateOutput {
+            axis: with_set(axis_in, &moved.set),
+            state: moved.state,
+            error: moved.error,
+            diagnostic: moved.diagnostic,
+        }
     }
 
-    /// The same, with a correction time for each of the two modes.
-    pub(super) fn update_with(
+    /// The same for bare set values, with a correction time for each of the modes.
+    pub(super) fn move_set_values(
         &mut self,
-        axis_in: &NcToPlcAxis,
+        received: &Kinematics,
         corrections: CorrectionTimes,
         mode: ExtrapolateMode,
         fall_back: FallBackMode,
         elapsed: u32,
-    ) -> ExtrapolateOutput {
-        let candidates = self.candidates(axis_in, corrections, elapsed);
+    ) -> Moved {
+        let candidates = self.candidates(received, corrections, elapsed);
         let error = self.position_error(mode, &candidates);
         let usable = error.is_none() && candidates.of(mode).is_some();
         let mode = if usable { mode } else { fall_back.into() };
         let set = self.blended(mode, &candidates, elapsed);
         self.last = set;
-        ExtrapolateOutput {
-            axis: NcToPlcAxis {
-                set_position: set.position,
-                set_velocity: set.velocity,
-                ..*axis_in
+        Moved {
+            set: Kinematics {
+                position: set.position,
+                velocity: set.velocity,
+                acceleration: received.acceleration,
             },
             state: mode,
             error,
             diagnostic: ExtrapolateDiagnostic {
-                position_diff: axis_in.set_position - set.position,
-                velocity_diff: axis_in.set_velocity - set.velocity,
+                position_diff: received.position - set.position,
+                velocity_diff: received.velocity - set.velocity,
             },
         }
     }
 
     fn candidates(
         &mut self,
-        axis: &NcToPlcAxis,
+        axis: &Kinematics,
         corrections: CorrectionTimes,
         elapsed: u32,
     ) -> Candidates {
         let received = SetValues {
-            position: axis.set_position,
-            velocity: axis.set_velocity,
+            position: axis.position,
+            velocity: axis.velocity,
         };
         let (position, velocity) = self
             .pt1
             .update(received.position, received.velocity, elapsed);
         let acceleration = if self.parameters.use_acc_for_extrapolation {
-            axis.set_acceleration
+            axis.acceleration
         } else {
             0.0
         };

@@ -3,7 +3,8 @@
 //! A far axis comes once per cycle of a far clock. [`AxisSync`] learns the drift between the two
 //! clocks from the cycle indices ([`coaxle_clock::time_sync`]) and moves the set values in time, so
 //! that they fit the cycles of this one; [`AxisExtrapolate`] moves them by a correction time that
-//! comes from elsewhere.
+//! comes from elsewhere. Where one clock has many axes, one [`FarSync`] serves as many [`FarAxis`]:
+//! the two halves that [`AxisSync`] is made of.
 //!
 //! ```
 //! use coaxle_axis::NcToPlcAxis;
@@ -47,13 +48,16 @@ extern crate std;
 
 mod axis_sync;
 mod extrapolate;
+mod far_axis;
+mod far_sync;
+mod parameters;
 mod pt1;
 
-pub use axis_sync::{
-    AxisSync, AxisSyncDiagnostic, AxisSyncOutput, AxisSyncParameters, FilterMode, FilterState,
-    StartUpMode,
-};
+pub use axis_sync::{AxisSync, AxisSyncDiagnostic, AxisSyncOutput};
 pub use extrapolate::{
     AxisExtrapolate, ExtrapolateDiagnostic, ExtrapolateMode, ExtrapolateOutput,
     ExtrapolateParameters, FallBackMode,
 };
+pub use far_axis::{FarAxis, FarAxisOutput};
+pub use far_sync::{FarCorrection, FarSync};
+pub use parameters::{AxisSyncParameters, FilterMode, FilterState, StartUpMode};

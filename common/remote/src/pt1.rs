@@ -5,15 +5,18 @@
 pub(super) struct Pt1 {
     factor_position: f64,
     factor_velocity: f64,
+    /// The shares of a step that are made in one cycle, as most take one.
+    shares: (f64, f64),
     value: Option<(f64, f64)>,
 }
 
 impl Pt1 {
     /// Time constants of position and velocity, in cycles; 0: no filter.
-    pub(super) const fn new(factor_position: f64, factor_velocity: f64) -> Self {
+    pub(super) fn new(factor_position: f64, factor_velocity: f64) -> Self {
         Self {
             factor_position,
             factor_velocity,
+            shares: (share(factor_position, 1), share(factor_velocity, 1)),
             value: None,
         }
     }
@@ -21,9 +24,16 @@ impl Pt1 {
     /// One step of `elapsed` cycles; starts at its first input. Gives position and velocity.
     pub(super) fn update(&mut self, position: f64, velocity: f64, elapsed: u32) -> (f64, f64) {
         let (old_position, old_velocity) = self.value.unwrap_or((position, velocity));
+        let (of_position, of_velocity) = match elapsed {
+            1 => self.shares,
+            _ => (
+                share(self.factor_position, elapsed),
+                share(self.factor_velocity, elapsed),
+            ),
+        };
         let value = (
-            old_position + share(self.factor_position, elapsed) * (position - old_position),
-            old_velocity + share(self.factor_velocity, elapsed) * (velocity - old_velocity),
+            old_position + of_position * (position - old_position),
+            old_velocity + of_velocity * (velocity - old_velocity),
         );
         self.value = Some(value);
         value

@@ -128,7 +128,7 @@ pub use plan::{SawForm, SawPlan, SyncLine};
 pub use refusal::{Check, SawRefusal, Violation};
 pub use remedy::SawRemedy;
 pub use rollback::{RollbackReaction, RollbackStop};
-pub use running::{SawCommand, SawCoupling, SawFault, SawTolerances};
+pub use running::{Saw, SawCommand, SawCoupling, SawFault, SawTolerances};
 pub use sync_mode::{GearInSyncMode, SyncMask, SyncMode};
 
 #[cfg(test)]

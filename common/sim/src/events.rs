@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 
 use coaxle_clock::Instant;
 
-use crate::world::True;
+use crate::true_time::True;
 
 /// Events in the order of true time; those of one instant in the order they were added.
 #[derive(Debug)]
@@ -54,6 +54,7 @@ impl<E> EventQueue<E> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn events_come_by_time_then_by_order() {
@@ -64,5 +65,34 @@ mod tests {
         let order: String = std::iter::from_fn(|| queue.pop()).map(|(_, e)| e).collect();
         assert_eq!(order, "abcd");
         assert_eq!(queue.next_at(), None);
+    }
+
+    proptest! {
+        /// Against a list that is sorted anew for each event; none: the next event happens.
+        #[test]
+        fn it_does_what_a_sorted_list_would(
+            what in prop::collection::vec(prop::option::weighted(0.6, 0..8i64), 0..200),
+        ) {
+            let mut queue = EventQueue::new();
+            let mut list: Vec<(Instant<True>, usize)> = Vec::new();
+            for (event, at) in what.into_iter().enumerate() {
+                match at.map(Instant::from_nanos) {
+                    Some(at) => {
+                        queue.add(at, event);
+                        list.push((at, event));
+                        list.sort();
+                    }
+                    None => {
+                        let next = (!list.is_empty()).then(|| list.remove(0));
+                        prop_assert_eq!(queue.pop(), next);
+                    }
+                }
+                prop_assert_eq!(queue.next_at(), list.first().map(|(at, _)| *at));
+            }
+            // No event leaves anything behind.
+            let most = queue.slots.len();
+            while queue.pop().is_some() {}
+            prop_assert_eq!(queue.free.len(), most);
+        }
     }
 }

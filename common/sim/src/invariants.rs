@@ -5,21 +5,51 @@ use coaxle_clock::{Instant, Local};
 use coaxle_node::Node;
 
 /// A node that broke the contract.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("node {node}: {breach}")]
 pub struct Violation {
     /// Which node.
     pub node: String,
     /// What it did.
-    pub what: String,
+    pub breach: Breach,
 }
 
-impl std::fmt::Display for Violation {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "node {}: {}", self.node, self.what)
-    }
+/// How a node can break the contract.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Breach {
+    /// It does not count its cycles, skipped ones included.
+    #[error("cycle {count} came {elapsed} after cycle {last}")]
+    Miscounted {
+        /// The cycle before.
+        last: u64,
+        /// This one.
+        count: u64,
+        /// How many it says have passed.
+        elapsed: u32,
+    },
+    /// A cycle that ideally starts no later than the one before.
+    #[error("cycle {count} goes back in time")]
+    BackInTime {
+        /// The cycle.
+        count: u64,
+    },
+    /// The next cycle ideally starts no later than this one.
+    #[error("the cycle after {count} is due no later than it")]
+    NextNotLater {
+        /// This cycle.
+        count: u64,
+    },
+    /// The next cycle was due before this one was over: the node would catch up with a burst.
+    #[error("the cycle after {count} is due at {due:?}, already past at {now:?}")]
+    NextIsPast {
+        /// This cycle.
+        count: u64,
+        /// When the next one is due.
+        due: Instant<Local>,
+        /// When this one was done.
+        now: Instant<Local>,
+    },
 }
-
-impl std::error::Error for Violation {}
 
 /// Watches one node.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,35 +66,115 @@ impl Watch {
         turn: Turn,
         now: Instant<Local>,
     ) -> Result<(), Violation> {
-        let violation = |what: String| Violation {
-            node: name.to_owned(),
-            what,
+        let last = self.last.replace(turn);
+        breach(last, turn, node.next_cycle(), now).map_or(Ok(()), |breach| {
+            Err(Violation {
+                node: name.to_owned(),
+                breach,
+            })
+        })
+    }
+}
+
+/// What is wrong with a cycle, given the one before and when the next one is due.
+fn breach(
+    last: Option<Turn>,
+    turn: Turn,
+    due: Instant<Local>,
+    now: Instant<Local>,
+) -> Option<Breach> {
+    let Turn { count, elapsed, .. } = turn;
+    if let Some(last) = last {
+        if count != last.count + u64::from(elapsed) {
+            let last = last.count;
+            return Some(Breach::Miscounted {
+                last,
+                count,
+                elapsed,
+            });
+        }
+        if turn.ideal_start <= last.ideal_start {
+            return Some(Breach::BackInTime { count });
+        }
+    }
+    if due <= turn.ideal_start {
+        return Some(Breach::NextNotLater { count });
+    }
+    (due <= now).then_some(Breach::NextIsPast { count, due, now })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(millis: i64) -> Instant<Local> {
+        Instant::from_nanos(millis * 1_000_000)
+    }
+
+    fn turn(count: u64, elapsed: u32, ideal_start: i64) -> Turn {
+        Turn {
+            count,
+            ideal_start: at(ideal_start),
+            elapsed,
+        }
+    }
+
+    /// What is wrong with `turn` after cycle 4 at 40 ms, when it is 55 ms and the next is due.
+    fn after_four(turn: Turn, due: i64) -> Option<Breach> {
+        breach(Some(self::turn(4, 1, 40)), turn, at(due), at(55))
+    }
+
+    #[test]
+    fn a_cycle_after_another_is_right() {
+        assert_eq!(after_four(turn(5, 1, 50), 60), None);
+        assert_eq!(after_four(turn(7, 3, 41), 56), None);
+        let first = turn(9, 3, 50);
+        assert_eq!(breach(None, first, at(60), at(55)), None);
+    }
+
+    #[test]
+    fn cycles_are_counted() {
+        for (count, elapsed) in [(5, 2), (5, 0), (6, 1), (4, 1), (3, 1), (7, 2)] {
+            let expected = Breach::Miscounted {
+                last: 4,
+                count,
+                elapsed,
+            };
+            assert_eq!(after_four(turn(count, elapsed, 50), 60), Some(expected));
+        }
+    }
+
+    #[test]
+    fn each_cycle_ideally_starts_later_than_the_one_before() {
+        let expected = Some(Breach::BackInTime { count: 5 });
+        assert_eq!(after_four(turn(5, 1, 40), 60), expected);
+        assert_eq!(after_four(turn(5, 1, 39), 60), expected);
+        assert_eq!(
+            after_four(turn(4, 0, 40), 60),
+            Some(Breach::BackInTime { count: 4 })
+        );
+    }
+
+    #[test]
+    fn the_next_cycle_is_due_after_this_one_and_after_now() {
+        let not_later = Some(Breach::NextNotLater { count: 5 });
+        assert_eq!(after_four(turn(5, 1, 57), 57), not_later);
+        assert_eq!(after_four(turn(5, 1, 50), 49), not_later);
+        let is_past = |due| {
+            let (due, now) = (at(due), at(55));
+            Some(Breach::NextIsPast { count: 5, due, now })
         };
-        if let Some(last) = self.last.replace(turn) {
-            if turn.count != last.count + u64::from(turn.elapsed) {
-                return Err(violation(format!(
-                    "cycle {} came {} after cycle {}",
-                    turn.count, turn.elapsed, last.count
-                )));
-            }
-            if turn.ideal_start <= last.ideal_start {
-                return Err(violation(format!("cycle {} goes back in time", turn.count)));
-            }
-        }
-        if node.next_cycle() <= turn.ideal_start {
-            return Err(violation(format!(
-                "the cycle after {} is due no later than it",
-                turn.count
-            )));
-        }
-        // A node that would be due at once again would catch up with a burst.
-        if node.next_cycle() <= now {
-            return Err(violation(format!(
-                "the cycle after {} is due at {:?}, already past at {now:?}",
-                turn.count,
-                node.next_cycle()
-            )));
-        }
-        Ok(())
+        assert_eq!(after_four(turn(5, 1, 50), 55), is_past(55));
+        assert_eq!(after_four(turn(5, 1, 50), 51), is_past(51));
+        assert_eq!(breach(None, turn(5, 1, 50), at(54), at(55)), is_past(54));
+    }
+
+    #[test]
+    fn a_violation_names_the_node_and_the_cycle() {
+        let violation = Violation {
+            node: "saw".to_owned(),
+            breach: Breach::BackInTime { count: 5 },
+        };
+        assert_eq!(violation.to_string(), "node saw: cycle 5 goes back in time");
     }
 }

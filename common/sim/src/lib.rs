@@ -1,14 +1,25 @@
-//! A pretend world.
+//! The simulation: a world in which true time is known.
 //!
 //! True time flows in an event queue; every node lives on a drifting clock of its own and calls the
 //! very code that real machines run. Same seed, same bytes. Nodes cannot name [`True`] time; only
-//! the world and its [`Oracle`] see it.
+//! the [`World`] and its [`Oracle`] see it.
+//!
+//! A [`World`] takes nodes ([`NodeSetup`]) and links ([`LinkSetup`]), and lets true time flow; an
+//! [`Observer`] sees every cycle. After each one the [invariants](Violation) of the contract are
+//! checked: a node that breaks one ends the run.
 
 mod events;
 mod invariants;
+mod link;
+mod observer;
 mod oracle;
+mod setup;
+mod true_time;
 mod world;
 
-pub use invariants::Violation;
+pub use invariants::{Breach, Violation};
+pub use observer::{CycleSeen, Observer};
 pub use oracle::{Oracle, Truth, TruthSample};
-pub use world::{CycleSeen, Factory, LinkSetup, NodeSetup, Observer, True, World};
+pub use setup::{Factory, LinkSetup, NodeSetup};
+pub use true_time::True;
+pub use world::World;

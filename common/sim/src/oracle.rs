@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use coaxle_clock::{CycleTime, Domain, Instant, Remote, Seconds, Span};
-use coaxle_motion::profile::Kinematics;
+use coaxle_curve::profile::Kinematics;
 
 /// One cycle of a master: where it was at the ideal start, on the reference clock `R`.
 #[derive(Clone, Copy, Debug)]
@@ -93,11 +93,14 @@ impl<R: Domain> Oracle<R> {
     pub fn at(&self, at: Instant<R>) -> Option<Truth> {
         let after = self.samples.partition_point(|sample| sample.at <= at);
         let from = self.samples.get(after.checked_sub(1)?)?;
-        let Some(to) = self.samples.get(after) else {
-            return (from.at == at).then(|| self.between(from, from, at));
-        };
-        let known = from.epoch == to.epoch && to.count - from.count <= LARGEST_GAP;
-        known.then(|| self.between(from, to, at))
+        let to = self.samples.get(after).filter(|to| {
+            // From one run to the next, and over a gap, nobody knows the motion.
+            from.epoch == to.epoch && to.count - from.count <= LARGEST_GAP
+        });
+        match to {
+            Some(to) => Some(self.between(from, to, at)),
+            None => (from.at == at).then(|| self.between(from, from, at)),
+        }
     }
 
     fn between(&self, from: &TruthSample<R>, to: &TruthSample<R>, at: Instant<R>) -> Truth {
@@ -141,64 +144,4 @@ fn hermite(from: &Kinematics, to: &Kinematics, length: f64, x: f64) -> (f64, f64
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::world::True;
-
-    fn oracle(cycles: std::ops::Range<u64>) -> Oracle<True> {
-        let cycle_time = CycleTime::new(Span::from_millis(1)).unwrap();
-        let mut oracle = Oracle::new(cycle_time, Span::from_secs(1));
-        for count in cycles {
-            // A sender whose cycles last 1.0001 ms, accelerating at 200 u/s².
-            let at = Instant::from_nanos(count as i64 * 1_000_100);
-            let t = at.since_epoch().as_secs_f64();
-            oracle.push(TruthSample {
-                at,
-                epoch: 1,
-                count,
-                axis: Kinematics {
-                    position: 100.0 * t * t,
-                    velocity: 200.0 * t,
-                    acceleration: 200.0,
-                },
-            });
-        }
-        oracle
-    }
-
-    #[test]
-    fn motion_between_cycles_is_exact() {
-        let oracle = oracle(0..100);
-        for micros in [0, 17, 5_500, 60_123] {
-            let at = Instant::from_nanos(micros * 1_000);
-            let t = at.since_epoch().as_secs_f64();
-            let truth = oracle.at(at).unwrap();
-            assert!((truth.position - 100.0 * t * t).abs() < 1e-12);
-            assert!((truth.velocity - 200.0 * t).abs() < 1e-9);
-        }
-    }
-
-    #[test]
-    fn the_senders_own_time_runs_at_its_own_pace() {
-        let truth = oracle(0..100).at(Instant::from_nanos(50_005_000)).unwrap();
-        let shown = Instant::from_nanos(50_000_000);
-        assert!(truth.error_of(shown).0.abs() < 1e-12);
-        let ahead = truth.error_of(shown + Span::from_micros(3));
-        assert!((ahead.0 - 3e-6).abs() < 1e-12);
-    }
-
-    #[test]
-    fn what_is_not_known_is_not_made_up() {
-        let oracle = oracle(0..100);
-        assert!(oracle.at(Instant::from_nanos(-1)).is_none());
-        assert!(oracle.at(Instant::from_nanos(200_000_000)).is_none());
-        let mut gap = self::oracle(0..10);
-        gap.samples.extend(self::oracle(500..510).samples);
-        assert!(gap.at(Instant::from_nanos(250_000_000)).is_none());
-    }
-
-    #[test]
-    fn memory_is_bounded() {
-        assert!(oracle(0..50_000).samples.len() < 1_010);
-    }
-}
+mod tests;

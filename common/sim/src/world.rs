@@ -1,104 +1,29 @@
-//! The world: nodes on drifting clocks, links between them, one event queue.
+//! Nodes on drifting clocks, links between them, one event queue.
 
-use coaxle_clock::cycle::Turn;
-use coaxle_clock::{Domain, Instant, Local, Span};
-use coaxle_node::config::{ClockConfig, LinkConfig};
-use coaxle_node::faults::{CycleJitter, DeviatedClock, LinkModel, seed_of};
-use coaxle_node::frame::KeySeal;
-use coaxle_node::{Arrival, Channel, CommandOrder, CommandOutcome, Message, Node, Reader};
+use coaxle_clock::{Instant, Span};
+use coaxle_node::faults::{CycleJitter, DeviatedClock, seed_of};
+use coaxle_node::{CommandOrder, KeptMessage, Message, Node};
 
 use crate::events::EventQueue;
 use crate::invariants::{Violation, Watch};
+use crate::link::Link;
+use crate::observer::{CycleSeen, Observer};
+use crate::setup::{Factory, LinkSetup, NodeSetup};
+use crate::true_time::True;
 
-/// True time, which only the world knows.
-pub enum True {}
-
-impl Domain for True {
-    const NAME: &'static str = "true";
-}
-
-/// Builds a node whose first cycle is due at a local instant, in its n-th run.
-pub type Factory<N> = Box<dyn Fn(Instant<Local>, u64) -> N>;
-
-/// A node to put into the world.
-pub struct NodeSetup<N> {
-    /// Its name, for messages.
-    pub name: String,
-    /// Seed of everything random in it, as the real world would have it.
-    pub seed: u64,
-    /// Its clock.
-    pub clock: ClockConfig,
-    /// Whether its frames of axes say when they left.
-    pub send_stamps: bool,
-    /// Makes the node, at the start and after each restart.
-    pub build: Factory<N>,
-}
-
-/// A link to put into the world: one subscription.
-pub struct LinkSetup {
-    /// Number of the node that publishes.
-    pub from: usize,
-    /// What it publishes.
-    pub channel: Channel,
-    /// The key that travels under.
-    pub key: String,
-    /// Number of the node that subscribes.
-    pub to: usize,
-    /// What the subscriber makes of it.
-    pub reader: Reader,
-    /// What the link does to messages, one behaviour after the other, and the seed of each.
-    pub behaviour: Vec<(LinkConfig, u64)>,
-}
-
-/// One cycle of a node, as the world saw it.
-#[derive(Debug)]
-pub struct CycleSeen<'a, N> {
-    /// Number of the node.
-    pub index: usize,
-    /// The node, after its cycle.
-    pub node: &'a N,
-    /// Which cycle it was.
-    pub turn: Turn,
-    /// When that ideally started, in true time.
-    pub ideal_start: Instant<True>,
-    /// When it really did.
-    pub woke: Instant<True>,
-}
-
-/// Watches the world from outside.
-pub trait Observer<N> {
-    /// After every cycle of every node.
-    fn cycle_seen(&mut self, seen: &CycleSeen<'_, N>);
-
-    /// After every cycle, before [`Self::cycle_seen`]: each thing that a node took in during the cycle
-    /// `turn`, which ideally started at `ideal_start`.
-    fn arrived(
-        &mut self,
-        index: usize,
-        ideal_start: Instant<True>,
-        turn: &Turn,
-        arrival: &Arrival,
-    ) {
-        let _ = (index, ideal_start, turn, arrival);
-    }
-
-    /// After every order, with the number it was sent under.
-    fn order_executed(&mut self, number: usize, outcome: &CommandOutcome) {
-        let _ = (number, outcome);
-    }
-}
-
-/// The pretend world.
+/// Nodes and links in true time, which flows from event to event.
 pub struct World<N> {
     now: Instant<True>,
     queue: EventQueue<Event>,
-    nodes: Vec<Inhabitant<N>>,
+    nodes: Vec<SimulatedNode<N>>,
     links: Vec<Link>,
     /// The frame under way from a node to its links.
     frame: Vec<u8>,
+    /// Buffers for messages under way.
+    spare: Vec<KeptMessage>,
 }
 
-struct Inhabitant<N> {
+struct SimulatedNode<N> {
     name: String,
     clock: DeviatedClock<True>,
     jitter: CycleJitter,
@@ -108,32 +33,23 @@ struct Inhabitant<N> {
     state: State<N>,
     /// The orders that wait for its next cycle, with their numbers.
     orders: Vec<(usize, CommandOrder)>,
-    /// How often it was started; older cycle events mean nothing.
+    /// How often it was started.
     run: u64,
+    /// How often a cycle was scheduled: only the event of the last one counts.
+    scheduled: u64,
     watch: Watch,
 }
 
 enum State<N> {
     Running(N),
-    /// Frozen, with the messages that wait for it.
-    Stopped(N, Vec<Message>),
+    /// Frozen, with the messages that wait for it, and the links they came by.
+    Stopped(N, Vec<(usize, KeptMessage)>),
     Dead,
 }
 
-struct Link {
-    from: usize,
-    channel: Channel,
-    to: usize,
-    seal: KeySeal,
-    reader: Reader,
-    models: Vec<LinkModel>,
-    /// What the frame under way says.
-    messages: Vec<Message>,
-}
-
 enum Event {
-    Cycle { node: usize, run: u64 },
-    Deliver { node: usize, message: Message },
+    Cycle { node: usize, scheduled: u64 },
+    Deliver { link: usize, message: KeptMessage },
 }
 
 impl<N: Node> Default for World<N> {
@@ -152,6 +68,7 @@ impl<N: Node> World<N> {
             nodes: Vec::new(),
             links: Vec::new(),
             frame: Vec::new(),
+            spare: Vec::new(),
         }
     }
 
@@ -159,7 +76,7 @@ impl<N: Node> World<N> {
     pub fn add_node(&mut self, setup: NodeSetup<N>) -> usize {
         let clock_seed = seed_of(setup.seed, "clock");
         let jitter_seed = seed_of(setup.seed, "jitter");
-        self.nodes.push(Inhabitant {
+        self.nodes.push(SimulatedNode {
             clock: DeviatedClock::new(&setup.clock, clock_seed, self.now),
             jitter: CycleJitter::new(&setup.clock, jitter_seed),
             start_phase: setup.clock.start_phase(),
@@ -169,6 +86,7 @@ impl<N: Node> World<N> {
             state: State::Dead,
             orders: Vec::new(),
             run: 0,
+            scheduled: 0,
             watch: Watch::default(),
         });
         let node = self.nodes.len() - 1;
@@ -178,20 +96,7 @@ impl<N: Node> World<N> {
 
     /// Connects a subscriber.
     pub fn add_link(&mut self, setup: LinkSetup) {
-        let models = setup
-            .behaviour
-            .iter()
-            .map(|(config, seed)| LinkModel::new(config, *seed))
-            .collect();
-        self.links.push(Link {
-            from: setup.from,
-            channel: setup.channel,
-            to: setup.to,
-            seal: KeySeal::new(&setup.key),
-            reader: setup.reader,
-            models,
-            messages: Vec::new(),
-        });
+        self.links.push(Link::new(setup));
     }
 
     /// True time now.
@@ -230,8 +135,8 @@ impl<N: Node> World<N> {
             };
             self.now = at;
             match event {
-                Event::Cycle { node, run } => self.cycle(node, run, observer)?,
-                Event::Deliver { node, message } => self.deliver(node, &message),
+                Event::Cycle { node, scheduled } => self.cycle(node, scheduled, observer)?,
+                Event::Deliver { link, message } => self.deliver(link, message),
             }
         }
         self.now = end;
@@ -247,20 +152,20 @@ impl<N: Node> World<N> {
     /// Sends an order to one of a node's slaves. It is executed in the node's next cycle, unless
     /// the node is dead.
     pub fn order(&mut self, node: usize, number: usize, order: CommandOrder) {
-        let inhabitant = &mut self.nodes[node];
-        if !matches!(inhabitant.state, State::Dead) {
-            inhabitant.orders.push((number, order));
+        let simulated = &mut self.nodes[node];
+        if !matches!(simulated.state, State::Dead) {
+            simulated.orders.push((number, order));
         }
     }
 
     /// Starts a dead node anew, on the same clock.
     pub fn start(&mut self, node: usize) {
         let now = self.now;
-        let inhabitant = &mut self.nodes[node];
-        inhabitant.run += 1;
-        inhabitant.watch = Watch::default();
-        let start = inhabitant.clock.local_at(now) + inhabitant.start_phase;
-        inhabitant.state = State::Running((inhabitant.build)(start, inhabitant.run));
+        let simulated = &mut self.nodes[node];
+        simulated.run += 1;
+        simulated.watch = Watch::default();
+        let start = simulated.clock.local_at(now) + simulated.start_phase;
+        simulated.state = State::Running((simulated.build)(start, simulated.run));
         self.schedule(node);
     }
 
@@ -279,8 +184,8 @@ impl<N: Node> World<N> {
         match std::mem::replace(state, State::Dead) {
             State::Stopped(frozen, waiting) => {
                 *state = State::Running(frozen);
-                for message in &waiting {
-                    self.deliver(node, message);
+                for (link, message) in waiting {
+                    self.deliver(link, message);
                 }
                 self.schedule(node);
             }
@@ -289,48 +194,51 @@ impl<N: Node> World<N> {
     }
 
     fn schedule(&mut self, node: usize) {
-        let inhabitant = &mut self.nodes[node];
-        if let State::Running(running) = &inhabitant.state {
-            let wake = running.next_cycle() + inhabitant.jitter.next();
-            let at = inhabitant.clock.reference_at(wake).max(self.now);
-            let run = inhabitant.run;
-            self.queue.add(at, Event::Cycle { node, run });
+        let simulated = &mut self.nodes[node];
+        if let State::Running(running) = &simulated.state {
+            let wake = running.next_cycle() + simulated.jitter.next();
+            let at = simulated.clock.reference_at(wake).max(self.now);
+            simulated.scheduled += 1;
+            let scheduled = simulated.scheduled;
+            self.queue.add(at, Event::Cycle { node, scheduled });
         }
     }
 
     fn cycle(
         &mut self,
         index: usize,
-        run: u64,
+        scheduled: u64,
         observer: &mut impl Observer<N>,
     ) -> Result<(), Violation> {
         let now = self.now;
-        let inhabitant = &mut self.nodes[index];
-        let State::Running(node) = &mut inhabitant.state else {
+        let simulated = &mut self.nodes[index];
+        let State::Running(node) = &mut simulated.state else {
             return Ok(());
         };
-        if run != inhabitant.run {
+        if scheduled != simulated.scheduled {
             return Ok(());
         }
-        let local = inhabitant.clock.local_at(now);
-        for (number, order) in inhabitant.orders.drain(..) {
+        let local = simulated.clock.local_at(now);
+        for (number, order) in simulated.orders.drain(..) {
             observer.order_executed(number, &node.execute(&order));
         }
         let turn = node.cycle(local);
-        inhabitant
-            .watch
-            .check(&inhabitant.name, node, turn, local)?;
+        simulated.watch.check(&simulated.name, node, turn, local)?;
         while let Some(outgoing) = node.transmit() {
-            let stamped = inhabitant.send_stamps || !outgoing.channel.carries_axes();
+            let stamped = simulated.send_stamps || !outgoing.channel.carries_axes();
             let stamp = stamped.then(|| local - outgoing.ideal_start);
-            for link in &mut self.links {
-                if link.from == index && link.channel == outgoing.channel {
-                    link.seal.seal(outgoing.body, stamp, &mut self.frame);
-                    link.send(now, &self.frame, &mut self.queue);
+            for (link, by) in self.links.iter_mut().enumerate() {
+                if by.takes(index, &outgoing) {
+                    by.seal.seal(outgoing.body, stamp, &mut self.frame);
+                    let (queue, spare) = (&mut self.queue, &mut self.spare);
+                    by.send(now, &self.frame, |at, message| {
+                        let message = kept(message, spare);
+                        queue.add(at, Event::Deliver { link, message });
+                    });
                 }
             }
         }
-        let ideal_start = inhabitant.clock.reference_at(turn.ideal_start);
+        let ideal_start = simulated.clock.reference_at(turn.ideal_start);
         while let Some(arrival) = node.arrival() {
             observer.arrived(index, ideal_start, &turn, &arrival);
         }
@@ -345,41 +253,31 @@ impl<N: Node> World<N> {
         Ok(())
     }
 
-    fn deliver(&mut self, node: usize, message: &Message) {
+    fn deliver(&mut self, link: usize, message: KeptMessage) {
         let now = self.now;
-        let inhabitant = &mut self.nodes[node];
-        match &mut inhabitant.state {
-            State::Running(node) => node.receive(inhabitant.clock.local_at(now), message),
-            State::Stopped(_, waiting) => waiting.push(*message),
-            State::Dead => {}
+        let Link {
+            to, subscription, ..
+        } = self.links[link];
+        let simulated = &mut self.nodes[to];
+        match &mut simulated.state {
+            State::Running(node) => {
+                let at = simulated.clock.local_at(now);
+                node.receive(at, subscription, &message.get());
+                self.spare.push(message);
+            }
+            State::Stopped(_, waiting) => waiting.push((link, message)),
+            State::Dead => self.spare.push(message),
         }
     }
 }
 
-impl Link {
-    fn send(&mut self, now: Instant<True>, frame: &[u8], queue: &mut EventQueue<Event>) {
-        self.messages.clear();
-        let messages = &mut self.messages;
-        self.reader.read(frame, |message| messages.push(message));
-        let sent = now.since_epoch();
-        self.pass(0, sent, sent, queue);
-    }
-
-    /// Through one model after the other: the delays of the first are the sending times of the
-    /// next.
-    fn pass(&mut self, stage: usize, sent: Span, at: Span, queue: &mut EventQueue<Event>) {
-        let Some(model) = self.models.get_mut(stage) else {
-            for message in &self.messages {
-                let event = Event::Deliver {
-                    node: self.to,
-                    message: *message,
-                };
-                queue.add(Instant::EPOCH + at, event);
-            }
-            return;
-        };
-        for delay in model.offer(sent) {
-            self.pass(stage + 1, sent, at + delay, queue);
+/// The message, in a buffer that is used again if there is one.
+fn kept(message: &Message<'_>, spare: &mut Vec<KeptMessage>) -> KeptMessage {
+    match spare.pop() {
+        Some(mut kept) => {
+            kept.replace(message);
+            kept
         }
+        None => KeptMessage::new(message),
     }
 }

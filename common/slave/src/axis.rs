@@ -1,28 +1,29 @@
 //! The slave axis itself.
 
-mod commands;
+mod added;
+mod apply;
 mod cycle;
-mod dry_run;
-mod saw;
+mod plan;
 mod start;
 
 use coaxle_clock::{CycleTime, Seconds};
 
 use coaxle_axis::drive::{Drive, DriveState};
-use coaxle_axis::{AxisStatus, CommandState, CouplingPhase, StateMachine, StateWord, Transition};
-use coaxle_cam::{self as cam, CamCoupling, CouplingState, Tables, Ticket};
-use coaxle_curve::profile::{Kinematics, Profile};
-use coaxle_saw::{SawCommand, SawPlan, SawRefusal, saw_table_id};
-
-use super::command::Command;
-use super::coupling::Coupling;
-use super::error::SlaveError;
-use super::job::{Job, JobNumber};
-use super::motion::{Motion, Planned};
-use super::parameters::{MasterTraits, OnMasterLoss, SlaveParameters, WrongSlaveParameter};
-use super::refusal::Refusal;
 use coaxle_axis::guard::Guard;
-use coaxle_cam::Cams;
+use coaxle_axis::{
+    AxisStatus, CommandState, CouplingPhase, Job, Masters, StateMachine, StateWord, Transition,
+};
+use coaxle_cam::{CamInfo, CouplingError, Tables};
+use coaxle_curve::profile::Kinematics;
+use coaxle_saw::{CouplingMoment, SawPlan, SawRefusal, saw_table_id};
+
+use super::couplings::{Couplings, Kind};
+use super::error::SlaveError;
+use super::job::{EndedJob, JobError, JobState, Jobs};
+use super::motion::{Motion, Planned};
+use super::parameters::{OnMasterLoss, SlaveParameters, WrongSlaveParameter};
+use super::refusal::Refusal;
+use super::shift::Shift;
 
 pub use start::CoupledStart;
 
@@ -43,29 +44,17 @@ pub struct SlaveAxis {
     stop_held: bool,
     set: Kinematics,
     motion: Motion,
-    cams: Cams,
-    /// What a flying saw has to know of the master.
-    master_traits: MasterTraits,
-    /// The flying saw before, for `MC_ReadFlyingSawCharacteristics`.
-    last_saw: Option<SawPlan>,
-    /// The table that a flying saw needs is one of the plates.
-    saw_table_in_use: Option<u32>,
-    job: Job,
-    /// The master at the last update: of the same moment as the set values.
-    master: Option<Kinematics>,
+    couplings: Couplings,
+    /// What is added to the first master as the coupling sees it.
+    phasing: Shift,
+    /// What is added to the motion.
+    superimposed: Shift,
+    jobs: Jobs,
+    /// The masters at the last update: of the same moment as the set values.
+    masters: Masters,
     error: Option<SlaveError>,
-}
-
-/// What an accepted command is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Accepted {
-    /// Already done (`MC_Power`, `MC_Reset`).
-    AtOnce,
-    /// Under way; [`SlaveAxis::progress`] tells how far.
-    Job(JobNumber),
-    /// A change to the coupling by cam plates, which goes on;
-    /// [`SlaveAxis::change_progress`] tells how far.
-    Change(Ticket),
+    /// Counts whatever happens to the axis, so that no change is applied that was planned before.
+    revision: u32,
 }
 
 impl SlaveAxis {
@@ -92,117 +81,49 @@ impl SlaveAxis {
             homed: false,
             stop_held: false,
             set: Kinematics::at_rest(here),
-            motion: Motion::Planned(Planned::rest(here, &guard)),
-            cams: Cams::none(guard.limits().velocity() * cycle_time),
-            master_traits: parameters.master()?,
-            last_saw: None,
-            saw_table_in_use: None,
-            job: Job::default(),
-            master: None,
+            motion: Motion::Own(Planned::rest(here, &guard)),
+            couplings: Couplings::new(guard.limits().velocity() * cycle_time, parameters.saw()?),
+            phasing: Shift::NONE,
+            superimposed: Shift::NONE,
+            jobs: Jobs::default(),
+            masters: Masters::default(),
             error: None,
+            revision: 0,
         })
     }
 
     /// `MC_CamTableSelect`: the plates that the axis can be coupled by. The ids are those of its
-    /// master and its own, for `MC_CamInfo`. A coupling by the plates before must have ended.
+    /// master and its own, for `MC_CamInfo`. A coupling by the plates before must have ended. This
+    /// allocates.
+    ///
+    /// # Errors
+    /// 0x4A1C if the axis can go infinitely far in a cycle.
     #[doc(alias = "MC_CamTableSelect")]
-    pub fn select_cams(&mut self, tables: Tables, master_axis_id: u32, slave_axis_id: u32) {
-        let jump_limit = self.guard.limits().velocity() * self.cycle_time;
+    pub fn select_cams(
+        &mut self,
+        tables: Tables,
+        master_axis_id: u32,
+        slave_axis_id: u32,
+    ) -> Result<(), CouplingError> {
         let in_use = |table| tables.plate(table).is_ok();
-        self.saw_table_in_use = match saw_table_id(slave_axis_id, in_use) {
+        let table = match saw_table_id(slave_axis_id, in_use) {
             Err(SawRefusal::TableInUse { table }) => Some(table),
             _ => None,
         };
-        self.cams
-            .select(tables, [master_axis_id, slave_axis_id], jump_limit);
-    }
-
-    /// Tells the axis what to do from now on. What couples it relates the set values to the master
-    /// of the last [`update`](Self::update): they belong to the same moment.
-    ///
-    /// # Errors
-    /// [`Refusal`] says what stands against it; the axis goes on with what it was doing.
-    pub fn command(&mut self, command: &Command) -> Result<Accepted, Refusal> {
-        let transition = command.transition(self.powered);
-        if let Some(transition) = transition {
-            self.check_state(command.name(), transition)?;
-        }
-        match *command {
-            Command::Power(on) => {
-                self.power(on);
-                return Ok(Accepted::AtOnce);
-            }
-            Command::Reset {} => {
-                self.reset()?;
-                return Ok(Accepted::AtOnce);
-            }
-            Command::Home { position } => self.home(position)?,
-            Command::MoveAbsolute {
-                position,
-                velocity,
-                ref dynamics,
-            } => self.move_to("position", position, velocity, dynamics)?,
-            Command::MoveRelative {
-                distance,
-                velocity,
-                ref dynamics,
-            } => {
-                self.move_by(distance, velocity, dynamics)?;
-            }
-            Command::MoveVelocity {
-                velocity,
-                ref dynamics,
-            } => self.move_at(velocity, dynamics)?,
-            Command::Halt { ref dynamics } | Command::Stop { ref dynamics } => {
-                self.stop(dynamics)?;
-            }
-            Command::GearIn { ratio } => self.gear_in(ratio)?,
-            Command::GearOut {} | Command::CamOut {} => {
-                return Ok(Accepted::Job(self.gear_out()));
-            }
-            Command::FlyingGear(ref parameters) => self.flying_gear(parameters)?,
-            Command::GearInPos(command) => self.saw(SawCommand::GearInPos(command))?,
-            Command::GearInVelo(command) => self.saw(SawCommand::GearInVelo(command))?,
-            Command::ReadFlyingSawCharacteristics {} => {
-                self.saw_plan().ok_or(Refusal::NoCharacteristics)?;
-                return Ok(Accepted::AtOnce);
-            }
-            Command::SetCamOnlineChangeMode { table, mode } => {
-                self.cams.set_mode(table, mode)?;
-                return Ok(Accepted::AtOnce);
-            }
-            Command::WriteMotionFunction { table, ref points } => {
-                self.cams.write(table, points)?;
-                return Ok(Accepted::AtOnce);
-            }
-            Command::CamIn(command) => return self.cam(&cam::Command::CamIn(command)),
-            Command::CamScaling(command) => {
-                return self.cam(&cam::Command::CamScaling(command));
-            }
-            Command::CamInV2(command) => return self.cam(&cam::Command::CamInV2(command)),
-            Command::CamAdd(command) => return self.cam(&cam::Command::CamAdd(command)),
-            Command::CamExchange(command) => {
-                return self.cam(&cam::Command::CamExchange(command));
-            }
-            Command::CamRemove(command) => {
-                return self.cam(&cam::Command::CamRemove(command));
-            }
-            Command::CamScalingV2(command) => {
-                return self.cam(&cam::Command::CamScalingV2(command));
-            }
-        }
-        if let Some(transition) = transition {
-            self.state.follow(transition);
-        }
-        Ok(Accepted::Job(self.job.replace(self.job_state())))
+        self.couplings.saw.set_table_in_use(table);
+        self.couplings
+            .cam
+            .select(tables, [master_axis_id, slave_axis_id])
     }
 
     /// One cycle: the set values `elapsed` after the last ones, which the drive then follows.
     ///
-    /// `master` is none when it is lost or in error. A coupled axis stops then, and is in error
-    /// stop until reset; one that is not coupled does not mind.
-    pub fn update(&mut self, master: Option<&Kinematics>, elapsed: Seconds) -> Kinematics {
-        self.master = master.copied();
+    /// The masters are [`Masters`], or an `Option<&Kinematics>` where there is but one: none when it
+    /// is lost or in error. An axis that is coupled to it stops then, and is in error stop until
+    /// reset; one that is not does not mind.
+    pub fn update(&mut self, masters: impl Into<Masters>, elapsed: Seconds) -> Kinematics {
+        self.masters = masters.into();
+        self.revision = self.revision.wrapping_add(1);
         if !(elapsed.0 > 0.0 && elapsed.0.is_finite()) {
             return self.set;
         }
@@ -238,41 +159,80 @@ impl SlaveAxis {
         self.drive.state() == DriveState::Following && self.error.is_none()
     }
 
-    /// How far an accepted command is.
+    /// How far a job is. Of those that have ended the last ones are remembered; others are taken
+    /// for aborted.
     #[must_use]
-    pub fn progress(&self, job: JobNumber) -> CommandState<SlaveError> {
-        self.job.progress(job)
+    pub fn progress(&self, job: Job) -> JobState {
+        if let Some(state) = self.jobs.progress(job) {
+            return state;
+        }
+        let added = self.phasing.progress(job);
+        if let Some(state) = added.or_else(|| self.superimposed.progress(job)) {
+            return state;
+        }
+        match self.couplings.state_of(job) {
+            CommandState::Idle => CommandState::Aborted,
+            state => state.map_error(|refusal| JobError::Refused(Refusal::Coupling(refusal))),
+        }
     }
 
-    /// The newest accepted command, and how far it is.
-    #[must_use]
-    pub const fn job(&self) -> (JobNumber, CommandState<SlaveError>) {
-        (self.job.number(), self.job.state())
+    /// The next job that has come to its end, each of them once. Few are kept: ask in every cycle.
+    pub fn take_ended(&mut self) -> Option<EndedJob> {
+        self.jobs.take_ended().or_else(|| {
+            let job = self.couplings.ended()?;
+            let state = self.progress(job);
+            Some(EndedJob { job, state })
+        })
     }
 
-    /// How far a change to the coupling by cam plates is. One that is refused when it is due, for a
-    /// jump say, is `Failed`; the axis goes on without it.
+    /// The job that moves the axis, or did so last, and how far it is.
     #[must_use]
-    pub fn change_progress(&self, change: Ticket) -> CouplingState {
-        self.cams.state_of(change)
+    pub const fn job(&self) -> (Option<Job>, JobState) {
+        self.jobs.motion()
     }
 
     /// How far the coupling is; none without one.
     #[must_use]
     pub fn coupling_phase(&self) -> Option<CouplingPhase> {
-        self.motion.coupling_phase(&self.cams)
+        self.couplings.get(self.engaged()?).phase()
     }
 
-    /// The plates of the axis.
+    /// What the coupling scales the positions of its master by: 1 where it does not.
     #[must_use]
-    pub const fn cam_tables(&self) -> &Tables {
-        self.cams.tables()
+    pub fn master_scaling(&self) -> f64 {
+        let coupling = self.engaged().map(|kind| self.couplings.get(kind));
+        coupling.map_or(1.0, |coupling| coupling.master_scaling())
     }
 
-    /// The coupling by cam plates, for `MC_CamInfo`: after an error, as it was.
+    /// The plates of the axis; none without any.
     #[must_use]
-    pub const fn cam_coupling(&self) -> &CamCoupling {
-        self.cams.coupling()
+    pub fn cam_tables(&self) -> Option<&Tables> {
+        self.couplings.cam.tables()
+    }
+
+    /// `MC_CamInfo`: the coupling by cam plates, after an error as it was.
+    ///
+    /// # Errors
+    /// As [`CamCoupling::info`](coaxle_cam::CamCoupling::info).
+    #[doc(alias = "MC_CamInfo")]
+    pub fn cam_info(&self, table: u32, at: Option<f64>) -> Result<CamInfo, CouplingError> {
+        self.couplings.cam.info(table, at)
+    }
+
+    /// The plan of the flying saw that couples the axis; while it waits, the plan foreseen. Without
+    /// one, that of the last.
+    #[must_use]
+    pub const fn saw_plan(&self) -> Option<&SawPlan> {
+        self.couplings.saw.plan_in_force()
+    }
+
+    /// What a flying saw would be planned from now; none without a master. Of a command that is
+    /// refused, it tells what would have passed:
+    /// [`SawCommand::remedy`](coaxle_saw::SawCommand::remedy).
+    #[must_use]
+    pub fn coupling_moment(&self) -> Option<CouplingMoment> {
+        let inputs = self.plan_inputs(Kind::Saw);
+        Some(self.couplings.saw.moment(inputs.masters.first()?, &inputs))
     }
 
     /// The set values.
@@ -307,8 +267,8 @@ impl SlaveAxis {
         }
     }
 
-    pub(super) const fn has_job(&self) -> bool {
-        self.job.is_busy()
+    pub(super) fn has_job(&self) -> bool {
+        self.jobs.is_busy() || self.superimposed.is_under_way()
     }
 
     pub(super) const fn guard(&self) -> &Guard {
@@ -321,48 +281,35 @@ impl SlaveAxis {
 
     /// Where the motion under way ends, u; where the axis is, if that is nowhere.
     pub(super) fn target_position(&self) -> f64 {
-        match &self.motion {
-            Motion::Planned(planned) if planned.end().velocity == 0.0 => planned.end().position,
-            Motion::RollingBack(stop) => stop.end(),
-            _ => self.set.position,
+        let target = match &self.motion {
+            Motion::Own(planned) if planned.end().velocity == 0.0 => Some(planned.end().position),
+            Motion::Own(_) => None,
+            Motion::Coupled(kind) => self.couplings.get(*kind).target(),
+        };
+        target.map_or(self.set.position, |target| {
+            target + self.superimposed.end().position
+        })
+    }
+
+    /// The bits of `nStateDWord` for what waits in the coupling.
+    pub(super) fn queued(&self) -> StateWord {
+        let coupling = self.engaged().map(|kind| self.couplings.get(kind));
+        coupling.map_or(StateWord::empty(), |coupling| coupling.queued())
+    }
+
+    /// The coupling that moves the axis.
+    const fn engaged(&self) -> Option<Kind> {
+        match self.motion {
+            Motion::Coupled(kind) => Some(kind),
+            Motion::Own(_) => None,
         }
     }
 
     /// The state that a motion of the axis's own starts from.
     fn free(&self) -> Kinematics {
         match self.motion {
-            Motion::Planned(_) => self.set,
-            Motion::Coupled(_) | Motion::RollingBack(_) => self.guard.settled(&self.set),
-        }
-    }
-
-    fn run(&mut self, profile: Profile) {
-        self.set = self.free();
-        self.move_by_motion(Motion::Planned(Planned::new(profile)));
-    }
-
-    /// From now on this moves the axis, and nothing else does.
-    fn move_by_motion(&mut self, motion: Motion) {
-        if self.is_on_cams() && self.error.is_none() {
-            self.cams.end();
-        }
-        if let Motion::Coupled(Coupling::Saw(saw)) = &self.motion {
-            self.last_saw = Some(*saw.plan());
-        }
-        self.motion = motion;
-    }
-
-    /// Whether cam plates couple the axis.
-    fn is_on_cams(&self) -> bool {
-        matches!(self.motion, Motion::Coupled(Coupling::Cam))
-    }
-
-    /// The bits of `nStateDWord` for what waits in the coupling by cam plates.
-    pub(super) fn queued_in_cams(&self) -> StateWord {
-        if self.is_on_cams() {
-            self.cams.state_word()
-        } else {
-            StateWord::empty()
+            Motion::Own(_) => self.set,
+            Motion::Coupled(_) => self.guard.settled(&self.set),
         }
     }
 

@@ -2,10 +2,10 @@
 
 use coaxle_axis::{Dynamics, Transition};
 use coaxle_cam::{
-    CamAdd, CamExchange, CamIn, CamInV2, CamRemove, CamScaling, CamScalingV2, OnlineChangeMode,
-    TableId,
+    CamAdd, CamExchange, CamIn, CamInV2, CamOut, CamRemove, CamScaling, CamScalingV2,
+    OnlineChangeMode, TableId,
 };
-use coaxle_gear::FlyingGearParameters;
+use coaxle_gear::{FlyingGearParameters, GearIn, GearInMultiMaster};
 use coaxle_saw::{GearInPos, GearInVelo, SawCommand};
 
 use super::cam_points::CamPoints;
@@ -84,14 +84,55 @@ pub enum Command {
         #[cfg_attr(feature = "serde", serde(default))]
         dynamics: Dynamics,
     },
-    /// `MC_GearIn`: couples to the master by a constant ratio, here and now.
-    ///
-    /// Deliberate deviation: the original ramps to the coupled velocity. Here the axis must have it
-    /// already; what ramps are `MC_GearInVelo` and `MC_GearInPos`.
+    /// `MC_GearIn`: couples to the master by a constant ratio, on a ramp.
     #[doc(alias = "MC_GearIn")]
-    GearIn {
-        /// Slave units per master unit, not 0.
-        ratio: f64,
+    GearIn(GearIn),
+    /// `MC_GearInMultiMaster`: couples to the sum of several masters, on a ramp; given again, it
+    /// changes the ratios, from cycle to cycle if need be.
+    #[doc(alias = "MC_GearInMultiMaster")]
+    #[doc(alias = "MC_GearInDyn")]
+    #[doc(alias = "MC_CombineAxes")]
+    GearInMultiMaster(GearInMultiMaster),
+    /// `MC_PhasingAbsolute`: shifts the master as the coupled slave sees it, against where it is.
+    ///
+    /// The slave is led as if the (first) master were so far ahead, on a ramp over time, beside
+    /// whatever the master does. The shift stays until another, or until the axis is uncoupled.
+    #[doc(alias = "MC_PhasingAbsolute")]
+    PhasingAbsolute {
+        /// How far the master is ahead then, u of the master.
+        shift: f64,
+        /// How fast it gets there, u/s of the master. What a command leaves open is what is left of
+        /// the slave's limits at its present motion, where the coupling has a constant ratio.
+        #[cfg_attr(feature = "serde", serde(default))]
+        velocity: Option<f64>,
+        /// How it gets there, in u of the master.
+        #[cfg_attr(feature = "serde", serde(default))]
+        dynamics: Dynamics,
+    },
+    /// `MC_PhasingRelative`: the same, against the shift that there is.
+    #[doc(alias = "MC_PhasingRelative")]
+    PhasingRelative {
+        /// How much farther the master is ahead then, u of the master.
+        shift: f64,
+        /// How fast it gets there, u/s of the master.
+        #[cfg_attr(feature = "serde", serde(default))]
+        velocity: Option<f64>,
+        /// How it gets there, in u of the master.
+        #[cfg_attr(feature = "serde", serde(default))]
+        dynamics: Dynamics,
+    },
+    /// `MC_MoveSuperImposed`: adds a distance to whatever moves the axis, which goes on.
+    #[doc(alias = "MC_MoveSuperImposed")]
+    MoveSuperimposed {
+        /// How far, u.
+        distance: f64,
+        /// How much faster the axis may be meanwhile, u/s. What a command leaves open is what the
+        /// motion leaves of the limits.
+        #[cfg_attr(feature = "serde", serde(default))]
+        velocity: Option<f64>,
+        /// How it gets there.
+        #[cfg_attr(feature = "serde", serde(default))]
+        dynamics: Dynamics,
     },
     /// `MC_GearOut`: uncouples. The velocity is kept, the acceleration removed.
     #[doc(alias = "MC_GearOut")]
@@ -170,20 +211,24 @@ impl Command {
             Self::MoveVelocity { .. } => "MC_MoveVelocity",
             Self::Halt { .. } => "MC_Halt",
             Self::Stop { .. } => "MC_Stop",
-            Self::GearIn { .. } => "MC_GearIn",
+            Self::GearIn(_) => "MC_GearIn",
+            Self::GearInMultiMaster(_) => "MC_GearInMultiMaster",
+            Self::PhasingAbsolute { .. } => "MC_PhasingAbsolute",
+            Self::PhasingRelative { .. } => "MC_PhasingRelative",
+            Self::MoveSuperimposed { .. } => "MC_MoveSuperImposed",
             Self::GearOut {} => "MC_GearOut",
             Self::FlyingGear(_) => "MC_FlyingGear",
             Self::GearInPos(_) => "MC_GearInPos",
             Self::GearInVelo(_) => "MC_GearInVelo",
             Self::ReadFlyingSawCharacteristics {} => "MC_ReadFlyingSawCharacteristics",
-            Self::CamIn(_) => "MC_CamIn",
-            Self::CamOut {} => "MC_CamOut",
-            Self::CamScaling(_) => "MC_CamScaling",
-            Self::CamInV2(_) => "MC_CamIn_V2",
-            Self::CamAdd(_) => "MC_CamAdd",
-            Self::CamExchange(_) => "MC_CamExchange",
-            Self::CamRemove(_) => "MC_CamRemove",
-            Self::CamScalingV2(_) => "MC_CamScaling_V2",
+            Self::CamIn(_) => CamIn::NAME,
+            Self::CamOut {} => CamOut::NAME,
+            Self::CamScaling(_) => CamScaling::NAME,
+            Self::CamInV2(_) => CamInV2::NAME,
+            Self::CamAdd(_) => CamAdd::NAME,
+            Self::CamExchange(_) => CamExchange::NAME,
+            Self::CamRemove(_) => CamRemove::NAME,
+            Self::CamScalingV2(_) => CamScalingV2::NAME,
             Self::SetCamOnlineChangeMode { .. } => "MC_SetCamOnlineChangeMode",
             Self::WriteMotionFunction { .. } => "MC_WriteMotionFunction",
         }
@@ -199,22 +244,6 @@ impl Command {
         }
     }
 
-    /// Whether it changes plates, or a coupling by them.
-    pub(super) const fn is_of_cams(&self) -> bool {
-        matches!(
-            self,
-            Self::CamIn(_)
-                | Self::CamScaling(_)
-                | Self::CamInV2(_)
-                | Self::CamAdd(_)
-                | Self::CamExchange(_)
-                | Self::CamRemove(_)
-                | Self::CamScalingV2(_)
-                | Self::SetCamOnlineChangeMode { .. }
-                | Self::WriteMotionFunction { .. }
-        )
-    }
-
     /// Its arrow in the state diagram, for an axis that has power or not; none if it concerns a
     /// plate and not the axis, or only asks for something.
     pub(super) const fn transition(&self, powered: bool) -> Option<Transition> {
@@ -227,8 +256,9 @@ impl Command {
             Self::MoveVelocity { .. } => Transition::MoveWithoutEnd,
             Self::Halt { .. } => Transition::Halt,
             Self::Stop { .. } => Transition::Stop,
-            Self::GearIn { .. }
+            Self::GearIn(_)
             | Self::FlyingGear(_)
+            | Self::GearInMultiMaster(_)
             | Self::GearInPos(_)
             | Self::GearInVelo(_)
             | Self::CamIn(_)
@@ -238,6 +268,8 @@ impl Command {
             | Self::CamExchange(_)
             | Self::CamRemove(_)
             | Self::CamScalingV2(_) => Transition::Couple,
+            Self::PhasingAbsolute { .. } | Self::PhasingRelative { .. } => Transition::Phase,
+            Self::MoveSuperimposed { .. } => Transition::Superimpose,
             Self::GearOut {} | Self::CamOut {} => Transition::Uncouple,
             Self::SetCamOnlineChangeMode { .. }
             | Self::WriteMotionFunction { .. }

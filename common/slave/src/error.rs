@@ -3,8 +3,8 @@
 use core::fmt;
 
 use coaxle_axis::guard::GuardFault;
-use coaxle_cam::CouplingError;
-use coaxle_saw::SawFault;
+
+use super::couplings::CouplingFault;
 
 /// Why a slave axis is in error stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,10 +18,8 @@ pub enum SlaveError {
     MasterLost,
     /// The set values would have left the limits of the axis.
     Guard(GuardFault),
-    /// The coupling by cam plates broke off.
-    Cam(CouplingError),
-    /// The coupling by a flying saw failed.
-    Saw(SawFault),
+    /// The coupling broke off.
+    Coupling(CouplingFault),
 }
 
 impl SlaveError {
@@ -32,8 +30,7 @@ impl SlaveError {
             Self::FollowingError { .. } => 0x4550,
             Self::MasterLost => 0x42a0,
             Self::Guard(fault) => fault.code(),
-            Self::Cam(error) => error.code(),
-            Self::Saw(fault) => fault.code(),
+            Self::Coupling(fault) => fault.code(),
         }
     }
 }
@@ -44,16 +41,21 @@ impl From<GuardFault> for SlaveError {
     }
 }
 
+impl From<CouplingFault> for SlaveError {
+    fn from(fault: CouplingFault) -> Self {
+        Self::Coupling(fault)
+    }
+}
+
 impl fmt::Display for SlaveError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Guard(fault) => return fault.fmt(f),
-            Self::Cam(error) => return error.fmt(f),
-            Self::Saw(fault) => return fault.fmt(f),
+            Self::Coupling(fault) => return fault.fmt(f),
             _ => write!(f, "{:#06x}: ", self.code())?,
         }
         match self {
-            Self::Guard(_) | Self::Cam(_) | Self::Saw(_) => Ok(()),
+            Self::Guard(_) | Self::Coupling(_) => Ok(()),
             Self::FollowingError { following_error } => write!(
                 f,
                 "following error of {following_error} for too long, the drive tripped"

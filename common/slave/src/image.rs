@@ -32,7 +32,7 @@ impl SlaveAxis {
             set_acceleration: set.acceleration,
             target_position: self.target_position(),
             modulo_set_position: set.position,
-            command_number: self.job().0.0,
+            command_number: self.job().0.map_or(0, |job| job.number as u16),
             ..NcToPlcAxis::default()
         }
     }
@@ -94,6 +94,6 @@ impl SlaveAxis {
         .into_iter()
         .filter_map(|(bit, is_set)| is_set.then_some(bit))
         .collect::<StateWord>()
-            | self.queued_in_cams()
+            | self.queued()
     }
 }

@@ -1,37 +1,138 @@
-//! The command that a slave axis is busy with.
+//! The jobs of a slave axis: which one moves it, and which have come to their end.
 
-use coaxle_axis::CommandState;
+use core::fmt;
+
+use coaxle_axis::{CommandState, Job, Origin};
 
 use super::error::SlaveError;
+use super::refusal::Refusal;
 
-/// Names an accepted command, until 65,535 others have been accepted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct JobNumber(pub u16);
-
-/// The command under way, or the last one.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Job {
-    number: JobNumber,
-    state: CommandState<SlaveError>,
-    /// The one before, if it was done: who asked for it may not have seen that yet.
-    done_before: Option<JobNumber>,
+/// Why a job ended without success.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum JobError {
+    /// It was refused: at once, or when it was due. The axis goes on without it.
+    Refused(Refusal),
+    /// The axis failed while it was busy.
+    Failed(SlaveError),
 }
 
-impl Job {
-    /// A new command takes over.
-    pub(super) fn replace(&mut self, state: CommandState<SlaveError>) -> JobNumber {
-        self.done_before = (self.state == CommandState::Done).then_some(self.number);
-        // 0 is no command.
-        self.number = JobNumber(self.number.0.checked_add(1).unwrap_or(1));
-        self.state = state;
-        self.number
+impl JobError {
+    /// NC error code.
+    #[must_use]
+    pub fn code(&self) -> u32 {
+        match self {
+            Self::Refused(refusal) => refusal.code(),
+            Self::Failed(error) => error.code(),
+        }
+    }
+}
+
+impl From<Refusal> for JobError {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+impl fmt::Display for JobError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Refused(refusal) => refusal.fmt(f),
+            Self::Failed(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for JobError {}
+
+/// How far a job is.
+pub type JobState = CommandState<JobError>;
+
+/// A job that has come to its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EndedJob {
+    /// The job.
+    pub job: Job,
+    /// Its end: done, aborted or failed.
+    pub state: JobState,
+}
+
+/// How many jobs that have ended can be asked about.
+const REMEMBERED: usize = 4;
+
+/// The job that moves the axis, and those that have ended.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Jobs {
+    last_number: u32,
+    /// The job that moves the axis, or did so last.
+    motion: Option<Job>,
+    state: JobState,
+    ended: [Option<EndedJob>; REMEMBERED],
+    /// Where the next one goes.
+    next: usize,
+    /// How many of them nobody has taken.
+    untaken: usize,
+}
+
+impl Jobs {
+    /// A job with a number of its own.
+    pub(super) fn number(&mut self, command: &'static str, origin: Origin) -> Job {
+        // 0 is done at once.
+        self.last_number = self.last_number.checked_add(1).unwrap_or(1);
+        Job {
+            number: self.last_number,
+            command,
+            origin,
+        }
     }
 
-    /// The command is as far as that, unless it has already ended.
-    pub(super) fn set(&mut self, state: CommandState<SlaveError>) {
-        if self.is_busy() {
-            self.state = state;
+    /// A job that is done with being accepted: it neither takes over nor has to be remembered.
+    pub(super) const fn at_once(command: &'static str, origin: Origin) -> Job {
+        Job {
+            number: 0,
+            command,
+            origin,
         }
+    }
+
+    /// This job moves the axis from now on.
+    pub(super) fn replace(&mut self, job: Job, state: JobState) {
+        if let Some(before) = self.motion
+            && self.is_busy()
+        {
+            self.end(before, CommandState::Aborted);
+        }
+        self.motion = Some(job);
+        self.state = state;
+        if is_end(&state) {
+            self.end(job, state);
+        }
+    }
+
+    /// The job that moves the axis is as far as that, unless it has already ended.
+    pub(super) fn set(&mut self, state: JobState) {
+        if !self.is_busy() {
+            return;
+        }
+        self.state = state;
+        if let Some(job) = self.motion
+            && is_end(&state)
+        {
+            self.end(job, state);
+        }
+    }
+
+    /// A job has come to its end.
+    pub(super) fn end(&mut self, job: Job, state: JobState) {
+        self.ended[self.next] = Some(EndedJob { job, state });
+        self.next = (self.next + 1) % REMEMBERED;
+        self.untaken = (self.untaken + 1).min(REMEMBERED);
+    }
+
+    /// The next one that has ended and nobody has taken.
+    pub(super) fn take_ended(&mut self) -> Option<EndedJob> {
+        let place = (self.next + REMEMBERED - self.untaken) % REMEMBERED;
+        self.untaken = self.untaken.checked_sub(1)?;
+        self.ended[place]
     }
 
     pub(super) const fn is_busy(&self) -> bool {
@@ -41,22 +142,27 @@ impl Job {
         )
     }
 
-    pub(super) const fn number(&self) -> JobNumber {
-        self.number
+    pub(super) const fn motion(&self) -> (Option<Job>, JobState) {
+        (self.motion, self.state)
     }
 
-    pub(super) const fn state(&self) -> CommandState<SlaveError> {
-        self.state
-    }
-
-    /// How far a command is.
-    pub(super) fn progress(&self, number: JobNumber) -> CommandState<SlaveError> {
-        if number == self.number {
-            self.state
-        } else if Some(number) == self.done_before {
-            CommandState::Done
-        } else {
-            CommandState::Aborted
+    /// How far a job is, if it moves the axis or has ended lately.
+    pub(super) fn progress(&self, job: Job) -> Option<JobState> {
+        if job.number == 0 {
+            return Some(CommandState::Done);
         }
+        if self.motion == Some(job) {
+            return Some(self.state);
+        }
+        let is_it = |ended: &&EndedJob| ended.job == job;
+        let ended = self.ended.iter().flatten().find(is_it);
+        ended.map(|ended| ended.state)
     }
+}
+
+const fn is_end(state: &JobState) -> bool {
+    matches!(
+        state,
+        CommandState::Done | CommandState::Aborted | CommandState::Failed(_)
+    )
 }

@@ -11,7 +11,7 @@
 //! use coaxle_clock::{CycleTime, Seconds, Span};
 //! use coaxle_curve::profile::Kinematics;
 //! use coaxle_saw::{GearInVelo, Ratio, SyncLimits, SyncMode};
-//! use coaxle_slave::{Accepted, Command, OnMasterLoss, SlaveAxis, SlaveParameters};
+//! use coaxle_slave::{Command, OnMasterLoss, SlaveAxis, SlaveParameters};
 //!
 //! let parameters = SlaveParameters {
 //!     velocity: 1_000.0,
@@ -36,7 +36,7 @@
 //!     sync_mode: SyncMode::default(),
 //!     limits: SyncLimits::default(),
 //! });
-//! let Accepted::Job(job) = axis.command(&saw)? else { unreachable!("a saw is a job") };
+//! let job = axis.command(&saw)?;
 //! for _ in 0..2_000 {
 //!     master.position += 0.5;
 //!     axis.update(Some(&master), Seconds(0.001));
@@ -47,6 +47,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! `examples/saw_in_your_loop.rs` cuts piece after piece from a conveyor, in a loop of your own:
+//! `cargo run -p coaxle-slave --example saw_in_your_loop`.
+//!
 //! | PLC name | manual | here |
 //! |--|--|--|
 //! | `MC_Power` | PLCopen part 1 | [`Command::Power`] |
@@ -56,6 +59,9 @@
 //! | `MC_MoveVelocity` | PLCopen part 1 | [`Command::MoveVelocity`] |
 //! | `MC_Halt`, `MC_Stop` | PLCopen part 1 | [`Command::Halt`], [`Command::Stop`] |
 //! | `MC_GearIn` | PLCopen part 1 | [`Command::GearIn`] |
+//! | `MC_GearInMultiMaster`, `MC_GearInDyn`, `MC_CombineAxes` | Tc2_MC2, PLCopen part 1 | [`Command::GearInMultiMaster`] |
+//! | `MC_PhasingAbsolute`, `MC_PhasingRelative` | PLCopen part 1 | [`Command::PhasingAbsolute`], [`Command::PhasingRelative`] |
+//! | `MC_MoveSuperImposed` | PLCopen part 1, TF5050 | [`Command::MoveSuperimposed`] |
 //! | `MC_GearOut` | TS5055 12.2.1 | [`Command::GearOut`] |
 //! | `MC_GearInPos`, `MC_GearInVelo` | TS5055 12.1, TF5055 4 | [`Command::GearInPos`], [`Command::GearInVelo`] |
 //! | `MC_ReadFlyingSawCharacteristics` | TS5055 12.1.3, TF5055 4.3 | [`SlaveAxis::saw_plan`], [`Command::ReadFlyingSawCharacteristics`] |
@@ -81,7 +87,13 @@
 //! here the axis is in `DiscreteMotion`, as after a halt, so that a command can take over, and
 //! `MC_Reset` is not needed. What the master leads beyond a limit is an error stop.
 //!
-//! [`SlaveAxis::dry_run`] says what a command would come to without giving it.
+//! A command is planned against the axis as it is ([`SlaveAxis::plan`]), which gives a [`Change`] or a
+//! [`Refusal`]; applying the change ([`SlaveAxis::apply`]) cannot fail. A dry run is a plan that is not
+//! applied. One [`Job`](coaxle_axis::Job) follows an accepted command to its end, whatever it started:
+//! [`SlaveAxis::progress`], [`SlaveAxis::take_ended`].
+//!
+//! What couples the axis is one of the kinds that `couplings.rs` lists, each a crate that implements
+//! [`Coupling`](coaxle_axis::Coupling) and [`Engage`](coaxle_axis::Engage).
 //!
 //! Two events set the position anew, since the axis does not move by them: `MC_Home`, and power
 //! that comes, goes or returns after a trip of the drive: without power the set position is the
@@ -97,24 +109,27 @@ extern crate std;
 
 mod axis;
 mod cam_points;
+mod change;
 mod command;
-mod coupling;
+mod couplings;
 mod error;
 mod image;
 mod job;
 mod motion;
 mod parameters;
 mod refusal;
-mod rolling_back;
+mod shift;
 
 #[cfg(test)]
 mod tests;
 
-pub use axis::{Accepted, CoupledStart, SlaveAxis};
+pub use axis::{CoupledStart, SlaveAxis};
 pub use cam_points::{CamPoints, WrongNumberOfPoints};
+pub use change::Change;
 pub use coaxle_axis::{CouplingPhase, Dynamics};
 pub use command::Command;
+pub use couplings::{CouplingFault, CouplingRefusal};
 pub use error::SlaveError;
-pub use job::JobNumber;
+pub use job::{EndedJob, JobError, JobState};
 pub use parameters::{OnMasterLoss, SlaveParameters, WrongSlaveParameter};
 pub use refusal::Refusal;

@@ -2,37 +2,22 @@
 
 use coaxle_clock::Seconds;
 
-use coaxle_curve::profile::{Kinematics, Profile, to_velocity};
+use coaxle_curve::profile::{Kinematics, Profile, ProfileExtremes, to_velocity};
 
-use super::coupling::Coupling;
-use super::rolling_back::RollingBack;
-use coaxle_axis::CouplingPhase;
+use super::couplings::Kind;
 use coaxle_axis::guard::Guard;
-use coaxle_cam::Cams;
 
 /// What moves a slave axis.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 #[expect(
     clippy::large_enum_variant,
     reason = "it lives in place: nothing is allocated on the cycle path"
 )]
 pub(super) enum Motion {
     /// A profile of its own.
-    Planned(Planned),
-    /// The master.
-    Coupled(Coupling),
-    /// The stop after the master of a flying saw has run back.
-    RollingBack(RollingBack),
-}
-
-impl Motion {
-    /// How far the coupling is; none without one.
-    pub(super) fn coupling_phase(&self, cams: &Cams) -> Option<CouplingPhase> {
-        match self {
-            Self::Planned(_) | Self::RollingBack(_) => None,
-            Self::Coupled(coupling) => coupling.phase(cams),
-        }
-    }
+    Own(Planned),
+    /// Its masters, by the coupling of this kind.
+    Coupled(Kind),
 }
 
 /// A profile under way.
@@ -71,6 +56,21 @@ impl Planned {
 
     pub(super) fn is_over(&self) -> bool {
         self.since >= self.profile.duration()
+    }
+
+    /// What the whole of it takes.
+    pub(super) fn extremes(&self) -> ProfileExtremes {
+        ProfileExtremes::of(&self.profile)
+    }
+
+    /// The largest acceleration or deceleration from now on. It changes evenly within a phase.
+    pub(super) fn largest_acceleration_left(&self) -> f64 {
+        let begins = self.profile.phase_begins();
+        let later = begins.filter(|begin| *begin >= self.since);
+        core::iter::once(self.since)
+            .chain(later)
+            .map(|time| self.profile.at(time).acceleration.abs())
+            .fold(0.0, f64::max)
     }
 
     /// Where it ends, or where it passes into a constant velocity.

@@ -4,7 +4,7 @@ use core::fmt;
 
 use coaxle_axis::guard::{EXPECTED_LIMIT, Guard, is_limit};
 use coaxle_curve::profile::{InvalidLimit, Limits};
-use coaxle_saw::SawTolerances;
+use coaxle_saw::{Saw, SawTolerances};
 
 /// Limits of a slave axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,8 +77,8 @@ impl SlaveParameters {
             .map_err(|InvalidLimit { field, received }| wrong_limit(field, received))
     }
 
-    /// How a flying saw takes its master.
-    pub(super) fn master(&self) -> Result<MasterTraits, WrongSlaveParameter> {
+    /// A flying saw that takes its master so.
+    pub(super) fn saw(&self) -> Result<Saw, WrongSlaveParameter> {
         let noise = self
             .master_noise
             .unwrap_or(SawTolerances::default().master_noise);
@@ -92,10 +92,7 @@ impl SlaveParameters {
         if let Some(received) = self.master_increment.filter(|given| !is_limit(*given)) {
             return Err(wrong_limit("master-increment", received));
         }
-        Ok(MasterTraits {
-            noise,
-            increment: self.master_increment,
-        })
+        Ok(Saw::new(noise, self.master_increment))
     }
 
     /// The software limits, infinite where there is none.
@@ -124,15 +121,6 @@ impl SlaveParameters {
             })
         }
     }
-}
-
-/// What a flying saw has to know of its master.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct MasterTraits {
-    /// How far it may be back without running back, u.
-    pub(super) noise: f64,
-    /// Its increment if it is an encoder, u.
-    pub(super) increment: Option<f64>,
 }
 
 const fn wrong_limit(parameter: &'static str, received: f64) -> WrongSlaveParameter {

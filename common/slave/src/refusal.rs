@@ -3,10 +3,9 @@
 use core::fmt;
 
 use coaxle_axis::guard::GuardRefusal;
-use coaxle_axis::{AxisStatus, Transition};
-use coaxle_cam::CouplingError;
-use coaxle_gear::{FlyingGearError, RatioZero};
-use coaxle_saw::SawRefusal;
+use coaxle_axis::{AxisStatus, NotPlanned, Transition};
+
+use super::couplings::CouplingRefusal;
 
 /// Why a command is refused. Nothing has changed by it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,23 +28,13 @@ pub enum Refusal {
     Guard(GuardRefusal),
     /// There is no master to couple to, or it is in error.
     NoMaster,
-    /// Coupling here and now would be a jump of the velocity.
-    VelocityJump {
-        /// The slave's velocity, u/s.
-        velocity: f64,
-        /// The velocity that it would be coupled to, u/s.
-        coupled: f64,
-        /// The largest difference that is no jump, u/s.
-        allowed: f64,
+    /// The coupling, or the change to it, is not possible.
+    Coupling(CouplingRefusal),
+    /// A value that this command needs here.
+    NotGiven {
+        /// Which one.
+        field: &'static str,
     },
-    /// The ratio couples nothing.
-    Gear(RatioZero),
-    /// The flying gear cannot be enabled.
-    FlyingGear(FlyingGearError),
-    /// The coupling by cam plates, or the change to it, is not possible.
-    Cam(CouplingError),
-    /// The flying saw is not possible.
-    Saw(SawRefusal),
     /// The slave has had no flying saw yet, and so no characteristic values.
     NoCharacteristics,
     /// The slave has no limits: it follows its gear, and nothing else.
@@ -66,16 +55,14 @@ impl Refusal {
                 (AxisStatus::Disabled, _) => 0x422a,
                 (AxisStatus::Stopping, _) => 0x42ef,
                 (AxisStatus::ErrorStop, _) => 0x4b09,
-                (_, Transition::Uncouple) => 0x424d,
+                (_, Transition::Uncouple | Transition::Phase) => 0x424d,
                 _ => 0x4b05,
             },
-            Self::NotAtRest { .. } | Self::VelocityJump { .. } => 0x425a,
+            Self::NotAtRest { .. } => 0x425a,
             Self::Guard(refusal) => refusal.code(),
             Self::NoMaster => 0x4b09,
-            Self::Gear(_) => 0x421b,
-            Self::FlyingGear(error) => error.code(),
-            Self::Cam(error) => error.code(),
-            Self::Saw(refusal) => refusal.code(),
+            Self::Coupling(refusal) => refusal.code(),
+            Self::NotGiven { .. } => 0x4b06,
             Self::NoCharacteristics => 0x4216,
             Self::NoLimits { .. } => 0x4b05,
         }
@@ -88,27 +75,20 @@ impl From<GuardRefusal> for Refusal {
     }
 }
 
-impl From<RatioZero> for Refusal {
-    fn from(error: RatioZero) -> Self {
-        Self::Gear(error)
+impl From<CouplingRefusal> for Refusal {
+    fn from(refusal: CouplingRefusal) -> Self {
+        Self::Coupling(refusal)
     }
 }
 
-impl From<FlyingGearError> for Refusal {
-    fn from(error: FlyingGearError) -> Self {
-        Self::FlyingGear(error)
-    }
-}
-
-impl From<CouplingError> for Refusal {
-    fn from(error: CouplingError) -> Self {
-        Self::Cam(error)
-    }
-}
-
-impl From<SawRefusal> for Refusal {
-    fn from(refusal: SawRefusal) -> Self {
-        Self::Saw(refusal)
+impl From<NotPlanned<CouplingRefusal>> for Refusal {
+    fn from(why: NotPlanned<CouplingRefusal>) -> Self {
+        match why {
+            NotPlanned::NoMaster => Self::NoMaster,
+            NotPlanned::NotAtRest { velocity } => Self::NotAtRest { velocity },
+            NotPlanned::Guard(refusal) => Self::Guard(refusal),
+            NotPlanned::Own(refusal) => Self::Coupling(refusal),
+        }
     }
 }
 
@@ -116,16 +96,15 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Guard(refusal) => return refusal.fmt(f),
-            Self::Gear(error) => return error.fmt(f),
-            Self::FlyingGear(error) => return error.fmt(f),
-            Self::Cam(error) => return error.fmt(f),
-            Self::Saw(refusal) => return refusal.fmt(f),
+            Self::Coupling(refusal) => return refusal.fmt(f),
             _ => write!(f, "{:#06x}: ", self.code())?,
         }
         match self {
-            Self::Guard(_) | Self::Gear(_) | Self::FlyingGear(_) | Self::Cam(_) | Self::Saw(_) => {
-                Ok(())
-            }
+            Self::Guard(_) | Self::Coupling(_) => Ok(()),
+            Self::NotGiven { field } => write!(
+                f,
+                "{field}: received none, expected one: the coupling has no constant ratio"
+            ),
             Self::NoCharacteristics => {
                 f.write_str("the slave has had no flying saw, expected one before")
             }
@@ -151,14 +130,6 @@ impl fmt::Display for Refusal {
                 write!(f, "velocity of the axis: received {velocity}, expected 0")
             }
             Self::NoMaster => f.write_str("no master to couple to"),
-            Self::VelocityJump {
-                velocity,
-                coupled,
-                allowed,
-            } => write!(
-                f,
-                "velocity of the axis: received {velocity}, expected {coupled} as coupled, within {allowed}"
-            ),
         }
     }
 }

@@ -94,6 +94,7 @@ impl Answering {
         let (length, ideal_start) = self.pending.take()?;
         Some(Outgoing {
             channel: Channel::Answers,
+            far: 0,
             ideal_start,
             body: &self.body[..length],
         })

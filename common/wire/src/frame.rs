@@ -4,8 +4,9 @@
 //! into a buffer it owns ([`encode_body`]). Whoever publishes it appends the send stamp and the
 //! check sum at the last moment ([`KeySeal::seal`]).
 
-use coaxle_axis::NcToPlcAxis;
+use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Span};
+use coaxle_curve::profile::Kinematics;
 use serde::{Deserialize, Serialize};
 
 use crate::keys::NodeName;
@@ -35,13 +36,39 @@ pub struct FrameHeader {
     pub send_stamp: Option<Span>,
 }
 
-/// An accepted frame, reduced to the one axis its receiver follows.
+/// What a receiver takes of an axis in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AxisSample {
+    /// The set values.
+    pub set: Kinematics,
+    /// The state word.
+    pub state_word: StateWord,
+    /// The error code, 0 without one.
+    pub error_code: u32,
+}
+
+impl From<&NcToPlcAxis> for AxisSample {
+    fn from(axis: &NcToPlcAxis) -> Self {
+        Self {
+            set: Kinematics {
+                position: axis.set_position,
+                velocity: axis.set_velocity,
+                acceleration: axis.set_acceleration,
+            },
+            state_word: axis.state_word,
+            error_code: axis.error_code,
+        }
+    }
+}
+
+/// An accepted frame, reduced to the axes that its receiver follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// The frame's header.
+pub struct Frame<'a> {
+    /// What it says besides its axes.
     pub header: FrameHeader,
-    /// The axis.
-    pub axis: NcToPlcAxis,
+    /// The followed axes, in the order in which they were asked for: all of the same cycle. None
+    /// where the frame has no such axis, or none that can be believed.
+    pub axes: &'a [Option<AxisSample>],
 }
 
 /// How a node is named in a frame: the CRC-32 of its name.

@@ -1,71 +1,100 @@
 //! What becomes of a frame on its way in: checked, reduced to what concerns the node, or refused with
 //! a reason.
 
-use coaxle_axis::NcToPlcAxis;
-
 use crate::channel::Channel;
-use crate::frame::{KeySeal, Sample, sender_id};
+use crate::frame::{AxisSample, Frame, KeySeal, sender_id};
 use crate::keys::NodeName;
 use crate::message::Message;
 pub use crate::rejection::{Rejection, RejectionCounters};
 
-/// Turns the frames of one key into samples of the one axis that is followed.
+/// Takes the axes that are followed out of the frames of one key.
 ///
 /// It decides and keeps no count: the node that gets the [`Message`] does. It does not allocate.
 #[derive(Clone, Debug)]
 pub struct Intake {
     seal: KeySeal,
     sender: u32,
-    axis_id: u32,
+    /// The ids that are followed, in order, with their places among the samples.
+    places: Box<[(u32, usize)]>,
+    /// Whether the axis has come up in the newest frame, good or not.
+    seen: Box<[bool]>,
+    /// Of the newest frame, in the order in which the axes were asked for.
+    samples: Box<[Option<AxisSample>]>,
 }
 
 impl Intake {
-    /// Follows the axis `axis_id` of the node `sender`, whose frames travel under `key`.
+    /// Follows the axes `ids` of the node `sender`, whose frames travel under `key`.
     #[must_use]
-    pub fn new(key: &str, sender: &NodeName, axis_id: u32) -> Self {
+    pub fn new(key: &str, sender: &NodeName, ids: &[u32]) -> Self {
+        let mut places: Box<[_]> = (ids.iter().copied()).zip(0..).collect();
+        places.sort_unstable();
         Self {
             seal: KeySeal::new(key),
             sender: sender_id(sender),
-            axis_id,
+            places,
+            seen: vec![false; ids.len()].into(),
+            samples: vec![None; ids.len()].into(),
         }
     }
 
     /// What the node is told about a frame.
     #[must_use]
-    pub fn message(&self, payload: &[u8]) -> Message {
+    pub fn message(&mut self, payload: &[u8]) -> Message<'_> {
         match self.accept(payload) {
-            Ok(sample) => Message::Sample(sample),
+            Ok(frame) => Message::Frame(frame),
             Err(reason) => Message::Rejected(reason),
         }
     }
 
-    /// The followed axis from a frame. Of several axes with the same id the first counts.
+    /// The followed axes from a frame. Of several axes with the same id the first counts. A frame is
+    /// good as long as one of them is.
     ///
     /// # Errors
     /// [`Rejection`], the first reason that applies.
-    pub fn accept(&self, payload: &[u8]) -> Result<Sample, Rejection> {
-        let mut found: Option<NcToPlcAxis> = None;
-        let header = self.seal.open(payload, |axis| {
-            if axis.axis_id == self.axis_id && found.is_none() {
-                found = Some(*axis);
+    pub fn accept(&mut self, payload: &[u8]) -> Result<Frame<'_>, Rejection> {
+        let Self {
+            seal,
+            sender,
+            places,
+            seen,
+            samples,
+        } = self;
+        samples.fill(None);
+        seen.fill(false);
+        let (mut found, mut good) = (0, 0);
+        let header = seal.open(payload, |axis| {
+            let Ok(at) = places.binary_search_by_key(&axis.axis_id, |(id, _)| *id) else {
+                return;
+            };
+            let place = places[at].1;
+            if !std::mem::replace(&mut seen[place], true) {
+                found += 1;
+                let plausible = axis.implausible_field().is_none();
+                good += usize::from(plausible);
+                samples[place] = plausible.then(|| AxisSample::from(axis));
             }
         })?;
-        if header.sender != self.sender {
+        if header.sender != *sender {
             return Err(Rejection::ForeignSender);
         }
-        let axis = found.ok_or(Rejection::AxisMissing)?;
-        if axis.implausible_field().is_some() {
+        if found == 0 {
+            return Err(Rejection::AxisMissing);
+        }
+        if good == 0 {
             return Err(Rejection::Implausible);
         }
-        Ok(Sample { header, axis })
+        Ok(Frame {
+            header,
+            axes: samples,
+        })
     }
 }
 
 /// Turns the frames of one key into messages.
 #[derive(Clone, Debug)]
 pub enum Reader {
-    /// Axes: a sample per frame.
-    Axis(Intake),
+    /// Axes: a message per frame.
+    Axes(Intake),
     /// What others ask this node.
     Questions(KeySeal),
     /// What the followed node answers.
@@ -97,12 +126,21 @@ impl Reader {
         })
     }
 
+    /// How many axes it takes of each frame.
+    #[must_use]
+    pub fn axes(&self) -> usize {
+        match self {
+            Self::Axes(intake) => intake.samples.len(),
+            Self::Questions(_) | Self::Answers(_) => 0,
+        }
+    }
+
     /// What the node is told about a frame: one message, but for answers, which may be several or
     /// none. Does not allocate.
-    pub fn read(&self, payload: &[u8], mut each: impl FnMut(Message)) {
+    pub fn read(&mut self, payload: &[u8], mut each: impl FnMut(&Message<'_>)) {
         match self {
-            Self::Axis(intake) => each(intake.message(payload)),
-            Self::Questions(seal) => each(match seal.open_question(payload) {
+            Self::Axes(intake) => each(&intake.message(payload)),
+            Self::Questions(seal) => each(&match seal.open_question(payload) {
                 Ok(question) => Message::Question(question),
                 Err(reason) => Message::Rejected(reason),
             }),
@@ -113,10 +151,10 @@ impl Reader {
                     asker,
                 } = intake;
                 let read = seal.open_answers(payload, *sender, *asker, |answer| {
-                    each(Message::Answer(*answer));
+                    each(&Message::Answer(*answer));
                 });
                 if let Err(reason) = read {
-                    each(Message::Rejected(reason));
+                    each(&Message::Rejected(reason));
                 }
             }
         }
@@ -125,6 +163,6 @@ impl Reader {
 
 impl From<Intake> for Reader {
     fn from(intake: Intake) -> Self {
-        Self::Axis(intake)
+        Self::Axes(intake)
     }
 }

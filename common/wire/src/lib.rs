@@ -30,7 +30,7 @@
 //! let length = encode_body(&header, &[axis], &mut body)?;
 //!
 //! // Without its send stamp and check sum it is no frame yet.
-//! let intake = Intake::new(&conveyor.channel_key(Channel::Axes), &conveyor, 3);
+//! let mut intake = Intake::new(&conveyor.channel_key(Channel::Axes), &conveyor, &[3]);
 //! assert!(intake.accept(&body[..length]).is_err());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -49,7 +49,7 @@ pub use answering::{Answering, AnsweringCounters};
 pub use channel::Channel;
 pub use command::{CommandAnswer, CommandOrder, CommandOutcome};
 pub use exchange::Question;
-pub use frame::{FrameHeader, Sample};
+pub use frame::{AxisSample, Frame, FrameHeader};
 pub use intake::{Intake, Reader};
-pub use message::{Message, Outgoing};
+pub use message::{KeptMessage, Message, Outgoing};
 pub use rejection::{Rejection, RejectionCounters};

@@ -5,21 +5,83 @@ use coaxle_clock::{Instant, Local};
 
 use crate::channel::Channel;
 use crate::exchange::Question;
-use crate::frame::Sample;
+use crate::frame::{AxisSample, Frame};
 use crate::rejection::Rejection;
 
 /// What a node is told about its subscriptions. One variant per kind of event, so that the node is
 /// the only place that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Message {
-    /// An accepted frame, reduced to the axis this node follows.
-    Sample(Sample),
+pub enum Message<'a> {
+    /// An accepted frame, reduced to the axes that this node follows.
+    Frame(Frame<'a>),
     /// Somebody asks what this node's clock shows.
     Question(Question),
     /// The followed node answers a question of this node.
     Answer(Answer),
     /// A frame that was refused before it got here.
     Rejected(Rejection),
+}
+
+impl<'a> Message<'a> {
+    /// The message without its axes, and these: so it can be kept in two places.
+    #[must_use]
+    pub const fn split(&self) -> (Message<'static>, &'a [Option<AxisSample>]) {
+        match *self {
+            Self::Frame(Frame { header, axes }) => {
+                (Message::Frame(Frame { header, axes: &[] }), axes)
+            }
+            Self::Question(question) => (Message::Question(question), &[]),
+            Self::Answer(answer) => (Message::Answer(answer), &[]),
+            Self::Rejected(reason) => (Message::Rejected(reason), &[]),
+        }
+    }
+
+    /// The message with these axes, if it is a frame.
+    #[must_use]
+    pub const fn with_axes(self, axes: &'a [Option<AxisSample>]) -> Self {
+        match self {
+            Self::Frame(Frame { header, .. }) => Self::Frame(Frame { header, axes }),
+            other => other,
+        }
+    }
+}
+
+/// A message that is kept, in a buffer that can be used again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeptMessage {
+    message: Message<'static>,
+    axes: Vec<Option<AxisSample>>,
+}
+
+impl KeptMessage {
+    /// Keeps a message.
+    #[must_use]
+    pub fn new(message: &Message<'_>) -> Self {
+        let (message, axes) = message.split();
+        Self {
+            message,
+            axes: axes.to_vec(),
+        }
+    }
+
+    /// Keeps another message instead.
+    pub fn replace(&mut self, message: &Message<'_>) {
+        let (message, axes) = message.split();
+        self.message = message;
+        self.axes.clear();
+        self.axes.extend_from_slice(axes);
+    }
+
+    /// The message.
+    #[must_use]
+    pub fn get(&self) -> Message<'_> {
+        self.message.with_axes(&self.axes)
+    }
+
+    /// Its axes, to change them.
+    pub fn axes_mut(&mut self) -> &mut [Option<AxisSample>] {
+        &mut self.axes
+    }
 }
 
 /// A frame to send, but for its last two fields.
@@ -30,6 +92,8 @@ pub enum Message {
 pub struct Outgoing<'a> {
     /// Where it goes.
     pub channel: Channel,
+    /// Which of the nodes that this one follows it goes to, counted from 0; 0 for its own channels.
+    pub far: usize,
     /// The ideal start of the cycle it belongs to, in this node's clock.
     pub ideal_start: Instant<Local>,
     /// The frame up to its send stamp.

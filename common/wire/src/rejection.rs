@@ -27,11 +27,11 @@ pub enum Rejection {
     /// Somebody else publishes under the sender's key.
     #[error("the frame comes from another node than the key belongs to")]
     ForeignSender,
-    /// The axis that the receiver follows is not in it.
-    #[error("the axis that is followed is not in the frame")]
+    /// None of the axes that the receiver follows is in it.
+    #[error("none of the axes that are followed is in the frame")]
     AxisMissing,
-    /// A kinematic value of the axis is NaN, infinite, or larger than any axis is.
-    #[error("a kinematic value of the axis is no number between -1e15 and 1e15")]
+    /// Each of them has a kinematic value that is NaN, infinite, or larger than any axis is.
+    #[error("each followed axis has a kinematic value that is no number between -1e15 and 1e15")]
     Implausible,
 }
 

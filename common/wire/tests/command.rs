@@ -9,11 +9,11 @@ mod document;
 
 use std::collections::BTreeSet;
 
-use coaxle_axis::AxisStatus;
 use coaxle_axis::guard::GuardRefusal;
+use coaxle_axis::{Awaits, AxisStatus};
 use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_saw::{CouplingMoment, LimitGuard, SlaveLimits};
-use coaxle_slave::{Accepted, Command, CouplingPhase, Dynamics, JobNumber, Refusal};
+use coaxle_slave::{Command, CouplingPhase, Dynamics, Refusal};
 use coaxle_wire::command::{
     BadOrder, CommandAnswer, CommandOrder, CommandOutcome, MAX_KNOWN_SLAVES, MAX_ORDER_BYTES,
     NotTaken, SawRefused, SawView, SlaveName, SlaveView, Verdict,
@@ -81,7 +81,8 @@ fn the_documented_answers_are_written() {
     };
     let outcomes = [
         CommandOutcome::Accepted {
-            accepted: Accepted::Job(JobNumber(7)),
+            job: Some(7),
+            awaits: Awaits::empty(),
             slave: view(AxisStatus::DiscreteMotion, None, 12.5, 0.0),
             saw: None,
         },
@@ -145,7 +146,7 @@ fn the_documented_refusal_of_a_flying_saw_is_written() {
     let (order, moment) = too_near();
     let saw = order.command.as_saw().unwrap();
     let outcome = CommandOutcome::Refused {
-        refusal: saw.plan(&moment).unwrap_err().into(),
+        refusal: Refusal::Coupling(saw.plan(&moment).unwrap_err().into()),
         slave: STANDING,
         moment: Some(moment),
     };
@@ -175,7 +176,8 @@ fn a_flying_saw_is_answered_with_its_figures() {
     let plan = order.command.as_saw().unwrap().plan(&moment).unwrap();
     let answered = |order: &CommandOrder, axis_id| {
         let outcome = CommandOutcome::Accepted {
-            accepted: Accepted::AtOnce,
+            job: None,
+            awaits: Awaits::empty(),
             slave: STANDING,
             saw: Some(SawView { plan, axis_id }),
         };
@@ -241,7 +243,6 @@ fn every_reason_is_documented() {
                 received: name("x"),
                 known: [None; MAX_KNOWN_SLAVES],
             },
-            NotTaken::NoDryRun { command: "MC_X" },
             NotTaken::Busy,
             NotTaken::NoAnswer,
             NotTaken::Stopped,
@@ -343,7 +344,8 @@ fn a_dry_run_has_no_job() {
         ..documented_order()
     };
     let outcome = CommandOutcome::Accepted {
-        accepted: Accepted::Job(JobNumber(7)),
+        job: Some(7),
+        awaits: Awaits::empty(),
         slave: SlaveView {
             status: AxisStatus::Standstill,
             coupling: None,

@@ -33,9 +33,10 @@ fn answers() -> Reader {
     Reader::answers_of(&name("press"), &name("saw"))
 }
 
-fn read(reader: &Reader, payload: &[u8]) -> Vec<Message> {
+fn read(reader: &Reader, payload: &[u8]) -> Vec<Message<'static>> {
     let mut messages = Vec::new();
-    reader.read(payload, |message| messages.push(message));
+    let mut reader = reader.clone();
+    reader.read(payload, |message| messages.push(message.split().0));
     messages
 }
 

@@ -14,7 +14,7 @@ mod document;
 use std::fmt::{Display, Write as _};
 
 use coaxle_axis::guard::{GuardFault, GuardRefusal};
-use coaxle_axis::{AxisStatus, Transition};
+use coaxle_axis::{Awaits, AxisStatus, Transition};
 use coaxle_cam::{
     ActivationMode, CouplingError, JumpHandling, OperationMode, ScalingMode, StartMode,
 };
@@ -25,7 +25,9 @@ use coaxle_plate::PointType;
 use coaxle_saw::{
     CouplingMoment, GearInSyncMode, LimitGuard, SawFault, SawRefusal, SlaveLimits, SyncMask,
 };
-use coaxle_slave::{Accepted, CouplingPhase, JobNumber, OnMasterLoss, Refusal, SlaveError};
+use coaxle_slave::{
+    CouplingFault, CouplingPhase, CouplingRefusal, OnMasterLoss, Refusal, SlaveError,
+};
 use coaxle_wire::command::{
     CommandAnswer, CommandOrder, CommandOutcome, MAX_KNOWN_SLAVES, NotTaken, SawView, SlaveName,
     SlaveView,
@@ -190,30 +192,27 @@ fn answers() {
         };
         writeln!(lines, "{}", CommandAnswer::new(&order, &outcome).to_json()).unwrap();
     };
-    let accepted = |accepted, slave, saw| CommandOutcome::Accepted {
-        accepted,
+    let accepted = |job, slave, saw| CommandOutcome::Accepted {
+        job,
+        awaits: Awaits::empty(),
         slave,
         saw,
     };
-    let job = Accepted::Job(JobNumber(7));
-    answer(
-        r#"{"power":true}"#,
-        false,
-        accepted(Accepted::AtOnce, STANDING, None),
-    );
+    let job = Some(7);
+    answer(r#"{"power":true}"#, false, accepted(None, STANDING, None));
     answer(r#"{"gear-out":{}}"#, false, accepted(job, FOLLOWING, None));
     answer(r#"{"gear-out":{}}"#, true, accepted(job, FOLLOWING, None));
     answer(SAW, false, accepted(job, FOLLOWING, view(3)));
     answer(
         r#"{"read-flying-saw-characteristics":{}}"#,
         false,
-        accepted(Accepted::AtOnce, FOLLOWING, view(3)),
+        accepted(None, FOLLOWING, view(3)),
     );
     answer(
         SAW,
         true,
         CommandOutcome::Refused {
-            refusal: saw.plan(&fast).unwrap_err().into(),
+            refusal: coupling(saw.plan(&fast).unwrap_err()),
             slave: STANDING,
             moment: Some(fast),
         },
@@ -235,9 +234,6 @@ fn answers() {
             received: SlaveName::new("cariage").unwrap(),
             known,
         },
-        NotTaken::NoDryRun {
-            command: "MC_CamIn",
-        },
         NotTaken::Busy,
         NotTaken::NoAnswer,
         NotTaken::Stopped,
@@ -249,6 +245,10 @@ fn answers() {
         );
     }
     insta::assert_snapshot!(lines);
+}
+
+fn coupling(refusal: impl Into<CouplingRefusal>) -> Refusal {
+    Refusal::Coupling(refusal.into())
 }
 
 /// One refusal of each kind.
@@ -284,23 +284,16 @@ fn refusals() -> Vec<Refusal> {
         }
         .into(),
         Refusal::NoMaster,
-        Refusal::VelocityJump {
-            velocity: 10.0,
-            coupled: 500.0,
-            allowed: 5.0,
-        },
-        RatioZero {
+        coupling(RatioZero {
             ratio: 0.0,
             offset: 0.0,
-        }
-        .into(),
-        FlyingGearError::MasterPastStart {
+        }),
+        coupling(FlyingGearError::MasterPastStart {
             master: 12.0,
             start: 10.0,
-        }
-        .into(),
-        CouplingError::TableUnknown { table: 9 }.into(),
-        SawRefusal::TimeBasedPosition.into(),
+        }),
+        coupling(CouplingError::TableUnknown { table: 9 }),
+        coupling(SawRefusal::TimeBasedPosition),
         Refusal::NoCharacteristics,
         Refusal::NoLimits { command },
     ]
@@ -335,8 +328,8 @@ fn faults() {
             limit: 500.0,
         }
         .into(),
-        SlaveError::Cam(CouplingError::NotCoupled),
-        SlaveError::Saw(SawFault::Refused(SawRefusal::TimeBasedPosition)),
+        CouplingFault::Cam(CouplingError::NotCoupled).into(),
+        CouplingFault::Saw(SawFault::Refused(SawRefusal::TimeBasedPosition)).into(),
     ] {
         coded(&mut lines, error.code(), &error);
     }

@@ -9,7 +9,7 @@ use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, CycleTime, Span};
 use coaxle_wire::frame::{self, FrameHeader, MAX_AXES, body_capacity, encode_body, sender_id};
 use coaxle_wire::keys::NodeName;
-use coaxle_wire::{Channel, Intake, Message, Rejection, Sample};
+use coaxle_wire::{AxisSample, Channel, Intake, Message, Rejection};
 use proptest::prelude::*;
 
 fn press() -> NodeName {
@@ -22,7 +22,7 @@ fn key() -> String {
 
 /// Follows axis 3 of `press`.
 fn intake() -> Intake {
-    Intake::new(&key(), &press(), 3)
+    Intake::new(&key(), &press(), &[3])
 }
 
 fn header() -> FrameHeader {
@@ -95,18 +95,26 @@ const NO_STAMP: &[u8] = &[0];
 const MILLISECOND: u64 = 1_000_000;
 
 fn refusal(payload: &[u8]) -> Rejection {
-    intake().accept(payload).unwrap_err()
+    accepted(payload).unwrap_err()
+}
+
+/// The header, and the axis 3.
+fn accepted(payload: &[u8]) -> Result<(FrameHeader, AxisSample), Rejection> {
+    let mut intake = intake();
+    let frame = intake.accept(payload)?;
+    Ok((frame.header, frame.axes[0].unwrap()))
 }
 
 #[test]
 fn the_followed_axis_is_taken_from_among_the_others() {
     let payload = frame_of(&header(), &[axis(1), axis(3), axis(2)]);
-    let sample = Sample {
-        header: header(),
-        axis: axis(3),
+    let sample = AxisSample::from(&axis(3));
+    assert_eq!(accepted(&payload), Ok((header(), sample)));
+    let mut intake = intake();
+    let Message::Frame(frame) = intake.message(&payload) else {
+        panic!("it is good");
     };
-    assert_eq!(intake().accept(&payload), Ok(sample));
-    assert_eq!(intake().message(&payload), Message::Sample(sample));
+    assert_eq!((frame.header, frame.axes), (header(), &[Some(sample)][..]));
 }
 
 #[test]
@@ -114,17 +122,19 @@ fn of_axes_with_the_same_id_the_first_counts() {
     let mut second = axis(3);
     second.set_position = -1.0;
     let payload = frame_of(&header(), &[axis(3), second]);
-    assert_eq!(intake().accept(&payload).unwrap().axis, axis(3));
+    assert_eq!(accepted(&payload).unwrap().1, AxisSample::from(&axis(3)));
 }
 
 #[test]
 fn every_axis_of_a_full_frame_is_found() {
     let axes: Vec<_> = (0..MAX_AXES as u32).map(axis).collect();
     let payload = frame_of(&header(), &axes);
-    for sent in axes {
-        let intake = Intake::new(&key(), &press(), sent.axis_id);
-        assert_eq!(intake.accept(&payload).unwrap().axis, sent);
-    }
+    // Asked for in any order, they come in that order.
+    let ids: Vec<_> = (0..MAX_AXES as u32).map(|n| n * 37 % 128).collect();
+    let mut intake = Intake::new(&key(), &press(), &ids);
+    let frame = intake.accept(&payload).unwrap();
+    let expected = ids.iter().map(|id| Some(AxisSample::from(&axis(*id))));
+    assert!(frame.axes.iter().copied().eq(expected));
 }
 
 #[test]
@@ -132,7 +142,7 @@ fn the_index_of_another_maker_may_start_anywhere() {
     let mut header = header();
     header.index = CycleIndex(1);
     let payload = frame_of(&header, &[axis(3)]);
-    assert_eq!(intake().accept(&payload).unwrap().header, header);
+    assert_eq!(accepted(&payload).unwrap().0, header);
 }
 
 #[test]
@@ -156,8 +166,8 @@ fn another_node_under_the_same_key_is_refused() {
 fn a_frame_that_strayed_from_its_key_is_refused() {
     let payload = frame_of(&header(), &[axis(3)]);
     let slaves = press().channel_key(Channel::Slaves);
-    let reason = Intake::new(&slaves, &press(), 3).accept(&payload);
-    assert_eq!(reason, Err(Rejection::WrongChecksum));
+    let mut intake = Intake::new(&slaves, &press(), &[3]);
+    assert_eq!(intake.accept(&payload), Err(Rejection::WrongChecksum));
 }
 
 #[test]
@@ -295,7 +305,24 @@ fn another_axis_may_be_broken() {
     let mut broken = axis(1);
     broken.set_position = f64::NAN;
     let payload = frame_of(&header(), &[broken, axis(3)]);
-    assert_eq!(intake().accept(&payload).unwrap().axis, axis(3));
+    assert_eq!(accepted(&payload).unwrap().1, AxisSample::from(&axis(3)));
+}
+
+#[test]
+fn of_several_axes_those_that_are_good_are_taken() {
+    let mut broken = axis(1);
+    broken.actual_velocity = f64::INFINITY;
+    // The second one of that id does not stand in for the first.
+    let payload = frame_of(&header(), &[broken, axis(3), axis(1)]);
+    let mut intake = Intake::new(&key(), &press(), &[1, 2, 3]);
+    let frame = intake.accept(&payload).unwrap();
+    assert_eq!(frame.axes, [None, None, Some(AxisSample::from(&axis(3)))]);
+    // Nothing of it is left in the next one.
+    let payload = frame_of(&header(), &[axis(2)]);
+    let frame = intake.accept(&payload).unwrap();
+    assert_eq!(frame.axes, [None, Some(AxisSample::from(&axis(2))), None]);
+    let payload = frame_of(&header(), &[broken]);
+    assert_eq!(intake.accept(&payload), Err(Rejection::Implausible));
 }
 
 proptest! {
@@ -325,10 +352,9 @@ proptest! {
         let mut content = content_of(&payload).to_vec();
         let place = place.index(content.len());
         content[place] = byte;
-        if let Ok(sample) = intake().accept(&with_checksum(&content)) {
-            prop_assert_eq!(sample.axis.axis_id, 3);
-            prop_assert_eq!(sample.axis.implausible_field(), None);
-            prop_assert_eq!(sample.header.sender, sender_id(&press()));
+        if let Ok((header, axis)) = accepted(&with_checksum(&content)) {
+            prop_assert!(axis.set.position.abs() <= 1e15);
+            prop_assert_eq!(header.sender, sender_id(&press()));
         }
     }
 }

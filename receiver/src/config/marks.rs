@@ -3,7 +3,7 @@
 use coaxle_node::config::{AtLeastZero, Finite, Positive};
 use serde::{Deserialize, Serialize};
 
-/// Registration marks, and a pretend sensor that sees them, as the drive is a pretend drive.
+/// Registration marks, and a simulated sensor that sees them, as the drive is a simulated one.
 ///
 /// The mark `n` is at the slave's position 0 when the master is at
 /// `first + n·spacing + spacing-drift·n·(n − 1)/2`, and what the swing adds to the spacings before

@@ -2,18 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use coaxle_motion::cam::coupling::CamIn;
-use coaxle_motion::drive::DriveParameters;
-use coaxle_motion::slave::SlaveParameters;
+use coaxle_axis::drive::DriveParameters;
+use coaxle_cam::CamIn;
 use coaxle_node::config::Positive;
 use coaxle_node::keys::NodeName;
+use coaxle_slave::SlaveParameters;
 use serde::{Deserialize, Serialize};
 
 use super::MarksConfig;
 use crate::program::StepConfig;
-
-/// Most slaves of a receiver.
-pub const MOST_SLAVES: usize = 8;
 
 /// A slave.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,7 +23,8 @@ pub struct SlaveConfig {
     /// from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<u32>,
-    /// The slave that it follows, by its name; the far axis if empty.
+    /// Its master: a far axis, by its name or as `node.id`, or another slave, by its name. The far axis
+    /// where there is but one, if empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub master: String,
     /// What it can do. Without, nothing is watched: it follows its gear, and takes no commands.

@@ -1,10 +1,10 @@
 //! Commands whose positions of the master count from a registration mark.
 
-use coaxle_motion::cam::MotionPoint;
-use coaxle_motion::cam::coupling::{ActivationMode, CamIn};
-use coaxle_motion::gear::FlyingGearParameters;
-use coaxle_motion::saw::GearInPos;
-use coaxle_motion::slave::{CamPoints, Command};
+use coaxle_cam::{ActivationMode, CamIn};
+use coaxle_gear::FlyingGearParameters;
+use coaxle_plate::MotionPoint;
+use coaxle_saw::GearInPos;
+use coaxle_slave::{CamPoints, Command};
 
 use super::sensor::Mark;
 

@@ -1,9 +1,9 @@
 //! Whether the condition of a step holds.
 
+use coaxle_axis::AxisStatus;
 use coaxle_clock::Seconds;
-use coaxle_motion::axis::AxisStatus;
-use coaxle_motion::profile::Kinematics;
-use coaxle_motion::slave::CouplingPhase;
+use coaxle_curve::profile::Kinematics;
+use coaxle_slave::CouplingPhase;
 
 use super::config::When;
 

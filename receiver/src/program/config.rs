@@ -1,8 +1,8 @@
 //! `[[slave.step]]`
 
-use coaxle_motion::axis::AxisStatus;
-use coaxle_motion::slave::Command;
+use coaxle_axis::AxisStatus;
 use coaxle_node::config::{AtLeastZero, Finite};
+use coaxle_slave::Command;
 use serde::{Deserialize, Serialize};
 
 use super::{Step, at_mark};

@@ -9,7 +9,7 @@ mod config;
 mod sensor;
 
 use coaxle_clock::Seconds;
-use coaxle_motion::slave::{Command, Refusal};
+use coaxle_slave::{Command, Refusal};
 use serde::{Deserialize, Serialize};
 
 use crate::config::MarksConfig;

@@ -1,4 +1,4 @@
-//! The pretend sensor of a slave's registration marks.
+//! The simulated sensor of a slave's registration marks.
 
 use crate::config::MarksConfig;
 

@@ -1,7 +1,7 @@
-use coaxle_motion::axis::AxisStatus;
-use coaxle_motion::profile::Kinematics;
-use coaxle_motion::slave::CouplingPhase;
+use coaxle_axis::AxisStatus;
+use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::parse;
+use coaxle_slave::CouplingPhase;
 use serde::Deserialize;
 
 use super::*;

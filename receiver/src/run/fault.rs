@@ -2,11 +2,12 @@
 
 use std::fmt;
 
+use coaxle_clock::CycleTime;
 use coaxle_clock::time_sync::{SyncError, SyncWarning};
-use coaxle_motion::slave::SlaveError;
+use coaxle_slave::SlaveError;
 use serde::Serialize;
 
-use crate::snapshot::{Health, ReceiverSnapshot, SlaveSnapshot};
+use crate::snapshot::{Health, ReceiverSnapshot, RefusedCommand, SlaveFaults};
 
 /// An error or a warning.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -20,34 +21,61 @@ impl Fault {
     /// What keeps a receiver from doing its work: a slave's error before all else, for it does not
     /// go away.
     pub(super) fn of(snapshot: &ReceiverSnapshot) -> Option<Self> {
-        let slave = |n: usize| snapshot.slaves.get(n)?.as_ref();
         match snapshot.health {
             Health::DriveTripped => Self::tripped(snapshot),
-            Health::SlaveFailed { slave: n } => Self::of_slave(slave(n)?),
-            Health::CommandRefused { slave: n } => Self::of_refusal(slave(n)?),
-            Health::CycleTimesDoNotFit => Some(Self::cycle_times(snapshot)),
-            _ => Some(snapshot.master.as_ref()?.error?.into()),
+            Health::SlaveFailed { slave } => Self::of_slave(&snapshot.faults[slave]),
+            Health::CommandRefused { slave } => Self::of_refusal(&snapshot.faults[slave]),
+            worst => {
+                let far = snapshot
+                    .far_health
+                    .iter()
+                    .position(|health| *health == worst)?;
+                Self::of_far(snapshot, far)
+            }
         }
+    }
+
+    /// What is wrong with a far node.
+    pub(super) fn of_far(snapshot: &ReceiverSnapshot, far: usize) -> Option<Self> {
+        match snapshot.far_health[far] {
+            Health::CycleTimesDoNotFit => Some(Self::cycle_times(snapshot.data_cycle_times[far])),
+            Health::Error(error) => Some(error.into()),
+            _ => None,
+        }
+    }
+
+    /// What it warns of.
+    pub(super) fn of_warning(snapshot: &ReceiverSnapshot, far: usize) -> Option<Self> {
+        let code = snapshot.signals.far[far].warning;
+        let warning = SyncWarning::DriftChangedSignificantly;
+        (warning.code() == code).then(|| warning.into())
     }
 
     fn tripped(snapshot: &ReceiverSnapshot) -> Option<Self> {
         let is_trip = |error: &SlaveError| matches!(error, SlaveError::FollowingError { .. });
-        let error = snapshot.slaves().filter_map(|slave| slave.error);
+        let mut errors = snapshot.faults.iter().filter_map(|faults| faults.error);
         let text = "the drive tripped: its following error was too large for too long";
-        let tripped = error.into_iter().find(is_trip)?;
+        let tripped = errors.find(is_trip)?;
         Some(Self::new(tripped.code(), text))
     }
 
     /// Why a slave is in error stop.
-    pub(super) fn of_slave(slave: &SlaveSnapshot) -> Option<Self> {
-        let error = slave.error?;
+    pub(super) fn of_slave(faults: &SlaveFaults) -> Option<Self> {
+        let error = faults.error?;
         Some(Self::named(error.code(), &error.to_string()))
     }
 
-    /// Why a slave refused a command last.
-    pub(super) fn of_refusal(slave: &SlaveSnapshot) -> Option<Self> {
-        let refusal = slave.refusal?;
-        Some(Self::named(refusal.code(), &refusal.to_string()))
+    /// Why a slave refused a command last; if only when it was due, which one it was.
+    pub(super) fn of_refusal(faults: &SlaveFaults) -> Option<Self> {
+        let RefusedCommand { refusal, job } = faults.refusal?;
+        let fault = Self::named(refusal.code(), &refusal.to_string());
+        Some(match job {
+            None => fault,
+            Some(job) => Self {
+                text: format!("{job}, refused when it was due: {}", fault.text),
+                ..fault
+            },
+        })
     }
 
     /// A text that begins with its code.
@@ -56,8 +84,8 @@ impl Fault {
         Self::new(code, after.unwrap_or(text))
     }
 
-    fn cycle_times(snapshot: &ReceiverSnapshot) -> Self {
-        let received = match snapshot.data_cycle_time {
+    fn cycle_times(received: Option<CycleTime>) -> Self {
+        let received = match received {
             Some(time) => format!("{} µs", time.span().as_micros_f64()),
             None => "none".to_owned(),
         };

@@ -1,17 +1,22 @@
 //! What of a receiver's life is worth a line in the log.
 
 use coaxle_clock::delay::DelayState;
-use coaxle_clock::{Instant, Seconds, Span};
+use coaxle_clock::time_sync::SyncWarning;
+use coaxle_clock::{Instant, Span};
 use coaxle_host::Machine;
 use coaxle_node::keys::NodeName;
 
 use super::fault::Fault;
-use crate::record::StateName;
-use crate::snapshot::{Health, MasterSnapshot, ReceiverSnapshot};
+use crate::config::ReceiverConfig;
+use crate::names::StateName;
+use crate::signals::FarNodeSignals;
+use crate::snapshot::{Health, ReceiverSnapshot};
 
 /// Looks for changes from cycle to cycle.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Journal {
+    /// The names of the far nodes.
+    far: Vec<String>,
     before: Option<ReceiverSnapshot>,
     window: Option<Window>,
 }
@@ -43,11 +48,26 @@ struct Window {
 }
 
 impl Journal {
+    pub(super) fn new(config: &ReceiverConfig) -> Self {
+        Self {
+            far: config.far.iter().map(|far| far.node.to_string()).collect(),
+            before: None,
+            window: None,
+        }
+    }
+
     /// What a cycle has changed.
     pub(super) fn take(&mut self, at: Instant<Machine>, now: &ReceiverSnapshot) -> Vec<Note> {
-        let mut notes = match self.before.replace(*now) {
-            Some(before) => changes(&before, now),
-            None => Vec::new(),
+        let mut notes = match &mut self.before {
+            Some(before) => {
+                let notes = changes(before, now, &self.far);
+                before.clone_from(now);
+                notes
+            }
+            None => {
+                self.before = Some(now.clone());
+                Vec::new()
+            }
         };
         self.keep_short(at, &mut notes);
         notes
@@ -99,40 +119,59 @@ impl Note {
     }
 }
 
-fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot) -> Vec<Note> {
+/// Where several nodes are followed, each line says which one it is about.
+fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, far: &[String]) -> Vec<Note> {
     let mut notes = Vec::new();
-    if now.counters.restarts > before.counters.restarts {
+    let pairs = before.signals.far.iter().zip(&now.signals.far);
+    for (n, (signals, changed)) in pairs.enumerate() {
+        let mut own = changes_of_far(signals, changed);
+        if now.far_health[n] != before.far_health[n] && !is_of_a_slave(now.health) {
+            own.insert(usize::from(!own.is_empty()), health_of_far(now, n));
+        }
+        if far.len() > 1 {
+            own.iter_mut()
+                .for_each(|note| note.text = format!("{}: {}", far[n], note.text));
+        }
+        notes.extend(own);
+    }
+    if now.health != before.health && is_of_a_slave(now.health) {
+        notes.push(failure(now, Fault::of(now)));
+    }
+    notes
+}
+
+const fn is_of_a_slave(health: Health) -> bool {
+    matches!(
+        health,
+        Health::DriveTripped | Health::SlaveFailed { .. } | Health::CommandRefused { .. }
+    )
+}
+
+fn changes_of_far(before: &FarNodeSignals, now: &FarNodeSignals) -> Vec<Note> {
+    let mut notes = Vec::new();
+    if now.restarts > before.restarts {
         notes.push(Note::new(Level::Warning, "the master's node has restarted"));
     }
-    if now.health != before.health {
-        notes.push(health(now));
-    }
     notes.extend(delay(before, now));
-    let warning = |snapshot: &ReceiverSnapshot| snapshot.master.and_then(|m| m.warning);
-    if let Some(warning) = warning(now).filter(|_| warning(before).is_none()) {
-        let fault = Fault::from(warning);
+    if now.warning != 0 && before.warning == 0 {
+        let fault = Fault::from(SyncWarning::DriftChangedSignificantly);
         notes.push(Note::new(Level::Warning, format!("warning {fault}")));
     }
     notes
 }
 
 /// That the delay was measured, and that its measurement grew old.
-fn delay(before: &ReceiverSnapshot, now: &ReceiverSnapshot) -> Option<Note> {
-    let delay = now.delay?;
-    if before
-        .delay
-        .is_some_and(|before| before.state == delay.state)
-    {
+fn delay(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
+    if before.delay == now.delay {
         return None;
     }
-    let micros = |seconds: Option<Seconds>| seconds.map_or(f64::NAN, Seconds::as_micros);
-    let value = micros(delay.delay);
-    match delay.state {
+    let value = now.delay_us.unwrap_or(f64::NAN);
+    match now.delay? {
         DelayState::Measured => Some(Note::new(
             Level::Info,
             format!(
                 "delay measured: {value:.1} µs, at most {:.1} µs off",
-                micros(delay.uncertainty)
+                now.delay_uncertainty_us.unwrap_or(f64::NAN)
             ),
         )),
         DelayState::Stale => Some(Note::new(
@@ -143,97 +182,94 @@ fn delay(before: &ReceiverSnapshot, now: &ReceiverSnapshot) -> Option<Note> {
     }
 }
 
-fn health(now: &ReceiverSnapshot) -> Note {
-    match (now.health, &now.master) {
-        (Health::Ok, Some(master)) => Note::new(Level::Info, well(master)),
-        (Health::StartingUp, Some(master)) => {
-            let state = StateName::from(master.state).as_str();
+fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
+    let signals = &now.signals.far[n];
+    let state = now.state_of(n).map(StateName::as_str);
+    match (now.far_health[n], state) {
+        (Health::Ok, Some(_)) => Note::new(Level::Info, well(signals, now.state_of(n))),
+        (Health::StartingUp, Some(state)) => {
             let text = format!("starting up in {state} mode until the far clock's drift is known");
             Note::new(Level::Info, text)
         }
-        (Health::MasterSilent, Some(master)) => {
+        (Health::MasterSilent, _) => {
             let text = format!(
                 "no new data from the master for {} cycles",
-                master.age_cycles
+                signals.age_cycles
             );
             Note::new(Level::Warning, text)
         }
-        _ => match Fault::of(now) {
-            Some(fault) => {
-                let state = now.master.map(|m| StateName::from(m.state).as_str());
-                let means = match state {
-                    Some(state) => format!("set values in {state} mode"),
-                    None => "no set values".to_owned(),
-                };
-                Note::new(Level::Error, format!("error {fault}; {means}"))
-            }
-            None => Note::new(Level::Info, now.health.name().as_str()),
+        (health, _) => match Fault::of_far(now, n) {
+            Some(fault) => means(fault, state),
+            None => Note::new(Level::Info, health.name().as_str()),
         },
     }
 }
 
-fn well(master: &MasterSnapshot) -> String {
-    match StateName::from(master.state) {
-        StateName::Sync => format!(
-            "synchronised after {} beats, drift {:+.2} ppm",
-            master.beats, master.drift_ppm
+/// What is wrong with a slave.
+fn failure(now: &ReceiverSnapshot, fault: Option<Fault>) -> Note {
+    let state = now.state_of(0).map(StateName::as_str);
+    match fault {
+        Some(fault) => means(fault, state),
+        None => Note::new(Level::Info, now.health.name().as_str()),
+    }
+}
+
+fn means(fault: Fault, state: Option<&'static str>) -> Note {
+    let means = match state {
+        Some(state) => format!("set values in {state} mode"),
+        None => "no set values".to_owned(),
+    };
+    Note::new(Level::Error, format!("error {fault}; {means}"))
+}
+
+fn well(signals: &FarNodeSignals, state: Option<StateName>) -> String {
+    let drift = signals.drift_ppm.unwrap_or_default();
+    match state {
+        Some(StateName::Sync) => format!(
+            "synchronised after {} beats, drift {drift:+.2} ppm",
+            signals.beats
         ),
-        StateName::Observer => format!("synchronised, drift {:+.2} ppm", master.drift_ppm),
-        state => format!("follows the master in {} mode", state.as_str()),
+        Some(StateName::Observer) => format!("synchronised, drift {drift:+.2} ppm"),
+        Some(state) => format!("follows the master in {} mode", state.as_str()),
+        None => "ok".to_owned(),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::ReceiverConfig;
-    use crate::node::Receiver;
-    use coaxle_clock::CycleIndex;
-    use coaxle_clock::time_sync::{SyncError, SyncWarning};
-    use coaxle_motion::profile::Kinematics;
-    use coaxle_motion::remote::FilterState;
-    use coaxle_motion::slave::SlaveError;
-    use coaxle_node::Node;
+    use coaxle_clock::time_sync::SyncError;
     use coaxle_node::config::parse;
+    use coaxle_slave::SlaveError;
 
-    fn waiting() -> ReceiverSnapshot {
-        let text = "name = 'saw'\ncycle-time-us = 1000\nmaster.node = 'conveyor'";
-        let config: ReceiverConfig = parse("r", text).unwrap();
-        Receiver::new(&config, Instant::EPOCH, 1)
-            .unwrap()
-            .snapshot()
+    fn config() -> ReceiverConfig {
+        parse(
+            "r",
+            "name = 'saw'\ncycle-time-us = 1000\nmaster.node = 'conveyor'",
+        )
+        .unwrap()
     }
 
-    fn following(health: Health, state: FilterState) -> ReceiverSnapshot {
-        ReceiverSnapshot {
-            health,
-            master: Some(MasterSnapshot {
-                epoch: 1,
-                index: CycleIndex(1),
-                count: 1,
-                age_cycles: 1_001,
-                received: Kinematics::default(),
-                corrected: Kinematics::default(),
-                far_time: None,
-                state,
-                synced: state == FilterState::Sync,
-                error: None,
-                warning: None,
-                beats: 2,
-                correction_time: None,
-                drift_ppm: -12.345,
-            }),
-            ..waiting()
+    fn waiting() -> ReceiverSnapshot {
+        ReceiverSnapshot::new(&config(), Instant::EPOCH)
+    }
+
+    fn following(health: Health, state: StateName) -> ReceiverSnapshot {
+        let mut snapshot = waiting();
+        snapshot.health = health;
+        if !is_of_a_slave(health) {
+            snapshot.far_health[0] = health;
         }
+        let far = &mut snapshot.signals.far[0];
+        far.age_cycles = 1_001;
+        far.beats = 2;
+        far.drift_ppm = Some(-12.345);
+        snapshot.signals.axes[0].state = Some(state);
+        snapshot
     }
 
     fn failed() -> ReceiverSnapshot {
-        let error = SyncError::MaxDataAgeExceeded;
-        let mut snapshot = following(Health::Error(error), FilterState::Pt1);
-        if let Some(master) = &mut snapshot.master {
-            master.error = Some(error);
-        }
-        snapshot
+        following(Health::Error(SyncError::MaxDataAgeExceeded), StateName::Pt1)
     }
 
     fn at(millis: i64) -> Instant<Machine> {
@@ -242,29 +278,25 @@ mod tests {
 
     #[test]
     fn each_change_is_told_once() {
-        let mut warned = following(Health::Ok, FilterState::Sync);
-        if let Some(master) = &mut warned.master {
-            master.warning = Some(SyncWarning::DriftChangedSignificantly);
-        }
-        let mut restarted = warned;
-        restarted.counters.restarts = 1;
-        let mut tripped = following(Health::DriveTripped, FilterState::Time);
-        if let Some(slave) = &mut tripped.slaves[0] {
-            slave.error = Some(SlaveError::FollowingError {
-                following_error: 3.0,
-            });
-        }
+        let mut warned = following(Health::Ok, StateName::Sync);
+        warned.signals.far[0].warning = SyncWarning::DriftChangedSignificantly.code();
+        let mut restarted = warned.clone();
+        restarted.signals.far[0].restarts = 1;
+        let mut tripped = following(Health::DriveTripped, StateName::Time);
+        tripped.faults[0].error = Some(SlaveError::FollowingError {
+            following_error: 3.0,
+        });
         let life = [
             waiting(),
-            following(Health::StartingUp, FilterState::Time),
-            following(Health::Ok, FilterState::Sync),
+            following(Health::StartingUp, StateName::Time),
+            following(Health::Ok, StateName::Sync),
             warned,
             restarted,
             failed(),
-            following(Health::MasterSilent, FilterState::Pt1),
+            following(Health::MasterSilent, StateName::Pt1),
             tripped,
         ];
-        let mut journal = Journal::default();
+        let mut journal = Journal::new(&config());
         let mut told = Vec::new();
         for (k, snapshot) in (0..).zip(&life) {
             told.extend(journal.take(at(1_000 * k), snapshot));
@@ -303,11 +335,11 @@ mod tests {
 
     #[test]
     fn a_receiver_that_flutters_does_not_flood_the_log() {
-        let mut journal = Journal::default();
+        let mut journal = Journal::new(&config());
         let mut lines = Vec::new();
         for k in 0..2_001 {
             let snapshot = match k % 2 {
-                0 => following(Health::StartingUp, FilterState::Time),
+                0 => following(Health::StartingUp, StateName::Time),
                 _ => failed(),
             };
             lines.extend(journal.take(at(k), &snapshot));

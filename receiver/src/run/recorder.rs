@@ -1,12 +1,11 @@
 //! What becomes of a receiver's cycles: trace, log and status.
 
-use coaxle_host::{ArrivalRecord, ArrivalsTrace, Record, Recorder, Trace, fields_of};
+use coaxle_host::{ArrivalRecord, ArrivalsTrace, Record, Recorder, Trace};
 use serde_json::{Map, Value};
 
 use super::journal::Journal;
-use super::status::Status;
+use super::status;
 use crate::config::ReceiverConfig;
-use crate::record::{HealthName, ReceiverRecord};
 use crate::snapshot::ReceiverSnapshot;
 
 /// Keeps the newest cycle for the status, and what is wanted in files.
@@ -21,7 +20,7 @@ pub(super) struct ReceiverRecorder {
 #[derive(Default)]
 pub(super) struct Files {
     /// Every cycle.
-    pub(super) trace: Option<Trace<ReceiverRecord>>,
+    pub(super) trace: Option<Trace>,
     /// What came in from the followed node.
     pub(super) arrivals: Option<ArrivalsTrace>,
 }
@@ -31,7 +30,7 @@ impl ReceiverRecorder {
         Self {
             config: config.clone(),
             files,
-            journal: Journal::default(),
+            journal: Journal::new(config),
             newest: None,
         }
     }
@@ -42,13 +41,15 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
         let snapshot = &record.snapshot;
         if let Some(trace) = &mut self.files.trace {
             let (at, woke) = (record.ideal_start.as_nanos(), record.woke.as_nanos());
-            let row = ReceiverRecord::new(at, woke, snapshot);
-            trace.write(record.ideal_start, [row]);
+            trace.write(record.ideal_start, [(at, woke, &snapshot.signals)]);
         }
         for note in self.journal.take(record.ideal_start, snapshot) {
             note.log(&self.config.name);
         }
-        self.newest = Some(*snapshot);
+        match &mut self.newest {
+            Some(newest) => newest.clone_from(snapshot),
+            None => self.newest = Some(snapshot.clone()),
+        }
     }
 
     fn arrived(&mut self, record: &ArrivalRecord) {
@@ -59,12 +60,8 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
 
     fn status(&self) -> Map<String, Value> {
         match &self.newest {
-            Some(snapshot) => fields_of(&Status::of(&self.config, snapshot)),
-            // Before its first cycle it has not looked at its master yet.
-            None => {
-                let health = HealthName::WaitingForMaster.as_str();
-                Map::from_iter([("health".to_owned(), health.into())])
-            }
+            Some(snapshot) => status::of(&self.config, snapshot),
+            None => status::before_the_first_cycle(),
         }
     }
 
@@ -81,27 +78,27 @@ mod tests {
     use super::*;
     use crate::node::Receiver;
     use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
-    use coaxle_motion::axis::NcToPlcAxis;
+    use coaxle_curve::profile::Kinematics;
     use coaxle_node::config::parse;
-    use coaxle_node::{FrameHeader, Message, Node, Rejection, Sample};
+    use coaxle_node::signal::Group;
+    use coaxle_node::{AxisSample, Frame, FrameHeader, Message, Node, Rejection};
 
     const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
 
     /// What the host adds, with a subscription and something to publish.
-    const HOST_FIELDS: [&str; 17] = [
+    const HOST_FIELDS: [&str; 16] = [
         "node",
         "role",
         "epoch",
         "uptime_s",
         "cycles",
         "telemetry_dropped",
+        "exchange_refused",
         "published",
         "publish_dropped",
         "publish_failed",
         "followed",
-        "source",
-        "source_alive",
-        "frame_age_ms",
+        "sources",
         "received",
         "refused",
         "mailbox_dropped",
@@ -123,24 +120,24 @@ mod tests {
 
     fn coupled() -> ReceiverSnapshot {
         let mut receiver = Receiver::new(&config(), Instant::EPOCH, 1).unwrap();
-        let sample = Sample {
-            header: FrameHeader {
-                sender: 1,
-                epoch: 5,
-                index: CycleIndex(9),
-                count: 9,
-                cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
-                send_stamp: None,
-            },
-            axis: NcToPlcAxis {
-                set_position: 2.5,
-                ..NcToPlcAxis::default()
-            },
+        let header = FrameHeader {
+            sender: 1,
+            epoch: 5,
+            index: CycleIndex(9),
+            count: 9,
+            cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+            send_stamp: None,
         };
-        receiver.receive(Instant::EPOCH, &Message::Sample(sample));
-        receiver.receive(Instant::EPOCH, &Message::Rejected(Rejection::Implausible));
+        let axis = AxisSample {
+            set: Kinematics::at_rest(2.5),
+            ..AxisSample::default()
+        };
+        let axes = &[Some(axis)];
+        receiver.receive(Instant::EPOCH, 0, &Message::Frame(Frame { header, axes }));
+        let refused = Message::Rejected(Rejection::Implausible);
+        receiver.receive(Instant::EPOCH, 0, &refused);
         let _ = receiver.cycle(Instant::EPOCH);
-        receiver.snapshot()
+        receiver.snapshot().clone()
     }
 
     #[test]
@@ -156,8 +153,8 @@ mod tests {
         recorder.record(&record(coupled()));
         let mut status = recorder.status();
         assert_eq!(status["health"], "starting-up");
-        assert_eq!(status["counters"]["rejected"]["implausible"], 1);
-        assert_eq!(status["master"]["received_position"], 2.5);
+        assert_eq!(status["far"]["conveyor"]["rejected_implausible"], 1);
+        assert_eq!(status["axes"]["conveyor.3"]["received_position"], 2.5);
         assert_eq!(status["error"], Value::Null);
         for field in HOST_FIELDS {
             assert!(!status.contains_key(field), "{field} is the host's");
@@ -169,7 +166,14 @@ mod tests {
             .map(|json| serde_json::from_str::<Value>(json).expect("valid JSON"))
             .find(|example| example.get("role").is_some_and(|role| role == "receiver"))
             .expect("an example");
-        assert_eq!(shape(&example), shape(&Value::Object(status)));
+        // The example's signals are some of many: `docs/SIGNALS.md` has them all.
+        let whole = shape(&Value::Object(status));
+        for path in shape(&example) {
+            assert!(
+                path.starts_with("sources.") || whole.contains(&path),
+                "{path}"
+            );
+        }
     }
 
     /// All paths of an object.
@@ -185,25 +189,48 @@ mod tests {
     }
 
     #[test]
+    fn the_status_says_every_signal_of_everything() {
+        let mut recorder = ReceiverRecorder::new(&config(), Files::default());
+        recorder.record(&record(coupled()));
+        let status = recorder.status();
+        for instance in config().instances() {
+            let of = match instance.group {
+                Group::Node => &Value::Object(status.clone()),
+                Group::FarNode => &status["far"][&instance.name],
+                Group::FarAxis => &status["axes"][&instance.name],
+                Group::Slave => &status["slaves"][&instance.name],
+            };
+            for signal in instance.signals {
+                assert!(of.get(signal.name).is_some(), "{}", signal.name);
+            }
+        }
+    }
+
+    #[test]
     fn an_error_is_code_and_text_and_a_master_that_does_not_fit_is_one() {
         let mut recorder = ReceiverRecorder::new(&config(), Files::default());
         let mut snapshot = coupled();
         snapshot.health = crate::Health::CycleTimesDoNotFit;
-        snapshot.data_cycle_time = CycleTime::new(Span::from_micros(1_500)).ok();
+        snapshot.far_health[0] = snapshot.health;
+        snapshot.data_cycle_times[0] = CycleTime::new(Span::from_micros(1_500)).ok();
         recorder.record(&record(snapshot));
-        let error = &recorder.status()["error"];
-        assert_eq!(error["code"], "0x4b56");
-        assert!(
-            error["text"].as_str().unwrap().contains("1500 µs"),
-            "{error}"
-        );
+        for error in [
+            &recorder.status()["error"],
+            &recorder.status()["far"]["conveyor"]["error"],
+        ] {
+            assert_eq!(error["code"], "0x4b56");
+            assert!(
+                error["text"].as_str().unwrap().contains("1500 µs"),
+                "{error}"
+            );
+        }
     }
 
     #[test]
-    fn a_trace_has_a_row_per_cycle() {
+    fn a_trace_has_a_row_per_cycle_and_a_value_per_column() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("trace.csv");
-        let columns = ReceiverRecord::columns(["slave"]);
+        let columns = config().columns();
         let trace = Trace::with_columns(&path, &columns).unwrap();
         let files = Files {
             trace: Some(trace),
@@ -216,11 +243,24 @@ mod tests {
         recorder.finish().unwrap();
         let mut reader = csv::Reader::from_path(&path).unwrap();
         assert_eq!(reader.headers().unwrap(), columns);
-        let rows: Vec<ReceiverRecord> = reader
-            .records()
-            .map(|row| row.unwrap().deserialize(None).unwrap())
-            .collect();
-        let expected = ReceiverRecord::new(1_000, 1_700, &coupled());
-        assert_eq!(rows, [expected.clone(), expected.clone(), expected]);
+        let rows: Vec<_> = reader.records().map(Result::unwrap).collect();
+        assert_eq!(rows.len(), 3);
+        let value = |column: &str| {
+            let place = columns.iter().position(|name| name == column).unwrap();
+            &rows[2][place]
+        };
+        for (column, expected) in [
+            ("at_ns", "1000"),
+            ("woke_ns", "1700"),
+            ("health", "starting-up"),
+            ("conveyor.count", "9"),
+            ("conveyor.rejected_implausible", "1"),
+            ("conveyor.3.received_position", "2.5"),
+            ("conveyor.3.state", "time"),
+            ("slave.state", "synchronized-motion"),
+            ("slave.following_error", "0.0"),
+        ] {
+            assert_eq!(value(column), expected, "{column}");
+        }
     }
 }

@@ -2,53 +2,48 @@
 
 use std::path::Path;
 
+use coaxle_axis::drive::Drive;
+use coaxle_cam::{CouplingError, TableId, Tables};
 use coaxle_clock::CycleTime;
-use coaxle_motion::cam::coupling::Tables;
-use coaxle_motion::drive::Drive;
-use coaxle_motion::gear::LinearGear;
-use coaxle_motion::slave::{CoupledStart, SlaveAxis};
+use coaxle_gear::LinearGear;
 use coaxle_node::cam_file::CamFile;
+use coaxle_node::frame::MAX_AXES;
+use coaxle_slave::{CoupledStart, SlaveAxis};
 
 use super::Slaves;
 use super::follower::Follower;
-use super::slave::{Body, Slave, Source};
+use super::slave::{Body, Slave};
 use super::tool::Tool;
-use crate::config::{CamSource, CoupleConfig, MOST_SLAVES, ReceiverConfig, SlaveConfig};
+use crate::config::{CamSource, CoupleConfig, MasterRef, ReceiverConfig, SlaveConfig, WrongSlave};
 use crate::program::Program;
-
-/// A slave that no receiver can have.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{field}: {reason}")]
-pub struct WrongSlave {
-    /// The slave and its field.
-    pub field: String,
-    /// What was received and what is expected, with the NC's code where there is one.
-    pub reason: String,
-}
 
 impl Slaves {
     /// # Errors
     /// [`WrongSlave`] names the slave and the field.
     pub(crate) fn new(config: &ReceiverConfig) -> Result<Self, WrongSlave> {
         let slaves = &config.slaves;
-        if !(1..=MOST_SLAVES).contains(&slaves.len()) {
+        if slaves.len() > MAX_AXES {
             return Err(WrongSlave {
                 field: "slave".to_owned(),
                 reason: format!(
-                    "received {} slaves, expected 1 to {MOST_SLAVES}",
+                    "received {} slaves, expected at most {MAX_AXES}: their frame holds no more",
                     slaves.len()
                 ),
             });
         }
         check_names_and_ids(config)?;
-        let sources = sources(slaves)?;
+        let sources = (0..slaves.len())
+            .map(|n| config.master_of(n))
+            .collect::<Result<Vec<_>, _>>()?;
         let order = in_order(slaves, &sources)?;
         let mut by_id: Vec<usize> = (0..slaves.len()).collect();
         by_id.sort_by_key(|n| config.slave_id(*n));
         let slaves = (0..slaves.len())
             .map(|n| slave(config, n, sources[n]))
             .collect::<Result<Vec<_>, _>>()?;
+        let leads = (0..slaves.len()).map(|n| sources.contains(&MasterRef::Slave(n)));
         Ok(Self {
+            leads: leads.collect(),
             axes: Vec::with_capacity(slaves.len()),
             slaves,
             order,
@@ -65,7 +60,15 @@ fn wrong(n: usize, field: &str, reason: impl ToString) -> WrongSlave {
 }
 
 fn check_names_and_ids(config: &ReceiverConfig) -> Result<(), WrongSlave> {
+    let far_axes = config.far_axis_names();
     for (n, slave) in config.slaves.iter().enumerate() {
+        if far_axes.iter().any(|axis| axis == slave.name.as_str()) {
+            let reason = format!(
+                "received {:?}, which is a far axis, expected a name of its own",
+                slave.name.as_str()
+            );
+            return Err(wrong(n, "name", reason));
+        }
         let before = &config.slaves[..n];
         if before.iter().any(|other| other.name == slave.name) {
             let reason = format!(
@@ -83,35 +86,14 @@ fn check_names_and_ids(config: &ReceiverConfig) -> Result<(), WrongSlave> {
     Ok(())
 }
 
-fn sources(slaves: &[SlaveConfig]) -> Result<Vec<Source>, WrongSlave> {
-    let source = |(n, slave): (usize, &SlaveConfig)| {
-        if slave.master.is_empty() {
-            return Ok(Source::Far);
-        }
-        let is_master = |other: &SlaveConfig| other.name.as_str() == slave.master;
-        slaves
-            .iter()
-            .position(is_master)
-            .map(Source::Slave)
-            .ok_or_else(|| {
-                let reason = format!(
-                    "received {:?}, expected the name of a slave, or none for the far axis",
-                    slave.master
-                );
-                wrong(n, "master", reason)
-            })
-    };
-    slaves.iter().enumerate().map(source).collect()
-}
-
 /// Masters before their slaves.
-fn in_order(slaves: &[SlaveConfig], sources: &[Source]) -> Result<Vec<usize>, WrongSlave> {
+fn in_order(slaves: &[SlaveConfig], sources: &[MasterRef]) -> Result<Vec<usize>, WrongSlave> {
     let mut order: Vec<usize> = Vec::new();
     while order.len() < slaves.len() {
         let is_next = |n: &usize| {
             let has_master = match sources[*n] {
-                Source::Far => true,
-                Source::Slave(master) => order.contains(&master),
+                MasterRef::Far(_) => true,
+                MasterRef::Slave(master) => order.contains(&master),
             };
             has_master && !order.contains(n)
         };
@@ -128,7 +110,7 @@ fn circle(slaves: &[SlaveConfig], order: &[usize]) -> WrongSlave {
         .find(|n| !order.contains(n))
         .unwrap_or_default();
     let reason = format!(
-        "0x816f: received {:?}, which follows {:?} in the end, or a circle of others; expected the \
+        "0x816f: received {:?}, which follows {:?} in the end, or a circle of others; expected a \
          far axis at the root",
         slaves[n].master,
         slaves[n].name.as_str()
@@ -136,7 +118,7 @@ fn circle(slaves: &[SlaveConfig], order: &[usize]) -> WrongSlave {
     wrong(n, "master", reason)
 }
 
-fn slave(config: &ReceiverConfig, n: usize, source: Source) -> Result<Slave, WrongSlave> {
+fn slave(config: &ReceiverConfig, n: usize, source: MasterRef) -> Result<Slave, WrongSlave> {
     let slave = &config.slaves[n];
     let gear = LinearGear::new(slave.gear.ratio, slave.gear.offset)
         .map_err(|error| wrong(n, "gear", error))?;
@@ -152,16 +134,21 @@ fn slave(config: &ReceiverConfig, n: usize, source: Source) -> Result<Slave, Wro
             let mut axis = SlaveAxis::new(limits, drive, cycle_time)
                 .map_err(|error| wrong(n, "limits", error))?;
             let master_id = match source {
-                Source::Far => config.master.axis,
-                Source::Slave(master) => config.slave_id(master),
+                MasterRef::Far(axis) => config
+                    .far_axes()
+                    .nth(axis)
+                    .map_or(0, |(_, _, axis)| axis.id),
+                MasterRef::Slave(master) => config.slave_id(master),
             };
-            axis.select_cams(tables(slave, n)?, master_id, id);
+            if !slave.cams.is_empty() {
+                axis.select_cams(tables(slave, n)?, master_id, id)
+                    .map_err(|error| wrong(n, "limits", error))?;
+            }
             let start = match slave.couple() {
                 CoupleConfig::Off => None,
                 CoupleConfig::Gear => Some(CoupledStart::Gear(gear)),
                 CoupleConfig::Cam(cam_in) => {
-                    axis.cam_tables()
-                        .plate(cam_in.table)
+                    check_plate(&axis, cam_in.table)
                         .map_err(|error| wrong(n, "couple.cam.table", error))?;
                     Some(CoupledStart::Cam(cam_in))
                 }
@@ -182,6 +169,13 @@ fn slave(config: &ReceiverConfig, n: usize, source: Source) -> Result<Slave, Wro
         Tool::new(&slave.tool),
         program,
     ))
+}
+
+fn check_plate(axis: &SlaveAxis, table: TableId) -> Result<(), CouplingError> {
+    match axis.cam_tables() {
+        Some(tables) => tables.plate(table).map(drop),
+        None => Err(CouplingError::TableUnknown { table }),
+    }
 }
 
 /// A slave without limits does nothing but follow its gear.

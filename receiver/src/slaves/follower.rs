@@ -1,11 +1,11 @@
 //! A slave that nothing watches: it follows its gear, beats and all.
 
+use coaxle_axis::drive::{Drive, DriveState};
+use coaxle_axis::{AxisState, AxisStatus, CoupleState, NcToPlcAxis, StateWord};
 use coaxle_clock::Seconds;
-use coaxle_motion::axis::{AxisState, AxisStatus, CoupleState, NcToPlcAxis, StateWord};
-use coaxle_motion::drive::{Drive, DriveState};
-use coaxle_motion::gear::LinearGear;
-use coaxle_motion::profile::Kinematics;
-use coaxle_motion::slave::SlaveError;
+use coaxle_curve::profile::Kinematics;
+use coaxle_gear::LinearGear;
+use coaxle_slave::SlaveError;
 
 use super::Master;
 

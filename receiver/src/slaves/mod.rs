@@ -1,22 +1,19 @@
-//! The slaves of a receiver: each follows the far axis, or another slave.
+//! The slaves of a receiver: each follows a far axis, or another slave.
 
 mod build;
 mod follower;
-mod late;
 mod slave;
 mod tool;
 
+use coaxle_axis::{CoupleState, Job, NcToPlcAxis, Origin};
 use coaxle_clock::Seconds;
-use coaxle_motion::axis::{CoupleState, NcToPlcAxis};
-use coaxle_motion::profile::Kinematics;
-use coaxle_motion::slave::{Accepted, Command, Refusal, SlaveError};
+use coaxle_curve::profile::Kinematics;
 use coaxle_node::{CommandOrder, CommandOutcome};
+use coaxle_slave::{Command, Refusal, SlaveError};
 
-use crate::config::MOST_SLAVES;
-use crate::snapshot::{Health, SlaveSnapshot};
-pub use build::WrongSlave;
-use late::Origin;
-use slave::{Slave, Source};
+use crate::config::MasterRef;
+use crate::snapshot::{Health, ReceiverSnapshot};
+use slave::Slave;
 
 /// All slaves.
 #[derive(Debug)]
@@ -27,6 +24,8 @@ pub(crate) struct Slaves {
     order: Vec<usize>,
     /// Their numbers, by axis id.
     by_id: Vec<usize>,
+    /// Whether each of them leads another.
+    leads: Vec<bool>,
     /// What is published of them.
     axes: Vec<NcToPlcAxis>,
 }
@@ -49,12 +48,12 @@ pub struct SlaveNumber(pub(crate) usize);
 
 impl Slaves {
     /// One cycle of all of them.
-    pub(crate) fn update(&mut self, far: Option<&Master>, elapsed: Seconds) {
+    pub(crate) fn update(&mut self, far: &[Option<Master>], elapsed: Seconds) {
         for place in 0..self.order.len() {
             let n = self.order[place];
             let master = match self.slaves[n].source() {
-                Source::Far => far.copied(),
-                Source::Slave(master) => self.slaves[master].as_master(),
+                MasterRef::Far(axis) => far[axis],
+                MasterRef::Slave(master) => self.slaves[master].as_master(),
             };
             self.slaves[n].cycle(master.as_ref(), elapsed);
             self.slaves[n].watch_tool();
@@ -66,8 +65,8 @@ impl Slaves {
         &mut self,
         SlaveNumber(n): SlaveNumber,
         command: &Command,
-    ) -> Result<Accepted, Refusal> {
-        self.slaves[n].command(command, Origin::Outside)
+    ) -> Result<Job, Refusal> {
+        self.slaves[n].command(command, Origin::Order)
     }
 
     /// An order of somebody in the network.
@@ -84,8 +83,7 @@ impl Slaves {
         self.axes.clear();
         for n in &self.by_id {
             if let Some(mut axis) = self.slaves[*n].axis_struct() {
-                let leads = |slave: &Slave| slave.source() == Source::Slave(*n);
-                if self.slaves.iter().any(leads) {
+                if self.leads[*n] {
                     axis.couple_state = match axis.couple_state {
                         CoupleState::Slave => CoupleState::MasterSlave,
                         _ => CoupleState::Master,
@@ -97,8 +95,13 @@ impl Slaves {
         &self.axes
     }
 
-    pub(crate) fn snapshots(&self) -> [Option<SlaveSnapshot>; MOST_SLAVES] {
-        std::array::from_fn(|n| self.slaves.get(n).map(Slave::snapshot))
+    /// Fills in what they show of themselves.
+    pub(crate) fn show(&self, shown: &mut ReceiverSnapshot) {
+        let places = shown.signals.slaves.iter_mut().zip(&mut shown.faults);
+        for (slave, (signals, faults)) in self.slaves.iter().zip(places) {
+            *faults = slave.faults();
+            *signals = slave.signals(faults);
+        }
     }
 
     /// What keeps a slave from its work.

@@ -1,45 +1,37 @@
 //! One slave: program, commands, coupling and life cycle, drive.
 
+use coaxle_axis::drive::Drive;
+use coaxle_axis::{AxisStatus, CommandState, Job, NcToPlcAxis, Origin};
 use coaxle_clock::Seconds;
-use coaxle_motion::axis::{AxisStatus, NcToPlcAxis};
-use coaxle_motion::drive::Drive;
-use coaxle_motion::profile::Kinematics;
-use coaxle_motion::saw::CouplingMoment;
-use coaxle_motion::slave::{
-    Accepted, Command, CoupledStart, CouplingPhase, Refusal, SlaveAxis, SlaveError,
-};
-use coaxle_node::command::{NotTaken, SawView, SlaveView};
+use coaxle_curve::profile::Kinematics;
+use coaxle_node::command::{SawView, SlaveView};
 use coaxle_node::{CommandOrder, CommandOutcome};
+use coaxle_saw::CouplingMoment;
+use coaxle_slave::{
+    Change, Command, CoupledStart, CouplingPhase, CouplingRefusal, EndedJob, JobError, Refusal,
+    SlaveAxis, SlaveError,
+};
 
 use super::Master;
 use super::follower::Follower;
-use super::late::{Late, Origin};
 use super::tool::Tool;
+use crate::config::MasterRef;
 use crate::program::{Program, Situation};
-use crate::snapshot::{DriveSnapshot, SlaveSnapshot};
+use crate::signals::SlaveSignals;
+use crate::snapshot::{RefusedCommand, SlaveFaults};
 
 /// A slave.
 #[derive(Debug)]
 pub(super) struct Slave {
     id: u32,
-    source: Source,
+    source: MasterRef,
     body: Body,
     tool: Tool,
     program: Option<Program>,
-    late: Late,
-    /// Why a command was refused last.
-    refusal: Option<Refusal>,
+    /// The command that was refused last.
+    refusal: Option<RefusedCommand>,
     /// What was to couple it from the start could not.
     start_refused: bool,
-}
-
-/// Where its master comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Source {
-    /// The far axis.
-    Far,
-    /// The slave with this number.
-    Slave(usize),
 }
 
 /// What moves.
@@ -58,10 +50,7 @@ impl Body {
     fn master_scaling(&self) -> f64 {
         match self {
             Self::Follower(_) => 1.0,
-            Self::Axis { axis, .. } => axis
-                .cam_coupling()
-                .info(axis.cam_tables(), 0, None)
-                .map_or(1.0, |info| info.master_scaling),
+            Self::Axis { axis, .. } => axis.master_scaling(),
         }
     }
 }
@@ -69,7 +58,7 @@ impl Body {
 impl Slave {
     pub(super) fn new(
         id: u32,
-        source: Source,
+        source: MasterRef,
         body: Body,
         tool: Tool,
         program: Option<Program>,
@@ -80,7 +69,6 @@ impl Slave {
             body,
             tool,
             program,
-            late: Late::default(),
             refusal: None,
             start_refused: false,
         }
@@ -97,12 +85,23 @@ impl Slave {
             Body::Axis { axis, .. } => {
                 let sound = master.filter(|master| master.is_sound);
                 axis.update(sound.map(|master| &master.set), elapsed);
-                if let Some((refusal, origin)) = self.late.refused(axis) {
-                    self.refusal = Some(refusal);
-                    if let (Origin::Program, Some(program)) = (origin, &mut self.program) {
-                        program.refused_late();
-                    }
-                }
+                self.take_ended_jobs();
+            }
+        }
+    }
+
+    /// What became of jobs that have come to their end: some are refused only when they are due.
+    fn take_ended_jobs(&mut self) {
+        let Body::Axis { axis, .. } = &mut self.body else {
+            return;
+        };
+        while let Some(EndedJob { job, state }) = axis.take_ended() {
+            let CommandState::Failed(JobError::Refused(refusal)) = state else {
+                continue;
+            };
+            self.refusal = Some(RefusedCommand::when_due(refusal, job));
+            if let (Origin::Program, Some(program)) = (job.origin, &mut self.program) {
+                program.refused_late();
             }
         }
     }
@@ -115,26 +114,31 @@ impl Slave {
     }
 
     /// The one way for commands, whoever gives them.
-    pub(super) fn command(
-        &mut self,
-        command: &Command,
-        origin: Origin,
-    ) -> Result<Accepted, Refusal> {
-        let answer = match &mut self.body {
+    pub(super) fn command(&mut self, command: &Command, origin: Origin) -> Result<Job, Refusal> {
+        let change = self.plan(command);
+        self.apply(change, origin)
+    }
+
+    fn plan(&self, command: &Command) -> Result<Change, Refusal> {
+        match &self.body {
             Body::Follower(_) => Err(no_limits(command)),
-            Body::Axis { axis, start } => {
-                let answer = axis.command(command);
-                if answer.is_ok() {
-                    *start = None;
-                }
-                answer
-            }
-        };
-        match answer {
-            Ok(accepted) => self.late.remember(accepted, origin),
-            Err(refusal) => self.refusal = Some(refusal),
+            Body::Axis { axis, .. } => axis.plan(command),
         }
-        answer
+    }
+
+    fn apply(&mut self, change: Result<Change, Refusal>, origin: Origin) -> Result<Job, Refusal> {
+        let applied = change.and_then(|change| match &mut self.body {
+            Body::Follower(_) => Err(Refusal::NoMaster),
+            Body::Axis { axis, start } => {
+                *start = None;
+                Ok(axis.apply(change, origin))
+            }
+        });
+        self.refusal = match applied {
+            Ok(_) => self.refusal,
+            Err(refusal) => Some(refusal.into()),
+        };
+        applied
     }
 
     fn run_program(&mut self, master: Option<&Master>, elapsed: Seconds) {
@@ -179,13 +183,13 @@ impl Slave {
             return false;
         };
         if let Err(refusal) = axis.switch_on_coupled(&start, &master.set) {
-            self.refusal = Some(refusal);
+            self.refusal = Some(refusal.into());
             self.start_refused = true;
         }
         !self.start_refused
     }
 
-    pub(super) const fn source(&self) -> Source {
+    pub(super) const fn source(&self) -> MasterRef {
         self.source
     }
 
@@ -223,26 +227,34 @@ impl Slave {
         self.start_refused || self.program.as_ref().is_some_and(Program::is_refused)
     }
 
-    /// An order of somebody in the network.
+    /// An order of somebody in the network. A dry run is a plan that is not applied.
     pub(super) fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
-        let command = &order.command;
-        let answer = if order.dry_run {
-            match self.dry_run(command) {
-                Some(answer) => answer,
-                None => {
-                    let command = command.name();
-                    return CommandOutcome::NotTaken(NotTaken::NoDryRun { command });
+        let planned = self.plan(&order.command);
+        let (job, planned) = match planned {
+            Ok(change) if !order.dry_run => {
+                let at_once = change.is_done_at_once();
+                let planned = Ok(change);
+                match self.apply(Ok(change), Origin::Order) {
+                    Ok(job) => (Some(job.number).filter(|_| !at_once), planned),
+                    Err(refusal) => (None, Err(refusal)),
                 }
             }
-        } else {
-            self.command(command, Origin::Outside)
+            Err(refusal) if !order.dry_run => {
+                self.refusal = Some(refusal.into());
+                (None, Err(refusal))
+            }
+            planned => (None, planned),
         };
         let slave = self.view();
-        match answer {
-            Ok(accepted) => CommandOutcome::Accepted {
-                accepted,
+        match planned {
+            Ok(change) => CommandOutcome::Accepted {
+                job,
+                awaits: change.awaits(),
                 slave,
-                saw: self.saw_view(order),
+                saw: change.saw_plan().map(|plan| SawView {
+                    plan: *plan,
+                    axis_id: self.id,
+                }),
             },
             Err(refusal) => CommandOutcome::Refused {
                 refusal,
@@ -252,34 +264,12 @@ impl Slave {
         }
     }
 
-    fn dry_run(&mut self, command: &Command) -> Option<Result<Accepted, Refusal>> {
-        match &mut self.body {
-            Body::Follower(_) => Some(Err(no_limits(command))),
-            Body::Axis { axis, .. } => axis.dry_run(command),
-        }
-    }
-
-    /// The flying saw that an accepted order is about.
-    fn saw_view(&self, order: &CommandOrder) -> Option<SawView> {
-        let Body::Axis { axis, .. } = &self.body else {
-            return None;
-        };
-        let plan = match (order.command.as_saw(), order.dry_run) {
-            (Some(saw), true) => axis.foresee(saw).ok()?,
-            (Some(_), false) => *axis.saw_plan()?,
-            (None, _) if matches!(order.command, Command::ReadFlyingSawCharacteristics {}) => {
-                *axis.saw_plan()?
-            }
-            _ => return None,
-        };
-        let axis_id = self.id;
-        Some(SawView { plan, axis_id })
-    }
-
     /// What a flying saw that is refused would have been planned from.
     fn coupling_moment(&self, refusal: &Refusal) -> Option<CouplingMoment> {
         match (&self.body, refusal) {
-            (Body::Axis { axis, .. }, Refusal::Saw(_)) => axis.coupling_moment(),
+            (Body::Axis { axis, .. }, Refusal::Coupling(CouplingRefusal::Saw(_))) => {
+                axis.coupling_moment()
+            }
             _ => None,
         }
     }
@@ -296,23 +286,31 @@ impl Slave {
         }
     }
 
-    pub(super) fn snapshot(&self) -> SlaveSnapshot {
-        let drive = self.drive();
-        SlaveSnapshot {
-            id: self.id,
-            status: self.status(),
-            phase: self.phase(),
+    pub(super) fn faults(&self) -> SlaveFaults {
+        SlaveFaults {
             error: self.error(),
             refusal: self.refusal,
-            set: self.set(),
-            drive: DriveSnapshot {
-                state: drive.state(),
-                position: self.actual_position(),
-                velocity: drive.velocity(),
-                following_error: drive.following_error(),
-            },
-            program: self.program.as_ref().map(Program::snapshot),
+        }
+    }
+
+    pub(super) fn signals(&self, faults: &SlaveFaults) -> SlaveSignals {
+        let (drive, set) = (self.drive(), self.set());
+        let program = self.program.as_ref().map(Program::snapshot);
+        SlaveSignals {
+            position: set.map(|set| set.position),
+            velocity: set.map(|set| set.velocity),
+            acceleration: set.map(|set| set.acceleration),
+            state: self.status(),
+            phase: self.phase(),
+            error: faults.error.map_or(0, |error| error.code()),
+            refusal: faults.refusal.map_or(0, |refusal| refusal.code()),
+            program: program.map(|program| program.state),
+            step: program.map(|program| program.step),
             cuts: self.tool.cuts() + self.program.as_ref().map_or(0, Program::cuts),
+            drive_state: drive.state().into(),
+            drive_position: self.actual_position(),
+            drive_velocity: drive.velocity(),
+            following_error: drive.following_error(),
         }
     }
 

@@ -3,15 +3,19 @@
 
 #![allow(dead_code, reason = "each test file takes what it needs")]
 
+mod shown;
+
 use std::collections::VecDeque;
 
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::config::parse;
 use coaxle_node::frame::KeySeal;
-use coaxle_node::{Channel, Intake, Message, Node, Sample};
-use coaxle_receiver::{Receiver, ReceiverConfig, ReceiverSnapshot};
+use coaxle_node::{AxisSample, Channel, Intake, KeptMessage, Message, Node};
+use coaxle_receiver::{Receiver, ReceiverConfig};
 use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
+#[allow(unused_imports, reason = "each test file takes what it needs")]
+pub(crate) use shown::{Shown, SlaveShown};
 
 /// How long a frame is on its way.
 pub(crate) const LATENCY: Span = Span::from_micros(230);
@@ -91,7 +95,7 @@ impl Far {
 }
 
 /// Changes a message just before the receiver gets it.
-pub(crate) type Tweak = Box<dyn FnMut(Nanos, &mut Sample)>;
+pub(crate) type Tweak = Box<dyn FnMut(Nanos, &mut AxisSample)>;
 
 /// A receiver with its mailbox.
 pub(crate) struct Near {
@@ -99,12 +103,14 @@ pub(crate) struct Near {
     pub(crate) node: Receiver,
     intake: Intake,
     seal: KeySeal,
-    mailbox: VecDeque<(Nanos, Message)>,
+    mailbox: VecDeque<(Nanos, KeptMessage)>,
     /// It is not woken before this.
     asleep_until: Nanos,
     pub(crate) tweak: Option<Tweak>,
+    /// Its sender's index starts here instead of at 0.
+    pub(crate) first_index: Option<u16>,
     /// One per cycle.
-    pub(crate) snapshots: Vec<ReceiverSnapshot>,
+    pub(crate) snapshots: Vec<Shown>,
     /// True time of each cycle.
     pub(crate) truths: Vec<Nanos>,
     /// The newest frame of its slave.
@@ -137,15 +143,17 @@ impl Near {
     fn of(config: &ReceiverConfig, ppm: i64) -> Self {
         let clock = Clock { ppm };
         let start = clock.read(MILLISECOND / 2);
-        let key = config.master.node.channel_key(config.master.channel.into());
+        let far = &config.far[0];
+        let key = far.node.channel_key(far.channel.into());
         Self {
             clock,
             node: Receiver::new(config, start, 77).expect("valid"),
-            intake: Intake::new(&key, &config.master.node, config.master.axis),
+            intake: Intake::new(&key, &far.node, &far.axes.ids()),
             seal: KeySeal::new(&config.name.channel_key(Channel::Slaves)),
             mailbox: VecDeque::new(),
             asleep_until: 0,
             tweak: None,
+            first_index: None,
             snapshots: Vec::new(),
             truths: Vec::new(),
             slave_frame: None,
@@ -164,13 +172,16 @@ impl Near {
 
     /// A frame that was sent at this instant.
     pub(crate) fn post(&mut self, sent: Nanos, frame: &[u8]) {
-        let message = self.intake.message(frame);
-        self.post_message(sent, message);
-    }
-
-    pub(crate) fn post_message(&mut self, sent: Nanos, mut message: Message) {
-        if let (Message::Sample(sample), Some(tweak)) = (&mut message, &mut self.tweak) {
-            tweak(sent, sample);
+        let mut message = KeptMessage::new(&self.intake.message(frame));
+        if let Some(tweak) = &mut self.tweak {
+            message
+                .axes_mut()
+                .iter_mut()
+                .flatten()
+                .for_each(|axis| tweak(sent, axis));
+        }
+        if let Some(first) = self.first_index {
+            message = counted_from(first, &message);
         }
         let arrival = sent + LATENCY.as_nanos();
         self.mailbox
@@ -182,11 +193,12 @@ impl Near {
         while let Some((arrival, message)) = self.mailbox.front()
             && *arrival <= truth
         {
-            self.node.receive(self.clock.read(*arrival), message);
+            self.node
+                .receive(self.clock.read(*arrival), 0, &message.get());
             self.mailbox.pop_front();
         }
         let _ = self.node.cycle(self.clock.read(truth));
-        self.snapshots.push(self.node.snapshot());
+        self.snapshots.push(Shown::of(self.node.snapshot()));
         self.truths.push(truth);
         let mut frame = None;
         while let Some(outgoing) = self.node.transmit() {
@@ -199,12 +211,12 @@ impl Near {
         frame
     }
 
-    pub(crate) fn last(&self) -> &ReceiverSnapshot {
+    pub(crate) fn last(&self) -> &Shown {
         self.snapshots.last().expect("a cycle ran")
     }
 
     /// The snapshots of the last `count` cycles.
-    pub(crate) fn newest(&self, count: usize) -> &[ReceiverSnapshot] {
+    pub(crate) fn newest(&self, count: usize) -> &[Shown] {
         &self.snapshots[self.snapshots.len() - count..]
     }
 }
@@ -242,7 +254,7 @@ pub(crate) fn run_pair(far: &mut Far, near: &mut Near, until: Nanos) {
 }
 
 /// The largest deviation of the slave's step per cycle from what `velocity` makes of it, as a share.
-pub(crate) fn ripple(snapshots: &[ReceiverSnapshot], cycle_s: f64, velocity: f64) -> f64 {
+pub(crate) fn ripple(snapshots: &[Shown], cycle_s: f64, velocity: f64) -> f64 {
     snapshots
         .windows(2)
         .map(|pair| {
@@ -250,4 +262,15 @@ pub(crate) fn ripple(snapshots: &[ReceiverSnapshot], cycle_s: f64, velocity: f64
             (((after - before) / cycle_s - velocity) / velocity).abs()
         })
         .fold(0.0, f64::max)
+}
+
+/// The message with another index.
+fn counted_from(first: u16, message: &KeptMessage) -> KeptMessage {
+    match message.get() {
+        Message::Frame(mut frame) => {
+            frame.header.index.0 = frame.header.index.0.wrapping_add(first);
+            KeptMessage::new(&Message::Frame(frame))
+        }
+        other => KeptMessage::new(&other),
+    }
 }

@@ -4,9 +4,9 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use coaxle_motion::cam::{Characteristics, PlateEnd};
-use coaxle_motion::law::{Extreme, MinMax};
+use coaxle_curve::law::{Extreme, MinMax};
 use coaxle_node::cam_file::CamFile;
+use coaxle_plate::{Characteristics, PlateEnd};
 use serde_json::{Value, json};
 
 use super::load;

@@ -10,8 +10,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use coaxle_motion::cam::Plate;
 use coaxle_node::cam_file::CamFile;
+use coaxle_plate::Plate;
 
 use crate::inspect;
 

@@ -1,7 +1,7 @@
 //! `coaxle cam plot`: the course of a plate as a page for a browser.
 
-use coaxle_motion::cam::{MotionPoint, Plate, PointType};
 use coaxle_node::cam_file::{CamFile, Shape};
+use coaxle_plate::{MotionPoint, Plate, PointType};
 
 use super::text::{description, heading, master_heading};
 use crate::inspect::{Charts, Sampled, name};

@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 
 use clap::Parser;
-use coaxle_motion::law::MotionLaw;
+use coaxle_curve::law::MotionLaw;
 use coaxle_node::cam_file::Shape;
 use serde_json::Value;
 

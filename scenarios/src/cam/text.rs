@@ -1,7 +1,7 @@
 //! Units and plates in words.
 
-use coaxle_motion::cam::{Course, Plate, TableType};
 use coaxle_node::cam_file::CamFile;
+use coaxle_plate::{Course, Plate, TableType};
 
 use crate::inspect::{QUANTITIES, shown};
 

@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use coaxle_motion::cam::{Plate, ValueSelect};
 use coaxle_node::cam_file::CamFile;
+use coaxle_plate::{Plate, ValueSelect};
 
 use super::load;
 use super::text::{heading, master_heading, parse_finite};

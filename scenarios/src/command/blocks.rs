@@ -55,6 +55,9 @@ const JUMP: Field = may(
 );
 const VELOCITY: Field = may("velocity", "Highest speed on the way, u/s");
 
+const PHASING_VELOCITY: Field = may("velocity", "Highest speed of the shift, master u/s");
+const ADDED_VELOCITY: Field = may("velocity", "How much faster it may be, u/s");
+
 const DYNAMICS: &[Field] = &[
     inner("acceleration", "dynamics.acceleration", "Highest, u/s²"),
     inner("deceleration", "dynamics.deceleration", "Highest, u/s²"),
@@ -213,7 +216,36 @@ pub(super) fn blocks() -> Vec<Block> {
         block(
             "gear-in",
             "MC_GearIn: couple by a constant ratio",
-            &[&[must("ratio", "Slave units per master unit")]],
+            &[&[must("ratio", "Slave units per master unit")], DYNAMICS],
+        ),
+        block(
+            "gear-in-multi-master",
+            "MC_GearInMultiMaster: couple to the sum of several masters, or change the ratios",
+            &[
+                &[must("ratios", "Of each master, as JSON: '[1, -0.5]'")],
+                DYNAMICS,
+            ],
+        ),
+        block(
+            "phasing-absolute",
+            "MC_PhasingAbsolute: shift the master as the slave sees it",
+            &[
+                &[must("shift", "How far, master u"), PHASING_VELOCITY],
+                DYNAMICS,
+            ],
+        ),
+        block(
+            "phasing-relative",
+            "MC_PhasingRelative: shift the master by so much more",
+            &[
+                &[must("shift", "How far, master u"), PHASING_VELOCITY],
+                DYNAMICS,
+            ],
+        ),
+        block(
+            "move-superimposed",
+            "MC_MoveSuperImposed: add a distance to what moves the axis",
+            &[&[must("distance", "How far, u"), ADDED_VELOCITY], DYNAMICS],
         ),
         block("gear-out", "MC_GearOut: uncouple, keep the velocity", &[]),
         block(

@@ -10,10 +10,10 @@ use std::path::PathBuf;
 use anyhow::{Context, bail};
 use clap::Args;
 use coaxle_host::Commander;
-use coaxle_motion::slave;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::{CommandAnswer, SlaveName, Verdict};
 use coaxle_node::keys::NodeName;
+use coaxle_slave as slave;
 
 use crate::inspect;
 use spelled::Spelled;
@@ -95,14 +95,18 @@ fn in_words(answer: &CommandAnswer) -> String {
         Verdict::Accepted {
             dry_run,
             job,
+            awaits,
             axis,
             saw,
         } => {
-            let verdict = match (dry_run, job) {
+            let mut verdict = match (dry_run, job) {
                 (true, _) => "would be accepted".to_owned(),
                 (false, Some(job)) => format!("accepted, job {job}"),
                 (false, None) => "accepted".to_owned(),
             };
+            if !awaits.is_empty() {
+                verdict += &format!("; checked when it is due: {}", awaits.join(", "));
+            }
             (verdict, axis, saw.as_ref().map(saw::accepted))
         }
         Verdict::Refused {
@@ -129,9 +133,9 @@ fn in_words(answer: &CommandAnswer) -> String {
 mod tests {
     use super::*;
     use clap::Parser;
-    use coaxle_motion::axis::AxisStatus;
-    use coaxle_motion::slave::{Accepted, Dynamics, JobNumber, Refusal};
+    use coaxle_axis::{Awaits, AxisStatus};
     use coaxle_node::command::{CommandOutcome, NotTaken, SlaveView};
+    use coaxle_slave::{Dynamics, Refusal};
 
     #[derive(Debug, Parser)]
     struct Cli {
@@ -205,17 +209,17 @@ mod tests {
             position: 12.5,
             velocity: 0.0,
         };
-        let accepted = Accepted::Job(JobNumber(7));
         let refusal = Refusal::NoMaster;
         for (dry_run, outcome, expected) in [
             (
                 false,
                 CommandOutcome::Accepted {
-                    accepted,
+                    job: Some(7),
+                    awaits: Awaits::JUMP | Awaits::FINITE,
                     slave,
                     saw: None,
                 },
-                "accepted, job 7; the slave is in standstill at 12.5, velocity 0",
+                "accepted, job 7; checked when it is due: no-jump, finite; the slave is in standstill at 12.5, velocity 0",
             ),
             (
                 true,

@@ -52,8 +52,8 @@ pub(super) fn refused(saw: &SawRefused) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use coaxle_motion::saw::{SawForm, SawRemedy};
     use coaxle_node::command::NamedValue;
+    use coaxle_saw::{SawForm, SawRemedy};
 
     #[test]
     fn what_a_saw_comes_to_is_said() {

@@ -2,7 +2,7 @@
 
 use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Command, FromArgMatches, Subcommand};
-use coaxle_motion::slave;
+use coaxle_slave as slave;
 use serde_json::{Map, Value, json};
 
 use super::blocks::{Block, blocks};

@@ -1,9 +1,9 @@
 //! When and where a slave is coupled and released.
 
+use coaxle_axis::AxisStatus;
 use coaxle_clock::Span;
-use coaxle_motion::axis::AxisStatus;
-use coaxle_motion::slave::CouplingPhase;
-use coaxle_receiver::SlaveRecord;
+use coaxle_receiver::signals::SlaveSignals;
+use coaxle_slave::CouplingPhase;
 
 use crate::summary::CouplingSummary;
 
@@ -55,7 +55,7 @@ impl Way {
 
 impl CouplingJudge {
     /// The next cycle; `master` is where the slave has its master.
-    pub(super) fn push(&mut self, at_ns: i64, master: Option<f64>, slave: &SlaveRecord) {
+    pub(super) fn push(&mut self, at_ns: i64, master: Option<f64>, slave: &SlaveSignals) {
         let (Some(master), Some(position)) = (master, slave.position) else {
             return;
         };
@@ -128,11 +128,11 @@ mod tests {
     fn judged(course: &[(Option<CouplingPhase>, f64)]) -> CouplingSummary {
         let mut judge = CouplingJudge::default();
         for (n, (phase, master)) in course.iter().enumerate() {
-            let slave = SlaveRecord {
+            let slave = SlaveSignals {
                 position: Some(0.5 * master),
                 phase: *phase,
                 state: AxisStatus::SynchronizedMotion,
-                ..SlaveRecord::default()
+                ..SlaveSignals::default()
             };
             judge.push(n as i64 * 1_000_000, Some(*master), &slave);
         }
@@ -179,16 +179,16 @@ mod tests {
     #[test]
     fn what_couples_a_slave_from_the_start_does_not_count() {
         let mut judge = CouplingJudge::default();
-        let off = SlaveRecord {
+        let off = SlaveSignals {
             position: Some(0.0),
-            ..SlaveRecord::default()
+            ..SlaveSignals::default()
         };
         judge.push(0, Some(500.0), &off);
-        let coupled = SlaveRecord {
+        let coupled = SlaveSignals {
             position: Some(500.0),
             phase: Some(CouplingPhase::InSync),
             state: AxisStatus::SynchronizedMotion,
-            ..SlaveRecord::default()
+            ..SlaveSignals::default()
         };
         judge.push(1_000_000, Some(500.0), &coupled);
         assert_eq!(judge.finish(), CouplingSummary::default());

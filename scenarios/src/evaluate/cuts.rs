@@ -1,8 +1,9 @@
 //! The error of every cut: where the tool truly met the material, against the marks on it.
 
 use coaxle_clock::{Instant, Span};
+use coaxle_receiver::SlaveConfig;
 use coaxle_receiver::config::{MarksConfig, ToolConfig};
-use coaxle_receiver::{SlaveConfig, SlaveRecord};
+use coaxle_receiver::signals::SlaveSignals;
 
 use super::Reference;
 use super::moments::Moments;
@@ -32,7 +33,7 @@ pub(super) struct Moment {
 }
 
 impl Moment {
-    pub(super) fn new(slave: &SlaveRecord, at_ns: i64, local_master: Option<f64>) -> Self {
+    pub(super) fn new(slave: &SlaveSignals, at_ns: i64, local_master: Option<f64>) -> Self {
         Self {
             at: Instant::from_nanos(at_ns),
             cuts: slave.cuts,

@@ -3,19 +3,21 @@
 use std::collections::VecDeque;
 
 use coaxle_clock::{CycleTime, Instant, Span};
-use coaxle_receiver::config::GearConfig;
-use coaxle_receiver::{DriveStateName, ReceiverConfig, ReceiverRecord};
+use coaxle_receiver::config::{GearConfig, MasterRef};
+use coaxle_receiver::{DriveStateName, FarConfig, ReceiverConfig, SignalRow};
 use coaxle_sim::{Oracle, Truth};
 
 use super::cuts::{self, Truth as _};
 use super::drift::DriftTruth;
 use super::lag::Lag;
 use super::moments::Moments;
+use super::settling::{Settled, Settling};
 use super::slave::SlaveJudge;
 use super::{Master, Reference, Row};
 use crate::curves::Curves;
+use crate::record::Record;
 use crate::summary::ReceiverSummary;
-use crate::topology::Root;
+use crate::topology::View;
 
 /// Cycles after the first data from which a receiver that never synchronises is judged.
 const SETTLING: u64 = 100;
@@ -25,19 +27,22 @@ const SETTLING: u64 = 100;
 pub(super) struct Judge {
     motion: usize,
     clock: usize,
-    root: Root,
+    view: View,
     /// From the master to the first slave, where gears alone couple it.
     gear: Option<GearConfig>,
     slaves: Vec<SlaveJudge>,
     cycle_time: CycleTime,
     synchronises: bool,
     /// Cycles whose truth is not known yet.
-    pub(super) waiting: VecDeque<ReceiverRecord>,
+    pub(super) waiting: VecDeque<Record>,
+    /// Records to be used again.
+    spare: Vec<Record>,
     previous: Option<Previous>,
     first_data: Option<(i64, u64)>,
     evaluating: bool,
-    ripple: Moments,
-    time_error: Moments,
+    settling: Settling,
+    ripple: Settled,
+    time_error: Settled,
     lag: Lag,
     fastest_master: f64,
     drift: DriftTruth,
@@ -61,35 +66,50 @@ struct Previous {
 const MOST_TIMES: usize = 1_000;
 
 impl Judge {
-    pub(super) fn new(config: &ReceiverConfig, motion: usize, clock: usize, root: Root) -> Self {
-        let mode = config.mode.name();
-        let slaves = config.slaves.iter().map(|slave| slave.name.as_str());
+    pub(super) fn new(config: &ReceiverConfig, motion: usize, clock: usize, view: &View) -> Self {
+        let far = &config.far[view.far];
+        let mode = far.mode.name();
+        let slaves = view.slaves.iter().map(|n| config.slaves[*n].name.as_str());
         Self {
             motion,
             clock,
-            root,
-            gear: config.gear_to(0),
-            slaves: slaves_of(config),
+            gear: view.slaves.first().and_then(|n| config.gear_to(*n)),
+            slaves: slaves_of(config, view),
             cycle_time: config.cycle_time_us.0,
-            synchronises: config.mode.synchronises(),
+            synchronises: far.mode.synchronises(),
             waiting: VecDeque::new(),
+            spare: Vec::new(),
             previous: None,
             first_data: None,
             evaluating: false,
-            ripple: Moments::default(),
-            time_error: Moments::default(),
+            settling: Settling::default(),
+            ripple: Settled::default(),
+            time_error: Settled::default(),
             lag: Lag::default(),
             fastest_master: 0.0,
             drift: DriftTruth::default(),
             was_synced: false,
             was_error: 0,
-            curves: Curves::new(config.name.as_str(), mode, slaves),
+            curves: Curves::new(&view.name, mode, slaves),
             summary: ReceiverSummary {
                 mode,
-                master: master_of(config),
+                master: master_of(config, far, view),
                 ..ReceiverSummary::default()
             },
+            view: view.clone(),
         }
+    }
+
+    /// The next cycle of its receiver.
+    pub(super) fn take(&mut self, at_ns: i64, woke_ns: i64, signals: &SignalRow) {
+        let mut record = self.spare.pop().unwrap_or_default();
+        record.fill(at_ns, woke_ns, signals, &self.view);
+        self.waiting.push_back(record);
+    }
+
+    /// A record that nobody needs any more.
+    pub(super) fn take_back(&mut self, record: Record) {
+        self.spare.push(record);
     }
 
     pub(super) fn is_known(&self, masters: &[Master], at: Instant<Reference>) -> bool {
@@ -101,14 +121,14 @@ impl Judge {
 
     pub(super) fn judge(
         &mut self,
-        record: ReceiverRecord,
+        record: Record,
         masters: &[Master],
         start: Instant<Reference>,
     ) -> Row {
         let at = Instant::from_nanos(record.at_ns);
         let far = FarAxis {
             oracle: &masters[self.motion].oracle,
-            gear: self.root.gear,
+            gear: self.view.root.gear,
             start,
         };
         let truth = far.oracle.at(at);
@@ -118,7 +138,7 @@ impl Judge {
         let set_velocity = self.difference(
             &record,
             |previous| previous.slave_position,
-            record.slave.position,
+            record.slave_position(),
         );
         let row = Row {
             t_s: far.time(at),
@@ -130,26 +150,28 @@ impl Judge {
         let record = &row.record;
         self.note_events(&row);
         self.count(record);
-        for (judge, slave) in self.slaves.iter_mut().zip(record.slaves()) {
+        for (judge, slave) in self.slaves.iter_mut().zip(&record.slaves) {
             judge.push(record, slave, &far);
         }
         self.note_sync(&row);
         if let Some(clock) = &clock {
-            let own = self.cycle_time.as_secs_f64() * record.cycle as f64;
+            let own = self.cycle_time.as_secs_f64() * record.node.cycle as f64;
             self.drift.push(at, clock, own);
         }
         if self.evaluating {
-            self.measure(&row, epoch);
             // Of a receiver that is followed the run is not known.
             let chained = self.clock != self.motion;
-            let is_heard = chained || epoch.is_some_and(|epoch| record.epoch == Some(epoch));
-            self.lag
-                .push(&row, is_heard, self.gear, self.fastest_master);
+            let is_heard = chained || epoch.is_some_and(|epoch| record.far.epoch == Some(epoch));
+            let settled = self.settling.is_settled(record.axis.synced && is_heard, at);
+            self.measure(&row, epoch, settled || !self.synchronises);
+            if settled {
+                self.lag.push(&row, self.gear, self.fastest_master);
+            }
         }
         self.curves.push(&row, self.evaluating);
         self.previous = Some(Previous {
             at_ns: record.at_ns,
-            slave_position: record.slave.position,
+            slave_position: record.slave_position(),
             true_position: master.map(|(position, _)| position),
             epoch,
             evaluated: self.evaluating,
@@ -160,7 +182,7 @@ impl Judge {
     /// The rate of a position since the previous cycle.
     fn difference(
         &self,
-        record: &ReceiverRecord,
+        record: &Record,
         before: impl Fn(&Previous) -> Option<f64>,
         now: Option<f64>,
     ) -> Option<f64> {
@@ -173,8 +195,16 @@ impl Judge {
     fn note_events(&mut self, row: &Row) {
         let (summary, record) = (&mut self.summary, &row.record);
         let events = [
-            (record.shifts, summary.shifts, &mut summary.shift_times_s),
-            (record.relocks, summary.relocks, &mut summary.relock_times_s),
+            (
+                record.far.shifts,
+                summary.shifts,
+                &mut summary.shift_times_s,
+            ),
+            (
+                record.far.relocks,
+                summary.relocks,
+                &mut summary.relock_times_s,
+            ),
         ];
         for (now, before, times) in events {
             if u64::from(now) > before && times.len() < MOST_TIMES {
@@ -183,76 +213,79 @@ impl Judge {
         }
     }
 
-    fn count(&mut self, record: &ReceiverRecord) {
+    fn count(&mut self, record: &Record) {
         let summary = &mut self.summary;
         summary.cycles += 1;
-        summary.overruns = record.overruns;
-        summary.received = record.received;
-        summary.lost = record.lost;
-        summary.duplicates = record.duplicates;
-        summary.late = record.late;
-        summary.stale = record.stale;
-        summary.rejected = record.rejected;
-        summary.restarts = record.restarts;
-        summary.beats = record.beats.into();
-        summary.drift_ppm = record.drift_ppm;
-        summary.observer_state = record.observer;
-        summary.drift_uncertainty_ppm = record.drift_sigma_ppm;
-        summary.offset_uncertainty_us = record.offset_sigma_us;
-        summary.random_walk_ppm = record.random_walk_ppm;
-        summary.block_length = record.block_length;
-        summary.shifts = record.shifts.into();
-        summary.relocks = record.relocks.into();
-        summary.delay_state = record.delay;
-        summary.delay_us = record.delay_us;
-        summary.delay_uncertainty_us = record.delay_uncertainty_us;
-        summary.exchanges = record.exchanges;
-        summary.answers_refused = record.answers_refused;
-        summary.synced_at_end = record.synced;
-        summary.drive_tripped |= record.slave.drive_state == DriveStateName::Tripped;
-        summary.following_error_max = summary
-            .following_error_max
-            .max(record.slave.following_error.abs());
+        summary.overruns = record.node.overruns;
+        summary.received = record.far.received;
+        summary.lost = record.far.lost;
+        summary.duplicates = record.far.duplicates;
+        summary.late = record.far.late;
+        summary.stale = record.far.stale;
+        summary.rejected = record.far.rejected;
+        summary.restarts = record.far.restarts;
+        summary.beats = record.far.beats.into();
+        summary.drift_ppm = record.far.drift_ppm;
+        summary.observer_state = record.far.observer;
+        summary.drift_uncertainty_ppm = record.far.drift_sigma_ppm;
+        summary.offset_uncertainty_us = record.far.offset_sigma_us;
+        summary.random_walk_ppm = record.far.random_walk_ppm;
+        summary.block_length = record.far.block_length;
+        summary.shifts = record.far.shifts.into();
+        summary.relocks = record.far.relocks.into();
+        summary.delay_state = record.far.delay;
+        summary.delay_us = record.far.delay_us;
+        summary.delay_uncertainty_us = record.far.delay_uncertainty_us;
+        summary.exchanges = record.far.exchanges;
+        summary.answers_refused = record.far.answers_refused;
+        summary.synced_at_end = record.axis.synced;
+        if let Some(slave) = record.slave() {
+            summary.drive_tripped |= slave.drive_state == DriveStateName::Tripped;
+            let following_error = slave.following_error.abs();
+            summary.following_error_max = summary.following_error_max.max(following_error);
+        }
         let woke = Span::from_nanos(record.woke_ns - record.at_ns).as_micros_f64();
         summary.wake_up_max_us = summary.wake_up_max_us.max(woke);
-        if record.error != 0 && record.error != self.was_error {
+        if record.axis.error != 0 && record.axis.error != self.was_error {
             summary.errors += 1;
-            summary.last_error = Some(format!("0x{:04x}", record.error));
+            summary.last_error = Some(format!("0x{:04x}", record.axis.error));
         }
-        self.was_error = record.error;
+        self.was_error = record.axis.error;
     }
 
     /// Decides from when on the receiver is judged.
     fn note_sync(&mut self, row: &Row) {
         let record = &row.record;
-        if record.count.is_none() {
+        if record.far.count.is_none() {
             return;
         }
-        let (first_ns, first_cycle) = *self.first_data.get_or_insert((record.at_ns, record.cycle));
-        if record.synced && !self.was_synced {
+        let (first_ns, first_cycle) = *self
+            .first_data
+            .get_or_insert((record.at_ns, record.node.cycle));
+        if record.axis.synced && !self.was_synced {
             self.summary.synced_times += 1;
         }
-        self.was_synced = record.synced;
+        self.was_synced = record.axis.synced;
         let begins = if self.synchronises {
-            record.synced
+            record.axis.synced
         } else {
-            record.cycle >= first_cycle + SETTLING
+            record.node.cycle >= first_cycle + SETTLING
         };
         if begins && !self.evaluating {
             self.evaluating = true;
             self.summary.evaluated_from_s = Some(row.t_s);
             if self.synchronises {
                 let took = Span::from_nanos(record.at_ns - first_ns);
-                self.summary.time_to_sync_s = Some(took.as_secs_f64());
-                self.summary.beats_at_sync = Some(record.beats);
+                self.summary.time_to_sync_s = Some(seconds(took));
+                self.summary.beats_at_sync = Some(record.far.beats);
             }
         }
     }
 
-    fn measure(&mut self, row: &Row, epoch: Option<u64>) {
+    fn measure(&mut self, row: &Row, epoch: Option<u64>, is_settled: bool) {
         self.summary.evaluated_cycles += 1;
         if let Some(error) = row.time_error_us {
-            self.time_error.push(error);
+            self.time_error.push(error, is_settled);
         }
         let Some((position, velocity)) = row.truth else {
             return;
@@ -261,7 +294,10 @@ impl Judge {
         let Some(GearConfig { ratio, offset }) = self.gear else {
             return;
         };
-        let drive_error = (row.record.slave.drive_position - (ratio * position + offset)).abs();
+        let Some(slave) = row.record.slave() else {
+            return;
+        };
+        let drive_error = (slave.drive_position - (ratio * position + offset)).abs();
         let worst = self.summary.drive_position_error_max.get_or_insert(0.0);
         *worst = worst.max(drive_error);
         // Over the same stretch as the set position's difference, and both its ends must count; a
@@ -275,25 +311,37 @@ impl Judge {
             Some(position),
         );
         if let (Some(set), Some(truly), true) = (row.set_velocity, truly, counts) {
-            self.ripple.push(set / ratio - truly);
+            self.ripple.push(set / ratio - truly, is_settled);
         }
     }
 
     pub(super) fn finish(mut self) -> (String, ReceiverSummary, Curves) {
         let summary = &mut self.summary;
         summary.drift_ppm_true = self.drift.ppm();
-        if self.ripple.count > 0 {
-            summary.velocity_ripple_rms = Some(self.ripple.root_mean_square());
-            let worst = self.ripple.largest_magnitude();
+        let share = |ripple: f64| (self.fastest_master > 0.0).then(|| ripple / self.fastest_master);
+        let ripple = &self.ripple;
+        if ripple.all.count > 0 {
+            summary.velocity_ripple_rms = Some(ripple.all.root_mean_square());
+            let worst = ripple.all.largest_magnitude();
             summary.velocity_ripple_max = Some(worst);
-            summary.velocity_ripple_ratio =
-                (self.fastest_master > 0.0).then(|| worst / self.fastest_master);
+            summary.velocity_ripple_ratio = share(worst);
         }
-        if self.time_error.count > 0 {
-            summary.corrected_time_error_rms_us = Some(self.time_error.deviation());
-            summary.corrected_time_error_max_us = Some(self.time_error.largest_deviation());
-            summary.lag_us = Some(-self.time_error.mean);
+        summary.velocity_ripple_settled_rms = ripple.once_settled(Moments::root_mean_square);
+        summary.velocity_ripple_settled_max = ripple.once_settled(Moments::largest_magnitude);
+        summary.velocity_ripple_settled_ratio = summary.velocity_ripple_settled_max.and_then(share);
+        summary.velocity_ripple_lock_in_max = ripple.locking_in(0.0);
+        let error = &self.time_error;
+        if error.all.count > 0 {
+            summary.corrected_time_error_rms_us = Some(error.all.deviation());
+            summary.corrected_time_error_max_us = Some(error.all.largest_deviation());
+            summary.lag_us = Some(-error.all.mean);
         }
+        summary.corrected_time_error_settled_rms_us = error.once_settled(Moments::deviation);
+        summary.corrected_time_error_settled_max_us =
+            error.once_settled(Moments::largest_deviation);
+        let centre = error.once_settled(|settled| settled.mean);
+        summary.corrected_time_error_lock_in_max_us =
+            error.locking_in(centre.unwrap_or(error.all.mean));
         self.lag.conclude(summary);
         summary.slaves = self.slaves.into_iter().map(SlaveJudge::finish).collect();
         (self.curves.name.clone(), self.summary, self.curves)
@@ -322,25 +370,39 @@ impl cuts::Truth for FarAxis<'_> {
     }
 
     fn time(&self, at: Instant<Reference>) -> f64 {
-        (at - self.start).as_secs_f64()
+        seconds(at - self.start)
     }
 }
 
-fn slaves_of(config: &ReceiverConfig) -> Vec<SlaveJudge> {
-    let slaves = &config.slaves;
-    let judged = slaves.iter().map(|slave| SlaveJudge::new(slave, slaves));
-    judged.collect()
+/// As people write it: 2.3, where a product with 1e-9 gives 2.3000000000000003.
+fn seconds(span: Span) -> f64 {
+    span.as_nanos() as f64 / 1e9
 }
 
-fn master_of(config: &ReceiverConfig) -> String {
-    let master = &config.master;
-    let key = master.node.channel_key(master.channel.into());
-    format!("{key}/{}", master.axis)
+fn slaves_of(config: &ReceiverConfig, view: &View) -> Vec<SlaveJudge> {
+    let judge = |n: &usize| {
+        // A slave's master is a slave of the same far axis.
+        let master = match config.master_of(*n) {
+            Ok(MasterRef::Slave(master)) => view.slaves.iter().position(|n| *n == master),
+            Ok(MasterRef::Far(_)) | Err(_) => None,
+        };
+        SlaveJudge::new(&config.slaves[*n], master)
+    };
+    view.slaves.iter().map(judge).collect()
+}
+
+fn master_of(config: &ReceiverConfig, far: &FarConfig, view: &View) -> String {
+    let key = far.node.channel_key(far.channel.into());
+    let id = config
+        .far_axes()
+        .nth(view.axis)
+        .map_or(0, |(_, _, axis)| axis.id);
+    format!("{key}/{id}")
 }
 
 /// Corrected minus true far time. Where a filter smears it the position tells, if it moves.
 fn time_error_us(
-    record: &ReceiverRecord,
+    record: &Record,
     clock: Option<&Truth>,
     master: Option<(f64, f64)>,
 ) -> Option<f64> {
@@ -348,6 +410,6 @@ fn time_error_us(
         return clock.map(|truth| truth.error_of(far_time).as_micros());
     }
     let (position, velocity) = master?;
-    let corrected = record.corrected_position?;
+    let corrected = record.axis.corrected_position?;
     (velocity.abs() > 1e-9).then(|| (corrected - position) / velocity * 1e6)
 }

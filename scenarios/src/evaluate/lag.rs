@@ -1,23 +1,19 @@
 //! How far the slave is from where its master is at the same true instant.
 
 use coaxle_clock::delay::DelayState;
-use coaxle_clock::{Instant, Span};
-use coaxle_receiver::ReceiverRecord;
 use coaxle_receiver::config::GearConfig;
 
+use super::Row;
 use super::moments::Moments;
-use super::{Reference, Row};
+use crate::record::Record;
 use crate::summary::ReceiverSummary;
 
-/// A receiver that has been in sync for so long has blended and slewed what there was.
-const SETTLED_AFTER: Span = Span::from_secs(1);
 /// Slower than this share of its highest velocity a master has no useful time error.
 const SLOW: f64 = 0.1;
 
 /// The lag of one receiver, nothing removed.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Lag {
-    synced_since: Option<Instant<Reference>>,
     distance: Moments,
     travel_us: Moments,
     far_time_us: Moments,
@@ -27,26 +23,12 @@ pub(super) struct Lag {
 }
 
 impl Lag {
-    /// A cycle. `gear` makes the slave's position from the master's, where one does; `fastest` is the master's highest
-    /// velocity so far, and `is_heard` whether the receiver follows the run that its master is in.
-    pub(super) fn push(
-        &mut self,
-        row: &Row,
-        is_heard: bool,
-        gear: Option<GearConfig>,
-        fastest: f64,
-    ) {
+    /// A cycle of a receiver that is settled. `gear` makes the slave's position from the master's,
+    /// where one does; `fastest` is the master's highest velocity so far.
+    pub(super) fn push(&mut self, row: &Row, gear: Option<GearConfig>, fastest: f64) {
         let record = &row.record;
-        if !(record.synced && is_heard) {
-            self.synced_since = None;
-            return;
-        }
-        let at = Instant::from_nanos(record.at_ns);
-        if at - *self.synced_since.get_or_insert(at) < SETTLED_AFTER {
-            return;
-        }
         if let (Some(slave), Some((position, velocity)), Some(GearConfig { ratio, offset })) =
-            (record.slave.position, row.truth, gear)
+            (record.slave_position(), row.truth, gear)
         {
             let distance = (slave - offset) / ratio - position;
             self.distance.push(distance);
@@ -60,9 +42,9 @@ impl Lag {
         }
     }
 
-    fn judge_uncertainty(&mut self, record: &ReceiverRecord, error: f64) {
+    fn judge_uncertainty(&mut self, record: &Record, error: f64) {
         if let (Some(DelayState::Measured | DelayState::Stale), Some(uncertainty)) =
-            (record.delay, record.delay_uncertainty_us)
+            (record.far.delay, record.far.delay_uncertainty_us)
         {
             self.judged += 1;
             self.covered += u64::from(error.abs() <= uncertainty);

@@ -45,7 +45,11 @@ impl Moments {
     }
 
     pub(super) fn largest_deviation(&self) -> f64 {
-        (self.high - self.mean).max(self.mean - self.low)
+        self.largest_distance_from(self.mean)
+    }
+
+    pub(super) fn largest_distance_from(&self, centre: f64) -> f64 {
+        (self.high - centre).max(centre - self.low)
     }
 }
 

@@ -1,12 +1,14 @@
 //! One slave in figures.
 
+use coaxle_axis::AxisStatus;
 use coaxle_clock::Span;
-use coaxle_motion::axis::AxisStatus;
-use coaxle_motion::slave::CouplingPhase;
-use coaxle_receiver::{ReceiverRecord, SlaveConfig, SlaveRecord};
+use coaxle_receiver::SlaveConfig;
+use coaxle_receiver::signals::SlaveSignals;
+use coaxle_slave::CouplingPhase;
 
 use super::coupling::CouplingJudge;
 use super::cuts::{CutsJudge, Moment, Truth};
+use crate::record::Record;
 use crate::summary::SlaveSummary;
 
 /// Judges one slave, by what it records of itself.
@@ -15,7 +17,7 @@ pub(super) struct SlaveJudge {
     name: String,
     /// The slave that is its master, by number; none if that is the far axis.
     master: Option<usize>,
-    previous: Option<(i64, SlaveRecord)>,
+    previous: Option<(i64, SlaveSignals)>,
     in_sync_cycles: u64,
     cycles: u64,
     coupling: CouplingJudge,
@@ -24,12 +26,12 @@ pub(super) struct SlaveJudge {
 }
 
 impl SlaveJudge {
-    /// The judge of one of these slaves.
-    pub(super) fn new(config: &SlaveConfig, slaves: &[SlaveConfig]) -> Self {
-        let is_master = |slave: &SlaveConfig| slave.name.as_str() == config.master;
+    /// The judge of a slave, with the number of its master among those of the same far axis, if that
+    /// is a slave.
+    pub(super) fn new(config: &SlaveConfig, master: Option<usize>) -> Self {
         Self {
             name: config.name.to_string(),
-            master: slaves.iter().position(is_master),
+            master,
             previous: None,
             in_sync_cycles: 0,
             cycles: 0,
@@ -40,12 +42,7 @@ impl SlaveJudge {
     }
 
     /// The next cycle of its receiver, and its own part of it.
-    pub(super) fn push(
-        &mut self,
-        record: &ReceiverRecord,
-        slave: &SlaveRecord,
-        truth: &impl Truth,
-    ) {
+    pub(super) fn push(&mut self, record: &Record, slave: &SlaveSignals, truth: &impl Truth) {
         let at_ns = record.at_ns;
         let before = self.previous.replace((at_ns, *slave));
         self.cycles += 1;
@@ -69,14 +66,14 @@ impl SlaveJudge {
     }
 
     /// Where the slave has its master.
-    fn master_in(&self, record: &ReceiverRecord) -> Option<f64> {
+    fn master_in(&self, record: &Record) -> Option<f64> {
         match self.master {
-            None => record.corrected_position,
-            Some(n) => record.slaves().nth(n)?.position,
+            None => record.axis.corrected_position,
+            Some(n) => record.slaves.get(n)?.position,
         }
     }
 
-    fn note_events(&mut self, before: Option<&SlaveRecord>, slave: &SlaveRecord) {
+    fn note_events(&mut self, before: Option<&SlaveSignals>, slave: &SlaveSignals) {
         let summary = &mut self.summary;
         let failed = slave.state == AxisStatus::ErrorStop;
         if failed && before.is_none_or(|before| before.state != AxisStatus::ErrorStop) {
@@ -89,8 +86,8 @@ impl SlaveJudge {
     }
 
     /// Only a slave that is told where to be can jump: power, homing and reset set it anew.
-    fn measure(&mut self, before: &SlaveRecord, slave: &SlaveRecord, passed: f64) {
-        let is_set_anew = |slave: &SlaveRecord| {
+    fn measure(&mut self, before: &SlaveSignals, slave: &SlaveSignals, passed: f64) {
+        let is_set_anew = |slave: &SlaveSignals| {
             matches!(
                 slave.state,
                 AxisStatus::Disabled | AxisStatus::Standstill | AxisStatus::Homing

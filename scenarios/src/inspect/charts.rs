@@ -1,6 +1,6 @@
 //! Position, velocity, acceleration and jerk as charts, one above the other.
 
-use coaxle_motion::law::Motion;
+use coaxle_curve::law::Motion;
 use serde_json::{Value, json};
 
 use super::QUANTITIES;

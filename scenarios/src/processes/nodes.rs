@@ -1,10 +1,12 @@
 //! The nodes of a scenario, made ready to run as processes of this machine.
 
+use std::collections::BTreeSet;
 use std::net::{TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use coaxle_node::config::TransportConfig;
+use coaxle_node::wiring;
 use serde::Serialize;
 
 use super::child::{Child, NodeOutput, Role};
@@ -74,17 +76,31 @@ fn write_configs(
     for (n, config) in scenario.senders.iter().enumerate() {
         let mut config = config.clone();
         config.seed = scenario.seed_of(&config.name);
-        config.transport = local(&config.transport, endpoint(n), None);
+        config.transport = local(&config.transport, endpoint(n), Vec::new());
         let path = write_toml(folder, config.name.as_str(), &config)?;
         let name = config.name.as_str();
         children.push(Child::new(Role::Sender, name, path, NodeOutput::Trace));
     }
+    let ways = wiring::links(&scenario.wirings());
     for (n, config) in scenario.receivers.iter().enumerate() {
         let mut config = config.clone();
         let this = scenario.senders.len() + n;
+        let sources: BTreeSet<usize> = (ways.iter())
+            .filter(|way| way.to == this)
+            .map(|way| way.from)
+            .collect();
         config.seed = scenario.seed_of(&config.name);
-        let source = endpoint(topology.root(n).source);
-        config.transport = local(&config.transport, endpoint(this), Some(source));
+        // Those who ask this one connect to it themselves.
+        let followed = |node: &&usize| {
+            let name = &topology.names()[**node];
+            config.far.iter().any(|far| far.node == *name)
+        };
+        let sources = sources
+            .iter()
+            .filter(followed)
+            .map(|n| endpoint(*n))
+            .collect();
+        config.transport = local(&config.transport, endpoint(this), sources);
         let path = write_toml(folder, config.name.as_str(), &config)?;
         let name = config.name.as_str();
         children.push(Child::new(Role::Receiver, name, path, of_receivers));
@@ -93,10 +109,10 @@ fn write_configs(
 }
 
 /// The node's own Zenoh settings, on endpoints of this machine.
-fn local(config: &TransportConfig, listen: String, connect: Option<String>) -> TransportConfig {
+fn local(config: &TransportConfig, listen: String, connect: Vec<String>) -> TransportConfig {
     TransportConfig {
         listen: vec![listen],
-        connect: connect.into_iter().collect(),
+        connect,
         ..config.clone()
     }
 }

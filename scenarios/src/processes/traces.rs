@@ -4,10 +4,12 @@ use std::path::Path;
 
 use anyhow::Context;
 use coaxle_clock::Instant;
-use coaxle_motion::profile::Kinematics;
-use coaxle_receiver::ReceiverRecord;
+use coaxle_curve::profile::Kinematics;
+use coaxle_node::signal::Signals;
+use coaxle_receiver::{ReceiverConfig, SignalRow};
 use coaxle_sender::SenderRecord;
 use coaxle_sim::TruthSample;
+use csv::StringRecord;
 use serde::de::DeserializeOwned;
 
 use super::child::Child;
@@ -25,8 +27,11 @@ pub(super) fn evaluate(
 ) -> anyhow::Result<Finished> {
     let (senders, receivers) = children.split_at(scenario.senders.len());
     let senders: Vec<Vec<SenderRecord>> = senders.iter().map(read).collect::<Result<_, _>>()?;
-    let receivers: Vec<Vec<ReceiverRecord>> =
-        receivers.iter().map(read).collect::<Result<_, _>>()?;
+    let receivers: Vec<Vec<Cycle>> = receivers
+        .iter()
+        .zip(&scenario.receivers)
+        .map(|(child, config)| read_with(child, |row| Cycle::read(config, row)))
+        .collect::<Result<_, _>>()?;
     let start = senders
         .iter()
         .flatten()
@@ -50,8 +55,13 @@ pub(super) fn evaluate(
                 };
                 evaluation.master_was(sender, record.axis, sample);
             }
-            Step::Receiver(receiver, record) => {
-                evaluation.receiver_did(receiver, record.clone(), sink);
+            Step::Receiver(receiver, cycle) => {
+                let Cycle {
+                    at_ns,
+                    woke_ns,
+                    signals,
+                } = cycle;
+                evaluation.receiver_did(receiver, *at_ns, *woke_ns, signals, sink);
             }
         }
     }
@@ -60,7 +70,7 @@ pub(super) fn evaluate(
 
 enum Step<'a> {
     Sender(usize, &'a SenderRecord),
-    Receiver(usize, &'a ReceiverRecord),
+    Receiver(usize, &'a Cycle),
 }
 
 impl Step<'_> {
@@ -72,10 +82,7 @@ impl Step<'_> {
     }
 }
 
-fn in_order<'a>(
-    senders: &'a [Vec<SenderRecord>],
-    receivers: &'a [Vec<ReceiverRecord>],
-) -> Vec<Step<'a>> {
+fn in_order<'a>(senders: &'a [Vec<SenderRecord>], receivers: &'a [Vec<Cycle>]) -> Vec<Step<'a>> {
     let of_senders = senders
         .iter()
         .enumerate()
@@ -89,24 +96,83 @@ fn in_order<'a>(
     steps
 }
 
+/// A receiver's cycle, as its trace has it.
+struct Cycle {
+    at_ns: i64,
+    woke_ns: i64,
+    signals: SignalRow,
+}
+
+impl Cycle {
+    /// By place, not by name: how many nodes, axes and slaves there are is the config's.
+    fn read(config: &ReceiverConfig, row: &StringRecord) -> csv::Result<Self> {
+        let mut columns = Columns { row, at: 0 };
+        let (at_ns, woke_ns) = columns.next(2)?;
+        let mut signals = SignalRow::new(config);
+        signals.node = columns.signals()?;
+        for far in &mut signals.far {
+            *far = columns.signals()?;
+        }
+        for axis in &mut signals.axes {
+            *axis = columns.signals()?;
+        }
+        for slave in &mut signals.slaves {
+            *slave = columns.signals()?;
+        }
+        Ok(Self {
+            at_ns,
+            woke_ns,
+            signals,
+        })
+    }
+}
+
+/// The values of a row, from left to right.
+struct Columns<'a> {
+    row: &'a StringRecord,
+    at: usize,
+}
+
+impl Columns<'_> {
+    fn signals<S: Signals + DeserializeOwned>(&mut self) -> csv::Result<S> {
+        self.next(S::SIGNALS.len())
+    }
+
+    fn next<T: DeserializeOwned>(&mut self, count: usize) -> csv::Result<T> {
+        let part: StringRecord = self.row.iter().skip(self.at).take(count).collect();
+        self.at += count;
+        part.deserialize(None)
+    }
+}
+
 /// All rows of all runs of a node.
 fn read<T: DeserializeOwned>(child: &Child) -> anyhow::Result<Vec<T>> {
+    read_with(child, |row| row.deserialize(None))
+}
+
+fn read_with<T>(
+    child: &Child,
+    each: impl Fn(&StringRecord) -> csv::Result<T>,
+) -> anyhow::Result<Vec<T>> {
     let mut rows = Vec::new();
     for path in child.files() {
-        read_file(path, &mut rows)
+        read_file(path, &mut rows, &each)
             .with_context(|| format!("cannot read the trace {}", path.display()))?;
     }
     Ok(rows)
 }
 
-fn read_file<T: DeserializeOwned>(path: &Path, rows: &mut Vec<T>) -> anyhow::Result<()> {
+fn read_file<T>(
+    path: &Path,
+    rows: &mut Vec<T>,
+    each: impl Fn(&StringRecord) -> csv::Result<T>,
+) -> anyhow::Result<()> {
     let text = std::fs::read_to_string(path)?;
     // A killed node may leave half a line.
     let whole = text.rfind('\n').map_or(0, |end| end + 1);
     let mut reader = csv::Reader::from_reader(&text.as_bytes()[..whole]);
     for row in reader.records() {
-        // By place, not by name: the slaves' columns have names of their own.
-        rows.push(row?.deserialize(None)?);
+        rows.push(each(&row?)?);
     }
     Ok(())
 }

@@ -29,8 +29,10 @@ impl Raw {
     /// # Errors
     /// Names the file and what is wrong with it.
     pub(crate) fn read(arrivals: &Path) -> anyhow::Result<Self> {
-        let messages: Vec<ArrivalRow> =
+        let mut messages: Vec<ArrivalRow> =
             read_rows(arrivals).map_err(|wrong| anyhow!("{wrong:#}; expected {KIND}"))?;
+        // A recording is of one clock: that of the receiver's first far node.
+        messages.retain(|row| row.far == 1);
         let path = exchanges_beside(arrivals);
         let exchanges = if path.exists() {
             read_rows(&path)?
@@ -49,7 +51,8 @@ impl Raw {
             other_runs: runs - 1,
         };
         raw.messages.retain(|row| row.epoch == epoch);
-        raw.exchanges.retain(|row| row.epoch == epoch);
+        raw.exchanges
+            .retain(|row| row.far == 1 && row.epoch == epoch);
         Ok(raw)
     }
 

@@ -62,12 +62,12 @@ fn curves(receiver: &Shown<'_>, rows: &[Row], zero: f64) -> Vec<Value> {
         in_legend: true,
         axis: "y",
     };
-    let corrected = pen.line(x.clone(), off(|row| row.record.corrected_position));
+    let corrected = pen.line(x.clone(), off(|row| row.record.axis.corrected_position));
     let pen = Pen {
         in_legend: false,
         ..pen
     };
-    let mut received = pen.line(x.clone(), off(|row| row.record.received_position));
+    let mut received = pen.line(x.clone(), off(|row| row.record.axis.received_position));
     received["line"]["dash"] = "dot".into();
     let pen = Pen { axis: "y2", ..pen };
     let mut velocity = pen.line(x, numbers(velocities(rows)));
@@ -82,7 +82,7 @@ fn velocities(rows: &[Row]) -> impl Iterator<Item = f64> {
         let [before, after] = pair else {
             return None;
         };
-        let way = after.record.corrected_position? - before.record.corrected_position?;
+        let way = after.record.axis.corrected_position? - before.record.axis.corrected_position?;
         Some(way / (after.t_s - before.t_s))
     };
     let first = rows.first().map(|_| f64::NAN);
@@ -97,11 +97,11 @@ fn velocities(rows: &[Row]) -> impl Iterator<Item = f64> {
 fn time_of_beat(rows: &[Row]) -> Option<f64> {
     let detected = rows
         .windows(2)
-        .position(|pair| pair[1].record.beats > pair[0].record.beats)
+        .position(|pair| pair[1].record.far.beats > pair[0].record.far.beats)
         .map_or(rows.len(), |n| n + 2);
     let counts: Vec<_> = rows[..detected]
         .iter()
-        .filter_map(|row| Some((row.t_s, row.record.cycle, row.record.count?)))
+        .filter_map(|row| Some((row.t_s, row.record.node.cycle, row.record.far.count?)))
         .collect();
     beat_in(&counts)
 }

@@ -137,8 +137,8 @@ fn results(summary: &Summary) -> String {
         text += "</tr>\n";
     }
     text += "</tbody>\n</table></div>\n<p class=\"hint\">From the first synchronisation on, or from \
-             the start where a receiver never synchronises. Time errors without their mean, which \
-             is the lag.</p>\n";
+             the start where a receiver never synchronises. Settled: in sync for a second or more; \
+             before that it locks in. Time errors without their mean, which is the lag.</p>\n";
     text
 }
 

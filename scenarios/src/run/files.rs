@@ -15,6 +15,7 @@ use crate::evaluate::{Row, RowSink};
 use crate::processes;
 use crate::scenario::Scenario;
 use crate::summary::World;
+use crate::topology::Topology;
 use crate::trace::TraceWriter;
 
 /// The files, open.
@@ -33,12 +34,13 @@ impl Files {
         let path = out.join("trace.csv");
         let file =
             File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
+        let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
         let arrivals = match world {
             World::Virtual => create_arrivals(scenario, &out.join(processes::FOLDER))?,
             World::Processes => Vec::new(),
         };
         Ok(Self {
-            trace: TraceWriter::new(&scenario.receivers, BufWriter::new(file)),
+            trace: TraceWriter::new(&scenario.receivers, topology.views(), BufWriter::new(file)),
             arrivals,
         })
     }
@@ -57,8 +59,8 @@ impl Files {
 }
 
 impl RowSink for Files {
-    fn row(&mut self, receiver: usize, row: &Row) {
-        self.trace.row(receiver, row);
+    fn row(&mut self, view: usize, row: &Row) {
+        self.trace.row(view, row);
     }
 
     fn arrived(&mut self, receiver: usize, at: Instant<True>, turn: &Turn, arrival: &Arrival) {

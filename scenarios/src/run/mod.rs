@@ -15,7 +15,7 @@ use crate::expect::Verdict;
 use crate::report::{self, Report};
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, Summary, World};
-use crate::{pretend, processes};
+use crate::{processes, virtual_time};
 use files::Files;
 
 /// How to run a scenario.
@@ -106,7 +106,7 @@ pub fn run(
         .with_context(|| format!("cannot make the folder {}", out.display()))?;
     let mut files = create_files(scenario, options)?;
     let finished = match options.world {
-        World::Virtual => pretend::run(scenario, &mut files, progress)?,
+        World::Virtual => virtual_time::run(scenario, &mut files, progress)?,
         World::Processes => processes::run(scenario, out, &mut files, progress)?,
     };
     if let Some(files) = files {

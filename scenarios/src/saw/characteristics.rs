@@ -1,7 +1,7 @@
 //! The characteristic values by name.
 
-use coaxle_motion::saw::{FlyingSawCharacteristics, SawTable};
 use coaxle_node::saw_file::SawFile;
+use coaxle_saw::{FlyingSawCharacteristics, SawTable};
 use comfy_table::Cell;
 use serde_json::{Value, json};
 

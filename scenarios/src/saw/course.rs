@@ -1,8 +1,8 @@
 //! A plan laid out from its start to its end.
 
 use coaxle_clock::Seconds;
-use coaxle_motion::law::Motion;
-use coaxle_motion::saw::SawPlan;
+use coaxle_curve::law::Motion;
+use coaxle_saw::SawPlan;
 
 use crate::inspect::name;
 

@@ -1,8 +1,8 @@
 //! `coaxle saw plan`, where the synchronisation is possible.
 
-use coaxle_motion::law::Motion;
-use coaxle_motion::saw::{SawForm, SawPlan};
+use coaxle_curve::law::Motion;
 use coaxle_node::saw_file::SawFile;
+use coaxle_saw::{SawForm, SawPlan};
 use serde_json::{Value, json};
 
 use super::characteristics;

@@ -1,7 +1,7 @@
 //! `coaxle saw plot`: the course of a synchronisation as a page for a browser.
 
-use coaxle_motion::saw::{SawCommand, SawPlan, SyncLimits, SyncMask};
 use coaxle_node::saw_file::SawFile;
+use coaxle_saw::{SawCommand, SawPlan, SyncLimits, SyncMask};
 
 use super::course::{Course, Phase};
 use super::plan::outline;

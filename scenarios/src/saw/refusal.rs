@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use coaxle_motion::saw::{Check, SawCommand, SawRefusal, Violation};
 use coaxle_node::saw_file::SawFile;
+use coaxle_saw::{Check, SawCommand, SawRefusal, Violation};
 use serde_json::{Value, json};
 
 use super::text::{command_name, unit};

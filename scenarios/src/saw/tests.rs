@@ -120,7 +120,7 @@ fn a_remedy_in_words_is_rounded_to_the_side_that_passes() {
     saw.moment.master.velocity = speed;
     saw.plan().unwrap();
     saw = given;
-    if let coaxle_motion::saw::SawCommand::GearInPos(command) = &mut saw.command {
+    if let coaxle_saw::SawCommand::GearInPos(command) = &mut saw.command {
         command.master_sync_position = distance;
     }
     saw.plan().unwrap();
@@ -225,13 +225,13 @@ fn the_scenario_of_diagonal_saws_has_the_ratios_of_their_angles() {
     let ratios = receiver.slaves.iter().map(|slave| {
         let commands = slave.steps.iter().filter_map(|step| step.command);
         let mut ratios = commands.filter_map(|command| match command {
-            coaxle_motion::slave::Command::GearInVelo(saw) => Some(saw.ratio),
+            coaxle_slave::Command::GearInVelo(saw) => Some(saw.ratio),
             _ => None,
         });
         ratios.next().unwrap()
     });
     for (ratio, angle) in ratios.zip([30.0, 60.0]) {
-        let expected = coaxle_motion::saw::diagonal_ratio(angle, 1.0).unwrap();
+        let expected = coaxle_saw::diagonal_ratio(angle, 1.0).unwrap();
         assert!(
             (ratio.numerator / expected.numerator - 1.0).abs() < 1e-15,
             "{angle}"

@@ -1,7 +1,7 @@
 //! Units and commands in words.
 
-use coaxle_motion::saw::{GearInSyncMode, SawCommand, SyncMode};
 use coaxle_node::saw_file::SawFile;
+use coaxle_saw::{GearInSyncMode, SawCommand, SyncMode};
 
 use crate::inspect::QUANTITIES;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use super::{NOTHING, optional, roughly, significant};
+use super::{CORRECTIONS, NOTHING, optional, roughly, significant};
 use crate::summary::{CutsSummary, ReceiverSummary, Summary};
 
 /// How far off the lengths of the pieces are, a line per way of correction. None where the scenario
@@ -15,19 +15,16 @@ pub(super) fn conclusion(summary: &Summary) -> Option<String> {
         "without correction: pieces are off by up to {} µm",
         significant(bare, 3)
     );
-    for (mode, name) in [
-        ("sync", "with TS5066:       "),
-        ("observer", "with the observer: "),
-    ] {
+    for (mode, name) in CORRECTIONS {
         if of_mode(mode).next().is_none() {
             continue;
         }
         match worst_length(of_mode(mode)) {
             None => {
-                let _ = write!(text, "\n{name} nothing was cut twice within the run");
+                let _ = write!(text, "\n{name}nothing was cut twice within the run");
             }
             Some(worst) => {
-                let _ = write!(text, "\n{name} by up to {} µm", significant(worst, 3));
+                let _ = write!(text, "\n{name}by up to {} µm", significant(worst, 3));
                 if worst > 0.0 && bare > worst {
                     let _ = write!(text, ", about {} times less", roughly(bare / worst));
                 }

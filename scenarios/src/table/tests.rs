@@ -119,9 +119,43 @@ fn the_conclusion_compares_the_beat_with_its_cure() {
         text.as_deref(),
         Some(
             "without correction: the velocity jumps by up to 100 %, with 19 beats\n\
-             with correction:    by up to 0.400 %, about 250 times smaller"
+             with TS5066:        by up to 0.400 %, about 250 times smaller"
         )
     );
+}
+
+#[test]
+fn the_conclusion_knows_every_mode() {
+    let text = conclusion(&summary(vec![
+        ("a", receiver("bypass", Some(1.0))),
+        ("b", receiver("observer", Some(0.0005))),
+        ("c", receiver("pt1", Some(0.5))),
+        ("d", receiver("sync", Some(0.004))),
+        ("e", receiver("time", Some(0.01))),
+    ]));
+    assert_eq!(
+        text.as_deref(),
+        Some(
+            "without correction: the velocity jumps by up to 100 %, with 19 beats\n\
+             with a PT1 filter:  by up to 50.0 %, about 2.0 times smaller\n\
+             with time mode:     by up to 1.00 %, about 100 times smaller\n\
+             with TS5066:        by up to 0.400 %, about 250 times smaller\n\
+             with the observer:  by up to 0.0500 %, about 2000 times smaller"
+        )
+    );
+}
+
+#[test]
+fn the_conclusion_tells_what_is_settled_from_the_lock_in() {
+    let cured = ReceiverSummary {
+        velocity_ripple_settled_ratio: Some(0.0001),
+        ..receiver("observer", Some(0.02))
+    };
+    let bare = receiver("bypass", Some(1.0));
+    let text = conclusion(&summary(vec![("bare", bare), ("cured", cured)])).unwrap();
+    let line = "with the observer:  by up to 0.0100 %, about 10000 times smaller; \
+                2.00 % while locking in";
+    assert!(text.ends_with(line), "{text}");
 }
 
 #[test]

@@ -31,15 +31,17 @@ mod shown;
 use std::ops::Deref;
 use std::path::Path;
 
+use coaxle_node::Channel;
 use coaxle_node::config::{ClockConfig, CycleMicros, RealTimeConfig, TransportConfig};
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
+use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use serde::{Deserialize, Serialize};
 
 pub use axis::{AxisConfig, EncoderConfig, Interpolation, ReplayConfig, SourceConfig};
 pub use check::InvalidProgram;
 pub use program::{LimitsConfig, MAX_LOOP_DEPTH, ProgramConfig, Repeat, StepConfig};
-pub use shown::{InvalidShownAxes, MAX_SHOWN_AXES, ShownAxes};
+pub use shown::{InvalidShownAxes, SHOWN_BY_DEFAULT, ShownAxes};
 
 /// A sender: its name, its clock and its axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,6 +82,18 @@ impl SenderConfig {
             if let SourceConfig::Replay(replay) = &mut axis.source {
                 replay.file = folder.join(&replay.file);
             }
+        }
+    }
+
+    /// What it publishes and hears.
+    #[must_use]
+    pub fn wiring(&self) -> Wiring {
+        Wiring {
+            node: self.name.clone(),
+            publications: [Channel::Axes, Channel::Answers]
+                .map(|channel| Publication::new(&self.name, channel))
+                .into(),
+            subscriptions: vec![Subscription::questions_to(&self.name)],
         }
     }
 }
@@ -251,10 +265,6 @@ mod tests {
             (
                 axis(1).replace("5.0", "11.0"),
                 "s.toml: axis[0].program: start-velocity: received 11, expected -10 to 10",
-            ),
-            (
-                "show-axes = [1, 2, 3, 4, 5]\n".to_owned() + &axis(1),
-                "s.toml: show-axes: received 5 axes, expected at most 4",
             ),
             (
                 "show-axes = [2, 1, 2]\n".to_owned() + &axis(1),

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::num::NonZeroU32;
 
-use coaxle_motion::profile::Limits;
+use coaxle_curve::profile::Limits;
 use coaxle_node::config::{AtLeastZero, Finite, Positive};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 

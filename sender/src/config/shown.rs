@@ -4,22 +4,18 @@ use std::num::NonZeroU32;
 
 use serde::{Deserialize, Serialize};
 
-/// Most axes that a snapshot, a status and a trace show.
-pub const MAX_SHOWN_AXES: usize = 4;
+/// Axes that a snapshot, a status and a trace show where nothing is said.
+pub const SHOWN_BY_DEFAULT: usize = 4;
 
-/// Up to [`MAX_SHOWN_AXES`] axis ids, each once; none leaves the choice to the sender.
+/// Axis ids, each once; none leaves the choice to the sender.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<NonZeroU32>")]
 pub struct ShownAxes(Vec<NonZeroU32>);
 
 impl ShownAxes {
     /// # Errors
-    /// [`InvalidShownAxes`] with too many, or an id twice.
+    /// [`InvalidShownAxes`] with an id twice.
     pub fn new(ids: Vec<NonZeroU32>) -> Result<Self, InvalidShownAxes> {
-        if ids.len() > MAX_SHOWN_AXES {
-            let received = ids.len();
-            return Err(InvalidShownAxes::Count { received });
-        }
         let twice = |(k, id): (usize, &NonZeroU32)| ids[..k].contains(id).then_some(*id);
         match ids.iter().enumerate().find_map(twice) {
             Some(id) => Err(InvalidShownAxes::IdTwice { id: id.get() }),
@@ -50,12 +46,6 @@ impl TryFrom<Vec<NonZeroU32>> for ShownAxes {
 /// Axes that cannot be shown together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidShownAxes {
-    /// More than there is room for.
-    #[error("received {received} axes, expected at most {MAX_SHOWN_AXES}")]
-    Count {
-        /// How many there are.
-        received: usize,
-    },
     /// An axis is named twice.
     #[error("received id {id} twice, expected each id once")]
     IdTwice {

@@ -11,7 +11,7 @@ use crate::record::SenderRecord;
 /// Keeps the newest cycle for the status, and all of them if there is a trace.
 pub(super) struct SenderRecorder {
     cycle_time: CycleTime,
-    trace: Option<Trace<SenderRecord>>,
+    trace: Option<Trace>,
     newest: Option<SenderSnapshot>,
 }
 
@@ -42,7 +42,7 @@ struct AxisStatus {
 }
 
 impl SenderRecorder {
-    pub(super) const fn new(cycle_time: CycleTime, trace: Option<Trace<SenderRecord>>) -> Self {
+    pub(super) const fn new(cycle_time: CycleTime, trace: Option<Trace>) -> Self {
         Self {
             cycle_time,
             trace,
@@ -58,7 +58,10 @@ impl Recorder<SenderSnapshot> for SenderRecorder {
             let (at, woke) = (record.ideal_start.as_nanos(), record.woke.as_nanos());
             trace.write(record.ideal_start, SenderRecord::rows(at, woke, snapshot));
         }
-        self.newest = Some(*snapshot);
+        match &mut self.newest {
+            Some(newest) => newest.clone_from(snapshot),
+            None => self.newest = Some(snapshot.clone()),
+        }
     }
 
     fn status(&self) -> Map<String, Value> {
@@ -75,7 +78,7 @@ impl Recorder<SenderSnapshot> for SenderRecorder {
 
 impl Status {
     fn of(cycle_time: CycleTime, snapshot: &SenderSnapshot) -> Self {
-        let axis = |axis: crate::AxisKinematics| AxisStatus {
+        let axis = |axis: &crate::AxisKinematics| AxisStatus {
             id: axis.id,
             position: axis.position,
             velocity: axis.velocity,
@@ -91,7 +94,7 @@ impl Status {
                 dropped: snapshot.questions.taken.dropped,
                 refused: snapshot.questions.refused,
             },
-            axes: snapshot.axes.into_iter().flatten().map(axis).collect(),
+            axes: snapshot.axes.iter().map(axis).collect(),
         }
     }
 }
@@ -108,7 +111,7 @@ mod tests {
     const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
 
     /// What the host adds to the status of a node that follows nobody.
-    const HOST_FIELDS: [&str; 11] = [
+    const HOST_FIELDS: [&str; 12] = [
         "node",
         "role",
         "health",
@@ -116,6 +119,7 @@ mod tests {
         "uptime_s",
         "cycles",
         "telemetry_dropped",
+        "exchange_refused",
         "published",
         "publish_dropped",
         "publish_failed",
@@ -135,7 +139,7 @@ mod tests {
         Record {
             ideal_start: Instant::from_nanos(3_000),
             woke: Instant::from_nanos(3_400),
-            snapshot: sender.snapshot(),
+            snapshot: sender.snapshot().clone(),
         }
     }
 
@@ -174,12 +178,13 @@ mod tests {
         let path = folder.path().join("trace.csv");
         let mut recorder = SenderRecorder::new(cycle_time(), Some(Trace::create(&path).unwrap()));
         let mut record = record();
-        record.snapshot.axes[2] = Some(AxisKinematics {
+        let other = AxisKinematics {
             id: 9,
             position: 1.5,
             velocity: 2.5,
             acceleration: 3.5,
-        });
+        };
+        record.snapshot.axes = [record.snapshot.axes[0], other].into();
         recorder.record(&record);
         recorder.record(&record);
         recorder.finish().unwrap();

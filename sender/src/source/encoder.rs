@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use coaxle_clock::Span;
-use coaxle_motion::profile::Kinematics;
+use coaxle_curve::profile::Kinematics;
 
 use super::{Activity, AxisSample, Program, Source};
 use crate::config::EncoderConfig;

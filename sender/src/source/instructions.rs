@@ -3,7 +3,7 @@
 use std::num::NonZeroU32;
 
 use coaxle_clock::Span;
-use coaxle_motion::profile::Limits;
+use coaxle_curve::profile::Limits;
 use coaxle_node::config::{AtLeastZero, Positive};
 
 use crate::config::{ProgramConfig, Repeat, StepConfig};

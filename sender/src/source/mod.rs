@@ -6,7 +6,7 @@ mod program;
 mod replay;
 
 use coaxle_clock::Span;
-use coaxle_motion::profile::Kinematics;
+use coaxle_curve::profile::Kinematics;
 
 pub use encoder::Encoder;
 pub use program::Program;

@@ -1,7 +1,7 @@
 //! A virtual axis that runs a program.
 
 use coaxle_clock::{Seconds, Span};
-use coaxle_motion::profile::{Kinematics, Limits, Profile, to_position, to_velocity};
+use coaxle_curve::profile::{Kinematics, Limits, Profile, to_position, to_velocity};
 
 use super::instructions::{Instruction, compile};
 use super::{Activity, AxisSample, Source};

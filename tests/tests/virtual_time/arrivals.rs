@@ -51,14 +51,22 @@ fn an_observer_that_is_given_the_arrivals_finds_the_same_to_the_bit() {
             let Some(seen) = replay.cycle(cycle) else {
                 continue;
             };
-            assert_eq!(line["drift_ppm"], shown(seen.drift_ppm), "cycle {cycle}");
+            assert_eq!(
+                line["far.drift_ppm"],
+                shown(seen.drift_ppm),
+                "cycle {cycle}"
+            );
             let sigma = shown(seen.offset_sigma.as_micros());
-            assert_eq!(line["offset_sigma_us"], sigma, "cycle {cycle}");
-            assert_eq!(line["shifts"], seen.shifts.to_string(), "cycle {cycle}");
-            if line["state"] == "observer" {
-                let count: u64 = line["count"].parse().expect("a number");
+            assert_eq!(line["far.offset_sigma_us"], sigma, "cycle {cycle}");
+            assert_eq!(line["far.shifts"], seen.shifts.to_string(), "cycle {cycle}");
+            if line["axis.state"] == "observer" {
+                let count: u64 = line["far.count"].parse().expect("a number");
                 let far_time = replay.far_time_ns(&seen, count);
-                assert_eq!(line["far_time_ns"], far_time.to_string(), "cycle {cycle}");
+                assert_eq!(
+                    line["axis.far_time_ns"],
+                    far_time.to_string(),
+                    "cycle {cycle}"
+                );
                 compared += 1;
             }
         }

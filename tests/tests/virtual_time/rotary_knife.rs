@@ -73,8 +73,13 @@ fn in_sync(trace: &Path) -> Vec<[f64; 3]> {
         let is_it = |column: &&str| *column == name;
         columns.iter().position(is_it).expect("a column")
     };
-    let [receiver, phase] = ["receiver", "slave_phase"].map(place);
-    let numbers = ["corrected_velocity", "slave_position", "slave_velocity"].map(place);
+    let [receiver, phase] = ["receiver", "knife.phase"].map(place);
+    let numbers = [
+        "axis.corrected_velocity",
+        "knife.position",
+        "knife.velocity",
+    ]
+    .map(place);
     lines
         .filter(|line| line[receiver] == "observer" && line[phase] == "in-sync")
         .map(|line| numbers.map(|place| line[place].parse().expect("a number")))

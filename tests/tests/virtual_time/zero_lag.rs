@@ -30,7 +30,7 @@ fn judged(seed: u64) -> [ReceiverSummary; 2] {
             2_000.0 * a
         ),
         format!(
-            "receiver.unequal.question-faults={{ latency-us = {:.0} }}",
+            "receiver.unequal.request-faults={{ latency-us = {:.0} }}",
             2_000.0 * b
         ),
         "duration-s=12".to_owned(),

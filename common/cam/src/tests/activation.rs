@@ -114,7 +114,7 @@ fn couple() {
         let mut rig = Rig::new();
         rig.master.position = 100.0;
         rig.slave.position = 3.0;
-        let started = rig.start(Command::CamIn(CamIn {
+        let started = rig.start(CamRequest::from(CamIn {
             activation: activation(mode, position(mode)),
             jump: JumpHandling::Allow,
             ..cam_in(BACK_AND_FORTH)
@@ -152,7 +152,7 @@ fn switch() {
     for (mode, _, is, ..) in MANUAL {
         let mut rig = Rig::coupled(BACK_AND_FORTH);
         rig.lead(100.0, 1.0);
-        let started = rig.start(Command::CamIn(CamIn {
+        let started = rig.start(CamRequest::from(CamIn {
             activation: activation(mode, position(mode)),
             jump: JumpHandling::Allow,
             ..cam_in(SMALL)
@@ -185,7 +185,7 @@ fn scale() {
     for (mode, _, _, is, _) in MANUAL {
         let mut rig = Rig::coupled(BACK_AND_FORTH);
         rig.lead(100.0, 1.0);
-        let started = rig.start(Command::CamScaling(CamScaling {
+        let started = rig.start(CamRequest::from(CamScaling {
             activation: activation(mode, position(mode)),
             scaling: ScalingData {
                 slave: AxisScaling {
@@ -224,7 +224,7 @@ fn online_change() {
         let four = [(0.0, 0.0), (90.0, 30.0), (180.0, 50.0), (360.0, 0.0)];
         let before = plate(&four, Course::Cyclic);
         rig.tables.insert(9, before.clone()).unwrap();
-        rig.start(Command::CamIn(cam_in(9))).unwrap();
+        rig.start(CamRequest::from(cam_in(9))).unwrap();
         rig.lead(100.0, 1.0);
         let set = rig.tables.set_online_change_mode(
             9,
@@ -290,7 +290,7 @@ fn online_change() {
 #[test]
 fn a_linear_plate_has_no_next_cycle_except_to_switch_at_its_edges() {
     let mode = Activation::new(NextCycle);
-    let refused = Rig::new().start(Command::CamIn(CamIn {
+    let refused = Rig::new().start(CamRequest::from(CamIn {
         activation: mode,
         ..cam_in(LINEAR)
     }));
@@ -299,12 +299,12 @@ fn a_linear_plate_has_no_next_cycle_except_to_switch_at_its_edges() {
     for (from, to) in [(40.0, 130.0), (40.0, -30.0)] {
         let mut rig = Rig::coupled(LINEAR);
         rig.lead(from, 1.0);
-        let scaling = Command::CamScaling(CamScaling {
+        let scaling = CamRequest::from(CamScaling {
             activation: mode,
             ..CamScaling::default()
         });
         assert_eq!(rig.start(scaling).unwrap_err().code(), 0x4283);
-        rig.start(Command::CamIn(CamIn {
+        rig.start(CamRequest::from(CamIn {
             activation: mode,
             jump: JumpHandling::Allow,
             ..cam_in(SMALL)
@@ -332,7 +332,7 @@ fn a_direction_counts_only_its_own_passes() {
     let mut rig = Rig::new();
     rig.master.position = 100.0;
     let ticket = rig
-        .start(Command::CamIn(CamIn {
+        .start(CamRequest::from(CamIn {
             activation: activation(AtMasterAxisPosPositiveDirection, 90.0),
             jump: JumpHandling::Allow,
             ..cam_in(BACK_AND_FORTH)
@@ -351,7 +351,7 @@ fn a_master_on_the_position_is_enough() {
         rig.master.position = 360.0;
         let position = if mode == AtMasterCamPos { 0.0 } else { 360.0 };
         let ticket = rig
-            .start(Command::CamIn(CamIn {
+            .start(CamRequest::from(CamIn {
                 activation: activation(mode, position),
                 ..cam_in(BACK_AND_FORTH)
             }))

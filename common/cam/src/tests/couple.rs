@@ -10,7 +10,7 @@ fn positions_follow_the_manual_s_formulas() {
     for master in MASTERS {
         let mut rig = Rig::new();
         let (mo, so, ms, ss) = (15.0, -3.0, 2.0, 0.5);
-        rig.start(Command::CamIn(CamIn {
+        rig.start(CamRequest::from(CamIn {
             master_offset: mo,
             slave_offset: so,
             master_scaling: ms,
@@ -31,7 +31,7 @@ fn positions_follow_the_manual_s_formulas() {
 #[test]
 fn velocity_and_acceleration_are_the_chain_rule_s() {
     let mut rig = Rig::new();
-    rig.start(Command::CamIn(CamIn {
+    rig.start(CamRequest::from(CamIn {
         master_scaling: -2.0,
         slave_scaling: 3.0,
         master_offset: 40.0,
@@ -69,7 +69,7 @@ fn start_modes_place_the_origin() {
         let mut rig = Rig::new();
         rig.master.position = master;
         rig.slave.position = slave;
-        rig.start(Command::CamIn(CamIn {
+        rig.start(CamRequest::from(CamIn {
             start_mode,
             master_offset: 5.0,
             slave_offset: 1.0,
@@ -89,7 +89,7 @@ fn start_modes_place_the_origin() {
 fn a_relative_master_counts_from_the_activation_position_whatever_the_cycle_time() {
     for step in [0.7, 3.0, 11.0] {
         let mut rig = Rig::new();
-        rig.start(Command::CamIn(CamIn {
+        rig.start(CamRequest::from(CamIn {
             start_mode: StartMode::MasterRelativeSlaveAbsolute,
             activation: activation(ActivationMode::AtMasterAxisPos, 50.5),
             ..cam_in(BACK_AND_FORTH)
@@ -108,9 +108,9 @@ fn lift_adds_up_in_both_directions_and_a_new_coupling_starts_in_the_base_cycle()
     rig.lead(-360.0 * 2.0 + 90.0, 7.0);
     assert_near(rig.slave.position, -200.0 + rig.raw(WITH_LIFT, 90.0));
 
-    rig.start(Command::CamOut).unwrap();
+    rig.start(CamOut {}.into()).unwrap();
     rig.slave.position = rig.raw(WITH_LIFT, 90.0);
-    rig.start(Command::CamIn(cam_in(WITH_LIFT))).unwrap();
+    rig.start(CamRequest::from(cam_in(WITH_LIFT))).unwrap();
     rig.go(-360.0 * 2.0 + 91.0);
     assert_near(rig.slave.position, rig.raw(WITH_LIFT, 91.0));
     let info = rig.coupling.info(&rig.tables, 0, None).unwrap();
@@ -130,7 +130,7 @@ fn a_linear_plate_holds_at_its_edges() {
 fn a_jump_is_refused_and_nothing_has_changed() {
     let mut rig = Rig::new();
     rig.slave.position = 0.1;
-    let ticket = rig.start(Command::CamIn(cam_in(BACK_AND_FORTH))).unwrap();
+    let ticket = rig.start(CamRequest::from(cam_in(BACK_AND_FORTH))).unwrap();
     rig.go(1.0);
     let CommandState::Failed(error) = rig.state(ticket) else {
         panic!("{:?}", rig.state(ticket));
@@ -145,7 +145,7 @@ fn a_jump_is_refused_and_nothing_has_changed() {
 
     let mut rig = Rig::coupled(BACK_AND_FORTH);
     rig.lead(90.0, 1.0);
-    let ticket = rig.start(Command::CamIn(cam_in(LINEAR))).unwrap();
+    let ticket = rig.start(CamRequest::from(cam_in(LINEAR))).unwrap();
     rig.go(91.0);
     assert!(matches!(rig.state(ticket), CommandState::Failed(_)));
     assert_eq!(rig.coupling.state(), CommandState::InSync);
@@ -163,7 +163,7 @@ fn a_ramp_leads_onto_the_plate_without_a_step() {
         rig.master.position = 100.0;
         rig.slave.position = -20.0;
         let ticket = rig
-            .start(Command::CamIn(CamIn {
+            .start(CamRequest::from(CamIn {
                 jump,
                 ..cam_in(BACK_AND_FORTH)
             }))
@@ -191,7 +191,7 @@ fn cam_out_leaves_the_velocity_without_acceleration() {
     rig.lead(60.0, 1.0);
     let before = rig.slave;
     assert!(before.acceleration != 0.0);
-    let ticket = rig.start(Command::CamOut).unwrap();
+    let ticket = rig.start(CamOut {}.into()).unwrap();
     assert_eq!(rig.state(ticket), CommandState::Done);
     assert_eq!(rig.coupling.state(), CommandState::Idle);
     let after = Kinematics {
@@ -205,16 +205,16 @@ fn cam_out_leaves_the_velocity_without_acceleration() {
 #[test]
 fn what_is_cut_short_is_aborted() {
     let mut rig = Rig::new();
-    let first = rig.start(Command::CamIn(cam_in(BACK_AND_FORTH))).unwrap();
+    let first = rig.start(CamRequest::from(cam_in(BACK_AND_FORTH))).unwrap();
     rig.go(0.0);
     let queued = rig
-        .start(Command::CamIn(CamIn {
+        .start(CamRequest::from(CamIn {
             activation: Activation::new(ActivationMode::NextCycle),
             ..cam_in(SMALL)
         }))
         .unwrap();
     let scaling = rig
-        .start(Command::CamScaling(CamScaling {
+        .start(CamRequest::from(CamScaling {
             activation: activation(ActivationMode::AtMasterAxisPos, 50.0),
             ..CamScaling::default()
         }))
@@ -222,7 +222,7 @@ fn what_is_cut_short_is_aborted() {
     assert_eq!(rig.state(first), CommandState::InSync);
     assert_eq!(rig.state(queued), CommandState::Active);
     assert_eq!(rig.tables.remove(SMALL).unwrap_err().code(), 0x4259);
-    rig.start(Command::CamOut).unwrap();
+    rig.start(CamOut {}.into()).unwrap();
     for ticket in [first, queued, scaling] {
         assert_eq!(rig.state(ticket), CommandState::Aborted);
     }
@@ -232,10 +232,10 @@ fn what_is_cut_short_is_aborted() {
 #[test]
 fn a_switch_aborts_the_block_before() {
     let mut rig = Rig::new();
-    let first = rig.start(Command::CamIn(cam_in(BACK_AND_FORTH))).unwrap();
+    let first = rig.start(CamRequest::from(cam_in(BACK_AND_FORTH))).unwrap();
     rig.go(0.0);
     let second = rig
-        .start(Command::CamIn(CamIn {
+        .start(CamRequest::from(CamIn {
             activation: Activation::new(ActivationMode::NextCycle),
             ..cam_in(SMALL)
         }))
@@ -248,7 +248,7 @@ fn a_switch_aborts_the_block_before() {
 #[test]
 fn info_tells_the_state_here_and_elsewhere_and_after_an_error() {
     let mut rig = Rig::new();
-    rig.start(Command::CamIn(CamIn {
+    rig.start(CamRequest::from(CamIn {
         master_scaling: 2.0,
         slave_scaling: 3.0,
         ..cam_in(WITH_LIFT)
@@ -289,7 +289,7 @@ fn info_tells_the_state_here_and_elsewhere_and_after_an_error() {
     rig.go(5_000.0);
     assert_eq!(rig.slave, held);
     assert!(matches!(rig.coupling.state(), CommandState::Failed(_)));
-    rig.start(Command::CamOut).unwrap();
+    rig.start(CamOut {}.into()).unwrap();
     assert_eq!(
         rig.coupling.info(&rig.tables, 0, None).unwrap_err().code(),
         0x4256

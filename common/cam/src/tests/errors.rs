@@ -4,7 +4,7 @@ use std::string::ToString;
 
 use super::*;
 
-fn refused(rig: &mut Rig, command: Command) -> CouplingError {
+fn refused(rig: &mut Rig, command: CamRequest) -> CouplingError {
     rig.start(command).expect_err("a refusal")
 }
 
@@ -16,8 +16,8 @@ fn is_refused(error: CouplingError, code: u32, says: &str) {
     assert!(text.contains(says), "{text}");
 }
 
-fn at(mode: ActivationMode, position: f64) -> Command {
-    Command::CamIn(CamIn {
+fn at(mode: ActivationMode, position: f64) -> CamRequest {
+    CamRequest::from(CamIn {
         activation: activation(mode, position),
         ..cam_in(BACK_AND_FORTH)
     })
@@ -49,13 +49,17 @@ fn of_a_table_in_use() {
 #[test]
 fn of_a_first_coupling() {
     let mut rig = Rig::new();
-    is_refused(refused(&mut rig, Command::CamOut), 0x4256, "not coupled");
+    is_refused(refused(&mut rig, CamOut {}.into()), 0x4256, "not coupled");
     is_refused(
-        refused(&mut rig, Command::CamScaling(CamScaling::default())),
+        refused(&mut rig, CamRequest::from(CamScaling::default())),
         0x4256,
         "not coupled",
     );
-    is_refused(refused(&mut rig, Command::CamIn(cam_in(77))), 0x4216, "77");
+    is_refused(
+        refused(&mut rig, CamRequest::from(cam_in(77))),
+        0x4216,
+        "77",
+    );
     let scalings = [
         (0.0, 1.0, 0.0, 0x425B, "master scaling: received 0"),
         (f64::NAN, 1.0, 0.0, 0x425B, "master scaling"),
@@ -63,7 +67,7 @@ fn of_a_first_coupling() {
         (1.0, 1.0, f64::NAN, 0x4A17, "slave offset"),
     ];
     for (master_scaling, slave_scaling, slave_offset, code, says) in scalings {
-        let command = Command::CamIn(CamIn {
+        let command = CamRequest::from(CamIn {
             master_scaling,
             slave_scaling,
             slave_offset,
@@ -76,18 +80,18 @@ fn of_a_first_coupling() {
         ..cam_in(1)
     };
     is_refused(
-        refused(&mut rig, Command::CamIn(automatic)),
+        refused(&mut rig, CamRequest::from(automatic)),
         0x4219,
         "no plate",
     );
     for start_mode in [StartMode::Relative, StartMode::MasterRelativeSlaveAbsolute] {
-        let relative = Command::CamIn(CamIn {
+        let relative = CamRequest::from(CamIn {
             start_mode,
             ..automatic
         });
         is_refused(refused(&mut rig, relative), 0x425F, "relative master");
         for mode in [ActivationMode::AtMasterCamPos, ActivationMode::NextCycle] {
-            let command = Command::CamIn(CamIn {
+            let command = CamRequest::from(CamIn {
                 start_mode,
                 activation: Activation::new(mode),
                 ..cam_in(1)
@@ -100,7 +104,7 @@ fn of_a_first_coupling() {
         is_refused(refused(&mut rig, command), 0x422B, "0 to 360");
     }
     for master_length in [0.0, -1.0, f64::NAN] {
-        let command = Command::CamIn(CamIn {
+        let command = CamRequest::from(CamIn {
             jump: JumpHandling::RampIn { master_length },
             ..cam_in(1)
         });
@@ -128,7 +132,7 @@ fn of_axes_that_are_not_fit_for_it() {
     is_refused(refused(&mut rig, command), 0x426F, "1 u/s");
     rig.master.position = f64::NAN;
     is_refused(
-        refused(&mut rig, Command::CamIn(cam_in(1))),
+        refused(&mut rig, CamRequest::from(cam_in(1))),
         0x42A0,
         "master or the slave",
     );
@@ -147,7 +151,7 @@ fn of_a_slave_that_moves_while_a_standing_master_should_lead_it() {
     let mut rig = Rig::new();
     rig.slave.velocity = 1.0;
     let ticket = rig
-        .start(Command::CamIn(CamIn {
+        .start(CamRequest::from(CamIn {
             jump: JumpHandling::RampIn { master_length: 9.0 },
             ..cam_in(1)
         }))
@@ -163,12 +167,12 @@ fn of_a_slave_that_moves_while_a_standing_master_should_lead_it() {
 fn of_a_second_change_of_the_same_kind() {
     let mut rig = Rig::coupled(BACK_AND_FORTH);
     let switch = |mode| {
-        Command::CamIn(CamIn {
+        CamRequest::from(CamIn {
             activation: Activation::new(mode),
             ..cam_in(SMALL)
         })
     };
-    let scale = Command::CamScaling(CamScaling {
+    let scale = CamRequest::from(CamScaling {
         activation: Activation::new(ActivationMode::NextCycle),
         ..CamScaling::default()
     });
@@ -185,7 +189,7 @@ fn of_a_second_change_of_the_same_kind() {
 #[test]
 fn of_values_too_extreme_to_be_numbers() {
     let mut rig = Rig::new();
-    rig.start(Command::CamIn(CamIn {
+    rig.start(CamRequest::from(CamIn {
         slave_scaling: 1e308,
         ..cam_in(BACK_AND_FORTH)
     }))
@@ -197,6 +201,6 @@ fn of_values_too_extreme_to_be_numbers() {
     };
     is_refused(error, 0x42DC, "numbers");
     assert_eq!(rig.slave.position, 0.0);
-    let after = refused(&mut rig, Command::CamIn(cam_in(1)));
+    let after = refused(&mut rig, CamRequest::from(cam_in(1)));
     assert_eq!(after, error, "until it is uncoupled");
 }

@@ -11,7 +11,7 @@ mod scaling;
 use std::vec::Vec;
 
 use super::*;
-use coaxle_axis::CommandState;
+use coaxle_axis::{CommandState, Job};
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::{Course, MotionFunction, MotionPoint, Plate};
 
@@ -86,7 +86,7 @@ impl Rig {
 
     fn coupled(table: TableId) -> Self {
         let mut rig = Self::new();
-        rig.start(Command::CamIn(CamIn {
+        rig.start(CamRequest::from(CamIn {
             table,
             ..CamIn::default()
         }))
@@ -97,7 +97,7 @@ impl Rig {
 
     fn multi(table: TableId) -> Self {
         let mut rig = Self::new();
-        rig.start(Command::CamInV2(CamInV2 {
+        rig.start(CamRequest::from(CamInV2 {
             table,
             ..CamInV2::default()
         }))
@@ -106,7 +106,7 @@ impl Rig {
         rig
     }
 
-    fn start(&mut self, command: Command) -> Result<Ticket, CouplingError> {
+    fn start(&mut self, command: CamRequest) -> Result<Job, CouplingError> {
         self.coupling
             .start(&mut self.tables, &command, &self.master, &self.slave)
     }
@@ -138,8 +138,8 @@ impl Rig {
         largest
     }
 
-    fn state(&self, ticket: Ticket) -> CouplingState {
-        self.coupling.state_of(ticket)
+    fn state(&self, job: Job) -> CouplingState {
+        self.coupling.state_of(job)
     }
 
     fn raw(&self, table: TableId, master: f64) -> f64 {

@@ -2,8 +2,8 @@
 
 use super::*;
 
-fn add(table: TableId) -> Command {
-    Command::CamAdd(CamAdd {
+fn add(table: TableId) -> CamRequest {
+    CamRequest::from(CamAdd {
         table,
         ..CamAdd::default()
     })
@@ -48,22 +48,22 @@ fn a_fifth_plate_is_refused() {
 #[test]
 fn the_two_worlds_exclude_each_other() {
     let mut single = Rig::coupled(BACK_AND_FORTH);
-    let v2 = Command::CamInV2(CamInV2 {
+    let v2 = CamRequest::from(CamInV2 {
         table: SMALL,
         ..CamInV2::default()
     });
-    let scaling_v2 = Command::CamScalingV2(CamScalingV2::default());
+    let scaling_v2 = CamRequest::from(CamScalingV2::default());
     for command in [v2, add(SMALL), scaling_v2] {
         assert_eq!(single.start(command).unwrap_err().code(), 0x425C);
     }
     let mut multi = Rig::multi(BACK_AND_FORTH);
     for command in [
-        Command::CamIn(cam_in(SMALL)),
-        Command::CamScaling(CamScaling::default()),
+        CamRequest::from(cam_in(SMALL)),
+        CamRequest::from(CamScaling::default()),
     ] {
         assert_eq!(multi.start(command).unwrap_err().code(), 0x425C);
     }
-    single.start(Command::CamOut).unwrap();
+    single.start(CamOut {}.into()).unwrap();
     single.slave = *single.coupling.slave();
     single.start(v2).unwrap();
 }
@@ -72,7 +72,7 @@ fn the_two_worlds_exclude_each_other() {
 fn operations_of_cam_in_v2_do_what_the_blocks_do() {
     let mut rig = Rig::multi(BACK_AND_FORTH);
     let v2 = |operation, table, reference| {
-        Command::CamInV2(CamInV2 {
+        CamRequest::from(CamInV2 {
             operation,
             table,
             reference,
@@ -96,7 +96,7 @@ fn operations_of_cam_in_v2_do_what_the_blocks_do() {
         ..CamInV2::default()
     };
     exchange.scaling.slave.mode = ScalingMode::AutoOffset;
-    rig.start(Command::CamInV2(exchange)).unwrap();
+    rig.start(CamRequest::from(exchange)).unwrap();
     rig.go(360.0);
     assert_eq!(ids(&rig), [true, false, true]);
     assert_near(rig.slave.position, 0.0);
@@ -112,7 +112,7 @@ fn an_ambiguous_reference_is_refused() {
     rig.start(add(SMALL)).unwrap();
     rig.go(0.0);
     let exchange = |reference| {
-        Command::CamExchange(CamExchange {
+        CamRequest::from(CamExchange {
             table: SPARE,
             reference,
             ..CamExchange::default()
@@ -135,7 +135,7 @@ fn one_plate_is_scaled_and_the_others_are_not() {
         ..CamScalingV2::default()
     };
     scaling.scaling.slave.scaling = -2.0;
-    rig.start(Command::CamScalingV2(scaling)).unwrap();
+    rig.start(CamRequest::from(scaling)).unwrap();
     rig.lead(100.0, 1.0);
     assert_near(
         rig.slave.position,
@@ -153,7 +153,7 @@ fn a_plate_relative_to_the_slave_adds_to_it() {
     };
     relative.scaling.master.relative = true;
     relative.scaling.slave.relative = true;
-    rig.start(Command::CamAdd(relative)).unwrap();
+    rig.start(CamRequest::from(relative)).unwrap();
     rig.lead(120.0, 1.0);
     assert_near(
         rig.slave.position,
@@ -167,7 +167,7 @@ fn a_plate_is_removed_on_a_ramp() {
     rig.start(add(SMALL)).unwrap();
     rig.lead(80.0, 1.0);
     let remove = |jump| {
-        Command::CamRemove(CamRemove {
+        CamRequest::from(CamRemove {
             table: SMALL,
             jump,
             ..CamRemove::default()
@@ -192,7 +192,7 @@ fn without_its_last_plate_the_coupling_ends() {
     rig.lead(90.0, 1.0);
     let before = rig.slave;
     let ticket = rig
-        .start(Command::CamRemove(CamRemove {
+        .start(CamRequest::from(CamRemove {
             table: BACK_AND_FORTH,
             ..CamRemove::default()
         }))

@@ -11,7 +11,7 @@ fn rig() -> Rig {
     rig.tables
         .insert(PLATE, plate(&POINTS, Course::Cyclic))
         .expect("room");
-    rig.start(Command::CamIn(cam_in(PLATE)))
+    rig.start(CamRequest::from(cam_in(PLATE)))
         .expect("a coupling");
     rig.go(0.0);
     rig
@@ -114,7 +114,7 @@ fn every_slave_takes_the_change_at_its_own_moment() {
     })
     .unwrap();
     // The other slave is half a cycle behind.
-    let shifted = Command::CamIn(CamIn {
+    let shifted = CamRequest::from(CamIn {
         master_offset: -180.0,
         jump: JumpHandling::Allow,
         ..cam_in(PLATE)

@@ -60,7 +60,7 @@ proptest! {
     ) {
         let mut rig = rig_on(&points);
         rig.tables.insert(10, plate(&other, Course::Cyclic)).unwrap();
-        rig.start(Command::CamIn(CamIn {
+        rig.start(CamRequest::from(CamIn {
             master_scaling: scalings[0],
             slave_scaling: scalings[1],
             jump: JumpHandling::Allow,
@@ -85,9 +85,9 @@ proptest! {
             ..CamIn::default()
         };
         rig.start(if switches {
-            Command::CamIn(change)
+            CamRequest::from(change)
         } else {
-            Command::CamScaling(CamScaling {
+            CamRequest::from(CamScaling {
                 scaling: change.scaling(),
                 ..CamScaling::default()
             })
@@ -122,7 +122,7 @@ proptest! {
         backwards in any::<bool>(),
     ) {
         let mut rig = rig_on(&points);
-        rig.start(Command::CamIn(CamIn {
+        rig.start(CamRequest::from(CamIn {
             start_mode: StartMode::Absolute,
             jump: JumpHandling::Allow,
             ..cam_in(PLATE)
@@ -159,7 +159,7 @@ proptest! {
         turns in -5..5i32,
     ) {
         let mut rig = rig_on(&points);
-        rig.start(Command::CamIn(CamIn {
+        rig.start(CamRequest::from(CamIn {
             master_offset: offsets[0],
             slave_offset: offsets[1],
             master_scaling: ms,
@@ -190,14 +190,14 @@ proptest! {
     ) {
         let mut rig = rig_on(&points);
         rig.tables.insert(10, plate(&other, Course::Cyclic)).unwrap();
-        rig.start(Command::CamIn(CamIn { jump: JumpHandling::Allow, ..cam_in(PLATE) })).unwrap();
+        rig.start(CamRequest::from(CamIn { jump: JumpHandling::Allow, ..cam_in(PLATE) })).unwrap();
         rig.go(master);
         rig.go(master);
         // A master at a steady 1 per second: slopes and curvatures are velocities and accelerations.
         let velocity = if backwards { -1.0 } else { 1.0 };
         let at = |position| Kinematics { position, velocity, acceleration: 0.0 };
         let before = rig.coupling.update(&mut rig.tables, &at(master));
-        rig.start(Command::CamIn(CamIn {
+        rig.start(CamRequest::from(CamIn {
             table: 10,
             jump: JumpHandling::RampIn { master_length: length },
             ..CamIn::default()
@@ -254,8 +254,8 @@ proptest! {
             }
         }
         // Uncoupled, every table is free: none was held too often or too little.
-        let _ = rig.start(Command::CamOut);
-        let _ = other.start(&mut rig.tables, &Command::CamOut, &rig.master, &rig.slave);
+        let _ = rig.start(CamOut {}.into());
+        let _ = other.start(&mut rig.tables, &CamOut {}.into(), &rig.master, &rig.slave);
         let ids: Vec<TableId> = rig.tables.ids().collect();
         for id in ids {
             prop_assert!(rig.tables.remove(id).is_ok(), "table {id}");

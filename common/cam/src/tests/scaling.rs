@@ -10,8 +10,8 @@ fn axis(mode: ScalingMode, scaling: f64) -> AxisScaling {
     }
 }
 
-fn scale(mode: ActivationMode, at: f64, master: AxisScaling, slave: AxisScaling) -> Command {
-    Command::CamScaling(CamScaling {
+fn scale(mode: ActivationMode, at: f64, master: AxisScaling, slave: AxisScaling) -> CamRequest {
+    CamRequest::from(CamScaling {
         activation: activation(mode, at),
         scaling: ScalingData { master, slave },
         jump: JumpHandling::Refuse,
@@ -65,7 +65,7 @@ fn the_master_comes_before_the_slave() {
 #[test]
 fn a_scaling_that_is_off_leaves_its_axis_alone() {
     let mut rig = Rig::new();
-    rig.start(Command::CamIn(CamIn {
+    rig.start(CamRequest::from(CamIn {
         master_offset: 10.0,
         master_scaling: 2.0,
         slave_scaling: 4.0,
@@ -108,7 +108,7 @@ fn strokes_done_are_kept_when_the_slave_is_scaled_at_a_seam() {
 #[test]
 fn switching_at_a_seam_with_both_automatic_offsets_is_seamless() {
     let mut rig = Rig::coupled(WITH_LIFT);
-    rig.start(Command::CamIn(CamIn {
+    rig.start(CamRequest::from(CamIn {
         activation: Activation::new(ActivationMode::NextCycle),
         master_scaling_mode: ScalingMode::AutoOffset,
         slave_scaling_mode: ScalingMode::AutoOffset,
@@ -128,10 +128,10 @@ fn linear_plates_follow_one_another_in_both_directions() {
         let mut rig = Rig::new();
         rig.master.position = first;
         rig.slave.position = rig.raw(LINEAR, first);
-        rig.start(Command::CamIn(cam_in(LINEAR))).unwrap();
+        rig.start(CamRequest::from(cam_in(LINEAR))).unwrap();
         for turn in 1..=3 {
             rig.lead(first + direction * (100.0 * f64::from(turn) - 50.0), 0.75);
-            rig.start(Command::CamIn(CamIn {
+            rig.start(CamRequest::from(CamIn {
                 activation: Activation::new(ActivationMode::NextCycle),
                 master_scaling_mode: ScalingMode::AutoOffset,
                 slave_scaling_mode: ScalingMode::AutoOffset,
@@ -170,7 +170,7 @@ fn a_scaling_for_one_cycle_returns_and_keeps_what_the_slave_has_gained() {
 fn a_plate_for_one_cycle_with_automatic_offsets_is_seamless() {
     let mut rig = Rig::coupled(WITH_LIFT);
     rig.lead(100.0, 1.0);
-    rig.start(Command::CamIn(CamIn {
+    rig.start(CamRequest::from(CamIn {
         activation: Activation::new(ActivationMode::NextCycleOnce),
         master_scaling_mode: ScalingMode::AutoOffset,
         slave_scaling_mode: ScalingMode::AutoOffset,
@@ -205,7 +205,7 @@ fn a_seam_far_out_is_still_a_seam() {
     let mut rig = Rig::new();
     let far = 1e6 * 360.0;
     rig.master.position = far + 0.1;
-    rig.start(Command::CamIn(CamIn {
+    rig.start(CamRequest::from(CamIn {
         master_offset: -far - 0.1,
         ..cam_in(WITH_LIFT)
     }))

@@ -24,6 +24,7 @@
 //! by how much the early ones differ from that: the uncertainty. (RFC 5905 reasons alike; as the line
 //! takes the drift out, the two ways need not be of the same exchange.)
 
+mod estimate;
 mod outcome;
 #[cfg(test)]
 mod tests;
@@ -33,7 +34,8 @@ pub use outcome::{DelayOutput, DelayState, Refusal};
 
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::FarLine;
-use window::{Exchange, Window};
+use estimate::Estimate;
+use window::{Exchange, Stamps, Window};
 
 /// Between two questions as long as little is known …
 const HASTE: Span = Span::from_millis(20);
@@ -53,10 +55,6 @@ const RATE_TOLERANCE: f64 = 1e-3;
 const ROUNDING: f64 = 10e-9;
 /// The uncertainty covers so many standard deviations of the line.
 const COVERED: f64 = 3.0;
-/// An estimate that is so many standard deviations off is followed at once, a nearer one enters the
-/// mean of [`LONGEST_MEMORY`].
-const OUT_OF_THE_ORDINARY: f64 = 5.0;
-const LONGEST_MEMORY: u32 = 1_000;
 /// An exchange that is older says nothing of the present path.
 const LONGEST_AGE: Span = Span::from_secs(10);
 
@@ -109,20 +107,6 @@ struct Sender {
     synced: bool,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Estimate {
-    delay: f64,
-    /// Half of the least round trip, and what a jump has added since, s.
-    uncertainty: f64,
-    /// Deviation that jitter causes, s.
-    jitter: f64,
-    /// Estimates this one is the mean of.
-    count: u32,
-    newest: Instant<Local>,
-    /// Enough exchanges have gone into it.
-    measured: bool,
-}
-
 impl DelayExchange {
     /// An exchange that has asked nothing yet. `run` tells this run of the asker from others.
     #[must_use]
@@ -166,8 +150,7 @@ impl DelayExchange {
         if jump != Seconds::ZERO {
             self.start_over();
             let estimate = self.estimate.as_mut()?;
-            estimate.delay += jump.0;
-            estimate.uncertainty += libm::fabs(jump.0);
+            estimate.follow_jump(jump.0);
             return Some(jump);
         }
         let corrected = now.corrected - before.corrected;
@@ -177,12 +160,12 @@ impl DelayExchange {
             estimate.delay += corrected.0;
             return Some(corrected);
         }
-        if now.rebases != before.rebases
-            || now.relocks != before.relocks
-            || now.synced && !before.synced
-        {
-            // What was measured against an unsure line is no help any more.
+        if now.rebases != before.rebases || now.relocks != before.relocks {
+            // What was measured against a line that is gone is no help any more.
             self.start_over();
+        } else if now.synced && !before.synced {
+            self.measure_again(line);
+            self.hurry();
         }
         None
     }
@@ -216,6 +199,9 @@ impl DelayExchange {
             Ok(exchange) => {
                 self.exchanges = self.exchanges.saturating_add(1);
                 self.window.push(exchange);
+                if !line.synced {
+                    self.measure_again(line);
+                }
                 self.estimate(arrived, line);
             }
             Err(_) => self.refused = self.refused.saturating_add(1),
@@ -278,63 +264,56 @@ impl DelayExchange {
         if !(Span::ZERO..=LONGEST).contains(&passed) || answer.answered < answer.heard {
             return Err(Refusal::Implausible);
         }
-        let there = line.is_led_by(answer.heard, answer.asked).0;
-        let back = -line.is_led_by(answer.answered, arrived).0;
+        let stamps = Stamps {
+            asked: answer.asked,
+            heard: answer.heard,
+            answered: answer.answered,
+            arrived,
+        };
+        let exchange = Exchange::measured(stamps, line);
         let longest = Seconds::from(LONGEST).0;
-        if libm::fabs(there) > longest || libm::fabs(back) > longest {
+        if libm::fabs(exchange.there) > longest || libm::fabs(exchange.back) > longest {
             return Err(Refusal::Implausible);
         }
-        if there + back < -(RATE_TOLERANCE * passed.as_secs_f64() + ROUNDING) {
+        let round_trip = exchange.there + exchange.back;
+        if round_trip < -(RATE_TOLERANCE * passed.as_secs_f64() + ROUNDING) {
             return Err(Refusal::NegativeRoundTrip);
         }
-        Ok(Exchange {
-            at: arrived,
-            there,
-            back,
-            corrected: line.corrected,
-        })
+        Ok(exchange)
     }
 
-    /// What the window says; before that is worth something, what was measured before is better.
+    /// What the window says, beside what was known before.
     fn estimate(&mut self, now: Instant<Local>, line: &FarLine) {
         let Some((there, back)) = self.window.early(line) else {
             return;
         };
         let enough = self.window.len() >= ENOUGH;
-        let moved = 0.5 * libm::fabs((there.early - there.least) - (back.early - back.least));
-        let seen = Estimate {
-            delay: 0.5 * (there.early - back.early),
-            uncertainty: 0.5 * (there.least + back.least).max(0.0) + moved,
-            jitter: 0.5 * libm::hypot(there.deviation, back.deviation),
-            count: 1,
-            newest: now,
-            measured: enough,
-        };
-        match &mut self.estimate {
-            Some(before) if before.measured && !enough => before.newest = now,
-            Some(before) if before.measured && before.agrees_with(&seen) => {
-                let count = (before.count + 1).min(LONGEST_MEMORY);
-                // The newer ones weigh more: the line was not as good when the first ones were measured.
-                let part = 2.0 / f64::from(count + 1);
-                let delay = before.delay + (seen.delay - before.delay) * part;
-                self.estimate = Some(Estimate {
-                    delay,
-                    uncertainty: seen.uncertainty + libm::fabs(seen.delay - delay),
-                    count,
-                    ..seen
-                });
-            }
-            _ => self.estimate = Some(seen),
+        let seen = Estimate::of(&there, &back, now, enough);
+        self.estimate = Some(match &self.estimate {
+            Some(before) => before.after(seen),
+            None => seen,
+        });
+    }
+
+    /// While the line is unsure it moves under what was measured against it.
+    fn measure_again(&mut self, line: &FarLine) {
+        self.window.measure_again(line);
+        if let Some(newest) = self.estimate.take().map(|estimate| estimate.newest) {
+            self.estimate(newest, line);
         }
+    }
+
+    const fn hurry(&mut self) {
+        self.hasty = 0;
+        self.next_question = Instant::from_nanos(i64::MIN);
     }
 
     /// The window begins anew, and is filled in haste.
     fn start_over(&mut self) {
         self.window.clear();
-        self.hasty = 0;
-        self.next_question = Instant::from_nanos(i64::MIN);
+        self.hurry();
         if let Some(estimate) = &mut self.estimate {
-            estimate.count = 0;
+            estimate.be_replaced();
         }
     }
 
@@ -342,11 +321,5 @@ impl DelayExchange {
         self.start_over();
         self.estimate = None;
         self.open = 0;
-    }
-}
-
-impl Estimate {
-    fn agrees_with(&self, seen: &Self) -> bool {
-        libm::fabs(seen.delay - self.delay) <= OUT_OF_THE_ORDINARY * seen.jitter
     }
 }

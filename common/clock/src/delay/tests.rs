@@ -191,20 +191,65 @@ fn a_jump_of_the_line_is_the_paths_doing_until_exchanges_say_otherwise() {
 }
 
 #[test]
-fn what_was_measured_against_an_unsure_line_is_replaced() {
+fn what_was_measured_against_an_unsure_line_is_measured_again_as_the_line_gets_better() {
     let mut exchange = DelayExchange::new(RUN);
-    let mut unsure = line(micros(1_090));
-    unsure.synced = false;
+    let unsure = |delay| FarLine {
+        synced: false,
+        ..line(micros(delay))
+    };
     let ways = || (micros(1_000), micros(1_000));
-    let now = exchanges(&mut exchange, &unsure, at(0), 20, ways);
-    let now = exchanges(&mut exchange, &line(micros(1_000)), now, 15, ways);
+    let now = exchanges(&mut exchange, &unsure(1_090), at(0), 20, ways);
+    assert_eq!(exchange.delay(), Some(micros(1_090)));
+    let _ = exchanges(&mut exchange, &unsure(1_030), now, 1, ways);
+    assert_eq!(exchange.delay(), Some(micros(1_030)), "with the next one");
+    let _ = exchange.follow(&line(micros(1_000)));
+    assert_eq!(exchange.delay(), Some(micros(1_000)), "at once: it is sure");
+    let _ = exchange.follow(&line(micros(1_050)));
+    assert_eq!(exchange.delay(), Some(micros(1_000)), "never again");
+}
+
+#[test]
+fn a_lost_line_takes_its_measurements_with_it() {
+    let mut exchange = DelayExchange::new(RUN);
+    let ways = || (micros(1_000), micros(1_000));
+    let now = exchanges(&mut exchange, &line(micros(1_000)), at(0), 40, ways);
+    let found_again = FarLine {
+        relocks: 1,
+        ..line(micros(1_100))
+    };
+    let now = exchanges(&mut exchange, &found_again, now, 15, ways);
     assert_eq!(
         exchange.delay(),
-        Some(micros(1_090)),
+        Some(micros(1_000)),
         "held until enough came"
     );
-    let _ = exchanges(&mut exchange, &line(micros(1_000)), now, 1, ways);
-    assert_eq!(exchange.delay(), Some(micros(1_000)));
+    let _ = exchanges(&mut exchange, &found_again, now, 1, ways);
+    assert_eq!(exchange.delay(), Some(micros(1_100)));
+}
+
+#[test]
+fn correlated_delays_move_the_delay_little_by_little() {
+    for seed in 1..20 {
+        let mut exchange = DelayExchange::new(RUN);
+        let line = line(micros(1_000));
+        let (mut there, mut back) = (jitter(20.0, seed), jitter(20.0, seed + 1_000));
+        let (mut level, mut levels) = (Span::ZERO, jitter(15.0, seed + 2_000));
+        let (mut now, mut before) = (at(0), None);
+        for n in 0..300 {
+            // Each second the way there has another least one.
+            if n % 10 == 0 {
+                level = levels();
+            }
+            let ways = || (micros(1_000) + level + there(), micros(1_000) + back());
+            now = exchanges(&mut exchange, &line, now, 1, ways);
+            let delay = exchange.delay().unwrap();
+            if n > 60 {
+                let step = delay - before.unwrap();
+                assert!(step.abs() < micros(3), "{seed}: {step:?} at {n}");
+            }
+            before = Some(delay);
+        }
+    }
 }
 
 #[test]

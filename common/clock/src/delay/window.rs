@@ -1,7 +1,7 @@
 //! The last exchanges.
 
 use super::LONGEST_AGE;
-use crate::instant::{Instant, Local, Seconds};
+use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::FarLine;
 
 /// Exchanges kept: ten seconds' worth at ten per second, and some of the hasty ones.
@@ -21,9 +21,31 @@ pub(super) struct Exchange {
     pub(super) back: f64,
     /// See [`FarLine::corrected`].
     pub(super) corrected: Seconds,
+    /// The stamps it was measured by.
+    pub(super) stamps: Stamps,
+}
+
+/// When a request left and its response arrived, and when the sender heard the one and sent the other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stamps {
+    pub(super) asked: Instant<Local>,
+    pub(super) heard: Span,
+    pub(super) answered: Span,
+    pub(super) arrived: Instant<Local>,
 }
 
 impl Exchange {
+    /// What the stamps say, measured against the line as it is now.
+    pub(super) fn measured(stamps: Stamps, line: &FarLine) -> Self {
+        Self {
+            at: stamps.arrived,
+            there: line.is_led_by(stamps.heard, stamps.asked).0,
+            back: -line.is_led_by(stamps.answered, stamps.arrived).0,
+            corrected: line.corrected,
+            stamps,
+        }
+    }
+
     fn there(&self, line: &FarLine) -> f64 {
         self.there + (line.corrected - self.corrected).0
     }
@@ -60,6 +82,12 @@ impl Window {
             there: 0.0,
             back: 0.0,
             corrected: Seconds::ZERO,
+            stamps: Stamps {
+                asked: Instant::EPOCH,
+                heard: Span::ZERO,
+                answered: Span::ZERO,
+                arrived: Instant::EPOCH,
+            },
         };
         Self {
             kept: [BLANK; KEPT],
@@ -74,6 +102,13 @@ impl Window {
 
     pub(super) const fn clear(&mut self) {
         self.len = 0;
+    }
+
+    /// Measures all of them anew.
+    pub(super) fn measure_again(&mut self, line: &FarLine) {
+        for exchange in &mut self.kept {
+            *exchange = Exchange::measured(exchange.stamps, line);
+        }
     }
 
     /// Puts the newest in; the oldest goes if there is no room.

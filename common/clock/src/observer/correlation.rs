@@ -15,10 +15,14 @@ const SINGLE_MEMORY: f64 = 2_048.0;
 const PRIOR: f64 = 6.0;
 /// A single square counts at most so much, as a multiple of what it is for independent messages.
 const OUTLIER: f64 = 16.0;
-/// The middle and the spread of the residuals are followed this fast.
+/// The spread of the residuals is followed this fast …
 const STEP: f64 = 0.01;
+/// … and their middle slowly, or a delay that has levels for seconds would not show in the scores; but
+/// as fast when nearly all scores are on one side.
+const MIDDLE_STEP: f64 = 0.0005;
+const ONE_SIDED: f64 = 0.8;
 /// So many times the scatter of independent messages is no chance any more …
-const CORRELATED: f64 = 5.0;
+const CORRELATED: f64 = 6.0;
 /// … and so little may be; for so many messages: then they are independent again.
 const INDEPENDENT: f64 = 2.0;
 const INDEPENDENT_FOR: u32 = 60_000;
@@ -28,6 +32,8 @@ const INDEPENDENT_FOR: u32 = 60_000;
 pub(super) struct Correlation {
     middle: f64,
     spread: f64,
+    /// Mean of the last scores.
+    lean: f64,
     last: [f64; 2],
     messages: u32,
     /// Mean square of second differences of single messages.
@@ -53,6 +59,7 @@ impl Correlation {
         Self {
             middle: 0.0,
             spread: 0.0,
+            lean: 0.0,
             last: [0.0; 2],
             messages: 0,
             single: 0.5,
@@ -101,7 +108,14 @@ impl Correlation {
         } else {
             0.0
         };
-        self.middle += step * score * self.spread;
+        self.lean += step * (score - self.lean);
+        let slow = MIDDLE_STEP.max(1.0 / (f64::from(self.messages) + 1.0));
+        let middle_step = if libm::fabs(self.lean) > ONE_SIDED {
+            step
+        } else {
+            slow
+        };
+        self.middle += middle_step * score * self.spread;
         self.spread += step * (size.min(4.0 * self.spread) - self.spread);
         let second = score - 2.0 * self.last[1] + self.last[0];
         self.last = [self.last[1], score];

@@ -19,7 +19,7 @@ impl FarTime {
     }
 
     /// The point `nanos` nanoseconds later.
-    pub(super) fn plus(self, nanos: f64) -> Self {
+    pub(crate) fn plus(self, nanos: f64) -> Self {
         let total = self.fraction_ns + nanos;
         let whole = libm::floor(total);
         let fraction_ns = total - whole;

@@ -18,7 +18,7 @@ pub(super) struct Window {
     /// +1: the slave stands ahead of the coupled end, −1: behind it.
     side: f64,
     /// Slope of the rigid gear.
-    slope: f64,
+    pub(super) slope: f64,
 }
 
 impl Window {

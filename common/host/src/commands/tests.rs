@@ -1,46 +1,54 @@
-//! Clerk and desk without a network.
+//! Command server and order queue without a network.
 
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 
-use coaxle_motion::slave::Command;
+use coaxle_clock::{Instant, Span};
 use coaxle_node::command::{NotTaken, SlaveName, Verdict};
+use coaxle_node::{CommandAnswer, CommandOrder, CommandOutcome};
+use coaxle_slave::Command;
 
 use super::*;
-use coaxle_node::CommandAnswer;
+use crate::machine::Machine;
+use crate::transport::Request;
 
-/// Keeps what it is told.
-struct Paper {
+/// A request that keeps its answers.
+struct Kept {
     text: String,
     answers: Answers,
 }
 
-type Answers = Rc<RefCell<Vec<(String, CommandAnswer)>>>;
+type Answers = Arc<Mutex<Vec<(String, CommandAnswer)>>>;
 
-impl Asker for Paper {
-    fn order(&self) -> std::borrow::Cow<'_, [u8]> {
+impl Request for Kept {
+    fn key(&self) -> &str {
+        "coaxle/toy/command"
+    }
+
+    fn payload(&self) -> std::borrow::Cow<'_, [u8]> {
         self.text.as_bytes().into()
     }
 
-    fn answer(&self, answer: &CommandAnswer) {
-        let entry = (self.text.clone(), answer.clone());
-        self.answers.borrow_mut().push(entry);
+    fn reply(&self, json: String, taken: bool) {
+        let answer = CommandAnswer::from_json(json.as_bytes()).unwrap();
+        assert_eq!(answer.is_taken(), taken);
+        let entry = (self.text.clone(), answer);
+        self.answers.lock().unwrap().push(entry);
     }
 }
 
 struct Bench {
-    desk: Desk,
-    clerk: Clerk<Paper>,
-    counter: Counter<Paper>,
+    queue: OrderQueue,
+    server: CommandServer,
+    requests: RequestSender,
     answers: Answers,
 }
 
 fn bench() -> Bench {
-    let (desk, clerk, counter) = commands();
+    let (queue, server, requests) = commands();
     Bench {
-        desk,
-        clerk,
-        counter,
+        queue,
+        server,
+        requests,
         answers: Answers::default(),
     }
 }
@@ -61,17 +69,15 @@ fn order(position: f64) -> String {
 
 impl Bench {
     fn ask(&self, millis: i64, text: String) {
-        let answers = Rc::clone(&self.answers);
-        self.counter.hand_in(Incoming {
-            arrival: at(millis),
-            asker: Paper { text, answers },
-        });
+        let answers = Arc::clone(&self.answers);
+        self.requests
+            .send(at(millis), Box::new(Kept { text, answers }));
     }
 
     /// A scan, with the positions that were executed in it.
     fn scan(&mut self, millis: i64) -> Vec<f64> {
         let mut executed = Vec::new();
-        self.desk.serve(at(millis), |order| {
+        self.queue.execute_all(at(millis), |order| {
             if let Command::Home { position } = order.command {
                 executed.push(position);
             }
@@ -81,7 +87,7 @@ impl Bench {
     }
 
     fn reasons(&self) -> Vec<String> {
-        let answers = self.answers.take();
+        let answers = std::mem::take(&mut *self.answers.lock().unwrap());
         let reason = |(_, answer): (_, CommandAnswer)| match answer.verdict {
             Verdict::NotTaken { reason, .. } => reason,
             other => panic!("{other:?}"),
@@ -91,15 +97,18 @@ impl Bench {
 }
 
 #[test]
-fn each_order_is_executed_once_and_its_own_asker_gets_the_answer() {
+fn each_order_is_executed_once_and_who_sent_it_gets_the_answer() {
     let mut bench = bench();
     bench.ask(0, order(1.0));
     bench.ask(0, order(2.0));
-    bench.clerk.round(at(1));
+    bench.server.round(at(1));
     assert_eq!(bench.scan(2), [1.0, 2.0]);
     assert!(bench.scan(3).is_empty());
-    bench.clerk.round(at(4));
-    let asked: Vec<_> = bench.answers.take().into_iter().map(|(by, _)| by).collect();
+    bench.server.round(at(4));
+    let asked: Vec<_> = std::mem::take(&mut *bench.answers.lock().unwrap())
+        .into_iter()
+        .map(|(by, _)| by)
+        .collect();
     assert_eq!(asked, [order(1.0), order(2.0)]);
 }
 
@@ -107,7 +116,7 @@ fn each_order_is_executed_once_and_its_own_asker_gets_the_answer() {
 fn what_is_no_order_never_reaches_the_cycle() {
     let mut bench = bench();
     bench.ask(0, "{".to_owned());
-    bench.clerk.round(at(1));
+    bench.server.round(at(1));
     assert_eq!(bench.reasons(), ["malformed"]);
     assert!(bench.scan(2).is_empty());
 }
@@ -116,18 +125,18 @@ fn what_is_no_order_never_reaches_the_cycle() {
 fn a_cycle_that_stands_still_neither_answers_nor_executes_later() {
     let mut bench = bench();
     bench.ask(0, order(1.0));
-    bench.clerk.round(at(1));
-    bench.clerk.round(at(999));
-    assert!(bench.answers.borrow().is_empty());
-    bench.clerk.round(at(1_000));
+    bench.server.round(at(1));
+    bench.server.round(at(999));
+    assert!(bench.answers.lock().unwrap().is_empty());
+    bench.server.round(at(1_000));
     assert_eq!(bench.reasons(), ["no-answer"]);
     assert!(bench.scan(1_001).is_empty());
 
     // The next one finds everything as it should be.
     bench.ask(1_002, order(2.0));
-    bench.clerk.round(at(1_003));
+    bench.server.round(at(1_003));
     assert_eq!(bench.scan(1_004), [2.0]);
-    bench.clerk.round(at(1_005));
+    bench.server.round(at(1_005));
     assert_eq!(bench.reasons(), ["no-slaves"]);
 }
 
@@ -137,15 +146,15 @@ fn sixteen_wait_and_more_are_refused() {
     for k in 0..MAX_WAITING {
         bench.ask(0, order(k as f64));
     }
-    // One too many before the clerk has looked, and one after.
+    // One too many before the server has looked, and one after.
     bench.ask(0, order(100.0));
     assert_eq!(bench.reasons(), ["busy"]);
-    bench.clerk.round(at(1));
+    bench.server.round(at(1));
     bench.ask(1, order(101.0));
-    bench.clerk.round(at(2));
+    bench.server.round(at(2));
     assert_eq!(bench.reasons(), ["busy"]);
     assert_eq!(bench.scan(3).len(), MAX_WAITING);
-    bench.clerk.round(at(4));
+    bench.server.round(at(4));
     assert_eq!(bench.reasons().len(), MAX_WAITING);
 }
 
@@ -153,32 +162,33 @@ fn sixteen_wait_and_more_are_refused() {
 fn a_node_that_ends_says_so_to_those_who_wait() {
     let mut bench = bench();
     bench.ask(0, order(1.0));
-    // Between the clerk's last look at the clock and the end of the cycle.
-    bench.clerk.round(at(1));
+    // Between the server's last look at the clock and the end of the cycle.
+    bench.server.round(at(1));
     bench.scan(2);
     bench.ask(2, order(2.0));
     let Bench {
-        desk,
-        clerk,
-        counter,
+        queue,
+        server,
+        requests,
         answers,
     } = bench;
-    drop(desk);
-    clerk.work();
+    drop(queue);
+    server.work();
     let reason = |entry: &(String, CommandAnswer)| match &entry.1.verdict {
         Verdict::NotTaken { reason, .. } => reason.clone(),
         other => panic!("{other:?}"),
     };
-    let reasons: Vec<_> = answers.borrow().iter().map(reason).collect();
+    let reasons: Vec<_> = answers.lock().unwrap().iter().map(reason).collect();
     assert_eq!(reasons, ["no-slaves", "stopped"]);
 
     // There is nobody left to take it.
-    counter.hand_in(Incoming {
-        arrival: at(3),
-        asker: Paper {
-            text: order(3.0),
-            answers: Rc::clone(&answers),
-        },
-    });
-    assert_eq!(answers.borrow().last().map(reason).unwrap(), "stopped");
+    let late = Kept {
+        text: order(3.0),
+        answers: Arc::clone(&answers),
+    };
+    requests.send(at(3), Box::new(late));
+    assert_eq!(
+        answers.lock().unwrap().last().map(reason).unwrap(),
+        "stopped"
+    );
 }

@@ -122,6 +122,7 @@ impl TryFrom<f64> for CycleMicros {
 
 impl From<CycleMicros> for f64 {
     fn from(cycle: CycleMicros) -> Self {
-        cycle.0.span().as_micros_f64()
+        // Dividing gives the closest number: 1000.3, not 1000.3000000000001.
+        cycle.0.span().as_nanos() as Self / 1e3
     }
 }

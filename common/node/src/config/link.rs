@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::checked::{AtLeastZero, Fraction, Positive};
 use super::clock::JitterConfig;
 
-/// A link's behaviour: the network of the pretend world, or faults laid over a real one.
+/// A link's behaviour: the simulated network, or faults laid over a real one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct LinkConfig {

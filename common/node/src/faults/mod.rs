@@ -1,11 +1,13 @@
 //! Faults to inject, in both worlds: deviated clocks and lossy links.
 //!
 //! They live beside the contract of a node because the real world lays them over a real quartz and
-//! a real subscription, while the pretend world has nothing else. Same seed, same faults.
+//! a real subscription, while the simulation has nothing else. Same seed, same faults.
 
 mod clock;
 mod link;
 mod random;
+#[cfg(test)]
+mod statistics;
 
 pub use clock::{CycleJitter, DeviatedClock};
 pub use link::{Deliveries, LinkModel};

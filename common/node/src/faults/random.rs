@@ -71,3 +71,6 @@ pub fn link_seed(run: u64, part: &str, channel: Channel) -> u64 {
         seed_of(seed, channel.name())
     }
 }
+
+#[cfg(test)]
+mod tests;

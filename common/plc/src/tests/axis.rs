@@ -4,7 +4,7 @@ use coaxle_axis::{AxisStatus, CommandState};
 use coaxle_gear::FlyingGearParameters;
 
 use super::*;
-use crate::{BlockError, CommandBlock, EnableFlyingGear, Outputs, Power};
+use crate::{CommandBlock, EnableFlyingGear, Outputs, Power};
 
 #[test]
 fn power_follows_its_level() {
@@ -87,7 +87,7 @@ fn a_refused_command_is_an_error_with_its_code() {
     let mut axis = axis(&PARAMETERS);
     let mut block = CommandBlock::default();
     let state = block.scan(true, &move_absolute(1.0), &mut axis);
-    let outputs = Outputs::of(&state, BlockError::code);
+    let outputs = Outputs::of(&state, JobError::code);
     assert!(outputs.error && !outputs.busy);
     assert_eq!(outputs.error_id, 0x422a);
 }

@@ -4,8 +4,8 @@ use std::vec::Vec;
 
 use coaxle_axis::CommandState;
 use coaxle_cam::{
-    Activation, ActivationMode, CamCoupling, CamIn, CamScaling, Command, CouplingParameters,
-    JumpHandling, TableId, Tables,
+    Activation, ActivationMode, CamCoupling, CamIn, CamOut, CamRequest, CamScaling,
+    CouplingParameters, JumpHandling, TableId, Tables,
 };
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::{Course, MotionFunction, MotionPoint, Plate};
@@ -63,7 +63,7 @@ impl Rig {
 
     fn coupled(table: TableId) -> Self {
         let mut rig = Self::new();
-        let command = Command::CamIn(cam_in(table));
+        let command = CamRequest::from(cam_in(table));
         rig.coupling
             .start(&mut rig.tables, &command, &rig.master, &rig.slave)
             .expect("a coupling");
@@ -89,7 +89,7 @@ fn cam_in(table: TableId) -> CamIn {
     }
 }
 
-fn scan(block: &mut CouplingBlock, rig: &mut Rig, execute: bool, command: Command) -> Outputs {
+fn scan(block: &mut CouplingBlock, rig: &mut Rig, execute: bool, command: CamRequest) -> Outputs {
     let outputs = block.scan(
         execute,
         &command,
@@ -107,7 +107,7 @@ fn cam_in_waits_becomes_in_sync_and_is_aborted() {
     let mut rig = Rig::new();
     rig.master.position = -2.5;
     let mut cam_in_block = CouplingBlock::default();
-    let command = Command::CamIn(CamIn {
+    let command = CamRequest::from(CamIn {
         activation: Activation::new(ActivationMode::NextCycle),
         jump: JumpHandling::Allow,
         ..cam_in(BACK_AND_FORTH)
@@ -130,7 +130,7 @@ fn cam_in_waits_becomes_in_sync_and_is_aborted() {
     );
 
     let mut cam_out = CouplingBlock::default();
-    let done = scan(&mut cam_out, &mut rig, true, Command::CamOut);
+    let done = scan(&mut cam_out, &mut rig, true, CamOut {}.into());
     assert_eq!(done, Outputs { done: true, ..off });
     let aborted = Outputs {
         command_aborted: true,
@@ -144,7 +144,7 @@ fn cam_in_waits_becomes_in_sync_and_is_aborted() {
 fn a_scaling_shows_done_after_a_pulse_of_one_scan() {
     let mut rig = Rig::coupled(BACK_AND_FORTH);
     let mut block = CouplingBlock::default();
-    let command = Command::CamScaling(CamScaling {
+    let command = CamRequest::from(CamScaling {
         activation: Activation::at(ActivationMode::AtMasterAxisPos, 2.5),
         jump: JumpHandling::Allow,
         ..CamScaling::default()
@@ -171,11 +171,11 @@ fn a_refusal_shows_its_number_while_execute_is_held() {
         ..Outputs::default()
     };
     for execute in [true, true] {
-        let outputs = scan(&mut block, &mut rig, execute, Command::CamIn(cam_in(77)));
+        let outputs = scan(&mut block, &mut rig, execute, CamRequest::from(cam_in(77)));
         assert_eq!(outputs, refused);
     }
     assert!(matches!(block.state(), CommandState::Failed(_)));
-    let outputs = scan(&mut block, &mut rig, false, Command::CamIn(cam_in(77)));
+    let outputs = scan(&mut block, &mut rig, false, CamRequest::from(cam_in(77)));
     assert_eq!(outputs, Outputs::default());
 }
 
@@ -184,7 +184,7 @@ fn a_jump_shows_as_an_error_of_the_block() {
     let mut rig = Rig::new();
     rig.slave.position = 5.0;
     let mut block = CouplingBlock::default();
-    let command = Command::CamIn(cam_in(BACK_AND_FORTH));
+    let command = CamRequest::from(cam_in(BACK_AND_FORTH));
     assert!(scan(&mut block, &mut rig, true, command).busy);
     let outputs = scan(&mut block, &mut rig, true, command);
     assert_eq!((outputs.error, outputs.error_id), (true, 0x421A));

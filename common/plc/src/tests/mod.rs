@@ -2,13 +2,14 @@
 
 mod axis;
 mod cams;
+mod multi_master;
 mod saw;
 
-use coaxle_axis::Dynamics;
 use coaxle_axis::drive::{Drive, DriveParameters};
+use coaxle_axis::{Dynamics, Job};
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
-use coaxle_slave::{Accepted, Command, JobNumber, OnMasterLoss, SlaveAxis, SlaveParameters};
+use coaxle_slave::{Command, JobError, OnMasterLoss, SlaveAxis, SlaveParameters};
 
 const CYCLE: Seconds = Seconds(1e-3);
 
@@ -43,19 +44,15 @@ fn axis(parameters: &SlaveParameters) -> SlaveAxis {
 /// An axis at rest at 0, with power.
 fn powered(parameters: &SlaveParameters) -> SlaveAxis {
     let mut axis = axis(parameters);
-    assert_eq!(
-        axis.command(&Command::Power(true)),
-        Ok(Accepted::AtOnce),
-        "power"
-    );
+    start(&mut axis, &Command::Power(true));
     axis
 }
 
 /// Commands what must be accepted.
-fn start(axis: &mut SlaveAxis, command: &Command) -> JobNumber {
+fn start(axis: &mut SlaveAxis, command: &Command) -> Job {
     match axis.command(command) {
-        Ok(Accepted::Job(number)) => number,
-        other => panic!("{command:?}: {other:?}"),
+        Ok(job) => job,
+        Err(refusal) => panic!("{command:?}: {refusal}"),
     }
 }
 

@@ -5,8 +5,7 @@ use coaxle_saw::{GearInPos, Ratio, SawCommand, SyncLimits, SyncMask, SyncMode};
 
 use super::*;
 use crate::{
-    BlockError, CommandBlock, FlyingSawBlock, FlyingSawOutputs, Outputs,
-    ReadFlyingSawCharacteristicsBlock,
+    CommandBlock, FlyingSawBlock, FlyingSawOutputs, Outputs, ReadFlyingSawCharacteristicsBlock,
 };
 
 /// An axis with power, and a master at a velocity.
@@ -38,7 +37,7 @@ fn a_program_couples_reads_and_uncouples() {
 
     assert_eq!(read.scan(true, 2, &axis).0.error_id, 0x4216);
     let refused = gear_out.scan(true, &out, &mut axis);
-    assert_eq!(Outputs::of(&refused, BlockError::code).error_id, 0x424d);
+    assert_eq!(Outputs::of(&refused, JobError::code).error_id, 0x424d);
     assert_eq!(gear_out.scan(false, &out, &mut axis), CommandState::Idle);
     read.scan(false, 2, &axis);
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::{FallBackMode, StartUpMode};
 use proptest::prelude::*;
 
 const CYCLE: Span = Span::from_millis(1);

@@ -1,5 +1,6 @@
 //! A slave that runs with its master: synchronising, synchronous, stopped by a rollback.
 
+mod coupling;
 mod settings;
 mod watch;
 
@@ -17,6 +18,7 @@ use super::refusal::SawRefusal;
 use super::rollback::{RollbackReaction, RollbackStop};
 use super::task::NEGLIGIBLE;
 
+pub use self::coupling::Saw;
 pub use self::settings::{SawCommand, SawFault, SawTolerances};
 
 /// A slave coupled by the universal flying saw.

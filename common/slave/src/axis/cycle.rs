@@ -3,89 +3,116 @@
 use coaxle_clock::Seconds;
 
 use coaxle_axis::drive::DriveState;
-use coaxle_axis::{AxisStatus, CommandState, CouplingPhase, Transition};
-use coaxle_curve::profile::to_velocity;
-use coaxle_saw::{RollbackReaction, SawFault};
+use coaxle_axis::guard::GuardFault;
+use coaxle_axis::{AxisStatus, CommandState, CouplingPhase, Scan, Step, Transition};
+use coaxle_curve::profile::{Kinematics, to_velocity};
 
 use super::SlaveAxis;
-use crate::coupling::Coupling;
+use crate::couplings::Kind;
 use crate::error::SlaveError;
-use crate::motion::Motion;
+use crate::job::{JobError, JobState};
+use crate::motion::{Motion, Planned};
 use crate::parameters::OnMasterLoss;
+use crate::refusal::Refusal;
+use crate::shift::plus;
 
 impl SlaveAxis {
     pub(super) fn advance(&mut self, elapsed: Seconds) -> Result<(), SlaveError> {
+        self.phasing.advance(elapsed, &mut self.jobs);
+        self.superimposed.advance(elapsed, &mut self.jobs);
         let here = self.set;
+        let added = self.added();
         match &mut self.motion {
-            Motion::Planned(planned) => {
-                let next = planned.advance(elapsed);
+            Motion::Own(planned) => {
+                let next = plus(planned.advance(elapsed), added);
                 // Motions with an end were checked as a whole when they were commanded.
                 if self.status() == AxisStatus::ContinuousMotion {
                     self.guard.check_stop(here.position, &next)?;
                 }
                 self.set = self.guard.confined(here.position, &next);
+                Ok(())
             }
-            Motion::RollingBack(stop) => {
-                let next = stop.advance(elapsed);
-                self.guard.check_step(&here, &next, elapsed.0)?;
-                self.guard.check_coupled_stop(here.position, &next)?;
-                self.set = next;
+            Motion::Coupled(kind) => {
+                let kind = *kind;
+                self.follow(kind, elapsed)
             }
-            Motion::Coupled(_) => self.follow(elapsed)?,
+        }
+    }
+
+    /// One cycle of a coupling.
+    fn follow(&mut self, kind: Kind, elapsed: Seconds) -> Result<(), SlaveError> {
+        let masters = self.seen_masters();
+        match self
+            .couplings
+            .get_mut(kind)
+            .update(&Scan { masters, elapsed })
+        {
+            Step::Set(next) => self.go_to(next, elapsed)?,
+            Step::Ended(next) => {
+                self.go_to(next, elapsed)?;
+                self.release();
+                self.jobs.set(CommandState::Done);
+            }
+            Step::Stopping { set, instant, over } => {
+                self.stop_by_coupling(set, instant, elapsed)?;
+                if over && !self.superimposed.is_under_way() {
+                    let rest = Planned::rest(self.set.position, &self.guard);
+                    self.move_by(Motion::Own(rest));
+                }
+            }
+            Step::Refused => {
+                let refusal = self.couplings.refusal(kind).map(Refusal::Coupling);
+                self.go_on_without(refusal.map_or(CommandState::Aborted, failed), elapsed);
+            }
+            Step::GivenUp => self.go_on_without(CommandState::Aborted, elapsed),
+            Step::Failed => {
+                let fault = self.couplings.fault(kind).map(SlaveError::Coupling);
+                return Err(fault.unwrap_or(SlaveError::MasterLost));
+            }
+            Step::MasterLost => return Err(SlaveError::MasterLost),
         }
         Ok(())
     }
 
-    /// One cycle of a coupling.
-    fn follow(&mut self, elapsed: Seconds) -> Result<(), SlaveError> {
-        let here = self.set;
-        let Motion::Coupled(coupling) = &mut self.motion else {
-            return Ok(());
-        };
-        let master = self.master.ok_or(SlaveError::MasterLost)?;
-        let waited = coupling.phase(&self.cams) == Some(CouplingPhase::Waiting);
-        let next = match coupling.update(&mut self.cams, &master, elapsed) {
-            Err(refused @ SlaveError::Saw(SawFault::Refused(_))) => {
-                self.go_on_without(CommandState::Failed(refused), elapsed);
-                return Ok(());
-            }
-            updated => updated?,
-        };
-        if waited && matches!(coupling, Coupling::Cam) && self.cams.phase().is_none() {
-            let state = match self.cams.failure() {
-                Some(error) => CommandState::Failed(SlaveError::Cam(error)),
-                None => CommandState::Aborted,
-            };
-            self.go_on_without(state, elapsed);
-            return Ok(());
-        }
-        let rollback = coupling.rollback();
-        match &rollback {
-            Some((RollbackReaction::Instant, _)) => {
-                self.guard.check_instant_step(&here, &next, elapsed.0)?;
-            }
-            _ => self.guard.check_step(&here, &next, elapsed.0)?,
-        }
-        self.guard.check_coupled_stop(here.position, &next)?;
+    fn go_to(&mut self, next: Kinematics, elapsed: Seconds) -> Result<(), GuardFault> {
+        let next = plus(next, self.added());
+        self.guard.check_step(&self.set, &next, elapsed.0)?;
+        self.guard.check_coupled_stop(self.set.position, &next)?;
         self.set = next;
-        if let Some((_, stop)) = rollback {
-            self.move_by_motion(Motion::RollingBack(stop));
-            self.state.follow(Transition::RolledBack);
-            self.job.set(CommandState::Aborted);
+        Ok(())
+    }
+
+    /// The masters have turned back, and the coupling brings the axis to rest.
+    fn stop_by_coupling(
+        &mut self,
+        next: Kinematics,
+        instant: bool,
+        elapsed: Seconds,
+    ) -> Result<(), GuardFault> {
+        if instant {
+            let next = plus(next, self.added());
+            self.guard.check_instant_step(&self.set, &next, elapsed.0)?;
+            self.guard.check_coupled_stop(self.set.position, &next)?;
+            self.set = next;
+        } else {
+            self.go_to(next, elapsed)?;
         }
+        self.state.follow(Transition::RolledBack);
+        self.jobs.set(CommandState::Aborted);
         Ok(())
     }
 
     /// A coupling was refused when it was due: the axis goes on as before.
-    fn go_on_without(&mut self, state: CommandState<SlaveError>, elapsed: Seconds) {
-        self.let_go();
-        self.job.set(state);
+    fn go_on_without(&mut self, state: JobState, elapsed: Seconds) {
+        self.release();
+        self.jobs.set(state);
         self.run_plan(elapsed);
     }
 
     pub(super) fn run_plan(&mut self, elapsed: Seconds) {
-        if let Motion::Planned(planned) = &mut self.motion {
-            let next = planned.advance(elapsed);
+        let added = self.added();
+        if let Motion::Own(planned) = &mut self.motion {
+            let next = plus(planned.advance(elapsed), added);
             self.set = self.guard.confined(self.set.position, &next);
         }
     }
@@ -99,32 +126,30 @@ impl SlaveAxis {
             _ => *self.guard.limits(),
         };
         let brake = to_velocity(&self.free(), 0.0, &limits);
-        self.cams.break_off(error.code());
+        if let Motion::Coupled(kind) = self.motion {
+            self.couplings.get_mut(kind).fail(error.code());
+        }
         self.error = Some(error);
+        let failed = CommandState::Failed(JobError::Failed(error));
+        self.phasing.drop(failed, &mut self.jobs);
+        self.superimposed.drop(failed, &mut self.jobs);
         self.run(brake);
         self.stop_held = false;
         self.state.follow(Transition::Fault);
-        self.job.set(CommandState::Failed(error));
+        self.jobs.set(failed);
     }
 
     /// What follows from the motion having come to its end, and how far the command is.
     pub(super) fn finish(&mut self) {
-        if self.is_on_cams() && self.cams.phase().is_none() {
-            self.let_go();
-            self.job.set(CommandState::Done);
-        }
-        let over = match &self.motion {
-            Motion::Planned(planned) => planned.is_over(),
-            Motion::RollingBack(stop) => stop.is_over(),
-            Motion::Coupled(_) => false,
-        };
+        let over = matches!(&self.motion, Motion::Own(planned) if planned.is_over())
+            && !self.superimposed.is_under_way();
         if over && self.status() != AxisStatus::ContinuousMotion {
-            self.job.set(CommandState::Done);
+            self.jobs.set(CommandState::Done);
             if !(self.stop_held && self.powered) {
                 self.finished();
             }
         }
-        self.job.set(self.job_state());
+        self.jobs.set(self.job_state());
     }
 
     fn finished(&mut self) {
@@ -139,15 +164,15 @@ impl SlaveAxis {
     }
 
     /// How far a command that has not ended is.
-    pub(super) fn job_state(&self) -> CommandState<SlaveError> {
+    pub(super) fn job_state(&self) -> JobState {
         match &self.motion {
-            Motion::Planned(planned)
+            Motion::Own(planned)
                 if self.status() == AxisStatus::ContinuousMotion && planned.is_over() =>
             {
                 CommandState::InSync
             }
-            Motion::Planned(_) | Motion::RollingBack(_) => CommandState::Active,
-            Motion::Coupled(coupling) => match coupling.phase(&self.cams) {
+            Motion::Own(_) => CommandState::Active,
+            Motion::Coupled(kind) => match self.couplings.get(*kind).phase() {
                 None => CommandState::Done,
                 Some(CouplingPhase::Waiting | CouplingPhase::Released) => CommandState::Waiting,
                 Some(CouplingPhase::Synchronizing | CouplingPhase::Releasing) => {
@@ -168,4 +193,8 @@ impl SlaveAxis {
             });
         }
     }
+}
+
+const fn failed(refusal: Refusal) -> JobState {
+    CommandState::Failed(JobError::Refused(refusal))
 }

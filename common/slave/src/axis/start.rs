@@ -1,12 +1,12 @@
 //! An axis that is coupled from the start.
 
-use coaxle_axis::{CommandState, Transition};
+use coaxle_axis::{CommandState, Engage, Job, Origin, Transition};
 use coaxle_cam::CamIn;
 use coaxle_curve::profile::Kinematics;
 use coaxle_gear::LinearGear;
 
-use super::{Accepted, SlaveAxis};
-use crate::coupling::Coupling;
+use super::SlaveAxis;
+use crate::couplings::{CouplingRefusal, Kind};
 use crate::motion::Motion;
 use crate::refusal::Refusal;
 
@@ -30,26 +30,43 @@ impl SlaveAxis {
         &mut self,
         start: &CoupledStart,
         master: &Kinematics,
-    ) -> Result<Accepted, Refusal> {
+    ) -> Result<Job, Refusal> {
         self.check_state("MC_Power", Transition::PowerOnCoupled)?;
-        let (set, coupling) = match start {
-            CoupledStart::Gear(gear) => (gear.slave_of(master), Coupling::Linear(*gear)),
-            CoupledStart::Cam(cam_in) => (self.cams.start_on_plate(cam_in, master)?, Coupling::Cam),
+        let couplings = &mut self.couplings;
+        let (job, kind, set) = match start {
+            CoupledStart::Gear(gear) => {
+                let job = self.jobs.number("MC_GearIn", Origin::Start);
+                couplings.gear.apply(&(*gear).into(), job);
+                (job, Kind::Gear, gear.slave_of(master))
+            }
+            CoupledStart::Cam(cam_in) => {
+                let change = couplings
+                    .cam
+                    .plan_on_plate(cam_in, master)
+                    .map_err(CouplingRefusal::Cam)?;
+                let job = self.jobs.number(CamIn::NAME, Origin::Start);
+                let set = couplings
+                    .cam
+                    .start_on_plate(&change, job, master)
+                    .map_err(CouplingRefusal::Cam)?;
+                (job, Kind::Cam, set)
+            }
         };
         if let Err(refusal) = self.check_start(&set) {
-            self.cams.end();
+            self.couplings.get_mut(kind).end();
             return Err(refusal);
         }
+        self.revision = self.revision.wrapping_add(1);
         self.drive
             .power_on(set.position - self.drive_zero, set.velocity);
         self.powered = true;
-        self.master = Some(*master);
+        self.masters = Some(master).into();
         self.set = set;
-        self.motion = Motion::Coupled(coupling);
+        self.motion = Motion::Coupled(kind);
         self.state.follow(Transition::PowerOnCoupled);
-        let number = self.job.replace(CommandState::Active);
-        self.job.set(self.job_state());
-        Ok(Accepted::Job(number))
+        self.jobs.replace(job, CommandState::Active);
+        self.jobs.set(self.job_state());
+        Ok(job)
     }
 
     fn check_start(&self, set: &Kinematics) -> Result<(), Refusal> {

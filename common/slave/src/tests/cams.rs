@@ -1,8 +1,8 @@
 //! The axis on cam plates.
 
 use super::*;
-use crate::{CamPoints, CoupledStart, CouplingPhase, Refusal, SlaveError};
-use coaxle_axis::{AxisStatus, CommandState, StateWord};
+use crate::{CamPoints, CoupledStart, CouplingPhase, JobError, Refusal, SlaveError};
+use coaxle_axis::{AxisStatus, CommandState, Origin, StateWord};
 use coaxle_cam::{
     Activation, ActivationMode, AxisScaling, CamIn, CamInV2, CamRemove, CamScaling, JumpHandling,
     OnlineChangeMode, ScalingData, Tables,
@@ -27,7 +27,7 @@ fn rig() -> (SlaveAxis, Master) {
     let mut tables = Tables::new(2);
     tables.insert(1, plate(40.0)).expect("room");
     tables.insert(2, plate(30.0)).expect("room");
-    axis.select_cams(tables, 7, 8);
+    axis.select_cams(tables, 7, 8).expect("limits");
     let mut master = Master::at(-20.0, 200.0);
     master.lead(&mut axis, 1);
     (axis, master)
@@ -80,12 +80,10 @@ fn an_axis_is_coupled_switched_scaled_and_edited_without_a_jump() {
         },
         ..CamScaling::default()
     };
-    let Ok(Accepted::Change(change)) = axis.command(&Command::CamScaling(scale)) else {
-        panic!("a change");
-    };
-    assert_eq!(axis.change_progress(change), CommandState::Active);
+    let change = start(&mut axis, &Command::CamScaling(scale));
+    assert_eq!(axis.progress(change), CommandState::Active);
     jump = jump.max(lead(&mut axis, &mut master, 1_000));
-    assert_eq!(axis.change_progress(change), CommandState::Done);
+    assert_eq!(axis.progress(change), CommandState::Done);
     assert!((axis.set().position - 60.0).abs() < 0.1, "{:?}", axis.set());
 
     let mode = OnlineChangeMode {
@@ -97,13 +95,14 @@ fn an_axis_is_coupled_switched_scaled_and_edited_without_a_jump() {
         Command::SetCamOnlineChangeMode { table: 1, mode },
         Command::WriteMotionFunction { table: 1, points },
     ] {
-        assert_eq!(axis.command(&command), Ok(Accepted::AtOnce));
+        let job = start(&mut axis, &command);
+        assert_eq!(axis.progress(job), CommandState::Done);
     }
     jump = jump.max(lead(&mut axis, &mut master, 1_000));
     assert!((axis.set().position - 30.0).abs() < 0.1, "{:?}", axis.set());
 
-    let switched = axis.command(&Command::CamIn(cam_in(2)));
-    assert!(matches!(switched, Ok(Accepted::Change(_))));
+    let switched = start(&mut axis, &Command::CamIn(cam_in(2)));
+    assert_eq!(axis.progress(switched), CommandState::Active);
     jump = jump.max(lead(&mut axis, &mut master, 1_000));
     assert!((axis.set().position - 30.0).abs() < 0.1, "{:?}", axis.set());
     assert!(jump < 1e-3, "{jump}");
@@ -156,12 +155,12 @@ fn without_its_last_plate_the_axis_is_on_its_own() {
         activation: next_cycle(),
         ..CamRemove::default()
     };
-    let removed = axis.command(&Command::CamRemove(remove));
-    assert!(matches!(removed, Ok(Accepted::Change(_))));
+    let removed = start(&mut axis, &Command::CamRemove(remove));
     let jump = lead(&mut axis, &mut master, 1_000);
     assert!(jump < 1e-3, "{jump}");
     assert_eq!(axis.coupling_phase(), None);
     assert_eq!(axis.progress(job), CommandState::Done);
+    assert_eq!(axis.progress(removed), CommandState::Done);
     assert!(axis.set().velocity.abs() < 1e-6, "{:?}", axis.set());
 }
 
@@ -174,7 +173,7 @@ fn a_coupling_that_would_jump_is_refused_when_it_is_due() {
     };
     let job = start(&mut axis, &Command::CamIn(far_off));
     lead(&mut axis, &mut master, 200);
-    let CommandState::Failed(SlaveError::Cam(error)) = axis.progress(job) else {
+    let CommandState::Failed(JobError::Refused(error)) = axis.progress(job) else {
         panic!("{:?}", axis.progress(job));
     };
     assert_eq!(error.code(), 0x421a);
@@ -200,7 +199,7 @@ fn a_coupling_that_would_jump_is_refused_when_it_is_due() {
 #[test]
 fn what_concerns_no_coupling_or_no_plate_is_refused() {
     let (mut axis, _) = rig();
-    let code = |answer: Result<Accepted, Refusal>| answer.unwrap_err().code();
+    let code = |answer: Result<Job, Refusal>| answer.unwrap_err().code();
     let scaling = Command::CamScaling(CamScaling::default());
     assert_eq!(code(axis.command(&scaling)), 0x4256);
     assert_eq!(code(axis.command(&Command::CamIn(cam_in(3)))), 0x4216);
@@ -222,14 +221,14 @@ fn a_lost_master_breaks_the_coupling_and_reset_clears_it() {
     lead(&mut axis, &mut master, 300);
     run(&mut axis, 500);
     assert_eq!(axis.error(), Some(SlaveError::MasterLost));
-    let info = axis.cam_coupling().info(axis.cam_tables(), 0, None);
+    let info = axis.cam_info(0, None);
     assert_eq!(
         info.map(|info| info.table),
         Ok(1),
         "what it was can still be asked"
     );
-    assert_eq!(axis.command(&Command::Reset {}), Ok(Accepted::AtOnce));
-    let info = axis.cam_coupling().info(axis.cam_tables(), 0, None);
+    start(&mut axis, &Command::Reset {});
+    let info = axis.cam_info(0, None);
     assert!(info.is_err());
     let away = -axis.set().position;
     start(
@@ -260,11 +259,10 @@ fn an_axis_can_be_coupled_from_the_start() {
         let mut axis = axis(&PARAMETERS);
         let mut tables = Tables::new(1);
         tables.insert(1, plate(40.0)).expect("room");
-        axis.select_cams(tables, 7, 8);
+        axis.select_cams(tables, 7, 8).expect("limits");
         let mut master = Master::at(100.0, 200.0);
-        let Ok(Accepted::Job(job)) = axis.switch_on_coupled(&with, &master.0) else {
-            panic!("a job");
-        };
+        let job = axis.switch_on_coupled(&with, &master.0).unwrap();
+        assert_eq!(job.origin, Origin::Start);
         assert_eq!(axis.set().position, position);
         let jump = lead(&mut axis, &mut master, 200);
         assert!(jump < 1e-3, "{jump}");

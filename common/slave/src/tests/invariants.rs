@@ -91,7 +91,7 @@ fn commands(parameters: &SlaveParameters) -> impl Strategy<Value = Command> + us
         }),
         1 => dynamics().prop_map(|dynamics| Command::Halt { dynamics }),
         1 => dynamics().prop_map(|dynamics| Command::Stop { dynamics }),
-        4 => (-3.0..3.0).prop_map(|ratio| Command::GearIn { ratio }),
+        4 => (-3.0..3.0).prop_map(|ratio| Command::GearIn(GearIn::of(ratio))),
         2 => Just(Command::GearOut {}),
         1 => (-100.0..1_000.0).prop_map(|position| Command::Home { position }),
     ]
@@ -289,7 +289,7 @@ proptest! {
                 }
                 Event::GearHere => {
                     let ratio = before.velocity / master.state.velocity;
-                    let _ = axis.command(&Command::GearIn { ratio });
+                    let _ = axis.command(&Command::GearIn(GearIn::of(ratio)));
                 }
                 Event::FlyingHere(ratio, way_in, way_out) => {
                     let gear = flying_gear(&before, &master.state, ratio, way_in, way_out);

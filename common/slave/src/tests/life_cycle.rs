@@ -4,7 +4,7 @@ use std::string::ToString;
 use std::vec::Vec;
 
 use super::*;
-use crate::{Refusal, SlaveError};
+use crate::{JobError, Refusal, SlaveError};
 use coaxle_axis::AxisStatus::{
     self, ContinuousMotion, Disabled, DiscreteMotion, ErrorStop, Homing, Standstill, Stopping,
     SynchronizedMotion,
@@ -44,13 +44,13 @@ fn axis_in(status: AxisStatus) -> SlaveAxis {
             axis.update(Some(&master), CYCLE);
         }
         SynchronizedMotion => {
-            start(&mut axis, &Command::GearIn { ratio: 1.0 });
+            start(&mut axis, &Command::GearIn(GearIn::of(1.0)));
         }
         Stopping => {
             start(&mut axis, &STOP);
         }
         ErrorStop => {
-            start(&mut axis, &Command::GearIn { ratio: 1.0 });
+            start(&mut axis, &Command::GearIn(GearIn::of(1.0)));
             axis.update(None, CYCLE);
             axis.update(Some(&master), CYCLE);
         }
@@ -106,7 +106,7 @@ fn every_command_in_every_state() {
             "422a Stopping Stopping Stopping Stopping Stopping 42ef 4b09",
         ),
         (
-            Command::GearIn { ratio: 1.0 },
+            Command::GearIn(GearIn::of(1.0)),
             "422a SynchronizedMotion 4b05 SynchronizedMotion SynchronizedMotion SynchronizedMotion 42ef 4b09",
         ),
         (
@@ -214,14 +214,14 @@ fn an_error_is_latched_until_reset_at_rest() {
     run(&mut axis, 500);
     let mut master = Master::at(0.0, 300.0);
     master.lead(&mut axis, 1);
-    let job = start(&mut axis, &Command::GearIn { ratio: 1.0 });
+    let job = start(&mut axis, &Command::GearIn(GearIn::of(1.0)));
     master.lead(&mut axis, 100);
     axis.update(None, CYCLE);
     assert_eq!(axis.status(), ErrorStop);
     assert_eq!(axis.error(), Some(SlaveError::MasterLost));
     assert_eq!(
         axis.progress(job),
-        CommandState::Failed(SlaveError::MasterLost)
+        CommandState::Failed(JobError::Failed(SlaveError::MasterLost))
     );
     assert!(matches!(
         axis.command(&Command::Reset {}),

@@ -6,14 +6,19 @@ mod dry_run;
 mod invariants;
 mod life_cycle;
 mod moves;
+mod multi_master;
+mod phasing;
 mod saw_rollback;
 mod saws;
+mod superimposed;
 
 use coaxle_clock::{CycleTime, Seconds, Span};
 
-use super::{Accepted, Command, Dynamics, JobNumber, OnMasterLoss, SlaveAxis, SlaveParameters};
+use super::{Command, Dynamics, OnMasterLoss, SlaveAxis, SlaveParameters};
+use coaxle_axis::Job;
 use coaxle_axis::drive::{Drive, DriveParameters};
 use coaxle_curve::profile::Kinematics;
+use coaxle_gear::GearIn;
 
 const CYCLE: Seconds = Seconds(1e-3);
 
@@ -54,19 +59,15 @@ fn axis(parameters: &SlaveParameters) -> SlaveAxis {
 /// An axis at rest at 0, with power.
 fn powered(parameters: &SlaveParameters) -> SlaveAxis {
     let mut axis = axis(parameters);
-    assert_eq!(
-        axis.command(&Command::Power(true)),
-        Ok(Accepted::AtOnce),
-        "power"
-    );
+    start(&mut axis, &Command::Power(true));
     axis
 }
 
 /// Commands what must be accepted.
-fn start(axis: &mut SlaveAxis, command: &Command) -> JobNumber {
+fn start(axis: &mut SlaveAxis, command: &Command) -> Job {
     match axis.command(command) {
-        Ok(Accepted::Job(number)) => number,
-        other => panic!("{command:?}: {other:?}"),
+        Ok(job) => job,
+        Err(refusal) => panic!("{command:?}: {refusal}"),
     }
 }
 
@@ -121,3 +122,40 @@ const OWN: Dynamics = Dynamics {
 
 const HALT: Command = Command::Halt { dynamics: OWN };
 const STOP: Command = Command::Stop { dynamics: OWN };
+
+/// The set positions of an axis, differenced from cycle to cycle.
+struct Differences {
+    last: [f64; 4],
+    seen: usize,
+}
+
+impl Differences {
+    fn of(axis: &SlaveAxis) -> Self {
+        Self {
+            last: [axis.set().position; 4],
+            seen: 0,
+        }
+    }
+
+    /// One cycle more: velocity, acceleration and jerk stay within those of the parameters, and these
+    /// of whatever else moves the axis.
+    fn keep(&mut self, axis: &SlaveAxis, parameters: &SlaveParameters) {
+        self.last.rotate_left(1);
+        self.last[3] = axis.set().position;
+        self.seen += 1;
+        let [p0, p1, p2, p3] = self.last;
+        let dt = CYCLE.0;
+        let velocity = (p3 - p2) / dt;
+        let acceleration = (p3 - 2.0 * p2 + p1) / (dt * dt);
+        let jerk = (p3 - 3.0 * p2 + 3.0 * p1 - p0) / (dt * dt * dt);
+        let most = parameters
+            .acceleration
+            .max(parameters.deceleration.unwrap_or(0.0));
+        let slack = 1.0 + 1e-6;
+        if self.seen > 3 {
+            assert!(velocity.abs() <= parameters.velocity * slack, "{velocity}");
+            assert!(acceleration.abs() <= most * slack + 1e-3, "{acceleration}");
+            assert!(jerk.abs() <= parameters.jerk * slack + 1.0, "{jerk}");
+        }
+    }
+}

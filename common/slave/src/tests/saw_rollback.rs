@@ -8,7 +8,7 @@ use coaxle_axis::{AxisState, AxisStatus, CommandState};
 use coaxle_saw::SyncMask;
 
 /// Couples at 0, and turns the master round before or after the slave is synchronous.
-fn there_and_back(mask: SyncMask, reached: bool) -> (SlaveAxis, JobNumber, Vec<Kinematics>) {
+fn there_and_back(mask: SyncMask, reached: bool) -> (SlaveAxis, Job, Vec<Kinematics>) {
     let parameters = SlaveParameters {
         deceleration: Some(2_500.0),
         ..PARAMETERS

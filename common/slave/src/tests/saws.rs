@@ -1,11 +1,9 @@
 //! The axis as a flying saw.
 
 use super::*;
-use crate::{CouplingPhase, Refusal, SlaveError};
+use crate::{CouplingFault, CouplingPhase, CouplingRefusal, JobError, Refusal, SlaveError};
 use coaxle_axis::{AxisState, AxisStatus, CommandState, CoupleState};
-use coaxle_saw::{
-    Check, GearInPos, GearInVelo, Ratio, SawCommand, SawFault, SyncLimits, SyncMask, SyncMode,
-};
+use coaxle_saw::{Check, GearInPos, GearInVelo, Ratio, SawFault, SyncLimits, SyncMask, SyncMode};
 
 pub(super) fn to_position(sync: (f64, f64), mask: SyncMask) -> GearInPos {
     GearInPos {
@@ -35,7 +33,7 @@ pub(super) fn beside(parameters: &SlaveParameters, velocity: f64) -> (SlaveAxis,
 }
 
 /// Couples the axis to positions that lie ahead, and waits until it is in sync.
-fn in_sync(axis: &mut SlaveAxis, master: &mut Master, sync: (f64, f64)) -> JobNumber {
+fn in_sync(axis: &mut SlaveAxis, master: &mut Master, sync: (f64, f64)) -> Job {
     let job = start(
         axis,
         &Command::GearInPos(to_position(sync, SyncMask::empty())),
@@ -153,7 +151,7 @@ fn a_lost_master_is_an_error_stop_while_synchronising() {
     assert_eq!(axis.status(), AxisStatus::ErrorStop);
     assert_eq!(
         axis.progress(job),
-        CommandState::Failed(SlaveError::MasterLost)
+        CommandState::Failed(JobError::Failed(SlaveError::MasterLost))
     );
     master.lead(&mut axis, 1_000);
     assert_eq!(axis.set().velocity, 0.0);
@@ -164,9 +162,9 @@ fn a_lost_master_is_an_error_stop_while_synchronising() {
 fn a_saw_needs_a_master() {
     let mut axis = powered(&PARAMETERS);
     let command = Command::GearInPos(to_position((10.0, 10.0), SyncMask::empty()));
-    assert_eq!(axis.command(&command), Err(Refusal::NoMaster));
+    assert_eq!(axis.command(&command).unwrap_err(), Refusal::NoMaster);
     let read = Command::ReadFlyingSawCharacteristics {};
-    assert_eq!(axis.command(&read), Err(Refusal::NoCharacteristics));
+    assert_eq!(axis.command(&read).unwrap_err(), Refusal::NoCharacteristics);
 }
 
 #[test]
@@ -186,7 +184,8 @@ fn a_wait_for_the_start_distance_that_ends_in_a_refusal_leaves_the_velocity() {
         master.0.velocity += 0.9;
         master.lead(&mut axis, 1);
     }
-    let CommandState::Failed(SlaveError::Saw(SawFault::Refused(refusal))) = axis.progress(job)
+    let CommandState::Failed(JobError::Refused(Refusal::Coupling(CouplingRefusal::Saw(refusal)))) =
+        axis.progress(job)
     else {
         panic!("{:?}", axis.progress(job));
     };
@@ -202,7 +201,8 @@ fn what_the_master_does_to_a_synchronised_slave_may_be_too_much_for_it() {
     master.0.velocity = 1_100.0;
     master.lead(&mut axis, 1);
     assert_eq!(axis.status(), AxisStatus::ErrorStop);
-    let Some(SlaveError::Saw(SawFault::Limit(violation))) = axis.error() else {
+    let Some(SlaveError::Coupling(CouplingFault::Saw(SawFault::Limit(violation)))) = axis.error()
+    else {
         panic!("{:?}", axis.error());
     };
     assert_eq!(
@@ -225,7 +225,7 @@ fn a_plate_in_the_place_of_the_saws_table_refuses_it() {
     let plate = super::cams::plate(10.0);
     let mut tables = coaxle_cam::Tables::new(1);
     tables.insert(253, plate).unwrap();
-    axis.select_cams(tables, 1, 3);
+    axis.select_cams(tables, 1, 3).unwrap();
     let command = Command::GearInPos(to_position((400.0, 150.0), SyncMask::empty()));
     assert_eq!(axis.command(&command).map_err(|r| r.code()), Err(0x4063));
 }
@@ -244,10 +244,10 @@ fn an_encoders_noise_is_no_acceleration_of_the_master() {
         axis.update(Some(&noisy), CYCLE);
         let mask = SyncMask::OVERSHOOT_VELO | SyncMask::UNDERSHOOT_VELO;
         let command = to_position((400.0, 150.0), mask);
-        axis.foresee(SawCommand::GearInPos(command))
-            .map(|plan| plan.form())
+        let change = axis.plan(&Command::GearInPos(command)).ok()?;
+        change.saw_plan().map(|plan| plan.form())
     };
     use coaxle_saw::SawForm;
-    assert_eq!(plan(Some(0.001)), Ok(SawForm::LineQuintic));
-    assert_ne!(plan(None), Ok(SawForm::LineQuintic));
+    assert_eq!(plan(Some(0.001)), Some(SawForm::LineQuintic));
+    assert_ne!(plan(None), Some(SawForm::LineQuintic));
 }

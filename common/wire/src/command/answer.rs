@@ -2,7 +2,7 @@
 
 use coaxle_axis::guard::GuardRefusal;
 use coaxle_saw::SawRefusal;
-use coaxle_slave::{Accepted, Refusal};
+use coaxle_slave::{CouplingRefusal, Refusal};
 use serde::{Deserialize, Serialize};
 
 use super::COMMAND_VERSION;
@@ -32,9 +32,11 @@ pub enum Verdict {
     Accepted {
         /// Whether it was only tried.
         dry_run: bool,
-        /// The number of the slave's job; none for what is done at once, for a change to a coupling
-        /// that goes on, and after a dry run.
-        job: Option<u16>,
+        /// The number of the slave's job; none for what is done at once, and after a dry run.
+        job: Option<u32>,
+        /// What is checked again when the command is due, if it waits; it can still be refused then.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        awaits: Vec<String>,
         /// The slave with the command; after a dry run, without.
         axis: SlaveView,
         /// What its flying saw comes to, if the command is about one.
@@ -75,12 +77,14 @@ impl CommandAnswer {
         let dry_run = order.dry_run;
         match *outcome {
             CommandOutcome::Accepted {
-                accepted,
+                job,
+                awaits,
                 slave,
                 ref saw,
             } => Self::of(Verdict::Accepted {
                 dry_run,
-                job: job_number(accepted).filter(|_| !dry_run),
+                job: job.filter(|_| !dry_run),
+                awaits: awaits.names().map(str::to_owned).collect(),
                 axis: slave,
                 saw: saw.map(|saw| SawFigures::of(&saw, &order.command)),
             }),
@@ -172,13 +176,6 @@ fn refused(refusal: &Refusal, dry_run: bool, axis: SlaveView, saw: Option<SawRef
     }
 }
 
-const fn job_number(accepted: Accepted) -> Option<u16> {
-    match accepted {
-        Accepted::Job(number) => Some(number.0),
-        Accepted::AtOnce | Accepted::Change(_) => None,
-    }
-}
-
 /// The numbers in a refusal.
 #[derive(Default)]
 struct Figures {
@@ -191,11 +188,8 @@ impl Figures {
     fn of(refusal: &Refusal) -> Self {
         let (field, received, would_pass) = match *refusal {
             Refusal::NotAtRest { velocity } => ("velocity", velocity, Some(0.0)),
-            Refusal::VelocityJump {
-                velocity, coupled, ..
-            } => ("velocity", velocity, Some(coupled)),
             Refusal::Guard(refusal) => return Self::of_guard(&refusal),
-            Refusal::Saw(refusal) => return Self::of_saw(&refusal),
+            Refusal::Coupling(CouplingRefusal::Saw(refusal)) => return Self::of_saw(&refusal),
             _ => return Self::default(),
         };
         Self::new(field, received, would_pass)

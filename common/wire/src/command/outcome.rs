@@ -1,8 +1,8 @@
 //! What becomes of an order, as the cycle says it: plain data.
 
-use coaxle_axis::AxisStatus;
+use coaxle_axis::{Awaits, AxisStatus};
 use coaxle_saw::CouplingMoment;
-use coaxle_slave::{Accepted, CouplingPhase, Refusal};
+use coaxle_slave::{CouplingPhase, Refusal};
 use serde::{Deserialize, Serialize};
 
 use super::name::SlaveName;
@@ -16,8 +16,10 @@ pub const MAX_KNOWN_SLAVES: usize = 8;
 pub enum CommandOutcome {
     /// The slave does as it is told; in a dry run, it would.
     Accepted {
-        /// What the command is.
-        accepted: Accepted,
+        /// The number of the job; none for what is done already, and in a dry run.
+        job: Option<u32>,
+        /// What is checked again when the command is due, if it waits.
+        awaits: Awaits,
         /// The slave, which has the command.
         slave: SlaveView,
         /// Its flying saw, if the command is about one.
@@ -54,12 +56,6 @@ pub enum NotTaken {
         /// Who there is.
         known: [Option<SlaveName>; MAX_KNOWN_SLAVES],
     },
-    /// What the command changes cannot be tried out.
-    #[error("{command}: there is no dry run of it")]
-    NoDryRun {
-        /// The command, by its PLC name.
-        command: &'static str,
-    },
     /// Too many other orders wait.
     #[error("too many orders wait for the node's next cycle")]
     Busy,
@@ -78,7 +74,6 @@ impl NotTaken {
         match self {
             Self::NoSlaves => "no-slaves",
             Self::UnknownSlave { .. } => "unknown-slave",
-            Self::NoDryRun { .. } => "no-dry-run",
             Self::Busy => "busy",
             Self::NoAnswer => "no-answer",
             Self::Stopped => "stopped",

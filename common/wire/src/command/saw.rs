@@ -4,7 +4,7 @@ use coaxle_saw::{
     CouplingMoment, FlyingSawCharacteristics, SawForm, SawPlan, SawRefusal, SawRemedy, SawTable,
     SyncMask, Violation, saw_table_id,
 };
-use coaxle_slave::{Command, Refusal};
+use coaxle_slave::{Command, CouplingRefusal, Refusal};
 use serde::{Deserialize, Serialize};
 
 /// A flying saw as the cycle says it: plain data.
@@ -116,7 +116,7 @@ impl SawRefused {
         command: &Command,
         moment: Option<&CouplingMoment>,
     ) -> Option<Self> {
-        let Refusal::Saw(refusal) = refusal else {
+        let Refusal::Coupling(CouplingRefusal::Saw(refusal)) = refusal else {
             return None;
         };
         let remedy = match (command.as_saw(), moment) {

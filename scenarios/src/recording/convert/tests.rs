@@ -29,6 +29,7 @@ fn raw(drift: f64, messages: i64) -> Raw {
         cycle_time_ns: CYCLE,
         arrival_ns: local(k * CYCLE + stamp(k) + delay(k), drift),
         send_stamp_ns: Some(stamp(k)),
+        far: 1,
     };
     let exchange = |k: i64| {
         let t1 = k * CYCLE;
@@ -42,6 +43,7 @@ fn raw(drift: f64, messages: i64) -> Raw {
             t2_ns: FIRST as i64 * CYCLE + t1 + 30_000,
             t3_ns: FIRST as i64 * CYCLE + t1 + 400_000,
             t4_ns: local(t1 + 440_000, drift),
+            far: 1,
         }
     };
     Raw {

@@ -3,7 +3,7 @@
 mod table;
 
 use coaxle_clock::Span;
-use coaxle_motion::profile::Kinematics;
+use coaxle_curve::profile::Kinematics;
 
 pub use table::ReplayError;
 use table::Row;

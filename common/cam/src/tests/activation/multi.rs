@@ -7,7 +7,7 @@ fn switch_in_a_multi_cam() {
     for (mode, _, is, ..) in MANUAL {
         let mut rig = Rig::multi(BACK_AND_FORTH);
         rig.lead(100.0, 1.0);
-        let started = rig.start(Command::CamExchange(CamExchange {
+        let started = rig.start(CamRequest::from(CamExchange {
             activation: activation(mode, position(mode)),
             table: SMALL,
             jump: JumpHandling::Allow,
@@ -28,7 +28,7 @@ fn add_to_a_multi_cam() {
     for (mode, is, ..) in MANUAL {
         let mut rig = Rig::multi(BACK_AND_FORTH);
         rig.lead(100.0, 1.0);
-        let started = rig.start(Command::CamAdd(CamAdd {
+        let started = rig.start(CamRequest::from(CamAdd {
             activation: activation(mode, position(mode)),
             table: SPARE,
             jump: JumpHandling::Allow,
@@ -61,13 +61,13 @@ fn add_to_a_multi_cam() {
 fn remove_from_a_multi_cam() {
     for (mode, _, is, ..) in MANUAL {
         let mut rig = Rig::multi(BACK_AND_FORTH);
-        rig.start(Command::CamAdd(CamAdd {
+        rig.start(CamRequest::from(CamAdd {
             table: SMALL,
             ..CamAdd::default()
         }))
         .unwrap();
         rig.lead(100.0, 1.0);
-        let started = rig.start(Command::CamRemove(CamRemove {
+        let started = rig.start(CamRequest::from(CamRemove {
             activation: activation(mode, position(mode)),
             table: BACK_AND_FORTH,
             jump: JumpHandling::Allow,

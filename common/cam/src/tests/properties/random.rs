@@ -4,8 +4,8 @@ use super::*;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Action {
-    Command(Command),
-    Other(Command),
+    Command(CamRequest),
+    Other(CamRequest),
     Mode(TableId, OnlineChangeMode),
     Write(TableId, MotionPoint),
     Go(f64),
@@ -72,7 +72,7 @@ fn any_axis() -> impl Strategy<Value = AxisScaling> {
     )
 }
 
-fn any_command() -> impl Strategy<Value = Command> {
+fn any_command() -> impl Strategy<Value = CamRequest> {
     let inputs = (
         (any_table(), any_table()),
         any_activation(),
@@ -97,7 +97,7 @@ fn any_command() -> impl Strategy<Value = Command> {
     (inputs, operation, start_mode, 0..12u8).prop_map(
         |(((table, reference), activation, scaling, jump), operation, start_mode, which)| {
             match which {
-                0 | 1 => Command::CamIn(CamIn {
+                0 | 1 => CamRequest::from(CamIn {
                     table,
                     start_mode,
                     master_offset: scaling.master.offset,
@@ -109,13 +109,13 @@ fn any_command() -> impl Strategy<Value = Command> {
                     slave_scaling_mode: scaling.slave.mode,
                     jump,
                 }),
-                2 => Command::CamOut,
-                3 => Command::CamScaling(CamScaling {
+                2 => CamOut {}.into(),
+                3 => CamRequest::from(CamScaling {
                     activation,
                     scaling,
                     jump,
                 }),
-                4 | 5 => Command::CamInV2(CamInV2 {
+                4 | 5 => CamRequest::from(CamInV2 {
                     activation,
                     table,
                     scaling,
@@ -123,25 +123,25 @@ fn any_command() -> impl Strategy<Value = Command> {
                     reference,
                     jump,
                 }),
-                6 | 7 => Command::CamAdd(CamAdd {
+                6 | 7 => CamRequest::from(CamAdd {
                     activation,
                     table,
                     scaling,
                     jump,
                 }),
-                8 => Command::CamExchange(CamExchange {
+                8 => CamRequest::from(CamExchange {
                     activation,
                     table,
                     reference,
                     scaling,
                     jump,
                 }),
-                9 | 10 => Command::CamRemove(CamRemove {
+                9 | 10 => CamRequest::from(CamRemove {
                     activation,
                     table,
                     jump,
                 }),
-                _ => Command::CamScalingV2(CamScalingV2 {
+                _ => CamRequest::from(CamScalingV2 {
                     activation,
                     table,
                     scaling,

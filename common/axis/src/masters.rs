@@ -1,0 +1,54 @@
+//! The masters of a slave.
+
+use coaxle_curve::profile::Kinematics;
+
+/// The masters of a slave in one cycle, by their number; none where a master is lost or in error.
+///
+/// Number 0 is the master of every coupling that has but one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Masters {
+    all: [Option<Kinematics>; Masters::MOST],
+}
+
+impl Masters {
+    /// How many masters a slave can have.
+    pub const MOST: usize = 4;
+
+    /// These, numbered as they come; what exceeds the most there can be is left out.
+    #[must_use]
+    pub fn of(masters: impl IntoIterator<Item = Option<Kinematics>>) -> Self {
+        let mut all = [None; Self::MOST];
+        for (place, master) in all.iter_mut().zip(masters) {
+            *place = master;
+        }
+        Self { all }
+    }
+
+    /// The set values of a master; none if it is lost, or if there is none of that number.
+    #[must_use]
+    pub fn get(&self, number: usize) -> Option<&Kinematics> {
+        self.all.get(number)?.as_ref()
+    }
+
+    /// The set values of the first.
+    #[must_use]
+    pub const fn first(&self) -> Option<&Kinematics> {
+        self.all[0].as_ref()
+    }
+
+    /// The same with another first.
+    #[must_use]
+    pub const fn with_first(mut self, first: Kinematics) -> Self {
+        self.all[0] = Some(first);
+        self
+    }
+}
+
+/// But one.
+impl From<Option<&Kinematics>> for Masters {
+    fn from(master: Option<&Kinematics>) -> Self {
+        Self {
+            all: [master.copied(), None, None, None],
+        }
+    }
+}

@@ -1,0 +1,313 @@
+//! The cam plates of a slave axis, and its coupling by them.
+
+use alloc::boxed::Box;
+
+use crate::{
+    CamChange, CamCoupling, CamIn, CamInfo, CamRequest, CouplingError, CouplingParameters,
+    CouplingState, JumpHandling, OnlineChangeMode, TableId, Tables,
+};
+use coaxle_axis::{
+    CommandState, Coupling, CouplingPhase, Engage, Job, Manner, NotPlanned, PlanInputs, Planned,
+    Scan, StateWord, Step,
+};
+use coaxle_curve::profile::Kinematics;
+use coaxle_plate::MotionPoint;
+
+/// The cam plates of an axis and its coupling by them, which is idle as long as something else moves
+/// the axis. Without plates it can only refuse, and takes next to no memory.
+#[derive(Debug)]
+pub struct Cam {
+    jump_limit: f64,
+    plates: Option<Box<Plates>>,
+}
+
+#[derive(Debug)]
+struct Plates {
+    tables: Tables,
+    coupling: CamCoupling,
+}
+
+impl Cam {
+    /// Without plates. `jump_limit` is how far the axis can go in a cycle, u: above 0.
+    #[must_use]
+    pub const fn new(jump_limit: f64) -> Self {
+        Self {
+            jump_limit,
+            plates: None,
+        }
+    }
+
+    /// `MC_CamTableSelect`: these plates, with the ids of master and slave for `MC_CamInfo`. Any
+    /// coupling has ended. This allocates.
+    ///
+    /// # Errors
+    /// 0x4A1C if the jump limit is not a finite number.
+    #[doc(alias = "MC_CamTableSelect")]
+    pub fn select(&mut self, tables: Tables, axes: [u32; 2]) -> Result<(), CouplingError> {
+        let coupling = coupling(axes, self.jump_limit)?;
+        self.plates = Some(Box::new(Plates { tables, coupling }));
+        Ok(())
+    }
+
+    /// What couples an axis that has always been where the plate puts it.
+    ///
+    /// # Errors
+    /// [`CouplingError`]: there is no such plate.
+    pub fn plan_on_plate(
+        &self,
+        cam_in: &CamIn,
+        master: &Kinematics,
+    ) -> Result<CamChange, CouplingError> {
+        let request = CamRequest::from(CamIn {
+            jump: JumpHandling::Allow,
+            ..*cam_in
+        });
+        let slave = Kinematics::default();
+        self.with_plates(|plates| {
+            plates
+                .coupling
+                .plan(&plates.tables, &request, master, &slave)
+        })
+    }
+
+    /// Couples the axis so, and gives where the plate puts it.
+    ///
+    /// # Errors
+    /// [`CouplingError`]: the plate cannot put it anywhere.
+    pub fn start_on_plate(
+        &mut self,
+        change: &CamChange,
+        job: Job,
+        master: &Kinematics,
+    ) -> Result<Kinematics, CouplingError> {
+        let Some(plates) = &mut self.plates else {
+            return Err(CouplingError::NotCoupled);
+        };
+        plates.coupling.end(&mut plates.tables);
+        plates.coupling.apply(&mut plates.tables, change, job);
+        let slave = plates.coupling.update(&mut plates.tables, master);
+        match plates.coupling.state_of(job) {
+            CommandState::Failed(error) => Err(error),
+            _ => Ok(slave),
+        }
+    }
+
+    /// Whether points can take effect so: what `MC_SetCamOnlineChangeMode` comes to.
+    ///
+    /// # Errors
+    /// [`CouplingError`].
+    pub fn plan_mode(&self, table: TableId, mode: &OnlineChangeMode) -> Result<(), CouplingError> {
+        self.with_plates(|plates| plates.tables.plan_online_change_mode(table, mode))
+    }
+
+    /// `MC_SetCamOnlineChangeMode`.
+    ///
+    /// # Errors
+    /// As [`plan_mode`](Self::plan_mode).
+    pub fn set_mode(
+        &mut self,
+        table: TableId,
+        mode: OnlineChangeMode,
+    ) -> Result<(), CouplingError> {
+        match &mut self.plates {
+            Some(plates) => plates.tables.set_online_change_mode(table, mode),
+            None => self.plan_mode(table, &mode),
+        }
+    }
+
+    /// Whether points can be written: what `MC_WriteMotionFunction` comes to.
+    ///
+    /// # Errors
+    /// [`CouplingError`].
+    pub fn plan_write(&self, table: TableId, points: &[MotionPoint]) -> Result<(), CouplingError> {
+        self.with_plates(|plates| plates.tables.plan_write(table, points))
+    }
+
+    /// `MC_WriteMotionFunction`.
+    ///
+    /// # Errors
+    /// As [`plan_write`](Self::plan_write).
+    pub fn write(&mut self, table: TableId, points: &[MotionPoint]) -> Result<(), CouplingError> {
+        match &mut self.plates {
+            Some(plates) => plates.tables.write(table, points),
+            None => self.plan_write(table, points),
+        }
+    }
+
+    /// `MC_CamInfo`, as [`CamCoupling::info`]: of a coupling that broke off, what it was.
+    ///
+    /// # Errors
+    /// As there.
+    #[doc(alias = "MC_CamInfo")]
+    pub fn info(&self, table: TableId, at: Option<f64>) -> Result<CamInfo, CouplingError> {
+        self.with_plates(|plates| plates.coupling.info(&plates.tables, table, at))
+    }
+
+    /// The plates; none without any.
+    #[must_use]
+    pub fn tables(&self) -> Option<&Tables> {
+        Some(&self.plates.as_ref()?.tables)
+    }
+
+    fn with_plates<T>(
+        &self,
+        ask: impl FnOnce(&Plates) -> Result<T, CouplingError>,
+    ) -> Result<T, CouplingError> {
+        match &self.plates {
+            Some(plates) => ask(plates),
+            None => ask(&Plates {
+                tables: Tables::new(0),
+                coupling: coupling([0, 0], self.jump_limit)?,
+            }),
+        }
+    }
+
+    fn coupling(&self) -> Option<&CamCoupling> {
+        Some(&self.plates.as_ref()?.coupling)
+    }
+}
+
+impl Plates {
+    fn plan(&self, command: &CamRequest, inputs: &PlanInputs) -> Result<CamChange, CouplingError> {
+        let (master, slave) = (inputs.masters.first(), &inputs.slave);
+        let master = master.ok_or(CouplingError::AxisError { code: 0 })?;
+        if inputs.is_engaged || self.coupling.state() == CommandState::Idle {
+            return self.coupling.plan(&self.tables, command, master, slave);
+        }
+        // One that broke off is kept to be asked about, until another begins.
+        let CouplingParameters {
+            master_axis_id,
+            slave_axis_id,
+            jump_limit,
+        } = *self.coupling.parameters();
+        coupling([master_axis_id, slave_axis_id], jump_limit)?.plan(
+            &self.tables,
+            command,
+            master,
+            slave,
+        )
+    }
+}
+
+impl Engage for Cam {
+    type Command = CamRequest;
+    type Change = CamChange;
+    type Refusal = CouplingError;
+    type Fault = CouplingError;
+
+    fn plan(
+        &self,
+        command: &CamRequest,
+        inputs: &PlanInputs,
+    ) -> Result<Planned<CamChange>, NotPlanned<CouplingError>> {
+        inputs.master()?;
+        let change = self
+            .with_plates(|plates| plates.plan(command, inputs))
+            .map_err(NotPlanned::Own)?;
+        Ok(Planned {
+            awaits: change.awaits(),
+            change,
+            manner: if inputs.is_engaged {
+                Manner::Adjust
+            } else {
+                Manner::Engage
+            },
+        })
+    }
+
+    fn apply(&mut self, change: &CamChange, job: Job) {
+        if let Some(plates) = &mut self.plates {
+            plates.coupling.apply(&mut plates.tables, change, job);
+        }
+    }
+
+    fn refusal(&self) -> Option<CouplingError> {
+        let coupling = self.coupling()?;
+        match coupling.state_of(coupling.first()?) {
+            CommandState::Failed(error) => Some(error),
+            _ => None,
+        }
+    }
+
+    fn fault(&self) -> Option<CouplingError> {
+        match self.coupling()?.state() {
+            CommandState::Failed(error) => Some(error),
+            _ => None,
+        }
+    }
+
+    fn state_of(&self, job: Job) -> CouplingState {
+        self.coupling()
+            .map_or(CommandState::Idle, |coupling| coupling.state_of(job))
+    }
+}
+
+impl Coupling for Cam {
+    fn update(&mut self, scan: &Scan) -> Step {
+        let Some(master) = scan.masters.first() else {
+            return Step::MasterLost;
+        };
+        let Some(plates) = &mut self.plates else {
+            return Step::Failed;
+        };
+        let waited = plates.coupling.state() == CommandState::Waiting;
+        let slave = plates.coupling.update(&mut plates.tables, master);
+        match plates.coupling.state() {
+            CommandState::Failed(_) => Step::Failed,
+            CommandState::Idle if waited && self.refusal().is_some() => Step::Refused,
+            CommandState::Idle if waited => Step::GivenUp,
+            CommandState::Idle => Step::Ended(slave),
+            _ => Step::Set(slave),
+        }
+    }
+
+    fn phase(&self) -> Option<CouplingPhase> {
+        match self.coupling()?.state() {
+            CommandState::Waiting => Some(CouplingPhase::Waiting),
+            CommandState::Active => Some(CouplingPhase::Synchronizing),
+            CommandState::InSync => Some(CouplingPhase::InSync),
+            CommandState::Idle
+            | CommandState::Done
+            | CommandState::Aborted
+            | CommandState::Failed(_) => None,
+        }
+    }
+
+    fn end(&mut self) {
+        if let Some(plates) = &mut self.plates {
+            plates.coupling.end(&mut plates.tables);
+        }
+    }
+
+    fn fail(&mut self, code: u32) {
+        if let Some(plates) = &mut self.plates {
+            plates.coupling.axis_error(&mut plates.tables, code);
+        }
+    }
+
+    fn queued(&self) -> StateWord {
+        match &self.plates {
+            Some(plates) => plates.coupling.state_word(&plates.tables),
+            None => StateWord::empty(),
+        }
+    }
+
+    fn master_scaling(&self) -> f64 {
+        self.info(0, None).map_or(1.0, |info| info.master_scaling)
+    }
+
+    fn ended(&mut self) -> Option<Job> {
+        self.plates.as_mut()?.coupling.next_ended()
+    }
+}
+
+fn coupling(
+    [master_axis_id, slave_axis_id]: [u32; 2],
+    jump_limit: f64,
+) -> Result<CamCoupling, CouplingError> {
+    CamCoupling::new(CouplingParameters {
+        master_axis_id,
+        slave_axis_id,
+        jump_limit,
+    })
+}

@@ -1,0 +1,366 @@
+//! Planning a command: everything that can be refused before it is due, and what it comes to.
+
+use super::checks::{check_activation, check_mode};
+use super::error::{CouplingError, TableId};
+use super::layer::{Layer, Pending, Queue};
+use super::machine::{CamCoupling, Kind, MOST_PLATES, is_finite};
+use super::modes::{ActivationMode, JumpHandling, OperationMode};
+use super::request::{CamRequest, Terms, What};
+use super::rules::Operation;
+use super::tables::{TableRef, Tables};
+use coaxle_axis::Awaits;
+use coaxle_curve::profile::Kinematics;
+use coaxle_plate::Course;
+
+/// What a command to a coupling by cam plates comes to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CamChange(pub(super) Change);
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Change {
+    /// The coupling ends.
+    End,
+    /// What is queued for a place is discarded.
+    DeleteQueued { index: usize },
+    /// Nothing at all.
+    Nothing,
+    /// A plate is queued for a place, or its removal.
+    Plate {
+        index: usize,
+        table: Option<TableRef>,
+        terms: Terms,
+        /// Set for the first of a coupling.
+        first: Option<First>,
+    },
+    /// A scaling of the plate in a place is queued.
+    Scaling { index: usize, terms: Terms },
+}
+
+/// How a coupling begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct First {
+    pub(super) kind: Kind,
+    pub(super) master: Kinematics,
+    pub(super) slave: Kinematics,
+}
+
+/// The axes' set values at the command.
+#[derive(Clone, Copy)]
+struct Axes<'a> {
+    master: &'a Kinematics,
+    slave: &'a Kinematics,
+}
+
+impl CamChange {
+    /// What can still be refused when it is due.
+    pub(super) fn awaits(&self) -> Awaits {
+        let (terms, more) = match &self.0 {
+            Change::End | Change::DeleteQueued { .. } | Change::Nothing => return Awaits::empty(),
+            Change::Plate {
+                table: None, terms, ..
+            } if terms.is_once() => (terms, Awaits::NOT_THE_LAST),
+            Change::Plate { terms, .. } => (terms, Awaits::empty()),
+            Change::Scaling { terms, .. } if terms.is_once() => {
+                (terms, Awaits::STILL_COUPLED | Awaits::NOTHING_PENDING)
+            }
+            Change::Scaling { terms, .. } => (terms, Awaits::STILL_COUPLED),
+        };
+        let jump = match terms.jump {
+            JumpHandling::Allow => Awaits::empty(),
+            JumpHandling::Refuse | JumpHandling::RampIn { .. } => Awaits::JUMP,
+        };
+        more | jump | Awaits::FINITE
+    }
+}
+
+impl Terms {
+    const fn is_once(&self) -> bool {
+        matches!(self.activation.mode, ActivationMode::NextCycleOnce)
+    }
+}
+
+impl CamCoupling {
+    /// What a command would come to. `master` and `slave` are the present set values; the slave's
+    /// count only while it is not coupled.
+    ///
+    /// # Errors
+    /// [`CouplingError`]. A jump is found when the change is due: its job is `Failed` then, and
+    /// nothing has changed.
+    pub fn plan(
+        &self,
+        tables: &Tables,
+        request: &CamRequest,
+        master: &Kinematics,
+        slave: &Kinematics,
+    ) -> Result<CamChange, CouplingError> {
+        if request.what == What::Out {
+            return match self.kind {
+                None => Err(CouplingError::NotCoupled),
+                Some(_) => Ok(CamChange(Change::End)),
+            };
+        }
+        if let Some(error) = self.error {
+            return Err(error);
+        }
+        let (terms, axes) = (request.terms, Axes { master, slave });
+        let change = match request.what {
+            What::Out => Change::End,
+            What::In(table) => {
+                self.is_kind(Kind::Single)?;
+                self.plan_plate(tables, Kind::Single, 0, table, terms, axes)?
+            }
+            What::Scale => {
+                let index = self.coupled_place(Kind::Single, 0)?;
+                self.plan_scaling(tables, index, terms, master)?
+            }
+            What::InOfSeveral(operation, table, reference) => {
+                self.is_kind(Kind::Multi)?;
+                match operation {
+                    OperationMode::Default | OperationMode::Additive => {
+                        self.plan_one_more(tables, table, terms, axes)?
+                    }
+                    OperationMode::Exchange => {
+                        self.plan_exchange(tables, table, reference, terms, axes)?
+                    }
+                    OperationMode::Remove => self.plan_removal(tables, table, terms, master)?,
+                }
+            }
+            What::Add(table) => {
+                self.coupled_as(Kind::Multi)?;
+                self.plan_one_more(tables, table, terms, axes)?
+            }
+            What::Exchange(table, reference) => {
+                self.plan_exchange(tables, table, reference, terms, axes)?
+            }
+            What::Remove(table) => self.plan_removal(tables, table, terms, master)?,
+            What::ScaleOfSeveral(table) => {
+                let index = self.coupled_place(Kind::Multi, table)?;
+                self.plan_scaling(tables, index, terms, master)?
+            }
+        };
+        Ok(CamChange(change))
+    }
+
+    fn plan_one_more(
+        &self,
+        tables: &Tables,
+        table: TableId,
+        terms: Terms,
+        axes: Axes<'_>,
+    ) -> Result<Change, CouplingError> {
+        self.is_new_here(table, None)?;
+        let free = (0..MOST_PLATES)
+            .find(|&index| self.layers[index].is_none() && self.queues[index].is_empty());
+        let index = free.ok_or(CouplingError::TooManyTables { most: MOST_PLATES })?;
+        self.plan_plate(tables, Kind::Multi, index, table, terms, axes)
+    }
+
+    fn plan_exchange(
+        &self,
+        tables: &Tables,
+        table: TableId,
+        reference: TableId,
+        terms: Terms,
+        axes: Axes<'_>,
+    ) -> Result<Change, CouplingError> {
+        let index = self.coupled_place(Kind::Multi, reference)?;
+        self.is_new_here(table, Some(index))?;
+        self.plan_plate(tables, Kind::Multi, index, table, terms, axes)
+    }
+
+    fn plan_removal(
+        &self,
+        tables: &Tables,
+        table: TableId,
+        terms: Terms,
+        master: &Kinematics,
+    ) -> Result<Change, CouplingError> {
+        if let Some(index) = self.place_to_come(table)
+            && terms.activation.mode == ActivationMode::DeleteQueuedData
+        {
+            return Ok(Change::DeleteQueued { index });
+        }
+        let index = self.coupled_place(Kind::Multi, table)?;
+        check_mode(Operation::Switch, terms.activation.mode)?;
+        if terms.activation.mode == ActivationMode::DeleteQueuedData {
+            return Ok(Change::DeleteQueued { index });
+        }
+        self.check_terms(tables, index, Operation::Switch, None, terms, master)?;
+        Ok(Change::Plate {
+            index,
+            table: None,
+            terms,
+            first: None,
+        })
+    }
+
+    /// A plate for a place: the first coupling, one more, or in the place of another.
+    fn plan_plate(
+        &self,
+        tables: &Tables,
+        kind: Kind,
+        index: usize,
+        table: TableId,
+        terms: Terms,
+        axes: Axes<'_>,
+    ) -> Result<Change, CouplingError> {
+        let operation = match self.layers[index] {
+            Some(_) => Operation::Switch,
+            None => Operation::Couple,
+        };
+        let mode = terms.activation.mode;
+        check_mode(operation, mode)?;
+        if mode == ActivationMode::DeleteQueuedData {
+            return Ok(Change::DeleteQueued { index });
+        }
+        let table = tables.find(table)?;
+        self.check_terms(tables, index, operation, Some(table), terms, axes.master)?;
+        let mut first = None;
+        if self.kind.is_none() {
+            if !is_finite(axes.master) || !is_finite(axes.slave) {
+                return Err(CouplingError::AxisError { code: 0 });
+            }
+            let velocity = axes.slave.velocity;
+            if mode != ActivationMode::Instantaneous && velocity != 0.0 {
+                return Err(CouplingError::SlaveMoving { velocity });
+            }
+            first = Some(First {
+                kind,
+                master: *axes.master,
+                slave: *axes.slave,
+            });
+        }
+        Ok(Change::Plate {
+            index,
+            table: Some(table),
+            terms,
+            first,
+        })
+    }
+
+    fn plan_scaling(
+        &self,
+        tables: &Tables,
+        index: usize,
+        terms: Terms,
+        master: &Kinematics,
+    ) -> Result<Change, CouplingError> {
+        check_mode(Operation::Scale, terms.activation.mode)?;
+        if terms.activation.mode == ActivationMode::Off {
+            return Ok(Change::Nothing);
+        }
+        self.check_terms(tables, index, Operation::Scale, None, terms, master)?;
+        Ok(Change::Scaling { index, terms })
+    }
+
+    /// What every change of a place has to fulfil. `table`: the plate to come, if one does.
+    fn check_terms(
+        &self,
+        tables: &Tables,
+        index: usize,
+        operation: Operation,
+        table: Option<TableRef>,
+        terms: Terms,
+        master: &Kinematics,
+    ) -> Result<(), CouplingError> {
+        let Terms {
+            activation,
+            scaling,
+            jump,
+        } = terms;
+        let layer = &self.layers[index];
+        scaling.check(layer.is_some())?;
+        jump.check()?;
+        let (id, plate) = match (layer, table) {
+            (Some(layer), _) => (layer.table.id, layer.plate(tables)?),
+            (None, Some(table)) => (table.id, tables.versions(&table)?.plate()),
+            (None, None) => return Err(CouplingError::NotCoupled),
+        };
+        let mode = activation.mode;
+        if operation == Operation::Couple && mode.refers_to_plate() && scaling.master.relative {
+            return Err(CouplingError::ModeNeedsAbsoluteMaster { mode });
+        }
+        let has_next_cycle = operation == Operation::Switch || plate.course() == Course::Cyclic;
+        check_activation(&activation, id, plate, has_next_cycle)?;
+        let ahead = (activation.position - master.position) * master.velocity;
+        if mode == ActivationMode::AtMasterAxisPos && ahead < 0.0 {
+            return Err(CouplingError::ActivationPassed {
+                received: activation.position,
+                master: master.position,
+            });
+        }
+        let Queue {
+            table,
+            scaling,
+            undo,
+        } = &self.queues[index];
+        let queued = match operation {
+            Operation::Scale => scaling.is_some(),
+            _ => table.is_some(),
+        };
+        if queued || undo.is_some() && mode == ActivationMode::NextCycleOnce {
+            return Err(CouplingError::Pending { table: id });
+        }
+        Ok(())
+    }
+
+    fn is_kind(&self, kind: Kind) -> Result<(), CouplingError> {
+        match self.kind {
+            Some(other) if other != kind => Err(CouplingError::OtherKindOfCoupling),
+            _ => Ok(()),
+        }
+    }
+
+    fn coupled_as(&self, kind: Kind) -> Result<(), CouplingError> {
+        self.is_kind(kind)?;
+        self.kind.map(|_| ()).ok_or(CouplingError::NotCoupled)
+    }
+
+    /// The place of a plate that is active; of the only one for 0.
+    pub(super) fn coupled_place(&self, kind: Kind, table: TableId) -> Result<usize, CouplingError> {
+        self.coupled_as(kind)?;
+        self.place_of(table)
+    }
+
+    /// As [`Self::coupled_place`], in either world.
+    pub(super) fn place_of(&self, table: TableId) -> Result<usize, CouplingError> {
+        let coupled = self.layers.iter().flatten().count();
+        let is_it = |id: TableId| table == 0 || id == table;
+        let place = self
+            .layers
+            .iter()
+            .position(|layer| layer.as_ref().is_some_and(|layer| is_it(layer.table.id)));
+        match place {
+            _ if coupled == 0 => Err(CouplingError::NotCoupled),
+            _ if table == 0 && coupled > 1 => Err(CouplingError::Ambiguous { coupled }),
+            Some(index) => Ok(index),
+            None => Err(CouplingError::TableNotCoupled { table }),
+        }
+    }
+
+    /// The place a plate is queued for.
+    fn place_to_come(&self, table: TableId) -> Option<usize> {
+        let is_it = |pending: &Pending| pending.table.is_some_and(|t| t.id == table);
+        self.queues
+            .iter()
+            .position(|queue| queue.table.as_ref().is_some_and(is_it))
+    }
+
+    /// A plate superposed twice could not be named any more. `except`: the place that it takes.
+    fn is_new_here(&self, table: TableId, except: Option<usize>) -> Result<(), CouplingError> {
+        let is_it =
+            |place: &Option<Layer>| place.as_ref().is_some_and(|layer| layer.table.id == table);
+        let coupled = self
+            .layers
+            .iter()
+            .position(is_it)
+            .filter(|place| Some(*place) != except);
+        let to_come = self
+            .place_to_come(table)
+            .filter(|place| Some(*place) != except);
+        match coupled.or(to_come) {
+            Some(_) => Err(CouplingError::TableCoupledAlready { table }),
+            None => Ok(()),
+        }
+    }
+}

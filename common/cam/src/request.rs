@@ -1,0 +1,141 @@
+//! All commands in one form, as a coupling looks at them.
+
+use super::command::{
+    Activation, CamAdd, CamExchange, CamIn, CamInV2, CamOut, CamRemove, CamScaling, CamScalingV2,
+    ScalingData,
+};
+use super::error::TableId;
+use super::modes::{JumpHandling, OperationMode};
+
+/// Any command to a coupling by cam plates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CamRequest {
+    /// The command, by its PLC name.
+    pub(super) name: &'static str,
+    pub(super) what: What,
+    pub(super) terms: Terms,
+}
+
+/// What is to be done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum What {
+    Out,
+    /// Couples by the only plate, or exchanges it.
+    In(TableId),
+    /// Scales the only plate.
+    Scale,
+    /// Couples by the first of several plates, or adds one, or what else the mode says.
+    InOfSeveral(OperationMode, TableId, TableId),
+    /// Superposes one more.
+    Add(TableId),
+    /// Puts the first in the place of the second.
+    Exchange(TableId, TableId),
+    Remove(TableId),
+    /// Scales one of several.
+    ScaleOfSeveral(TableId),
+}
+
+/// The inputs that all commands have.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Terms {
+    pub(super) activation: Activation,
+    pub(super) scaling: ScalingData,
+    pub(super) jump: JumpHandling,
+}
+
+impl CamRequest {
+    /// The PLC's name of the command.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        self.name
+    }
+}
+
+const fn terms(activation: Activation, scaling: ScalingData, jump: JumpHandling) -> Terms {
+    Terms {
+        activation,
+        scaling,
+        jump,
+    }
+}
+
+impl From<CamOut> for CamRequest {
+    fn from(CamOut {}: CamOut) -> Self {
+        Self {
+            name: CamOut::NAME,
+            what: What::Out,
+            terms: Terms::default(),
+        }
+    }
+}
+
+impl From<CamIn> for CamRequest {
+    fn from(command: CamIn) -> Self {
+        Self {
+            name: CamIn::NAME,
+            what: What::In(command.table),
+            terms: terms(command.activation, command.scaling(), command.jump),
+        }
+    }
+}
+
+impl From<CamScaling> for CamRequest {
+    fn from(command: CamScaling) -> Self {
+        Self {
+            name: CamScaling::NAME,
+            what: What::Scale,
+            terms: terms(command.activation, command.scaling, command.jump),
+        }
+    }
+}
+
+impl From<CamInV2> for CamRequest {
+    fn from(command: CamInV2) -> Self {
+        let (operation, reference) = (command.operation, command.reference);
+        Self {
+            name: CamInV2::NAME,
+            what: What::InOfSeveral(operation, command.table, reference),
+            terms: terms(command.activation, command.scaling, command.jump),
+        }
+    }
+}
+
+impl From<CamAdd> for CamRequest {
+    fn from(command: CamAdd) -> Self {
+        Self {
+            name: CamAdd::NAME,
+            what: What::Add(command.table),
+            terms: terms(command.activation, command.scaling, command.jump),
+        }
+    }
+}
+
+impl From<CamExchange> for CamRequest {
+    fn from(command: CamExchange) -> Self {
+        Self {
+            name: CamExchange::NAME,
+            what: What::Exchange(command.table, command.reference),
+            terms: terms(command.activation, command.scaling, command.jump),
+        }
+    }
+}
+
+impl From<CamRemove> for CamRequest {
+    fn from(command: CamRemove) -> Self {
+        Self {
+            name: CamRemove::NAME,
+            what: What::Remove(command.table),
+            terms: terms(command.activation, ScalingData::default(), command.jump),
+        }
+    }
+}
+
+impl From<CamScalingV2> for CamRequest {
+    fn from(command: CamScalingV2) -> Self {
+        Self {
+            name: CamScalingV2::NAME,
+            what: What::ScaleOfSeveral(command.table),
+            terms: terms(command.activation, command.scaling, command.jump),
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! What is known of the delay, and what another look at the window makes of it.
+
+use super::window::Early;
+use crate::instant::{Instant, Local};
+
+/// What is seen enters the mean of so many estimates at most.
+const LONGEST_MEMORY: u32 = 1_000;
+/// So many standard deviations off is out of the ordinary. Where delays are correlated that happens
+/// by chance, and every exchange sees most of the window before, so it is followed once it has lasted
+/// for so many exchanges …
+const OUT_OF_THE_ORDINARY: f64 = 5.0;
+const LASTING: u32 = 64;
+/// … or at once if it is so far off that it cannot be chance.
+const BEYOND_CHANCE: f64 = 20.0;
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Estimate {
+    pub(super) delay: f64,
+    /// Half of the least round trip, and what a jump has added since, s.
+    pub(super) uncertainty: f64,
+    /// Deviation that jitter causes, s.
+    pub(super) jitter: f64,
+    pub(super) newest: Instant<Local>,
+    /// Enough exchanges have gone into it.
+    pub(super) measured: bool,
+    /// Estimates this one is the mean of; 0: the next one replaces it.
+    count: u32,
+    /// So many in a row were out of the ordinary.
+    contradictions: u32,
+}
+
+impl Estimate {
+    /// What the ways of a window say; `measured` if there are enough of them.
+    pub(super) fn of(there: &Early, back: &Early, newest: Instant<Local>, measured: bool) -> Self {
+        let moved = 0.5 * libm::fabs((there.early - there.least) - (back.early - back.least));
+        Self {
+            delay: 0.5 * (there.early - back.early),
+            uncertainty: 0.5 * (there.least + back.least).max(0.0) + moved,
+            jitter: 0.5 * libm::hypot(there.deviation, back.deviation),
+            newest,
+            measured,
+            count: 1,
+            contradictions: 0,
+        }
+    }
+
+    /// What is known once a window has said `seen`. What was measured is better than a window with
+    /// too few exchanges.
+    pub(super) fn after(&self, seen: Self) -> Self {
+        if self.measured && !seen.measured {
+            return Self {
+                newest: seen.newest,
+                ..*self
+            };
+        }
+        let off = libm::fabs(seen.delay - self.delay) / seen.jitter;
+        // Not a number: neither differs from the other, nor is there jitter.
+        let contradictions = match off > OUT_OF_THE_ORDINARY {
+            true => self.contradictions + 1,
+            false => 0,
+        };
+        let holds = off.is_nan() || off <= BEYOND_CHANCE && contradictions <= LASTING;
+        if !(self.measured && self.count > 0 && holds) {
+            return seen;
+        }
+        let count = (self.count + 1).min(LONGEST_MEMORY);
+        // The newer ones weigh more: the line was not as good when the first ones were measured.
+        let part = 2.0 / f64::from(count + 1);
+        let delay = self.delay + (seen.delay - self.delay) * part;
+        Self {
+            delay,
+            uncertainty: seen.uncertainty + libm::fabs(seen.delay - delay),
+            count,
+            contradictions,
+            ..seen
+        }
+    }
+
+    /// The line fell by so much, and the path is taken to have grown by as much, s.
+    pub(super) fn follow_jump(&mut self, jump: f64) {
+        self.delay += jump;
+        self.uncertainty += libm::fabs(jump);
+    }
+
+    /// The next one that is measured replaces it, whatever it says.
+    pub(super) const fn be_replaced(&mut self) {
+        self.count = 0;
+    }
+}

@@ -1,0 +1,391 @@
+//! A far clock, whole: messages and responses in, requests out, far time at any local instant.
+//!
+//! [`FarClock`] is the one handle over the [`PhaseObserver`] and the [`DelayExchange`]: the first finds the
+//! line that messages arrive on, the second how far the sender's clock is ahead of it. Nothing here
+//! sends or receives, and every instant is an argument:
+//!
+//! ```
+//! use coaxle_clock::far_clock::{DelaySource, FarClock};
+//! use coaxle_clock::observer::ObserverParameters;
+//! use coaxle_clock::{CycleTime, Instant, Span};
+//!
+//! let cycle_time = CycleTime::new(Span::from_millis(1))?;
+//! let fixed = DelaySource::Fixed(Span::from_micros(200));
+//! let mut clock = FarClock::new(cycle_time, ObserverParameters::default(), fixed, 1)?;
+//!
+//! // The sender's clock runs 100 ppm slow, and messages take 200 µs.
+//! let arrival = |count: i64| Instant::from_nanos(count * 1_000_100 + 200_000);
+//! for count in 0..3_000 {
+//!     clock.message(7, count as u64, arrival(count), None);
+//!     // The own cycle, half a millisecond later.
+//!     let now = clock.cycle(arrival(count) + Span::from_micros(500), |_, _| {});
+//!     if count > 2_000 {
+//!         assert!(now.is_sure);
+//!     }
+//! }
+//! // Between cycles too: the sender is in the middle of its cycle 3000.
+//! let at = arrival(3_000) - Span::from_micros(200) + Span::from_nanos(500_050);
+//! let far = clock.far_time_at(at).expect("it is followed");
+//! assert!(far.time.since(Instant::from_nanos(3_000_500_000)).0.abs() < 1e-6);
+//! assert!(far.uncertainty.0 < 5e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! With [`DelaySource::Measured`] there is a request to send whenever [`FarClock::request`] gives a
+//! number; the response comes back as an [`Answer`] with its four stamps.
+
+use crate::cycle::CycleTime;
+use crate::delay::{Answer, DelayExchange, DelayOutput, DelayState, Refusal};
+use crate::instant::{Instant, Local, Seconds, Span};
+use crate::observer::{FarTime, ObserverOutput, ObserverParameters, ObserverState, PhaseObserver};
+use crate::time_sync::WrongParameter;
+
+/// Responses that can wait for their cycle.
+pub const RESPONSES: usize = 16;
+
+/// The uncertainty covers so many standard deviations.
+const COVERED: f64 = 3.0;
+
+/// Where the constant part of the delay comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DelaySource {
+    /// Nothing is done about it: far time lags by it.
+    #[default]
+    Off,
+    /// It is configured.
+    Fixed(Span),
+    /// The far node is asked for it.
+    Measured,
+}
+
+/// Follows one far clock.
+///
+/// Per cycle of the own clock: [`message`](Self::message) and [`response`](Self::response) for what has
+/// come, then [`cycle`](Self::cycle), then [`request`](Self::request). Nothing allocates.
+#[derive(Clone, Debug)]
+pub struct FarClock {
+    observer: PhaseObserver,
+    delay: DelaySource,
+    exchange: DelayExchange,
+    waiting: [Option<(Instant<Local>, Answer)>; RESPONSES],
+    /// Responses that found no room to wait.
+    overflow: u64,
+    /// How sure the line is that the delay is measured against.
+    line_sigma: Seconds,
+    is_sure: bool,
+    newest: Option<(Instant<Local>, FarClockOutput)>,
+}
+
+/// What one cycle of a [`FarClock`] gives.
+#[must_use]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FarClockOutput {
+    /// Far time, and what the observer says of itself.
+    pub observer: ObserverOutput,
+    /// What is known of the delay.
+    pub delay: DelayOutput,
+    /// Far time is sure, or was and goes on as it did: leaving it would be a step.
+    pub is_sure: bool,
+}
+
+/// Far time at a local instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FarReading {
+    /// What the far clock shows.
+    pub time: FarTime,
+    /// That is wrong by at most this, as far as is known: three standard deviations of what was
+    /// observed, what is still to be slewed, and where the delay is measured, half of the least round
+    /// trip. A delay that is neither measured nor configured is not in it.
+    pub uncertainty: Seconds,
+}
+
+impl FarClock {
+    /// The clock of a node whose nominal cycle time is `far_cycle_time`, which its messages say. `run`
+    /// tells the requests of this run of the own node from those of others.
+    ///
+    /// # Errors
+    /// [`WrongParameter`] names the parameter that is out of its range.
+    pub fn new(
+        far_cycle_time: CycleTime,
+        parameters: ObserverParameters,
+        delay: DelaySource,
+        run: u64,
+    ) -> Result<Self, WrongParameter> {
+        Ok(Self {
+            observer: PhaseObserver::new(far_cycle_time, parameters)?,
+            delay,
+            exchange: DelayExchange::new(run),
+            waiting: [None; RESPONSES],
+            overflow: 0,
+            line_sigma: Seconds::ZERO,
+            is_sure: false,
+            newest: None,
+        })
+    }
+
+    /// A message arrived at `at`: number `count` of the far node's run `epoch`, which left
+    /// `send_stamp` after the ideal start of its cycle.
+    pub fn message(
+        &mut self,
+        epoch: u64,
+        count: u64,
+        at: Instant<Local>,
+        send_stamp: Option<Span>,
+    ) {
+        self.observer.observe(epoch, count, at, send_stamp);
+    }
+
+    /// A response arrived at `at`. It waits for the first cycle that ideally begins no earlier.
+    pub fn response(&mut self, at: Instant<Local>, response: &Answer) {
+        match self.waiting.iter_mut().find(|place| place.is_none()) {
+            Some(place) => *place = Some((at, *response)),
+            None => self.overflow = self.overflow.saturating_add(1),
+        }
+    }
+
+    /// The number of the request to send in the cycle that ideally began at `now`, if one is due.
+    pub fn request(&mut self, now: Instant<Local>) -> Option<u32> {
+        match self.delay {
+            DelaySource::Measured => self.exchange.ask(now),
+            DelaySource::Off | DelaySource::Fixed(_) => None,
+        }
+    }
+
+    /// The cycle that ideally begins at `now`, with all messages up to then.
+    ///
+    /// Every response to a request of this run is shown to `used`, with its arrival.
+    pub fn cycle(
+        &mut self,
+        now: Instant<Local>,
+        used: impl FnMut(Instant<Local>, &Answer),
+    ) -> FarClockOutput {
+        let delay = match self.delay {
+            DelaySource::Off => Span::ZERO,
+            DelaySource::Fixed(delay) => delay,
+            DelaySource::Measured => {
+                self.measure(now, used);
+                self.exchange.delay().unwrap_or(Span::ZERO)
+            }
+        };
+        self.observer.set_delay(delay);
+        let observer = self.observer.cycle(now);
+        self.is_sure = is_sure(observer.state, self.is_sure);
+        let output = FarClockOutput {
+            observer,
+            delay: self.delay_output(now),
+            is_sure: self.is_sure,
+        };
+        self.newest = Some((now, output));
+        output
+    }
+
+    /// By how much message number `count` is to be moved in time to be what the far node would have sent
+    /// at the newest cycle; none as long as that is not sure.
+    #[must_use]
+    pub fn correction(&self, count: u64) -> Option<Seconds> {
+        let (_, newest) = self.newest.filter(|(_, newest)| newest.is_sure)?;
+        let sent = self.observer.far_time_of(count)?;
+        Some(newest.observer.far_time?.since(sent))
+    }
+
+    /// What the far clock shows at the local instant `at`, taken from the newest cycle; none before it
+    /// is known at all.
+    #[must_use]
+    pub fn far_time_at(&self, at: Instant<Local>) -> Option<FarReading> {
+        let (
+            now,
+            FarClockOutput {
+                observer, delay, ..
+            },
+        ) = self.newest?;
+        let passed = (at - now).as_nanos() as f64;
+        let rate = 1.0 + observer.drift_ppm * 1e-6;
+        let observed = COVERED
+            * (observer.offset_sigma.0 + observer.drift_sigma_ppm * 1e-6 * (passed * 1e-9).abs());
+        // What is measured of the delay covers the line it is measured against.
+        let known = delay.uncertainty.map_or(0.0, |uncertainty| uncertainty.0);
+        Some(FarReading {
+            time: observer.far_time?.plus(passed * rate),
+            uncertainty: Seconds(observed.max(known) + observer.slew_remaining.0.abs()),
+        })
+    }
+
+    /// Takes the delay from elsewhere. Once far time is sure the change is slewed.
+    pub const fn set_delay(&mut self, delay: DelaySource) {
+        self.delay = delay;
+    }
+
+    fn measure(&mut self, now: Instant<Local>, mut used: impl FnMut(Instant<Local>, &Answer)) {
+        let Some(line) = self.observer.line() else {
+            return;
+        };
+        self.line_sigma = line.sigma;
+        if let Some(jump) = self.exchange.follow(&line) {
+            self.observer.blame_path(jump);
+        }
+        for place in &mut self.waiting {
+            if let Some((arrived, response)) = place.take_if(|(at, _)| *at <= now) {
+                // It counts what it refuses.
+                match self.exchange.take(&response, arrived, &line) {
+                    Err(Refusal::OtherRun | Refusal::OtherEpoch | Refusal::NotAsked) => {}
+                    // Another estimator may think otherwise of one that is implausible.
+                    Ok(()) | Err(_) => used(arrived, &response),
+                }
+            }
+        }
+    }
+
+    fn delay_output(&self, now: Instant<Local>) -> DelayOutput {
+        match self.delay {
+            DelaySource::Off => DelayOutput::default(),
+            DelaySource::Fixed(delay) => DelayOutput {
+                state: DelayState::Fixed,
+                delay: Some(delay.into()),
+                ..DelayOutput::default()
+            },
+            DelaySource::Measured => {
+                let output = self.exchange.output(now, self.line_sigma);
+                DelayOutput {
+                    refused: output.refused.saturating_add(self.overflow),
+                    ..output
+                }
+            }
+        }
+    }
+}
+
+/// Holding over, or with more uncertainty, the far time goes on as it did before.
+const fn is_sure(state: ObserverState, before: bool) -> bool {
+    match state {
+        ObserverState::Synced => true,
+        ObserverState::Unsure | ObserverState::Holdover => before,
+        ObserverState::Startup | ObserverState::Locking | ObserverState::Lost => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CYCLE: i64 = 1_000_000;
+
+    fn at(nanos: i64) -> Instant<Local> {
+        Instant::from_nanos(nanos)
+    }
+
+    fn clock(delay: DelaySource) -> FarClock {
+        let cycle_time = CycleTime::new(Span::from_nanos(CYCLE)).unwrap();
+        FarClock::new(cycle_time, ObserverParameters::default(), delay, 5).unwrap()
+    }
+
+    /// The sender's clock is 300 ns behind per second of the own one, and a message takes 200 µs.
+    fn arrival(count: i64) -> Instant<Local> {
+        at(count * CYCLE + count * CYCLE / 1_000_000 * 300 / 1_000 + 200_000)
+    }
+
+    fn run(clock: &mut FarClock, counts: core::ops::Range<i64>) -> FarClockOutput {
+        let mut newest = None;
+        for count in counts {
+            clock.message(9, count as u64, arrival(count), None);
+            let now = at(count * CYCLE + 500_000);
+            newest = Some(clock.cycle(now, |_, _| {}));
+            if let Some(number) = clock.request(now) {
+                // 100 µs there, 200 µs back; the far clock is read to the nearest.
+                let response = Answer {
+                    run: 5,
+                    number,
+                    asked: now,
+                    epoch: 9,
+                    heard: Span::from_nanos(count * CYCLE + 600_000),
+                    answered: Span::from_nanos(count * CYCLE + 650_000),
+                };
+                clock.response(now + Span::from_micros(350), &response);
+            }
+        }
+        newest.expect("a cycle")
+    }
+
+    #[test]
+    fn nothing_is_known_before_the_first_message() {
+        let mut clock = clock(DelaySource::Measured);
+        let output = clock.cycle(at(0), |_, _| {});
+        assert!(!output.is_sure);
+        assert_eq!(clock.far_time_at(at(0)), None);
+        assert_eq!(clock.correction(0), None);
+        assert_eq!(clock.request(at(0)), None);
+    }
+
+    #[test]
+    fn it_is_sure_within_seconds_stays_so_in_a_gap_and_ends_when_lost() {
+        let mut clock = clock(DelaySource::Off);
+        assert!(run(&mut clock, 0..3_000).is_sure);
+        let correction = clock.correction(2_999).unwrap();
+        assert!((correction.0 - 300e-6).abs() < 2e-6, "{correction:?}");
+        let mut now = at(3_000 * CYCLE);
+        let gap = clock.cycle(now + Span::from_millis(100), |_, _| {});
+        assert_eq!(gap.observer.state, ObserverState::Holdover);
+        assert!(gap.is_sure && clock.correction(2_999).is_some());
+        now += Span::from_secs(3_600);
+        let lost = clock.cycle(now, |_, _| {});
+        assert!(!lost.is_sure);
+        assert_eq!(clock.correction(2_999), None);
+    }
+
+    #[test]
+    fn the_delay_is_measured_or_configured_and_can_be_changed() {
+        let mut clock = clock(DelaySource::Measured);
+        let output = run(&mut clock, 0..5_000);
+        assert_eq!(output.delay.state, DelayState::Measured);
+        let delay = output.delay.delay.unwrap().as_micros();
+        assert!(
+            (delay - 150.0).abs() < 5.0,
+            "half of the round trip: {delay}"
+        );
+        let measured = clock.far_time_at(at(5_000 * CYCLE)).unwrap();
+        assert!(measured.uncertainty.0 >= 140e-6, "{measured:?}");
+
+        clock.set_delay(DelaySource::Fixed(Span::from_micros(200)));
+        let output = run(&mut clock, 5_000..8_000);
+        assert_eq!(output.delay.state, DelayState::Fixed);
+        let now = at(8_000 * CYCLE);
+        let reading = clock.far_time_at(now).unwrap();
+        let error = reading.time.since(Instant::from_nanos(8_000 * CYCLE)).0;
+        assert!(error.abs() < 5e-6, "{error}");
+        // What is not known of the delay is not in it any more.
+        assert!(
+            reading.uncertainty.0 < 0.5 * measured.uncertainty.0,
+            "{reading:?}"
+        );
+        assert_eq!(clock.request(now), None, "nobody is asked any more");
+    }
+
+    #[test]
+    fn later_instants_are_less_certain() {
+        let mut clock = clock(DelaySource::Off);
+        let _ = run(&mut clock, 0..3_000);
+        let reading = |at| clock.far_time_at(at).unwrap();
+        let (soon, late) = (reading(at(3_000 * CYCLE)), reading(at(60_000 * CYCLE)));
+        assert!(late.uncertainty.0 > soon.uncertainty.0);
+        let passed = late.time.since(soon.time.instant).0;
+        assert!((passed - 57.0).abs() < 1e-3, "{passed}");
+    }
+
+    #[test]
+    fn responses_that_find_no_room_are_counted() {
+        let mut clock = clock(DelaySource::Measured);
+        let _ = run(&mut clock, 0..100);
+        let response = Answer {
+            run: 5,
+            number: 0,
+            asked: at(0),
+            epoch: 9,
+            heard: Span::ZERO,
+            answered: Span::ZERO,
+        };
+        let before = clock.delay_output(at(0)).refused;
+        for _ in 0..RESPONSES + 3 {
+            clock.response(at(i64::MAX), &response);
+        }
+        assert_eq!(clock.delay_output(at(0)).refused, before + 3);
+    }
+}

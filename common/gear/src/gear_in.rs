@@ -1,0 +1,194 @@
+//! `MC_GearIn`: a constant ratio, on a ramp from whatever the slave does.
+
+use coaxle_axis::{
+    Awaits, Coupling, CouplingPhase, Dynamics, Engage, Job, Manner, NoFault, NotPlanned,
+    PlanInputs, Planned, Scan, Step,
+};
+use coaxle_curve::profile::{Kinematics, Limits};
+
+use super::linear::{LinearGear, RatioZero};
+use super::ramp::Ramp;
+
+/// `MC_GearIn`: couples the slave by a constant ratio.
+///
+/// The slave is led to the velocity of the gear by a ramp; where they meet is where it happens to be.
+/// If its velocity is that of the gear already, but for what it can change in a cycle, it is coupled
+/// at once.
+#[doc(alias = "MC_GearIn")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct GearIn {
+    /// Slave units per master unit, not 0.
+    #[doc(alias = "RatioNumerator")]
+    pub ratio: f64,
+    /// The dynamics of the ramp.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "super::is_default")
+    )]
+    pub dynamics: Dynamics,
+}
+
+impl GearIn {
+    /// With the dynamics of the axis.
+    #[must_use]
+    pub const fn of(ratio: f64) -> Self {
+        Self {
+            ratio,
+            dynamics: Dynamics {
+                acceleration: None,
+                deceleration: None,
+                jerk: None,
+            },
+        }
+    }
+}
+
+/// The coupling by [`GearIn`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gear {
+    state: State,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum State {
+    #[default]
+    Idle,
+    Ramping(Ramping),
+    Rigid(LinearGear),
+}
+
+/// On the way to the velocity of the gear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Ramping {
+    ratio: f64,
+    ramp: Ramp,
+    /// The slave, and its master, in the last cycle.
+    position: f64,
+    master: Kinematics,
+}
+
+/// What [`GearIn`] comes to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GearChange {
+    state: State,
+}
+
+impl From<LinearGear> for GearChange {
+    /// Coupled at once: the slave is where the gear has it.
+    fn from(gear: LinearGear) -> Self {
+        let state = State::Rigid(gear);
+        Self { state }
+    }
+}
+
+impl Engage for Gear {
+    type Command = GearIn;
+    type Change = GearChange;
+    type Refusal = RatioZero;
+    type Fault = NoFault;
+
+    fn plan(
+        &self,
+        command: &GearIn,
+        inputs: &PlanInputs,
+    ) -> Result<Planned<GearChange>, NotPlanned<RatioZero>> {
+        let (master, slave) = (inputs.master()?, &inputs.slave);
+        let ratio = command.ratio;
+        let offset = slave.position - ratio * master.position;
+        let gear = LinearGear::new(ratio, offset).map_err(NotPlanned::Own)?;
+        let coupled = ratio * master.velocity;
+        inputs.guard.check_speed(coupled)?;
+        let ramp = inputs.guard.limits_of(None, &command.dynamics)?;
+        let own = inputs.guard.limits();
+        let in_a_cycle = own.acceleration().min(own.deceleration()) * inputs.cycle.0;
+        let state = if (coupled - slave.velocity).abs() <= in_a_cycle {
+            State::Rigid(gear)
+        } else {
+            State::Ramping(Ramping::new(ratio, ramp, slave, master))
+        };
+        Ok(Planned {
+            change: GearChange { state },
+            awaits: Awaits::empty(),
+            manner: Manner::Engage,
+        })
+    }
+
+    fn apply(&mut self, change: &GearChange, _: Job) {
+        self.state = change.state;
+    }
+}
+
+impl Coupling for Gear {
+    fn update(&mut self, scan: &Scan) -> Step {
+        let Some(master) = scan.masters.first() else {
+            return Step::MasterLost;
+        };
+        match &mut self.state {
+            State::Idle => Step::Failed,
+            State::Rigid(gear) => Step::Set(gear.slave_of(master)),
+            State::Ramping(ramping) => {
+                let set = ramping.update(master, scan.elapsed.0);
+                if ramping.ramp.is_there() {
+                    self.state = State::Rigid(ramping.gear());
+                }
+                Step::Set(set)
+            }
+        }
+    }
+
+    fn phase(&self) -> Option<CouplingPhase> {
+        match self.state {
+            State::Idle => None,
+            State::Ramping(_) => Some(CouplingPhase::Synchronizing),
+            State::Rigid(_) => Some(CouplingPhase::InSync),
+        }
+    }
+
+    fn end(&mut self) {
+        self.state = State::Idle;
+    }
+
+    fn gain(&self) -> Option<f64> {
+        match self.state {
+            State::Idle => None,
+            State::Ramping(ramping) => Some(ramping.ratio),
+            State::Rigid(gear) => Some(gear.ratio()),
+        }
+    }
+}
+
+impl Ramping {
+    const fn new(ratio: f64, limits: Limits, slave: &Kinematics, master: &Kinematics) -> Self {
+        Self {
+            ratio,
+            ramp: Ramp::new(slave, ratio * master.velocity, limits),
+            position: slave.position,
+            master: *master,
+        }
+    }
+
+    fn update(&mut self, master: &Kinematics, dt: f64) -> Kinematics {
+        let (ratio, before) = (self.ratio, self.master);
+        let missed = self.ramp.velocity() - ratio * before.velocity;
+        let target = ratio * master.velocity;
+        self.ramp.step(target, ratio * master.acceleration, dt);
+        let misses = self.ramp.velocity() - target;
+        self.position += ratio * (master.position - before.position) + 0.5 * (missed + misses) * dt;
+        self.master = *master;
+        Kinematics {
+            position: self.position,
+            velocity: self.ramp.velocity(),
+            acceleration: self.ramp.acceleration(),
+        }
+    }
+
+    /// The gear as it is where the slave is now.
+    fn gear(&self) -> LinearGear {
+        LinearGear::through(self.ratio, self.position, self.master.position)
+    }
+}

@@ -1,0 +1,162 @@
+//! The command server: takes requests in, and sees to it that each gets its answer.
+
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::thread::Thread;
+use std::time::Duration;
+
+use coaxle_clock::{Instant, Span};
+use coaxle_node::command::{CommandAnswer, CommandOrder, NotTaken};
+use rtrb::{Consumer, Producer};
+
+use super::MAX_WAITING;
+use super::queue::{ExecutedOrder, QueuedOrder};
+use crate::machine::{self, Machine};
+use crate::transport::Request;
+
+/// Within this time an order has its answer, whatever the cycle does.
+const ANSWER_WITHIN: Span = Span::from_secs(1);
+
+/// How long it sleeps at most when nobody wakes it: answers that are due wait no longer.
+const IDLE: Duration = Duration::from_millis(20);
+
+/// Replies with an answer: as an error where no slave got the order.
+pub(crate) fn answer(request: &dyn Request, answer: &CommandAnswer) {
+    request.reply(answer.to_json(), answer.is_taken());
+}
+
+/// A request with its arrival.
+pub(super) struct ArrivedRequest {
+    arrival: Instant<Machine>,
+    request: Box<dyn Request>,
+}
+
+/// Where requests are handed in. Never waits.
+pub(crate) struct RequestSender {
+    sender: SyncSender<ArrivedRequest>,
+    server: Option<Thread>,
+}
+
+pub(super) fn requests(most: usize) -> (RequestSender, Receiver<ArrivedRequest>) {
+    let (sender, receiver) = sync_channel(most);
+    let server = None;
+    (RequestSender { sender, server }, receiver)
+}
+
+impl RequestSender {
+    /// From now on this thread is woken when there is a request.
+    pub(crate) fn attach(&mut self, server: Thread) {
+        self.server = Some(server);
+    }
+
+    /// Hands a request in, or says at once that there are too many.
+    pub(crate) fn send(&self, arrival: Instant<Machine>, request: Box<dyn Request>) {
+        let (arrived, reason) = match self.sender.try_send(ArrivedRequest { arrival, request }) {
+            Ok(()) => return self.wake(),
+            Err(TrySendError::Full(arrived)) => (arrived, NotTaken::Busy),
+            Err(TrySendError::Disconnected(arrived)) => (arrived, NotTaken::Stopped),
+        };
+        answer(&*arrived.request, &CommandAnswer::not_taken(&reason));
+    }
+
+    fn wake(&self) {
+        if let Some(server) = &self.server {
+            server.unpark();
+        }
+    }
+}
+
+/// Deals with the requests.
+pub(crate) struct CommandServer {
+    requests: Receiver<ArrivedRequest>,
+    orders: Producer<QueuedOrder>,
+    outcomes: Consumer<ExecutedOrder>,
+    waiting: Vec<Waiting>,
+    taken: u64,
+}
+
+/// A request whose order is with the cycle.
+struct Waiting {
+    order: QueuedOrder,
+    request: Box<dyn Request>,
+}
+
+impl CommandServer {
+    pub(super) fn new(
+        requests: Receiver<ArrivedRequest>,
+        orders: Producer<QueuedOrder>,
+        outcomes: Consumer<ExecutedOrder>,
+    ) -> Self {
+        Self {
+            requests,
+            orders,
+            outcomes,
+            waiting: Vec::with_capacity(MAX_WAITING),
+            taken: 0,
+        }
+    }
+
+    /// Works until the cycle has ended.
+    pub(crate) fn work(mut self) {
+        loop {
+            // Asked before the outcomes are taken, so that the last ones are not missed.
+            let last_round = self.outcomes.is_abandoned();
+            self.round(machine::now());
+            if last_round {
+                break;
+            }
+            std::thread::park_timeout(IDLE);
+        }
+        let stopped = CommandAnswer::not_taken(&NotTaken::Stopped);
+        for waiting in &self.waiting {
+            answer(&*waiting.request, &stopped);
+        }
+    }
+
+    /// Answers what has an outcome, then what has waited too long, then takes in what is new.
+    pub(crate) fn round(&mut self, now: Instant<Machine>) {
+        while let Ok(executed) = self.outcomes.pop() {
+            self.finish(&executed);
+        }
+        self.waiting.retain(|waiting| {
+            let in_time = now - waiting.order.arrival < ANSWER_WITHIN;
+            if !in_time {
+                answer(
+                    &*waiting.request,
+                    &CommandAnswer::not_taken(&NotTaken::NoAnswer),
+                );
+            }
+            in_time
+        });
+        while let Ok(arrived) = self.requests.try_recv() {
+            self.take(arrived);
+        }
+    }
+
+    fn finish(&mut self, executed: &ExecutedOrder) {
+        let is_it = |waiting: &Waiting| waiting.order.number == executed.number;
+        if let Some(place) = self.waiting.iter().position(is_it) {
+            let waiting = self.waiting.remove(place);
+            let outcome = CommandAnswer::new(&waiting.order.order, &executed.outcome);
+            answer(&*waiting.request, &outcome);
+        }
+    }
+
+    fn take(&mut self, arrived: ArrivedRequest) {
+        let ArrivedRequest { arrival, request } = arrived;
+        let order = match CommandOrder::from_json(&request.payload()) {
+            Ok(order) => order,
+            Err(error) => return answer(&*request, &CommandAnswer::malformed(&error)),
+        };
+        let order = QueuedOrder {
+            number: self.taken,
+            arrival,
+            order,
+        };
+        if self.waiting.len() < MAX_WAITING && self.orders.push(order).is_ok() {
+            self.taken += 1;
+            self.waiting.push(Waiting { order, request });
+        } else {
+            answer(&*request, &CommandAnswer::not_taken(&NotTaken::Busy));
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! What a node has on its transport: its channels, its status, its presence, and the way in for
+//! frames and requests.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+
+use coaxle_clock::{Instant, Span};
+use coaxle_node::command::BadOrder;
+use coaxle_node::frame::KeySeal;
+use coaxle_node::keys::NodeName;
+use coaxle_node::wiring::{Publication, Subscription};
+use coaxle_node::{CommandAnswer, Message, Reader};
+
+use crate::commands::{RequestSender, answer};
+use crate::counters::{Counters, count};
+use crate::faults::Faults;
+use crate::machine::Machine;
+use crate::mailbox::Inbox;
+use crate::publisher::PublishedChannel;
+use crate::transport::{Declared, Publisher, Transport, Urgency};
+
+/// A node on its transport, with everything it declared there.
+pub(crate) struct Session {
+    transport: Arc<dyn Transport>,
+    /// Where axes are published: whoever subscribes there follows the node.
+    axes: Vec<Arc<dyn Publisher>>,
+    status: Box<dyn Publisher>,
+    declared: Vec<Declared>,
+    /// Of each node whose axes this one follows.
+    contacts: Vec<Arc<Contact>>,
+}
+
+/// What is known of a source, written by the transport's threads.
+pub(crate) struct Contact {
+    alive: AtomicBool,
+    /// Machine time of the last accepted frame; `i64::MIN` before the first.
+    last_frame: AtomicI64,
+}
+
+impl Contact {
+    fn new() -> Arc<Self> {
+        Arc::new(Self {
+            alive: AtomicBool::new(false),
+            last_frame: AtomicI64::new(i64::MIN),
+        })
+    }
+
+    /// Whether the source has announced itself. For display: what counts is the age of its frames.
+    pub(crate) fn is_alive(&self) -> bool {
+        self.alive.load(Ordering::Relaxed)
+    }
+
+    /// How long ago the source's last good frame came; none if none ever did.
+    pub(crate) fn frame_age(&self, now: Instant<Machine>) -> Option<Span> {
+        match self.last_frame.load(Ordering::Relaxed) {
+            i64::MIN => None,
+            nanos => Some(now - Instant::from_nanos(nanos)),
+        }
+    }
+}
+
+impl Session {
+    /// Announces the node.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    pub(crate) fn open(transport: Arc<dyn Transport>, name: &NodeName) -> anyhow::Result<Self> {
+        let status = transport.publisher(&name.status_key(), Urgency::Ordinary)?;
+        let alive = transport.announce(&name.alive_key())?;
+        Ok(Self {
+            transport,
+            axes: Vec::new(),
+            status,
+            declared: vec![alive],
+            contacts: Vec::new(),
+        })
+    }
+
+    /// Declares the channels that the node publishes.
+    pub(crate) fn publish(
+        &mut self,
+        publications: &[Publication],
+        seed: u64,
+    ) -> anyhow::Result<Vec<PublishedChannel>> {
+        let mut channels = Vec::new();
+        for publication in publications {
+            let channel = publication.channel;
+            let key = publication.node.channel_key(channel);
+            let publisher = Arc::from(self.transport.publisher(&key, Urgency::RealTime)?);
+            if channel.carries_axes() {
+                self.axes.push(Arc::clone(&publisher));
+            }
+            channels.push(PublishedChannel {
+                channel,
+                far: publication.far,
+                seal: KeySeal::new(&key),
+                publisher,
+                faults: Faults::new(&publication.faults, seed, channel, publication.far),
+            });
+        }
+        Ok(channels)
+    }
+
+    /// Subscribes to a channel: its messages go to `inbox`. A source of axes is one more of
+    /// [`Self::contacts`].
+    pub(crate) fn subscribe(
+        &mut self,
+        subscription: &Subscription,
+        seed: u64,
+        inbox: Inbox,
+        counters: Arc<Counters>,
+    ) -> anyhow::Result<()> {
+        let Subscription { channel, far, .. } = *subscription;
+        let contact = Contact::new();
+        let mut reception = Reception {
+            carries_axes: channel.carries_axes(),
+            reader: subscription.reader.clone(),
+            faults: Faults::new(&subscription.faults, seed, channel, far),
+            inbox,
+            contact: Arc::clone(&contact),
+            counters,
+        };
+        let key = subscription.node.channel_key(channel);
+        let on_bytes = move |arrival, bytes: &[u8]| reception.take(arrival, bytes);
+        let frames = self.transport.subscribe(&key, Box::new(on_bytes))?;
+        self.declared.push(frames);
+        if channel.carries_axes() {
+            self.watch(&subscription.node, Arc::clone(&contact))?;
+            self.contacts.push(contact);
+        }
+        Ok(())
+    }
+
+    /// Takes orders: they are handed to `requests`.
+    pub(crate) fn take_orders(
+        &mut self,
+        name: &NodeName,
+        requests: RequestSender,
+    ) -> anyhow::Result<()> {
+        let own = name.command_key();
+        let key = own.clone();
+        let on_request = move |arrival, request: Box<dyn crate::transport::Request>| {
+            if request.key() == own {
+                requests.send(arrival, request);
+            } else {
+                let received = request.key().to_owned();
+                let many = BadOrder::ManyNodes { received };
+                answer(&*request, &CommandAnswer::malformed(&many));
+            }
+        };
+        let served = self.transport.serve(&key, Box::new(on_request))?;
+        self.declared.push(served);
+        Ok(())
+    }
+
+    fn watch(&mut self, source: &NodeName, contact: Arc<Contact>) -> anyhow::Result<()> {
+        let on_change = move |alive| contact.alive.store(alive, Ordering::Relaxed);
+        let watched = self
+            .transport
+            .watch(&source.alive_key(), Box::new(on_change))?;
+        self.declared.push(watched);
+        Ok(())
+    }
+
+    /// Whether somebody subscribes to the axes of this node.
+    pub(crate) fn has_follower(&self) -> bool {
+        self.axes.iter().any(|publisher| publisher.has_subscriber())
+    }
+
+    /// What is known of each node whose axes this one follows, in the order of the subscriptions.
+    pub(crate) fn contacts(&self) -> &[Arc<Contact>] {
+        &self.contacts
+    }
+
+    /// Publishes the status, as well as the network can take it.
+    pub(crate) fn publish_status(&self, json: String) {
+        if let Err(error) = self.status.publish(json.into_bytes()) {
+            tracing::debug!(%error, "the transport refused the status");
+        }
+    }
+
+    /// How it reaches others, for messages.
+    pub(crate) fn whereabouts(&self) -> &str {
+        self.transport.whereabouts()
+    }
+
+    /// Leaves the network.
+    pub(crate) fn close(&self) {
+        self.transport.close();
+    }
+}
+
+/// The way in for the frames of one key: checked, put through the faults, into the mailbox.
+struct Reception {
+    carries_axes: bool,
+    reader: Reader,
+    faults: Faults,
+    inbox: Inbox,
+    contact: Arc<Contact>,
+    counters: Arc<Counters>,
+}
+
+impl Reception {
+    /// A delayed message is delivered at once, with a stamp in the future: the node holds it.
+    fn take(&mut self, arrival: Instant<Machine>, payload: &[u8]) {
+        let Self {
+            carries_axes,
+            reader,
+            faults,
+            inbox,
+            contact,
+            counters,
+        } = self;
+        for delay in faults.of(arrival) {
+            let arrival = arrival + delay;
+            reader.read(payload, |message| {
+                match message {
+                    Message::Frame(_) => {
+                        let nanos = arrival.as_nanos();
+                        contact.last_frame.store(nanos, Ordering::Relaxed);
+                        count(&counters.received);
+                    }
+                    Message::Rejected(_) if *carries_axes => count(&counters.refused),
+                    Message::Rejected(_) => count(&counters.exchange_refused),
+                    Message::Question(_) | Message::Answer(_) => {}
+                }
+                inbox.push(arrival, message);
+            });
+        }
+    }
+}

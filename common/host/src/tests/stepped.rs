@@ -1,0 +1,366 @@
+//! Nodes whose scans, publishing and status the test calls itself, at instants of its own choice: no
+//! thread and no clock has a say.
+
+use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use coaxle_clock::{CycleTime, Instant, Span};
+use coaxle_node::command::Verdict;
+use coaxle_node::config::ClockConfig;
+use coaxle_node::wiring::{Publication, Subscription};
+use coaxle_node::{Channel, Node};
+use coaxle_slave::Command;
+use rtrb::RingBuffer;
+use serde_json::{Map, Value};
+
+use super::{AXIS, body, following, name, order};
+use crate::commands::{CommandServer, commands};
+use crate::counters::{Counters, count};
+use crate::cycle::{Cycle, NodeClock};
+use crate::machine::Machine;
+use crate::mailbox::mailbox;
+use crate::outbox::{OutgoingFrames, outbox};
+use crate::publisher::{PublishedChannel, publish_waiting};
+use crate::session::Session;
+use crate::status::{Identity, Reporter};
+use crate::telemetry::{Record, Telemetry, telemetry};
+use crate::toy::{Toy, ToySnapshot};
+use crate::transport::{Declared, Transport};
+use crate::{Commander, InProcess};
+
+/// A network that is dated by hand.
+#[derive(Clone)]
+struct Network {
+    transport: InProcess,
+    now: Arc<AtomicI64>,
+}
+
+impl Network {
+    fn new() -> Self {
+        let now = Arc::new(AtomicI64::new(0));
+        let shown = Arc::clone(&now);
+        let now_of = move || Instant::from_nanos(shown.load(Ordering::Relaxed));
+        Self {
+            transport: InProcess::dated_by(now_of),
+            now,
+        }
+    }
+
+    fn now(&self) -> Instant<Machine> {
+        Instant::from_nanos(self.now.load(Ordering::Relaxed))
+    }
+
+    fn set(&self, now: Instant<Machine>) {
+        self.now.store(now.as_nanos(), Ordering::Relaxed);
+    }
+}
+
+/// A toy with a cycle of 2 ms and all it has of the host, but for threads.
+struct Stepped {
+    network: Network,
+    cycle: Cycle<Toy>,
+    frames: OutgoingFrames,
+    channels: Vec<PublishedChannel>,
+    telemetry: Telemetry<ToySnapshot>,
+    server: CommandServer,
+    session: Arc<Session>,
+    counters: Arc<Counters>,
+    reporter: Reporter,
+    statuses: Arc<Mutex<Vec<Value>>>,
+    _watched: Declared,
+}
+
+impl Stepped {
+    /// One that publishes axes.
+    fn sending(node: &str, network: &Network) -> Self {
+        Self::new(
+            node,
+            network,
+            &[Publication::new(&name(node), Channel::Axes)],
+            &[],
+        )
+    }
+
+    /// One that follows another.
+    fn following(node: &str, source: &str, axis: u32, faults: &str, network: &Network) -> Self {
+        Self::new(node, network, &[], &following(source, axis, faults))
+    }
+
+    fn new(
+        node: &str,
+        network: &Network,
+        publishes: &[Publication],
+        subscriptions: &[Subscription],
+    ) -> Self {
+        let node = name(node);
+        let counters = Arc::new(Counters::default());
+        let mut session = Session::open(Arc::new(network.transport.clone()), &node).unwrap();
+        let channels = session.publish(publishes, 1).unwrap();
+        let mut mailboxes = Vec::new();
+        for subscription in subscriptions {
+            let (inbox, mailbox) = mailbox(64, 64, Arc::clone(&counters.mailbox_dropped));
+            session
+                .subscribe(subscription, 1, inbox, Arc::clone(&counters))
+                .unwrap();
+            mailboxes.push(mailbox);
+        }
+        let (orders, server, requests) = commands();
+        session.take_orders(&node, requests).unwrap();
+        let session = Arc::new(session);
+        let (outbox, frames) = outbox(4096);
+        let (arrivals, arrived) = RingBuffer::new(1);
+        let clock = ClockConfig::default();
+        let cycle_time = CycleTime::new(Span::from_millis(2)).unwrap();
+        let start = NodeClock::first_cycle(&clock);
+        let statuses: Arc<Mutex<Vec<Value>>> = Arc::default();
+        let kept = Arc::clone(&statuses);
+        let keep = move |_, json: &[u8]| {
+            kept.lock()
+                .unwrap()
+                .push(serde_json::from_slice(json).unwrap());
+        };
+        let identity = Identity {
+            name: node.clone(),
+            role: "toy",
+            epoch: 0xAB,
+            sources: subscriptions
+                .iter()
+                .map(|s| (s.node.clone(), s.node.channel_key(s.channel)))
+                .collect(),
+            publishes: publishes
+                .iter()
+                .map(|p| p.node.channel_key(p.channel))
+                .collect(),
+        };
+        let toy = Toy::sending(start, cycle_time, body(&node, 1));
+        let (records, telemetry) = telemetry(toy.snapshot(), usize::MAX, arrived);
+        Self {
+            network: network.clone(),
+            cycle: Cycle {
+                node: toy,
+                clock: NodeClock::new(&clock, 1, Instant::EPOCH),
+                mailboxes,
+                orders,
+                outbox,
+                records,
+                arrivals,
+                counters: Arc::clone(&counters),
+            },
+            frames,
+            channels,
+            telemetry,
+            server,
+            reporter: Reporter::new(
+                identity,
+                Arc::clone(&session),
+                Arc::clone(&counters),
+                Instant::EPOCH,
+            ),
+            session,
+            counters,
+            statuses,
+            _watched: network
+                .transport
+                .subscribe(&node.status_key(), Box::new(keep))
+                .unwrap(),
+        }
+    }
+
+    /// A scan and the publishing after it.
+    fn step(&mut self, now: Instant<Machine>) -> ToySnapshot {
+        self.network.set(now);
+        self.cycle.scan(now);
+        let network = self.network.clone();
+        publish_waiting(
+            &mut self.frames,
+            &mut self.channels,
+            true,
+            &self.counters,
+            || network.now(),
+        );
+        let mut taken = None;
+        self.telemetry
+            .take(|record: &Record<ToySnapshot>| taken = Some(record.snapshot));
+        taken.unwrap()
+    }
+
+    /// The status that it publishes.
+    fn status(&mut self, now: Instant<Machine>) -> Value {
+        self.reporter.report(now, Map::new());
+        self.statuses.lock().unwrap().pop().expect("a status")
+    }
+
+    fn health(&mut self, now: Instant<Machine>) -> String {
+        self.status(now)["health"].as_str().unwrap().to_owned()
+    }
+}
+
+fn at(millis: i64) -> Instant<Machine> {
+    Instant::EPOCH + Span::from_millis(millis)
+}
+
+#[test]
+fn a_frame_is_in_the_next_scan_of_who_follows() {
+    let network = Network::new();
+    let mut belt = Stepped::sending("belt", &network);
+    let mut saw = Stepped::following("saw", "belt", AXIS, "", &network);
+    assert_eq!(saw.step(at(0)).samples, 0);
+    belt.step(at(2));
+    let after = saw.step(at(4));
+    assert_eq!(after.samples, 1);
+    assert_eq!(after.last_arrival.since_epoch(), Span::from_millis(2));
+    assert_eq!(saw.step(at(6)).samples, 1);
+}
+
+#[test]
+fn health_goes_with_what_arrives() {
+    let network = Network::new();
+    let mut saw = Stepped::following("saw", "belt", AXIS, "", &network);
+    assert_eq!(saw.health(at(0)), "waiting");
+    let mut belt = Stepped::sending("belt", &network);
+    assert_eq!(belt.health(at(0)), "ok", "somebody follows");
+    assert_eq!(saw.health(at(0)), "no-data");
+    belt.step(at(10));
+    assert_eq!(saw.health(at(10)), "ok");
+    assert_eq!(saw.health(at(510)), "ok");
+    assert_eq!(saw.health(at(511)), "no-data");
+    belt.step(at(520));
+    drop(belt);
+    assert_eq!(saw.health(at(521)), "ok", "frames count");
+    assert_eq!(saw.health(at(1_100)), "waiting");
+    drop(saw);
+    assert_eq!(
+        Stepped::sending("belt", &network).health(at(1_100)),
+        "waiting"
+    );
+}
+
+#[test]
+fn frames_without_the_axis_are_refused_and_are_no_health() {
+    let network = Network::new();
+    let mut belt = Stepped::sending("belt", &network);
+    let mut picky = Stepped::following("picky", "belt", AXIS + 1, "", &network);
+    belt.step(at(2));
+    let after = picky.step(at(4));
+    assert_eq!((after.samples, after.rejected), (0, 1));
+    let status = picky.status(at(4));
+    assert_eq!(
+        (&status["received"], &status["refused"]),
+        (&0.into(), &1.into())
+    );
+    assert_eq!(status["health"], "no-data");
+}
+
+#[test]
+fn faults_over_the_link_lose_and_delay() {
+    let network = Network::new();
+    let mut belt = Stepped::sending("belt", &network);
+    let faults = "latency-us = 30000000\nloss = 0.5";
+    let mut late = Stepped::following("late", "belt", AXIS, faults, &network);
+    for k in 0..50 {
+        belt.step(at(2 * k));
+    }
+    let after = late.step(at(100));
+    assert!((10..40).contains(&after.samples), "{after:?}");
+    // The stamp lies half a minute ahead.
+    let last = after.last_arrival.since_epoch();
+    assert!(last >= Span::from_secs(30), "{after:?}");
+}
+
+#[test]
+fn an_order_reaches_the_cycle_and_is_answered() {
+    let network = Network::new();
+    let mut servo = Stepped::sending("servo", &network);
+    let commander = Commander::over(network.transport.clone());
+    let send = move |command| {
+        commander
+            .send(&name("servo"), &order("toy", command))
+            .unwrap()
+    };
+    let sent =
+        std::thread::spawn(move || [Command::Home { position: 2.5 }, Command::Reset {}].map(send));
+    let mut now = at(2);
+    while !sent.is_finished() {
+        servo.server.round(now);
+        servo.step(now);
+        servo.server.round(now);
+        now += Span::from_millis(2);
+    }
+    let [home, reset] = sent.join().unwrap();
+    let Verdict::Accepted { job, axis, .. } = home.verdict else {
+        panic!("{home:?}");
+    };
+    assert_eq!((job, axis.position), (Some(1), 2.5));
+    assert!(
+        matches!(reset.verdict, Verdict::Refused { .. }),
+        "{reset:?}"
+    );
+}
+
+#[test]
+fn every_field_of_the_status_has_its_own_number() {
+    let network = Network::new();
+    let mut belt = Stepped::sending("belt", &network);
+    let mut saw = Stepped::following("saw", "belt", AXIS, "", &network);
+    for node in [&belt, &saw] {
+        let Counters {
+            cycles,
+            published,
+            publish_dropped,
+            publish_failed,
+            received,
+            refused,
+            exchange_refused,
+            mailbox_dropped,
+            telemetry_dropped,
+            arrivals_dropped,
+        } = &*node.counters;
+        let all = [
+            cycles,
+            published,
+            publish_dropped,
+            publish_failed,
+            received,
+            refused,
+            exchange_refused,
+            &**mailbox_dropped,
+            telemetry_dropped,
+            arrivals_dropped,
+        ];
+        for (times, counter) in (1..).map(|n| 10 * n).zip(all) {
+            (0..times).for_each(|_| count(counter));
+        }
+    }
+    let expected = serde_json::json!({
+        "node": "belt", "role": "toy", "epoch": "00000000000000ab", "uptime_s": 1.5, "health": "ok",
+        "cycles": 10, "telemetry_dropped": 90, "exchange_refused": 70,
+        "published": 20, "publish_dropped": 30, "publish_failed": 40, "followed": true,
+    });
+    assert_eq!(belt.status(at(1_500)), expected);
+    let frame_at = at(1_400);
+    network.set(frame_at);
+    belt.step(frame_at);
+    let expected = serde_json::json!({
+        "node": "saw", "role": "toy", "epoch": "00000000000000ab", "uptime_s": 1.5, "health": "ok",
+        "cycles": 10, "telemetry_dropped": 90, "exchange_refused": 70,
+        "sources": { "belt": { "alive": true, "frame_age_ms": 100.0 } },
+        "received": 51, "refused": 60, "mailbox_dropped": 80, "arrivals_dropped": 100,
+    });
+    assert_eq!(saw.status(at(1_500)), expected);
+}
+
+#[test]
+fn a_node_that_ends_leaves_nothing_behind() {
+    let network = Network::new();
+    let belt = Stepped::sending("belt", &network);
+    let mut saw = Stepped::following("saw", "belt", AXIS, "", &network);
+    assert!(saw.session.contacts()[0].is_alive());
+    drop(belt);
+    assert!(!saw.session.contacts()[0].is_alive());
+    assert_eq!(saw.health(at(1)), "waiting");
+    let client = network
+        .transport
+        .client("coaxle/belt/command", std::time::Duration::from_secs(1))
+        .unwrap();
+    assert!(!client.has_server());
+}

@@ -1,0 +1,135 @@
+//! The threads of a node, each with what it owns.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::thread::JoinHandle;
+
+use anyhow::{Context, anyhow};
+use coaxle_clock::Span;
+use coaxle_node::Node;
+use coaxle_node::config::{ClockConfig, RealTimeConfig};
+use rtrb::Producer;
+use tokio::sync::oneshot;
+
+use crate::commands::{CommandServer, OrderQueue};
+use crate::counters::Counters;
+use crate::cycle::{Cycle, Limits, NodeClock};
+use crate::mailbox::Mailbox;
+use crate::outbox::{Outbox, OutgoingFrames};
+use crate::publisher::{PublishedChannel, publish};
+use crate::real_time;
+use crate::status::Reporter;
+use crate::telemetry::{ArrivalRecord, Recorder, Records, Telemetry, observe};
+
+/// The thread that answers requests.
+pub(crate) fn start_server(server: CommandServer) -> anyhow::Result<JoinHandle<()>> {
+    thread("command", move || server.work())
+}
+
+/// The thread that publishes frames.
+pub(crate) fn start_publisher(
+    frames: OutgoingFrames,
+    send_stamps: bool,
+    mut channels: Vec<PublishedChannel>,
+    counters: &Arc<Counters>,
+) -> anyhow::Result<JoinHandle<()>> {
+    let counters = Arc::clone(counters);
+    thread("publish", move || {
+        publish(frames, &mut channels, send_stamps, &counters);
+    })
+}
+
+/// The thread that keeps records and shows the status.
+pub(crate) fn start_telemetry<S: Send + 'static>(
+    telemetry: Telemetry<S>,
+    mut recorder: Box<dyn Recorder<S>>,
+    mut reporter: Reporter,
+) -> anyhow::Result<JoinHandle<anyhow::Result<()>>> {
+    thread("telemetry", move || {
+        observe(telemetry, recorder.as_mut(), &mut reporter)
+    })
+}
+
+/// The cycle but for its clock, which starts on the cycle's own thread.
+pub(crate) struct CycleParts<N: Node> {
+    pub(crate) node: N,
+    pub(crate) mailboxes: Vec<Mailbox>,
+    pub(crate) orders: OrderQueue,
+    pub(crate) outbox: Outbox,
+    pub(crate) records: Records<N::Snapshot>,
+    pub(crate) arrivals: Producer<ArrivalRecord>,
+    pub(crate) counters: Arc<Counters>,
+}
+
+/// How the cycle is to run.
+pub(crate) struct Wishes {
+    pub(crate) real_time: RealTimeConfig,
+    pub(crate) clock: ClockConfig,
+    pub(crate) seed: u64,
+    pub(crate) run_for: Option<Span>,
+}
+
+/// The cycle thread as the host holds it.
+pub(crate) struct RunningCycle {
+    pub(crate) thread: JoinHandle<()>,
+    pub(crate) stop: Arc<AtomicBool>,
+    /// Comes once before the first cycle, with what the operating system did not grant.
+    pub(crate) running: oneshot::Receiver<Vec<real_time::Denied>>,
+    /// Closes when the thread ends, be it by a panic.
+    pub(crate) ended: oneshot::Receiver<()>,
+}
+
+/// The thread of the cycle.
+pub(crate) fn start_cycle<N>(parts: CycleParts<N>, wishes: Wishes) -> anyhow::Result<RunningCycle>
+where
+    N: Node + Send + 'static,
+{
+    let stop = Arc::new(AtomicBool::new(false));
+    let stopped = Arc::clone(&stop);
+    let (now_running, running) = oneshot::channel();
+    let (ending, ended) = oneshot::channel();
+    let thread = thread("cycle", move || {
+        let _ending = ending;
+        let denied = real_time::apply(&wishes.real_time);
+        // A thread that nobody waits for any more may still run.
+        let _ = now_running.send(denied);
+        let cycle = Cycle {
+            node: parts.node,
+            clock: NodeClock::starting_soon(&wishes.clock, wishes.seed),
+            mailboxes: parts.mailboxes,
+            orders: parts.orders,
+            outbox: parts.outbox,
+            records: parts.records,
+            arrivals: parts.arrivals,
+            counters: parts.counters,
+        };
+        let limits = Limits {
+            run_for: wishes.run_for,
+            spin: Span::from_micros(i64::from(wishes.real_time.spin_us)),
+        };
+        cycle.run(&limits, &stopped);
+    })?;
+    Ok(RunningCycle {
+        thread,
+        stop,
+        running,
+        ended,
+    })
+}
+
+fn thread<T: Send + 'static>(
+    name: &str,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> anyhow::Result<JoinHandle<T>> {
+    std::thread::Builder::new()
+        .name(name.to_owned())
+        .spawn(work)
+        .with_context(|| format!("cannot start the {name} thread"))
+}
+
+/// What a thread gave when it ended.
+pub(crate) fn joined<T>(name: &str, thread: JoinHandle<T>) -> anyhow::Result<T> {
+    thread
+        .join()
+        .map_err(|_| anyhow!("the {name} thread panicked"))
+}

@@ -1,0 +1,339 @@
+//! A transport within one process: for tests, and for nodes that share it.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use coaxle_clock::Instant;
+
+use super::{
+    BytesHandler, Client, Declared, PresenceHandler, Publisher, Request, RequestHandler, Transport,
+    Urgency,
+};
+use crate::machine::{self, Machine};
+
+/// Joins all that hold a clone of it. Whatever is published is handed over at once, on the thread
+/// that publishes; nothing is lost.
+#[derive(Clone)]
+pub struct InProcess {
+    hub: Arc<Mutex<Hub>>,
+    /// Dates what arrives.
+    now: Arc<dyn Fn() -> Instant<Machine> + Send + Sync>,
+}
+
+#[derive(Default)]
+struct Hub {
+    declared: u64,
+    subscribers: Handlers<Mutex<BytesHandler>>,
+    announcements: Handlers<()>,
+    watchers: Handlers<PresenceHandler>,
+    servers: Handlers<RequestHandler>,
+}
+
+/// By key, and the number under which they were declared.
+type Handlers<H> = BTreeMap<(String, u64), Arc<H>>;
+
+impl Default for InProcess {
+    fn default() -> Self {
+        Self::dated_by(machine::now)
+    }
+}
+
+impl InProcess {
+    /// One that dates arrivals by another clock than the machine's.
+    pub fn dated_by(now: impl Fn() -> Instant<Machine> + Send + Sync + 'static) -> Self {
+        Self {
+            hub: Arc::default(),
+            now: Arc::new(now),
+        }
+    }
+
+    fn hub(&self) -> MutexGuard<'_, Hub> {
+        self.hub.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds a handler until the result is dropped.
+    fn declare<H: Send + Sync + 'static>(
+        &self,
+        key: &str,
+        handler: H,
+        place: fn(&mut Hub) -> &mut Handlers<H>,
+    ) -> Held<H> {
+        let mut hub = self.hub();
+        hub.declared += 1;
+        let at = (key.to_owned(), hub.declared);
+        place(&mut hub).insert(at.clone(), Arc::new(handler));
+        Held {
+            transport: self.clone(),
+            at,
+            place,
+        }
+    }
+
+    /// The handlers of a key, so that they can be called without the hub.
+    fn all<H>(&self, key: &str, place: fn(&mut Hub) -> &mut Handlers<H>) -> Vec<Arc<H>> {
+        let range = (key.to_owned(), 0)..=(key.to_owned(), u64::MAX);
+        let mut hub = self.hub();
+        place(&mut hub)
+            .range(range)
+            .map(|(_, handler)| Arc::clone(handler))
+            .collect()
+    }
+
+    fn is_announced(&self, key: &str) -> bool {
+        !self.all(key, |hub| &mut hub.announcements).is_empty()
+    }
+
+    fn tell_watchers(&self, key: &str, is_there: bool) {
+        for on_change in self.all(key, |hub| &mut hub.watchers) {
+            on_change(is_there);
+        }
+    }
+}
+
+/// A handler in its place.
+struct Held<H> {
+    transport: InProcess,
+    at: (String, u64),
+    place: fn(&mut Hub) -> &mut Handlers<H>,
+}
+
+impl<H> Drop for Held<H> {
+    fn drop(&mut self) {
+        let handler = (self.place)(&mut self.transport.hub()).remove(&self.at);
+        // Without the hub: what it holds may be declared there too.
+        drop(handler);
+    }
+}
+
+/// An announcement: who watches is told of its end.
+struct Announced(Option<Held<()>>);
+
+impl Drop for Announced {
+    fn drop(&mut self) {
+        let Some(held) = self.0.take() else {
+            return;
+        };
+        let (transport, (key, _)) = (held.transport.clone(), held.at.clone());
+        drop(held);
+        if !transport.is_announced(&key) {
+            transport.tell_watchers(&key, false);
+        }
+    }
+}
+
+impl Transport for InProcess {
+    fn publisher(&self, key: &str, _urgency: Urgency) -> anyhow::Result<Box<dyn Publisher>> {
+        Ok(Box::new(ToKey {
+            transport: self.clone(),
+            key: key.to_owned(),
+        }))
+    }
+
+    fn subscribe(&self, key: &str, on_bytes: BytesHandler) -> anyhow::Result<Declared> {
+        Ok(Box::new(self.declare(key, Mutex::new(on_bytes), |hub| {
+            &mut hub.subscribers
+        })))
+    }
+
+    fn announce(&self, key: &str) -> anyhow::Result<Declared> {
+        let is_first = !self.is_announced(key);
+        let held = self.declare(key, (), |hub| &mut hub.announcements);
+        if is_first {
+            self.tell_watchers(key, true);
+        }
+        Ok(Box::new(Announced(Some(held))))
+    }
+
+    fn watch(&self, key: &str, on_change: PresenceHandler) -> anyhow::Result<Declared> {
+        if self.is_announced(key) {
+            on_change(true);
+        }
+        Ok(Box::new(
+            self.declare(key, on_change, |hub| &mut hub.watchers),
+        ))
+    }
+
+    fn serve(&self, key: &str, on_request: RequestHandler) -> anyhow::Result<Declared> {
+        Ok(Box::new(
+            self.declare(key, on_request, |hub| &mut hub.servers),
+        ))
+    }
+
+    fn client(&self, key: &str, patience: Duration) -> anyhow::Result<Box<dyn Client>> {
+        let to = ToKey {
+            transport: self.clone(),
+            key: key.to_owned(),
+        };
+        Ok(Box::new(Requests { to, patience }))
+    }
+
+    fn whereabouts(&self) -> &str {
+        "within this process"
+    }
+
+    fn close(&self) {}
+}
+
+/// What is sent to one key.
+struct ToKey {
+    transport: InProcess,
+    key: String,
+}
+
+impl Publisher for ToKey {
+    fn publish(&self, bytes: Vec<u8>) -> anyhow::Result<()> {
+        let arrival = (self.transport.now)();
+        for on_bytes in self.transport.all(&self.key, |hub| &mut hub.subscribers) {
+            let mut on_bytes = on_bytes.lock().unwrap_or_else(PoisonError::into_inner);
+            on_bytes(arrival, &bytes);
+        }
+        Ok(())
+    }
+
+    fn has_subscriber(&self) -> bool {
+        !self
+            .transport
+            .all(&self.key, |hub| &mut hub.subscribers)
+            .is_empty()
+    }
+}
+
+/// Requests to one key.
+struct Requests {
+    to: ToKey,
+    patience: Duration,
+}
+
+impl Client for Requests {
+    fn has_server(&self) -> bool {
+        let ToKey { transport, key } = &self.to;
+        !transport.all(key, |hub| &mut hub.servers).is_empty()
+    }
+
+    fn request(&self, json: String) -> anyhow::Result<Option<Vec<u8>>> {
+        let ToKey { transport, key } = &self.to;
+        let (reply, replies) = channel();
+        for on_request in transport.all(key, |hub| &mut hub.servers) {
+            let request = Sent {
+                key: key.clone(),
+                json: json.clone(),
+                reply: reply.clone(),
+            };
+            on_request((transport.now)(), Box::new(request));
+        }
+        // Only the requests keep the way back open.
+        drop(reply);
+        Ok(replies.recv_timeout(self.patience).ok())
+    }
+}
+
+/// A request within the process.
+struct Sent {
+    key: String,
+    json: String,
+    reply: Sender<Vec<u8>>,
+}
+
+impl Request for Sent {
+    fn key(&self) -> &str {
+        &self.key
+    }
+
+    fn payload(&self) -> Cow<'_, [u8]> {
+        self.json.as_bytes().into()
+    }
+
+    fn reply(&self, json: String, _taken: bool) {
+        // Who asked may be gone.
+        let _ = self.reply.send(json.into_bytes());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Seen<T> = Arc<Mutex<Vec<T>>>;
+    type Arrived = (Instant<Machine>, Vec<u8>);
+
+    fn at(nanos: i64) -> Instant<Machine> {
+        Instant::from_nanos(nanos)
+    }
+
+    fn subscribed(transport: &InProcess, key: &str) -> (Declared, Seen<Arrived>) {
+        let seen: Seen<_> = Arc::default();
+        let kept = Arc::clone(&seen);
+        let on_bytes = move |at, bytes: &[u8]| kept.lock().unwrap().push((at, bytes.to_vec()));
+        (transport.subscribe(key, Box::new(on_bytes)).unwrap(), seen)
+    }
+
+    #[test]
+    fn what_is_published_reaches_all_who_subscribe_to_its_key_while_they_do() {
+        let transport = InProcess::dated_by(|| at(7));
+        let publisher = transport.publisher("a", Urgency::RealTime).unwrap();
+        assert!(!publisher.has_subscriber());
+        publisher.publish(vec![0]).unwrap();
+        let (first, seen_first) = subscribed(&transport, "a");
+        let (_second, seen_second) = subscribed(&transport, "a");
+        let (_other, seen_other) = subscribed(&transport, "b");
+        publisher.publish(vec![1]).unwrap();
+        drop(first);
+        publisher.publish(vec![2]).unwrap();
+        assert!(publisher.has_subscriber());
+        assert_eq!(*seen_first.lock().unwrap(), [(at(7), vec![1])]);
+        assert_eq!(
+            *seen_second.lock().unwrap(),
+            [(at(7), vec![1]), (at(7), vec![2])]
+        );
+        assert!(seen_other.lock().unwrap().is_empty());
+    }
+
+    #[test]
+    fn who_watches_hears_of_the_first_announcement_and_of_the_end_of_the_last() {
+        let transport = InProcess::default();
+        let seen: Seen<bool> = Arc::default();
+        let watch = || {
+            let kept = Arc::clone(&seen);
+            let on_change = move |there| kept.lock().unwrap().push(there);
+            transport.watch("a", Box::new(on_change)).unwrap()
+        };
+        let early = watch();
+        let (one, two) = (
+            transport.announce("a").unwrap(),
+            transport.announce("a").unwrap(),
+        );
+        drop((one, transport.announce("b").unwrap()));
+        assert_eq!(*seen.lock().unwrap(), [true]);
+        drop(two);
+        assert_eq!(*seen.lock().unwrap(), [true, false]);
+        drop(early);
+        let _three = transport.announce("a").unwrap();
+        assert_eq!(seen.lock().unwrap().len(), 2);
+        let _late = watch();
+        assert_eq!(*seen.lock().unwrap(), [true, false, true]);
+    }
+
+    #[test]
+    fn a_request_gets_the_reply_of_who_serves_its_key() {
+        let transport = InProcess::dated_by(|| at(3));
+        let client = transport.client("a", Duration::from_secs(9)).unwrap();
+        let ask = |text: &str| client.request(text.to_owned()).unwrap();
+        assert!(!client.has_server());
+        assert_eq!(ask("nobody"), None);
+        let on_request = |at: Instant<Machine>, request: Box<dyn Request>| {
+            if *request.payload() != *b"ignored" {
+                let text = String::from_utf8(request.payload().to_vec()).unwrap();
+                request.reply(format!("{} {text} {}", request.key(), at.as_nanos()), true);
+            }
+        };
+        let served = transport.serve("a", Box::new(on_request)).unwrap();
+        assert!(client.has_server());
+        assert_eq!(ask("hello").unwrap(), b"a hello 3");
+        assert_eq!(ask("ignored"), None);
+        drop(served);
+        assert_eq!(ask("hello"), None);
+    }
+}

@@ -1,0 +1,124 @@
+//! The network as a node needs it: frames under keys, who is there, requests and their replies.
+//!
+//! A [`Transport`] moves bytes and knows nothing of what they say. [`OverZenoh`] is the one that
+//! machines use; [`InProcess`] joins nodes of one process without any network.
+//!
+//! Handlers are called on threads of the transport, or on the very thread that publishes: they must
+//! not wait.
+
+mod in_process;
+mod over_zenoh;
+
+use std::borrow::Cow;
+use std::time::Duration;
+
+use coaxle_clock::Instant;
+
+pub use in_process::InProcess;
+pub use over_zenoh::{OverZenoh, ZENOH_RUNTIME, zenoh_config};
+
+use crate::machine::Machine;
+
+/// A way to other nodes.
+pub trait Transport: Send + Sync {
+    /// Declares that bytes will be published under `key`.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    fn publisher(&self, key: &str, urgency: Urgency) -> anyhow::Result<Box<dyn Publisher>>;
+
+    /// Has everything that is published under `key` handed to `on_bytes`, until the result is dropped.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    fn subscribe(&self, key: &str, on_bytes: BytesHandler) -> anyhow::Result<Declared>;
+
+    /// Shows everybody that `key` is there, until the result is dropped, or this process dies.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    fn announce(&self, key: &str) -> anyhow::Result<Declared>;
+
+    /// Tells `on_change` whenever the announcement of `key` comes or goes, until the result is dropped.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    fn watch(&self, key: &str, on_change: PresenceHandler) -> anyhow::Result<Declared>;
+
+    /// Has requests under `key` handed to `on_request`, until the result is dropped.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    fn serve(&self, key: &str, on_request: RequestHandler) -> anyhow::Result<Declared>;
+
+    /// Where requests under `key` are sent from, which wait so long for their replies.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    fn client(&self, key: &str, patience: Duration) -> anyhow::Result<Box<dyn Client>>;
+
+    /// How it reaches others, for messages: where it listens, where it connects to.
+    fn whereabouts(&self) -> &str;
+
+    /// Leaves. Takes a few seconds at most.
+    fn close(&self);
+}
+
+/// Takes what was published, with the instant of its arrival.
+pub type BytesHandler = Box<dyn FnMut(Instant<Machine>, &[u8]) + Send>;
+
+/// Takes whether an announcement is there.
+pub type PresenceHandler = Box<dyn Fn(bool) + Send + Sync>;
+
+/// Takes a request, with the instant of its arrival.
+pub type RequestHandler = Box<dyn Fn(Instant<Machine>, Box<dyn Request>) + Send + Sync>;
+
+/// Something that holds until it is dropped.
+pub type Declared = Box<dyn Send + Sync>;
+
+/// How much it matters that something arrives soon. Nothing is ever waited for: what the network
+/// cannot take is dropped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Urgency {
+    /// Frames, before all else.
+    RealTime,
+    /// What people read.
+    Ordinary,
+}
+
+/// Publishes under one key.
+pub trait Publisher: Send + Sync {
+    /// Publishes bytes. May allocate, and take some ten microseconds.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    fn publish(&self, bytes: Vec<u8>) -> anyhow::Result<()>;
+
+    /// Whether anybody subscribes to the key.
+    fn has_subscriber(&self) -> bool;
+}
+
+/// A request that waits for its reply.
+pub trait Request: Send {
+    /// The key it was sent to, which may be a pattern of many.
+    fn key(&self) -> &str;
+
+    /// What it says.
+    fn payload(&self) -> Cow<'_, [u8]>;
+
+    /// Replies in JSON; `taken`: as a result, otherwise as an error.
+    fn reply(&self, json: String, taken: bool);
+}
+
+/// Sends requests under one key.
+pub trait Client {
+    /// Whether anybody serves the key.
+    fn has_server(&self) -> bool;
+
+    /// Sends a request in JSON and waits for the reply, be it a result or an error; none if it does
+    /// not come in time.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    fn request(&self, json: String) -> anyhow::Result<Option<Vec<u8>>>;
+}

@@ -1,0 +1,242 @@
+//! The transport over Zenoh: the only code that knows it.
+
+mod config;
+mod error;
+
+use std::borrow::Cow;
+use std::sync::mpsc::channel;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use anyhow::Context;
+use coaxle_node::config::TransportConfig;
+use zenoh::Wait;
+use zenoh::bytes::{Encoding, ZBytes};
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::query::{Querier, Query};
+use zenoh::sample::SampleKind;
+
+use config::described;
+pub use config::{ZENOH_RUNTIME, zenoh_config};
+
+use self::error::zenoh_error;
+use super::{
+    BytesHandler, Client, Declared, PresenceHandler, Publisher, Request, RequestHandler, Transport,
+    Urgency,
+};
+use crate::machine;
+
+/// How long leaving the network may take.
+const CLOSING: Duration = Duration::from_secs(3);
+
+/// A Zenoh session.
+pub struct OverZenoh {
+    session: zenoh::Session,
+    whereabouts: String,
+}
+
+impl OverZenoh {
+    /// Joins the network. With a client's config this waits for its router.
+    ///
+    /// # Errors
+    /// A wrong transport section, or a session that cannot be opened, with the endpoints.
+    pub async fn open(transport: &TransportConfig) -> anyhow::Result<Self> {
+        let config = zenoh_config(transport)?;
+        let session = zenoh::open(config).await;
+        Self::opened(session, transport)
+    }
+
+    /// Joins the network from a thread that may wait.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_and_wait(transport: &TransportConfig) -> anyhow::Result<Self> {
+        let config = zenoh_config(transport)?;
+        Self::opened(zenoh::open(config).wait(), transport)
+    }
+
+    fn opened(
+        session: zenoh::Result<zenoh::Session>,
+        transport: &TransportConfig,
+    ) -> anyhow::Result<Self> {
+        let whereabouts = described(transport);
+        let session = session
+            .map_err(zenoh_error)
+            .with_context(|| format!("cannot open the Zenoh session, {whereabouts}"))?;
+        Ok(Self {
+            session,
+            whereabouts,
+        })
+    }
+}
+
+impl Transport for OverZenoh {
+    fn publisher(&self, key: &str, urgency: Urgency) -> anyhow::Result<Box<dyn Publisher>> {
+        let priority = match urgency {
+            Urgency::RealTime => Priority::RealTime,
+            Urgency::Ordinary => Priority::DEFAULT,
+        };
+        // Drop: the newest frame is worth more than a guarantee, and Block would hold the publisher.
+        // Not express: each express message takes a whole batch, and most of them would be lost.
+        let publisher = self
+            .session
+            .declare_publisher(key.to_owned())
+            .congestion_control(CongestionControl::Drop)
+            .priority(priority)
+            .express(false)
+            .wait()
+            .map_err(zenoh_error)
+            .with_context(|| format!("cannot publish on {key}"))?;
+        Ok(Box::new(publisher))
+    }
+
+    fn subscribe(&self, key: &str, on_bytes: BytesHandler) -> anyhow::Result<Declared> {
+        // Zenoh calls back from one thread per link, so nobody ever waits for this lock.
+        let on_bytes = Mutex::new(on_bytes);
+        let subscriber = self
+            .session
+            .declare_subscriber(key)
+            .callback(move |sample| {
+                let arrival = machine::now();
+                let bytes = sample.payload().to_bytes();
+                let mut on_bytes = on_bytes.lock().unwrap_or_else(PoisonError::into_inner);
+                on_bytes(arrival, &bytes);
+            })
+            .wait()
+            .map_err(zenoh_error)
+            .with_context(|| format!("cannot subscribe to {key}"))?;
+        Ok(Box::new(subscriber))
+    }
+
+    fn announce(&self, key: &str) -> anyhow::Result<Declared> {
+        let token = self
+            .session
+            .liveliness()
+            .declare_token(key)
+            .wait()
+            .map_err(zenoh_error)
+            .with_context(|| format!("cannot announce {key}"))?;
+        Ok(Box::new(token))
+    }
+
+    fn watch(&self, key: &str, on_change: PresenceHandler) -> anyhow::Result<Declared> {
+        let subscriber = self
+            .session
+            .liveliness()
+            .declare_subscriber(key)
+            .history(true)
+            .callback(move |sample| on_change(sample.kind() == SampleKind::Put))
+            .wait()
+            .map_err(zenoh_error)
+            .with_context(|| format!("cannot watch {key}"))?;
+        Ok(Box::new(subscriber))
+    }
+
+    fn serve(&self, key: &str, on_request: RequestHandler) -> anyhow::Result<Declared> {
+        let queryable = self
+            .session
+            .declare_queryable(key)
+            // A request is for one node, not for all that might have its name.
+            .complete(true)
+            .callback(move |query| on_request(machine::now(), Box::new(query)))
+            .wait()
+            .map_err(zenoh_error)
+            .with_context(|| format!("cannot take requests under {key}"))?;
+        Ok(Box::new(queryable))
+    }
+
+    fn client(&self, key: &str, patience: Duration) -> anyhow::Result<Box<dyn Client>> {
+        let querier = self
+            .session
+            .declare_querier(key.to_owned())
+            .timeout(patience)
+            .wait()
+            .map_err(zenoh_error)
+            .with_context(|| format!("cannot send requests under {key}"))?;
+        Ok(Box::new(OfKey { querier, patience }))
+    }
+
+    fn whereabouts(&self) -> &str {
+        &self.whereabouts
+    }
+
+    fn close(&self) {
+        let session = self.session.clone();
+        let (done, closed) = channel();
+        // Zenoh has no limit of its own for this.
+        let closing = std::thread::Builder::new().name("closing".to_owned());
+        let closing = closing.spawn(move || done.send(session.close().wait()));
+        match closing.ok().and_then(|_| closed.recv_timeout(CLOSING).ok()) {
+            Some(Ok(())) => {}
+            Some(Err(error)) => tracing::debug!(%error, "the Zenoh session did not close cleanly"),
+            None => tracing::debug!("the Zenoh session did not close in time"),
+        }
+    }
+}
+
+impl Publisher for zenoh::pubsub::Publisher<'static> {
+    fn publish(&self, bytes: Vec<u8>) -> anyhow::Result<()> {
+        self.put(bytes).wait().map_err(zenoh_error)
+    }
+
+    fn has_subscriber(&self) -> bool {
+        let status = self.matching_status().wait();
+        status.is_ok_and(|status| status.matching())
+    }
+}
+
+/// Requests to one key.
+struct OfKey {
+    querier: Querier<'static>,
+    patience: Duration,
+}
+
+impl Client for OfKey {
+    fn has_server(&self) -> bool {
+        let status = self.querier.matching_status().wait();
+        status.is_ok_and(|status| status.matching())
+    }
+
+    fn request(&self, json: String) -> anyhow::Result<Option<Vec<u8>>> {
+        let replies = self
+            .querier
+            .get()
+            .payload(json)
+            .encoding(Encoding::APPLICATION_JSON)
+            .wait()
+            .map_err(zenoh_error)?;
+        let Ok(Some(reply)) = replies.recv_timeout(self.patience) else {
+            return Ok(None);
+        };
+        let payload = match reply.result() {
+            Ok(sample) => sample.payload().to_bytes(),
+            Err(error) => error.payload().to_bytes(),
+        };
+        Ok(Some(payload.into_owned()))
+    }
+}
+
+impl Request for Query {
+    fn key(&self) -> &str {
+        self.key_expr().as_str()
+    }
+
+    fn payload(&self) -> Cow<'_, [u8]> {
+        Self::payload(self).map_or(Cow::Borrowed(&[]), ZBytes::to_bytes)
+    }
+
+    fn reply(&self, json: String, taken: bool) {
+        let sent = if taken {
+            Self::reply(self, self.key_expr().clone(), json)
+                .encoding(Encoding::APPLICATION_JSON)
+                .wait()
+        } else {
+            self.reply_err(json)
+                .encoding(Encoding::APPLICATION_JSON)
+                .wait()
+        };
+        if let Err(error) = sent {
+            tracing::debug!(%error, "Zenoh refused the reply to a request");
+        }
+    }
+}

@@ -1,0 +1,219 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::config::parse;
+use crate::faults::statistics::{
+    assert_distributed, assert_moments, assert_share, exponential, normal, uniform,
+};
+
+const COUNT: i64 = 20_000;
+
+fn link(config: &str) -> LinkModel {
+    LinkModel::new(&parse("test", config).unwrap(), 11)
+}
+
+fn millis(k: i64) -> Span {
+    Span::from_millis(k)
+}
+
+/// What becomes of messages so far apart that none waits for another.
+fn offered(config: &str) -> Vec<Deliveries> {
+    let mut link = link(config);
+    (0..COUNT).map(|k| link.offer(Span::from_secs(k))).collect()
+}
+
+/// The delays of first arrivals, µs.
+fn delays(config: &str) -> Vec<f64> {
+    let firsts = offered(config)
+        .into_iter()
+        .filter_map(|mut deliveries| deliveries.next());
+    firsts.map(Span::as_micros_f64).collect()
+}
+
+#[test]
+fn a_plain_link_only_delays() {
+    let mut link = link("latency-us = 200");
+    let delays: Vec<_> = link.offer(millis(5)).collect();
+    assert_eq!(delays, [Span::from_micros(200)]);
+}
+
+#[test]
+fn jitter_is_added_to_the_latency_as_distributed() {
+    let normals = delays("latency-us = 500\njitter = { normal-us = 20 }");
+    assert_moments(&normals, 500.0, 20.0);
+    assert_distributed(&normals, |x| normal(x - 500.0, 20.0));
+    let exponentials = delays("latency-us = 100\njitter = { exponential-us = 30 }");
+    assert_moments(&exponentials, 130.0, 30.0);
+    assert_distributed(&exponentials, |x| exponential(x - 100.0, 30.0));
+    let uniforms = delays("latency-us = 50\njitter = { uniform-us = 40 }");
+    assert_moments(&uniforms, 70.0, 40.0 / 12f64.sqrt());
+    assert_distributed(&uniforms, |x| uniform(x, 50.0, 90.0));
+}
+
+#[test]
+fn no_message_arrives_before_it_was_sent() {
+    let early = delays("latency-us = 5\njitter = { normal-us = 20 }");
+    assert!(early.iter().all(|delay| *delay >= 0.0));
+    let at_once = early.iter().filter(|delay| **delay == 0.0).count();
+    // Below half a nanosecond is none at all.
+    assert_share(at_once, early.len(), normal(-5.0, 20.0));
+}
+
+#[test]
+fn spikes_come_in_their_share_between_their_bounds() {
+    let delays = delays("latency-us = 100\nspikes = { share = 0.2, from-us = 1000, to-us = 5000 }");
+    let spikes: Vec<f64> = delays
+        .iter()
+        .copied()
+        .filter(|delay| *delay > 100.0)
+        .collect();
+    assert_share(spikes.len(), delays.len(), 0.2);
+    assert_distributed(&spikes, |x| uniform(x, 1100.0, 5100.0));
+}
+
+#[test]
+fn messages_are_lost_in_their_share_and_independently() {
+    let offered = offered("loss = 0.1");
+    let lost: Vec<bool> = offered
+        .iter()
+        .map(|deliveries| deliveries.count == 0)
+        .collect();
+    assert_share(lost.iter().filter(|lost| **lost).count(), lost.len(), 0.1);
+    let both = lost.windows(2).filter(|pair| pair[0] && pair[1]).count();
+    assert_share(both, lost.len() - 1, 0.01);
+    assert!(delays("loss = 1").is_empty());
+}
+
+#[test]
+fn a_repeated_message_arrives_again_but_not_before_itself() {
+    let offered = offered("duplication = 0.3\njitter = { uniform-us = 100 }");
+    let twice: Vec<_> = offered
+        .iter()
+        .filter(|deliveries| deliveries.count == 2)
+        .collect();
+    assert_share(twice.len(), offered.len(), 0.3);
+    assert!(offered.iter().all(|deliveries| deliveries.count > 0));
+    assert!(twice.iter().all(|deliveries| deliveries.delays.is_sorted()));
+    // The later of two independent delays.
+    let seconds: Vec<_> = twice
+        .iter()
+        .map(|twice| twice.delays[1].as_micros_f64())
+        .collect();
+    assert_distributed(&seconds, |x| uniform(x, 0.0, 100.0).powi(2));
+}
+
+#[test]
+fn a_message_that_is_held_back_is_so_for_up_to_the_bound() {
+    let delays = delays("latency-us = 10\nreorder = 0.4\nreorder-us = 5000");
+    let held: Vec<f64> = delays
+        .iter()
+        .copied()
+        .filter(|delay| *delay > 10.0)
+        .collect();
+    assert_share(held.len(), delays.len(), 0.4);
+    assert_distributed(&held, |x| uniform(x, 10.0, 5010.0));
+}
+
+#[test]
+fn a_message_that_is_held_back_holds_up_nobody() {
+    let mut link = link("latency-us = 10\nreorder = 0.4\nreorder-us = 50000");
+    let delays: Vec<_> = (0..1_000)
+        .filter_map(|k| link.offer(millis(k)).next())
+        .collect();
+    let prompt = delays
+        .iter()
+        .filter(|delay| **delay == Span::from_micros(10))
+        .count();
+    assert_share(prompt, delays.len(), 0.6);
+}
+
+#[test]
+fn losing_more_neither_spares_others_nor_changes_their_delays() {
+    let jitter = "jitter = { exponential-us = 30 }";
+    let (few, many) = (
+        offered(&format!("loss = 0.1\n{jitter}")),
+        offered(&format!("loss = 0.3\n{jitter}")),
+    );
+    for (few, many) in few.into_iter().zip(many) {
+        assert!(many.count == 0 || few == many);
+    }
+}
+
+#[test]
+fn delay_steps_last_and_add_up_and_never_make_a_delay_negative() {
+    let mut link = link(
+        "latency-us = 100\ndelay-steps = [{ at-s = 1, by-us = 50 }, { at-s = 2, by-us = -120 }, \
+         { at-s = 3, by-us = -120 }]",
+    );
+    let tick = Span::from_nanos(1);
+    let mut delay = |at| link.offer(at).next().map(Span::as_micros_f64);
+    let seen = [1, 2, 3, 9].map(|s| (delay(millis(1_000 * s) - tick), delay(millis(1_000 * s))));
+    let expected = [(100.0, 150.0), (150.0, 30.0), (30.0, 0.0), (0.0, 0.0)];
+    for ((before, at), (expected_before, expected_at)) in seen.into_iter().zip(expected) {
+        // What was sent just before a step down arrives after what is sent at it.
+        let waits = if expected_at < expected_before {
+            0.001
+        } else {
+            0.0
+        };
+        assert_eq!(before, Some(expected_before));
+        let at = at.unwrap();
+        assert!(
+            at == expected_at || (at - (expected_before - waits)).abs() < 1e-9,
+            "{at}"
+        );
+    }
+}
+
+#[test]
+fn a_partition_lets_nothing_through_from_its_start_until_its_end() {
+    let mut link = link("partitions = [{ at-s = 2, for-s = 1 }, { at-s = 5, for-s = 0.5 }]");
+    let tick = Span::from_nanos(1);
+    let mut passes = |at| link.offer(at).next().is_some();
+    for (from, until) in [(2_000, 3_000), (5_000, 5_500)] {
+        assert!(passes(millis(from) - tick));
+        assert!(!passes(millis(from)));
+        assert!(!passes(millis(until) - tick));
+        assert!(passes(millis(until)));
+    }
+}
+
+#[test]
+fn a_seed_gives_the_same_fate_and_another_seed_another() {
+    let config = parse(
+        "test",
+        "loss = 0.1\njitter = { normal-us = 5 }\nlatency-us = 50",
+    )
+    .unwrap();
+    let fates = |seed| {
+        let mut link = LinkModel::new(&config, seed);
+        (0..100).map(|k| link.offer(millis(k))).collect::<Vec<_>>()
+    };
+    assert_eq!(fates(1), fates(1));
+    assert_ne!(fates(1), fates(2));
+}
+
+proptest! {
+    /// A link is a queue: each arrival is its own delay's, or that of the one before if that is later.
+    #[test]
+    fn arrivals_are_in_the_order_of_sending(
+        mean in 1.0..3_000.0f64,
+        share in 0.0..1.0f64,
+        gaps in prop::collection::vec(0..3_000i64, 2..100),
+    ) {
+        let config = format!(
+            "jitter = {{ exponential-us = {mean} }}\n\
+             spikes = {{ share = {share}, from-us = 0, to-us = 9000 }}"
+        );
+        let (mut busy, mut idle) = (link(&config), link(&config));
+        let mut sent = Span::ZERO;
+        let mut newest = Span::from_nanos(i64::MIN);
+        for (k, gap) in gaps.into_iter().enumerate() {
+            sent += Span::from_micros(gap);
+            let own = idle.offer(Span::from_secs(k as i64)).next().unwrap();
+            newest = newest.max(sent + own);
+            let arrival = sent + busy.offer(sent).next().unwrap();
+            prop_assert_eq!(arrival, newest);
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Signals: what a node shows of itself after each cycle, declared once.
+//!
+//! A declaration is a struct with a line of meaning and a unit per field. Each cycle the node fills a row of
+//! such structs; traces, status and lists of columns are made from the declaration and know no field by
+//! hand.
+//!
+//! ```
+//! use coaxle_node::signal::{Group, Signals};
+//!
+//! coaxle_node::signals! {
+//!     /// A boiler.
+//!     pub struct BoilerSignals of Node {
+//!         /// Temperature of the water.
+//!         temperature: f64 ["°C"],
+//!         /// Times it went off.
+//!         offs: u64 [""],
+//!     }
+//! }
+//! let row = BoilerSignals { temperature: 80.5, offs: 3 };
+//! assert_eq!(BoilerSignals::GROUP, Group::Node);
+//! let [temperature, offs] = BoilerSignals::SIGNALS else { panic!() };
+//! assert_eq!((temperature.name, temperature.unit), ("temperature", "°C"));
+//! assert_eq!(offs.meaning(), "Times it went off.");
+//! # let _ = row;
+//! ```
+
+use std::fmt;
+
+/// A value that a node shows after each cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Signal {
+    /// Its name, as in traces and status.
+    pub name: &'static str,
+    /// Its unit; `u` is that of the axis, empty what has none.
+    pub unit: &'static str,
+    #[doc(hidden)]
+    pub doc: &'static str,
+}
+
+impl Signal {
+    /// What it says, in one sentence or two.
+    #[must_use]
+    pub fn meaning(&self) -> &'static str {
+        self.doc.trim()
+    }
+}
+
+/// What a signal is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Group {
+    /// The node itself.
+    Node,
+    /// A node that it follows.
+    FarNode,
+    /// An axis of such a node.
+    FarAxis,
+    /// A slave of its own.
+    Slave,
+}
+
+impl fmt::Display for Group {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Node => "node",
+            Self::FarNode => "far node",
+            Self::FarAxis => "far axis",
+            Self::Slave => "slave",
+        })
+    }
+}
+
+/// A declared group of signals; see [`signals!`](crate::signals).
+pub trait Signals {
+    /// What they are about.
+    const GROUP: Group;
+    /// The signals, in their order.
+    const SIGNALS: &'static [Signal];
+}
+
+/// What of a node has signals: it, a far node, a far axis or a slave, with all of its signals.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Instance {
+    /// What it is.
+    pub group: Group,
+    /// Its name, which columns have in front; the node itself has none.
+    pub name: String,
+    /// Its signals.
+    pub signals: &'static [Signal],
+}
+
+impl Instance {
+    /// The instance of a declared group.
+    #[must_use]
+    pub fn of<S: Signals>(name: impl Into<String>) -> Self {
+        Self {
+            group: S::GROUP,
+            name: name.into(),
+            signals: S::SIGNALS,
+        }
+    }
+
+    /// The names of its columns: `instance.signal`.
+    pub fn columns(&self) -> impl Iterator<Item = String> {
+        let name = &self.name;
+        self.signals.iter().map(move |signal| match name.as_str() {
+            "" => signal.name.to_owned(),
+            name => format!("{name}.{}", signal.name),
+        })
+    }
+}
+
+/// Declares a group of signals: a struct of them, and their table.
+#[macro_export]
+macro_rules! signals {
+    (
+        $(#[$meta:meta])*
+        pub struct $name:ident of $group:ident {
+            $( $(#[doc = $doc:literal])+ $signal:ident: $kind:ty [$unit:literal], )*
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, ::serde::Serialize, ::serde::Deserialize)]
+        pub struct $name {
+            $( $(#[doc = $doc])+ pub $signal: $kind, )*
+        }
+
+        impl $crate::signal::Signals for $name {
+            const GROUP: $crate::signal::Group = $crate::signal::Group::$group;
+            const SIGNALS: &'static [$crate::signal::Signal] = &[
+                $( $crate::signal::Signal {
+                    name: ::std::stringify!($signal),
+                    unit: $unit,
+                    doc: ::std::concat!($($doc),+),
+                }, )*
+            ];
+        }
+    };
+}

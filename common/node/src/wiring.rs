@@ -1,0 +1,218 @@
+//! Who hears whom: computed once, from configs, for both worlds.
+//!
+//! Each node's config gives its [`Wiring`]: the channels it publishes and those it subscribes to, in an
+//! order that the node counts on ([`Node::receive`](crate::Node::receive) is told the number of the
+//! subscription). Where all nodes are known, [`links`] gives every way from one of them to another.
+
+use coaxle_wire::keys::NodeName;
+use coaxle_wire::{Channel, Reader};
+
+use crate::config::LinkConfig;
+use crate::faults::{link_seed, seed_of};
+
+/// What one node publishes and hears.
+#[derive(Clone, Debug)]
+pub struct Wiring {
+    /// The node.
+    pub node: NodeName,
+    /// What it publishes.
+    pub publications: Vec<Publication>,
+    /// What it hears.
+    pub subscriptions: Vec<Subscription>,
+}
+
+/// A channel that a node publishes.
+#[derive(Clone, Debug)]
+pub struct Publication {
+    /// Whose channel: its own, but for time requests, which go to the node that is asked.
+    pub node: NodeName,
+    /// The channel.
+    pub channel: Channel,
+    /// Faults laid over the link.
+    pub faults: LinkConfig,
+    /// Which of the nodes it follows this is about, counted from 0.
+    pub far: usize,
+}
+
+/// A channel that a node hears.
+#[derive(Clone, Debug)]
+pub struct Subscription {
+    /// Whose channel.
+    pub node: NodeName,
+    /// The channel.
+    pub channel: Channel,
+    /// Turns its frames into messages.
+    pub reader: Reader,
+    /// Faults laid over the link.
+    pub faults: LinkConfig,
+    /// Which of the nodes it follows this is, counted from 0.
+    pub far: usize,
+}
+
+/// A way from a publication of one node to a subscription of another, all by their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Way {
+    /// The node that publishes.
+    pub from: usize,
+    /// Which of its publications.
+    pub publication: usize,
+    /// The node that hears.
+    pub to: usize,
+    /// Which of its subscriptions.
+    pub subscription: usize,
+}
+
+impl Publication {
+    /// A channel of the node itself, without faults.
+    #[must_use]
+    pub fn new(node: &NodeName, channel: Channel) -> Self {
+        Self {
+            node: node.clone(),
+            channel,
+            faults: LinkConfig::default(),
+            far: 0,
+        }
+    }
+}
+
+impl Subscription {
+    /// What `node` is asked by others.
+    #[must_use]
+    pub fn questions_to(node: &NodeName) -> Self {
+        Self {
+            node: node.clone(),
+            channel: Channel::Questions,
+            reader: Reader::questions_to(node),
+            faults: LinkConfig::default(),
+            far: 0,
+        }
+    }
+}
+
+/// Every way between these nodes, in the order of those who hear.
+#[must_use]
+pub fn links(nodes: &[Wiring]) -> Vec<Way> {
+    let mut ways = Vec::new();
+    for (to, hearer) in nodes.iter().enumerate() {
+        for (subscription, heard) in hearer.subscriptions.iter().enumerate() {
+            for (from, speaker) in nodes.iter().enumerate() {
+                let fits = |publication: &Publication| {
+                    publication.node == heard.node && publication.channel == heard.channel
+                };
+                if let Some(publication) = speaker.publications.iter().position(fits) {
+                    ways.push(Way {
+                        from,
+                        publication,
+                        to,
+                        subscription,
+                    });
+                }
+            }
+        }
+    }
+    ways
+}
+
+/// The seed of what a link to the n-th far node does to one channel, in the run of the follower with
+/// this seed: each has numbers of its own.
+#[must_use]
+pub fn far_link_seed(run: u64, part: &str, channel: Channel, far: usize) -> u64 {
+    let run = match far {
+        0 => run,
+        far => seed_of(run, &format!("far {far}")),
+    };
+    link_seed(run, part, channel)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_wire::Intake;
+
+    fn name(name: &str) -> NodeName {
+        NodeName::new(name).unwrap()
+    }
+
+    fn sender(node: &str) -> Wiring {
+        let node = name(node);
+        Wiring {
+            publications: [Channel::Axes, Channel::Answers]
+                .map(|channel| Publication::new(&node, channel))
+                .into(),
+            subscriptions: vec![Subscription::questions_to(&node)],
+            node,
+        }
+    }
+
+    fn receiver(node: &str, of: &[&str]) -> Wiring {
+        let node = name(node);
+        let mut wiring = Wiring {
+            publications: Vec::new(),
+            subscriptions: Vec::new(),
+            node: node.clone(),
+        };
+        for (far, of) in of.iter().enumerate() {
+            let of = name(of);
+            wiring.publications.push(Publication {
+                far,
+                ..Publication::new(&of, Channel::Questions)
+            });
+            let key = of.channel_key(Channel::Axes);
+            wiring.subscriptions.push(Subscription {
+                reader: Intake::new(&key, &of, &[1]).into(),
+                node: of.clone(),
+                channel: Channel::Axes,
+                faults: LinkConfig::default(),
+                far,
+            });
+            wiring.subscriptions.push(Subscription {
+                reader: Reader::answers_of(&of, &node),
+                node: of,
+                channel: Channel::Answers,
+                faults: LinkConfig::default(),
+                far,
+            });
+        }
+        wiring
+    }
+
+    #[test]
+    fn who_asks_is_heard_and_answered() {
+        let nodes = [
+            sender("a"),
+            sender("b"),
+            receiver("r", &["b"]),
+            receiver("s", &["a", "b"]),
+        ];
+        let ways: Vec<_> = links(&nodes)
+            .iter()
+            .map(|way| {
+                let channel = nodes[way.to].subscriptions[way.subscription].channel;
+                let publication = &nodes[way.from].publications[way.publication];
+                assert_eq!(publication.channel, channel);
+                (way.from, channel.name(), way.to)
+            })
+            .collect();
+        assert_eq!(
+            ways,
+            [
+                (3, "questions", 0),
+                (2, "questions", 1),
+                (3, "questions", 1),
+                (1, "axes", 2),
+                (1, "answers", 2),
+                (0, "axes", 3),
+                (0, "answers", 3),
+                (1, "axes", 3),
+                (1, "answers", 3),
+            ]
+        );
+    }
+
+    #[test]
+    fn every_far_node_has_a_link_of_its_own() {
+        let seed = |far| far_link_seed(7, "network", Channel::Axes, far);
+        assert_eq!(seed(0), link_seed(7, "network", Channel::Axes));
+        assert!(seed(1) != seed(0) && seed(2) != seed(1));
+    }
+}

@@ -1,0 +1,60 @@
+//! `MC_GearInMultiMaster` as a PLC program sees it.
+
+use coaxle_axis::{CommandState, Job};
+use coaxle_gear::GearInMultiMaster;
+use coaxle_slave::{Command, JobError, Refusal, SlaveAxis};
+
+use crate::Outputs;
+
+/// `MC_GearInMultiMaster`, `MC_GearInDyn`: a function block with an `Enable` input, whose ratios are
+/// read in every scan. Its falling edge uncouples the axis.
+#[doc(alias = "MC_GearInMultiMaster")]
+#[doc(alias = "MC_GearInDyn")]
+#[doc(alias = "MC_CombineAxes")]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct EnableMultiMasterGear {
+    enabled: bool,
+    job: Option<Job>,
+    refused: Option<Refusal>,
+}
+
+impl EnableMultiMasterGear {
+    /// One scan. Ratios that the axis refuses leave it with those before.
+    pub fn scan(
+        &mut self,
+        enable: bool,
+        command: &GearInMultiMaster,
+        axis: &mut SlaveAxis,
+    ) -> Outputs {
+        match (self.enabled, enable) {
+            (false, true) => match axis.command(&Command::GearInMultiMaster(*command)) {
+                Ok(job) => self.job = Some(job),
+                Err(refusal) => self.refused = Some(refusal),
+            },
+            (true, true) if self.couples(axis) => {
+                let again = axis.command(&Command::GearInMultiMaster(*command));
+                self.refused = again.err();
+            }
+            (true, false) => {
+                let couples = self.couples(axis);
+                *self = Self::default();
+                if couples {
+                    self.refused = axis.command(&Command::GearOut {}).err();
+                }
+            }
+            _ => {}
+        }
+        self.enabled = enable;
+        let state = match (self.refused, self.job) {
+            (Some(refusal), _) => CommandState::Failed(JobError::Refused(refusal)),
+            (None, Some(job)) => axis.progress(job),
+            (None, None) => CommandState::Idle,
+        };
+        Outputs::of(&state, JobError::code)
+    }
+
+    /// Whether its job still moves the axis.
+    fn couples(&self, axis: &SlaveAxis) -> bool {
+        self.job.is_some() && self.job == axis.job().0 && axis.coupling_phase().is_some()
+    }
+}

@@ -1,0 +1,39 @@
+//! Several masters, with ratios that the program changes in every scan.
+
+use coaxle_axis::{AxisStatus, Masters};
+use coaxle_gear::{GearInMultiMaster, Ratios};
+
+use super::*;
+use crate::EnableMultiMasterGear;
+
+fn gear(ratio: f64) -> GearInMultiMaster {
+    GearInMultiMaster {
+        ratios: Ratios::new(&[ratio, 1.0]).expect("ratios"),
+        dynamics: OWN,
+    }
+}
+
+#[test]
+fn ratios_are_read_in_every_scan_and_the_falling_edge_uncouples() {
+    let mut axis = powered(&PARAMETERS);
+    let masters = Masters::of([100.0, 50.0].map(|velocity| Some(Master::at(0.0, velocity).0)));
+    axis.update(masters, CYCLE);
+    let mut block = EnableMultiMasterGear::default();
+    let outputs = block.scan(true, &gear(1.0), &mut axis);
+    assert!(outputs.busy && !outputs.in_sync);
+    for scan in 0..600 {
+        let ratio = if scan < 300 { 1.0 } else { 2.0 };
+        axis.update(masters, CYCLE);
+        block.scan(true, &gear(ratio), &mut axis);
+    }
+    let outputs = block.scan(true, &gear(2.0), &mut axis);
+    assert!(outputs.in_sync && outputs.busy);
+    assert_eq!(axis.set().velocity, 250.0);
+    // Too fast: it stays with what it had.
+    let outputs = block.scan(true, &gear(20.0), &mut axis);
+    assert_eq!((outputs.error, outputs.error_id), (true, 0x42dd));
+    assert!(block.scan(true, &gear(2.0), &mut axis).in_sync);
+    let outputs = block.scan(false, &gear(2.0), &mut axis);
+    assert!(!outputs.busy && !outputs.error);
+    assert_eq!(axis.status(), AxisStatus::ContinuousMotion);
+}

@@ -1,0 +1,230 @@
+//! The clock's half of `FB_AxisSync`: what one far clock says to all axes of its node.
+
+use coaxle_clock::time_sync::{
+    SyncError, SyncWarning, TimeSync, TimeSyncOutput, TimeSyncState, WrongParameter,
+};
+use coaxle_clock::{CycleIndex, Seconds, Span};
+
+use super::extrapolate::{CorrectionTimes, ExtrapolateMode, FallBackMode};
+use super::parameters::{AxisSyncParameters, FilterMode, StartUpMode};
+
+/// One far clock in cycle indices, and the choice of the mode. One of it serves any number of
+/// [`FarAxis`](super::FarAxis).
+#[derive(Clone, Debug)]
+pub struct FarSync {
+    time_sync: TimeSync,
+    start_up_mode: StartUpMode,
+    fall_back_mode: FallBackMode,
+    delay_time_offset: Seconds,
+    silence: Silence,
+}
+
+/// What a far clock says in one cycle.
+#[must_use]
+#[derive(Clone, Copy, Debug)]
+pub struct FarCorrection {
+    /// What the time sync gives.
+    pub time_sync: TimeSyncOutput,
+    /// Whether the far clock is known and corrected.
+    pub synced: bool,
+    /// The error of the clock.
+    pub error: Option<SyncError>,
+    /// The warning that is worth telling.
+    pub warning: Option<SyncWarning>,
+    /// The mode that is to make the set values.
+    pub mode: ExtrapolateMode,
+    /// What is done where it cannot.
+    pub fall_back: FallBackMode,
+    pub(super) times: CorrectionTimes,
+    /// What an axis does after a position error of its own.
+    pub(super) on_position_error: OnPositionError,
+}
+
+/// What becomes of a position error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OnPositionError {
+    /// It latches, and the fallback is in force.
+    FallBack,
+    /// It latches, but the mode was chosen whatever happens.
+    KeepMode,
+    /// It is over with what caused it.
+    Forget,
+}
+
+/// How long the index has not changed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Silence {
+    index: Option<CycleIndex>,
+    cycles: u32,
+}
+
+impl Silence {
+    fn count(&mut self, index: CycleIndex, elapsed: u32) {
+        self.cycles = match self.index.replace(index) {
+            Some(last) if last == index => self.cycles.saturating_add(elapsed),
+            _ => 0,
+        };
+    }
+}
+
+impl FarCorrection {
+    /// The correction that moves set values in a mode; none where it needs none or has none.
+    #[must_use]
+    pub const fn time(&self, mode: ExtrapolateMode) -> Option<Seconds> {
+        match mode {
+            ExtrapolateMode::Sync => self.times.sync,
+            ExtrapolateMode::Time => self.times.time,
+            ExtrapolateMode::Observer => self.times.observer,
+            ExtrapolateMode::Bypass | ExtrapolateMode::Pt1 => None,
+        }
+    }
+
+    /// The same for an axis whose newest values are older by this than those of its node.
+    pub fn for_older(&self, by: Seconds) -> Self {
+        let later = |time: Option<Seconds>| time.map(|time| time + by);
+        Self {
+            times: CorrectionTimes {
+                sync: later(self.times.sync),
+                time: later(self.times.time),
+                observer: later(self.times.observer),
+            },
+            ..*self
+        }
+    }
+
+    /// The same for an axis of which nothing has come for too long, though its node goes on.
+    pub fn for_silent(&self) -> Self {
+        Self {
+            error: self.error.or(Some(SyncError::MaxDataAgeExceeded)),
+            mode: match self.on_position_error {
+                OnPositionError::KeepMode => self.mode,
+                OnPositionError::FallBack | OnPositionError::Forget => self.fall_back.into(),
+            },
+            ..*self
+        }
+    }
+}
+
+impl FarSync {
+    /// A clock that is enabled. `task_cycle_time` is the receiver's nominal cycle time.
+    ///
+    /// # Errors
+    /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range.
+    pub fn start(
+        task_cycle_time: Span,
+        parameters: &AxisSyncParameters,
+    ) -> Result<Self, WrongParameter> {
+        Ok(Self {
+            time_sync: TimeSync::start(task_cycle_time, parameters.time_sync)?,
+            start_up_mode: parameters.start_up_mode,
+            fall_back_mode: parameters.fall_back_mode,
+            delay_time_offset: parameters.time_sync.delay_time_offset,
+            silence: Silence::default(),
+        })
+    }
+
+    /// Forgets errors and drift, and starts up again with the next data that are newer than `index`.
+    pub fn restart(&mut self, index: CycleIndex) {
+        self.time_sync.restart(index);
+    }
+
+    /// Changes `fDelayTimeOffset` while running. It acts at once: slew it.
+    pub fn set_delay_time_offset(&mut self, offset: Seconds) {
+        self.delay_time_offset = offset;
+        self.time_sync.set_delay_time_offset(offset);
+    }
+
+    /// Own cycles without new data after which they are too old; none where nothing watches it.
+    #[must_use]
+    pub fn age_limit(&self) -> Option<u32> {
+        match self.time_sync.parameters().age_of_data_limit {
+            0 => None,
+            cycles => Some(cycles.into()),
+        }
+    }
+
+    /// One cycle. `index` is what the input image holds now; `elapsed` counts the own cycles since the
+    /// previous call. Call it once per cycle and not before data have come.
+    pub fn update(
+        &mut self,
+        index: CycleIndex,
+        filter_mode: FilterMode,
+        elapsed: u32,
+    ) -> FarCorrection {
+        let time = self.time_sync.update(index, elapsed);
+        let (mode, on_position_error) = self.mode(filter_mode, &time);
+        let error = match time.state {
+            TimeSyncState::Failed(error) => Some(error),
+            TimeSyncState::StartUp | TimeSyncState::Synced => None,
+        };
+        FarCorrection {
+            synced: time.state == TimeSyncState::Synced,
+            error,
+            warning: time.warning,
+            mode,
+            fall_back: self.fall_back_mode,
+            times: CorrectionTimes {
+                sync: time.correction_time,
+                time: time.time_mode_correction,
+                observer: None,
+            },
+            on_position_error,
+            time_sync: time,
+        }
+    }
+
+    /// One cycle in observer mode. `clock` is the correction a phase observer asks for, once it is
+    /// sure of the far clock; without one the start-up mode bridges. Here the only errors are data
+    /// that stay away beyond the age limit and a position too far off; neither latches.
+    pub fn update_by_clock(
+        &mut self,
+        index: CycleIndex,
+        clock: Option<Seconds>,
+        elapsed: u32,
+    ) -> FarCorrection {
+        self.silence.count(index, elapsed);
+        let time = self.time_sync.update(index, elapsed);
+        if let TimeSyncState::Failed(_) = time.state {
+            // It only bridges: whatever it lost, it starts over.
+            self.time_sync.restart(index);
+        }
+        let limit = self.age_limit();
+        let silent = limit.is_some_and(|limit| self.silence.cycles > limit);
+        FarCorrection {
+            synced: clock.is_some(),
+            error: silent.then_some(SyncError::MaxDataAgeExceeded),
+            // What the beats say of the drift is nothing new to who knows it better.
+            warning: time.warning.filter(|_| clock.is_none()),
+            mode: match clock {
+                _ if silent => self.fall_back_mode.into(),
+                Some(_) => ExtrapolateMode::Observer,
+                None => self.start_up_mode.into(),
+            },
+            fall_back: self.fall_back_mode,
+            times: CorrectionTimes {
+                sync: None,
+                time: time.time_mode_correction,
+                observer: clock.map(|clock| clock + self.delay_time_offset),
+            },
+            on_position_error: OnPositionError::Forget,
+            time_sync: time,
+        }
+    }
+
+    fn mode(
+        &self,
+        filter_mode: FilterMode,
+        time: &TimeSyncOutput,
+    ) -> (ExtrapolateMode, OnPositionError) {
+        use OnPositionError::{FallBack, KeepMode};
+        match (filter_mode, time.state) {
+            (FilterMode::Bypass, _) => (ExtrapolateMode::Bypass, KeepMode),
+            (FilterMode::Pt1, _) => (ExtrapolateMode::Pt1, KeepMode),
+            (_, TimeSyncState::Failed(_)) => (self.fall_back_mode.into(), FallBack),
+            (FilterMode::Time, _) => (ExtrapolateMode::Time, FallBack),
+            (FilterMode::Observer, _) => (ExtrapolateMode::Observer, FallBack),
+            (FilterMode::Auto, TimeSyncState::Synced) => (ExtrapolateMode::Sync, FallBack),
+            (FilterMode::Auto, TimeSyncState::StartUp) => (self.start_up_mode.into(), FallBack),
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Parameters and modes of a synchronised far axis.
+
+use coaxle_clock::time_sync::TimeSyncParameters;
+
+use super::extrapolate::{ExtrapolateMode, ExtrapolateParameters, FallBackMode};
+
+/// `ST_AxisSyncParameters` with the manual's defaults, TS5066 chapter 3.4.
+#[doc(alias = "ST_AxisSyncParameters")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct AxisSyncParameters {
+    /// What automatic mode does until the drift is known.
+    #[doc(alias = "eStartUpMode")]
+    pub start_up_mode: StartUpMode,
+    /// What it does when synchronisation is lost, or the position strays too far.
+    #[doc(alias = "eFallBackMode")]
+    pub fall_back_mode: FallBackMode,
+    /// Parameters of the extrapolation.
+    #[doc(alias = "stExtrapolateParameters")]
+    #[doc(alias = "stAxisExtrapolateParameters")]
+    pub extrapolate: ExtrapolateParameters,
+    /// Parameters of the time sync.
+    #[doc(alias = "stTimeSyncParameters")]
+    pub time_sync: TimeSyncParameters,
+}
+
+/// `E_Sync_StartUpMode`, TS5066 chapter 3.9.
+#[doc(alias = "E_Sync_StartUpMode")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[repr(u8)]
+pub enum StartUpMode {
+    /// As received.
+    Bypass = 1,
+    /// Through the PT1 filter.
+    Pt1 = 2,
+    /// Beats are hidden when they happen.
+    #[default]
+    Time = 4,
+}
+
+impl From<StartUpMode> for ExtrapolateMode {
+    fn from(mode: StartUpMode) -> Self {
+        match mode {
+            StartUpMode::Bypass => Self::Bypass,
+            StartUpMode::Pt1 => Self::Pt1,
+            StartUpMode::Time => Self::Time,
+        }
+    }
+}
+
+/// `E_Sync_FilterMode`: how the set values are to be calculated. TS5066 chapter 3.7.
+#[doc(alias = "E_Sync_FilterMode")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum FilterMode {
+    /// Start-up mode, then sync mode; the fallback when sync is lost.
+    #[default]
+    Auto = 0,
+    /// As received.
+    Bypass = 1,
+    /// Through the PT1 filter.
+    Pt1 = 2,
+    /// Beats are hidden when they happen.
+    Time = 4,
+    /// By a phase observer's clock; time mode, or whatever the start-up mode is, bridges until that is
+    /// sure. Not in the manual.
+    Observer = 5,
+}
+
+/// `E_Sync_FilterState`: how the set values were calculated. TS5066 chapter 3.8.
+#[doc(alias = "E_Sync_FilterState")]
+pub type FilterState = ExtrapolateMode;

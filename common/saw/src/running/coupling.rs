@@ -1,0 +1,190 @@
+//! The flying saw as a coupling of a slave axis.
+
+use coaxle_axis::guard::ROUNDING;
+use coaxle_axis::{
+    Awaits, CommandState, Coupling, CouplingPhase, Engage, Job, Manner, NotPlanned, PlanInputs,
+    Planned, Scan, Step,
+};
+use coaxle_curve::profile::Kinematics;
+
+use super::{SawCommand, SawCoupling, SawFault, SawTolerances};
+use crate::moment::{CouplingMoment, EncoderMaster, LimitGuard, SlaveLimits};
+use crate::plan::SawPlan;
+use crate::refusal::SawRefusal;
+use crate::rollback::RollbackReaction;
+
+/// What a synchronisation leaves of velocity, acceleration and deceleration to a master that
+/// ripples, where its command names no limit. The axis keeps its limits with both together, or is
+/// in error stop.
+const RESERVE: f64 = 0.01;
+
+/// The coupling of a slave axis by flying saws, one after the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Saw {
+    master_noise: f64,
+    master_increment: Option<f64>,
+    /// The table that a saw needs is one of the axis's plates.
+    table_in_use: Option<u32>,
+    /// The saw that moves the slave, or did so last.
+    saw: Option<SawCoupling>,
+    moves: bool,
+}
+
+impl Saw {
+    /// A saw whose master may be back so far before that counts as running back, u; an encoder has
+    /// so many u per increment.
+    #[must_use]
+    pub const fn new(master_noise: f64, master_increment: Option<f64>) -> Self {
+        Self {
+            master_noise,
+            master_increment,
+            table_in_use: None,
+            saw: None,
+            moves: false,
+        }
+    }
+
+    /// The table that a saw of the axis needs is taken by a plate, or no longer.
+    pub const fn set_table_in_use(&mut self, table: Option<u32>) {
+        self.table_in_use = table;
+    }
+
+    /// The plan of the saw that couples the slave; while it waits, the plan foreseen. Without one,
+    /// that of the last.
+    #[must_use]
+    pub const fn plan_in_force(&self) -> Option<&SawPlan> {
+        match &self.saw {
+            Some(saw) => Some(saw.plan()),
+            None => None,
+        }
+    }
+
+    /// What a saw is planned from.
+    #[must_use]
+    pub fn moment(&self, master: &Kinematics, inputs: &PlanInputs) -> CouplingMoment {
+        let (min_position, max_position) = inputs.guard.software_limits();
+        let encoder = |scaling| EncoderMaster {
+            scaling,
+            cycle: inputs.cycle,
+        };
+        CouplingMoment {
+            master: *master,
+            encoder: self.master_increment.map(encoder),
+            slave: inputs.slave,
+            axis: SlaveLimits {
+                dynamics: *inputs.guard.limits(),
+                min_position,
+                max_position,
+                guard: Some(LimitGuard { reserve: RESERVE }),
+            },
+        }
+    }
+}
+
+impl Engage for Saw {
+    type Command = SawCommand;
+    type Change = SawCoupling;
+    type Refusal = SawRefusal;
+    type Fault = SawFault;
+
+    fn plan(
+        &self,
+        command: &SawCommand,
+        inputs: &PlanInputs,
+    ) -> Result<Planned<SawCoupling>, NotPlanned<SawRefusal>> {
+        let moment = self.moment(inputs.master()?, inputs);
+        if let Some(table) = self.table_in_use {
+            return Err(NotPlanned::Own(SawRefusal::TableInUse { table }));
+        }
+        // The axis watches its limits itself.
+        let tolerances = SawTolerances {
+            master_noise: self.master_noise,
+            velocity_margin: ROUNDING,
+        };
+        let saw = SawCoupling::start(*command, &moment, tolerances).map_err(NotPlanned::Own)?;
+        let awaits = match saw.state() {
+            CommandState::Waiting => Awaits::LIMITS,
+            _ => Awaits::empty(),
+        };
+        Ok(Planned {
+            change: saw,
+            awaits,
+            manner: Manner::Engage,
+        })
+    }
+
+    fn apply(&mut self, change: &SawCoupling, _: Job) {
+        self.saw = Some(*change);
+        self.moves = true;
+    }
+
+    fn refusal(&self) -> Option<SawRefusal> {
+        match self.fault()? {
+            SawFault::Refused(refusal) => Some(refusal),
+            _ => None,
+        }
+    }
+
+    fn fault(&self) -> Option<SawFault> {
+        match self.saw.as_ref()?.state() {
+            CommandState::Failed(fault) => Some(*fault),
+            _ => None,
+        }
+    }
+}
+
+impl Coupling for Saw {
+    fn update(&mut self, scan: &Scan) -> Step {
+        let Some(saw) = &mut self.saw else {
+            return Step::Failed;
+        };
+        let was_stopping = saw.rollback_stop().is_some();
+        let master = match scan.masters.first() {
+            Some(master) => *master,
+            // The stop does not need one any more.
+            None if was_stopping => Kinematics::default(),
+            None => return Step::MasterLost,
+        };
+        let set = saw.update(&master, scan.elapsed);
+        match *saw.state() {
+            CommandState::Failed(SawFault::Refused(_)) => return Step::Refused,
+            CommandState::Failed(_) => return Step::Failed,
+            _ => {}
+        }
+        match saw.rollback_stop() {
+            None => Step::Set(set),
+            Some((stop, since)) => Step::Stopping {
+                set,
+                instant: !was_stopping && saw.rollback() == Some(RollbackReaction::Instant),
+                over: since >= stop.duration(),
+            },
+        }
+    }
+
+    fn phase(&self) -> Option<CouplingPhase> {
+        if !self.moves {
+            return None;
+        }
+        match self.saw.as_ref()?.state() {
+            CommandState::Waiting => Some(CouplingPhase::Waiting),
+            CommandState::Active => Some(CouplingPhase::Synchronizing),
+            CommandState::InSync => Some(CouplingPhase::InSync),
+            _ => None,
+        }
+    }
+
+    fn end(&mut self) {
+        self.moves = false;
+    }
+
+    fn gain(&self) -> Option<f64> {
+        let saw = self.saw.as_ref().filter(|_| self.moves)?;
+        let in_sync = *saw.state() == CommandState::InSync;
+        in_sync.then(|| saw.plan().line().ratio)
+    }
+
+    fn target(&self) -> Option<f64> {
+        let (stop, _) = self.saw.as_ref().filter(|_| self.moves)?.rollback_stop()?;
+        Some(stop.end_position())
+    }
+}

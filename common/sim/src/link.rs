@@ -1,0 +1,72 @@
+//! A link: one subscription, and what the network does to its messages.
+
+use coaxle_clock::{Instant, Span};
+use coaxle_node::faults::LinkModel;
+use coaxle_node::frame::KeySeal;
+use coaxle_node::{Channel, Message, Outgoing, Reader};
+
+use crate::setup::LinkSetup;
+use crate::true_time::True;
+
+/// From a node that publishes to one that subscribes.
+pub(crate) struct Link {
+    from: usize,
+    channel: Channel,
+    far: usize,
+    pub(crate) to: usize,
+    pub(crate) subscription: usize,
+    pub(crate) seal: KeySeal,
+    reader: Reader,
+    models: Vec<LinkModel>,
+}
+
+impl Link {
+    pub(crate) fn new(setup: LinkSetup) -> Self {
+        let models = setup
+            .behaviour
+            .iter()
+            .map(|(config, seed)| LinkModel::new(config, *seed))
+            .collect();
+        Self {
+            from: setup.from,
+            channel: setup.channel,
+            far: setup.far,
+            to: setup.to,
+            subscription: setup.subscription,
+            seal: KeySeal::new(&setup.key),
+            reader: setup.reader,
+            models,
+        }
+    }
+
+    /// Whether it takes what the node `from` publishes there.
+    pub(crate) fn takes(&self, from: usize, outgoing: &Outgoing<'_>) -> bool {
+        self.from == from && self.channel == outgoing.channel && self.far == outgoing.far
+    }
+
+    /// Sends a frame at true time `now`: each message it holds is delivered when its time has come.
+    pub(crate) fn send(
+        &mut self,
+        now: Instant<True>,
+        frame: &[u8],
+        mut deliver: impl FnMut(Instant<True>, &Message<'_>),
+    ) {
+        let Self { reader, models, .. } = self;
+        pass(models, now.since_epoch(), Span::ZERO, &mut |delay| {
+            reader.read(frame, |message| deliver(now + delay, message));
+        });
+    }
+}
+
+/// Through one model after the other. Each judges the message by when it was sent, not by what the
+/// models before it did, and their delays add up.
+fn pass(models: &mut [LinkModel], sent: Span, delayed: Span, arrive: &mut impl FnMut(Span)) {
+    match models.split_first_mut() {
+        None => arrive(delayed),
+        Some((model, others)) => {
+            for delay in model.offer(sent) {
+                pass(others, sent, delayed + delay, arrive);
+            }
+        }
+    }
+}

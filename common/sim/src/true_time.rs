@@ -1,0 +1,10 @@
+//! The time that nobody in the simulation can read.
+
+use coaxle_clock::Domain;
+
+/// True time, which only the world knows.
+pub enum True {}
+
+impl Domain for True {
+    const NAME: &'static str = "true";
+}

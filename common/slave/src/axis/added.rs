@@ -1,0 +1,219 @@
+//! What is added to a motion: a shift of the master before the coupling, and a distance after it,
+//! before the guard.
+
+use coaxle_axis::guard::{GuardRefusal, check_number, is_limit};
+use coaxle_axis::{Dynamics, Masters};
+use coaxle_curve::profile::{InvalidLimit, Kinematics, Limits, to_position};
+
+use super::SlaveAxis;
+use crate::change::Effect;
+use crate::motion::{Motion, Planned};
+use crate::refusal::Refusal;
+use crate::shift::sum;
+
+/// What is left to masters that ripple, of velocity and acceleration.
+const RESERVE: f64 = 0.01;
+
+/// What the motion under way takes of the limits, at most: its speed and its acceleration.
+struct Taken {
+    velocity: f64,
+    acceleration: f64,
+    reserve: f64,
+}
+
+/// What it leaves of them.
+#[derive(Clone, Copy)]
+struct Left {
+    velocity: f64,
+    acceleration: f64,
+    jerk: f64,
+}
+
+impl SlaveAxis {
+    /// The masters as the coupling sees them.
+    pub(super) fn seen_masters(&self) -> Masters {
+        match self.masters.first() {
+            Some(first) if self.phasing.is_active() => {
+                self.masters.with_first(sum(first, self.phasing.now()))
+            }
+            _ => self.masters,
+        }
+    }
+
+    /// What is added to the motion.
+    pub(super) fn added(&self) -> Option<Kinematics> {
+        let added = &self.superimposed;
+        added.is_active().then(|| *added.now())
+    }
+
+    pub(super) fn plan_phasing(
+        &self,
+        shift: f64,
+        velocity: Option<f64>,
+        dynamics: &Dynamics,
+    ) -> Result<Effect, Refusal> {
+        check_number("shift", shift)?;
+        self.masters.first().ok_or(Refusal::NoMaster)?;
+        let coupling = self.engaged().map(|kind| self.couplings.get(kind));
+        let gain = coupling.and_then(|coupling| coupling.gain());
+        let limits = match gain.filter(|gain| *gain != 0.0) {
+            Some(gain) => self
+                .left(&self.taken_by_coupling())?
+                .per(gain.abs())
+                .limits(velocity, dynamics)?,
+            None => given(velocity, dynamics)?,
+        };
+        Ok(Effect::Phase(to_position(
+            self.phasing.now(),
+            shift,
+            &limits,
+        )))
+    }
+
+    pub(super) fn plan_superimposed(
+        &self,
+        distance: f64,
+        velocity: Option<f64>,
+        dynamics: &Dynamics,
+    ) -> Result<Effect, Refusal> {
+        check_number("distance", distance)?;
+        let start = self.superimposed.now();
+        let end = start.position + distance;
+        let taken = match &self.motion {
+            Motion::Coupled(_) => self.taken_by_coupling(),
+            Motion::Own(planned) => {
+                self.check_range(planned, start.position.min(end), start.position.max(end))?;
+                taken_by(planned)
+            }
+        };
+        let limits = self.left(&taken)?.limits(velocity, dynamics)?;
+        Ok(Effect::Superimpose(to_position(start, end, &limits)))
+    }
+
+    /// A motion with an end must keep the software limits with what is added.
+    fn check_range(&self, planned: &Planned, least: f64, most: f64) -> Result<(), Refusal> {
+        if planned.end().velocity == 0.0 {
+            let extremes = planned.extremes();
+            self.guard.check_target("distance", extremes.low + least)?;
+            self.guard.check_target("distance", extremes.high + most)?;
+        }
+        Ok(())
+    }
+
+    /// As long as the masters go on as they do.
+    fn taken_by_coupling(&self) -> Taken {
+        let added = self.superimposed.now();
+        Taken {
+            velocity: (self.set.velocity - added.velocity).abs(),
+            acceleration: (self.set.acceleration - added.acceleration).abs(),
+            reserve: RESERVE,
+        }
+    }
+
+    fn left(&self, taken: &Taken) -> Result<Left, Refusal> {
+        let own = self.guard.limits();
+        let slowest = own.acceleration().min(own.deceleration());
+        let left = |field, limit: f64, taken: f64, reserve: f64| {
+            let left = limit * (1.0 - reserve) - taken;
+            if left > 1e-3 * limit {
+                Ok(left)
+            } else {
+                Err(GuardRefusal::AboveLimit {
+                    field,
+                    received: taken,
+                    limit: limit * (1.0 - reserve),
+                })
+            }
+        };
+        Ok(Left {
+            velocity: left("velocity", own.velocity(), taken.velocity, taken.reserve)?,
+            acceleration: left("acceleration", slowest, taken.acceleration, taken.reserve)?,
+            jerk: own.jerk(),
+        })
+    }
+}
+
+/// What a profile still takes, from where it is.
+fn taken_by(planned: &Planned) -> Taken {
+    if planned.is_over() {
+        return Taken {
+            velocity: planned.end().velocity.abs(),
+            acceleration: 0.0,
+            reserve: 0.0,
+        };
+    }
+    Taken {
+        velocity: planned.extremes().speed,
+        acceleration: planned.largest_acceleration_left(),
+        reserve: 0.0,
+    }
+}
+
+impl Left {
+    /// The same in units of the master.
+    fn per(self, gain: f64) -> Self {
+        Self {
+            velocity: self.velocity / gain,
+            acceleration: self.acceleration / gain,
+            jerk: self.jerk / gain,
+        }
+    }
+
+    /// The limits of a command within it.
+    fn limits(&self, velocity: Option<f64>, dynamics: &Dynamics) -> Result<Limits, Refusal> {
+        let within = |field, given: Option<f64>, left: f64| match given {
+            None => Ok(left),
+            Some(received) if received > left => Err(GuardRefusal::AboveLimit {
+                field,
+                received,
+                limit: left,
+            }),
+            Some(received) => number(field, received),
+        };
+        limits([
+            within("velocity", velocity, self.velocity)?,
+            within("acceleration", dynamics.acceleration, self.acceleration)?,
+            within("deceleration", dynamics.deceleration, self.acceleration)?,
+            within("jerk", dynamics.jerk, self.jerk)?,
+        ])
+    }
+}
+
+/// The limits as the command has them, where nothing else tells any.
+fn given(velocity: Option<f64>, dynamics: &Dynamics) -> Result<Limits, Refusal> {
+    let needed = |field, value: Option<f64>| {
+        let received = value.ok_or(Refusal::NotGiven { field })?;
+        Ok::<_, Refusal>(number(field, received)?)
+    };
+    let acceleration = needed("acceleration", dynamics.acceleration)?;
+    let deceleration = dynamics.deceleration.unwrap_or(acceleration);
+    limits([
+        needed("velocity", velocity)?,
+        acceleration,
+        number("deceleration", deceleration)?,
+        needed("jerk", dynamics.jerk)?,
+    ])
+}
+
+fn number(field: &'static str, received: f64) -> Result<f64, GuardRefusal> {
+    if is_limit(received) {
+        Ok(received)
+    } else {
+        Err(GuardRefusal::Value {
+            field,
+            received,
+            expected: coaxle_axis::guard::EXPECTED_LIMIT,
+        })
+    }
+}
+
+fn limits([velocity, acceleration, deceleration, jerk]: [f64; 4]) -> Result<Limits, Refusal> {
+    let wrong = |InvalidLimit { field, received }| {
+        Refusal::Guard(GuardRefusal::Value {
+            field,
+            received,
+            expected: coaxle_axis::guard::EXPECTED_LIMIT,
+        })
+    };
+    Limits::new(velocity, acceleration, deceleration, jerk).map_err(wrong)
+}

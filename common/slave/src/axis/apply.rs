@@ -1,0 +1,218 @@
+//! Carrying out what was planned. Nothing here can fail.
+
+use coaxle_axis::drive::DriveState;
+use coaxle_axis::{AxisStatus, CommandState, Job, Manner, Origin, Transition};
+use coaxle_curve::profile::{Kinematics, Profile};
+
+use super::SlaveAxis;
+use crate::change::{Change, Effect, TakesOver};
+use crate::command::Command;
+use crate::couplings::Engagement;
+use crate::job::Jobs;
+use crate::motion::{Motion, Planned};
+use crate::refusal::Refusal;
+
+impl SlaveAxis {
+    /// Plans a command and carries it out.
+    ///
+    /// # Errors
+    /// [`Refusal`] says what stands against it; the axis goes on with what it was doing.
+    pub fn command(&mut self, command: &Command) -> Result<Job, Refusal> {
+        let change = self.plan(command)?;
+        Ok(self.apply(change, Origin::Program))
+    }
+
+    /// Carries out what was planned. What moves the axis does so from the next
+    /// [`update`](Self::update) on; [`progress`](Self::progress) tells how far it is, and when it has
+    /// come to its end, [`take_ended`](Self::take_ended) says so.
+    ///
+    /// # Panics
+    /// If the change was planned for an axis that has gone on since: plan and apply belong together.
+    pub fn apply(&mut self, change: Change, origin: Origin) -> Job {
+        assert_eq!(
+            change.revision, self.revision,
+            "a change is applied to the axis that it was planned for, before anything else happens"
+        );
+        self.revision = self.revision.wrapping_add(1);
+        let Change {
+            command,
+            transition,
+            effect,
+            ..
+        } = change;
+        if let Effect::Couple(engagement, manner) = &effect
+            && let Some(job) = self.adjust(engagement, *manner, command, origin)
+        {
+            return job;
+        }
+        let takes_over = effect.takes_over();
+        let job = match takes_over {
+            TakesOver::No => Jobs::at_once(command, origin),
+            _ => self.jobs.number(command, origin),
+        };
+        self.carry_out(effect, job);
+        if let Some(transition) = transition {
+            self.state.follow(transition);
+        }
+        match takes_over {
+            TakesOver::No | TakesOver::GoesOnBeside => {}
+            TakesOver::AndIsDone => self.jobs.replace(job, CommandState::Done),
+            TakesOver::AndGoesOn => self.jobs.replace(job, self.job_state()),
+        }
+        job
+    }
+
+    /// A change to the coupling that moves the axis, which goes on.
+    fn adjust(
+        &mut self,
+        engagement: &Engagement,
+        manner: Manner,
+        command: &'static str,
+        origin: Origin,
+    ) -> Option<Job> {
+        let job = match manner {
+            Manner::Engage => return None,
+            Manner::Adjust => self.jobs.number(command, origin),
+            Manner::Continue => self.jobs.motion().0?,
+        };
+        self.couplings.apply(engagement, job);
+        Some(job)
+    }
+
+    fn carry_out(&mut self, effect: Effect, job: Job) {
+        match effect {
+            Effect::Power(on) => self.power(on),
+            Effect::Reset => self.reset(),
+            Effect::Home(position) => self.home(position),
+            Effect::Run(profile) => self.run(profile),
+            Effect::Couple(engagement, _) => self.engage(&engagement, job),
+            Effect::Phase(profile) => self.phasing.start(profile, job, &mut self.jobs),
+            Effect::Superimpose(profile) => {
+                self.superimposed.start(profile, job, &mut self.jobs);
+            }
+            Effect::Release => self.keep_velocity(),
+            // Whether they can be done was planned.
+            Effect::PlateMode(table, mode) => {
+                let _ = self.couplings.cam.set_mode(table, mode);
+            }
+            Effect::PlatePoints(table, points) => {
+                let _ = self.couplings.cam.write(table, &points);
+            }
+            Effect::Read(_) => {}
+        }
+    }
+
+    fn power(&mut self, on: bool) {
+        self.powered = on;
+        let before = self.status();
+        if before == AxisStatus::Disabled && on {
+            self.switch_on();
+        } else if before == AxisStatus::Standstill && !on {
+            self.switch_off();
+        } else if !on
+            && !matches!(
+                before,
+                AxisStatus::Disabled | AxisStatus::ErrorStop | AxisStatus::Stopping
+            )
+        {
+            let brake = self.guard.brake(&self.free());
+            self.run(brake);
+            self.jobs.set(CommandState::Aborted);
+        }
+    }
+
+    fn reset(&mut self) {
+        if self.status() != AxisStatus::ErrorStop {
+            return;
+        }
+        if self.drive.state() == DriveState::Tripped || !self.powered {
+            self.switch_off();
+        }
+        if self.powered && self.drive.state() == DriveState::Off {
+            self.switch_on();
+        }
+        self.error = None;
+        self.couplings.end_all();
+    }
+
+    fn switch_on(&mut self) {
+        self.drive.power_on(self.drive.position(), 0.0);
+        self.stand_where_drive_is();
+    }
+
+    pub(super) fn switch_off(&mut self) {
+        self.drive.reset();
+        self.stand_where_drive_is();
+    }
+
+    /// A drive that overshot does not take the set position beyond a software limit.
+    fn stand_where_drive_is(&mut self) {
+        let actual = Kinematics::at_rest(self.actual_position());
+        let stands = self.guard.confined(self.set.position, &actual);
+        self.stand_at(stands.position);
+    }
+
+    fn home(&mut self, position: f64) {
+        self.drive_zero += position - self.set.position;
+        self.homed = true;
+        self.stand_at(position);
+    }
+
+    fn stand_at(&mut self, position: f64) {
+        self.set = Kinematics::at_rest(position);
+        self.move_by(Motion::Own(Planned::rest(position, &self.guard)));
+    }
+
+    pub(super) fn run(&mut self, profile: Profile) {
+        self.set = self.free();
+        self.move_by(Motion::Own(Planned::new(profile)));
+    }
+
+    /// From now on this coupling moves the axis, even where one of its kind did.
+    fn engage(&mut self, engagement: &Engagement, job: Job) {
+        self.end_coupling();
+        self.superimposed
+            .drop(CommandState::Aborted, &mut self.jobs);
+        self.couplings.apply(engagement, job);
+        self.motion = Motion::Coupled(engagement.kind());
+    }
+
+    /// From now on this moves the axis, and nothing else does.
+    pub(super) fn move_by(&mut self, motion: Motion) {
+        self.end_coupling();
+        self.phasing.drop(CommandState::Aborted, &mut self.jobs);
+        self.superimposed
+            .drop(CommandState::Aborted, &mut self.jobs);
+        self.motion = motion;
+    }
+
+    fn end_coupling(&mut self) {
+        // What was in error is kept to be asked about, until it is acknowledged.
+        if let Motion::Coupled(kind) = self.motion
+            && self.error.is_none()
+        {
+            self.couplings.get_mut(kind).end();
+        }
+    }
+
+    /// The axis is on its own, at the velocity that it has.
+    fn keep_velocity(&mut self) {
+        // A deceleration is still there for a stop in this very cycle.
+        self.set = self.free();
+        let keeps = Planned::keep_velocity(&self.set, &self.guard);
+        self.move_by(Motion::Own(keeps));
+    }
+
+    /// The same where a coupling has ended by itself.
+    pub(super) fn release(&mut self) {
+        self.keep_velocity();
+        self.state.follow(self.released());
+    }
+
+    /// The arrow that a coupling leaves by.
+    pub(super) fn released(&self) -> Transition {
+        Transition::Released {
+            at_rest: self.set.velocity == 0.0,
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! What a command would come to. Nothing changes here.
+
+use coaxle_axis::guard::check_number;
+use coaxle_axis::{Awaits, AxisStatus, Dynamics, NotPlanned, PlanInputs, Planned};
+use coaxle_clock::Seconds;
+use coaxle_curve::profile::{Limits, Profile, ProfileExtremes, to_position, to_velocity};
+use coaxle_saw::SawCommand;
+
+use super::SlaveAxis;
+use crate::change::{Change, Effect};
+use crate::command::Command;
+use crate::couplings::{CouplingRefusal, Engagement, Kind};
+use crate::motion::Motion;
+use crate::refusal::Refusal;
+
+impl SlaveAxis {
+    /// What a command would come to now. What couples the axis relates the set values to the masters
+    /// of the last [`update`](Self::update): they belong to the same moment.
+    ///
+    /// # Errors
+    /// [`Refusal`] says what stands against it.
+    pub fn plan(&self, command: &Command) -> Result<Change, Refusal> {
+        let transition = command.transition(self.powered);
+        if let Some(transition) = transition {
+            self.check_state(command.name(), transition)?;
+        }
+        let (effect, awaits) = self.effect_of(command)?;
+        // What becomes of an axis that is released, its velocity says.
+        let transition = match effect {
+            Effect::Release => Some(self.released()),
+            _ => transition,
+        };
+        Ok(Change {
+            command: command.name(),
+            transition,
+            effect,
+            awaits,
+            revision: self.revision,
+        })
+    }
+
+    fn effect_of(&self, command: &Command) -> Result<(Effect, Awaits), Refusal> {
+        let couplings = &self.couplings;
+        let gear = |command| couplings.gear(command, &self.plan_inputs(Kind::Gear));
+        let flying = |command| couplings.flying_gear(command, &self.plan_inputs(Kind::FlyingGear));
+        let cam = |command| couplings.cam(&command, &self.plan_inputs(Kind::Cam));
+        let saw = |command| couplings.saw(&command, &self.plan_inputs(Kind::Saw));
+        match *command {
+            Command::Power(on) => Ok(Effect::Power(on)),
+            Command::Reset {} => self.plan_reset(),
+            Command::Home { position } => self.plan_home(position),
+            Command::MoveAbsolute {
+                position,
+                velocity,
+                ref dynamics,
+            } => self.plan_move("position", position, velocity, dynamics),
+            Command::MoveRelative {
+                distance,
+                velocity,
+                ref dynamics,
+            } => self.plan_distance(distance, velocity, dynamics),
+            Command::MoveVelocity {
+                velocity,
+                ref dynamics,
+            } => self.plan_velocity(velocity, dynamics),
+            Command::Halt { ref dynamics } | Command::Stop { ref dynamics } => {
+                self.plan_stop(dynamics)
+            }
+            Command::PhasingAbsolute {
+                shift,
+                velocity,
+                ref dynamics,
+            } => self.plan_phasing(shift, velocity, dynamics),
+            Command::PhasingRelative {
+                shift,
+                velocity,
+                ref dynamics,
+            } => self.plan_phasing(self.phasing.end().position + shift, velocity, dynamics),
+            Command::MoveSuperimposed {
+                distance,
+                velocity,
+                ref dynamics,
+            } => self.plan_superimposed(distance, velocity, dynamics),
+            Command::GearOut {} | Command::CamOut {} => Ok(Effect::Release),
+            Command::ReadFlyingSawCharacteristics {} => self.plan_reading(),
+            Command::SetCamOnlineChangeMode { table, mode } => {
+                couplings
+                    .cam
+                    .plan_mode(table, &mode)
+                    .map_err(CouplingRefusal::Cam)?;
+                Ok(Effect::PlateMode(table, mode))
+            }
+            Command::WriteMotionFunction { table, points } => {
+                couplings
+                    .cam
+                    .plan_write(table, &points)
+                    .map_err(CouplingRefusal::Cam)?;
+                Ok(Effect::PlatePoints(table, points))
+            }
+            Command::GearIn(ref command) => return coupled(gear(command)),
+            Command::FlyingGear(ref command) => return coupled(flying(command)),
+            Command::GearInMultiMaster(ref command) => {
+                let inputs = self.plan_inputs(Kind::MultiMasterGear);
+                return coupled(couplings.multi_master_gear(command, &inputs));
+            }
+            Command::GearInPos(command) => return coupled(saw(SawCommand::GearInPos(command))),
+            Command::GearInVelo(command) => return coupled(saw(SawCommand::GearInVelo(command))),
+            Command::CamIn(command) => return coupled(cam(command.into())),
+            Command::CamScaling(command) => return coupled(cam(command.into())),
+            Command::CamInV2(command) => return coupled(cam(command.into())),
+            Command::CamAdd(command) => return coupled(cam(command.into())),
+            Command::CamExchange(command) => return coupled(cam(command.into())),
+            Command::CamRemove(command) => return coupled(cam(command.into())),
+            Command::CamScalingV2(command) => return coupled(cam(command.into())),
+        }
+        .map(|effect| (effect, Awaits::empty()))
+    }
+
+    /// What a coupling of this kind is planned from.
+    pub(super) fn plan_inputs(&self, kind: Kind) -> PlanInputs {
+        PlanInputs {
+            masters: self.seen_masters(),
+            slave: self.set,
+            guard: self.guard,
+            cycle: Seconds(self.cycle_time),
+            is_engaged: matches!(self.motion, Motion::Coupled(engaged) if engaged == kind),
+        }
+    }
+
+    fn plan_reset(&self) -> Result<Effect, Refusal> {
+        if self.status() == AxisStatus::ErrorStop && !self.is_at_rest() {
+            return Err(Refusal::NotAtRest {
+                velocity: self.set.velocity,
+            });
+        }
+        Ok(Effect::Reset)
+    }
+
+    fn plan_home(&self, position: f64) -> Result<Effect, Refusal> {
+        self.guard.check_target("position", position)?;
+        Ok(Effect::Home(position))
+    }
+
+    fn plan_reading(&self) -> Result<Effect, Refusal> {
+        let plan = self.saw_plan().ok_or(Refusal::NoCharacteristics)?;
+        Ok(Effect::Read(*plan))
+    }
+
+    fn plan_distance(
+        &self,
+        distance: f64,
+        velocity: Option<f64>,
+        dynamics: &Dynamics,
+    ) -> Result<Effect, Refusal> {
+        check_number("distance", distance)?;
+        self.plan_move("target", self.set.position + distance, velocity, dynamics)
+    }
+
+    fn plan_move(
+        &self,
+        field: &'static str,
+        target: f64,
+        velocity: Option<f64>,
+        dynamics: &Dynamics,
+    ) -> Result<Effect, Refusal> {
+        self.guard.check_target(field, target)?;
+        let start = self.free();
+        let profile = self.profile(velocity, dynamics, |limits| {
+            to_position(&start, target, limits)
+        })?;
+        self.guard
+            .check_way(start.position, &ProfileExtremes::of(&profile))?;
+        Ok(Effect::Run(profile))
+    }
+
+    fn plan_velocity(&self, velocity: f64, dynamics: &Dynamics) -> Result<Effect, Refusal> {
+        check_number("velocity", velocity)?;
+        self.guard.check_speed(velocity)?;
+        let start = self.free();
+        let profile = self.profile(None, dynamics, |limits| {
+            to_velocity(&start, velocity, limits)
+        })?;
+        Ok(Effect::Run(profile))
+    }
+
+    fn plan_stop(&self, dynamics: &Dynamics) -> Result<Effect, Refusal> {
+        let start = self.free();
+        let profile = self.profile(None, dynamics, |limits| to_velocity(&start, 0.0, limits))?;
+        Ok(Effect::Run(profile))
+    }
+
+    /// A profile with the dynamics of a command, or with the axis's own where those are too slow to
+    /// keep the highest velocity and the software limits from here.
+    fn profile(
+        &self,
+        velocity: Option<f64>,
+        dynamics: &Dynamics,
+        plan: impl Fn(&Limits) -> Profile,
+    ) -> Result<Profile, Refusal> {
+        let profile = plan(&self.guard.limits_of(velocity, dynamics)?);
+        let extremes = ProfileExtremes::of(&profile);
+        let keeps = self.guard.keeps_velocity(&extremes)
+            && self.guard.check_way(self.set.position, &extremes).is_ok();
+        if keeps {
+            Ok(profile)
+        } else {
+            Ok(plan(&self.guard.limits_of(velocity, &Dynamics::default())?))
+        }
+    }
+}
+
+/// What engages a coupling, or changes it.
+fn coupled(
+    planned: Result<Planned<Engagement>, NotPlanned<CouplingRefusal>>,
+) -> Result<(Effect, Awaits), Refusal> {
+    let planned = planned?;
+    let effect = Effect::Couple(planned.change, planned.manner);
+    Ok((effect, planned.awaits))
+}

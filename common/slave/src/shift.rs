@@ -1,0 +1,110 @@
+//! A motion that is added to another one: of its own, over time, from one offset to another.
+
+use coaxle_axis::{CommandState, Job};
+use coaxle_clock::Seconds;
+use coaxle_curve::profile::{Kinematics, Profile};
+
+use crate::job::{JobState, Jobs};
+
+/// An offset that is led from one value to another, and stays there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shift {
+    course: Option<Course>,
+    now: Kinematics,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Course {
+    profile: Profile,
+    since: Seconds,
+    job: Job,
+}
+
+impl Shift {
+    /// None.
+    pub(super) const NONE: Self = Self {
+        course: None,
+        now: Kinematics::at_rest(0.0),
+    };
+
+    /// What is added now.
+    pub(super) const fn now(&self) -> &Kinematics {
+        &self.now
+    }
+
+    /// What is added once it has come to its end.
+    pub(super) fn end(&self) -> Kinematics {
+        self.course
+            .as_ref()
+            .map_or(self.now, |course| course.profile.end())
+    }
+
+    /// Whether anything is added, or will be.
+    pub(super) fn is_active(&self) -> bool {
+        self.course.is_some() || self.now.position != 0.0
+    }
+
+    pub(super) const fn is_under_way(&self) -> bool {
+        self.course.is_some()
+    }
+
+    /// From now on it is led along a profile that begins with what it is.
+    pub(super) fn start(&mut self, profile: Profile, job: Job, jobs: &mut Jobs) {
+        self.abort(jobs);
+        self.course = Some(Course {
+            profile,
+            since: Seconds::ZERO,
+            job,
+        });
+    }
+
+    /// One cycle.
+    pub(super) fn advance(&mut self, elapsed: Seconds, jobs: &mut Jobs) {
+        let Some(course) = &mut self.course else {
+            return;
+        };
+        course.since = course.since + elapsed;
+        self.now = course.profile.at(course.since);
+        if course.since >= course.profile.duration() {
+            jobs.end(course.job, CommandState::Done);
+            self.course = None;
+        }
+    }
+
+    /// Nothing is added any more: what was has become part of something else.
+    pub(super) fn drop(&mut self, state: JobState, jobs: &mut Jobs) {
+        if let Some(course) = self.course.take() {
+            jobs.end(course.job, state);
+        }
+        self.now = Kinematics::at_rest(0.0);
+    }
+
+    fn abort(&mut self, jobs: &mut Jobs) {
+        if let Some(course) = self.course.take() {
+            jobs.end(course.job, CommandState::Aborted);
+        }
+    }
+
+    /// How far a job of it is, while it lasts.
+    pub(super) fn progress(&self, job: Job) -> Option<JobState> {
+        let course = self.course.as_ref()?;
+        (course.job == job).then_some(CommandState::Active)
+    }
+}
+
+/// Two motions at once; the first one bit for bit where nothing is added.
+pub(super) fn plus(motion: Kinematics, added: Option<Kinematics>) -> Kinematics {
+    match added {
+        None => motion,
+        Some(added) => sum(&motion, &added),
+    }
+}
+
+/// Two motions at once.
+pub(super) fn sum(one: &Kinematics, other: &Kinematics) -> Kinematics {
+    Kinematics {
+        position: one.position + other.position,
+        velocity: one.velocity + other.velocity,
+        acceleration: one.acceleration + other.acceleration,
+    }
+}

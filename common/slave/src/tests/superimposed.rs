@@ -1,0 +1,134 @@
+//! A distance that is added to whatever moves the axis.
+
+use super::*;
+use coaxle_axis::{AxisStatus, CommandState};
+
+fn superimposed(distance: f64) -> Command {
+    Command::MoveSuperimposed {
+        distance,
+        velocity: Some(50.0),
+        dynamics: OWN,
+    }
+}
+
+fn run_within(axis: &mut SlaveAxis, cycles: u32) {
+    let mut differences = Differences::of(axis);
+    for _ in 0..cycles {
+        axis.update(None, CYCLE);
+        differences.keep(axis, &PARAMETERS);
+    }
+}
+
+#[test]
+fn a_coupled_axis_gets_a_distance_more() {
+    let mut axis = powered(&PARAMETERS);
+    let mut master = Master::at(0.0, 300.0);
+    master.lead(&mut axis, 1);
+    start(&mut axis, &Command::GearIn(GearIn::of(1.0)));
+    master.lead(&mut axis, 500);
+    let apart = axis.set().position - master.0.position;
+    let gear = axis.job().0.unwrap();
+    let job = start(&mut axis, &superimposed(-20.0));
+    let mut differences = Differences::of(&axis);
+    for _ in 0..1_000 {
+        master.lead(&mut axis, 1);
+        differences.keep(&axis, &PARAMETERS);
+    }
+    assert_eq!(axis.progress(job), CommandState::Done);
+    assert_eq!(axis.progress(gear), CommandState::InSync);
+    assert_eq!(axis.status(), AxisStatus::SynchronizedMotion);
+    assert!((axis.set().position - master.0.position - apart + 20.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_motion_of_its_own_ends_as_much_farther() {
+    let mut axis = powered(&PARAMETERS);
+    let slowly = Dynamics {
+        acceleration: Some(1_000.0),
+        deceleration: Some(1_000.0),
+        jerk: Some(20_000.0),
+    };
+    let base = start(
+        &mut axis,
+        &Command::MoveAbsolute {
+            position: 300.0,
+            velocity: Some(200.0),
+            dynamics: slowly,
+        },
+    );
+    run(&mut axis, 400);
+    let added = Dynamics {
+        acceleration: Some(1_000.0),
+        deceleration: Some(1_000.0),
+        jerk: Some(50_000.0),
+    };
+    let job = start(
+        &mut axis,
+        &Command::MoveSuperimposed {
+            distance: 100.0,
+            velocity: Some(40.0),
+            dynamics: added,
+        },
+    );
+    assert_eq!(axis.axis_struct(1).target_position, 400.0);
+    run_within(&mut axis, 1_700);
+    assert_eq!(axis.status(), AxisStatus::DiscreteMotion, "one is not over");
+    run_within(&mut axis, 2_000);
+    assert_eq!(axis.progress(base), CommandState::Done);
+    assert_eq!(axis.progress(job), CommandState::Done);
+    assert_eq!(axis.status(), AxisStatus::Standstill);
+    assert_eq!(axis.set(), Kinematics::at_rest(400.0));
+}
+
+#[test]
+fn an_axis_at_rest_goes_the_distance() {
+    let mut axis = powered(&PARAMETERS);
+    let job = start(&mut axis, &superimposed(12.5));
+    assert_eq!(axis.status(), AxisStatus::DiscreteMotion);
+    run_within(&mut axis, 1_000);
+    assert_eq!(axis.progress(job), CommandState::Done);
+    assert_eq!(axis.status(), AxisStatus::Standstill);
+    assert_eq!(axis.set(), Kinematics::at_rest(12.5));
+    // The next one begins there.
+    start(&mut axis, &move_absolute(0.0));
+    run_within(&mut axis, 1_000);
+    assert_eq!(axis.set(), Kinematics::at_rest(0.0));
+}
+
+#[test]
+fn it_is_cut_short_by_the_next_motion_and_goes_on_in_it() {
+    let mut axis = powered(&PARAMETERS);
+    start(&mut axis, &move_velocity(100.0));
+    run(&mut axis, 300);
+    let job = start(&mut axis, &superimposed(50.0));
+    let mut differences = Differences::of(&axis);
+    for cycle in 0..800 {
+        if cycle == 100 {
+            assert!(axis.set().velocity > 140.0);
+            start(&mut axis, &HALT);
+            assert_eq!(axis.progress(job), CommandState::Aborted);
+        }
+        axis.update(None, CYCLE);
+        differences.keep(&axis, &PARAMETERS);
+    }
+    assert_eq!(axis.status(), AxisStatus::Standstill);
+}
+
+#[test]
+fn what_leaves_the_limits_is_refused() {
+    let mut axis = powered(&LIMITED);
+    let too_far = superimposed(1_200.0);
+    assert_eq!(axis.plan(&too_far).unwrap_err().code(), 0x4229);
+    // A motion that needs all of the acceleration leaves none.
+    start(&mut axis, &move_absolute(900.0));
+    assert_eq!(axis.plan(&superimposed(10.0)).unwrap_err().code(), 0x42dd);
+    let stopping = {
+        let mut axis = powered(&LIMITED);
+        start(&mut axis, &STOP);
+        axis
+    };
+    assert_eq!(
+        stopping.plan(&superimposed(1.0)).unwrap_err().code(),
+        0x42ef
+    );
+}

@@ -1,0 +1,116 @@
+//! What a scan costs with many far axes and slaves: `cargo bench -p coaxle-receiver`.
+
+use std::time::Duration;
+
+use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
+use coaxle_curve::profile::Kinematics;
+use coaxle_node::config::parse;
+use coaxle_node::{AxisSample, Frame, FrameHeader, Message, Node};
+use coaxle_receiver::{Receiver, ReceiverConfig};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+
+/// No frame holds more than 128.
+const AXES_OF_A_NODE: usize = 100;
+
+/// A receiver of so many far axes and slaves, and the frames of its far nodes.
+struct Bench {
+    receiver: Receiver,
+    nodes: Vec<Vec<Option<AxisSample>>>,
+    cycle: i64,
+}
+
+impl Bench {
+    fn new(axes: usize, slaves: usize, limits: &str) -> Self {
+        let mut text = "name = 'line'\ncycle-time-us = 1000\n".to_owned();
+        let mut nodes = Vec::new();
+        for first in (0..axes).step_by(AXES_OF_A_NODE) {
+            let count = AXES_OF_A_NODE.min(axes - first);
+            let node = nodes.len();
+            text += &format!("[[far]]\nnode = 'n{node}'\naxes = ['1-{count}']\ndelay = 'off'\n");
+            nodes.push(vec![Some(AxisSample::default()); count]);
+        }
+        for slave in 0..slaves {
+            let (node, axis) = (slave / AXES_OF_A_NODE, slave % AXES_OF_A_NODE + 1);
+            text += &format!("[[slave]]\nname = 's{slave}'\nmaster = 'n{node}.{axis}'\n{limits}\n");
+        }
+        let config: ReceiverConfig = parse("bench", &text).expect("a config");
+        let receiver = Receiver::new(&config, Instant::EPOCH, 1).expect("a receiver");
+        let mut bench = Self {
+            receiver,
+            nodes,
+            cycle: 0,
+        };
+        // Until the far clocks are known and all slaves coupled.
+        (0..3_000).for_each(|_| bench.scan());
+        bench
+    }
+
+    /// A frame of each node, the cycle, and what comes out of it.
+    fn scan(&mut self) {
+        let at: Instant<Local> = Instant::EPOCH + Span::from_millis(self.cycle);
+        let header = FrameHeader {
+            sender: 1,
+            epoch: 1,
+            index: CycleIndex::of_count(self.cycle as u64),
+            count: self.cycle as u64,
+            cycle_time: CycleTime::new(Span::from_millis(1)).expect("in range"),
+            send_stamp: None,
+        };
+        let set = Kinematics {
+            position: 0.5 * self.cycle as f64,
+            velocity: 500.0,
+            acceleration: 0.0,
+        };
+        for (node, axes) in self.nodes.iter_mut().enumerate() {
+            axes.iter_mut().flatten().for_each(|axis| axis.set = set);
+            let message = Message::Frame(Frame { header, axes });
+            self.receiver.receive(at, node, &message);
+        }
+        let _ = self.receiver.cycle(at);
+        while let Some(outgoing) = self.receiver.transmit() {
+            std::hint::black_box(outgoing.body);
+        }
+        self.cycle += 1;
+    }
+}
+
+fn axes(c: &mut Criterion) {
+    const LIMITS: &str = "limits = { velocity = 2000, acceleration = 100000, jerk = 1e7 }";
+    let mut whole = |name: &str, counts: &[usize], bench: fn(usize) -> Bench| {
+        let mut group = c.benchmark_group(name);
+        for &count in counts {
+            group.throughput(Throughput::Elements(count as u64));
+            let mut bench = bench(count);
+            group.bench_function(BenchmarkId::from_parameter(count), |b| {
+                b.iter(|| bench.scan())
+            });
+        }
+        group.finish();
+    };
+    whole("scan: far axes", &[1, 10, 100, 300, 1000], |n| {
+        Bench::new(n, 0, "")
+    });
+    whole(
+        "scan: far axes, each with a slave by a gear",
+        &[1, 10, 100],
+        |n| Bench::new(n, n, ""),
+    );
+    whole("scan: the same with limits", &[1, 10, 100], |n| {
+        Bench::new(n, n, LIMITS)
+    });
+    whole(
+        "scan: 300 far axes of 3 nodes, slaves",
+        &[1, 10, 100],
+        |n| Bench::new(300, n, ""),
+    );
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2))
+        .sample_size(20);
+    targets = axes
+}
+criterion_main!(benches);

@@ -1,0 +1,201 @@
+//! `axes` of a far node: `[1, 2]`, `["1-32"]`, `[{ id = 3, name = "belt" }]`, in any mixture.
+
+use coaxle_node::frame::MAX_AXES;
+use coaxle_node::keys::NodeName;
+use serde::{Deserialize, Serialize};
+use toml::Value;
+
+use super::far::FarAxisConfig;
+
+/// The axes of a far node that are followed, at least one, each once.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Value>", into = "Vec<Value>")]
+pub struct AxisList(Vec<FarAxisConfig>);
+
+/// A list that cannot be followed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WrongAxes {
+    /// There is none.
+    #[error("received no axis, expected at least one")]
+    None,
+    /// More than a frame holds.
+    #[error("received {received} axes, expected at most {MAX_AXES}: a frame holds no more")]
+    TooMany {
+        /// How many.
+        received: usize,
+    },
+    /// The same one again.
+    #[error("received the id {id} twice, expected each once")]
+    Twice {
+        /// The id.
+        id: u32,
+    },
+    /// No axis at all.
+    #[error(
+        "received {received}, expected an id, a range such as \"1-32\", or {{ id = 1, name = \"belt\" }}"
+    )]
+    NotAnAxis {
+        /// What was there.
+        received: String,
+    },
+}
+
+impl AxisList {
+    /// # Errors
+    /// [`WrongAxes`] says what is wrong with them.
+    pub fn new(axes: Vec<FarAxisConfig>) -> Result<Self, WrongAxes> {
+        if axes.is_empty() {
+            return Err(WrongAxes::None);
+        }
+        if axes.len() > MAX_AXES {
+            let received = axes.len();
+            return Err(WrongAxes::TooMany { received });
+        }
+        for (n, axis) in axes.iter().enumerate() {
+            if axes[..n].iter().any(|other| other.id == axis.id) {
+                return Err(WrongAxes::Twice { id: axis.id });
+            }
+        }
+        Ok(Self(axes))
+    }
+
+    /// One axis, under its id.
+    #[must_use]
+    pub fn one(id: u32) -> Self {
+        Self(vec![FarAxisConfig { id, name: None }])
+    }
+
+    /// The axes, in their order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &FarAxisConfig> {
+        self.0.iter()
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub const fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Their ids, in their order.
+    #[must_use]
+    pub fn ids(&self) -> Vec<u32> {
+        self.iter().map(|axis| axis.id).collect()
+    }
+}
+
+impl Default for AxisList {
+    fn default() -> Self {
+        Self::one(1)
+    }
+}
+
+/// An axis with its name, as a config spells it.
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct Named {
+    id: u32,
+    name: NodeName,
+}
+
+impl TryFrom<Vec<Value>> for AxisList {
+    type Error = WrongAxes;
+    fn try_from(entries: Vec<Value>) -> Result<Self, WrongAxes> {
+        let mut axes = Vec::new();
+        for entry in entries {
+            let received = entry.to_string();
+            let wrong = || WrongAxes::NotAnAxis { received };
+            axes.extend(axes_of(entry).ok_or_else(wrong)?);
+            if axes.len() > 2 * MAX_AXES {
+                break;
+            }
+        }
+        Self::new(axes)
+    }
+}
+
+fn axes_of(entry: Value) -> Option<Vec<FarAxisConfig>> {
+    let unnamed = |id| FarAxisConfig { id, name: None };
+    match entry {
+        Value::Integer(id) => Some(vec![unnamed(u32::try_from(id).ok()?)]),
+        Value::String(range) => {
+            let (first, last) = range.split_once('-')?;
+            let (first, last): (u32, u32) = (first.trim().parse().ok()?, last.trim().parse().ok()?);
+            // More than fit anywhere are not counted out.
+            let last = last.min(first.saturating_add(2 * MAX_AXES as u32));
+            (first <= last).then(|| (first..=last).map(unnamed).collect())
+        }
+        named @ Value::Table(_) => {
+            let Named { id, name } = named.try_into().ok()?;
+            let name = Some(name);
+            Some(vec![FarAxisConfig { id, name }])
+        }
+        _ => None,
+    }
+}
+
+impl From<AxisList> for Vec<Value> {
+    fn from(axes: AxisList) -> Self {
+        let entry = |axis: FarAxisConfig| match axis.name {
+            None => Value::Integer(axis.id.into()),
+            Some(name) => {
+                let id = ("id".to_owned(), Value::Integer(axis.id.into()));
+                let name = ("name".to_owned(), Value::String(name.into()));
+                Value::Table([id, name].into_iter().collect())
+            }
+        };
+        axes.0.into_iter().map(entry).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, Serialize, Deserialize)]
+    struct Axes {
+        axes: AxisList,
+    }
+
+    fn axes(text: &str) -> Result<AxisList, String> {
+        let axes = coaxle_node::config::parse::<Axes>("f", &format!("axes = {text}"));
+        axes.map(|axes| axes.axes)
+            .map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn ids_ranges_and_names_mix() {
+        let list = axes("[7, \"1-3\", { id = 5, name = \"belt\" }]").unwrap();
+        assert_eq!(list.ids(), [7, 1, 2, 3, 5]);
+        let names: Vec<_> = list.iter().filter_map(|axis| axis.name.clone()).collect();
+        assert_eq!(names, [NodeName::new("belt").unwrap()]);
+        let written = toml::to_string(&Axes { axes: list.clone() }).unwrap();
+        assert_eq!(
+            coaxle_node::config::parse::<Axes>("f", &written)
+                .unwrap()
+                .axes,
+            list
+        );
+    }
+
+    #[test]
+    fn lists_that_cannot_be_followed_are_refused() {
+        for (text, expected) in [
+            ("[]", "received no axis, expected at least one"),
+            (
+                "[1, \"1-2\"]",
+                "received the id 1 twice, expected each once",
+            ),
+            (
+                "[\"1-129\"]",
+                "received 129 axes, expected at most 128: a frame holds no more",
+            ),
+            ("[-1]", "received -1, expected an id, a range"),
+            ("[\"belt\"]", "received \"belt\", expected an id, a range"),
+            ("[{ id = 1, nam = \"x\" }]", "expected an id, a range"),
+        ] {
+            let error = axes(text).unwrap_err();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+        assert!(axes("[\"0-4294967295\"]").is_err());
+    }
+}

@@ -1,0 +1,181 @@
+//! `[[far]]`: a node that is followed, how, and which of its axes.
+
+use std::fmt;
+
+use coaxle_clock::far_clock::DelaySource;
+use coaxle_clock::observer::ObserverParameters;
+use coaxle_node::Channel;
+use coaxle_node::config::{DelayMicros, LinkConfig};
+use coaxle_node::keys::NodeName;
+use coaxle_remote::{AxisSyncParameters, FilterMode};
+use serde::{Deserialize, Serialize};
+
+use super::axes::AxisList;
+
+/// A node that is followed. Its clock is learnt once, for all of its axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct FarConfig {
+    /// The node that publishes the axes.
+    pub node: NodeName,
+    /// Whether they are a sender's axes, or the slaves of another receiver.
+    #[serde(default)]
+    pub channel: FarChannel,
+    /// Which of its axes: ids, ranges of ids, or ids with names of their own here. The axis 1 by
+    /// default.
+    #[serde(default)]
+    pub axes: AxisList,
+    /// How the set values are calculated.
+    #[serde(default)]
+    pub mode: Mode,
+    /// Parameters of the TS5066 blocks.
+    #[serde(default)]
+    pub sync: AxisSyncParameters,
+    /// Parameters of the phase observer.
+    #[serde(default)]
+    pub observer: ObserverParameters,
+    /// The constant part of the delay, in observer mode.
+    #[serde(default)]
+    pub delay: DelayConfig,
+    /// Faults laid over everything that comes from the node, and over the time requests to it.
+    #[serde(default)]
+    pub faults: LinkConfig,
+    /// Faults laid over the time requests instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub request_faults: Option<LinkConfig>,
+}
+
+impl FarConfig {
+    /// Whether the node is asked for the time, to measure the delay.
+    #[must_use]
+    pub fn asks(&self) -> bool {
+        self.mode == Mode::Observer && self.delay == DelayConfig::Measured
+    }
+
+    /// Faults laid over the time requests to it.
+    #[must_use]
+    pub fn faults_of_requests(&self) -> &LinkConfig {
+        self.request_faults.as_ref().unwrap_or(&self.faults)
+    }
+
+    /// What one of its axes is called among the masters of slaves: its own name, or node and id.
+    #[must_use]
+    pub fn axis_name(&self, axis: &FarAxisConfig) -> String {
+        match &axis.name {
+            Some(name) => name.to_string(),
+            None => self.full_name(axis.id),
+        }
+    }
+
+    /// Node and id, which is always understood.
+    pub(super) fn full_name(&self, id: u32) -> String {
+        format!("{}.{id}", self.node)
+    }
+}
+
+/// An axis that is followed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FarAxisConfig {
+    /// Its axis id.
+    pub id: u32,
+    /// What it is called here; node and id by default.
+    pub name: Option<NodeName>,
+}
+
+/// Where far axes are published.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FarChannel {
+    /// A sender's own axes.
+    #[default]
+    Axes,
+    /// A receiver's slaves.
+    Slaves,
+}
+
+impl From<FarChannel> for Channel {
+    fn from(channel: FarChannel) -> Self {
+        match channel {
+            FarChannel::Axes => Self::Axes,
+            FarChannel::Slaves => Self::Slaves,
+        }
+    }
+}
+
+/// How the set values are calculated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    /// TS5066's automatic mode: start-up mode, sync mode, fallback.
+    Sync,
+    /// As received, beats and all.
+    Bypass,
+    /// Through the PT1 filter.
+    Pt1,
+    /// Beats are hidden when they happen.
+    Time,
+    /// By the phase observer: locked within a second whatever the drift. Time mode bridges.
+    #[default]
+    Observer,
+}
+
+/// Where the constant part of the delay comes from, in observer mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DelayConfig {
+    /// The far node is asked: the set values are those that its axes have at the same moment.
+    #[default]
+    Measured,
+    /// It is this much, µs.
+    FixedUs(DelayMicros),
+    /// Nothing is done about it, as in TS5066.
+    Off,
+}
+
+impl From<DelayConfig> for DelaySource {
+    fn from(delay: DelayConfig) -> Self {
+        match delay {
+            DelayConfig::Measured => Self::Measured,
+            DelayConfig::FixedUs(micros) => Self::Fixed(micros.span()),
+            DelayConfig::Off => Self::Off,
+        }
+    }
+}
+
+impl Mode {
+    /// The mode's name in config, status and reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sync => "sync",
+            Self::Bypass => "bypass",
+            Self::Pt1 => "pt1",
+            Self::Time => "time",
+            Self::Observer => "observer",
+        }
+    }
+
+    /// Whether the mode ever synchronises.
+    #[must_use]
+    pub const fn synchronises(self) -> bool {
+        matches!(self, Self::Sync | Self::Observer)
+    }
+}
+
+impl fmt::Display for Mode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl From<Mode> for FilterMode {
+    fn from(mode: Mode) -> Self {
+        match mode {
+            Mode::Sync => Self::Auto,
+            Mode::Bypass => Self::Bypass,
+            Mode::Pt1 => Self::Pt1,
+            Mode::Time => Self::Time,
+            Mode::Observer => Self::Observer,
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! The two forms of a receiver's file: a list of far nodes, or one master in short.
+
+use std::fmt;
+
+use coaxle_clock::observer::ObserverParameters;
+use coaxle_node::config::{ClockConfig, CycleMicros, LinkConfig, RealTimeConfig, TransportConfig};
+use coaxle_node::keys::NodeName;
+use coaxle_remote::AxisSyncParameters;
+use serde::{Deserialize, Serialize};
+
+use super::{AxisList, DelayConfig, FarChannel, FarConfig, Mode, ReceiverConfig, SlaveConfig};
+
+/// A receiver's file as it is written.
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub(super) struct Form {
+    name: NodeName,
+    cycle_time_us: CycleMicros,
+    #[serde(default)]
+    far: Vec<FarConfig>,
+    master: Option<Master>,
+    mode: Option<Mode>,
+    sync: Option<AxisSyncParameters>,
+    observer: Option<ObserverParameters>,
+    delay: Option<DelayConfig>,
+    faults: Option<LinkConfig>,
+    request_faults: Option<LinkConfig>,
+    /// As it was called before.
+    question_faults: Option<toml::Value>,
+    #[serde(rename = "slave")]
+    slaves: Option<Vec<SlaveConfig>>,
+    #[serde(default)]
+    clock: ClockConfig,
+    #[serde(default)]
+    seed: u64,
+    #[serde(default)]
+    transport: TransportConfig,
+    #[serde(default)]
+    real_time: RealTimeConfig,
+}
+
+/// The one master, in short.
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct Master {
+    /// The node that publishes it.
+    node: NodeName,
+    /// Whether it is one of a sender's axes, or the slave of another receiver.
+    #[serde(default)]
+    channel: FarChannel,
+    /// Its axis id.
+    #[serde(default = "first_axis")]
+    axis: u32,
+}
+
+const fn first_axis() -> u32 {
+    1
+}
+
+/// A mixture of the forms, or neither.
+#[derive(Debug)]
+pub(super) enum WrongForm {
+    /// The long form, and fields of the short one.
+    Mixed(&'static str),
+    /// Nothing is followed.
+    Nothing,
+    /// A field is called otherwise now.
+    Renamed(&'static str, &'static str),
+    /// A node twice.
+    Twice(NodeName),
+    /// An axis that is called as another one is.
+    SameName(String),
+}
+
+impl fmt::Display for WrongForm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Mixed(field) => write!(
+                f,
+                "{field}: received one beside [[far]], expected it in the [[far]] of the node that it \
+                 is for"
+            ),
+            Self::Nothing => f.write_str(
+                "far: received no [[far]], expected at least one, such as node = \"conveyor\" with axes \
+                 = [1, 2]; or in short, for one axis, master = { node = \"conveyor\", axis = 1 }",
+            ),
+            Self::Renamed(old, new) => write!(f, "{old}: is called {new} now"),
+            Self::Twice(node) => write!(
+                f,
+                "far: received the node {:?} twice, expected each once, with all of its axes",
+                node.as_str()
+            ),
+            Self::SameName(name) => write!(
+                f,
+                "far: received the name {name:?} for two axes, expected one of its own for each"
+            ),
+        }
+    }
+}
+
+impl TryFrom<Form> for ReceiverConfig {
+    type Error = WrongForm;
+
+    fn try_from(form: Form) -> Result<Self, WrongForm> {
+        if form.question_faults.is_some() {
+            return Err(WrongForm::Renamed("question-faults", "request-faults"));
+        }
+        let is_short = form.master.is_some();
+        let far = match form.master {
+            Some(_) if !form.far.is_empty() => return Err(WrongForm::Mixed("master")),
+            None if form.far.is_empty() => return Err(WrongForm::Nothing),
+            Some(master) => vec![FarConfig {
+                node: master.node,
+                channel: master.channel,
+                axes: AxisList::one(master.axis),
+                mode: form.mode.unwrap_or_default(),
+                sync: form.sync.unwrap_or_default(),
+                observer: form.observer.unwrap_or_default(),
+                delay: form.delay.unwrap_or_default(),
+                faults: form.faults.unwrap_or_default(),
+                request_faults: form.request_faults,
+            }],
+            None => {
+                let short = [
+                    ("mode", form.mode.is_some()),
+                    ("sync", form.sync.is_some()),
+                    ("observer", form.observer.is_some()),
+                    ("delay", form.delay.is_some()),
+                    ("faults", form.faults.is_some()),
+                    ("request-faults", form.request_faults.is_some()),
+                ];
+                if let Some((field, _)) = short.into_iter().find(|(_, is_there)| *is_there) {
+                    return Err(WrongForm::Mixed(field));
+                }
+                form.far
+            }
+        };
+        for (n, node) in far.iter().enumerate() {
+            if far[..n].iter().any(|other| other.node == node.node) {
+                return Err(WrongForm::Twice(node.node.clone()));
+            }
+        }
+        let one_slave = || {
+            if is_short {
+                vec![SlaveConfig::default()]
+            } else {
+                Vec::new()
+            }
+        };
+        let config = Self {
+            name: form.name,
+            cycle_time_us: form.cycle_time_us,
+            far,
+            slaves: form.slaves.unwrap_or_else(one_slave),
+            clock: form.clock,
+            seed: form.seed,
+            transport: form.transport,
+            real_time: form.real_time,
+        };
+        match same_name(&config) {
+            Some(name) => Err(WrongForm::SameName(name)),
+            None => Ok(config),
+        }
+    }
+}
+
+/// A name that two far axes have.
+fn same_name(config: &ReceiverConfig) -> Option<String> {
+    let mut names = config.far_axis_names();
+    names.sort_unstable();
+    let pair = names.windows(2).find(|pair| pair[0] == pair[1])?;
+    Some(pair[0].clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::MasterRef;
+
+    fn config(rest: &str) -> Result<ReceiverConfig, String> {
+        let text = format!("name = 'r'\ncycle-time-us = 1000\n{rest}");
+        coaxle_node::config::parse("r.toml", &text).map_err(|error| error.to_string())
+    }
+
+    const SHORT: &str =
+        "master = { node = 'conveyor', axis = 3 }\nmode = 'sync'\nrequest-faults.loss = 0.5";
+    const LONG: &str = "slave = [{}]\n[[far]]\nnode = 'conveyor'\naxes = [3]\nmode = 'sync'\n\
+        request-faults.loss = 0.5";
+
+    #[test]
+    fn the_short_form_is_the_long_one() {
+        assert_eq!(config(SHORT), config(LONG));
+        let written = toml::to_string(&config(SHORT).unwrap()).unwrap();
+        let read = coaxle_node::config::parse("r.toml", &written).map_err(|e| e.to_string());
+        assert_eq!(read, config(LONG));
+    }
+
+    #[test]
+    fn what_is_neither_says_what_to_write() {
+        for (rest, expected) in [
+            ("", "far: received no [[far]], expected at least one"),
+            (
+                "mode = 'sync'\n[[far]]\nnode = 'a'",
+                "mode: received one beside [[far]], expected it in the [[far]]",
+            ),
+            (
+                "master.node = 'b'\n[[far]]\nnode = 'a'",
+                "master: received one beside [[far]]",
+            ),
+            (
+                "master.node = 'b'\nquestion-faults.loss = 1",
+                "question-faults: is called request-faults now",
+            ),
+            (
+                "[[far]]\nnode = 'a'\n[[far]]\nnode = 'a'\naxes = [2]",
+                "received the node \"a\" twice",
+            ),
+            (
+                "[[far]]\nnode = 'a'\naxes = [{ id = 1, name = 'x' }, { id = 2, name = 'x' }]",
+                "received the name \"x\" for two axes",
+            ),
+            ("[[far]]\nnode = 'a'\nmode = 'fast'", "far[0].mode"),
+        ] {
+            let error = config(rest).unwrap_err();
+            assert!(error.contains(expected), "{rest}: {error}");
+        }
+    }
+
+    const MANY: &str = "[[far]]\nnode = 'a'\naxes = ['1-2']\n[[far]]\nnode = 'b'\n\
+        axes = [7, { id = 9, name = 'belt' }]\n\
+        [[slave]]\nname = 'x'\nmaster = 'a.2'\n[[slave]]\nname = 'y'\nmaster = 'belt'\n\
+        [[slave]]\nname = 'z'\nmaster = 'y'\n[[slave]]\nname = 'v'\nmaster = 'b.9'\n";
+
+    #[test]
+    fn masters_are_named_by_node_and_id_or_by_their_own_name() {
+        let config = config(MANY).unwrap();
+        let masters: Vec<_> = (0..4).map(|n| config.master_of(n).unwrap()).collect();
+        let (far, slave) = (MasterRef::Far, MasterRef::Slave);
+        assert_eq!(masters, [far(1), far(3), slave(1), far(3)]);
+        assert_eq!(config.far_axis_names(), ["a.1", "a.2", "b.7", "belt"]);
+        assert_eq!(config.far_axis_of(2), Some(3));
+        assert_eq!((config.first_axis_of(0), config.first_axis_of(1)), (0, 2));
+    }
+
+    #[test]
+    fn a_master_that_is_not_there_is_told_with_those_that_are() {
+        for (rest, received) in [
+            ("[[slave]]\nname = 'w'\nmaster = 'b.8'", "b.8"),
+            ("[[slave]]\nname = 'w'", ""),
+        ] {
+            let config = config(&format!("{MANY}{rest}")).unwrap();
+            let error = config.master_of(4).unwrap_err();
+            assert_eq!(error.field, "slave[4].master");
+            let expected =
+                format!("received {received:?}, expected one of: a.1, a.2, b.7, belt, x, y, z, v");
+            assert_eq!(error.reason, expected);
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! The axes of frames that wait: a few frames of them, however many messages wait.
+//!
+//! Only the newest frame that a cycle takes in is needed with its axes, so few are kept. Where more wait,
+//! those go that will not be needed: of all that the next cycle takes in, any but the newest; else those
+//! that came first.
+
+use coaxle_clock::{Instant, Local};
+use coaxle_node::{AxisSample, Frame, FrameHeader};
+
+/// Room for the axes of some frames.
+#[derive(Debug)]
+pub(super) struct Frames {
+    axes: usize,
+    /// Which frame is in which place.
+    kept: Box<[Option<Kept>]>,
+    /// Place after place.
+    samples: Box<[Option<AxisSample>]>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    at: Instant<Local>,
+    epoch: u64,
+    count: u64,
+}
+
+impl Kept {
+    /// What decides which of two frames is the newer one.
+    fn age(&self, other: &Self) -> std::cmp::Ordering {
+        if self.epoch == other.epoch {
+            self.count.cmp(&other.count)
+        } else {
+            self.at.cmp(&other.at)
+        }
+    }
+}
+
+impl Frames {
+    /// Room for so many frames of so many axes.
+    pub(super) fn new(frames: usize, axes: usize) -> Self {
+        Self {
+            axes,
+            kept: vec![None; frames].into(),
+            samples: vec![None; frames * axes].into(),
+        }
+    }
+
+    /// Keeps the axes of a frame that arrived at `at`, if they can still be needed. The next cycle takes
+    /// in what arrives until `due`, at least.
+    pub(super) fn keep(&mut self, at: Instant<Local>, frame: &Frame<'_>, due: Instant<Local>) {
+        let new = Kept {
+            at,
+            epoch: frame.header.epoch,
+            count: frame.header.count,
+        };
+        if frame.axes.len() != self.axes {
+            return;
+        }
+        if let Some(place) = self.place_for(&new, due) {
+            self.kept[place] = Some(new);
+            self.at_mut(place).copy_from_slice(frame.axes);
+        }
+    }
+
+    /// The axes of a frame, if they were kept.
+    pub(super) fn find(&self, header: &FrameHeader) -> Option<&[Option<AxisSample>]> {
+        let is_it = |kept: &Option<Kept>| {
+            kept.is_some_and(|kept| kept.epoch == header.epoch && kept.count == header.count)
+        };
+        let place = self.kept.iter().position(is_it)?;
+        let start = place * self.axes;
+        Some(&self.samples[start..start + self.axes])
+    }
+
+    /// A cycle is over that took in all that arrived until `cycle_start`.
+    pub(super) fn forget_until(&mut self, cycle_start: Instant<Local>) {
+        for place in &mut self.kept {
+            let _ = place.take_if(|kept| kept.at <= cycle_start);
+        }
+    }
+
+    /// A free place, or that of the frame that is needed least; none if that is the new one.
+    fn place_for(&self, new: &Kept, due: Instant<Local>) -> Option<usize> {
+        if let Some(free) = self.kept.iter().position(Option::is_none) {
+            return Some(free);
+        }
+        let kept = || (0..).zip(self.kept.iter().flatten());
+        let is_due = |kept: &Kept| kept.at <= due;
+        let all_due = kept().filter(|(_, kept)| is_due(kept));
+        match all_due.min_by(|(_, a), (_, b)| a.age(b)) {
+            // One of the two is not the newest that is due.
+            Some((oldest, kept)) if is_due(new) => kept.age(new).is_lt().then_some(oldest),
+            Some((oldest, _)) if kept().filter(|(_, kept)| is_due(kept)).count() > 1 => {
+                Some(oldest)
+            }
+            _ => {
+                let (first, kept) =
+                    kept().min_by(|(_, a), (_, b)| a.at.cmp(&b.at).then_with(|| a.age(b)))?;
+                (kept.at <= new.at).then_some(first)
+            }
+        }
+    }
+
+    fn at_mut(&mut self, place: usize) -> &mut [Option<AxisSample>] {
+        let start = place * self.axes;
+        &mut self.samples[start..start + self.axes]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_clock::{CycleIndex, CycleTime, Span};
+
+    fn at(micros: i64) -> Instant<Local> {
+        Instant::EPOCH + Span::from_micros(micros)
+    }
+
+    fn header(count: u64) -> FrameHeader {
+        FrameHeader {
+            sender: 1,
+            epoch: 1,
+            index: CycleIndex::of_count(count),
+            count,
+            cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+            send_stamp: None,
+        }
+    }
+
+    fn sample(count: u64) -> Option<AxisSample> {
+        Some(AxisSample {
+            error_code: count as u32,
+            ..AxisSample::default()
+        })
+    }
+
+    fn keep(frames: &mut Frames, micros: i64, count: u64, due: i64) {
+        let frame = Frame {
+            header: header(count),
+            axes: &[sample(count), None],
+        };
+        frames.keep(at(micros), &frame, at(due));
+    }
+
+    fn counts(frames: &Frames) -> Vec<u64> {
+        (0..2_000)
+            .filter(|count| frames.find(&header(*count)).is_some())
+            .collect()
+    }
+
+    #[test]
+    fn axes_are_found_by_their_frame_until_their_cycle_is_over() {
+        let mut frames = Frames::new(4, 2);
+        keep(&mut frames, 900, 1, 1_000);
+        keep(&mut frames, 1_100, 2, 1_000);
+        assert_eq!(frames.find(&header(1)), Some(&[sample(1), None][..]));
+        frames.forget_until(at(1_000));
+        assert_eq!(counts(&frames), [2]);
+    }
+
+    #[test]
+    fn the_newest_of_all_that_are_due_is_never_given_up() {
+        let mut frames = Frames::new(3, 2);
+        for count in 0..1_000 {
+            keep(&mut frames, 500, count, 1_000);
+        }
+        assert!(counts(&frames).contains(&999));
+        // Those that come later, however many, leave it there.
+        for count in 1_000..1_100 {
+            keep(&mut frames, 1_001 + count as i64, count, 1_000);
+        }
+        let kept = counts(&frames);
+        assert!(kept.len() == 3 && kept.contains(&1_099), "{kept:?}");
+    }
+
+    #[test]
+    fn a_straggler_does_not_push_out_a_newer_one() {
+        let mut frames = Frames::new(1, 2);
+        keep(&mut frames, 500, 8, 1_000);
+        keep(&mut frames, 600, 7, 1_000);
+        assert_eq!(counts(&frames), [8]);
+    }
+}

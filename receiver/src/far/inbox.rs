@@ -1,0 +1,397 @@
+//! The inbox of a far node: its messages wait here for the cycle they belong to.
+//!
+//! Each cycle reads an input image: the newest frame that had arrived when the cycle ideally
+//! began. So a scan that wakes late sees what a punctual one would have seen, and what the link
+//! model holds back stays away until it is due.
+
+use std::collections::VecDeque;
+
+use coaxle_clock::{Age, AgeGate, Instant, Local, Span};
+use coaxle_node::{AxisSample, Frame, FrameHeader, Rejection, RejectionCounters};
+
+use super::frames::Frames;
+use crate::signals::FarNodeSignals;
+
+/// Messages that can wait: more than a second's worth at a millisecond.
+pub(crate) const CAPACITY: usize = 1024;
+
+/// What became of the messages.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counters {
+    received: u64,
+    lost: u64,
+    duplicates: u64,
+    late: u64,
+    stale: u64,
+    overflow: u64,
+    restarts: u64,
+    rejected: RejectionCounters,
+}
+
+/// Waiting messages, and the input image.
+#[derive(Debug)]
+pub(crate) struct Inbox {
+    waiting: VecDeque<(Instant<Local>, FrameHeader)>,
+    frames: Frames,
+    age_limit: Option<Span>,
+    sender: Option<Sender>,
+    image: Option<FrameHeader>,
+    counters: Counters,
+    /// Messages missing from earlier runs of the sender.
+    lost_before: u64,
+}
+
+/// The run of the sender that is being followed.
+#[derive(Debug)]
+struct Sender {
+    epoch: u64,
+    gate: Option<AgeGate>,
+    sequence: Sequence,
+}
+
+impl Inbox {
+    /// An inbox that drops what is older than `age_limit`, if there is one, with room for the axes of
+    /// so many frames.
+    pub(crate) fn new(age_limit: Option<Span>, frames: usize, axes: usize) -> Self {
+        Self {
+            waiting: VecDeque::with_capacity(CAPACITY),
+            frames: Frames::new(frames, axes),
+            age_limit,
+            sender: None,
+            image: None,
+            counters: Counters::default(),
+            lost_before: 0,
+        }
+    }
+
+    /// Counts a frame that was refused.
+    pub(crate) fn reject(&mut self, reason: Rejection) {
+        self.counters.rejected.count(reason);
+    }
+
+    /// Stores a frame. When there are too many, the oldest goes. The next cycle begins at `due`, or
+    /// later.
+    pub(crate) fn store(&mut self, at: Instant<Local>, frame: &Frame<'_>, due: Instant<Local>) {
+        self.counters.received += 1;
+        if self.waiting.len() == CAPACITY {
+            self.waiting.pop_front();
+            self.counters.overflow += 1;
+        }
+        self.waiting.push_back((at, frame.header));
+        self.frames.keep(at, frame, due);
+    }
+
+    /// The input image of the cycle that ideally begins at `cycle_start`; none as long as nothing
+    /// has come.
+    ///
+    /// Every message that is taken in and young enough is shown to `heard`, with its arrival.
+    pub(crate) fn image(
+        &mut self,
+        cycle_start: Instant<Local>,
+        mut heard: impl FnMut(Instant<Local>, &FrameHeader),
+    ) -> Option<FrameHeader> {
+        for _ in 0..self.waiting.len() {
+            let Some((at, header)) = self.waiting.pop_front() else {
+                break;
+            };
+            if at <= cycle_start {
+                if self.take(at, &header, cycle_start) {
+                    heard(at, &header);
+                }
+            } else {
+                self.waiting.push_back((at, header));
+            }
+        }
+        self.image
+    }
+
+    /// The axes of the input image, if this cycle has renewed it.
+    pub(crate) fn fresh_axes(&self) -> Option<&[Option<AxisSample>]> {
+        self.frames.find(self.image.as_ref()?)
+    }
+
+    /// The cycle that ideally began at `cycle_start` is over.
+    pub(crate) fn end_cycle(&mut self, cycle_start: Instant<Local>) {
+        self.frames.forget_until(cycle_start);
+    }
+
+    /// What signals say of the messages.
+    pub(crate) fn show(&self, signals: &mut FarNodeSignals) {
+        let counters = self.counters();
+        signals.received = counters.received;
+        signals.lost = counters.lost;
+        signals.duplicates = counters.duplicates;
+        signals.late = counters.late;
+        signals.stale = counters.stale;
+        signals.overflow = counters.overflow;
+        signals.restarts = counters.restarts;
+        let of = |reason| counters.rejected.of(reason);
+        signals.rejected = counters.rejected.total();
+        signals.rejected_wrong_version = of(Rejection::WrongVersion);
+        signals.rejected_truncated = of(Rejection::Truncated);
+        signals.rejected_wrong_checksum = of(Rejection::WrongChecksum);
+        signals.rejected_malformed = of(Rejection::Malformed);
+        signals.rejected_trailing_bytes = of(Rejection::TrailingBytes);
+        signals.rejected_cycle_time_out_of_range = of(Rejection::CycleTimeOutOfRange);
+        signals.rejected_foreign_sender = of(Rejection::ForeignSender);
+        signals.rejected_axis_missing = of(Rejection::AxisMissing);
+        signals.rejected_implausible = of(Rejection::Implausible);
+    }
+
+    fn counters(&self) -> Counters {
+        let lost = self.sender.as_ref().map_or(0, |s| s.sequence.missing());
+        Counters {
+            lost: self.lost_before.saturating_add(lost),
+            ..self.counters
+        }
+    }
+
+    /// Whether the message is new and young enough.
+    fn take(&mut self, at: Instant<Local>, header: &FrameHeader, now: Instant<Local>) -> bool {
+        let count = header.count;
+        match &mut self.sender {
+            Some(sender) if sender.epoch == header.epoch => {
+                let place = sender.sequence.place(count);
+                match place {
+                    Place::Repeated => self.counters.duplicates += 1,
+                    Place::Overtaken => self.counters.late += 1,
+                    Place::Newest => {}
+                }
+                let gate = &mut sender.gate;
+                let stale = |gate: &mut AgeGate| gate.judge(count, at, now) == Age::Stale;
+                if gate.as_mut().is_some_and(stale) {
+                    self.counters.stale += 1;
+                    return false;
+                }
+                if place == Place::Newest {
+                    self.renew(header);
+                }
+                place != Place::Repeated
+            }
+            _ => {
+                self.follow(at, header, now);
+                true
+            }
+        }
+    }
+
+    /// The first message of a run of the sender.
+    fn follow(&mut self, at: Instant<Local>, header: &FrameHeader, now: Instant<Local>) {
+        if let Some(before) = &self.sender {
+            self.counters.restarts += 1;
+            self.lost_before = self.lost_before.saturating_add(before.sequence.missing());
+        }
+        let mut gate = self
+            .age_limit
+            .map(|limit| AgeGate::new(header.cycle_time, limit));
+        if let Some(gate) = &mut gate {
+            let _ = gate.judge(header.count, at, now);
+        }
+        self.sender = Some(Sender {
+            epoch: header.epoch,
+            gate,
+            sequence: Sequence::starting_at(header.count),
+        });
+        self.renew(header);
+    }
+
+    /// The image is a frame as a whole: without its axes it is none.
+    fn renew(&mut self, header: &FrameHeader) {
+        if self.frames.find(header).is_some() {
+            self.image = Some(*header);
+        }
+    }
+}
+
+/// Which counts of a run have come, exactly, for all that are at most 64 behind the newest.
+#[derive(Clone, Copy, Debug)]
+struct Sequence {
+    first: u64,
+    newest: u64,
+    /// Bit n: count `newest − n` has come.
+    seen: u64,
+    distinct: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Place {
+    Newest,
+    Overtaken,
+    Repeated,
+}
+
+impl Sequence {
+    const fn starting_at(count: u64) -> Self {
+        Self {
+            first: count,
+            newest: count,
+            seen: 1,
+            distinct: 1,
+        }
+    }
+
+    fn place(&mut self, count: u64) -> Place {
+        if count > self.newest {
+            let ahead = count - self.newest;
+            self.seen = if ahead < 64 { self.seen << ahead } else { 0 } | 1;
+            self.newest = count;
+            self.distinct += 1;
+            return Place::Newest;
+        }
+        let behind = self.newest - count;
+        let bit = if behind < 64 { 1 << behind } else { 0 };
+        if count < self.first || bit == 0 || self.seen & bit != 0 {
+            return if behind == 0 || bit != 0 && self.seen & bit != 0 {
+                Place::Repeated
+            } else {
+                Place::Overtaken
+            };
+        }
+        self.seen |= bit;
+        self.distinct += 1;
+        Place::Overtaken
+    }
+
+    const fn missing(&self) -> u64 {
+        (self.newest - self.first).saturating_add(1) - self.distinct
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_clock::{CycleIndex, CycleTime};
+
+    fn store(inbox: &mut Inbox, at: Instant<Local>, epoch: u64, count: u64) {
+        let header = FrameHeader {
+            sender: 1,
+            epoch,
+            index: CycleIndex::of_count(count),
+            count,
+            cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+            send_stamp: None,
+        };
+        let axes = [Some(AxisSample::default())];
+        let frame = Frame {
+            header,
+            axes: &axes,
+        };
+        inbox.store(at, &frame, at);
+    }
+
+    fn at(micros: i64) -> Instant<Local> {
+        Instant::EPOCH + Span::from_micros(micros)
+    }
+
+    fn inbox() -> Inbox {
+        Inbox::new(Some(Span::from_millis(7)), 8, 1)
+    }
+
+    fn count_of(image: Option<FrameHeader>) -> Option<u64> {
+        image.map(|header| header.count)
+    }
+
+    fn image(inbox: &mut Inbox, cycle_start: Instant<Local>) -> Option<FrameHeader> {
+        let image = inbox.image(cycle_start, |_, _| {});
+        inbox.end_cycle(cycle_start);
+        image
+    }
+
+    #[test]
+    fn a_cycle_sees_what_had_arrived_when_it_ideally_began() {
+        let mut inbox = inbox();
+        store(&mut inbox, at(900), 1, 0);
+        store(&mut inbox, at(1_100), 1, 1);
+        assert_eq!(count_of(image(&mut inbox, at(800))), None);
+        assert_eq!(count_of(image(&mut inbox, at(1_000))), Some(0));
+        assert_eq!(count_of(image(&mut inbox, at(2_000))), Some(1));
+        assert_eq!(
+            count_of(image(&mut inbox, at(3_000))),
+            Some(1),
+            "the image stays"
+        );
+    }
+
+    #[test]
+    fn repeated_overtaken_and_lost_messages_are_told_apart() {
+        let mut inbox = inbox();
+        for (micros, count) in [
+            (0, 10),
+            (100, 12),
+            (200, 11),
+            (300, 12),
+            (400, 11),
+            (500, 15),
+        ] {
+            store(&mut inbox, at(micros), 1, count);
+        }
+        assert_eq!(count_of(image(&mut inbox, at(1_000))), Some(15));
+        let counters = inbox.counters();
+        assert_eq!(counters.duplicates, 2);
+        assert_eq!(counters.late, 1);
+        assert_eq!(counters.lost, 2, "13 and 14");
+        assert_eq!(counters.received, 6);
+    }
+
+    #[test]
+    fn a_new_run_of_the_sender_is_followed_at_once() {
+        let mut inbox = inbox();
+        store(&mut inbox, at(0), 1, 70_000);
+        store(&mut inbox, at(1_000), 1, 70_003);
+        store(&mut inbox, at(2_000), 2, 0);
+        assert_eq!(count_of(image(&mut inbox, at(2_000))), Some(0));
+        let counters = inbox.counters();
+        assert_eq!((counters.restarts, counters.lost), (1, 2));
+    }
+
+    #[test]
+    fn counts_at_the_end_of_their_range_are_only_counted() {
+        let mut inbox = inbox();
+        for epoch in 1..=3 {
+            store(&mut inbox, at(0), epoch, 0);
+            store(&mut inbox, at(0), epoch, u64::MAX);
+        }
+        let _ = image(&mut inbox, at(0));
+        assert_eq!(inbox.counters().lost, u64::MAX);
+    }
+
+    #[test]
+    fn a_backlog_never_reaches_the_image() {
+        let mut inbox = inbox();
+        for count in 0..100 {
+            store(&mut inbox, at(1_000 * count), 1, count as u64);
+            let _ = image(&mut inbox, at(1_000 * count));
+        }
+        // The receiver stood still for a second; half of the backlog comes, all of it old.
+        for count in 100..600 {
+            store(&mut inbox, at(1_100_000), 1, count);
+        }
+        assert_eq!(count_of(image(&mut inbox, at(1_100_000))), Some(99));
+        assert_eq!(inbox.counters().stale, 500);
+        // Then a fresh one.
+        store(&mut inbox, at(1_101_000), 1, 1_101);
+        assert_eq!(count_of(image(&mut inbox, at(1_101_000))), Some(1_101));
+    }
+
+    #[test]
+    fn too_many_messages_push_out_the_oldest() {
+        let mut inbox = inbox();
+        for count in 0..CAPACITY as u64 + 10 {
+            store(&mut inbox, at(0), 1, count);
+        }
+        assert_eq!(inbox.counters().overflow, 10);
+        assert_eq!(inbox.waiting.len(), CAPACITY);
+    }
+
+    #[test]
+    fn refused_frames_are_counted_by_reason() {
+        let mut inbox = inbox();
+        inbox.reject(Rejection::WrongChecksum);
+        inbox.reject(Rejection::WrongChecksum);
+        inbox.reject(Rejection::Implausible);
+        let rejected = inbox.counters().rejected;
+        assert_eq!(rejected.of(Rejection::WrongChecksum), 2);
+        assert_eq!(rejected.of(Rejection::Implausible), 1);
+        assert_eq!(rejected.total(), 3);
+    }
+}

@@ -1,0 +1,102 @@
+//! The words of states, as traces, status and reports spell them.
+
+use coaxle_axis::drive::DriveState;
+use coaxle_remote::FilterState;
+use serde::{Deserialize, Serialize};
+
+macro_rules! named {
+    ($(#[$meta:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $text:literal,)* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        pub enum $name {
+            $($(#[$doc])* #[serde(rename = $text)] $variant,)*
+        }
+
+        impl $name {
+            /// The name, as traces and reports spell it.
+            #[must_use]
+            pub const fn as_str(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $text,)*
+                }
+            }
+        }
+    };
+}
+
+named! {
+    /// The mode that made the set values.
+    StateName {
+        /// As received.
+        #[default]
+        Bypass = "bypass",
+        /// Through the PT1 filter.
+        Pt1 = "pt1",
+        /// Extrapolated in sync mode.
+        Sync = "sync",
+        /// Extrapolated in time mode.
+        Time = "time",
+        /// Extrapolated by the phase observer.
+        Observer = "observer",
+    }
+}
+
+named! {
+    /// The drive's state.
+    DriveStateName {
+        /// No power.
+        #[default]
+        Off = "off",
+        /// It follows.
+        Following = "following",
+        /// It tripped.
+        Tripped = "tripped",
+    }
+}
+
+named! {
+    /// The node's own opinion of itself.
+    HealthName {
+        /// Nothing heard of the master.
+        #[default]
+        WaitingForMaster = "waiting-for-master",
+        /// The far clock is not known yet.
+        StartingUp = "starting-up",
+        /// All is well.
+        Ok = "ok",
+        /// Nothing new for too long.
+        MasterSilent = "master-silent",
+        /// An error is latched.
+        Error = "error",
+        /// The cycle times do not fit.
+        CycleTimesDoNotFit = "cycle-times-do-not-fit",
+        /// A drive tripped.
+        DriveTripped = "drive-tripped",
+        /// A slave is in error stop.
+        SlaveFailed = "slave-failed",
+        /// What its config has a slave do was refused.
+        CommandRefused = "command-refused",
+    }
+}
+
+impl From<FilterState> for StateName {
+    fn from(state: FilterState) -> Self {
+        match state {
+            FilterState::Bypass => Self::Bypass,
+            FilterState::Pt1 => Self::Pt1,
+            FilterState::Sync => Self::Sync,
+            FilterState::Time => Self::Time,
+            FilterState::Observer => Self::Observer,
+        }
+    }
+}
+
+impl From<DriveState> for DriveStateName {
+    fn from(state: DriveState) -> Self {
+        match state {
+            DriveState::Off => Self::Off,
+            DriveState::Following => Self::Following,
+            DriveState::Tripped => Self::Tripped,
+        }
+    }
+}

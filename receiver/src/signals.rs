@@ -1,0 +1,251 @@
+//! The signals of a receiver: each is declared here, and computed where its value is at hand.
+
+use coaxle_axis::AxisStatus;
+use coaxle_clock::delay::DelayState;
+use coaxle_clock::observer::{ObserverLine, ObserverState};
+use coaxle_node::signals;
+use coaxle_slave::CouplingPhase;
+
+use crate::names::{DriveStateName, HealthName, StateName};
+use crate::program::ProgramState;
+
+signals! {
+    /// The receiver itself.
+    pub struct NodeSignals of Node {
+        /// Cycle number, skipped ones counted.
+        cycle: u64 [""],
+        /// Cycles skipped so far.
+        overruns: u64 [""],
+        /// The node's own opinion of itself.
+        health: HealthName [""],
+        /// Time requests answered so far.
+        requests_answered: u64 [""],
+        /// Time requests not answered so far: too many came in one cycle.
+        requests_dropped: u64 [""],
+        /// Time requests refused so far, before they reached the node.
+        requests_refused: u64 [""],
+    }
+}
+
+signals! {
+    /// A node that is followed: its clock, and what came of its messages.
+    pub struct FarNodeSignals of FarNode {
+        /// What the receiver thinks of it.
+        health: HealthName [""],
+        /// Its nominal cycle time, as its frames say; none before the first message.
+        cycle_time_us: Option<f64> ["µs"],
+        /// Which run of it is followed.
+        epoch: Option<u64> [""],
+        /// Its cycle count in the input image.
+        count: Option<u64> [""],
+        /// The cycle index in the input image (`iCycleIndex`).
+        index: Option<u16> [""],
+        /// Own cycles since the input image was renewed.
+        age_cycles: u32 [""],
+        /// Whether its clock is known (`bSynced`).
+        synced: bool [""],
+        /// The error of the clock (`iErrorId`), 0: none.
+        error: u16 [""],
+        /// The warning of the clock (`iWarningId`), 0: none.
+        warning: u16 [""],
+        /// Beats so far.
+        beats: u32 [""],
+        /// Estimated drift of its clock against the own one (`fDrift`).
+        drift_ppm: Option<f64> ["ppm"],
+        /// The correction time that its axes are moved by; none where the mode uses none.
+        correction_us: Option<f64> ["µs"],
+        /// The correction time that `FB_TimeSync` has found (`fCorrectionTime`).
+        time_sync_correction_us: Option<f64> ["µs"],
+        /// The same as time mode has it.
+        time_mode_correction_us: Option<f64> ["µs"],
+        /// Whether `FB_TimeSync` is in time mode (`bTimeMode`).
+        time_mode: bool [""],
+        /// The index read now minus the one read in the previous cycle (`iCycleIndexDiff`).
+        cycle_index_diff: i32 [""],
+        /// Cycles without new data so far (`iTotalEqualDataCounter`).
+        total_equal_data: u64 [""],
+        /// Cycles without new data in a row (`iConsecutiveEqualDataCounter`).
+        consecutive_equal_data: u32 [""],
+        /// How far the phase observer is; none in other modes.
+        observer: Option<ObserverState> [""],
+        /// Which line of the arrivals it follows.
+        observer_line: Option<ObserverLine> [""],
+        /// Its own standard deviation of the offset.
+        offset_sigma_us: Option<f64> ["µs"],
+        /// Its own standard deviation of the drift.
+        drift_sigma_ppm: Option<f64> ["ppm"],
+        /// Estimated minus shown far time: what is still to be slewed.
+        slew_remaining_us: Option<f64> ["µs"],
+        /// Normal part of the jitter of the arrivals, standard deviation.
+        normal_jitter_us: Option<f64> ["µs"],
+        /// Exponential part of the jitter of the arrivals, mean.
+        exponential_jitter_us: Option<f64> ["µs"],
+        /// The random walk of the drift that predicts best.
+        random_walk_ppm: Option<f64> ["ppm/√s"],
+        /// Messages per measurement.
+        block_length: Option<u16> [""],
+        /// Jumps of the delay that it noticed so far.
+        shifts: u32 [""],
+        /// When it noticed the last one, in the own clock.
+        last_shift_s: Option<f64> ["s"],
+        /// Times it began to lock anew.
+        relocks: u32 [""],
+        /// When it last did, in the own clock.
+        last_relock_s: Option<f64> ["s"],
+        /// Where the delay comes from; none in other modes.
+        delay: Option<DelayState> [""],
+        /// How far the sender's time is taken to be ahead of the observer's line.
+        delay_us: Option<f64> ["µs"],
+        /// That is wrong by at most this.
+        delay_uncertainty_us: Option<f64> ["µs"],
+        /// The part of the error that jitter causes, standard deviation.
+        delay_jitter_us: Option<f64> ["µs"],
+        /// Since the newest time exchange.
+        delay_age_s: Option<f64> ["s"],
+        /// Time exchanges used so far.
+        exchanges: u64 [""],
+        /// Responses refused so far.
+        answers_refused: u64 [""],
+        /// Accepted messages so far.
+        received: u64 [""],
+        /// Missing messages so far, by the sender's count.
+        lost: u64 [""],
+        /// Repeated messages so far.
+        duplicates: u64 [""],
+        /// Overtaken messages so far.
+        late: u64 [""],
+        /// Messages too old to use so far.
+        stale: u64 [""],
+        /// Messages dropped so far because more waited than there is room for.
+        overflow: u64 [""],
+        /// New runs of the node so far.
+        restarts: u64 [""],
+        /// Refused frames so far.
+        rejected: u64 [""],
+        /// Refused so far: frames of another format version.
+        rejected_wrong_version: u64 [""],
+        /// Refused so far: frames that end before their fields do.
+        rejected_truncated: u64 [""],
+        /// Refused so far: frames whose check sum does not fit.
+        rejected_wrong_checksum: u64 [""],
+        /// Refused so far: frames whose bytes are no frame.
+        rejected_malformed: u64 [""],
+        /// Refused so far: frames with bytes left over.
+        rejected_trailing_bytes: u64 [""],
+        /// Refused so far: frames with a cycle time that no node has.
+        rejected_cycle_time_out_of_range: u64 [""],
+        /// Refused so far: frames of another node under this one's key.
+        rejected_foreign_sender: u64 [""],
+        /// Refused so far: frames with none of the axes that are followed.
+        rejected_axis_missing: u64 [""],
+        /// Refused so far: frames in which none of these axes can be believed.
+        rejected_implausible: u64 [""],
+    }
+}
+
+signals! {
+    /// An axis of a node that is followed, as received and as corrected.
+    pub struct FarAxisSignals of FarAxis {
+        /// The mode that made the set values (`eFilterState`); none before the first message.
+        state: Option<StateName> [""],
+        /// Whether they are synchronised (`bSynced`).
+        synced: bool [""],
+        /// The error of the axis, or of its node's clock (`iErrorId`), 0: none.
+        error: u16 [""],
+        /// Own cycles since the axis came last.
+        age_cycles: u32 [""],
+        /// Frames without it so far, or in which it could not be believed.
+        missing: u64 [""],
+        /// The error code that came with it, 0: none.
+        received_error: u32 [""],
+        /// Received set position.
+        received_position: Option<f64> ["u"],
+        /// Received set velocity.
+        received_velocity: Option<f64> ["u/s"],
+        /// Corrected set position.
+        corrected_position: Option<f64> ["u"],
+        /// Corrected set velocity.
+        corrected_velocity: Option<f64> ["u/s"],
+        /// Received minus corrected set position (`fPositionDiff`).
+        position_diff: Option<f64> ["u"],
+        /// Received minus corrected set velocity (`fVeloDiff`).
+        velocity_diff: Option<f64> ["u/s"],
+        /// The correction time that moved it; none where the mode uses none.
+        correction_us: Option<f64> ["µs"],
+        /// The instant of the far node's ideal time that the set values stand for.
+        far_time_ns: Option<i64> ["ns"],
+    }
+}
+
+signals! {
+    /// A slave. Positions are in its units.
+    pub struct SlaveSignals of Slave {
+        /// Set position; none until it is coupled, if it only follows its gear.
+        position: Option<f64> ["u"],
+        /// Set velocity.
+        velocity: Option<f64> ["u/s"],
+        /// Set acceleration.
+        acceleration: Option<f64> ["u/s²"],
+        /// Its state in the PLCopen diagram.
+        state: AxisStatus [""],
+        /// How far its coupling is; none without one.
+        phase: Option<CouplingPhase> [""],
+        /// Why it is in error stop, by the NC's code; 0: it is not.
+        error: u32 [""],
+        /// Why a command was refused last, by the NC's code; 0: none was.
+        refusal: u32 [""],
+        /// Whether its program goes on; none without one.
+        program: Option<ProgramState> [""],
+        /// The step that its program waits for, or ended with, from 1.
+        step: Option<u16> [""],
+        /// Cuts done so far, by its tool or by steps of its program.
+        cuts: u64 [""],
+        /// The drive's state.
+        drive_state: DriveStateName [""],
+        /// Actual position.
+        drive_position: f64 ["u"],
+        /// Actual velocity.
+        drive_velocity: f64 ["u/s"],
+        /// Following error.
+        following_error: f64 ["u"],
+    }
+}
+
+/// The tables of `docs/SIGNALS.md`.
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::signal::Signals;
+    use std::fmt::Write as _;
+
+    const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/SIGNALS.md");
+
+    fn table<S: Signals>(title: &str) -> String {
+        let mut text = format!("## {title}\n\n| signal | unit | meaning |\n|--|--|--|\n");
+        for signal in S::SIGNALS {
+            let (name, unit, meaning) = (signal.name, signal.unit, signal.meaning());
+            let _ = writeln!(text, "| `{name}` | {unit} | {meaning} |");
+        }
+        text
+    }
+
+    /// To write it anew after a change: `UPDATE_DOCS=1 cargo test -p coaxle-receiver signals`.
+    #[test]
+    fn the_document_has_every_signal() {
+        let path = std::path::Path::new(DOCUMENT);
+        let written = std::fs::read_to_string(path).expect("the document");
+        let (head, _) = written.split_once("## ").expect("the tables");
+        let tables = [
+            table::<NodeSignals>("The receiver"),
+            table::<FarNodeSignals>("A far node"),
+            table::<FarAxisSignals>("A far axis"),
+            table::<SlaveSignals>("A slave"),
+        ];
+        let expected = format!("{head}{}", tables.join("\n"));
+        if std::env::var_os("UPDATE_DOCS").is_some() {
+            std::fs::write(path, &expected).expect("the document can be written");
+        } else {
+            assert_eq!(written, expected);
+        }
+    }
+}

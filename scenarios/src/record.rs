@@ -1,0 +1,75 @@
+//! A receiver's cycle as it is judged: by one far axis at a time.
+
+use coaxle_clock::{Instant, Remote};
+use coaxle_receiver::SignalRow;
+use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
+use serde::Serialize;
+
+use crate::topology::View;
+
+/// What a receiver showed of itself in a cycle, as far as one of its far axes is concerned. Instants are
+/// nanoseconds of the world's reference clock: true time in the simulation, the machine's monotonic
+/// clock in the real world.
+#[derive(Debug, Default, PartialEq, Serialize)]
+pub struct Record {
+    /// Ideal start of the cycle, ns.
+    pub at_ns: i64,
+    /// When the scan really began, ns.
+    pub woke_ns: i64,
+    /// The receiver itself.
+    pub node: NodeSignals,
+    /// The node that publishes the axis.
+    pub far: FarNodeSignals,
+    /// The axis.
+    pub axis: FarAxisSignals,
+    /// The slaves that follow it in the end, in the order of the config.
+    pub slaves: Vec<SlaveSignals>,
+}
+
+impl Clone for Record {
+    fn clone(&self) -> Self {
+        Self {
+            slaves: self.slaves.clone(),
+            ..*self
+        }
+    }
+
+    /// In the buffer that is there.
+    fn clone_from(&mut self, other: &Self) {
+        let mut slaves = std::mem::take(&mut self.slaves);
+        slaves.clone_from(&other.slaves);
+        *self = Self { slaves, ..*other };
+    }
+}
+
+impl Record {
+    /// Takes in a cycle; what was in it before is forgotten.
+    pub(crate) fn fill(&mut self, at_ns: i64, woke_ns: i64, signals: &SignalRow, view: &View) {
+        self.at_ns = at_ns;
+        self.woke_ns = woke_ns;
+        self.node = signals.node;
+        self.far = signals.far[view.far];
+        self.axis = signals.axes[view.axis];
+        self.slaves.clear();
+        self.slaves
+            .extend(view.slaves.iter().map(|n| signals.slaves[*n]));
+    }
+
+    /// The first slave.
+    #[must_use]
+    pub fn slave(&self) -> Option<&SlaveSignals> {
+        self.slaves.first()
+    }
+
+    /// Its set position.
+    #[must_use]
+    pub fn slave_position(&self) -> Option<f64> {
+        self.slave()?.position
+    }
+
+    /// The far instant of the set values, typed.
+    #[must_use]
+    pub fn far_time(&self) -> Option<Instant<Remote>> {
+        self.axis.far_time_ns.map(Instant::from_nanos)
+    }
+}

@@ -1,0 +1,68 @@
+//! `coaxle signals CONFIG`: what a receiver shows of itself.
+
+use std::io::Write;
+use std::path::Path;
+
+use coaxle_node::signal::Instance;
+use coaxle_receiver::ReceiverConfig;
+
+use crate::inspect;
+
+/// Prints every signal of the receiver of a config: as which column of its trace, unit, meaning.
+pub(crate) fn signals(file: &Path) -> anyhow::Result<bool> {
+    let config: ReceiverConfig = coaxle_node::config::load(file)?;
+    inspect::print(|out| {
+        for instance in config.instances() {
+            list(&instance, out)?;
+        }
+        Ok(true)
+    })
+}
+
+fn list(instance: &Instance, out: &mut dyn Write) -> anyhow::Result<()> {
+    match instance.name.as_str() {
+        "" => writeln!(out, "{}", instance.group)?,
+        name => writeln!(out, "\n{} {name}", instance.group)?,
+    }
+    let columns: Vec<String> = instance.columns().collect();
+    let width = |cells: &mut dyn Iterator<Item = usize>| cells.max().unwrap_or(0);
+    let longest = width(&mut columns.iter().map(|column| column.chars().count()));
+    let widest = width(&mut instance.signals.iter().map(|s| s.unit.chars().count()));
+    for (column, signal) in columns.iter().zip(instance.signals) {
+        let (unit, meaning) = (signal.unit, signal.meaning());
+        writeln!(out, "  {column:longest$}  {unit:widest$}  {meaning}")?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_signal_is_listed_as_its_column_with_unit_and_meaning() {
+        let text = "name = 'line'\ncycle-time-us = 1000\n[[far]]\nnode = 'press'\naxes = [7]\n\
+            [[slave]]\nname = 'ram'";
+        let config: ReceiverConfig = coaxle_node::config::parse("r", text).unwrap();
+        let mut out = Vec::new();
+        for instance in config.instances() {
+            list(&instance, &mut out).unwrap();
+        }
+        let text = String::from_utf8(out).unwrap();
+        let line = |start: &str| {
+            let found = text
+                .lines()
+                .find(|line| line.trim_start().starts_with(start));
+            found.map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "))
+        };
+        assert_eq!(line("far axis"), Some("far axis press.7".to_owned()));
+        let velocity = "press.7.corrected_velocity u/s Corrected set velocity.";
+        assert_eq!(
+            line("press.7.corrected_velocity").as_deref(),
+            Some(velocity)
+        );
+        let listed = text.lines().filter(|line| line.starts_with("  ")).count();
+        // But for the two columns that say when.
+        assert_eq!(listed, config.columns().len() - 2);
+    }
+}

@@ -1,0 +1,277 @@
+//! A scenario in the simulation: virtual time, as fast as it goes.
+
+use coaxle_clock::cycle::Turn;
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_curve::profile::Kinematics;
+use coaxle_node::wiring::{self, Subscription, far_link_seed};
+use coaxle_node::{
+    Arrival, Channel, CommandAnswer, CommandOrder, CommandOutcome, Message, Node, Outgoing,
+};
+use coaxle_receiver::Receiver;
+use coaxle_sender::Sender;
+use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, True, TruthSample, World};
+
+use crate::evaluate::{Evaluation, Reference, RowSink};
+use crate::event::{Event, Happening};
+use crate::expect::Verdict;
+use crate::run::{Finished, Progress};
+use crate::scenario::Scenario;
+use crate::timeline::{What, changes_of};
+use crate::topology::Topology;
+
+/// Runs a checked scenario in virtual time.
+///
+/// # Errors
+/// A node that cannot be built, or that breaks its contract.
+pub fn run(
+    scenario: &Scenario,
+    sink: &mut impl RowSink,
+    progress: &mut dyn Progress,
+) -> anyhow::Result<Finished> {
+    let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
+    let mut world = populate(scenario)?;
+    let mut watcher = Watcher {
+        senders: scenario.senders.len(),
+        evaluation: Evaluation::new(scenario, &topology, Instant::EPOCH),
+        sink,
+        outcomes: vec![None; scenario.events.len()],
+    };
+    let end = Instant::EPOCH + Span::from_secs_f64(scenario.duration_s.get());
+    for change in changes_of(scenario, &topology) {
+        let at = (Instant::EPOCH + change.at).min(end);
+        run_in_steps(&mut world, at, &mut watcher, progress, end)?;
+        match change.what {
+            What::Kill => world.kill(change.node),
+            What::Start => world.start(change.node),
+            What::Stop => world.stop(change.node),
+            What::Resume => world.resume(change.node),
+            What::Command(event) => {
+                if let Happening::Command(commanded) = scenario.events[event].what {
+                    world.order(change.node, event, commanded.order);
+                }
+            }
+        }
+    }
+    run_in_steps(&mut world, end, &mut watcher, progress, end)?;
+    let commands = judge_commands(scenario, &watcher.outcomes);
+    let Watcher {
+        evaluation, sink, ..
+    } = watcher;
+    Ok(Finished::new(evaluation.finish(sink)).with_commands(commands))
+}
+
+fn judge_commands(scenario: &Scenario, outcomes: &[Option<CommandOutcome>]) -> Vec<Verdict> {
+    let judge = |(event, outcome): (&Event, &Option<CommandOutcome>)| {
+        let Happening::Command(commanded) = event.what else {
+            return None;
+        };
+        let answer = outcome.map(|outcome| CommandAnswer::new(&commanded.order, &outcome));
+        Some(commanded.judge(event, answer.as_ref()))
+    };
+    scenario
+        .events
+        .iter()
+        .zip(outcomes)
+        .filter_map(judge)
+        .collect()
+}
+
+fn populate(scenario: &Scenario) -> anyhow::Result<World<AnyNode>> {
+    let mut world = World::new();
+    for config in &scenario.senders {
+        let config = config.clone();
+        // Build once for the error; the factory cannot fail any more.
+        Sender::new(&config, Instant::EPOCH, 0)?;
+        world.add_node(NodeSetup {
+            name: config.name.to_string(),
+            seed: scenario.seed_of(&config.name),
+            clock: config.clock.clone(),
+            send_stamps: config.send_stamps,
+            build: Box::new(move |start, run| {
+                let sender = Sender::new(&config, start, run).expect("was built before");
+                AnyNode::Sender(Box::new(sender))
+            }),
+        });
+    }
+    for config in &scenario.receivers {
+        let config = config.clone();
+        Receiver::new(&config, Instant::EPOCH, 0)?;
+        world.add_node(NodeSetup {
+            name: config.name.to_string(),
+            seed: scenario.seed_of(&config.name),
+            clock: config.clock.clone(),
+            send_stamps: true,
+            build: Box::new(move |start, run| {
+                let receiver = Receiver::new(&config, start, run).expect("was built before");
+                AnyNode::Receiver(Box::new(receiver))
+            }),
+        });
+    }
+    connect(&mut world, scenario);
+    Ok(world)
+}
+
+/// Every way between two nodes: as their wiring says, which real processes subscribe by.
+fn connect(world: &mut World<AnyNode>, scenario: &Scenario) {
+    let wirings = scenario.wirings();
+    for way in wiring::links(&wirings) {
+        let (from, to) = (&wirings[way.from], &wirings[way.to]);
+        let publication = &from.publications[way.publication];
+        let subscription = &to.subscriptions[way.subscription];
+        let Subscription {
+            node,
+            channel,
+            reader,
+            ..
+        } = subscription;
+        // The node that follows lays its faults over the link, in either direction.
+        let (follower, faults, far) = match channel {
+            Channel::Questions => (&from.node, &publication.faults, publication.far),
+            _ => (&to.node, &subscription.faults, subscription.far),
+        };
+        let seed = |part| far_link_seed(scenario.seed_of(follower), part, *channel, far);
+        world.add_link(LinkSetup {
+            from: way.from,
+            channel: *channel,
+            far: publication.far,
+            key: node.channel_key(*channel),
+            to: way.to,
+            subscription: way.subscription,
+            reader: reader.clone(),
+            behaviour: vec![
+                (scenario.network.clone(), seed("network")),
+                (faults.clone(), seed("link")),
+            ],
+        });
+    }
+}
+
+fn run_in_steps<S: RowSink>(
+    world: &mut World<AnyNode>,
+    until: Instant<True>,
+    watcher: &mut Watcher<'_, S>,
+    progress: &mut dyn Progress,
+    end: Instant<True>,
+) -> anyhow::Result<()> {
+    while world.now() < until {
+        let next = (world.now() + PROGRESS_STEP).min(until);
+        world.run_until(next, watcher)?;
+        let done = next.since_epoch().as_secs_f64() / end.since_epoch().as_secs_f64();
+        progress.at(done);
+    }
+    Ok(())
+}
+
+/// Virtual time between two looks at the progress bar.
+const PROGRESS_STEP: Span = Span::from_secs(1);
+
+struct Watcher<'a, S> {
+    senders: usize,
+    evaluation: Evaluation,
+    sink: &'a mut S,
+    /// What became of the commands among the scenario's events.
+    outcomes: Vec<Option<CommandOutcome>>,
+}
+
+impl<S: RowSink> Observer<AnyNode> for Watcher<'_, S> {
+    fn cycle_seen(&mut self, seen: &CycleSeen<'_, AnyNode>) {
+        let at_ns = seen.ideal_start.as_nanos();
+        match seen.node {
+            AnyNode::Sender(sender) => {
+                let snapshot = sender.snapshot();
+                for axis in &snapshot.axes {
+                    let sample = TruthSample {
+                        at: Instant::<Reference>::from_nanos(at_ns),
+                        epoch: snapshot.epoch,
+                        count: snapshot.count,
+                        axis: Kinematics {
+                            position: axis.position,
+                            velocity: axis.velocity,
+                            acceleration: axis.acceleration,
+                        },
+                    };
+                    self.evaluation.master_was(seen.index, axis.id, sample);
+                }
+            }
+            AnyNode::Receiver(receiver) => {
+                let (number, woke_ns) = (seen.index - self.senders, seen.woke.as_nanos());
+                let signals = &receiver.snapshot().signals;
+                self.evaluation
+                    .receiver_did(number, at_ns, woke_ns, signals, self.sink);
+            }
+        }
+    }
+
+    fn arrived(
+        &mut self,
+        index: usize,
+        ideal_start: Instant<True>,
+        turn: &Turn,
+        arrival: &Arrival,
+    ) {
+        if let Some(receiver) = index.checked_sub(self.senders) {
+            self.sink.arrived(receiver, ideal_start, turn, arrival);
+        }
+    }
+
+    fn order_executed(&mut self, number: usize, outcome: &CommandOutcome) {
+        self.outcomes[number] = Some(*outcome);
+    }
+}
+
+/// A node of either kind, so that one world holds both.
+enum AnyNode {
+    Sender(Box<Sender>),
+    Receiver(Box<Receiver>),
+}
+
+impl Node for AnyNode {
+    /// The watcher asks the nodes themselves.
+    type Snapshot = ();
+
+    fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {
+        match self {
+            Self::Sender(node) => node.receive(at, subscription, message),
+            Self::Receiver(node) => node.receive(at, subscription, message),
+        }
+    }
+
+    fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+        match self {
+            Self::Sender(node) => node.execute(order),
+            Self::Receiver(node) => node.execute(order),
+        }
+    }
+
+    fn cycle(&mut self, now: Instant<Local>) -> Turn {
+        match self {
+            Self::Sender(node) => node.cycle(now),
+            Self::Receiver(node) => node.cycle(now),
+        }
+    }
+
+    fn transmit(&mut self) -> Option<Outgoing<'_>> {
+        match self {
+            Self::Sender(node) => node.transmit(),
+            Self::Receiver(node) => node.transmit(),
+        }
+    }
+
+    fn arrival(&mut self) -> Option<Arrival> {
+        match self {
+            Self::Sender(node) => node.arrival(),
+            Self::Receiver(node) => node.arrival(),
+        }
+    }
+
+    fn next_cycle(&self) -> Instant<Local> {
+        match self {
+            Self::Sender(node) => node.next_cycle(),
+            Self::Receiver(node) => node.next_cycle(),
+        }
+    }
+
+    fn snapshot(&self) -> &() {
+        &()
+    }
+}
