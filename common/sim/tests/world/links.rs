@@ -1,0 +1,153 @@
+//! Frames on their way from node to node.
+
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_node::{Arrived, Channel};
+use coaxle_sim::World;
+
+use crate::toy::{BELT, Memory, SAW, at, belt_and_saw, link, link_of, run, toy};
+
+fn local(micros: i64) -> Instant<Local> {
+    Instant::from_nanos(micros * 1_000)
+}
+
+#[test]
+fn a_frame_arrives_after_the_delay_of_its_link_in_the_receivers_own_clock() {
+    let mut world = belt_and_saw("", "drift-ppm = 1000", &["latency-us = 400"]);
+    run(&mut world, 11_000, &mut Memory::default());
+    let received = world.node(SAW).unwrap().counts();
+    assert_eq!(received.len(), 11);
+    for (k, (arrived, count)) in received.into_iter().enumerate() {
+        assert_eq!(count, k as u64);
+        let micros = 1.001 * (k as f64 * 1_000.0 + 400.0);
+        let expected = local(0) + Span::from_micros_f64(micros);
+        assert!(
+            (arrived - expected).abs() <= Span::from_nanos(1),
+            "{arrived:?}"
+        );
+    }
+}
+
+#[test]
+fn models_in_a_row_add_their_delays_and_each_may_repeat() {
+    let twice = "latency-us = 30\nduplication = 1";
+    let mut world = belt_and_saw("", "", &[twice, "latency-us = 50\nduplication = 1"]);
+    run(&mut world, 500, &mut Memory::default());
+    assert_eq!(world.node(SAW).unwrap().counts(), [(local(80), 0); 4]);
+}
+
+#[test]
+fn each_model_judges_by_when_the_frame_was_sent() {
+    let late = "latency-us = 5000";
+    let cut = "partitions = [{ at-s = 0.002, for-s = 0.002 }]";
+    let mut world = belt_and_saw("", "", &[late, cut]);
+    run(&mut world, 12_000, &mut Memory::default());
+    let counts: Vec<_> = world.node(SAW).unwrap().counts();
+    let counts: Vec<_> = counts.into_iter().map(|(_, count)| count).collect();
+    assert_eq!(counts, [0, 1, 4, 5, 6]);
+}
+
+#[test]
+fn each_model_has_numbers_of_its_own() {
+    let half = "loss = 0.5";
+    let mut world = belt_and_saw("", "", &[half, half]);
+    run(&mut world, 4_000_000, &mut Memory::default());
+    let arrived = world.node(SAW).unwrap().received.len();
+    assert!((850..1_150).contains(&arrived), "{arrived} of 4000");
+}
+
+#[test]
+fn a_frame_goes_to_all_who_subscribe_to_its_channel_and_to_nobody_else() {
+    let mut world = World::new();
+    let belt = world.add_node(toy("belt", "", &[Channel::Axes, Channel::Slaves]));
+    let others = ["a", "b", "c", "d"].map(|name| world.add_node(toy(name, "", &[Channel::Axes])));
+    world.add_link(link(belt, others[0], &[]));
+    world.add_link(link(belt, others[1], &["latency-us = 10"]));
+    world.add_link(link_of(
+        Channel::Slaves,
+        belt,
+        others[2],
+        &["latency-us = 20"],
+    ));
+    run(&mut world, 1_000, &mut Memory::default());
+    let received = |index| {
+        let counts = world.node(index).unwrap().counts();
+        counts.into_iter().map(|(at, _)| at).collect::<Vec<_>>()
+    };
+    assert_eq!(received(belt), []);
+    assert_eq!(
+        others.map(received),
+        [vec![local(0)], vec![local(10)], vec![local(20)], vec![]]
+    );
+}
+
+#[test]
+fn frames_that_arrive_together_come_in_the_order_of_sending() {
+    // The delay falls by as much as a cycle lasts.
+    let step = "latency-us = 3000\ndelay-steps = [{ at-s = 0.002, by-us = -1000 }]";
+    let mut world = belt_and_saw("", "", &[step]);
+    run(&mut world, 6_000, &mut Memory::default());
+    let expected = [(3_000, 0), (4_000, 1), (4_000, 2), (5_000, 3)];
+    let expected = expected.map(|(at, count)| (local(at), count));
+    assert_eq!(world.node(SAW).unwrap().counts(), expected);
+}
+
+#[test]
+fn a_frame_says_how_late_it_left_in_the_senders_own_clock() {
+    let late = "drift-ppm = 1000\njitter = { uniform-us = 300 }";
+    let mut world = belt_and_saw(late, "", &[]);
+    let mut memory = Memory::default();
+    run(&mut world, 100_000, &mut memory);
+    let stamps = world.node(SAW).unwrap().send_stamps();
+    let cycles = memory.of(BELT);
+    assert_eq!(stamps.len(), cycles.len());
+    for (stamp, seen) in stamps.into_iter().zip(cycles) {
+        let true_lateness = (seen.woke - seen.ideal_start).as_micros_f64();
+        let off = stamp.unwrap().as_micros_f64() - 1.001 * true_lateness;
+        assert!(off.abs() < 0.003, "{off} µs");
+    }
+}
+
+#[test]
+fn who_sends_no_stamps_still_stamps_what_carries_no_axes() {
+    let mut world = World::new();
+    let mut setup = toy("belt", "", &[Channel::Axes, Channel::Answers]);
+    setup.send_stamps = false;
+    let belt = world.add_node(setup);
+    let (axes, answers) = (
+        world.add_node(toy("a", "", &[])),
+        world.add_node(toy("b", "", &[])),
+    );
+    world.add_link(link(belt, axes, &[]));
+    world.add_link(link_of(Channel::Answers, belt, answers, &[]));
+    run(&mut world, 1_000, &mut Memory::default());
+    let stamps = |index| world.node(index).unwrap().send_stamps();
+    assert_eq!(stamps(axes), [None]);
+    assert_eq!(stamps(answers), [Some(Span::ZERO)]);
+}
+
+#[test]
+fn an_arrival_is_told_with_the_cycle_that_took_it_in_and_before_that_is() {
+    let mut world = belt_and_saw("", "drift-ppm = -100", &["latency-us = 400"]);
+    let mut memory = Memory::default();
+    run(&mut world, 10_000, &mut memory);
+    let cycles = memory.of(SAW);
+    assert_eq!(
+        memory.arrived.len(),
+        9,
+        "the tenth waits for the next cycle"
+    );
+    for (k, (index, ideal_start, turn, arrival)) in memory.arrived.iter().enumerate() {
+        let Arrived::Message(header) = arrival.what else {
+            panic!("{arrival:?}");
+        };
+        assert_eq!((*index, header.count), (SAW, k as u64));
+        // What arrives at k + 0.4 ms, the cycle at k + 1 ms takes in.
+        assert_eq!(
+            (*turn, *ideal_start),
+            (cycles[k + 1].turn, cycles[k + 1].ideal_start)
+        );
+        assert_eq!(cycles[k + 1].arrivals, k + 1);
+    }
+    assert_eq!(memory.of(BELT).len(), 10);
+    assert_eq!(world.now(), at(10_000));
+}

@@ -1,0 +1,8 @@
+//! The simulation itself, with nodes that only remember.
+
+mod clocks;
+mod faults;
+mod invariants;
+mod links;
+mod repeated;
+mod toy;

@@ -1,0 +1,303 @@
+//! A node that remembers what it was given, and an observer that remembers what it saw.
+
+use coaxle_axis::NcToPlcAxis;
+use coaxle_clock::cycle::Turn;
+use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Schedule, Span};
+use coaxle_node::command::NotTaken;
+use coaxle_node::config::{ClockConfig, LinkConfig, parse};
+use coaxle_node::frame::{body_capacity, encode_body, sender_id};
+use coaxle_node::keys::NodeName;
+use coaxle_node::{
+    Arrival, Arrived, Channel, CommandOrder, CommandOutcome, FrameHeader, Intake, Message, Node,
+    Outgoing, Reader,
+};
+use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, True, World};
+
+/// The one axis of every toy.
+const AXIS: u32 = 3;
+
+/// Sends a frame per cycle and remembers what it received.
+pub(crate) struct Toy {
+    name: NodeName,
+    /// Which run of the node this is.
+    pub(crate) run: u64,
+    schedule: Schedule,
+    /// What it publishes in each cycle.
+    sends: Vec<Channel>,
+    pending: Vec<Channel>,
+    turn: Option<Turn>,
+    body: Vec<u8>,
+    /// All messages, with the instant of its own clock.
+    pub(crate) received: Vec<(Instant<Local>, Message<'static>)>,
+    /// The slaves of the orders it executed, with the cycle that came before.
+    pub(crate) executed: Vec<(String, Option<u64>)>,
+    /// Messages since the last cycle.
+    arrivals: Vec<Arrival>,
+    /// Puts something wrong into a turn, or into when the next cycle is due.
+    pub(crate) wrong: Wrong,
+}
+
+/// What a toy does wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wrong {
+    Nothing,
+    /// Says that no cycle passed.
+    Miscounts,
+    /// Calls every cycle's ideal start the same.
+    StandsStill,
+    /// Is due again at the ideal start of the cycle that was.
+    IsDueAtOnce,
+    /// Is due again just after the ideal start of the cycle that was.
+    CatchesUp,
+}
+
+impl Toy {
+    fn wronged(&self, mut turn: Turn) -> Turn {
+        match self.wrong {
+            Wrong::Miscounts => turn.elapsed = 0,
+            Wrong::StandsStill => turn.ideal_start = Instant::EPOCH,
+            Wrong::Nothing | Wrong::IsDueAtOnce | Wrong::CatchesUp => {}
+        }
+        turn
+    }
+
+    /// The counts of the frames it received, and when.
+    pub(crate) fn counts(&self) -> Vec<(Instant<Local>, u64)> {
+        let count = |(at, message): &(Instant<Local>, Message<'static>)| match message {
+            Message::Frame(frame) => (*at, frame.header.count),
+            other => panic!("{other:?}"),
+        };
+        self.received.iter().map(count).collect()
+    }
+
+    /// How late each frame says it left.
+    pub(crate) fn send_stamps(&self) -> Vec<Option<Span>> {
+        let stamp = |(_, message): &(Instant<Local>, Message<'static>)| match message {
+            Message::Frame(frame) => frame.header.send_stamp,
+            other => panic!("{other:?}"),
+        };
+        self.received.iter().map(stamp).collect()
+    }
+}
+
+impl Node for Toy {
+    type Snapshot = ();
+
+    fn receive(&mut self, at: Instant<Local>, _: usize, message: &Message<'_>) {
+        self.received.push((at, message.split().0));
+        if let Message::Frame(frame) = message {
+            let (far, what) = (0, Arrived::Message(frame.header));
+            self.arrivals.push(Arrival { far, at, what });
+        }
+    }
+
+    fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+        let after = self.turn.map(|turn| turn.count);
+        self.executed.push((order.slave.to_string(), after));
+        CommandOutcome::NotTaken(NotTaken::NoSlaves)
+    }
+
+    fn cycle(&mut self, now: Instant<Local>) -> Turn {
+        let turn = self.schedule.take(now);
+        self.turn = Some(turn);
+        self.pending.clone_from(&self.sends);
+        self.wronged(turn)
+    }
+
+    fn transmit(&mut self) -> Option<Outgoing<'_>> {
+        let channel = self.pending.pop()?;
+        let turn = self.turn?;
+        let header = FrameHeader {
+            sender: sender_id(&self.name),
+            epoch: self.run,
+            index: CycleIndex::of_count(turn.count),
+            count: turn.count,
+            cycle_time: self.schedule.cycle_time(),
+            send_stamp: None,
+        };
+        let axis = NcToPlcAxis {
+            axis_id: AXIS,
+            ..NcToPlcAxis::default()
+        };
+        self.body.resize(body_capacity(1), 0);
+        let length = encode_body(&header, &[axis], &mut self.body).expect("one axis fits");
+        Some(Outgoing {
+            channel,
+            far: 0,
+            ideal_start: turn.ideal_start,
+            body: &self.body[..length],
+        })
+    }
+
+    fn arrival(&mut self) -> Option<Arrival> {
+        (!self.arrivals.is_empty()).then(|| self.arrivals.remove(0))
+    }
+
+    fn next_cycle(&self) -> Instant<Local> {
+        match (self.wrong, self.turn) {
+            (Wrong::IsDueAtOnce, Some(turn)) => turn.ideal_start,
+            (Wrong::CatchesUp, Some(turn)) => turn.ideal_start + Span::from_nanos(1),
+            _ => self.schedule.next_start(),
+        }
+    }
+
+    fn snapshot(&self) -> &() {
+        &()
+    }
+}
+
+/// A toy with a cycle of 1 ms that publishes on these channels.
+pub(crate) fn toy(name: &str, clock: &str, sends: &[Channel]) -> NodeSetup<Toy> {
+    seeded(name, 1, clock, sends)
+}
+
+pub(crate) fn seeded(name: &str, seed: u64, clock: &str, sends: &[Channel]) -> NodeSetup<Toy> {
+    let sends = sends.to_vec();
+    let node = NodeName::new(name).expect("a test's own input");
+    NodeSetup {
+        name: name.to_owned(),
+        seed,
+        clock: parse::<ClockConfig>("clock", clock).expect("a test's own input"),
+        send_stamps: true,
+        build: Box::new(move |start, run| Toy {
+            name: node.clone(),
+            run,
+            schedule: Schedule::new(
+                start,
+                CycleTime::new(Span::from_millis(1)).expect("a test's own input"),
+            ),
+            sends: sends.clone(),
+            pending: Vec::new(),
+            turn: None,
+            body: Vec::new(),
+            received: Vec::new(),
+            executed: Vec::new(),
+            arrivals: Vec::new(),
+            wrong: Wrong::Nothing,
+        }),
+    }
+}
+
+/// A toy that does something wrong.
+pub(crate) fn wrong_toy(name: &str, wrong: Wrong) -> NodeSetup<Toy> {
+    let mut setup = toy(name, "", &[]);
+    let build = setup.build;
+    setup.build = Box::new(move |start, run| Toy {
+        wrong,
+        ..build(start, run)
+    });
+    setup
+}
+
+/// From the axes of the node `belt` to node number `to`.
+pub(crate) fn link(from: usize, to: usize, behaviour: &[&str]) -> LinkSetup {
+    link_of(Channel::Axes, from, to, behaviour)
+}
+
+pub(crate) fn link_of(channel: Channel, from: usize, to: usize, behaviour: &[&str]) -> LinkSetup {
+    let belt = NodeName::new("belt").expect("a test's own input");
+    let key = belt.channel_key(channel);
+    LinkSetup {
+        from,
+        channel,
+        far: 0,
+        to,
+        subscription: 0,
+        reader: Reader::from(Intake::new(&key, &belt, &[AXIS])),
+        key,
+        behaviour: behaviour
+            .iter()
+            .zip(1..)
+            .map(|(text, seed)| {
+                (
+                    parse::<LinkConfig>("link", text).expect("a test's own input"),
+                    seed,
+                )
+            })
+            .collect(),
+    }
+}
+
+/// A belt whose axes a saw receives, over links of these behaviours.
+pub(crate) fn belt_and_saw(belt: &str, saw: &str, behaviour: &[&str]) -> World<Toy> {
+    let mut world = World::new();
+    let belt = world.add_node(toy("belt", belt, &[Channel::Axes]));
+    let saw = world.add_node(toy("saw", saw, &[]));
+    world.add_link(link(belt, saw, behaviour));
+    world
+}
+
+pub(crate) const BELT: usize = 0;
+pub(crate) const SAW: usize = 1;
+
+/// A cycle as the observer saw it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Seen {
+    pub(crate) index: usize,
+    pub(crate) run: u64,
+    pub(crate) turn: Turn,
+    pub(crate) ideal_start: Instant<True>,
+    pub(crate) woke: Instant<True>,
+    /// Arrivals that were told before it.
+    pub(crate) arrivals: usize,
+}
+
+/// Remembers every cycle of every node.
+#[derive(Default)]
+pub(crate) struct Memory {
+    pub(crate) cycles: Vec<Seen>,
+    pub(crate) arrived: Vec<(usize, Instant<True>, Turn, Arrival)>,
+    pub(crate) orders: Vec<usize>,
+}
+
+impl Memory {
+    pub(crate) fn of(&self, index: usize) -> Vec<Seen> {
+        let cycles = self.cycles.iter().copied();
+        cycles.filter(|seen| seen.index == index).collect()
+    }
+}
+
+impl Observer<Toy> for Memory {
+    fn cycle_seen(&mut self, seen: &CycleSeen<'_, Toy>) {
+        self.cycles.push(Seen {
+            index: seen.index,
+            run: seen.node.run,
+            turn: seen.turn,
+            ideal_start: seen.ideal_start,
+            woke: seen.woke,
+            arrivals: self.arrived.len(),
+        });
+    }
+
+    fn arrived(
+        &mut self,
+        index: usize,
+        ideal_start: Instant<True>,
+        turn: &Turn,
+        arrival: &Arrival,
+    ) {
+        self.arrived.push((index, ideal_start, *turn, *arrival));
+    }
+
+    fn order_executed(&mut self, number: usize, _outcome: &CommandOutcome) {
+        self.orders.push(number);
+    }
+}
+
+/// An instant of true time.
+pub(crate) fn at(micros: i64) -> Instant<True> {
+    Instant::from_nanos(micros * 1_000)
+}
+
+/// Lets true time flow until `micros`.
+pub(crate) fn run(world: &mut World<Toy>, micros: i64, memory: &mut Memory) {
+    world
+        .run_until(at(micros), memory)
+        .expect("toys keep the contract");
+}
+
+/// An order that is told from others by its slave.
+pub(crate) fn order(slave: &str) -> CommandOrder {
+    let json = format!(r#"{{ "version": 1, "slave": "{slave}", "command": {{ "reset": {{}} }} }}"#);
+    CommandOrder::from_json(json.as_bytes()).expect("an order")
+}
