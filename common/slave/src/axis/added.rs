@@ -1,9 +1,9 @@
 //! What is added to a motion: a shift of the master before the coupling, and a distance after it,
 //! before the guard.
 
-use coaxle_axis::guard::{GuardRefusal, check_number, is_limit};
+use coaxle_axis::guard::{GuardRefusal, check_number, limits, limits_within};
 use coaxle_axis::{Dynamics, Masters};
-use coaxle_curve::profile::{InvalidLimit, Kinematics, Limits, to_position};
+use coaxle_curve::profile::{Kinematics, Limits, to_position};
 
 use super::SlaveAxis;
 use crate::change::Effect;
@@ -19,14 +19,6 @@ struct Taken {
     velocity: f64,
     acceleration: f64,
     reserve: f64,
-}
-
-/// What it leaves of them.
-#[derive(Clone, Copy)]
-struct Left {
-    velocity: f64,
-    acceleration: f64,
-    jerk: f64,
 }
 
 impl SlaveAxis {
@@ -57,10 +49,10 @@ impl SlaveAxis {
         let coupling = self.engaged().map(|kind| self.couplings.get(kind));
         let gain = coupling.and_then(|coupling| coupling.gain());
         let limits = match gain.filter(|gain| *gain != 0.0) {
-            Some(gain) => self
-                .left(&self.taken_by_coupling())?
-                .per(gain.abs())
-                .limits(velocity, dynamics)?,
+            Some(gain) => {
+                let left = self.left(&self.taken_by_coupling(), gain.abs())?;
+                limits_within(&left, velocity, dynamics)?
+            }
             None => given(velocity, dynamics)?,
         };
         Ok(Effect::Phase(to_position(
@@ -86,7 +78,7 @@ impl SlaveAxis {
                 taken_by(planned)
             }
         };
-        let limits = self.left(&taken)?.limits(velocity, dynamics)?;
+        let limits = limits_within(&self.left(&taken, 1.0)?, velocity, dynamics)?;
         Ok(Effect::Superimpose(to_position(start, end, &limits)))
     }
 
@@ -110,7 +102,8 @@ impl SlaveAxis {
         }
     }
 
-    fn left(&self, taken: &Taken) -> Result<Left, Refusal> {
+    /// What is left of the limits, in units of something that moves the slave by `gain` as much.
+    fn left(&self, taken: &Taken, gain: f64) -> Result<Limits, GuardRefusal> {
         let own = self.guard.limits();
         let slowest = own.acceleration().min(own.deceleration());
         let left = |field, limit: f64, taken: f64, reserve: f64| {
@@ -125,11 +118,9 @@ impl SlaveAxis {
                 })
             }
         };
-        Ok(Left {
-            velocity: left("velocity", own.velocity(), taken.velocity, taken.reserve)?,
-            acceleration: left("acceleration", slowest, taken.acceleration, taken.reserve)?,
-            jerk: own.jerk(),
-        })
+        let velocity = left("velocity", own.velocity(), taken.velocity, taken.reserve)?;
+        let acceleration = left("acceleration", slowest, taken.acceleration, taken.reserve)?;
+        limits([velocity, acceleration, acceleration, own.jerk()].map(|limit| limit / gain))
     }
 }
 
@@ -149,71 +140,14 @@ fn taken_by(planned: &Planned) -> Taken {
     }
 }
 
-impl Left {
-    /// The same in units of the master.
-    fn per(self, gain: f64) -> Self {
-        Self {
-            velocity: self.velocity / gain,
-            acceleration: self.acceleration / gain,
-            jerk: self.jerk / gain,
-        }
-    }
-
-    /// The limits of a command within it.
-    fn limits(&self, velocity: Option<f64>, dynamics: &Dynamics) -> Result<Limits, Refusal> {
-        let within = |field, given: Option<f64>, left: f64| match given {
-            None => Ok(left),
-            Some(received) if received > left => Err(GuardRefusal::AboveLimit {
-                field,
-                received,
-                limit: left,
-            }),
-            Some(received) => number(field, received),
-        };
-        limits([
-            within("velocity", velocity, self.velocity)?,
-            within("acceleration", dynamics.acceleration, self.acceleration)?,
-            within("deceleration", dynamics.deceleration, self.acceleration)?,
-            within("jerk", dynamics.jerk, self.jerk)?,
-        ])
-    }
-}
-
 /// The limits as the command has them, where nothing else tells any.
 fn given(velocity: Option<f64>, dynamics: &Dynamics) -> Result<Limits, Refusal> {
-    let needed = |field, value: Option<f64>| {
-        let received = value.ok_or(Refusal::NotGiven { field })?;
-        Ok::<_, Refusal>(number(field, received)?)
-    };
+    let needed = |field, value: Option<f64>| value.ok_or(Refusal::NotGiven { field });
     let acceleration = needed("acceleration", dynamics.acceleration)?;
-    let deceleration = dynamics.deceleration.unwrap_or(acceleration);
-    limits([
+    Ok(limits([
         needed("velocity", velocity)?,
         acceleration,
-        number("deceleration", deceleration)?,
+        dynamics.deceleration.unwrap_or(acceleration),
         needed("jerk", dynamics.jerk)?,
-    ])
-}
-
-fn number(field: &'static str, received: f64) -> Result<f64, GuardRefusal> {
-    if is_limit(received) {
-        Ok(received)
-    } else {
-        Err(GuardRefusal::Value {
-            field,
-            received,
-            expected: coaxle_axis::guard::EXPECTED_LIMIT,
-        })
-    }
-}
-
-fn limits([velocity, acceleration, deceleration, jerk]: [f64; 4]) -> Result<Limits, Refusal> {
-    let wrong = |InvalidLimit { field, received }| {
-        Refusal::Guard(GuardRefusal::Value {
-            field,
-            received,
-            expected: coaxle_axis::guard::EXPECTED_LIMIT,
-        })
-    };
-    Limits::new(velocity, acceleration, deceleration, jerk).map_err(wrong)
+    ])?)
 }
