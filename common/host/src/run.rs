@@ -14,7 +14,7 @@ use rtrb::RingBuffer;
 
 use crate::commands::commands;
 use crate::counters::{Counters, read};
-use crate::cycle::NodeClock;
+use crate::cycle::{Cycle, NodeClock};
 use crate::ended::{Ended, Signals};
 use crate::machine;
 use crate::mailbox::{Inbox, Mailbox, mailbox};
@@ -23,16 +23,14 @@ use crate::real_time;
 use crate::session::Session;
 use crate::status::{Identity, Reporter};
 use crate::telemetry::{Recorder, telemetry};
-use crate::threads::{
-    CycleParts, Wishes, joined, start_cycle, start_publisher, start_server, start_telemetry,
-};
+use crate::threads::{Wishes, joined, start_cycle, start_publisher, start_server, start_telemetry};
 use crate::transport::{OverZenoh, Transport};
 
 /// Messages with axes between two scans: two seconds' worth at 1 kHz.
 const MAILBOX_MESSAGES: usize = 2048;
 /// Axes in them: of so many frames of the longest kind, and as many as there are frames of few axes.
 const MAILBOX_AXES: usize = 128 * MAX_AXES;
-/// Questions or answers between two scans: those of a hundred nodes in a second, at ten each.
+/// Requests or responses between two scans: those of a hundred nodes in a second, at ten each.
 const MAILBOX_EXCHANGES: usize = 1024;
 /// Forty of the longest frames.
 const OUTBOX_BYTES: usize = 1 << 20;
@@ -175,14 +173,16 @@ where
         machine::now(),
     );
     let telemetry_thread = start_telemetry(telemetry, setup.recorder, reporter)?;
-    let parts = CycleParts {
+    let counted = Arc::clone(&counters);
+    let with_clock = move |clock| Cycle {
         node,
+        clock,
         mailboxes,
         orders,
         outbox,
         records,
         arrivals,
-        counters: Arc::clone(&counters),
+        counters: counted,
     };
     let wishes = Wishes {
         real_time: setup.real_time,
@@ -190,7 +190,7 @@ where
         seed: setup.seed,
         run_for: setup.run_for,
     };
-    let cycle = start_cycle(parts, wishes)?;
+    let cycle = start_cycle(with_clock, wishes)?;
     if let Ok(denied) = cycle.running.await {
         for real_time::Denied { wish, reason } in denied {
             tracing::warn!(node = %setup.name, "real-time wish {wish} not granted: {reason}");

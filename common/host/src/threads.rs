@@ -8,18 +8,16 @@ use anyhow::{Context, anyhow};
 use coaxle_clock::Span;
 use coaxle_node::Node;
 use coaxle_node::config::{ClockConfig, RealTimeConfig};
-use rtrb::Producer;
 use tokio::sync::oneshot;
 
-use crate::commands::{CommandServer, OrderQueue};
+use crate::commands::CommandServer;
 use crate::counters::Counters;
 use crate::cycle::{Cycle, Limits, NodeClock};
-use crate::mailbox::Mailbox;
-use crate::outbox::{Outbox, OutgoingFrames};
+use crate::outbox::OutgoingFrames;
 use crate::publisher::{PublishedChannel, publish};
 use crate::real_time;
 use crate::status::Reporter;
-use crate::telemetry::{ArrivalRecord, Recorder, Records, Telemetry, observe};
+use crate::telemetry::{Recorder, Telemetry, observe};
 
 /// The thread that answers requests.
 pub(crate) fn start_server(server: CommandServer) -> anyhow::Result<JoinHandle<()>> {
@@ -50,17 +48,6 @@ pub(crate) fn start_telemetry<S: Send + 'static>(
     })
 }
 
-/// The cycle but for its clock, which starts on the cycle's own thread.
-pub(crate) struct CycleParts<N: Node> {
-    pub(crate) node: N,
-    pub(crate) mailboxes: Vec<Mailbox>,
-    pub(crate) orders: OrderQueue,
-    pub(crate) outbox: Outbox,
-    pub(crate) records: Records<N::Snapshot>,
-    pub(crate) arrivals: Producer<ArrivalRecord>,
-    pub(crate) counters: Arc<Counters>,
-}
-
 /// How the cycle is to run.
 pub(crate) struct Wishes {
     pub(crate) real_time: RealTimeConfig,
@@ -79,11 +66,11 @@ pub(crate) struct RunningCycle {
     pub(crate) ended: oneshot::Receiver<()>,
 }
 
-/// The thread of the cycle.
-pub(crate) fn start_cycle<N>(parts: CycleParts<N>, wishes: Wishes) -> anyhow::Result<RunningCycle>
-where
-    N: Node + Send + 'static,
-{
+/// The thread of the cycle, which makes it of its clock: the clock starts there.
+pub(crate) fn start_cycle<N: Node>(
+    with_clock: impl FnOnce(NodeClock) -> Cycle<N> + Send + 'static,
+    wishes: Wishes,
+) -> anyhow::Result<RunningCycle> {
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
     let (now_running, running) = oneshot::channel();
@@ -93,16 +80,7 @@ where
         let denied = real_time::apply(&wishes.real_time);
         // A thread that nobody waits for any more may still run.
         let _ = now_running.send(denied);
-        let cycle = Cycle {
-            node: parts.node,
-            clock: NodeClock::starting_soon(&wishes.clock, wishes.seed),
-            mailboxes: parts.mailboxes,
-            orders: parts.orders,
-            outbox: parts.outbox,
-            records: parts.records,
-            arrivals: parts.arrivals,
-            counters: parts.counters,
-        };
+        let cycle = with_clock(NodeClock::starting_soon(&wishes.clock, wishes.seed));
         let limits = Limits {
             run_for: wishes.run_for,
             spin: Span::from_micros(i64::from(wishes.real_time.spin_us)),
