@@ -261,6 +261,14 @@ impl AxisExtrapolate {
         })
     }
 
+    /// At rest again, as it was started.
+    pub(super) fn restart(&mut self) {
+        self.pt1.restart();
+        self.mode = None;
+        self.last = SetValues::default();
+        self.blend = Blend::default();
+    }
+
     /// One cycle. Without a correction time sync and time mode have nothing to extrapolate by: the
     /// fallback takes their place. `elapsed` counts the own cycles since the previous call.
     pub fn update(

@@ -93,8 +93,9 @@ impl FarAxis {
         }
     }
 
-    /// Forgets a position error that is latched.
-    pub const fn restart(&mut self) {
+    /// At rest again, as it was started: nothing is blended from, no error is latched.
+    pub fn restart(&mut self) {
+        self.extrapolate.restart();
         self.position_error = None;
     }
 }

@@ -21,6 +21,11 @@ impl Pt1 {
         }
     }
 
+    /// The next input is its first.
+    pub(super) const fn restart(&mut self) {
+        self.value = None;
+    }
+
     /// One step of `elapsed` cycles; starts at its first input. Gives position and velocity.
     pub(super) fn update(&mut self, position: f64, velocity: f64, elapsed: u32) -> (f64, f64) {
         let (old_position, old_velocity) = self.value.unwrap_or((position, velocity));

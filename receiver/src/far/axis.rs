@@ -13,8 +13,6 @@ use crate::slaves::Master;
 #[derive(Debug)]
 pub(super) struct Axis {
     block: FarAxis,
-    /// As it is at the start.
-    fresh: FarAxis,
     /// None until it comes.
     sample: Option<AxisSample>,
     /// The sender's cycle count that it came with.
@@ -30,10 +28,8 @@ impl Axis {
         cycle_time: CycleTime,
         parameters: &AxisSyncParameters,
     ) -> Result<Self, WrongParameter> {
-        let block = FarAxis::start(cycle_time.span(), parameters)?;
         Ok(Self {
-            fresh: block.clone(),
-            block,
+            block: FarAxis::start(cycle_time.span(), parameters)?,
             sample: None,
             count: 0,
             missing_cycles: 0,
@@ -44,7 +40,7 @@ impl Axis {
 
     /// Its node's clock was started anew.
     pub(super) fn restart(&mut self) {
-        self.block.clone_from(&self.fresh);
+        self.block.restart();
     }
 
     /// Another run of its node: what it was before says nothing any more.
