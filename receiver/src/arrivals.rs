@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use coaxle_clock::delay::Answer;
+use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::far_clock::RESPONSES;
 use coaxle_clock::{Instant, Local};
 use coaxle_node::{Arrival, Arrived, FrameHeader};
@@ -51,8 +51,8 @@ impl Arrivals<'_> {
         self.push(at, Arrived::Message(*header));
     }
 
-    pub(crate) fn exchange(&mut self, at: Instant<Local>, answer: &Answer) {
-        self.push(at, Arrived::Exchange(*answer));
+    pub(crate) fn exchange(&mut self, at: Instant<Local>, response: &TimeResponse) {
+        self.push(at, Arrived::Exchange(*response));
     }
 
     fn push(&mut self, at: Instant<Local>, what: Arrived) {

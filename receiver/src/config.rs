@@ -91,7 +91,7 @@ impl ReceiverConfig {
     /// What it publishes and hears.
     #[must_use]
     pub fn wiring(&self) -> Wiring {
-        let own = [Channel::Slaves, Channel::Answers];
+        let own = [Channel::Slaves, Channel::TimeResponses];
         let mut publications: Vec<_> = own.map(|c| Publication::new(&self.name, c)).into();
         let mut subscriptions = Vec::new();
         for (far, config) in self.far.iter().enumerate() {
@@ -109,15 +109,18 @@ impl ReceiverConfig {
             let axes = Intake::new(&node.channel_key(channel), node, &config.axes.ids());
             hear(channel, axes.into());
             if config.asks() {
-                hear(Channel::Answers, Reader::answers_of(node, &self.name));
+                hear(
+                    Channel::TimeResponses,
+                    Reader::time_responses_of(node, &self.name),
+                );
                 publications.push(Publication {
                     faults: config.faults_of_requests().clone(),
                     far,
-                    ..Publication::new(node, Channel::Questions)
+                    ..Publication::new(node, Channel::TimeRequests)
                 });
             }
         }
-        subscriptions.push(Subscription::questions_to(&self.name));
+        subscriptions.push(Subscription::time_requests_to(&self.name));
         Wiring {
             node: self.name.clone(),
             publications,

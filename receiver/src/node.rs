@@ -1,17 +1,17 @@
 //! The receiver as a node.
 
 use coaxle_axis::Job;
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
 use coaxle_node::command::{MAX_KNOWN_SLAVES, NotTaken, SlaveName};
-use coaxle_node::exchange::{QUESTION_CAPACITY, encode_question};
+use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
 use coaxle_node::frame::{body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::Subscription;
 use coaxle_node::{
-    Answering, AnsweringCounters, Arrival, Channel, CommandOrder, CommandOutcome, FrameHeader,
-    Message, Node, Outgoing, RejectionCounters,
+    Arrival, Channel, CommandOrder, CommandOutcome, FrameHeader, Message, Node, Outgoing,
+    RejectionCounters, TimeServer, TimeServerCounters,
 };
 use coaxle_slave::{Command, Refusal};
 
@@ -27,11 +27,11 @@ pub struct Receiver {
     pipeline: Pipeline,
     identity: Identity,
     slave_names: Vec<NodeName>,
-    turn: Turn,
+    tick: Tick,
     body: Vec<u8>,
     /// Bytes of `body` that wait to be sent.
     pending: Option<usize>,
-    answering: Answering,
+    time_server: TimeServer,
     /// Time requests that were refused on their way in.
     refused_requests: RejectionCounters,
     /// The subscriptions, each with the far node it is to.
@@ -40,7 +40,7 @@ pub struct Receiver {
     asked: Box<[Asked]>,
     /// How many of them have had their turn in this cycle.
     next_asked: usize,
-    question: [u8; QUESTION_CAPACITY],
+    request: [u8; TIME_REQUEST_CAPACITY],
     snapshot: ReceiverSnapshot,
 }
 
@@ -106,8 +106,10 @@ impl Receiver {
             })?;
         let subscriptions = config.wiring().subscriptions;
         let source = |subscription: &Subscription| match subscription.channel {
-            Channel::Questions => Source::Requests,
-            Channel::Axes | Channel::Slaves | Channel::Answers => Source::Far(subscription.far),
+            Channel::TimeRequests => Source::Requests,
+            Channel::Axes | Channel::Slaves | Channel::TimeResponses => {
+                Source::Far(subscription.far)
+            }
         };
         let far = config.far.iter().enumerate();
         let asked = far.filter(|(_, far)| far.asks());
@@ -116,19 +118,19 @@ impl Receiver {
             pipeline,
             identity: Identity { sender, epoch },
             slave_names: config.slaves.iter().map(|s| s.name.clone()).collect(),
-            turn: Turn {
+            tick: Tick {
                 count: 0,
                 ideal_start: start,
                 elapsed: 0,
             },
             body: vec![0; body_capacity(config.slaves.len())],
             pending: None,
-            answering: Answering::new(sender, epoch, start, cycle_time),
+            time_server: TimeServer::new(sender, epoch, start, cycle_time),
             refused_requests: RejectionCounters::default(),
             sources: subscriptions.iter().map(source).collect(),
             asked: asked.map(|(far, _)| Asked { far, due: None }).collect(),
             next_asked: 0,
-            question: [0; QUESTION_CAPACITY],
+            request: [0; TIME_REQUEST_CAPACITY],
             snapshot: ReceiverSnapshot::new(config, start),
         })
     }
@@ -163,8 +165,8 @@ impl Receiver {
         let header = FrameHeader {
             sender: self.identity.sender,
             epoch: self.identity.epoch,
-            index: CycleIndex::of_count(self.turn.count),
-            count: self.turn.count,
+            index: CycleIndex::of_count(self.tick.count),
+            count: self.tick.count,
             cycle_time: self.schedule.cycle_time(),
             send_stamp: None,
         };
@@ -175,13 +177,13 @@ impl Receiver {
     }
 
     /// The next time request of this cycle: its length, and the far node it is to.
-    fn encode_question(&mut self) -> Option<(usize, usize)> {
+    fn encode_time_request(&mut self) -> Option<(usize, usize)> {
         while let Some(to) = self.asked.get_mut(self.next_asked) {
             self.next_asked += 1;
             if let Some(number) = to.due.take() {
                 let Identity { sender, epoch, .. } = self.identity;
-                let at = self.turn.ideal_start;
-                let length = encode_question(sender, epoch, number, at, &mut self.question);
+                let at = self.tick.ideal_start;
+                let length = encode_time_request(sender, epoch, number, at, &mut self.request);
                 return Some((length, to.far));
             }
         }
@@ -190,12 +192,12 @@ impl Receiver {
 
     fn show(&mut self, now: Instant<Local>) {
         let shown = &mut self.snapshot;
-        shown.ideal_start = self.turn.ideal_start;
+        shown.ideal_start = self.tick.ideal_start;
         shown.woke = now;
         let signals = &mut shown.signals.node;
-        signals.cycle = self.turn.count;
+        signals.cycle = self.tick.count;
         signals.overruns = self.schedule.overruns();
-        let AnsweringCounters { answered, dropped } = self.answering.counters();
+        let TimeServerCounters { answered, dropped } = self.time_server.counters();
         signals.requests_answered = answered;
         signals.requests_dropped = dropped;
         signals.requests_refused = self.refused_requests.total();
@@ -208,15 +210,15 @@ impl Node for Receiver {
     fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {
         let due = self.schedule.next_start();
         match (message, self.sources.get(subscription)) {
-            (Message::Question(question), _) => self.answering.hear(at, question),
+            (Message::TimeRequest(request), _) => self.time_server.receive(at, request),
             (Message::Rejected(reason), Some(Source::Requests)) => {
                 self.refused_requests.count(*reason);
             }
             (message, Some(Source::Far(far))) => match message {
                 Message::Frame(frame) => self.pipeline.store(*far, at, frame, due),
-                Message::Answer(answer) => self.pipeline.store_answer(*far, at, answer),
+                Message::TimeResponse(response) => self.pipeline.store_response(*far, at, response),
                 Message::Rejected(reason) => self.pipeline.reject(*far, *reason),
-                Message::Question(_) => {}
+                Message::TimeRequest(_) => {}
             },
             (_, Some(Source::Requests) | None) => {}
         }
@@ -232,21 +234,21 @@ impl Node for Receiver {
         self.pipeline.execute(number, order)
     }
 
-    fn cycle(&mut self, now: Instant<Local>) -> Turn {
-        self.turn = self.schedule.take(now);
-        self.pipeline.scan(&self.turn, &mut self.snapshot);
+    fn cycle(&mut self, now: Instant<Local>) -> Tick {
+        self.tick = self.schedule.take(now);
+        self.pipeline.scan(&self.tick, &mut self.snapshot);
         self.pending = self.encode_slaves();
-        self.answering.answer(&self.turn, now);
+        self.time_server.respond(&self.tick, now);
         for to in &mut self.asked {
-            to.due = self.pipeline.ask(to.far, &self.turn);
+            to.due = self.pipeline.ask(to.far, &self.tick);
         }
         self.next_asked = 0;
         self.show(now);
-        self.turn
+        self.tick
     }
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
-        let ideal_start = self.turn.ideal_start;
+        let ideal_start = self.tick.ideal_start;
         if let Some(length) = self.pending.take() {
             return Some(Outgoing {
                 channel: Channel::Slaves,
@@ -255,15 +257,15 @@ impl Node for Receiver {
                 body: &self.body[..length],
             });
         }
-        if let Some((length, far)) = self.encode_question() {
+        if let Some((length, far)) = self.encode_time_request() {
             return Some(Outgoing {
-                channel: Channel::Questions,
+                channel: Channel::TimeRequests,
                 far,
                 ideal_start,
-                body: &self.question[..length],
+                body: &self.request[..length],
             });
         }
-        self.answering.transmit()
+        self.time_server.transmit()
     }
 
     fn arrival(&mut self) -> Option<Arrival> {

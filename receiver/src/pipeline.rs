@@ -1,8 +1,8 @@
 //! The way of the data: far axes in, set values of the slaves out. One scan, top to bottom.
 
 use coaxle_axis::{Job, NcToPlcAxis};
-use coaxle_clock::cycle::Turn;
-use coaxle_clock::delay::Answer;
+use coaxle_clock::cycle::Tick;
+use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{Instant, Local, Seconds};
 use coaxle_node::{Arrival, CommandOrder, CommandOutcome, Frame, Rejection};
@@ -64,8 +64,13 @@ impl Pipeline {
     }
 
     /// Stores a response of a far node that arrived at `at`.
-    pub(crate) fn store_answer(&mut self, far: usize, at: Instant<Local>, answer: &Answer) {
-        self.far[far].store_answer(at, answer);
+    pub(crate) fn store_response(
+        &mut self,
+        far: usize,
+        at: Instant<Local>,
+        response: &TimeResponse,
+    ) {
+        self.far[far].store_response(at, response);
     }
 
     /// Counts what was refused of a far node.
@@ -79,17 +84,17 @@ impl Pipeline {
     }
 
     /// The number of the time request to a far node that is due, if one is.
-    pub(crate) fn ask(&mut self, far: usize, turn: &Turn) -> Option<u32> {
-        self.far[far].ask(turn)
+    pub(crate) fn ask(&mut self, far: usize, tick: &Tick) -> Option<u32> {
+        self.far[far].ask(tick)
     }
 
     /// One scan.
-    pub(crate) fn scan(&mut self, turn: &Turn, shown: &mut ReceiverSnapshot) {
+    pub(crate) fn scan(&mut self, tick: &Tick, shown: &mut ReceiverSnapshot) {
         self.arrivals.begin();
         for n in 0..self.far.len() {
-            self.far_node(n, turn, shown);
+            self.far_node(n, tick, shown);
         }
-        let elapsed = Seconds(self.cycle_s * f64::from(turn.elapsed));
+        let elapsed = Seconds(self.cycle_s * f64::from(tick.elapsed));
         self.slaves.update(&self.masters, elapsed);
         self.slaves.show(shown);
         shown.health = self.health(shown);
@@ -97,7 +102,7 @@ impl Pipeline {
     }
 
     /// A far node: which run, its clock, its axes.
-    fn far_node(&mut self, n: usize, turn: &Turn, shown: &mut ReceiverSnapshot) {
+    fn far_node(&mut self, n: usize, tick: &Tick, shown: &mut ReceiverSnapshot) {
         let (first, end) = self.ranges[n];
         let signals = &mut shown.signals;
         let outputs = FarOutputs {
@@ -105,7 +110,7 @@ impl Pipeline {
             signals: &mut signals.far[n],
             axes: &mut signals.axes[first..end],
         };
-        let health = self.far[n].scan(turn, &mut self.arrivals.of(n), outputs);
+        let health = self.far[n].scan(tick, &mut self.arrivals.of(n), outputs);
         shown.far_health[n] = health;
         shown.data_cycle_times[n] = self.far[n].data_cycle_time();
     }

@@ -105,7 +105,7 @@ signals! {
         /// Time exchanges used so far.
         exchanges: u64 [""],
         /// Responses refused so far.
-        answers_refused: u64 [""],
+        responses_refused: u64 [""],
         /// Accepted messages so far.
         received: u64 [""],
         /// Missing messages so far, by the sender's count.

@@ -4,13 +4,13 @@ mod bench;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use bench::{Clock, Far, LATENCY, MILLISECOND};
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_node::config::parse;
 use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::{
-    Answering, Arrived, Channel, Intake, KeptMessage, Message, Node, Outgoing, Question, Reader,
-    Rejection,
+    Arrived, Channel, Intake, KeptMessage, Message, Node, Outgoing, Reader, Rejection, TimeRequest,
+    TimeServer,
 };
 use coaxle_receiver::{HealthName, Receiver, ReceiverConfig};
 use coaxle_slave::{Command, CouplingPhase, Dynamics};
@@ -165,7 +165,7 @@ fn goes_through_its_life_without_allocating(mode: &str) {
     let mut seen = [false; 4];
     let mut bytes = 0;
     let mut master = Master::new(&config);
-    let (mut asked, mut answers) = (None, 0);
+    let (mut requested, mut responses) = (None, 0);
     let (mut arrived, mut exchanged) = (0, 0);
     assert_no_alloc(|| {
         while receiver.next_cycle() < clock.read(12_000 * MILLISECOND) {
@@ -180,8 +180,8 @@ fn goes_through_its_life_without_allocating(mode: &str) {
             while let Some(outgoing) = receiver.transmit() {
                 bytes += outgoing.body.len();
                 match outgoing.channel {
-                    Channel::Questions => asked = Some(master.question_of(&outgoing)),
-                    Channel::Answers => answers += 1,
+                    Channel::TimeRequests => requested = Some(master.request_of(&outgoing)),
+                    Channel::TimeResponses => responses += 1,
                     Channel::Axes | Channel::Slaves => {}
                 }
             }
@@ -191,10 +191,10 @@ fn goes_through_its_life_without_allocating(mode: &str) {
                     Arrived::Exchange(_) => exchanged += 1,
                 }
             }
-            if let Some(question) = asked.take() {
+            if let Some(request) = requested.take() {
                 // The receiver may be asked too, and is, whenever it asks.
-                receiver.receive(now, 2, &Message::Question(question));
-                master.answer(&question, now, |at, message| {
+                receiver.receive(now, 2, &Message::TimeRequest(request));
+                master.respond(&request, now, |at, message| {
                     receiver.receive(at, 1, message)
                 });
             }
@@ -217,19 +217,19 @@ fn goes_through_its_life_without_allocating(mode: &str) {
     let used = counters.received - counters.overflow - counters.stale;
     assert!(arrived > 5_000 && arrived <= used, "{arrived} of {used}");
     if config.far[0].asks() {
-        assert!(counters.exchanges > 60 && counters.answers_refused > 0);
+        assert!(counters.exchanges > 60 && counters.responses_refused > 0);
         assert!(exchanged >= counters.exchanges, "{exchanged}");
-        assert!(answers > 60);
+        assert!(responses > 60);
     }
 }
 
-/// The first run of the sender as far as it answers, without a heap.
+/// The first run of the sender as far as it responds, without a heap.
 struct Master {
     clock: Clock,
     start: Instant<Local>,
-    answering: Answering,
-    questions: KeySeal,
-    answers: KeySeal,
+    time_server: TimeServer,
+    requests: KeySeal,
+    responses: KeySeal,
     reader: Reader,
     frame: Vec<u8>,
 }
@@ -243,43 +243,43 @@ impl Master {
         Self {
             clock,
             start,
-            answering: Answering::new(sender_id(name), 1, start, cycle_time),
-            questions: KeySeal::new(&name.channel_key(Channel::Questions)),
-            answers: KeySeal::new(&name.channel_key(Channel::Answers)),
-            reader: Reader::answers_of(name, &config.name),
+            time_server: TimeServer::new(sender_id(name), 1, start, cycle_time),
+            requests: KeySeal::new(&name.channel_key(Channel::TimeRequests)),
+            responses: KeySeal::new(&name.channel_key(Channel::TimeResponses)),
+            reader: Reader::time_responses_of(name, &config.name),
             frame: Vec::with_capacity(1_000),
         }
     }
 
-    fn question_of(&mut self, outgoing: &Outgoing<'_>) -> Question {
+    fn request_of(&mut self, outgoing: &Outgoing<'_>) -> TimeRequest {
         let stamp = Some(Span::ZERO);
-        self.questions.seal(outgoing.body, stamp, &mut self.frame);
-        self.questions
-            .open_question(&self.frame)
-            .expect("a question")
+        self.requests.seal(outgoing.body, stamp, &mut self.frame);
+        self.requests
+            .open_time_request(&self.frame)
+            .expect("a request")
     }
 
-    /// Answers what was asked at `asked`, which is true time.
-    fn answer(
+    /// Responds to what was requested at `requested`, which is true time.
+    fn respond(
         &mut self,
-        question: &Question,
-        asked: Instant<Local>,
+        request: &TimeRequest,
+        requested: Instant<Local>,
         mut deliver: impl FnMut(Instant<Local>, &Message<'_>),
     ) {
-        let heard = asked + LATENCY;
-        let heard_here = self.clock.read(heard.as_nanos());
-        let count = (heard_here - self.start).div_floor(CYCLE) + 1;
-        let turn = Turn {
+        let received = requested + LATENCY;
+        let received_here = self.clock.read(received.as_nanos());
+        let count = (received_here - self.start).div_floor(CYCLE) + 1;
+        let tick = Tick {
             count: count as u64,
             ideal_start: self.start + CYCLE * count,
             elapsed: 1,
         };
-        self.answering.hear(heard_here, question);
-        self.answering.answer(&turn, turn.ideal_start);
-        let outgoing = self.answering.transmit().expect("an answer");
-        self.answers
+        self.time_server.receive(received_here, request);
+        self.time_server.respond(&tick, tick.ideal_start);
+        let outgoing = self.time_server.transmit().expect("a response");
+        self.responses
             .seal(outgoing.body, Some(Span::ZERO), &mut self.frame);
-        let left = Instant::from_nanos(self.clock.truth(turn.ideal_start));
+        let left = Instant::from_nanos(self.clock.truth(tick.ideal_start));
         self.reader
             .read(&self.frame, |message| deliver(left + LATENCY, message));
     }
@@ -295,7 +295,7 @@ fn messages(intake: &mut Intake) -> Vec<(Instant<Local>, KeptMessage)> {
         let mut far = Far::new(1000, 1000, start * MILLISECOND, epoch);
         while far.next() < end * MILLISECOND {
             let sent = far.next();
-            let message = KeptMessage::new(&intake.message(&far.turn(sent)));
+            let message = KeptMessage::new(&intake.message(&far.tick(sent)));
             let at = clock.read(sent + LATENCY.as_nanos());
             messages.push((at, message));
             if far.count().is_multiple_of(500) {

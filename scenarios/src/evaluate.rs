@@ -9,7 +9,7 @@ mod moments;
 mod settling;
 mod slave;
 
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleTime, Domain, Instant, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::Arrival;
@@ -71,10 +71,10 @@ pub trait RowSink {
     /// A row of one of the receivers' far axes, by its number among all of them.
     fn row(&mut self, view: usize, row: &Row);
 
-    /// Something that the n-th receiver took in during the cycle `turn`, which ideally started at `at`.
+    /// Something that the n-th receiver took in during the cycle `tick`, which ideally started at `at`.
     /// In virtual time only: processes write that down themselves.
-    fn arrived(&mut self, receiver: usize, at: Instant<True>, turn: &Turn, arrival: &Arrival) {
-        let _ = (receiver, at, turn, arrival);
+    fn arrived(&mut self, receiver: usize, at: Instant<True>, tick: &Tick, arrival: &Arrival) {
+        let _ = (receiver, at, tick, arrival);
     }
 }
 
@@ -89,9 +89,9 @@ impl<S: RowSink> RowSink for Option<S> {
         }
     }
 
-    fn arrived(&mut self, receiver: usize, at: Instant<True>, turn: &Turn, arrival: &Arrival) {
+    fn arrived(&mut self, receiver: usize, at: Instant<True>, tick: &Tick, arrival: &Arrival) {
         if let Some(sink) = self {
-            sink.arrived(receiver, at, turn, arrival);
+            sink.arrived(receiver, at, tick, arrival);
         }
     }
 }

@@ -137,10 +137,10 @@ pub struct ReceiverSummary {
     pub delay_error_us: Option<f64>,
     /// Share of the cycles of that time in which the uncertainty covered the error.
     pub delay_covered_share: Option<f64>,
-    /// Exchanges of a question and an answer.
+    /// Exchanges of a time request and its response.
     pub exchanges: u64,
-    /// Answers refused.
-    pub answers_refused: u64,
+    /// Time responses refused.
+    pub responses_refused: u64,
     /// Beats counted.
     pub beats: u64,
     /// When the evaluation began, s after the start; null if there was nothing to evaluate.

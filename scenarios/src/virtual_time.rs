@@ -1,6 +1,6 @@
 //! A scenario in the simulation: virtual time, as fast as it goes.
 
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::wiring::{self, Subscription, far_link_seed};
@@ -126,7 +126,7 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) {
         } = subscription;
         // The node that follows lays its faults over the link, in either direction.
         let (follower, faults, far) = match channel {
-            Channel::Questions => (&from.node, &publication.faults, publication.far),
+            Channel::TimeRequests => (&from.node, &publication.faults, publication.far),
             _ => (&to.node, &subscription.faults, subscription.far),
         };
         let seed = |part| far_link_seed(scenario.seed_of(follower), part, *channel, far);
@@ -206,11 +206,11 @@ impl<S: RowSink> Observer<AnyNode> for Watcher<'_, S> {
         &mut self,
         index: usize,
         ideal_start: Instant<True>,
-        turn: &Turn,
+        tick: &Tick,
         arrival: &Arrival,
     ) {
         if let Some(receiver) = index.checked_sub(self.senders) {
-            self.sink.arrived(receiver, ideal_start, turn, arrival);
+            self.sink.arrived(receiver, ideal_start, tick, arrival);
         }
     }
 
@@ -243,7 +243,7 @@ impl Node for AnyNode {
         }
     }
 
-    fn cycle(&mut self, now: Instant<Local>) -> Turn {
+    fn cycle(&mut self, now: Instant<Local>) -> Tick {
         match self {
             Self::Sender(node) => node.cycle(now),
             Self::Receiver(node) => node.cycle(now),

@@ -19,5 +19,5 @@ pub mod run;
 mod show;
 pub mod source;
 
-pub use node::{AxisKinematics, QuestionCounters, Sender, SenderError, SenderSnapshot};
+pub use node::{AxisKinematics, Sender, SenderError, SenderSnapshot, TimeRequestCounters};
 pub use record::SenderRecord;

@@ -3,11 +3,11 @@
 use std::num::NonZeroU32;
 
 use coaxle_axis::NcToPlcAxis;
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
-use coaxle_node::{Answering, AnsweringCounters, Channel, Message, Node, Outgoing};
+use coaxle_node::{Channel, Message, Node, Outgoing, TimeServer, TimeServerCounters};
 
 use crate::config::{AxisConfig, SHOWN_BY_DEFAULT, SenderConfig};
 use crate::show::show;
@@ -27,7 +27,7 @@ pub struct Sender {
     body: Vec<u8>,
     /// Length of the body that waits to be sent.
     waiting: Option<usize>,
-    answering: Answering,
+    time_server: TimeServer,
     snapshot: SenderSnapshot,
 }
 
@@ -54,8 +54,8 @@ pub struct SenderSnapshot {
     pub woke: Instant<Local>,
     /// Cycles skipped so far.
     pub overruns: u64,
-    /// What became of questions about its clock.
-    pub questions: QuestionCounters,
+    /// What became of time requests about its clock.
+    pub time_requests: TimeRequestCounters,
     /// How the axes that the config shows (the first ones by id, unless it names others) really
     /// move, at the ideal start of the cycle.
     pub axes: Box<[AxisKinematics]>,
@@ -77,7 +77,7 @@ impl Clone for SenderSnapshot {
             ideal_start,
             woke,
             overruns,
-            questions,
+            time_requests,
             axes,
         } = self;
         *count = other.count;
@@ -86,17 +86,17 @@ impl Clone for SenderSnapshot {
         *ideal_start = other.ideal_start;
         *woke = other.woke;
         *overruns = other.overruns;
-        *questions = other.questions;
+        *time_requests = other.time_requests;
         // In place: they are as many.
         axes.clone_from(&other.axes);
     }
 }
 
-/// What became of questions about a sender's clock.
+/// What became of time requests about a sender's clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct QuestionCounters {
+pub struct TimeRequestCounters {
     /// Answered, or dropped because too many came in one cycle.
-    pub taken: AnsweringCounters,
+    pub taken: TimeServerCounters,
     /// Refused before they reached the node.
     pub refused: u64,
 }
@@ -150,7 +150,7 @@ impl Sender {
             body: vec![0; body_capacity(axes.len())],
             axes,
             waiting: None,
-            answering: Answering::new(sender, epoch, start, cycle_time),
+            time_server: TimeServer::new(sender, epoch, start, cycle_time),
             snapshot: SenderSnapshot {
                 count: 0,
                 index: CycleIndex::of_count(0),
@@ -158,7 +158,7 @@ impl Sender {
                 ideal_start: start,
                 woke: start,
                 overruns: 0,
-                questions: QuestionCounters::default(),
+                time_requests: TimeRequestCounters::default(),
                 axes: shown,
             },
         })
@@ -180,9 +180,9 @@ impl Sender {
         }
     }
 
-    fn encode(&mut self, turn: &Turn) {
-        self.header.count = turn.count;
-        self.header.index = CycleIndex::of_count(turn.count);
+    fn encode(&mut self, tick: &Tick) {
+        self.header.count = tick.count;
+        self.header.index = CycleIndex::of_count(tick.count);
         let length = encode_body(&self.header, &self.shown, &mut self.body)
             .expect("the config bounds the axes and the body was made for them");
         self.waiting = Some(length);
@@ -195,32 +195,32 @@ impl Node for Sender {
     /// A sender follows nobody, but it is asked what its clock shows.
     fn receive(&mut self, at: Instant<Local>, _: usize, message: &Message<'_>) {
         match message {
-            Message::Question(question) => self.answering.hear(at, question),
+            Message::TimeRequest(request) => self.time_server.receive(at, request),
             Message::Rejected(_) => {
-                let refused = &mut self.snapshot.questions.refused;
+                let refused = &mut self.snapshot.time_requests.refused;
                 *refused = refused.saturating_add(1);
             }
-            Message::Frame(_) | Message::Answer(_) => {}
+            Message::Frame(_) | Message::TimeResponse(_) => {}
         }
     }
 
-    fn cycle(&mut self, now: Instant<Local>) -> Turn {
-        let turn = self.schedule.take(now);
-        self.move_axes(turn.ideal_start - self.start);
-        self.encode(&turn);
-        self.answering.answer(&turn, now);
-        self.snapshot.questions.taken = self.answering.counters();
-        self.snapshot.count = turn.count;
+    fn cycle(&mut self, now: Instant<Local>) -> Tick {
+        let tick = self.schedule.take(now);
+        self.move_axes(tick.ideal_start - self.start);
+        self.encode(&tick);
+        self.time_server.respond(&tick, now);
+        self.snapshot.time_requests.taken = self.time_server.counters();
+        self.snapshot.count = tick.count;
         self.snapshot.index = self.header.index;
-        self.snapshot.ideal_start = turn.ideal_start;
+        self.snapshot.ideal_start = tick.ideal_start;
         self.snapshot.woke = now;
         self.snapshot.overruns = self.schedule.overruns();
-        turn
+        tick
     }
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
         let Some(length) = self.waiting.take() else {
-            return self.answering.transmit();
+            return self.time_server.transmit();
         };
         Some(Outgoing {
             channel: Channel::Axes,

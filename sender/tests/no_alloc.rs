@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::config::parse;
-use coaxle_node::{Message, Node, Question};
+use coaxle_node::{Message, Node, TimeRequest};
 use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
 
@@ -43,8 +43,8 @@ fn cycles_of_every_kind_of_axis_do_not_allocate() {
     let mut sent = 0;
     assert_no_alloc(|| {
         for k in 0..3_000 {
-            let asked = start + Span::from_millis(k) - Span::from_micros(300);
-            sender.receive(asked, 0, &Message::Question(Question::default()));
+            let requested = start + Span::from_millis(k) - Span::from_micros(300);
+            sender.receive(requested, 0, &Message::TimeRequest(TimeRequest::default()));
             // Now and then cycles are skipped.
             let _ = sender.cycle(start + Span::from_millis(k + k / 100));
             while let Some(outgoing) = sender.transmit() {
@@ -57,5 +57,5 @@ fn cycles_of_every_kind_of_axis_do_not_allocate() {
     #[cfg(not(debug_assertions))]
     assert_eq!(assert_no_alloc::violation_count(), 0);
     assert!(sent > 3_000 * 9 * 50);
-    assert_eq!(sender.snapshot().questions.taken.answered, 3_000);
+    assert_eq!(sender.snapshot().time_requests.taken.answered, 3_000);
 }

@@ -1,12 +1,12 @@
 //! The sender as the world sees it: cycles in, frames out.
 
 use coaxle_axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
-use coaxle_clock::delay::Answer;
+use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{CycleIndex, Instant, Local, Span};
 use coaxle_node::config::parse;
 use coaxle_node::frame::{FrameHeader, decode, seal, sender_id};
 use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, Message, Node, Question, Reader, Rejection};
+use coaxle_node::{Channel, Message, Node, Reader, Rejection, TimeRequest};
 use coaxle_sender::config::SenderConfig;
 use coaxle_sender::{Sender, SenderRecord};
 
@@ -27,7 +27,7 @@ fn sender(axes: &str) -> Sender {
 }
 
 /// Runs the cycle that is due and opens the frame it sends.
-fn turn(sender: &mut Sender, now: Instant<Local>) -> (FrameHeader, Vec<NcToPlcAxis>) {
+fn tick(sender: &mut Sender, now: Instant<Local>) -> (FrameHeader, Vec<NcToPlcAxis>) {
     let taken = sender.cycle(now);
     let outgoing = sender.transmit().expect("each cycle sends a frame");
     assert_eq!(outgoing.channel, Channel::Axes);
@@ -48,9 +48,9 @@ fn a_frame_says_who_when_and_where() {
         "nothing to send before the first cycle"
     );
     assert_eq!(sender.next_cycle(), START);
-    let _ = turn(&mut sender, START);
+    let _ = tick(&mut sender, START);
     assert_eq!(sender.next_cycle(), START + Span::from_millis(1));
-    let (header, axes) = turn(&mut sender, START + Span::from_micros(1_030));
+    let (header, axes) = tick(&mut sender, START + Span::from_micros(1_030));
 
     assert_eq!(header.sender, sender_id(&NodeName::new("test").unwrap()));
     assert_eq!(header.epoch, EPOCH);
@@ -73,50 +73,50 @@ fn a_frame_says_who_when_and_where() {
 }
 
 #[test]
-fn questions_about_the_clock_are_answered_in_the_next_cycle() {
+fn time_requests_are_answered_in_the_next_cycle() {
     let mut sender = sender(&axis(1, 500.0));
-    let _ = turn(&mut sender, START);
-    let question = Question {
-        asker: sender_id(&NodeName::new("saw").unwrap()),
+    let _ = tick(&mut sender, START);
+    let request = TimeRequest {
+        requester: sender_id(&NodeName::new("saw").unwrap()),
         run: 6,
         number: 3,
-        asked: 42,
+        requested: 42,
     };
-    let heard = Span::from_micros(1_700);
-    sender.receive(START + heard, 0, &Message::Question(question));
+    let received = Span::from_micros(1_700);
+    sender.receive(START + received, 0, &Message::TimeRequest(request));
     sender.receive(START, 0, &Message::Rejected(Rejection::Malformed));
     let taken = sender.cycle(START + Span::from_micros(2_010));
     let axes = sender.transmit().expect("axes first").channel;
     assert_eq!(axes, Channel::Axes);
-    let outgoing = sender.transmit().expect("then the answer");
-    assert_eq!(outgoing.channel, Channel::Answers);
+    let outgoing = sender.transmit().expect("then the response");
+    assert_eq!(outgoing.channel, Channel::TimeResponses);
     assert_eq!(outgoing.ideal_start, taken.ideal_start);
     let node = NodeName::new("test").unwrap();
     let mut frame = Vec::new();
     let stamp = Some(Span::from_micros(60));
-    let key = node.channel_key(Channel::Answers);
+    let key = node.channel_key(Channel::TimeResponses);
     seal(&key, outgoing.body, stamp, &mut frame);
-    let mut answers = Vec::new();
-    Reader::answers_of(&node, &NodeName::new("saw").unwrap())
-        .read(&frame, |message| answers.push(message.split().0));
-    let answer = Answer {
+    let mut responses = Vec::new();
+    Reader::time_responses_of(&node, &NodeName::new("saw").unwrap())
+        .read(&frame, |message| responses.push(message.split().0));
+    let response = TimeResponse {
         run: 6,
         number: 3,
-        asked: Instant::from_nanos(42),
+        requested: Instant::from_nanos(42),
         epoch: EPOCH,
-        heard,
-        answered: Span::from_micros(2_060),
+        received,
+        responded: Span::from_micros(2_060),
     };
-    assert_eq!(answers, [Message::Answer(answer)]);
-    let questions = sender.snapshot().questions;
-    assert_eq!((questions.taken.answered, questions.refused), (1, 1));
+    assert_eq!(responses, [Message::TimeResponse(response)]);
+    let requests = sender.snapshot().time_requests;
+    assert_eq!((requests.taken.answered, requests.refused), (1, 1));
 }
 
 #[test]
 fn the_index_wraps_and_the_count_does_not() {
     let mut sender = sender(&axis(1, 500.0));
     for k in 0..65_540_i64 {
-        let (header, axes) = turn(&mut sender, START + Span::from_millis(k));
+        let (header, axes) = tick(&mut sender, START + Span::from_millis(k));
         assert_eq!(header.count, k as u64);
         assert_eq!(header.index, CycleIndex((k % 65_536) as u16));
         assert_eq!(axes[0].set_velocity, 500.0);
@@ -128,8 +128,8 @@ fn the_index_wraps_and_the_count_does_not() {
 #[test]
 fn an_overrun_skips_cycles_index_and_motion_alike() {
     let mut sender = sender(&axis(1, 500.0));
-    let _ = turn(&mut sender, START);
-    let (header, axes) = turn(&mut sender, START + Span::from_micros(7_400));
+    let _ = tick(&mut sender, START);
+    let (header, axes) = tick(&mut sender, START + Span::from_micros(7_400));
     assert_eq!((header.count, header.index), (7, CycleIndex(7)));
     assert_eq!(axes[0].set_position, 3.5);
     let snapshot = sender.snapshot();
@@ -144,8 +144,8 @@ fn an_overrun_skips_cycles_index_and_motion_alike() {
 fn many_axes_share_a_frame_in_the_order_of_their_ids() {
     let axes: String = (1..=32).rev().map(|id| axis(id, f64::from(id))).collect();
     let mut sender = sender(&axes);
-    let _ = turn(&mut sender, START);
-    let (_, axes) = turn(&mut sender, START + Span::from_millis(1));
+    let _ = tick(&mut sender, START);
+    let (_, axes) = tick(&mut sender, START + Span::from_millis(1));
     assert_eq!(axes.len(), 32);
     for (axis, id) in axes.iter().zip(1..) {
         assert_eq!(axis.axis_id, id);
@@ -159,7 +159,7 @@ fn many_axes_share_a_frame_in_the_order_of_their_ids() {
 fn the_config_chooses_the_axes_that_are_shown() {
     let axes: String = (1..=32).map(|id| axis(id, f64::from(id))).collect();
     let mut sender = sender(&format!("show-axes = [32, 7]\n{axes}"));
-    let _ = turn(&mut sender, START);
+    let _ = tick(&mut sender, START);
     let shown = sender.snapshot().axes.iter();
     let motions: Vec<_> = shown.map(|axis| (axis.id, axis.velocity)).collect();
     assert_eq!(motions, [(32, 32.0), (7, 7.0)]);
@@ -192,7 +192,7 @@ fn a_frame_is_as_large_as_the_config_allows() {
         .map(|id| axis(id + 4_000_000_000, -999.9))
         .collect();
     let mut sender = sender(&axes);
-    assert_eq!(turn(&mut sender, START).1.len(), 128);
+    assert_eq!(tick(&mut sender, START).1.len(), 128);
 }
 
 #[test]
@@ -202,7 +202,7 @@ fn before_it_is_enabled_an_axis_stands_at_its_start() {
          limits = { velocity = 1, acceleration = 1, jerk = 1 }\n\
          steps = [{ dwell = { for-s = 0.002 } }, { enable = true }]",
     );
-    let (_, axes) = turn(&mut sender, START);
+    let (_, axes) = tick(&mut sender, START);
     let axis = axes[0];
     assert_eq!(axis.state_word, StateWord::HOMED | StateWord::NOT_MOVING);
     assert_eq!(axis.axis_state, AxisState::Inactive);
@@ -212,7 +212,7 @@ fn before_it_is_enabled_an_axis_stands_at_its_start() {
         (axis.modulo_actual_position, axis.modulo_actual_turns),
         (10.0, 1)
     );
-    let (_, axes) = turn(&mut sender, START + Span::from_millis(2));
+    let (_, axes) = tick(&mut sender, START + Span::from_millis(2));
     assert!(axes[0].state_word.contains(StateWord::OPERATIONAL));
 }
 
@@ -223,8 +223,8 @@ fn an_encoder_shows_its_increments_and_the_snapshot_the_truth() {
          [axis.encoder.program]\nstart-velocity = 500.0\n\
          limits = { velocity = 500, acceleration = 1, jerk = 1 }",
     );
-    let _ = turn(&mut sender, START);
-    let (_, axes) = turn(&mut sender, START + Span::from_millis(1));
+    let _ = tick(&mut sender, START);
+    let (_, axes) = tick(&mut sender, START + Span::from_millis(1));
     assert_eq!(axes[0].set_position, 0.4);
     assert_eq!(axes[0].actual_position, 0.4);
     assert!((axes[0].set_velocity - 400.0).abs() < 1e-9);

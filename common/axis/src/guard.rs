@@ -12,10 +12,10 @@ use super::dynamics::Dynamics;
 pub use super::guard_error::{GuardFault, GuardRefusal};
 
 /// No set value is larger than that, in whatever unit.
-const ABSURD: f64 = 1e12;
+const OUT_OF_RANGE: f64 = 1e12;
 
-fn is_absurd(number: f64) -> bool {
-    number.is_nan() || number.abs() > ABSURD
+fn out_of_range(number: f64) -> bool {
+    number.is_nan() || number.abs() > OUT_OF_RANGE
 }
 
 /// What a limit of an axis may be: within it, no square or quotient overflows.
@@ -299,7 +299,7 @@ impl Guard {
             ("set velocity", next.velocity),
             ("set acceleration", next.acceleration),
         ] {
-            if is_absurd(received) {
+            if out_of_range(received) {
                 return Err(GuardFault::OutOfRange { quantity, received });
             }
         }
@@ -323,7 +323,7 @@ struct Passed {
 /// # Errors
 /// [`GuardRefusal::Value`].
 pub fn check_number(field: &'static str, received: f64) -> Result<(), GuardRefusal> {
-    if is_absurd(received) {
+    if out_of_range(received) {
         Err(GuardRefusal::Value {
             field,
             received,

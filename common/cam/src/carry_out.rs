@@ -75,7 +75,7 @@ impl CamCoupling {
         };
         if let Err(error) = placed {
             if let Some(table) = pending.table {
-                tables.let_go(&table);
+                tables.release(&table);
             }
             self.finish(pending.job, CommandState::Failed(error));
         }
@@ -145,7 +145,7 @@ impl CamCoupling {
         self.keep_or_drop(tables, index, pending, moment);
         self.layers[index] = Some(Layer {
             table,
-            ride: tables.board(&table)?,
+            lease: tables.acquire(&table)?,
             placement,
             cursor: Cursor::default(),
             owner: pending.job,

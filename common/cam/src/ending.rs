@@ -30,8 +30,8 @@ impl CamCoupling {
         for index in 0..MOST_PLATES {
             self.abort_queue(tables, index);
             if let Some(layer) = self.layers[index].take() {
-                tables.leave(&layer.table, &layer.ride);
-                tables.let_go(&layer.table);
+                tables.leave(&layer.table, &layer.lease);
+                tables.release(&layer.table);
                 let state = self
                     .error
                     .map_or(CommandState::Aborted, CommandState::Failed);
@@ -68,7 +68,7 @@ impl CamCoupling {
     fn abort_table(&mut self, tables: &mut Tables, index: usize) {
         if let Some(pending) = self.queues[index].table.take() {
             if let Some(table) = &pending.table {
-                tables.let_go(table);
+                tables.release(table);
             }
             self.finish(pending.job, CommandState::Aborted);
         }
@@ -79,7 +79,7 @@ impl CamCoupling {
         if let Some(layer) = &undo.before
             && !undo.scaled_only
         {
-            tables.let_go(&layer.table);
+            tables.release(&layer.table);
             self.finish(layer.owner, CommandState::Aborted);
         }
     }

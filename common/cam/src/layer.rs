@@ -5,7 +5,7 @@ use super::error::CouplingError;
 use super::modes::{ActivationMode, JumpHandling};
 use super::placement::{Path, Placed, Placement};
 use super::tables::{TableRef, Tables};
-use super::versions::Ride;
+use super::versions::Lease;
 use coaxle_axis::Job;
 use coaxle_plate::{Cursor, Plate};
 
@@ -13,7 +13,7 @@ use coaxle_plate::{Cursor, Plate};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layer {
     pub(super) table: TableRef,
-    pub(super) ride: Ride,
+    pub(super) lease: Lease,
     pub(super) placement: Placement,
     pub(super) cursor: Cursor,
     /// Whose plate it is.
@@ -34,7 +34,7 @@ pub(super) struct CouplingStart {
 impl Layer {
     #[inline]
     pub(super) fn plate<'a>(&self, tables: &'a Tables) -> Result<&'a Plate, CouplingError> {
-        Ok(tables.versions(&self.table)?.plate_of(&self.ride))
+        Ok(tables.versions(&self.table)?.plate_of(&self.lease))
     }
 
     pub(super) fn placed<'a>(&'a self, tables: &'a Tables) -> Result<Placed<'a>, CouplingError> {

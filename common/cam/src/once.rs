@@ -26,9 +26,9 @@ impl CamCoupling {
             if let Ok(plate) = layer.plate(tables) {
                 strokes = layer.placement.strokes_at(plate, moment.master);
             }
-            tables.leave(&layer.table, &layer.ride);
+            tables.leave(&layer.table, &layer.lease);
             if !pending.is_once() {
-                tables.let_go(&layer.table);
+                tables.release(&layer.table);
                 self.finish(layer.owner, CommandState::Aborted);
             }
         }
@@ -124,12 +124,12 @@ impl CamCoupling {
         }
         self.abort_scaling(index);
         if let Some(layer) = self.layers[index].take() {
-            tables.leave(&layer.table, &layer.ride);
-            tables.let_go(&layer.table);
+            tables.leave(&layer.table, &layer.lease);
+            tables.release(&layer.table);
         }
         if let (Some(layer), Some(placement)) = (undo.before, placement) {
             self.layers[index] = Some(Layer {
-                ride: tables.board(&layer.table)?,
+                lease: tables.acquire(&layer.table)?,
                 placement,
                 ..layer
             });

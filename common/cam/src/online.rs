@@ -22,7 +22,7 @@ impl CamCoupling {
             return Ok(());
         };
         let versions = tables.versions(&layer.table)?;
-        let Some((next, mode)) = versions.next_of(&layer.ride) else {
+        let Some((next, mode)) = versions.next_of(&layer.lease) else {
             return Ok(());
         };
         let placed = layer.placed(tables)?;
@@ -54,7 +54,7 @@ impl CamCoupling {
             && let (Some(layer), Some(versions)) =
                 (&mut self.layers[index], tables.versions_mut(&layer.table))
         {
-            versions.advance(&mut layer.ride, next);
+            versions.advance(&mut layer.lease, next);
             layer.placement = placement;
         }
         Ok(())

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::error::{CouplingError, TableId};
-use super::versions::{OnlineChangeMode, Ride, Versions};
+use super::versions::{Lease, OnlineChangeMode, Versions};
 use coaxle_plate::{CamError, MotionFunction, MotionPoint, Plate};
 
 /// The ids a table can have.
@@ -214,20 +214,20 @@ impl Tables {
         }
     }
 
-    pub(super) fn let_go(&mut self, table: &TableRef) {
+    pub(super) fn release(&mut self, table: &TableRef) {
         if let Some(Some(table)) = self.slots.get_mut(table.slot) {
             table.uses = table.uses.saturating_sub(1);
         }
     }
 
-    pub(super) fn board(&mut self, table: &TableRef) -> Result<Ride, CouplingError> {
+    pub(super) fn acquire(&mut self, table: &TableRef) -> Result<Lease, CouplingError> {
         let unknown = CouplingError::TableUnknown { table: table.id };
-        Ok(self.versions_mut(table).ok_or(unknown)?.board())
+        Ok(self.versions_mut(table).ok_or(unknown)?.acquire())
     }
 
-    pub(super) fn leave(&mut self, table: &TableRef, ride: &Ride) {
+    pub(super) fn leave(&mut self, table: &TableRef, lease: &Lease) {
         if let Some(versions) = self.versions_mut(table) {
-            versions.leave(ride);
+            versions.leave(lease);
         }
     }
 

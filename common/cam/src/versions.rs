@@ -60,7 +60,7 @@ impl OnlineChangeMode {
 
 /// A slave's use of a plate: which of the two it is on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ride {
+pub(super) struct Lease {
     epoch: u32,
     phase: Phase,
 }
@@ -94,7 +94,7 @@ pub(super) struct Versions {
     queued: Option<OnlineChangeMode>,
     /// Where the course of the two differs, in masters of the base cycle.
     changed: Range<f64>,
-    /// Counts the changes, so that a ride knows whether its phase is about the present one.
+    /// Counts the changes, so that a lease knows whether its phase is about the present one.
     epoch: u32,
     riders: u32,
     taken: u32,
@@ -132,8 +132,8 @@ impl Versions {
 
     /// The plate a slave is on.
     #[inline]
-    pub(super) fn plate_of(&self, ride: &Ride) -> &Plate {
-        match self.phase(ride) {
+    pub(super) fn plate_of(&self, lease: &Lease) -> &Plate {
+        match self.phase(lease) {
             Phase::New => self.changed_plate(),
             Phase::Old | Phase::Returned => self.plate(),
         }
@@ -234,18 +234,18 @@ impl Versions {
     }
 
     /// A slave comes onto the plate.
-    pub(super) fn board(&mut self) -> Ride {
+    pub(super) fn acquire(&mut self) -> Lease {
         self.riders += 1;
-        Ride {
+        Lease {
             epoch: self.epoch,
             phase: Phase::Old,
         }
     }
 
     /// A slave leaves the plate.
-    pub(super) fn leave(&mut self, ride: &Ride) {
+    pub(super) fn leave(&mut self, lease: &Lease) {
         self.riders = self.riders.saturating_sub(1);
-        match self.phase(ride) {
+        match self.phase(lease) {
             Phase::Old => {}
             Phase::New => self.taken = self.taken.saturating_sub(1),
             Phase::Returned => self.returned = self.returned.saturating_sub(1),
@@ -254,9 +254,9 @@ impl Versions {
     }
 
     /// What a slave has to do about the queued change, if anything.
-    pub(super) fn next_of(&self, ride: &Ride) -> Option<(Next, &OnlineChangeMode)> {
+    pub(super) fn next_of(&self, lease: &Lease) -> Option<(Next, &OnlineChangeMode)> {
         let mode = self.queued.as_ref()?;
-        match self.phase(ride) {
+        match self.phase(lease) {
             Phase::Old => Some((Next::Take, mode)),
             Phase::New if is_once(mode) => Some((Next::GiveBack, mode)),
             Phase::New | Phase::Returned => None,
@@ -264,7 +264,7 @@ impl Versions {
     }
 
     /// The slave takes the change, or gives it back after its cycle.
-    pub(super) fn advance(&mut self, ride: &mut Ride, next: Next) {
+    pub(super) fn advance(&mut self, lease: &mut Lease, next: Next) {
         let phase = match next {
             Next::Take => {
                 self.taken += 1;
@@ -276,7 +276,7 @@ impl Versions {
                 Phase::Returned
             }
         };
-        *ride = Ride {
+        *lease = Lease {
             epoch: self.epoch,
             phase,
         };
@@ -335,9 +335,9 @@ impl Versions {
     }
 
     #[inline]
-    fn phase(&self, ride: &Ride) -> Phase {
-        if ride.epoch == self.epoch {
-            ride.phase
+    fn phase(&self, lease: &Lease) -> Phase {
+        if lease.epoch == self.epoch {
+            lease.phase
         } else {
             Phase::Old
         }

@@ -13,7 +13,7 @@
 use std::collections::VecDeque;
 use std::error::Error;
 
-use coaxle_clock::delay::Answer;
+use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::far_clock::{DelaySource, FarClock};
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
@@ -43,7 +43,7 @@ struct Message {
 struct Response {
     cycle_start: i64,
     at: i64,
-    answer: Answer,
+    response: TimeResponse,
 }
 
 fn follow(
@@ -73,13 +73,13 @@ fn follow(
         responses.push_back(Response {
             cycle_start: row.number("cycle_start_ns")?,
             at: row.number("t4_ns")?,
-            answer: Answer {
+            response: TimeResponse {
                 run: RUN,
                 number: row.number("number")?,
-                asked: Instant::from_nanos(row.number("t1_ns")?),
+                requested: Instant::from_nanos(row.number("t1_ns")?),
                 epoch: row.number("epoch")?,
-                heard: Span::from_nanos(row.number("t2_ns")?),
-                answered: Span::from_nanos(row.number("t3_ns")?),
+                received: Span::from_nanos(row.number("t2_ns")?),
+                responded: Span::from_nanos(row.number("t3_ns")?),
             },
         });
     }
@@ -97,7 +97,7 @@ fn follow(
             clock.message(m.epoch, m.count, Instant::from_nanos(m.at), stamp);
         }
         while let Some(r) = next_if(&mut responses, |response| response.cycle_start <= start) {
-            clock.response(Instant::from_nanos(r.at), &r.answer);
+            clock.response(Instant::from_nanos(r.at), &r.response);
         }
         let now = Instant::<Local>::from_nanos(start);
         let output = clock.cycle(now, |_, _| {});

@@ -95,12 +95,12 @@ pub struct Schedule {
 
 /// One cycle that is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Turn {
+pub struct Tick {
     /// Cycle number since the node's start, skipped cycles counted.
     pub count: u64,
     /// When the cycle ideally starts.
     pub ideal_start: Instant<Local>,
-    /// Cycles since the previous turn: 1, or more when some were skipped.
+    /// Cycles since the previous tick: 1, or more when some were skipped.
     pub elapsed: u32,
 }
 
@@ -137,13 +137,13 @@ impl Schedule {
     /// Takes the cycle that is due at `now`. Waking early (cycle jitter has both signs) is the due
     /// cycle; waking one or more whole cycles late skips to the newest one begun.
     #[must_use]
-    pub fn take(&mut self, now: Instant<Local>) -> Turn {
+    pub fn take(&mut self, now: Instant<Local>) -> Tick {
         let late = now - self.next_start();
         let missed = late.div_floor(self.cycle_time.span()).max(0) as u64;
         let count = self.next + missed;
         self.overruns += missed;
         self.next = count + 1;
-        Turn {
+        Tick {
             count,
             ideal_start: self.start_of(count),
             elapsed: (missed + 1).min(u64::from(u32::MAX)) as u32,
@@ -186,9 +186,9 @@ mod tests {
     fn a_punctual_node_takes_every_cycle() {
         let mut schedule = schedule();
         for k in 0..5 {
-            let turn = schedule.take(at(1_000 * k + 20));
-            assert_eq!((turn.count, turn.elapsed), (k as u64, 1));
-            assert_eq!(turn.ideal_start, at(1_000 * k));
+            let tick = schedule.take(at(1_000 * k + 20));
+            assert_eq!((tick.count, tick.elapsed), (k as u64, 1));
+            assert_eq!(tick.ideal_start, at(1_000 * k));
         }
         assert_eq!(schedule.overruns(), 0);
     }
@@ -197,9 +197,9 @@ mod tests {
     fn a_late_node_skips_by_time_and_never_bursts() {
         let mut schedule = schedule();
         let _ = schedule.take(at(0));
-        let turn = schedule.take(at(4_300));
-        assert_eq!((turn.count, turn.elapsed), (4, 4));
-        assert_eq!(turn.ideal_start, at(4_000));
+        let tick = schedule.take(at(4_300));
+        assert_eq!((tick.count, tick.elapsed), (4, 4));
+        assert_eq!(tick.ideal_start, at(4_000));
         assert_eq!(schedule.overruns(), 3);
         assert_eq!(schedule.next_start(), at(5_000));
     }
@@ -208,7 +208,7 @@ mod tests {
     fn waking_early_is_still_the_due_cycle() {
         let mut schedule = schedule();
         let _ = schedule.take(at(0));
-        let turn = schedule.take(at(990));
-        assert_eq!((turn.count, turn.elapsed), (1, 1));
+        let tick = schedule.take(at(990));
+        assert_eq!((tick.count, tick.elapsed), (1, 1));
     }
 }

@@ -32,10 +32,10 @@
 //! ```
 //!
 //! With [`DelaySource::Measured`] there is a request to send whenever [`FarClock::request`] gives a
-//! number; the response comes back as an [`Answer`] with its four stamps.
+//! number; the response comes back as a [`TimeResponse`] with its four stamps.
 
 use crate::cycle::CycleTime;
-use crate::delay::{Answer, DelayExchange, DelayOutput, DelayState, Refusal};
+use crate::delay::{DelayExchange, DelayOutput, DelayState, Refusal, TimeResponse};
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::{FarTime, ObserverOutput, ObserverParameters, ObserverState, PhaseObserver};
 use crate::time_sync::WrongParameter;
@@ -67,7 +67,7 @@ pub struct FarClock {
     observer: PhaseObserver,
     delay: DelaySource,
     exchange: DelayExchange,
-    waiting: [Option<(Instant<Local>, Answer)>; RESPONSES],
+    waiting: [Option<(Instant<Local>, TimeResponse)>; RESPONSES],
     /// Responses that found no room to wait.
     overflow: u64,
     /// How sure the line is that the delay is measured against.
@@ -136,7 +136,7 @@ impl FarClock {
     }
 
     /// A response arrived at `at`. It waits for the first cycle that ideally begins no earlier.
-    pub fn response(&mut self, at: Instant<Local>, response: &Answer) {
+    pub fn response(&mut self, at: Instant<Local>, response: &TimeResponse) {
         match self.waiting.iter_mut().find(|place| place.is_none()) {
             Some(place) => *place = Some((at, *response)),
             None => self.overflow = self.overflow.saturating_add(1),
@@ -157,7 +157,7 @@ impl FarClock {
     pub fn cycle(
         &mut self,
         now: Instant<Local>,
-        used: impl FnMut(Instant<Local>, &Answer),
+        used: impl FnMut(Instant<Local>, &TimeResponse),
     ) -> FarClockOutput {
         let delay = match self.delay {
             DelaySource::Off => Span::ZERO,
@@ -215,13 +215,17 @@ impl FarClock {
         self.delay = delay;
     }
 
-    fn measure(&mut self, now: Instant<Local>, mut used: impl FnMut(Instant<Local>, &Answer)) {
+    fn measure(
+        &mut self,
+        now: Instant<Local>,
+        mut used: impl FnMut(Instant<Local>, &TimeResponse),
+    ) {
         let Some(line) = self.observer.line() else {
             return;
         };
         self.line_sigma = line.sigma;
         if let Some(jump) = self.exchange.follow(&line) {
-            self.observer.blame_path(jump);
+            self.observer.attribute_step_to_path(jump);
         }
         for place in &mut self.waiting {
             if let Some((arrived, response)) = place.take_if(|(at, _)| *at <= now) {
@@ -291,13 +295,13 @@ mod tests {
             newest = Some(clock.cycle(now, |_, _| {}));
             if let Some(number) = clock.request(now) {
                 // 100 µs there, 200 µs back; the far clock is read to the nearest.
-                let response = Answer {
+                let response = TimeResponse {
                     run: 5,
                     number,
-                    asked: now,
+                    requested: now,
                     epoch: 9,
-                    heard: Span::from_nanos(count * CYCLE + 600_000),
-                    answered: Span::from_nanos(count * CYCLE + 650_000),
+                    received: Span::from_nanos(count * CYCLE + 600_000),
+                    responded: Span::from_nanos(count * CYCLE + 650_000),
                 };
                 clock.response(now + Span::from_micros(350), &response);
             }
@@ -374,13 +378,13 @@ mod tests {
     fn responses_that_find_no_room_are_counted() {
         let mut clock = clock(DelaySource::Measured);
         let _ = run(&mut clock, 0..100);
-        let response = Answer {
+        let response = TimeResponse {
             run: 5,
             number: 0,
-            asked: at(0),
+            requested: at(0),
             epoch: 9,
-            heard: Span::ZERO,
-            answered: Span::ZERO,
+            received: Span::ZERO,
+            responded: Span::ZERO,
         };
         let before = clock.delay_output(at(0)).refused;
         for _ in 0..RESPONSES + 3 {

@@ -165,8 +165,8 @@ fn a_busy_pc_is_synchronised_in_less_than_three_seconds() {
 
 /// Who takes the messages for independent is 8.6 µs off there, rms.
 #[test]
-fn a_delay_that_wanders_is_not_taken_for_the_clock() {
-    let figures = followed(&Case::wandering());
+fn a_correlated_delay_is_not_taken_for_the_clock() {
+    let figures = followed(&Case::correlated_delay());
     let squares = column(&figures, |f| f.rms * f.rms);
     let ripple = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() * 1e6;
     assert!(ripple < 6.0, "ripple {ripple} µs");

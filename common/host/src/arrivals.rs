@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Domain, Instant};
 use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
 use coaxle_node::{Arrival, Arrived};
@@ -28,8 +28,8 @@ impl ArrivalsTrace {
         })
     }
 
-    /// Adds what the cycle `turn` took in, which ideally began at `at` of the world's reference clock.
-    pub fn write<D: Domain>(&mut self, at: Instant<D>, turn: &Turn, arrival: &Arrival) {
+    /// Adds what the cycle `tick` took in, which ideally began at `at` of the world's reference clock.
+    pub fn write<D: Domain>(&mut self, at: Instant<D>, tick: &Tick, arrival: &Arrival) {
         let at_ns = at.as_nanos();
         let Arrival {
             far,
@@ -38,11 +38,11 @@ impl ArrivalsTrace {
         } = *arrival;
         match &what {
             Arrived::Message(header) => {
-                let row = ArrivalRow::new(at_ns, turn, arrived, header, far);
+                let row = ArrivalRow::new(at_ns, tick, arrived, header, far);
                 self.messages.write(at, [row]);
             }
-            Arrived::Exchange(answer) => {
-                let row = ExchangeRow::new(at_ns, turn, arrived, answer, far);
+            Arrived::Exchange(response) => {
+                let row = ExchangeRow::new(at_ns, tick, arrived, response, far);
                 self.exchanges.write(at, [row]);
             }
         }
@@ -98,7 +98,7 @@ fn renamed(path: &Path, rename: impl Fn(&str) -> String) -> PathBuf {
 mod tests {
     use super::*;
     use crate::machine::Machine;
-    use coaxle_clock::delay::Answer;
+    use coaxle_clock::delay::TimeResponse;
     use coaxle_clock::{CycleIndex, CycleTime, Span};
     use coaxle_node::FrameHeader;
 
@@ -130,26 +130,26 @@ mod tests {
     fn what_is_written_can_be_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("saw-arrivals.csv");
-        let turn = Turn {
+        let tick = Tick {
             count: 7,
             ideal_start: Instant::from_nanos(14_000_000),
             elapsed: 1,
         };
         let arrived = Instant::from_nanos(13_999_999);
-        let answer = Answer {
+        let response = TimeResponse {
             run: 3,
             number: 4,
-            asked: Instant::from_nanos(-5),
+            requested: Instant::from_nanos(-5),
             epoch: 6,
-            heard: Span::from_nanos(8),
-            answered: Span::from_nanos(9),
+            received: Span::from_nanos(8),
+            responded: Span::from_nanos(9),
         };
         let (late, silent) = (header(5, Some(Span::from_nanos(-3))), header(6, None));
         let mut trace = ArrivalsTrace::create(&path).unwrap();
         let at: Instant<Machine> = Instant::from_nanos(1_014_000_000);
         for (far, what) in [
             (0, Arrived::Message(late)),
-            (1, Arrived::Exchange(answer)),
+            (1, Arrived::Exchange(response)),
             (1, Arrived::Message(silent)),
         ] {
             let arrival = Arrival {
@@ -157,20 +157,20 @@ mod tests {
                 at: arrived,
                 what,
             };
-            trace.write(at, &turn, &arrival);
+            trace.write(at, &tick, &arrival);
         }
         trace.finish().unwrap();
 
         let mut messages = csv::Reader::from_path(&path).unwrap();
         let messages: Vec<ArrivalRow> = messages.deserialize().map(Result::unwrap).collect();
         let expected = [(late, 0), (silent, 1)]
-            .map(|(h, far)| ArrivalRow::new(at.as_nanos(), &turn, arrived, &h, far));
+            .map(|(h, far)| ArrivalRow::new(at.as_nanos(), &tick, arrived, &h, far));
         assert_eq!(messages, expected);
         assert_eq!(messages[0].send_stamp_ns, Some(-3));
         assert_eq!(messages[1].send_stamp_ns, None);
         let mut exchanges = csv::Reader::from_path(exchanges_beside(&path)).unwrap();
         let exchanges: Vec<ExchangeRow> = exchanges.deserialize().map(Result::unwrap).collect();
-        let expected = ExchangeRow::new(at.as_nanos(), &turn, arrived, &answer, 1);
+        let expected = ExchangeRow::new(at.as_nanos(), &tick, arrived, &response, 1);
         assert_eq!(exchanges, [expected]);
         let stamps = (
             expected.t1_ns,

@@ -108,7 +108,7 @@ impl<N: Node> Cycle<N> {
             });
         }
         orders.execute_all(woke, |order| node.execute(order));
-        let turn = node.cycle(now);
+        let tick = node.cycle(now);
         while let Some(outgoing) = node.transmit() {
             let frame = OutgoingFrame {
                 channel: outgoing.channel,
@@ -121,11 +121,11 @@ impl<N: Node> Cycle<N> {
             }
         }
         outbox.wake();
-        let ideal_start = clock.reference_at(turn.ideal_start);
+        let ideal_start = clock.reference_at(tick.ideal_start);
         while let Some(arrival) = node.arrival() {
             let record = ArrivalRecord {
                 ideal_start,
-                turn,
+                tick,
                 arrival,
             };
             if arrivals.push(record).is_err() {
@@ -290,8 +290,8 @@ mod tests {
         bench.inbox.push(at(500_000), &frame());
         bench.cycle.scan(at(999_002));
         let record = bench.telemetry.arrival().unwrap();
-        assert_eq!(record.turn.count, 1_000);
-        assert_eq!(record.turn.ideal_start.as_nanos(), 1_000_000_000);
+        assert_eq!(record.tick.count, 1_000);
+        assert_eq!(record.tick.ideal_start.as_nanos(), 1_000_000_000);
         assert!((record.ideal_start - at(999_001)).abs() < Span::from_micros(1));
         let Arrival { at, what, .. } = record.arrival;
         let Arrived::Message(header) = what else {

@@ -222,7 +222,7 @@ impl Reception {
                     }
                     Message::Rejected(_) if *carries_axes => count(&counters.refused),
                     Message::Rejected(_) => count(&counters.exchange_refused),
-                    Message::Question(_) | Message::Answer(_) => {}
+                    Message::TimeRequest(_) | Message::TimeResponse(_) => {}
                 }
                 inbox.push(arrival, message);
             });

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Arrival;
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -29,7 +29,7 @@ pub struct ArrivalRecord {
     /// When the cycle should have begun.
     pub ideal_start: Instant<Machine>,
     /// Which cycle it was.
-    pub turn: Turn,
+    pub tick: Tick,
     /// What it took in.
     pub arrival: Arrival,
 }

@@ -1,7 +1,7 @@
 //! A node for tests: sends a body each cycle and remembers what it received.
 
 use coaxle_axis::{Awaits, AxisStatus};
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleTime, Instant, Local, Schedule};
 use coaxle_node::command::{NotTaken, SlaveView};
 use coaxle_node::{
@@ -55,7 +55,7 @@ impl Node for Toy {
                 self.arrival = Some(Arrival { far, at, what });
             }
             Message::Rejected(_) => self.snapshot.rejected += 1,
-            Message::Question(_) | Message::Answer(_) => {}
+            Message::TimeRequest(_) | Message::TimeResponse(_) => {}
         }
     }
 
@@ -88,10 +88,10 @@ impl Node for Toy {
         }
     }
 
-    fn cycle(&mut self, now: Instant<Local>) -> Turn {
-        let turn = self.schedule.take(now);
-        self.pending = Some(turn.ideal_start);
-        turn
+    fn cycle(&mut self, now: Instant<Local>) -> Tick {
+        let tick = self.schedule.take(now);
+        self.pending = Some(tick.ideal_start);
+        tick
     }
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {

@@ -3,8 +3,8 @@
 //! Recorded, they let somebody run another estimator, or the same one with other parameters, over
 //! what really arrived. [`ArrivalRow`] and [`ExchangeRow`] are the lines of such a recording.
 
-use coaxle_clock::cycle::Turn;
-use coaxle_clock::delay::Answer;
+use coaxle_clock::cycle::Tick;
+use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{Instant, Local};
 use serde::{Deserialize, Serialize};
 
@@ -27,7 +27,7 @@ pub enum Arrived {
     /// A frame of followed axes.
     Message(FrameHeader),
     /// The response to a time request of this run of the node.
-    Exchange(Answer),
+    Exchange(TimeResponse),
 }
 
 /// A line of the file of messages. Messages that came twice or were too old to use are not in it.
@@ -93,12 +93,12 @@ const fn first() -> u16 {
 }
 
 impl ArrivalRow {
-    /// The line of a message that the cycle `turn` took in, which the world dates `at_ns`; `far`
+    /// The line of a message that the cycle `tick` took in, which the world dates `at_ns`; `far`
     /// is the number of the node it came from, counted from 0.
     #[must_use]
     pub const fn new(
         at_ns: i64,
-        turn: &Turn,
+        tick: &Tick,
         arrived: Instant<Local>,
         header: &FrameHeader,
         far: usize,
@@ -109,8 +109,8 @@ impl ArrivalRow {
         };
         Self {
             at_ns,
-            cycle: turn.count,
-            cycle_start_ns: turn.ideal_start.as_nanos(),
+            cycle: tick.count,
+            cycle_start_ns: tick.ideal_start.as_nanos(),
             epoch: header.epoch,
             count: header.count,
             cycle_time_ns: header.cycle_time.span().as_nanos(),
@@ -122,25 +122,25 @@ impl ArrivalRow {
 }
 
 impl ExchangeRow {
-    /// The line of a response that the cycle `turn` took in, which the world dates `at_ns`; `far`
+    /// The line of a response that the cycle `tick` took in, which the world dates `at_ns`; `far`
     /// is the number of the node it came from, counted from 0.
     #[must_use]
     pub const fn new(
         at_ns: i64,
-        turn: &Turn,
+        tick: &Tick,
         arrived: Instant<Local>,
-        answer: &Answer,
+        response: &TimeResponse,
         far: usize,
     ) -> Self {
         Self {
             at_ns,
-            cycle: turn.count,
-            cycle_start_ns: turn.ideal_start.as_nanos(),
-            epoch: answer.epoch,
-            number: answer.number,
-            t1_ns: answer.asked.as_nanos(),
-            t2_ns: answer.heard.as_nanos(),
-            t3_ns: answer.answered.as_nanos(),
+            cycle: tick.count,
+            cycle_start_ns: tick.ideal_start.as_nanos(),
+            epoch: response.epoch,
+            number: response.number,
+            t1_ns: response.requested.as_nanos(),
+            t2_ns: response.received.as_nanos(),
+            t3_ns: response.responded.as_nanos(),
             t4_ns: arrived.as_nanos(),
             far: far as u16 + 1,
         }

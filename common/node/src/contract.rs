@@ -16,7 +16,7 @@
 //!
 //! and nothing in it allocates, locks, logs or waits.
 
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local};
 
 use coaxle_wire::command::{CommandOrder, CommandOutcome, NotTaken};
@@ -43,7 +43,7 @@ pub trait Node {
 
     /// One scan. `now` is when it really begins; the answer says which cycle that was and when it
     /// ideally should have begun.
-    fn cycle(&mut self, now: Instant<Local>) -> Turn;
+    fn cycle(&mut self, now: Instant<Local>) -> Tick;
 
     /// The next thing to send after a cycle, until there is nothing left.
     fn transmit(&mut self) -> Option<Outgoing<'_>>;

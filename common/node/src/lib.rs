@@ -15,8 +15,8 @@ pub mod wiring;
 
 pub use arrival::{Arrival, Arrived};
 pub use coaxle_wire::{
-    Answering, AnsweringCounters, AxisSample, CommandAnswer, CommandOrder, CommandOutcome, Frame,
-    FrameHeader, Intake, KeptMessage, Question, Reader, Rejection, RejectionCounters, answering,
-    command, exchange, frame, intake, keys,
+    AxisSample, CommandAnswer, CommandOrder, CommandOutcome, Frame, FrameHeader, Intake,
+    KeptMessage, Reader, Rejection, RejectionCounters, TimeRequest, TimeServer, TimeServerCounters,
+    command, exchange, frame, intake, keys, time_server,
 };
 pub use contract::{Channel, Message, Node, Outgoing};

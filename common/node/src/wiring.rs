@@ -76,13 +76,13 @@ impl Publication {
 }
 
 impl Subscription {
-    /// What `node` is asked by others.
+    /// The time requests of others to `node`.
     #[must_use]
-    pub fn questions_to(node: &NodeName) -> Self {
+    pub fn time_requests_to(node: &NodeName) -> Self {
         Self {
             node: node.clone(),
-            channel: Channel::Questions,
-            reader: Reader::questions_to(node),
+            channel: Channel::TimeRequests,
+            reader: Reader::time_requests_to(node),
             faults: LinkConfig::default(),
             far: 0,
         }
@@ -94,10 +94,10 @@ impl Subscription {
 pub fn links(nodes: &[Wiring]) -> Vec<Way> {
     let mut ways = Vec::new();
     for (to, hearer) in nodes.iter().enumerate() {
-        for (subscription, heard) in hearer.subscriptions.iter().enumerate() {
+        for (subscription, received) in hearer.subscriptions.iter().enumerate() {
             for (from, speaker) in nodes.iter().enumerate() {
                 let fits = |publication: &Publication| {
-                    publication.node == heard.node && publication.channel == heard.channel
+                    publication.node == received.node && publication.channel == received.channel
                 };
                 if let Some(publication) = speaker.publications.iter().position(fits) {
                     ways.push(Way {
@@ -136,10 +136,10 @@ mod tests {
     fn sender(node: &str) -> Wiring {
         let node = name(node);
         Wiring {
-            publications: [Channel::Axes, Channel::Answers]
+            publications: [Channel::Axes, Channel::TimeResponses]
                 .map(|channel| Publication::new(&node, channel))
                 .into(),
-            subscriptions: vec![Subscription::questions_to(&node)],
+            subscriptions: vec![Subscription::time_requests_to(&node)],
             node,
         }
     }
@@ -155,7 +155,7 @@ mod tests {
             let of = name(of);
             wiring.publications.push(Publication {
                 far,
-                ..Publication::new(&of, Channel::Questions)
+                ..Publication::new(&of, Channel::TimeRequests)
             });
             let key = of.channel_key(Channel::Axes);
             wiring.subscriptions.push(Subscription {
@@ -166,9 +166,9 @@ mod tests {
                 far,
             });
             wiring.subscriptions.push(Subscription {
-                reader: Reader::answers_of(&of, &node),
+                reader: Reader::time_responses_of(&of, &node),
                 node: of,
-                channel: Channel::Answers,
+                channel: Channel::TimeResponses,
                 faults: LinkConfig::default(),
                 far,
             });
@@ -196,15 +196,15 @@ mod tests {
         assert_eq!(
             ways,
             [
-                (3, "questions", 0),
-                (2, "questions", 1),
-                (3, "questions", 1),
+                (3, "time-requests", 0),
+                (2, "time-requests", 1),
+                (3, "time-requests", 1),
                 (1, "axes", 2),
-                (1, "answers", 2),
+                (1, "time-responses", 2),
                 (0, "axes", 3),
-                (0, "answers", 3),
+                (0, "time-responses", 3),
                 (1, "axes", 3),
-                (1, "answers", 3),
+                (1, "time-responses", 3),
             ]
         );
     }

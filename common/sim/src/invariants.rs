@@ -1,6 +1,6 @@
 //! What must hold of every node, whatever it does.
 
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local};
 use coaxle_node::Node;
 
@@ -54,7 +54,7 @@ pub enum Breach {
 /// Watches one node.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Watch {
-    last: Option<Turn>,
+    last: Option<Tick>,
 }
 
 impl Watch {
@@ -63,11 +63,11 @@ impl Watch {
         &mut self,
         name: &str,
         node: &N,
-        turn: Turn,
+        tick: Tick,
         now: Instant<Local>,
     ) -> Result<(), Violation> {
-        let last = self.last.replace(turn);
-        breach(last, turn, node.next_cycle(), now).map_or(Ok(()), |breach| {
+        let last = self.last.replace(tick);
+        breach(last, tick, node.next_cycle(), now).map_or(Ok(()), |breach| {
             Err(Violation {
                 node: name.to_owned(),
                 breach,
@@ -78,12 +78,12 @@ impl Watch {
 
 /// What is wrong with a cycle, given the one before and when the next one is due.
 fn breach(
-    last: Option<Turn>,
-    turn: Turn,
+    last: Option<Tick>,
+    tick: Tick,
     due: Instant<Local>,
     now: Instant<Local>,
 ) -> Option<Breach> {
-    let Turn { count, elapsed, .. } = turn;
+    let Tick { count, elapsed, .. } = tick;
     if let Some(last) = last {
         if count != last.count + u64::from(elapsed) {
             let last = last.count;
@@ -93,11 +93,11 @@ fn breach(
                 elapsed,
             });
         }
-        if turn.ideal_start <= last.ideal_start {
+        if tick.ideal_start <= last.ideal_start {
             return Some(Breach::BackInTime { count });
         }
     }
-    if due <= turn.ideal_start {
+    if due <= tick.ideal_start {
         return Some(Breach::NextNotLater { count });
     }
     (due <= now).then_some(Breach::NextIsPast { count, due, now })
@@ -111,24 +111,24 @@ mod tests {
         Instant::from_nanos(millis * 1_000_000)
     }
 
-    fn turn(count: u64, elapsed: u32, ideal_start: i64) -> Turn {
-        Turn {
+    fn tick(count: u64, elapsed: u32, ideal_start: i64) -> Tick {
+        Tick {
             count,
             ideal_start: at(ideal_start),
             elapsed,
         }
     }
 
-    /// What is wrong with `turn` after cycle 4 at 40 ms, when it is 55 ms and the next is due.
-    fn after_four(turn: Turn, due: i64) -> Option<Breach> {
-        breach(Some(self::turn(4, 1, 40)), turn, at(due), at(55))
+    /// What is wrong with `tick` after cycle 4 at 40 ms, when it is 55 ms and the next is due.
+    fn after_four(tick: Tick, due: i64) -> Option<Breach> {
+        breach(Some(self::tick(4, 1, 40)), tick, at(due), at(55))
     }
 
     #[test]
     fn a_cycle_after_another_is_right() {
-        assert_eq!(after_four(turn(5, 1, 50), 60), None);
-        assert_eq!(after_four(turn(7, 3, 41), 56), None);
-        let first = turn(9, 3, 50);
+        assert_eq!(after_four(tick(5, 1, 50), 60), None);
+        assert_eq!(after_four(tick(7, 3, 41), 56), None);
+        let first = tick(9, 3, 50);
         assert_eq!(breach(None, first, at(60), at(55)), None);
     }
 
@@ -140,17 +140,17 @@ mod tests {
                 count,
                 elapsed,
             };
-            assert_eq!(after_four(turn(count, elapsed, 50), 60), Some(expected));
+            assert_eq!(after_four(tick(count, elapsed, 50), 60), Some(expected));
         }
     }
 
     #[test]
     fn each_cycle_ideally_starts_later_than_the_one_before() {
         let expected = Some(Breach::BackInTime { count: 5 });
-        assert_eq!(after_four(turn(5, 1, 40), 60), expected);
-        assert_eq!(after_four(turn(5, 1, 39), 60), expected);
+        assert_eq!(after_four(tick(5, 1, 40), 60), expected);
+        assert_eq!(after_four(tick(5, 1, 39), 60), expected);
         assert_eq!(
-            after_four(turn(4, 0, 40), 60),
+            after_four(tick(4, 0, 40), 60),
             Some(Breach::BackInTime { count: 4 })
         );
     }
@@ -158,15 +158,15 @@ mod tests {
     #[test]
     fn the_next_cycle_is_due_after_this_one_and_after_now() {
         let not_later = Some(Breach::NextNotLater { count: 5 });
-        assert_eq!(after_four(turn(5, 1, 57), 57), not_later);
-        assert_eq!(after_four(turn(5, 1, 50), 49), not_later);
+        assert_eq!(after_four(tick(5, 1, 57), 57), not_later);
+        assert_eq!(after_four(tick(5, 1, 50), 49), not_later);
         let is_past = |due| {
             let (due, now) = (at(due), at(55));
             Some(Breach::NextIsPast { count: 5, due, now })
         };
-        assert_eq!(after_four(turn(5, 1, 50), 55), is_past(55));
-        assert_eq!(after_four(turn(5, 1, 50), 51), is_past(51));
-        assert_eq!(breach(None, turn(5, 1, 50), at(54), at(55)), is_past(54));
+        assert_eq!(after_four(tick(5, 1, 50), 55), is_past(55));
+        assert_eq!(after_four(tick(5, 1, 50), 51), is_past(51));
+        assert_eq!(breach(None, tick(5, 1, 50), at(54), at(55)), is_past(54));
     }
 
     #[test]

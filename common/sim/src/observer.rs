@@ -1,7 +1,7 @@
 //! What the simulation shows to whoever watches it.
 
 use coaxle_clock::Instant;
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_node::{Arrival, CommandOutcome};
 
 use crate::true_time::True;
@@ -14,7 +14,7 @@ pub struct CycleSeen<'a, N> {
     /// The node, after its cycle.
     pub node: &'a N,
     /// Which cycle it was.
-    pub turn: Turn,
+    pub tick: Tick,
     /// When that ideally started, in true time.
     pub ideal_start: Instant<True>,
     /// When it really did.
@@ -27,15 +27,15 @@ pub trait Observer<N> {
     fn cycle_seen(&mut self, seen: &CycleSeen<'_, N>);
 
     /// After every cycle, before [`Self::cycle_seen`]: each thing that a node took in during the cycle
-    /// `turn`, which ideally started at `ideal_start`.
+    /// `tick`, which ideally started at `ideal_start`.
     fn arrived(
         &mut self,
         index: usize,
         ideal_start: Instant<True>,
-        turn: &Turn,
+        tick: &Tick,
         arrival: &Arrival,
     ) {
-        let _ = (index, ideal_start, turn, arrival);
+        let _ = (index, ideal_start, tick, arrival);
     }
 
     /// After every order, with the number it was sent under.

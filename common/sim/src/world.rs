@@ -222,8 +222,8 @@ impl<N: Node> World<N> {
         for (number, order) in simulated.orders.drain(..) {
             observer.order_executed(number, &node.execute(&order));
         }
-        let turn = node.cycle(local);
-        simulated.watch.check(&simulated.name, node, turn, local)?;
+        let tick = node.cycle(local);
+        simulated.watch.check(&simulated.name, node, tick, local)?;
         while let Some(outgoing) = node.transmit() {
             let stamped = simulated.send_stamps || !outgoing.channel.carries_axes();
             let stamp = stamped.then(|| local - outgoing.ideal_start);
@@ -238,14 +238,14 @@ impl<N: Node> World<N> {
                 }
             }
         }
-        let ideal_start = simulated.clock.reference_at(turn.ideal_start);
+        let ideal_start = simulated.clock.reference_at(tick.ideal_start);
         while let Some(arrival) = node.arrival() {
-            observer.arrived(index, ideal_start, &turn, &arrival);
+            observer.arrived(index, ideal_start, &tick, &arrival);
         }
         observer.cycle_seen(&CycleSeen {
             index,
             node,
-            turn,
+            tick,
             ideal_start,
             woke: now,
         });

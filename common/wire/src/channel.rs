@@ -7,15 +7,20 @@ pub enum Channel {
     Axes,
     /// `coaxle/<node>/slaves`: a receiver's slave axes.
     Slaves,
-    /// `coaxle/<node>/questions`: what others ask the node, published by them.
-    Questions,
-    /// `coaxle/<node>/answers`: what the node answers.
-    Answers,
+    /// `coaxle/<node>/time-requests`: what others ask the node, published by them.
+    TimeRequests,
+    /// `coaxle/<node>/time-responses`: how the node responds.
+    TimeResponses,
 }
 
 impl Channel {
     /// Every channel.
-    pub const ALL: [Self; 4] = [Self::Axes, Self::Slaves, Self::Questions, Self::Answers];
+    pub const ALL: [Self; 4] = [
+        Self::Axes,
+        Self::Slaves,
+        Self::TimeRequests,
+        Self::TimeResponses,
+    ];
 
     /// The last part of its key.
     #[must_use]
@@ -23,8 +28,8 @@ impl Channel {
         match self {
             Self::Axes => "axes",
             Self::Slaves => "slaves",
-            Self::Questions => "questions",
-            Self::Answers => "answers",
+            Self::TimeRequests => "time-requests",
+            Self::TimeResponses => "time-responses",
         }
     }
 

@@ -96,33 +96,33 @@ pub enum Reader {
     /// Axes: a message per frame.
     Axes(Intake),
     /// What others ask this node.
-    Questions(KeySeal),
-    /// What the followed node answers.
-    Answers(AnswerIntake),
+    TimeRequests(KeySeal),
+    /// What the followed node responds.
+    TimeResponses(TimeResponseIntake),
 }
 
-/// Picks a node's answers out of all that its counterpart gives.
+/// Picks a node's responses out of all that its counterpart gives.
 #[derive(Clone, Debug)]
-pub struct AnswerIntake {
+pub struct TimeResponseIntake {
     seal: KeySeal,
     sender: u32,
-    asker: u32,
+    requester: u32,
 }
 
 impl Reader {
-    /// Reads what `node` is asked.
+    /// Reads the time requests to `node`.
     #[must_use]
-    pub fn questions_to(node: &NodeName) -> Self {
-        Self::Questions(KeySeal::new(&node.channel_key(Channel::Questions)))
+    pub fn time_requests_to(node: &NodeName) -> Self {
+        Self::TimeRequests(KeySeal::new(&node.channel_key(Channel::TimeRequests)))
     }
 
-    /// Reads what `node` answers to `asker`.
+    /// Reads what `node` responds to `requester`.
     #[must_use]
-    pub fn answers_of(node: &NodeName, asker: &NodeName) -> Self {
-        Self::Answers(AnswerIntake {
-            seal: KeySeal::new(&node.channel_key(Channel::Answers)),
+    pub fn time_responses_of(node: &NodeName, requester: &NodeName) -> Self {
+        Self::TimeResponses(TimeResponseIntake {
+            seal: KeySeal::new(&node.channel_key(Channel::TimeResponses)),
             sender: sender_id(node),
-            asker: sender_id(asker),
+            requester: sender_id(requester),
         })
     }
 
@@ -131,27 +131,27 @@ impl Reader {
     pub fn axes(&self) -> usize {
         match self {
             Self::Axes(intake) => intake.samples.len(),
-            Self::Questions(_) | Self::Answers(_) => 0,
+            Self::TimeRequests(_) | Self::TimeResponses(_) => 0,
         }
     }
 
-    /// What the node is told about a frame: one message, but for answers, which may be several or
+    /// What the node is told about a frame: one message, but for responses, which may be several or
     /// none. Does not allocate.
     pub fn read(&mut self, payload: &[u8], mut each: impl FnMut(&Message<'_>)) {
         match self {
             Self::Axes(intake) => each(&intake.message(payload)),
-            Self::Questions(seal) => each(&match seal.open_question(payload) {
-                Ok(question) => Message::Question(question),
+            Self::TimeRequests(seal) => each(&match seal.open_time_request(payload) {
+                Ok(request) => Message::TimeRequest(request),
                 Err(reason) => Message::Rejected(reason),
             }),
-            Self::Answers(intake) => {
-                let AnswerIntake {
+            Self::TimeResponses(intake) => {
+                let TimeResponseIntake {
                     seal,
                     sender,
-                    asker,
+                    requester,
                 } = intake;
-                let read = seal.open_answers(payload, *sender, *asker, |answer| {
-                    each(&Message::Answer(*answer));
+                let read = seal.open_time_responses(payload, *sender, *requester, |response| {
+                    each(&Message::TimeResponse(*response));
                 });
                 if let Err(reason) = read {
                     each(&Message::Rejected(reason));

@@ -1,4 +1,4 @@
-//! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/questions`, `/answers`, `/command`,
+//! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/time-requests`, `/time-responses`, `/command`,
 //! `/status`, `/alive`.
 
 use std::fmt;
@@ -96,9 +96,12 @@ mod tests {
         let name = NodeName::new("saw-1").unwrap();
         assert_eq!(name.channel_key(Channel::Axes), "coaxle/saw-1/axes");
         assert_eq!(name.channel_key(Channel::Slaves), "coaxle/saw-1/slaves");
-        let questions = name.channel_key(Channel::Questions);
-        assert_eq!(questions, "coaxle/saw-1/questions");
-        assert_eq!(name.channel_key(Channel::Answers), "coaxle/saw-1/answers");
+        let requests = name.channel_key(Channel::TimeRequests);
+        assert_eq!(requests, "coaxle/saw-1/time-requests");
+        assert_eq!(
+            name.channel_key(Channel::TimeResponses),
+            "coaxle/saw-1/time-responses"
+        );
         assert_eq!(name.command_key(), "coaxle/saw-1/command");
         assert_eq!(name.status_key(), "coaxle/saw-1/status");
         assert_eq!(name.alive_key(), "coaxle/saw-1/alive");

@@ -1,7 +1,7 @@
 //! What travels between nodes: `docs/WIRE.md` is its manual, byte by byte.
 //!
 //! * [`frame`]: the axes of a node, once per cycle of its own clock.
-//! * [`exchange`]: questions about a node's clock and the answers; [`Answering`] gives them.
+//! * [`exchange`]: time requests and responses; [`TimeServer`] responds.
 //! * [`command`]: what the slaves of a node are told from anywhere, and what becomes of it: JSON.
 //! * [`keys`]: the key expressions under which all of it travels.
 //! * [`intake`]: what becomes of bytes that arrive: a [`Message`], or a [`Rejection`] with its reason.
@@ -35,7 +35,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod answering;
 mod channel;
 pub mod command;
 pub mod exchange;
@@ -44,12 +43,13 @@ pub mod intake;
 pub mod keys;
 mod message;
 mod rejection;
+pub mod time_server;
 
-pub use answering::{Answering, AnsweringCounters};
 pub use channel::Channel;
 pub use command::{CommandAnswer, CommandOrder, CommandOutcome};
-pub use exchange::Question;
+pub use exchange::TimeRequest;
 pub use frame::{AxisSample, Frame, FrameHeader};
 pub use intake::{Intake, Reader};
 pub use message::{KeptMessage, Message, Outgoing};
 pub use rejection::{Rejection, RejectionCounters};
+pub use time_server::{TimeServer, TimeServerCounters};

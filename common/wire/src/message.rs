@@ -1,10 +1,10 @@
 //! What comes to a node, and what goes out from it.
 
-use coaxle_clock::delay::Answer;
+use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{Instant, Local};
 
 use crate::channel::Channel;
-use crate::exchange::Question;
+use crate::exchange::TimeRequest;
 use crate::frame::{AxisSample, Frame};
 use crate::rejection::Rejection;
 
@@ -15,9 +15,9 @@ pub enum Message<'a> {
     /// An accepted frame, reduced to the axes that this node follows.
     Frame(Frame<'a>),
     /// Somebody asks what this node's clock shows.
-    Question(Question),
-    /// The followed node answers a question of this node.
-    Answer(Answer),
+    TimeRequest(TimeRequest),
+    /// The followed node responds to a request of this node.
+    TimeResponse(TimeResponse),
     /// A frame that was refused before it got here.
     Rejected(Rejection),
 }
@@ -30,8 +30,8 @@ impl<'a> Message<'a> {
             Self::Frame(Frame { header, axes }) => {
                 (Message::Frame(Frame { header, axes: &[] }), axes)
             }
-            Self::Question(question) => (Message::Question(question), &[]),
-            Self::Answer(answer) => (Message::Answer(answer), &[]),
+            Self::TimeRequest(request) => (Message::TimeRequest(request), &[]),
+            Self::TimeResponse(response) => (Message::TimeResponse(response), &[]),
             Self::Rejected(reason) => (Message::Rejected(reason), &[]),
         }
     }

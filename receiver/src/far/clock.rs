@@ -1,7 +1,7 @@
 //! A far clock, started by the first message: each frame says how long the sender's cycle is.
 
-use coaxle_clock::cycle::Turn;
-use coaxle_clock::delay::Answer;
+use coaxle_clock::cycle::Tick;
+use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::far_clock::{FarClock, FarClockOutput};
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_clock::time_sync::{TimeSyncParameters, TimeSyncState, WrongParameter};
@@ -96,9 +96,9 @@ impl Clock {
     }
 
     /// A response that arrived at `at`.
-    pub(super) fn response(&mut self, at: Instant<Local>, answer: &Answer) {
+    pub(super) fn response(&mut self, at: Instant<Local>, response: &TimeResponse) {
         if let Some(observed) = self.observed() {
-            observed.response(at, answer);
+            observed.response(at, response);
         }
     }
 
@@ -120,8 +120,8 @@ impl Clock {
     pub(super) fn cycle(
         &mut self,
         header: &FrameHeader,
-        turn: &Turn,
-        used: impl FnMut(Instant<Local>, &Answer),
+        tick: &Tick,
+        used: impl FnMut(Instant<Local>, &TimeResponse),
     ) -> Option<Following> {
         let State::Running(running) = &mut self.state else {
             return None;
@@ -130,14 +130,14 @@ impl Clock {
         let Some(observed) = observed else {
             let mode = self.setup.mode.into();
             return Some(Following {
-                correction: sync.update(header.index, mode, turn.elapsed),
+                correction: sync.update(header.index, mode, tick.elapsed),
                 observed: None,
             });
         };
-        let output = observed.cycle(turn.ideal_start, used);
+        let output = observed.cycle(tick.ideal_start, used);
         let clock = observed.correction(header.count);
         Some(Following {
-            correction: sync.update_by_clock(header.index, clock, turn.elapsed),
+            correction: sync.update_by_clock(header.index, clock, tick.elapsed),
             observed: Some(output),
         })
     }
@@ -251,5 +251,5 @@ fn show_observed(observed: &FarClockOutput, signals: &mut FarNodeSignals) {
     signals.delay_jitter_us = micros(delay.jitter);
     signals.delay_age_s = delay.age.map(Span::as_secs_f64);
     signals.exchanges = delay.exchanges;
-    signals.answers_refused = delay.refused;
+    signals.responses_refused = delay.refused;
 }

@@ -84,11 +84,11 @@ impl Inbox {
     /// The input image of the cycle that ideally begins at `cycle_start`; none as long as nothing
     /// has come.
     ///
-    /// Every message that is taken in and young enough is shown to `heard`, with its arrival.
+    /// Every message that is taken in and young enough is shown to `received`, with its arrival.
     pub(crate) fn image(
         &mut self,
         cycle_start: Instant<Local>,
-        mut heard: impl FnMut(Instant<Local>, &FrameHeader),
+        mut received: impl FnMut(Instant<Local>, &FrameHeader),
     ) -> Option<FrameHeader> {
         for _ in 0..self.waiting.len() {
             let Some((at, header)) = self.waiting.pop_front() else {
@@ -96,7 +96,7 @@ impl Inbox {
             };
             if at <= cycle_start {
                 if self.take(at, &header, cycle_start) {
-                    heard(at, &header);
+                    received(at, &header);
                 }
             } else {
                 self.waiting.push_back((at, header));

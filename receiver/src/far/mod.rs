@@ -5,8 +5,8 @@ mod clock;
 mod frames;
 mod inbox;
 
-use coaxle_clock::cycle::Turn;
-use coaxle_clock::delay::Answer;
+use coaxle_clock::cycle::Tick;
+use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Local, Seconds, Span};
 use coaxle_node::config::LinkConfig;
@@ -94,27 +94,27 @@ impl FarNode {
     }
 
     /// Stores a response that arrived at `at`.
-    pub(crate) fn store_answer(&mut self, at: Instant<Local>, answer: &Answer) {
-        self.clock.response(at, answer);
+    pub(crate) fn store_response(&mut self, at: Instant<Local>, response: &TimeResponse) {
+        self.clock.response(at, response);
     }
 
     /// The number of the time request that is due, if one is.
-    pub(crate) fn ask(&mut self, turn: &Turn) -> Option<u32> {
-        self.clock.request(turn.ideal_start)
+    pub(crate) fn ask(&mut self, tick: &Tick) -> Option<u32> {
+        self.clock.request(tick.ideal_start)
     }
 
     /// One cycle: which run, what its clock shows, and where its axes are. Gives what the receiver thinks
     /// of it.
     pub(crate) fn scan(
         &mut self,
-        turn: &Turn,
+        tick: &Tick,
         arrivals: &mut Arrivals<'_>,
         out: FarOutputs<'_>,
     ) -> Health {
-        let image = self.take_messages(turn, arrivals);
+        let image = self.take_messages(tick, arrivals);
         let followed = image.and_then(|header| {
-            let following = self.clock.cycle(&header, turn, |at, answer| {
-                arrivals.exchange(at, answer);
+            let following = self.clock.cycle(&header, tick, |at, response| {
+                arrivals.exchange(at, response);
             })?;
             Some((header, following))
         });
@@ -125,11 +125,11 @@ impl FarNode {
             }
             Some((header, following)) => {
                 let correction = &following.correction;
-                let error = self.correct_axes(header, correction, turn, out.masters, out.axes);
+                let error = self.correct_axes(header, correction, tick, out.masters, out.axes);
                 self.health(correction, error)
             }
         };
-        self.inbox.end_cycle(turn.ideal_start);
+        self.inbox.end_cycle(tick.ideal_start);
         self.show(
             image.as_ref(),
             followed.as_ref().map(|(_, f)| f),
@@ -140,11 +140,11 @@ impl FarNode {
     }
 
     /// The newest fresh frame; the clock hears of all.
-    fn take_messages(&mut self, turn: &Turn, arrivals: &mut Arrivals<'_>) -> Option<FrameHeader> {
+    fn take_messages(&mut self, tick: &Tick, arrivals: &mut Arrivals<'_>) -> Option<FrameHeader> {
         let Self {
             inbox, clock, axes, ..
         } = self;
-        let image = inbox.image(turn.ideal_start, |at, header| {
+        let image = inbox.image(tick.ideal_start, |at, header| {
             arrivals.message(at, header);
             if clock.message(at, header) {
                 axes.iter_mut().for_each(Axis::restart);
@@ -153,7 +153,7 @@ impl FarNode {
         let this = (image.epoch, image.count);
         let before = self.last.replace(this);
         if before == Some(this) {
-            self.age_cycles = self.age_cycles.saturating_add(turn.elapsed);
+            self.age_cycles = self.age_cycles.saturating_add(tick.elapsed);
             return Some(image);
         }
         self.age_cycles = 0;
@@ -173,7 +173,7 @@ impl FarNode {
         &mut self,
         header: &FrameHeader,
         correction: &FarCorrection,
-        turn: &Turn,
+        tick: &Tick,
         masters: &mut [Option<Master>],
         signals: &mut [FarAxisSignals],
     ) -> Option<SyncError> {
@@ -185,10 +185,10 @@ impl FarNode {
             let (age, correction) = if axis.count() == header.count {
                 (self.age_cycles, correction)
             } else {
-                own = axis.catch_up(correction, header, turn.elapsed, age_limit);
+                own = axis.catch_up(correction, header, tick.elapsed, age_limit);
                 (axis.missing_cycles(), &own)
             };
-            *master = axis.cycle(header, correction, turn.elapsed, signals);
+            *master = axis.cycle(header, correction, tick.elapsed, signals);
             signals.age_cycles = age;
             if let Some(master) = master {
                 master.is_sound &= age <= longest;

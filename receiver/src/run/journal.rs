@@ -176,7 +176,9 @@ fn delay(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
         )),
         DelayState::Stale => Some(Note::new(
             Level::Warning,
-            format!("the master answers no questions any more; the delay stays {value:.1} µs"),
+            format!(
+                "the master responds to no time requests any more; the delay stays {value:.1} µs"
+            ),
         )),
         DelayState::Off | DelayState::Fixed | DelayState::Asking => None,
     }

@@ -54,7 +54,7 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
 
     fn arrived(&mut self, record: &ArrivalRecord) {
         if let Some(arrivals) = &mut self.files.arrivals {
-            arrivals.write(record.ideal_start, &record.turn, &record.arrival);
+            arrivals.write(record.ideal_start, &record.tick, &record.arrival);
         }
     }
 

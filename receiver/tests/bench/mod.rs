@@ -80,7 +80,7 @@ impl Far {
     }
 
     /// Runs the cycle that is due and gives its frame.
-    pub(crate) fn turn(&mut self, truth: Nanos) -> Vec<u8> {
+    pub(crate) fn tick(&mut self, truth: Nanos) -> Vec<u8> {
         let _ = self.node.cycle(self.clock.read(truth));
         let outgoing = self.node.transmit().expect("a frame per cycle");
         let mut frame = Vec::new();
@@ -189,7 +189,7 @@ impl Near {
     }
 
     /// Runs the cycle that is due; gives the slave's frame, if there is one.
-    pub(crate) fn turn(&mut self, truth: Nanos) -> Option<Vec<u8>> {
+    pub(crate) fn tick(&mut self, truth: Nanos) -> Option<Vec<u8>> {
         while let Some((arrival, message)) = self.mailbox.front()
             && *arrival <= truth
         {
@@ -234,11 +234,11 @@ pub(crate) fn run(mut far: Option<&mut Far>, chain: &mut [Near], until: Nanos) {
         match &mut far {
             Some(far) if far.next() <= due && far.next() < until => {
                 let now = far.next();
-                let frame = far.turn(now);
+                let frame = far.tick(now);
                 chain[0].post(now, &frame);
             }
             _ if due < until => {
-                let frame = chain[k].turn(due);
+                let frame = chain[k].tick(due);
                 if let (Some(frame), Some(after)) = (frame, chain.get_mut(k + 1)) {
                     after.post(due, &frame);
                 }

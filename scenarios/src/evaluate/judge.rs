@@ -237,7 +237,7 @@ impl Judge {
         summary.delay_us = record.far.delay_us;
         summary.delay_uncertainty_us = record.far.delay_uncertainty_us;
         summary.exchanges = record.far.exchanges;
-        summary.answers_refused = record.far.answers_refused;
+        summary.responses_refused = record.far.responses_refused;
         summary.synced_at_end = record.axis.synced;
         if let Some(slave) = record.slave() {
             summary.drive_tripped |= slave.drive_state == DriveStateName::Tripped;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use coaxle_clock::Instant;
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_host::{ArrivalsTrace, arrivals_beside};
 use coaxle_node::Arrival;
 use coaxle_sim::True;
@@ -63,9 +63,9 @@ impl RowSink for Files {
         self.trace.row(view, row);
     }
 
-    fn arrived(&mut self, receiver: usize, at: Instant<True>, turn: &Turn, arrival: &Arrival) {
+    fn arrived(&mut self, receiver: usize, at: Instant<True>, tick: &Tick, arrival: &Arrival) {
         if let Some(arrivals) = self.arrivals.get_mut(receiver) {
-            arrivals.write(at, turn, arrival);
+            arrivals.write(at, tick, arrival);
         }
     }
 }

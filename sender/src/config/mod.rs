@@ -90,10 +90,10 @@ impl SenderConfig {
     pub fn wiring(&self) -> Wiring {
         Wiring {
             node: self.name.clone(),
-            publications: [Channel::Axes, Channel::Answers]
+            publications: [Channel::Axes, Channel::TimeResponses]
                 .map(|channel| Publication::new(&self.name, channel))
                 .into(),
-            subscriptions: vec![Subscription::questions_to(&self.name)],
+            subscriptions: vec![Subscription::time_requests_to(&self.name)],
         }
     }
 }

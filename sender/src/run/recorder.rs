@@ -23,12 +23,12 @@ struct Status {
     overruns: u64,
     index: u16,
     count: u64,
-    questions: QuestionsStatus,
+    time_requests: TimeRequestsStatus,
     axes: Vec<AxisStatus>,
 }
 
 #[derive(Serialize)]
-struct QuestionsStatus {
+struct TimeRequestsStatus {
     answered: u64,
     dropped: u64,
     refused: u64,
@@ -89,10 +89,10 @@ impl Status {
             overruns: snapshot.overruns,
             index: snapshot.index.0,
             count: snapshot.count,
-            questions: QuestionsStatus {
-                answered: snapshot.questions.taken.answered,
-                dropped: snapshot.questions.taken.dropped,
-                refused: snapshot.questions.refused,
+            time_requests: TimeRequestsStatus {
+                answered: snapshot.time_requests.taken.answered,
+                dropped: snapshot.time_requests.taken.dropped,
+                refused: snapshot.time_requests.refused,
             },
             axes: snapshot.axes.iter().map(axis).collect(),
         }

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use coaxle_clock::delay::{Answer, DelayExchange};
+use coaxle_clock::delay::{DelayExchange, TimeResponse};
 use coaxle_clock::observer::{ObserverOutput, ObserverParameters, PhaseObserver};
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
@@ -83,7 +83,7 @@ struct Replay {
     /// Cycles are a cycle time apart, whether anything came in them or not.
     start_ns: i64,
     measured: bool,
-    heard: bool,
+    received: bool,
 }
 
 /// Of the receiver and of the sender, ns.
@@ -104,7 +104,7 @@ impl Replay {
             measured: !exchanges.is_empty(),
             arrivals: by_cycle(arrivals.to_vec(), |row| row.cycle),
             exchanges: by_cycle(exchanges, |row| row.cycle),
-            heard: false,
+            received: false,
         }
     }
 
@@ -116,9 +116,9 @@ impl Replay {
             let arrived = Instant::from_nanos(row.arrival_ns);
             let stamp = row.send_stamp_ns.map(Span::from_nanos);
             self.observer.observe(row.epoch, row.count, arrived, stamp);
-            self.heard = true;
+            self.received = true;
         }
-        if !self.heard {
+        if !self.received {
             return None;
         }
         if self.measured {
@@ -134,11 +134,11 @@ impl Replay {
     fn measure_delay(&mut self, cycle: u64) {
         if let Some(line) = self.observer.line() {
             if let Some(jump) = self.delay.follow(&line) {
-                self.observer.blame_path(jump);
+                self.observer.attribute_step_to_path(jump);
             }
             for row in self.exchanges.remove(&cycle).unwrap_or_default() {
                 let arrived = Instant::<Local>::from_nanos(row.t4_ns);
-                let _ = self.delay.take(&answer(&row), arrived, &line);
+                let _ = self.delay.take(&response(&row), arrived, &line);
             }
         }
         let delay = self.delay.delay().unwrap_or(Span::ZERO);
@@ -153,14 +153,14 @@ impl Replay {
     }
 }
 
-fn answer(row: &ExchangeRow) -> Answer {
-    Answer {
+fn response(row: &ExchangeRow) -> TimeResponse {
+    TimeResponse {
         run: RUN,
         number: row.number,
-        asked: Instant::from_nanos(row.t1_ns),
+        requested: Instant::from_nanos(row.t1_ns),
         epoch: row.epoch,
-        heard: Span::from_nanos(row.t2_ns),
-        answered: Span::from_nanos(row.t3_ns),
+        received: Span::from_nanos(row.t2_ns),
+        responded: Span::from_nanos(row.t3_ns),
     }
 }
 

@@ -1,4 +1,4 @@
-//! The delay measured by questions and answers, over seeds that nothing was tuned with.
+//! The delay measured by requests and responses, over seeds that nothing was tuned with.
 
 use coaxle::summary::ReceiverSummary;
 use coaxle_clock::delay::DelayState;
@@ -48,7 +48,7 @@ fn equal_ways_leave_five_microseconds_of_travel_and_the_uncertainty_covers_any_w
         let judged = judged(seed);
         for receiver in &judged {
             assert_eq!(receiver.delay_state, Some(DelayState::Measured), "{seed}");
-            assert_eq!(receiver.answers_refused, 0, "{seed}");
+            assert_eq!(receiver.responses_refused, 0, "{seed}");
             covered += u64::from(receiver.delay_covered_share == Some(1.0));
         }
         let worst = judged[0].lag_error_max_us.expect("judged");

@@ -166,7 +166,7 @@ fn busy() -> Vec<Named> {
     let networks =
         networks.map(|network| named(format!("busy, {network} µs"), Case::busy(network)));
     let mut cases: Vec<Named> = networks.into();
-    cases.push(named("busy, delay wanders", Case::wandering()));
+    cases.push(named("busy, correlated delay", Case::correlated_delay()));
     cases
 }
 

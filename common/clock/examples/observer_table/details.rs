@@ -144,9 +144,9 @@ pub(crate) fn print_details(seeds: u64, first: u64, words: &[String]) {
             let figures = all(&case, first, seeds, || Box::new(Observer::new(case.cycle)));
             print(&format!("busy, {network} µs"), &case, &figures);
         }
-        let case = Case::wandering();
+        let case = Case::correlated_delay();
         let figures = all(&case, first, seeds, || Box::new(Observer::new(case.cycle)));
-        print("busy, delay wanders", &case, &figures);
+        print("busy, correlated delay", &case, &figures);
     }
     if wanted("other") {
         for cycle in [1e-4, 1e-2, 1e-1] {

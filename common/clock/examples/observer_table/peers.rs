@@ -9,7 +9,7 @@ use crate::world::{Exchange, Message};
 /// Something that turns arrivals into far time.
 pub(crate) trait Follower {
     fn observe(&mut self, message: &Message);
-    /// Takes a question and its answer, when the answer has come. Who needs only arrivals ignores it.
+    /// Takes a request and its response, when the response has come. Who needs only arrivals ignores it.
     fn exchange(&mut self, _exchange: &Exchange) {}
     /// The far time, s, at the local time `now` (ns).
     fn far(&mut self, now: i64) -> Option<f64>;

@@ -96,7 +96,7 @@ impl Recording {
         self.rows.last().map_or(0, |row| row.count as usize + 1)
     }
 
-    /// The recording as if the sender's clock wandered. The usual drift is +10 ppm; else the seed
+    /// The recording as if the sender's clock shift. The usual drift is +10 ppm; else the seed
     /// chooses it, log-uniform 1 to 100 ppm of either sign.
     pub(crate) fn run(&self, stamped_by: StampedBy, seed: u64, usual_drift: bool) -> Run {
         let due = wandering_clock(self.cycles() + 20, seed, usual_drift);
@@ -122,7 +122,7 @@ impl Recording {
         run
     }
 
-    /// An exchange moves with the cycle in which the sender got the question.
+    /// An exchange moves with the cycle in which the sender got the request.
     fn warped_exchanges(&self, run: &Run) -> Vec<Exchange> {
         let warped = self.exchanges.iter().filter_map(|recorded| {
             let count = recorded.t2.div_euclid(CYCLE_NS);

@@ -25,8 +25,8 @@ pub(crate) struct Case {
     pub(crate) load: Option<(f64, f64, f64)>,
     /// So often a second everything is held up for 2 to 10 ms.
     pub(crate) stalls: f64,
-    /// The delay wanders by so much within so long: width and time constant, s.
-    pub(crate) wander: Option<(f64, f64)>,
+    /// The delay is autoregressive: width and time constant, s.
+    pub(crate) ar_delay: Option<(f64, f64)>,
     /// A delay on top of the jitter whose neighbouring values are alike.
     pub(crate) correlated: Option<Correlated>,
     pub(crate) hold_ups: Option<HoldUps>,
@@ -55,7 +55,7 @@ impl Case {
             delay_step: None,
             load: None,
             stalls: 0.0,
-            wander: None,
+            ar_delay: None,
             correlated: None,
             hold_ups: None,
             arrival_grid: None,
@@ -78,9 +78,9 @@ impl Case {
 
     /// The same where queues and sleeping cores make the delays of following messages alike, as
     /// measured between processes on one busy PC.
-    pub(crate) const fn wandering() -> Self {
+    pub(crate) const fn correlated_delay() -> Self {
         Self {
-            wander: Some((15e-6, 0.3)),
+            ar_delay: Some((15e-6, 0.3)),
             ..Self::busy(75.0)
         }
     }
@@ -88,7 +88,7 @@ impl Case {
     /// Whether [`bound`] holds: independent jitter and a drift that does nothing but wander.
     pub(crate) const fn has_bound(&self) -> bool {
         let undisturbed = self.stalls == 0.0 && self.hold_ups.is_none() && self.load.is_none();
-        let independent = self.wander.is_none() && self.correlated.is_none();
+        let independent = self.ar_delay.is_none() && self.correlated.is_none();
         let steady =
             self.drift_step.is_none() && self.delay_step.is_none() && self.sine_drift.is_none();
         undisturbed && independent && steady && self.arrival_grid.is_none()
@@ -104,8 +104,8 @@ pub(crate) struct Message {
     pub(crate) stamp: Option<i64>,
 }
 
-/// A question and its answer: sent and answered on the local clock (`t1`, `t4`), received and
-/// answered on the sender's (`t2`, `t3`), ns.
+/// A time request and its response, ns: when the one left and the other arrived on the local clock (`t1`, `t4`),
+/// and when the one arrived and the other left on the sender's (`t2`, `t3`).
 #[allow(dead_code, reason = "for followers that use exchanges")]
 #[derive(Clone, Copy)]
 pub(crate) struct Exchange {
@@ -155,7 +155,7 @@ impl Run {
         let mut due = Vec::with_capacity(cycles as usize);
         let mut messages = Vec::with_capacity(cycles as usize);
         let mut now = 0.0123 + uniform() * case.cycle;
-        let (mut stepped, mut last, mut wandered) = (false, 0.0_f64, 0.0);
+        let (mut stepped, mut last, mut delayed) = (false, 0.0_f64, 0.0);
         let mut correlated = case.correlated.map(|kind| CorrelatedDelay::new(kind, seed));
         let mut hold_ups = case.hold_ups.map(|kind| HoldUpTimes::new(kind, seed));
         let mut other = {
@@ -175,10 +175,10 @@ impl Run {
                 }
             });
             let mut arrived = now + late + MIN_DELAY + load * case.network_jitter * exponential;
-            if let Some((width, time)) = case.wander {
+            if let Some((width, time)) = case.ar_delay {
                 let kept = (-case.cycle / time).exp();
-                wandered = kept * wandered + width * (1.0 - kept * kept).sqrt() * other();
-                arrived += wandered;
+                delayed = kept * delayed + width * (1.0 - kept * kept).sqrt() * other();
+                arrived += delayed;
             }
             if let Some(delay) = &mut correlated {
                 arrived += delay.after(case.cycle);

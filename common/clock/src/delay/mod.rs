@@ -1,8 +1,8 @@
-//! Zero lag: the constant part of a link's delay, by questions and answers.
+//! Zero lag: the constant part of a link's delay, by time requests and responses.
 //!
 //! One-way messages show how a far clock runs, but not how long they were under way: the line that
 //! a [`PhaseObserver`](crate::PhaseObserver) finds lies behind the sender's own time by a constant. So
-//! the receiver asks now and then, and the sender answers. Each of the two messages is stamped when
+//! the receiver asks now and then, and the sender responds. Each of the two messages is stamped when
 //! it leaves and when it arrives:
 //!
 //! ```text
@@ -37,11 +37,11 @@ use crate::observer::FarLine;
 use estimate::Estimate;
 use window::{Exchange, Stamps, Window};
 
-/// Between two questions as long as little is known …
+/// Between two requests as long as little is known …
 const HASTE: Span = Span::from_millis(20);
-/// … and later, or where nobody answers.
+/// … and later, or where nobody responds.
 const LEISURE: Span = Span::from_millis(100);
-/// After an event it is in haste until so many exchanges came, for so many questions at most.
+/// After an event it is in haste until so many exchanges came, for so many requests at most.
 const PLENTY: usize = 48;
 const HASTY_QUESTIONS: u32 = 128;
 /// So many exchanges make a measurement; and what was known before an event is held until then.
@@ -58,36 +58,36 @@ const COVERED: f64 = 3.0;
 /// An exchange that is older says nothing of the present path.
 const LONGEST_AGE: Span = Span::from_secs(10);
 
-/// A sender's answer. Every stamp was taken as near to the wire as the machines allow.
+/// A sender's response. Every stamp was taken as near to the wire as the machines allow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Answer {
-    /// The run of the asker, as it was asked.
+pub struct TimeResponse {
+    /// The run of the requester, as the request said.
     pub run: u64,
-    /// Which question.
+    /// Which request.
     pub number: u32,
-    /// When the question left, in the asker's clock: `t1`.
-    pub asked: Instant<Local>,
+    /// When the request left, in the requester's clock: `t1`.
+    pub requested: Instant<Local>,
     /// The run of the sender.
     pub epoch: u64,
-    /// When the question arrived, in the sender's clock since the ideal start of its cycle 0: `t2`.
-    pub heard: Span,
-    /// When the answer left, likewise: `t3`.
-    pub answered: Span,
+    /// When the request arrived, in the sender's clock since the ideal start of its cycle 0: `t2`.
+    pub received: Span,
+    /// When the response left, likewise: `t3`.
+    pub responded: Span,
 }
 
 /// Measures how far a sender's time is ahead of the line that an observer follows.
 ///
 /// Call [`follow`](Self::follow) once per cycle, [`ask`](Self::ask) after it, and
-/// [`take`](Self::take) for each answer. Nothing allocates.
+/// [`take`](Self::take) for each response. Nothing allocates.
 #[derive(Clone, Debug)]
 pub struct DelayExchange {
     run: u64,
-    /// The number of the next question.
+    /// The number of the next request.
     next: u32,
-    /// Bit n: question `next − 1 − n` waits for its answer.
+    /// Bit n: request `next − 1 − n` waits for its response.
     open: u64,
-    next_question: Instant<Local>,
-    /// Questions since the last event.
+    next_request: Instant<Local>,
+    /// Requests since the last event.
     hasty: u32,
     window: Window,
     sender: Option<Sender>,
@@ -108,14 +108,14 @@ struct Sender {
 }
 
 impl DelayExchange {
-    /// An exchange that has asked nothing yet. `run` tells this run of the asker from others.
+    /// An exchange that has asked nothing yet. `run` tells this run of the requester from others.
     #[must_use]
     pub const fn new(run: u64) -> Self {
         Self {
             run,
             next: 0,
             open: 0,
-            next_question: Instant::from_nanos(i64::MIN),
+            next_request: Instant::from_nanos(i64::MIN),
             hasty: 0,
             window: Window::new(),
             sender: None,
@@ -127,9 +127,9 @@ impl DelayExchange {
 
     /// Looks at what became of the line. A new run of the sender: all is forgotten. A jump is taken
     /// for the path's doing, so that the sender's time stays where it was, until the next exchanges
-    /// say otherwise; it is returned, and [`PhaseObserver::blame_path`] is to be told.
+    /// say otherwise; it is returned, and [`PhaseObserver::attribute_step_to_path`] is to be told.
     ///
-    /// [`PhaseObserver::blame_path`]: crate::PhaseObserver::blame_path
+    /// [`PhaseObserver::attribute_step_to_path`]: crate::PhaseObserver::attribute_step_to_path
     pub fn follow(&mut self, line: &FarLine) -> Option<Seconds> {
         let now = Sender {
             epoch: line.epoch,
@@ -170,31 +170,31 @@ impl DelayExchange {
         None
     }
 
-    /// The number of the question that is due, if one is. Once there is a line to measure against.
+    /// The number of the request that is due, if one is. Once there is a line to measure against.
     pub fn ask(&mut self, now: Instant<Local>) -> Option<u32> {
-        if self.sender.is_none() || now < self.next_question {
+        if self.sender.is_none() || now < self.next_request {
             return None;
         }
         let hurried = self.window.len() < PLENTY && self.hasty < HASTY_QUESTIONS;
         self.hasty = self.hasty.saturating_add(1);
-        self.next_question = now + if hurried { HASTE } else { LEISURE };
+        self.next_request = now + if hurried { HASTE } else { LEISURE };
         let number = self.next;
         self.next = self.next.wrapping_add(1);
         self.open = self.open << 1 | 1;
         Some(number)
     }
 
-    /// Takes an answer that arrived at `arrived`, measured against the line as it is now.
+    /// Takes a response that arrived at `arrived`, measured against the line as it is now.
     ///
     /// # Errors
-    /// [`Refusal`], the first reason that applies; the answer is counted and not used.
+    /// [`Refusal`], the first reason that applies; the response is counted and not used.
     pub fn take(
         &mut self,
-        answer: &Answer,
+        response: &TimeResponse,
         arrived: Instant<Local>,
         line: &FarLine,
     ) -> Result<(), Refusal> {
-        let checked = self.check(answer, arrived, line);
+        let checked = self.check(response, arrived, line);
         match checked {
             Ok(exchange) => {
                 self.exchanges = self.exchanges.saturating_add(1);
@@ -244,30 +244,30 @@ impl DelayExchange {
 
     fn check(
         &mut self,
-        answer: &Answer,
+        response: &TimeResponse,
         arrived: Instant<Local>,
         line: &FarLine,
     ) -> Result<Exchange, Refusal> {
-        if answer.run != self.run {
+        if response.run != self.run {
             return Err(Refusal::OtherRun);
         }
-        if answer.epoch != line.epoch {
+        if response.epoch != line.epoch {
             return Err(Refusal::OtherEpoch);
         }
-        let back = self.next.wrapping_sub(1).wrapping_sub(answer.number);
-        let question = if back < 64 { 1 << back } else { 0 };
-        if self.open & question == 0 {
+        let back = self.next.wrapping_sub(1).wrapping_sub(response.number);
+        let request = if back < 64 { 1 << back } else { 0 };
+        if self.open & request == 0 {
             return Err(Refusal::NotAsked);
         }
-        self.open &= !question;
-        let passed = arrived - answer.asked;
-        if !(Span::ZERO..=LONGEST).contains(&passed) || answer.answered < answer.heard {
+        self.open &= !request;
+        let passed = arrived - response.requested;
+        if !(Span::ZERO..=LONGEST).contains(&passed) || response.responded < response.received {
             return Err(Refusal::Implausible);
         }
         let stamps = Stamps {
-            asked: answer.asked,
-            heard: answer.heard,
-            answered: answer.answered,
+            requested: response.requested,
+            received: response.received,
+            responded: response.responded,
             arrived,
         };
         let exchange = Exchange::measured(stamps, line);
@@ -305,7 +305,7 @@ impl DelayExchange {
 
     const fn hurry(&mut self) {
         self.hasty = 0;
-        self.next_question = Instant::from_nanos(i64::MIN);
+        self.next_request = Instant::from_nanos(i64::MIN);
     }
 
     /// The window begins anew, and is filled in haste.

@@ -1,4 +1,4 @@
-//! What a delay exchange says of itself, and of answers it does not use.
+//! What a delay exchange says of itself, and of responses it does not use.
 
 use core::fmt;
 
@@ -14,11 +14,11 @@ pub enum DelayState {
     Off,
     /// It was told.
     Fixed,
-    /// Questions go out; too few answers came as yet, or none.
+    /// Requests go out; too few responses came as yet, or none.
     Asking,
     /// It is measured.
     Measured,
-    /// It was measured; for some seconds no answer came.
+    /// It was measured; for some seconds no response came.
     Stale,
 }
 
@@ -40,31 +40,31 @@ pub struct DelayOutput {
     pub age: Option<Span>,
     /// Exchanges used.
     pub exchanges: u64,
-    /// Answers refused.
+    /// Responses refused.
     pub refused: u64,
 }
 
-/// Why an answer was not used.
+/// Why a response was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// An earlier run of the asker asked.
+    /// An earlier run of the requester asked.
     OtherRun,
-    /// Another run of the sender answered than the one that is followed.
+    /// Another run of the sender responded than the one that is followed.
     OtherEpoch,
-    /// The question was never asked, is answered already, or is too old.
+    /// The request was never made, is answered already, or is too old.
     NotAsked,
     /// A stamp lies more than a second off, or before the one it must follow.
     Implausible,
-    /// The question and its answer would have been under way for less than no time.
+    /// The request and its response would have been under way for less than no time.
     NegativeRoundTrip,
 }
 
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::OtherRun => "the answer is for another run of the asker",
-            Self::OtherEpoch => "another run of the sender answered",
-            Self::NotAsked => "no question with this number waits for an answer",
+            Self::OtherRun => "the response is for another run of the requester",
+            Self::OtherEpoch => "another run of the sender responded",
+            Self::NotAsked => "no request with this number waits for a response",
             Self::Implausible => "a stamp is more than a second off, or out of order",
             Self::NegativeRoundTrip => "the round trip would take less than no time",
         })

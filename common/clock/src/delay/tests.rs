@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 const RUN: u64 = 11;
 const EPOCH: u64 = 5;
-/// The sender's clock shows this at the asker's time 0.
+/// The sender's clock shows this at the requester's time 0.
 const AHEAD: Span = Span::from_millis(7_000);
 
 fn at(micros: i64) -> Instant<Local> {
@@ -18,7 +18,7 @@ fn micros(micros: i64) -> Span {
     Span::from_micros(micros)
 }
 
-/// A line that is `delay` behind a sender whose clock runs like the asker's.
+/// A line that is `delay` behind a sender whose clock runs like the requester's.
 fn line(delay: Span) -> FarLine {
     FarLine {
         epoch: EPOCH,
@@ -38,22 +38,27 @@ fn line(delay: Span) -> FarLine {
     }
 }
 
-/// The right answer to a question that left at `asked`, and when it arrives.
-fn answer(number: u32, asked: Instant<Local>, there: Span, back: Span) -> (Answer, Instant<Local>) {
-    let heard = asked + there;
-    let answered = heard + micros(700);
-    let answer = Answer {
+/// The right response to a request that left at `requested`, and when it arrives.
+fn response(
+    number: u32,
+    requested: Instant<Local>,
+    there: Span,
+    back: Span,
+) -> (TimeResponse, Instant<Local>) {
+    let received = requested + there;
+    let responded = received + micros(700);
+    let response = TimeResponse {
         run: RUN,
         number,
-        asked,
+        requested,
         epoch: EPOCH,
-        heard: AHEAD + heard.since_epoch(),
-        answered: AHEAD + answered.since_epoch(),
+        received: AHEAD + received.since_epoch(),
+        responded: AHEAD + responded.since_epoch(),
     };
-    (answer, answered + back)
+    (response, responded + back)
 }
 
-/// Asks until `count` questions are answered, from `start` on; gives the instant after them.
+/// Asks until `count` requests are answered, from `start` on; gives the instant after them.
 fn exchanges(
     exchange: &mut DelayExchange,
     line: &FarLine,
@@ -62,16 +67,16 @@ fn exchanges(
     mut ways: impl FnMut() -> (Span, Span),
 ) -> Instant<Local> {
     let mut now = start;
-    let mut answered = 0;
-    while answered < count {
+    let mut responded = 0;
+    while responded < count {
         let _ = exchange.follow(line);
         if let Some(number) = exchange.ask(now) {
             let (there, back) = ways();
-            let (answer, arrived) = answer(number, now, there, back);
+            let (response, arrived) = response(number, now, there, back);
             exchange
-                .take(&answer, arrived, line)
-                .expect("a right answer");
-            answered += 1;
+                .take(&response, arrived, line)
+                .expect("a right response");
+            responded += 1;
         }
         now += micros(1_000);
     }
@@ -262,7 +267,7 @@ fn another_run_of_the_sender_forgets_all() {
     assert_eq!(exchange.follow(&second), None);
     assert_eq!(exchange.delay(), None);
     let number = exchange.ask(now).expect("asks at once");
-    let (mut late, arrived) = answer(number, now, micros(400), micros(400));
+    let (mut late, arrived) = response(number, now, micros(400), micros(400));
     assert_eq!(
         exchange.take(&late, arrived, &second),
         Err(Refusal::OtherEpoch)
@@ -272,7 +277,7 @@ fn another_run_of_the_sender_forgets_all() {
 }
 
 #[test]
-fn answers_that_cannot_be_right_are_counted_and_not_used() {
+fn responses_that_cannot_be_right_are_counted_and_not_used() {
     let mut exchange = DelayExchange::new(RUN);
     let line = line(micros(1_000));
     let now = exchanges(&mut exchange, &line, at(0), 30, || {
@@ -280,12 +285,12 @@ fn answers_that_cannot_be_right_are_counted_and_not_used() {
     });
     let before = (exchange.delay(), exchange.exchanges);
     let mut refused = 0;
-    let mut refuse = |spoil: fn(&mut Answer, &mut Instant<Local>), expected| {
-        let asked = now + micros(200_000 * (refused + 1));
-        let number = exchange.ask(asked).expect("due");
-        let (mut answer, mut arrived) = answer(number, asked, micros(400), micros(400));
-        spoil(&mut answer, &mut arrived);
-        assert_eq!(exchange.take(&answer, arrived, &line), Err(expected));
+    let mut refuse = |spoil: fn(&mut TimeResponse, &mut Instant<Local>), expected| {
+        let requested = now + micros(200_000 * (refused + 1));
+        let number = exchange.ask(requested).expect("due");
+        let (mut response, mut arrived) = response(number, requested, micros(400), micros(400));
+        spoil(&mut response, &mut arrived);
+        assert_eq!(exchange.take(&response, arrived, &line), Err(expected));
         refused += 1;
         assert_eq!(exchange.refused, refused as u64);
         assert_eq!((exchange.delay(), exchange.exchanges), before);
@@ -295,24 +300,27 @@ fn answers_that_cannot_be_right_are_counted_and_not_used() {
     refuse(|a, _| a.number += 1, Refusal::NotAsked);
     refuse(|a, _| a.number -= 20, Refusal::NotAsked);
     refuse(|a, _| a.number = u32::MAX, Refusal::NotAsked);
-    refuse(|a, _| a.heard += Span::MAX, Refusal::Implausible);
+    refuse(|a, _| a.received += Span::MAX, Refusal::Implausible);
     refuse(
-        |a, _| a.answered = a.heard - micros(1),
+        |a, _| a.responded = a.received - micros(1),
         Refusal::Implausible,
     );
     refuse(
         |_, arrived| *arrived += Span::from_secs(2),
         Refusal::Implausible,
     );
-    refuse(|a, _| a.asked += micros(90_000), Refusal::Implausible);
+    refuse(|a, _| a.requested += micros(90_000), Refusal::Implausible);
     refuse(
         |a, _| {
-            a.heard += Span::from_secs(3);
-            a.answered += Span::from_secs(3);
+            a.received += Span::from_secs(3);
+            a.responded += Span::from_secs(3);
         },
         Refusal::Implausible,
     );
-    refuse(|a, _| a.answered += micros(900), Refusal::NegativeRoundTrip);
+    refuse(
+        |a, _| a.responded += micros(900),
+        Refusal::NegativeRoundTrip,
+    );
 }
 
 #[test]
@@ -322,10 +330,10 @@ fn an_answer_counts_once() {
     assert_eq!(exchange.ask(at(0)), None, "no line yet");
     let _ = exchange.follow(&line);
     let number = exchange.ask(at(0)).expect("due");
-    let (answer, arrived) = answer(number, at(0), micros(400), micros(400));
-    assert_eq!(exchange.take(&answer, arrived, &line), Ok(()));
+    let (response, arrived) = response(number, at(0), micros(400), micros(400));
+    assert_eq!(exchange.take(&response, arrived, &line), Ok(()));
     assert_eq!(
-        exchange.take(&answer, arrived, &line),
+        exchange.take(&response, arrived, &line),
         Err(Refusal::NotAsked)
     );
 }
@@ -334,15 +342,15 @@ fn an_answer_counts_once() {
 fn who_never_answers_is_asked_at_leisure() {
     let mut exchange = DelayExchange::new(RUN);
     let _ = exchange.follow(&line(micros(1_000)));
-    let asked = |from: i64, exchange: &mut DelayExchange| {
+    let requested = |from: i64, exchange: &mut DelayExchange| {
         (from..from + 1_000)
             .filter(|k| exchange.ask(at(1_000 * k)).is_some())
             .count()
     };
-    assert_eq!(asked(0, &mut exchange), 50);
-    let _ = asked(1_000, &mut exchange);
-    let _ = asked(2_000, &mut exchange);
-    assert_eq!(asked(3_000, &mut exchange), 10);
+    assert_eq!(requested(0, &mut exchange), 50);
+    let _ = requested(1_000, &mut exchange);
+    let _ = requested(2_000, &mut exchange);
+    assert_eq!(requested(3_000, &mut exchange), 10);
     assert_eq!(delay_us(&exchange, at(4_000_000)).0, DelayState::Asking);
 }
 
@@ -384,22 +392,22 @@ proptest! {
 
     #[test]
     fn no_answer_whatever_it_says_does_harm(
-        answers in prop::collection::vec(any::<(bool, u8, i64, bool, i64, i64, i64)>(), 1..60),
+        responses in prop::collection::vec(any::<(bool, u8, i64, bool, i64, i64, i64)>(), 1..60),
     ) {
         let mut exchange = DelayExchange::new(RUN);
         let line = line(micros(1_000));
-        for (k, (run, number, asked, epoch, heard, answered, arrived)) in (0..).zip(answers) {
+        for (k, (run, number, requested, epoch, received, responded, arrived)) in (0..).zip(responses) {
             let _ = exchange.follow(&line);
             let _ = exchange.ask(at(20_000 * k));
-            let answer = Answer {
-                run: if run { RUN } else { asked as u64 },
+            let response = TimeResponse {
+                run: if run { RUN } else { requested as u64 },
                 number: u32::from(number),
-                asked: Instant::from_nanos(asked),
-                epoch: if epoch { EPOCH } else { heard as u64 },
-                heard: Span::from_nanos(heard),
-                answered: Span::from_nanos(answered),
+                requested: Instant::from_nanos(requested),
+                epoch: if epoch { EPOCH } else { received as u64 },
+                received: Span::from_nanos(received),
+                responded: Span::from_nanos(responded),
             };
-            let _ = exchange.take(&answer, Instant::from_nanos(arrived), &line);
+            let _ = exchange.take(&response, Instant::from_nanos(arrived), &line);
             let output = exchange.output(Instant::from_nanos(arrived), Seconds::ZERO);
             let delay = output.delay.map_or(0.0, |delay| delay.0);
             prop_assert!(delay.abs() <= 1.0);

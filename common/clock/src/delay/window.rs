@@ -25,12 +25,12 @@ pub(super) struct Exchange {
     pub(super) stamps: Stamps,
 }
 
-/// When a request left and its response arrived, and when the sender heard the one and sent the other.
+/// When a request left and its response arrived, and when the sender received the one and sent the other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stamps {
-    pub(super) asked: Instant<Local>,
-    pub(super) heard: Span,
-    pub(super) answered: Span,
+    pub(super) requested: Instant<Local>,
+    pub(super) received: Span,
+    pub(super) responded: Span,
     pub(super) arrived: Instant<Local>,
 }
 
@@ -39,8 +39,8 @@ impl Exchange {
     pub(super) fn measured(stamps: Stamps, line: &FarLine) -> Self {
         Self {
             at: stamps.arrived,
-            there: line.is_led_by(stamps.heard, stamps.asked).0,
-            back: -line.is_led_by(stamps.answered, stamps.arrived).0,
+            there: line.offset_at(stamps.received, stamps.requested).0,
+            back: -line.offset_at(stamps.responded, stamps.arrived).0,
             corrected: line.corrected,
             stamps,
         }
@@ -83,9 +83,9 @@ impl Window {
             back: 0.0,
             corrected: Seconds::ZERO,
             stamps: Stamps {
-                asked: Instant::EPOCH,
-                heard: Span::ZERO,
-                answered: Span::ZERO,
+                requested: Instant::EPOCH,
+                received: Span::ZERO,
+                responded: Span::ZERO,
                 arrived: Instant::EPOCH,
             },
         };

@@ -1,8 +1,8 @@
 //! Several filters side by side, each for another restlessness of the drift; the better one
 //! predicts, the more it has to say.
 
+use super::correlated_delay::CorrelatedDelay;
 use super::filter::Estimate;
-use super::wander::Wander;
 
 /// Random walks of the drift that are considered, ppm/√s.
 pub(super) const RANDOM_WALKS_PPM: [f64; FILTERS] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
@@ -47,7 +47,7 @@ pub(super) struct Bank {
     /// The variance of a measurement as a part of what the jitter promises.
     excess: f64,
     blocks: f64,
-    wander: Wander,
+    correlated: CorrelatedDelay,
     /// By how much measurements lately were off what was expected of them, s, and what chance may do, s².
     bias: f64,
     bias_by_chance: f64,
@@ -78,7 +78,7 @@ impl Bank {
             since_snapshot: 0.0,
             excess: 1.0,
             blocks: 0.0,
-            wander: Wander::new(),
+            correlated: CorrelatedDelay::new(),
             bias: 0.0,
             bias_by_chance: 0.0,
             usual_variance: variance,
@@ -109,9 +109,9 @@ impl Bank {
         WALKS[self.chosen]
     }
 
-    /// Whether the delay wanders.
-    pub(super) const fn wander(&self) -> &Wander {
-        &self.wander
+    /// Whether the delay is correlated.
+    pub(super) const fn correlated(&self) -> &CorrelatedDelay {
+        &self.correlated
     }
 
     /// The offset jumped: all filters with it. What they know of the drift remains.
@@ -120,7 +120,7 @@ impl Bank {
             filter.offset += by;
             filter.offset_variance += variance;
         }
-        self.wander.jumped();
+        self.correlated.jumped();
         self.bias = 0.0;
         self.forget_event();
     }
@@ -138,8 +138,8 @@ impl Bank {
         self.notice_bias(dt, measured, expected);
         self.predict(dt);
         let forget = 1.0 - (dt / LOSS_MEMORY).min(1.0);
-        self.notice_wander(dt, measured, expected);
-        let factor = self.wander.factor();
+        self.notice_correlation(dt, measured, expected);
+        let factor = self.correlated.factor();
         let variance = self.excess.max(factor) * expected;
         let mut fastest = 0.0;
         let mut predicted = 0.0;
@@ -173,16 +173,16 @@ impl Bank {
             (expected.min(2.0 * self.usual_variance) - self.usual_variance) / BIAS_MEMORY;
         let part = (self.usual_variance / expected).min(1.0) / BIAS_MEMORY;
         self.bias += part * (measured - before.offset - before.drift * dt - self.bias);
-        let scatter = before.offset_variance + expected * self.excess.max(self.wander.factor());
+        let scatter = before.offset_variance + expected * self.excess.max(self.correlated.factor());
         self.bias_by_chance += part * (0.5 * part * scatter - self.bias_by_chance);
     }
 
-    /// When the delay turns out to wander, less is known than was believed, also of which filter is
+    /// When the delay turns out to be correlated, less is known than was believed, also of which filter is
     /// the best.
-    fn notice_wander(&mut self, dt: f64, measured: f64, expected: f64) {
-        let before = self.wander.factor();
-        self.wander.take(dt, measured, expected);
-        let grown = self.wander.factor() / before;
+    fn notice_correlation(&mut self, dt: f64, measured: f64, expected: f64) {
+        let before = self.correlated.factor();
+        self.correlated.take(dt, measured, expected);
+        let grown = self.correlated.factor() / before;
         if grown > 1.0 {
             for filter in &mut self.filters {
                 filter.offset_variance *= grown;

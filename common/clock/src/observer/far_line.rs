@@ -38,7 +38,7 @@ impl FarLine {
     /// How far the sender's clock is ahead of the line at the local instant `at`, if it shows
     /// `since_count_zero` there, counted from the ideal start of its cycle 0.
     #[must_use]
-    pub fn is_led_by(&self, since_count_zero: Span, at: Instant<Local>) -> Seconds {
+    pub fn offset_at(&self, since_count_zero: Span, at: Instant<Local>) -> Seconds {
         let line = self.at(at);
         let ahead = (self.count_zero + since_count_zero) - line.instant;
         Seconds((ahead.as_nanos() as f64 - line.fraction_ns) * 1e-9)
@@ -55,12 +55,12 @@ impl PhaseObserver {
     /// time then leads by it. Once there is a synchronised far time the change is slewed, by up to
     /// 1 ms/s.
     pub const fn set_delay(&mut self, delay: Span) {
-        self.delay.tell(delay);
+        self.delay.set(delay);
     }
 
     /// A jump of the line (see [`FarLine::jumped`]) was the path's doing, not the sender's: the delay
     /// grows by as much, and the far time goes on as if nothing had happened.
-    pub fn blame_path(&mut self, jump: Seconds) {
+    pub fn attribute_step_to_path(&mut self, jump: Seconds) {
         self.delay.shift(jump.0 * 1e9);
     }
 

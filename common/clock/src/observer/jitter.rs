@@ -6,12 +6,12 @@
 //! millisecond weighs no more than a message that is a little late.
 
 use super::FIRST_BLOCK;
+use super::correlated_delay::CorrelatedDelay;
 use super::hazard::Hazard;
 use super::information::{Information, InformationTable, Scores};
 use super::misfit::{LATE, Misfit};
 use super::pull::Pull;
 use super::resolution::Widths;
-use super::wander::Wander;
 
 /// Widths of the jitter, and the functions of it that estimation needs. Seconds.
 #[derive(Clone, Debug)]
@@ -271,7 +271,7 @@ impl Jitter {
 
     /// Learns from residuals whose location is known: one step of Fisher scoring in the logarithms
     /// of both widths.
-    pub(super) fn learn(&mut self, residuals: &[f64], location: f64, wander: &Wander) {
+    pub(super) fn learn(&mut self, residuals: &[f64], location: f64, correlated: &CorrelatedDelay) {
         if self.cell > 0.0 {
             self.learn_from_cells(residuals, location);
             return;
@@ -296,7 +296,7 @@ impl Jitter {
         let known = self.pull;
         let part = 1.0 / (self.messages + 128.0).min(PULL_MEMORY);
         self.pull.approach(&pull, &i, n, part);
-        self.notice_change(exponential, change, n, wander);
+        self.notice_change(exponential, change, n, correlated);
         let (a, b, c) = (i.normal + 0.02, i.both, i.exponential + 0.02);
         let determinant = (a * c - b * b).max(0.1 * a * c);
         let gain = 2.0 / ((self.messages + 64.0) * determinant);
@@ -323,9 +323,17 @@ impl Jitter {
     }
 
     /// Counts the messages that make the widths: only few, once they no longer fit.
-    fn notice_change(&mut self, score: f64, clipped: f64, messages: f64, wander: &Wander) {
+    fn notice_change(
+        &mut self,
+        score: f64,
+        clipped: f64,
+        messages: f64,
+        correlated: &CorrelatedDelay,
+    ) {
         let known = !self.pinned || self.messages >= SETTLED;
-        let memory = self.misfit.take(score, clipped, messages, known, wander);
+        let memory = self
+            .misfit
+            .take(score, clipped, messages, known, correlated);
         // What was right before fits a changed network too: the location is the same.
         self.pinned &= self.messages < SETTLED || memory.is_none();
         self.messages = (self.messages + messages).min(memory.unwrap_or(MEMORY));

@@ -1,6 +1,6 @@
 //! Whether the exponential width still fits the messages, or the network has changed.
 
-use super::wander::Wander;
+use super::correlated_delay::CorrelatedDelay;
 
 /// Mean scores of the exponential width over the last messages: near 0 while it is right.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,19 +39,19 @@ impl Misfit {
         clipped: f64,
         n: f64,
         known: bool,
-        wander: &Wander,
+        correlated: &CorrelatedDelay,
     ) -> Option<f64> {
         self.quick += (clipped - n * self.quick) / MISFIT_MEMORY;
         self.slow += (score - n * self.slow) / SLOW_MISFIT_MEMORY;
         self.usual += (clipped - n * self.usual) / SLOW_MISFIT_MEMORY;
-        let tolerance = wander.patience();
+        let tolerance = correlated.patience();
         let quick = (self.quick - self.usual) / tolerance;
         let waits = known && !DOUBTFUL.contains(&quick);
         self.waited = if waits { self.waited + n } else { 0.0 };
         if !MISFIT.contains(&quick) {
-            Some(MEMORY_AFTER_CHANGE * wander.factor())
+            Some(MEMORY_AFTER_CHANGE * correlated.factor())
         } else if !SLOW_MISFIT.contains(&(self.slow / tolerance)) {
-            Some(MEMORY_AFTER_SLOW_CHANGE * wander.factor())
+            Some(MEMORY_AFTER_SLOW_CHANGE * correlated.factor())
         } else {
             None
         }
@@ -73,7 +73,13 @@ mod tests {
             (0..blocks).any(|_| {
                 let clipped = late.min(LATE);
                 misfit
-                    .take(8.0 * late, 8.0 * clipped, 8.0, true, &Wander::new())
+                    .take(
+                        8.0 * late,
+                        8.0 * clipped,
+                        8.0,
+                        true,
+                        &CorrelatedDelay::new(),
+                    )
                     .is_some()
             })
         };
@@ -87,7 +93,7 @@ mod tests {
         let mut misfit = Misfit::default();
         let mut waited = 0;
         for _ in 0..200 {
-            let _ = misfit.take(8.0, 8.0, 8.0, true, &Wander::new());
+            let _ = misfit.take(8.0, 8.0, 8.0, true, &CorrelatedDelay::new());
             waited += usize::from(misfit.is_waited_for());
         }
         assert!(waited > 10 && waited < 64, "{waited}");

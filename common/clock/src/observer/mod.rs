@@ -21,6 +21,7 @@
 
 mod bank;
 mod choice;
+mod correlated_delay;
 mod correlation;
 mod counts;
 mod edge;
@@ -32,6 +33,7 @@ mod jitter;
 mod misfit;
 mod output;
 mod parameters;
+mod path_delay;
 mod progress;
 mod pull;
 mod report;
@@ -40,8 +42,6 @@ mod shift;
 mod show;
 mod steadiness;
 mod stream;
-mod told_delay;
-mod wander;
 
 pub use far_line::FarLine;
 pub use output::FarTime;
@@ -57,11 +57,11 @@ use edge::Edge;
 use filter::Estimate;
 use jitter::Jitter;
 use output::Shown;
+use path_delay::PathDelay;
 use progress::{Events, Progress};
 use resolution::Resolution;
 use shift::ShiftDetector;
 use stream::{BLOCK, FIRST_BLOCK, Line, Residual, Stream};
-use told_delay::ToldDelay;
 
 /// So many seconds after the start the drift is trusted, whatever the offset does.
 const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
@@ -102,7 +102,7 @@ pub struct PhaseObserver {
     holdover_after: Span,
     lost_after: Span,
     shift_messages: u16,
-    delay: ToldDelay,
+    delay: PathDelay,
     /// See [`FarLine::jumped`].
     jumped: Seconds,
     /// See [`FarLine::corrected`].
@@ -134,7 +134,7 @@ impl PhaseObserver {
             lost_after,
             shift_messages: parameters.messages_of_a_shift(data_cycle_time),
             parameters,
-            delay: ToldDelay::default(),
+            delay: PathDelay::default(),
             jumped: Seconds::ZERO,
             corrected: Seconds::ZERO,
             stream: None,
@@ -354,8 +354,8 @@ impl PhaseObserver {
             line.bank.observe(dt, measured, variance);
         }
         if known {
-            let wander = line.bank.wander();
-            (self.jitter).learn(&residuals, line_offset - expected, wander);
+            let correlated = line.bank.correlated();
+            (self.jitter).learn(&residuals, line_offset - expected, correlated);
         }
         line.bounds = Line::bounds(&line.bank, &self.jitter);
         self.choose_line(arrived, middle);
@@ -376,7 +376,7 @@ impl PhaseObserver {
         if let Some(edge) = stream.edge.line() {
             let time = middle as f64 * self.seconds_per_count;
             if self.jitter.cell() == 0.0 {
-                stream.choice.suspect(line.bank.wander().factor());
+                stream.choice.suspect(line.bank.correlated().factor());
             }
             self.corrected.0 += stream.choice.judge(time, age, all, edge, width);
             if stream.choice.is_edge() {

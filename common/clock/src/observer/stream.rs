@@ -124,7 +124,7 @@ impl Line {
         let unsure = 5.0 * libm::sqrt(bank.combined().offset_variance) + 2.0 * jitter.cell();
         let doubt = jitter.doubt();
         Bounds {
-            patience: bank.wander().patience(),
+            patience: bank.correlated().patience(),
             level: jitter.moved(),
             early: jitter.moved() - 4.0 * jitter.normal() * doubt - unsure,
             late: jitter.moved() + (2.0 * jitter.normal() + jitter.exponential()) * doubt + unsure,

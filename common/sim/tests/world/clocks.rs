@@ -18,7 +18,7 @@ fn a_node_wakes_when_its_own_clock_says_so() {
     let (world, cycles) = cycles("drift-ppm = 1000", 100_000);
     assert_eq!(cycles.len(), 101, "cycle 100 begins at 99.9 ms");
     for (count, seen) in cycles.iter().enumerate() {
-        assert_eq!(seen.turn.count, count as u64);
+        assert_eq!(seen.tick.count, count as u64);
         let expected = at(0) + Span::from_secs_f64(count as f64 * 1e-3 / 1.001);
         assert!(
             (seen.woke - expected).abs() <= Span::from_nanos(1),
@@ -44,7 +44,7 @@ fn jitter_moves_the_wake_up_and_not_the_ideal_start() {
     let (_, cycles) = cycles("jitter = { normal-us = 20 }", 1_000_000);
     let mut early = 0;
     for (count, seen) in cycles.iter().enumerate() {
-        assert_eq!(seen.turn.elapsed, 1);
+        assert_eq!(seen.tick.elapsed, 1);
         assert_eq!(seen.ideal_start, at(count as i64 * 1_000));
         assert!((seen.woke - seen.ideal_start).abs() < Span::from_micros(100));
         early += usize::from(seen.woke < seen.ideal_start);

@@ -38,11 +38,11 @@ fn a_node_is_started_anew_on_the_same_clock() {
         .into_iter()
         .filter(|seen| seen.run == 2)
         .collect();
-    let counts: Vec<_> = again.iter().map(|seen| seen.turn.count).collect();
+    let counts: Vec<_> = again.iter().map(|seen| seen.tick.count).collect();
     assert_eq!(counts, [0, 1]);
     // Its clock went on: 4 ms of true time are 4.004 ms of its own.
     let start = Instant::EPOCH + Span::from_micros(4_204);
-    assert!((again[0].turn.ideal_start - start).abs() <= Span::from_nanos(1));
+    assert!((again[0].tick.ideal_start - start).abs() <= Span::from_nanos(1));
     assert!((again[0].woke - at(4_200)).abs() <= Span::from_micros(1));
 }
 
@@ -86,7 +86,7 @@ fn messages_wait_for_a_frozen_node_and_arrive_when_it_goes_on() {
     // Late for cycle 3 it goes on at once with the newest that has begun.
     let cycles = memory.of(SAW);
     assert_eq!(woke(&cycles), [0, 1_000, 2_000, 5_700, 6_000, 7_000]);
-    let late = cycles[3].turn;
+    let late = cycles[3].tick;
     assert_eq!((late.count, late.elapsed), (5, 3));
 }
 

@@ -73,5 +73,5 @@ fn a_node_that_was_started_anew_may_count_anew() {
     world.kill(node);
     world.start(node);
     world.run_until(at(8_000), &mut memory).unwrap();
-    assert_eq!(memory.cycles.last().unwrap().turn.count, 2);
+    assert_eq!(memory.cycles.last().unwrap().tick.count, 2);
 }

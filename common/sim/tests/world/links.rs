@@ -110,19 +110,19 @@ fn a_frame_says_how_late_it_left_in_the_senders_own_clock() {
 #[test]
 fn who_sends_no_stamps_still_stamps_what_carries_no_axes() {
     let mut world = World::new();
-    let mut setup = toy("belt", "", &[Channel::Axes, Channel::Answers]);
+    let mut setup = toy("belt", "", &[Channel::Axes, Channel::TimeResponses]);
     setup.send_stamps = false;
     let belt = world.add_node(setup);
-    let (axes, answers) = (
+    let (axes, responses) = (
         world.add_node(toy("a", "", &[])),
         world.add_node(toy("b", "", &[])),
     );
     world.add_link(link(belt, axes, &[]));
-    world.add_link(link_of(Channel::Answers, belt, answers, &[]));
+    world.add_link(link_of(Channel::TimeResponses, belt, responses, &[]));
     run(&mut world, 1_000, &mut Memory::default());
     let stamps = |index| world.node(index).unwrap().send_stamps();
     assert_eq!(stamps(axes), [None]);
-    assert_eq!(stamps(answers), [Some(Span::ZERO)]);
+    assert_eq!(stamps(responses), [Some(Span::ZERO)]);
 }
 
 #[test]
@@ -136,15 +136,15 @@ fn an_arrival_is_told_with_the_cycle_that_took_it_in_and_before_that_is() {
         9,
         "the tenth waits for the next cycle"
     );
-    for (k, (index, ideal_start, turn, arrival)) in memory.arrived.iter().enumerate() {
+    for (k, (index, ideal_start, tick, arrival)) in memory.arrived.iter().enumerate() {
         let Arrived::Message(header) = arrival.what else {
             panic!("{arrival:?}");
         };
         assert_eq!((*index, header.count), (SAW, k as u64));
         // What arrives at k + 0.4 ms, the cycle at k + 1 ms takes in.
         assert_eq!(
-            (*turn, *ideal_start),
-            (cycles[k + 1].turn, cycles[k + 1].ideal_start)
+            (*tick, *ideal_start),
+            (cycles[k + 1].tick, cycles[k + 1].ideal_start)
         );
         assert_eq!(cycles[k + 1].arrivals, k + 1);
     }

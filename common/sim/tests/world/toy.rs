@@ -1,7 +1,7 @@
 //! A node that remembers what it was given, and an observer that remembers what it saw.
 
 use coaxle_axis::NcToPlcAxis;
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Schedule, Span};
 use coaxle_node::command::NotTaken;
 use coaxle_node::config::{ClockConfig, LinkConfig, parse};
@@ -25,7 +25,7 @@ pub(crate) struct Toy {
     /// What it publishes in each cycle.
     sends: Vec<Channel>,
     pending: Vec<Channel>,
-    turn: Option<Turn>,
+    tick: Option<Tick>,
     body: Vec<u8>,
     /// All messages, with the instant of its own clock.
     pub(crate) received: Vec<(Instant<Local>, Message<'static>)>,
@@ -33,7 +33,7 @@ pub(crate) struct Toy {
     pub(crate) executed: Vec<(String, Option<u64>)>,
     /// Messages since the last cycle.
     arrivals: Vec<Arrival>,
-    /// Puts something wrong into a turn, or into when the next cycle is due.
+    /// Puts something wrong into a tick, or into when the next cycle is due.
     pub(crate) wrong: Wrong,
 }
 
@@ -52,13 +52,13 @@ pub(crate) enum Wrong {
 }
 
 impl Toy {
-    fn wronged(&self, mut turn: Turn) -> Turn {
+    fn wronged(&self, mut tick: Tick) -> Tick {
         match self.wrong {
-            Wrong::Miscounts => turn.elapsed = 0,
-            Wrong::StandsStill => turn.ideal_start = Instant::EPOCH,
+            Wrong::Miscounts => tick.elapsed = 0,
+            Wrong::StandsStill => tick.ideal_start = Instant::EPOCH,
             Wrong::Nothing | Wrong::IsDueAtOnce | Wrong::CatchesUp => {}
         }
-        turn
+        tick
     }
 
     /// The counts of the frames it received, and when.
@@ -92,26 +92,26 @@ impl Node for Toy {
     }
 
     fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
-        let after = self.turn.map(|turn| turn.count);
+        let after = self.tick.map(|tick| tick.count);
         self.executed.push((order.slave.to_string(), after));
         CommandOutcome::NotTaken(NotTaken::NoSlaves)
     }
 
-    fn cycle(&mut self, now: Instant<Local>) -> Turn {
-        let turn = self.schedule.take(now);
-        self.turn = Some(turn);
+    fn cycle(&mut self, now: Instant<Local>) -> Tick {
+        let tick = self.schedule.take(now);
+        self.tick = Some(tick);
         self.pending.clone_from(&self.sends);
-        self.wronged(turn)
+        self.wronged(tick)
     }
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
         let channel = self.pending.pop()?;
-        let turn = self.turn?;
+        let tick = self.tick?;
         let header = FrameHeader {
             sender: sender_id(&self.name),
             epoch: self.run,
-            index: CycleIndex::of_count(turn.count),
-            count: turn.count,
+            index: CycleIndex::of_count(tick.count),
+            count: tick.count,
             cycle_time: self.schedule.cycle_time(),
             send_stamp: None,
         };
@@ -124,7 +124,7 @@ impl Node for Toy {
         Some(Outgoing {
             channel,
             far: 0,
-            ideal_start: turn.ideal_start,
+            ideal_start: tick.ideal_start,
             body: &self.body[..length],
         })
     }
@@ -134,9 +134,9 @@ impl Node for Toy {
     }
 
     fn next_cycle(&self) -> Instant<Local> {
-        match (self.wrong, self.turn) {
-            (Wrong::IsDueAtOnce, Some(turn)) => turn.ideal_start,
-            (Wrong::CatchesUp, Some(turn)) => turn.ideal_start + Span::from_nanos(1),
+        match (self.wrong, self.tick) {
+            (Wrong::IsDueAtOnce, Some(tick)) => tick.ideal_start,
+            (Wrong::CatchesUp, Some(tick)) => tick.ideal_start + Span::from_nanos(1),
             _ => self.schedule.next_start(),
         }
     }
@@ -168,7 +168,7 @@ pub(crate) fn seeded(name: &str, seed: u64, clock: &str, sends: &[Channel]) -> N
             ),
             sends: sends.clone(),
             pending: Vec::new(),
-            turn: None,
+            tick: None,
             body: Vec::new(),
             received: Vec::new(),
             executed: Vec::new(),
@@ -235,7 +235,7 @@ pub(crate) const SAW: usize = 1;
 pub(crate) struct Seen {
     pub(crate) index: usize,
     pub(crate) run: u64,
-    pub(crate) turn: Turn,
+    pub(crate) tick: Tick,
     pub(crate) ideal_start: Instant<True>,
     pub(crate) woke: Instant<True>,
     /// Arrivals that were told before it.
@@ -246,7 +246,7 @@ pub(crate) struct Seen {
 #[derive(Default)]
 pub(crate) struct Memory {
     pub(crate) cycles: Vec<Seen>,
-    pub(crate) arrived: Vec<(usize, Instant<True>, Turn, Arrival)>,
+    pub(crate) arrived: Vec<(usize, Instant<True>, Tick, Arrival)>,
     pub(crate) orders: Vec<usize>,
 }
 
@@ -262,7 +262,7 @@ impl Observer<Toy> for Memory {
         self.cycles.push(Seen {
             index: seen.index,
             run: seen.node.run,
-            turn: seen.turn,
+            tick: seen.tick,
             ideal_start: seen.ideal_start,
             woke: seen.woke,
             arrivals: self.arrived.len(),
@@ -273,10 +273,10 @@ impl Observer<Toy> for Memory {
         &mut self,
         index: usize,
         ideal_start: Instant<True>,
-        turn: &Turn,
+        tick: &Tick,
         arrival: &Arrival,
     ) {
-        self.arrived.push((index, ideal_start, *turn, *arrival));
+        self.arrived.push((index, ideal_start, *tick, *arrival));
     }
 
     fn order_executed(&mut self, number: usize, _outcome: &CommandOutcome) {

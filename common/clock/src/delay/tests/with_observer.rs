@@ -7,7 +7,7 @@ use super::*;
 use crate::CycleTime;
 use crate::observer::{ObserverParameters, PhaseObserver};
 
-/// A sender, a link and an observer; the asker's clock is the true one.
+/// A sender, a link and an observer; the requester's clock is the true one.
 struct World {
     observer: PhaseObserver,
     exchange: DelayExchange,
@@ -15,7 +15,7 @@ struct World {
     latency: Span,
     jitters: [Box<dyn FnMut() -> Span>; 3],
     count: u64,
-    answers: Vec<(Instant<Local>, Answer)>,
+    responses: Vec<(Instant<Local>, TimeResponse)>,
 }
 
 impl World {
@@ -29,7 +29,7 @@ impl World {
             latency: micros(1_000),
             jitters: [1, 2, 3].map(|n| Box::new(jitter(20.0, seed * 3 + n)) as _),
             count: 0,
-            answers: Vec::new(),
+            responses: Vec::new(),
         }
     }
 
@@ -52,13 +52,13 @@ impl World {
         let now = due + micros(500);
         if let Some(line) = self.observer.line() {
             if let Some(jump) = self.exchange.follow(&line) {
-                self.observer.blame_path(jump);
+                self.observer.attribute_step_to_path(jump);
             }
-            while let Some((arrived, answer)) = self.answers.pop_if(|(at, _)| *at <= now) {
-                self.exchange.take(&answer, arrived, &line).unwrap();
+            while let Some((arrived, response)) = self.responses.pop_if(|(at, _)| *at <= now) {
+                self.exchange.take(&response, arrived, &line).unwrap();
             }
             if let Some(number) = self.exchange.ask(now) {
-                self.post_question(now, number);
+                self.post_request(now, number);
             }
         }
         self.observer
@@ -70,19 +70,19 @@ impl World {
         })
     }
 
-    fn post_question(&mut self, asked: Instant<Local>, number: u32) {
-        let heard = asked + self.latency + (self.jitters[1])();
-        let answered = heard + micros(600);
-        let arrived = answered + self.latency + (self.jitters[2])();
-        let answer = Answer {
+    fn post_request(&mut self, requested: Instant<Local>, number: u32) {
+        let received = requested + self.latency + (self.jitters[1])();
+        let responded = received + micros(600);
+        let arrived = responded + self.latency + (self.jitters[2])();
+        let response = TimeResponse {
             run: RUN,
             number,
-            asked,
+            requested,
             epoch: EPOCH,
-            heard: self.shown(heard),
-            answered: self.shown(answered),
+            received: self.shown(received),
+            responded: self.shown(responded),
         };
-        self.answers.insert(0, (arrived, answer));
+        self.responses.insert(0, (arrived, response));
     }
 
     fn worst(&mut self, seconds: f64) -> f64 {

@@ -1,4 +1,4 @@
-//! Whether the delay itself wanders, so that many messages say less than so many independent ones.
+//! Whether the delay is correlated, so that many messages say less than so many independent ones.
 //!
 //! On a busy machine the delays of consecutive messages are correlated: queues build up and drain, cores
 //! fall asleep and are woken. The mean of a thousand messages is then hardly surer than that of
@@ -7,9 +7,9 @@
 //! by how much the middle one misses it tells what a mean is worth: a second difference, as in the
 //! Allan variance (D. W. Allan, Proc. IEEE 54, 1966).
 
-/// Watches the measurements of the line for a delay that wanders.
+/// Watches the measurements of the line for correlated delays.
 #[derive(Clone, Debug)]
-pub(super) struct Wander {
+pub(super) struct CorrelatedDelay {
     /// s, since the first measurement.
     now: f64,
     scales: [Scale; SCALES.len()],
@@ -23,7 +23,7 @@ const SCALES: [u16; 3] = [8, 32, 128];
 const MEMORY: f64 = 16.0;
 const PRIOR: f64 = 4.0;
 /// A single miss counts at most as this many times the usual one, and so much more: a step of the
-/// drift or of the delay is no wandering.
+/// drift or of the delay is no correlation.
 const OUTLIER: f64 = 4.0;
 const OUTLIER_BY: f64 = 8.0;
 /// What independent messages come to by chance.
@@ -54,7 +54,7 @@ struct Mean {
     variance: f64,
 }
 
-impl Wander {
+impl CorrelatedDelay {
     pub(super) fn new() -> Self {
         let scale = Scale {
             miss: 1.0,
@@ -160,20 +160,20 @@ mod tests {
     fn factor(seed: u64, mut extra: impl FnMut(f64, f64) -> f64) -> f64 {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-        let mut wander = Wander::new();
+        let mut correlated = CorrelatedDelay::new();
         let mut time = 0.0;
         for k in 0..2_500 {
             // Some measurements are missing.
             let dt = if k % 7 == 3 { 3.0 * DT } else { DT };
             time += dt;
             let value = 1e-4 * time + WIDTH * normal() + extra(time, normal());
-            wander.take(dt, value, WIDTH * WIDTH);
+            correlated.take(dt, value, WIDTH * WIDTH);
         }
-        wander.factor()
+        correlated.factor()
     }
 
     #[test]
-    fn independent_messages_do_not_wander() {
+    fn independent_messages_are_not_correlated() {
         for seed in 0..300 {
             assert!(factor(seed, |_, _| 0.0) < 1.0 + 1e-9, "{seed}");
         }

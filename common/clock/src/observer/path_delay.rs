@@ -1,4 +1,4 @@
-//! The delay that the observer is told, on its way into the far time.
+//! The configured or measured path delay, on its way into the far time.
 
 use crate::instant::Span;
 
@@ -10,20 +10,20 @@ const SLEW_LIMIT: f64 = 1e-3;
 
 /// A delay, and how much of it the far time contains already.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ToldDelay {
-    told: Span,
+pub(super) struct PathDelay {
+    set: Span,
     /// ns
     shown: f64,
 }
 
-impl ToldDelay {
-    pub(super) const fn tell(&mut self, delay: Span) {
-        self.told = delay;
+impl PathDelay {
+    pub(super) const fn set(&mut self, delay: Span) {
+        self.set = delay;
     }
 
     /// Both change at once.
     pub(super) fn shift(&mut self, by_ns: f64) {
-        self.told += Span::from_nanos(libm::round(by_ns) as i64);
+        self.set += Span::from_nanos(libm::round(by_ns) as i64);
         self.shown += by_ns;
     }
 
@@ -34,12 +34,12 @@ impl ToldDelay {
 
     /// What the far time still lacks, ns.
     pub(super) fn missing(&self) -> f64 {
-        self.told.as_nanos() as f64 - self.shown
+        self.set.as_nanos() as f64 - self.shown
     }
 
     /// Takes all of it over.
     pub(super) const fn jump(&mut self) {
-        self.shown = self.told.as_nanos() as f64;
+        self.shown = self.set.as_nanos() as f64;
     }
 
     /// Goes on for so many ns of local time. By how much the far time gains, ns.

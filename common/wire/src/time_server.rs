@@ -1,40 +1,41 @@
-//! The part of a node that answers questions about its clock.
+//! The part of a node that responds to requests about its clock.
 
-use coaxle_clock::cycle::Turn;
+use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleTime, Instant, Local};
 
 use crate::channel::Channel;
 use crate::exchange::{
-    ANSWERS_CAPACITY, AnswerHeader, MAX_ANSWERS, Question, Reply, encode_answers,
+    MAX_TIME_RESPONSES, Reply, TIME_RESPONSES_CAPACITY, TimeRequest, TimeResponsesHeader,
+    encode_time_responses,
 };
 use crate::message::Outgoing;
 
-/// Answers, in each cycle, the questions that came before it: all in one frame.
+/// Responds, in each cycle, to the requests that came before it: all in one frame.
 #[derive(Clone, Debug)]
-pub struct Answering {
+pub struct TimeServer {
     sender: u32,
     epoch: u64,
     start: Instant<Local>,
     cycle_time: CycleTime,
-    waiting: [(Instant<Local>, Question); MAX_ANSWERS],
+    waiting: [(Instant<Local>, TimeRequest); MAX_TIME_RESPONSES],
     count: usize,
-    body: [u8; ANSWERS_CAPACITY],
+    body: [u8; TIME_RESPONSES_CAPACITY],
     /// Length of the body that waits to be sent, and the cycle it belongs to.
     pending: Option<(usize, Instant<Local>)>,
-    counters: AnsweringCounters,
+    counters: TimeServerCounters,
 }
 
-/// What became of the questions.
+/// What became of the requests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct AnsweringCounters {
-    /// Answered.
+pub struct TimeServerCounters {
+    /// Responded to.
     pub answered: u64,
     /// Not answered: too many came in one cycle.
     pub dropped: u64,
 }
 
-impl Answering {
-    /// Answers as the node with the id `sender`, in its run `epoch`, whose cycle 0 is due at `start`.
+impl TimeServer {
+    /// Responds as the node with the id `sender`, in its run `epoch`, whose cycle 0 is due at `start`.
     #[must_use]
     pub fn new(sender: u32, epoch: u64, start: Instant<Local>, cycle_time: CycleTime) -> Self {
         Self {
@@ -42,33 +43,33 @@ impl Answering {
             epoch,
             start,
             cycle_time,
-            waiting: [<_>::default(); MAX_ANSWERS],
+            waiting: [<_>::default(); MAX_TIME_RESPONSES],
             count: 0,
-            body: [0; ANSWERS_CAPACITY],
+            body: [0; TIME_RESPONSES_CAPACITY],
             pending: None,
-            counters: AnsweringCounters::default(),
+            counters: TimeServerCounters::default(),
         }
     }
 
-    /// Stores a question that arrived at `at`.
-    pub fn hear(&mut self, at: Instant<Local>, question: &Question) {
+    /// Stores a request that arrived at `at`.
+    pub fn receive(&mut self, at: Instant<Local>, request: &TimeRequest) {
         if let Some(place) = self.waiting.get_mut(self.count) {
-            *place = (at, *question);
+            *place = (at, *request);
             self.count += 1;
         } else {
             self.counters.dropped = self.counters.dropped.saturating_add(1);
         }
     }
 
-    /// Answers in the cycle `turn`, which really began at `now`, what had arrived by then.
-    pub fn answer(&mut self, turn: &Turn, now: Instant<Local>) {
-        let mut replies = [Reply::default(); MAX_ANSWERS];
+    /// Responds in the cycle `tick`, which really began at `now`, to what had arrived by then.
+    pub fn respond(&mut self, tick: &Tick, now: Instant<Local>) {
+        let mut replies = [Reply::default(); MAX_TIME_RESPONSES];
         let (mut answered, mut kept) = (0, 0);
         for n in 0..self.count {
-            let (at, question) = self.waiting[n];
+            let (at, request) = self.waiting[n];
             if at <= now {
-                let heard = at - self.start;
-                replies[answered] = Reply { question, heard };
+                let received = at - self.start;
+                replies[answered] = Reply { request, received };
                 answered += 1;
             } else {
                 self.waiting[kept] = self.waiting[n];
@@ -78,31 +79,31 @@ impl Answering {
         self.count = kept;
         self.counters.answered = self.counters.answered.saturating_add(answered as u64);
         self.pending = (answered > 0).then(|| {
-            let header = AnswerHeader {
+            let header = TimeResponsesHeader {
                 sender: self.sender,
                 epoch: self.epoch,
-                count: turn.count,
+                count: tick.count,
                 cycle_time: self.cycle_time,
             };
-            let length = encode_answers(&header, &replies[..answered], &mut self.body);
-            (length, turn.ideal_start)
+            let length = encode_time_responses(&header, &replies[..answered], &mut self.body);
+            (length, tick.ideal_start)
         });
     }
 
-    /// The answers of the newest cycle, once.
+    /// The responses of the newest cycle, once.
     pub fn transmit(&mut self) -> Option<Outgoing<'_>> {
         let (length, ideal_start) = self.pending.take()?;
         Some(Outgoing {
-            channel: Channel::Answers,
+            channel: Channel::TimeResponses,
             far: 0,
             ideal_start,
             body: &self.body[..length],
         })
     }
 
-    /// What became of the questions so far.
+    /// What became of the requests so far.
     #[must_use]
-    pub const fn counters(&self) -> AnsweringCounters {
+    pub const fn counters(&self) -> TimeServerCounters {
         self.counters
     }
 }
