@@ -165,6 +165,9 @@ impl DelayExchange {
             self.start_over();
         } else if now.synced && !before.synced {
             self.measure_again(line);
+            if let Some(estimate) = &self.estimate {
+                self.estimate(estimate.newest, line);
+            }
             self.hurry();
         }
         None
@@ -298,8 +301,8 @@ impl DelayExchange {
     /// While the line is unsure it moves under what was measured against it.
     fn measure_again(&mut self, line: &FarLine) {
         self.window.measure_again(line);
-        if let Some(newest) = self.estimate.take().map(|estimate| estimate.newest) {
-            self.estimate(newest, line);
+        if let Some(estimate) = &mut self.estimate {
+            estimate.be_replaced();
         }
     }
 

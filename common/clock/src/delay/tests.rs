@@ -233,6 +233,29 @@ fn a_lost_line_takes_its_measurements_with_it() {
 }
 
 #[test]
+fn a_line_found_again_that_is_not_sure_yet_does_not_throw_the_delay_away() {
+    let mut exchange = DelayExchange::new(RUN);
+    let ways = || (micros(1_000), micros(1_000));
+    let mut now = exchanges(&mut exchange, &line(micros(1_000)), at(0), 40, ways);
+    let found_again = |synced, delay| FarLine {
+        relocks: 1,
+        synced,
+        ..line(micros(delay))
+    };
+    // Moving, as an unsure line does, and then sure with few exchanges.
+    for k in 0..10 {
+        let unsure = found_again(false, 1_300 - 20 * k);
+        now = exchanges(&mut exchange, &unsure, now, 1, ways);
+        assert_eq!(exchange.delay(), Some(micros(1_000)), "held, exchange {k}");
+    }
+    let sure = found_again(true, 1_100);
+    let now = exchanges(&mut exchange, &sure, now, 5, ways);
+    assert_eq!(exchange.delay(), Some(micros(1_000)), "held until enough");
+    let _ = exchanges(&mut exchange, &sure, now, 1, ways);
+    assert_eq!(exchange.delay(), Some(micros(1_100)));
+}
+
+#[test]
 fn correlated_delays_move_the_delay_little_by_little() {
     for seed in 1..20 {
         let mut exchange = DelayExchange::new(RUN);
