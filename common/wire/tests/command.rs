@@ -15,8 +15,8 @@ use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_saw::{CouplingMoment, LimitGuard, SlaveLimits};
 use coaxle_slave::{Command, CouplingPhase, Dynamics, Refusal};
 use coaxle_wire::command::{
-    BadOrder, CommandAnswer, CommandOrder, CommandOutcome, MAX_KNOWN_SLAVES, MAX_ORDER_BYTES,
-    NotTaken, SawRefused, SawView, SlaveName, SlaveView, Verdict,
+    BadOrder, CommandAnswer, CommandOrder, CommandOutcome, CommandVerdict, MAX_KNOWN_SLAVES,
+    MAX_ORDER_BYTES, NotTaken, SawRefused, SawView, SlaveName, SlaveView,
 };
 use document::section;
 use proptest::prelude::*;
@@ -158,7 +158,7 @@ fn the_documented_refusal_of_a_flying_saw_is_written() {
 
     // What it says would pass does.
     let SawRefused { remedy, .. } = match answer.verdict {
-        Verdict::Refused { saw: Some(saw), .. } => saw,
+        CommandVerdict::Refused { saw: Some(saw), .. } => saw,
         other => panic!("{other:?}"),
     };
     let mut slower = moment;
@@ -290,7 +290,7 @@ fn what_is_wrong_with_an_order_is_named() {
     ] {
         let error = CommandOrder::from_json(order.to_string().as_bytes()).unwrap_err();
         let answer = CommandAnswer::malformed(&error);
-        let Verdict::NotTaken { reason, text } = answer.verdict else {
+        let CommandVerdict::NotTaken { reason, text } = answer.verdict else {
             panic!("{order} is taken");
         };
         assert_eq!(reason, "malformed");
@@ -354,7 +354,8 @@ fn a_dry_run_has_no_job() {
         },
         saw: None,
     };
-    let Verdict::Accepted { dry_run, job, .. } = CommandAnswer::new(&order, &outcome).verdict
+    let CommandVerdict::Accepted { dry_run, job, .. } =
+        CommandAnswer::new(&order, &outcome).verdict
     else {
         panic!("not accepted");
     };

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use coaxle_clock::{Instant, Span};
-use coaxle_node::command::{NotTaken, SlaveName, Verdict};
+use coaxle_node::command::{CommandVerdict, NotTaken, SlaveName};
 use coaxle_node::{CommandAnswer, CommandOrder, CommandOutcome};
 use coaxle_slave::Command;
 
@@ -89,7 +89,7 @@ impl Bench {
     fn reasons(&self) -> Vec<String> {
         let answers = std::mem::take(&mut *self.answers.lock().unwrap());
         let reason = |(_, answer): (_, CommandAnswer)| match answer.verdict {
-            Verdict::NotTaken { reason, .. } => reason,
+            CommandVerdict::NotTaken { reason, .. } => reason,
             other => panic!("{other:?}"),
         };
         answers.into_iter().map(reason).collect()
@@ -175,7 +175,7 @@ fn a_node_that_ends_says_so_to_those_who_wait() {
     drop(queue);
     server.work();
     let reason = |entry: &(String, CommandAnswer)| match &entry.1.verdict {
-        Verdict::NotTaken { reason, .. } => reason.clone(),
+        CommandVerdict::NotTaken { reason, .. } => reason.clone(),
         other => panic!("{other:?}"),
     };
     let reasons: Vec<_> = answers.lock().unwrap().iter().map(reason).collect();

@@ -3,7 +3,7 @@
 use std::net::TcpListener;
 
 use coaxle_node::CommandOrder;
-use coaxle_node::command::Verdict;
+use coaxle_node::command::CommandVerdict;
 use coaxle_node::config::{TransportConfig, parse};
 use coaxle_slave::Command;
 use serde_json::Value;
@@ -142,13 +142,13 @@ fn orders_reach_the_cycle_and_are_answered() {
     let send = |order: &CommandOrder| commander.send(&name("servo"), order).unwrap();
     for (k, position) in [(1, 2.5), (2, -7.0)] {
         let answer = send(&order("toy", Command::Home { position }));
-        let Verdict::Accepted { job, axis, .. } = answer.verdict else {
+        let CommandVerdict::Accepted { job, axis, .. } = answer.verdict else {
             panic!("{answer:?}");
         };
         assert_eq!((job, axis.position), (Some(k), position));
     }
     let refused = send(&order("toy", Command::Reset {}));
-    let Verdict::Refused { code, text, .. } = refused.verdict else {
+    let CommandVerdict::Refused { code, text, .. } = refused.verdict else {
         panic!("{refused:?}");
     };
     assert_eq!(code, "0x4b09");

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use coaxle_clock::{CycleTime, Instant, Span};
-use coaxle_node::command::Verdict;
+use coaxle_node::command::CommandVerdict;
 use coaxle_node::config::ClockConfig;
 use coaxle_node::wiring::{Publication, Subscription};
 use coaxle_node::{Channel, Node};
@@ -287,12 +287,12 @@ fn an_order_reaches_the_cycle_and_is_answered() {
         now += Span::from_millis(2);
     }
     let [home, reset] = sent.join().unwrap();
-    let Verdict::Accepted { job, axis, .. } = home.verdict else {
+    let CommandVerdict::Accepted { job, axis, .. } = home.verdict else {
         panic!("{home:?}");
     };
     assert_eq!((job, axis.position), (Some(1), 2.5));
     assert!(
-        matches!(reset.verdict, Verdict::Refused { .. }),
+        matches!(reset.verdict, CommandVerdict::Refused { .. }),
         "{reset:?}"
     );
 }

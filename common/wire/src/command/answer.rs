@@ -17,7 +17,7 @@ pub struct CommandAnswer {
     pub version: u32,
     /// What became of it.
     #[serde(flatten)]
-    pub verdict: Verdict,
+    pub verdict: CommandVerdict,
 }
 
 /// What became of an order, in words and figures.
@@ -27,7 +27,7 @@ pub struct CommandAnswer {
     rename_all = "kebab-case",
     rename_all_fields = "kebab-case"
 )]
-pub enum Verdict {
+pub enum CommandVerdict {
     /// The slave has the command; after a dry run, it would have taken it.
     Accepted {
         /// Whether it was only tried.
@@ -81,7 +81,7 @@ impl CommandAnswer {
                 awaits,
                 slave,
                 ref saw,
-            } => Self::of(Verdict::Accepted {
+            } => Self::of(CommandVerdict::Accepted {
                 dry_run,
                 job: job.filter(|_| !dry_run),
                 awaits: awaits.names().map(str::to_owned).collect(),
@@ -105,7 +105,7 @@ impl CommandAnswer {
     /// What is said to an order that no slave gets.
     #[must_use]
     pub fn not_taken(reason: &NotTaken) -> Self {
-        Self::of(Verdict::NotTaken {
+        Self::of(CommandVerdict::NotTaken {
             reason: reason.name().to_owned(),
             text: reason.to_string(),
         })
@@ -114,13 +114,13 @@ impl CommandAnswer {
     /// What is said to something that is no order.
     #[must_use]
     pub fn malformed(error: &BadOrder) -> Self {
-        Self::of(Verdict::NotTaken {
+        Self::of(CommandVerdict::NotTaken {
             reason: "malformed".to_owned(),
             text: error.to_string(),
         })
     }
 
-    const fn of(verdict: Verdict) -> Self {
+    const fn of(verdict: CommandVerdict) -> Self {
         Self {
             version: COMMAND_VERSION,
             verdict,
@@ -130,13 +130,13 @@ impl CommandAnswer {
     /// Whether a slave took or would take the command.
     #[must_use]
     pub const fn is_accepted(&self) -> bool {
-        matches!(self.verdict, Verdict::Accepted { .. })
+        matches!(self.verdict, CommandVerdict::Accepted { .. })
     }
 
     /// Whether the order got as far as a slave.
     #[must_use]
     pub const fn is_taken(&self) -> bool {
-        !matches!(self.verdict, Verdict::NotTaken { .. })
+        !matches!(self.verdict, CommandVerdict::NotTaken { .. })
     }
 
     /// Reads an answer. Fields that are not known are ignored.
@@ -162,9 +162,14 @@ impl CommandAnswer {
     }
 }
 
-fn refused(refusal: &Refusal, dry_run: bool, axis: SlaveView, saw: Option<SawRefused>) -> Verdict {
+fn refused(
+    refusal: &Refusal,
+    dry_run: bool,
+    axis: SlaveView,
+    saw: Option<SawRefused>,
+) -> CommandVerdict {
     let figures = Figures::of(refusal);
-    Verdict::Refused {
+    CommandVerdict::Refused {
         dry_run,
         code: format!("{:#06x}", refusal.code()),
         text: refusal.to_string(),

@@ -12,7 +12,7 @@ mod saw;
 use coaxle_slave::Command;
 use serde::{Deserialize, Serialize};
 
-pub use answer::{CommandAnswer, Verdict};
+pub use answer::{CommandAnswer, CommandVerdict};
 pub use name::{InvalidSlaveName, SlaveName};
 pub use outcome::{CommandOutcome, MAX_KNOWN_SLAVES, NotTaken, SlaveView};
 pub use saw::{NamedValue, SawFigures, SawRefused, SawView, ViolatedCheck};
