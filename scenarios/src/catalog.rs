@@ -5,6 +5,7 @@ use std::path::Path;
 use coaxle_node::config::ConfigError;
 
 use crate::scenario::Scenario;
+use crate::{overrides, read};
 
 macro_rules! catalogue {
     ($($name:literal,)*) => {
@@ -106,7 +107,7 @@ impl Source {
     ///
     /// # Errors
     /// Names the file, the field, what was received and what is expected.
-    pub fn read(&self, overrides: &[String]) -> anyhow::Result<Scenario> {
+    pub fn read(&self, sets: &[String]) -> anyhow::Result<Scenario> {
         let mut table = self
             .text
             .parse::<toml::Table>()
@@ -114,9 +115,9 @@ impl Source {
                 file: self.file.clone(),
                 reason: error.to_string(),
             })?;
-        for text in overrides {
-            crate::run::overrides::apply(&mut table, text)?;
+        for text in sets {
+            overrides::apply(&mut table, text)?;
         }
-        Ok(Scenario::from_table(&self.file, table)?)
+        Ok(read::scenario(&self.file, table)?)
     }
 }

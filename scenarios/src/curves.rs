@@ -2,8 +2,8 @@
 
 use coaxle_receiver::StateName;
 
-use crate::evaluate::Row;
 use crate::record::Record;
+use crate::row::Row;
 
 /// The curves of one receiver.
 #[derive(Clone, Debug)]

@@ -1,13 +1,13 @@
 //! What happens in a scenario on the way.
 
 use coaxle_clock::Span;
-use coaxle_node::command::{CommandAnswer, CommandOrder, SlaveName, Verdict as Said};
+use coaxle_node::command::{CommandAnswer, CommandOrder, CommandVerdict, SlaveName};
 use coaxle_node::keys::NodeName;
 use coaxle_slave::Command;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use crate::expect::Verdict;
+use crate::verdict::Verdict;
 
 /// Something that happens to a node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -66,9 +66,11 @@ impl Commanded {
             Some(code) => format!("refused, {code:#06x}"),
         };
         let (received, text) = match answer.map(|answer| &answer.verdict) {
-            Some(Said::Accepted { .. }) => ("accepted".to_owned(), None),
-            Some(Said::Refused { code, text, .. }) => (format!("refused, {code}"), Some(text)),
-            Some(Said::NotTaken { text, .. }) => ("not taken".to_owned(), Some(text)),
+            Some(CommandVerdict::Accepted { .. }) => ("accepted".to_owned(), None),
+            Some(CommandVerdict::Refused { code, text, .. }) => {
+                (format!("refused, {code}"), Some(text))
+            }
+            Some(CommandVerdict::NotTaken { text, .. }) => ("not taken".to_owned(), Some(text)),
             None => ("no answer".to_owned(), None),
         };
         let met = received == expected;

@@ -1,13 +1,12 @@
 //! What a scenario expects of its outcome.
 
 use coaxle_host::fields_of;
-use coaxle_receiver::{ReceiverConfig, SlaveConfig};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::scenario::{Scenario, receiver_of};
-use crate::summary::{ReceiverSummary, SlaveSummary, Summary, World};
-use crate::table::significant;
+use crate::number::significant;
+use crate::summary::{Summary, World};
+use crate::verdict::Verdict;
 
 /// One expectation: a field of one receiver's summary against a bound.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,6 +36,11 @@ pub struct Expectation {
     pub world: Option<World>,
 }
 
+/// The receiver that is meant by the name of one of its far axes, or by its own.
+pub(crate) fn receiver_of(name: &str) -> &str {
+    name.split_once('/').map_or(name, |(receiver, _)| receiver)
+}
+
 /// A share of the same field of another receiver.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -47,45 +51,6 @@ pub struct Share {
     pub share: f64,
 }
 
-/// An expectation's outcome.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Verdict {
-    /// The receiver.
-    pub receiver: String,
-    /// The slave, if it is one of a slave's.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub slave: Option<String>,
-    /// The field.
-    pub field: String,
-    /// What was expected, in words.
-    pub expected: String,
-    /// What came out.
-    pub received: Value,
-    /// Whether it holds.
-    pub met: bool,
-}
-
-impl std::fmt::Display for Verdict {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (place, received, expected) = (self.place(), &self.received, &self.expected);
-        write!(f, "{place} is {received}, expected {expected}")
-    }
-}
-
-impl Verdict {
-    /// The receiver, the slave if it is one's, and the field.
-    #[must_use]
-    pub fn place(&self) -> String {
-        let Self {
-            receiver, field, ..
-        } = self;
-        match &self.slave {
-            None => format!("{receiver}.{field}"),
-            Some(slave) => format!("{receiver}.{slave}.{field}"),
-        }
-    }
-}
-
 impl Expectation {
     /// The receivers it speaks of.
     pub fn nodes(&self) -> impl Iterator<Item = &str> {
@@ -93,51 +58,12 @@ impl Expectation {
             .chain(self.at_most_share.iter().map(|share| share.of.as_str()))
     }
 
-    /// Whether it can be judged at all. Gives the wrong field and the reason.
-    pub(crate) fn check(&self, scenario: &Scenario) -> Result<(), (&'static str, String)> {
-        for (name, field) in self.nodes().zip(["receiver", "at-most-share.of"]) {
-            let views = judged_names(scenario);
-            if !views.iter().any(|view| view == name) {
-                let reason = format!("received {name:?}, expected one of: {}", views.join(", "));
-                return Err((field, reason));
-            }
-        }
-        let fields = match &self.slave {
-            None => fields_of(&ReceiverSummary::default()),
-            Some(name) => {
-                let of_slave = |slave: &SlaveConfig| slave.name.as_str() == name;
-                for node in self.nodes() {
-                    let node = receiver_of(node);
-                    let receiver = scenario.receivers.iter().find(|r| r.name.as_str() == node);
-                    if !receiver.is_some_and(|r| r.slaves.iter().any(of_slave)) {
-                        let reason = format!("received {name:?}, expected a slave of {node}");
-                        return Err(("slave", reason));
-                    }
-                }
-                fields_of(&SlaveSummary::default())
-            }
-        };
-        if !fields.contains_key(&self.field) {
-            let known: Vec<_> = fields.keys().map(String::as_str).collect();
-            let reason = format!(
-                "received {:?}, expected one of: {}",
-                self.field,
-                known.join(", ")
-            );
-            return Err(("field", reason));
-        }
-        let bounds = [
-            self.at_most.is_some(),
-            self.at_least.is_some(),
-            self.equals.is_some(),
-            self.at_most_share.is_some(),
-        ];
-        if bounds.iter().any(|given| *given) {
-            Ok(())
-        } else {
-            let reason = "expected at least one of at-most, at-least, equals, at-most-share";
-            Err(("field", reason.to_owned()))
-        }
+    /// Whether it says what is expected at all.
+    pub(crate) const fn has_bound(&self) -> bool {
+        self.at_most.is_some()
+            || self.at_least.is_some()
+            || self.equals.is_some()
+            || self.at_most_share.is_some()
     }
 
     /// Judges it; none where it does not hold in this world.
@@ -197,18 +123,6 @@ impl Expectation {
             .and_then(|fields| fields.get(&self.field).cloned())
             .unwrap_or(Value::Null)
     }
-}
-
-/// The names that figures are under: receivers, and where they follow several axes, each of them.
-fn judged_names(scenario: &Scenario) -> Vec<String> {
-    let names = |receiver: &ReceiverConfig| match &receiver.far_axis_names()[..] {
-        [_] => vec![receiver.name.to_string()],
-        axes => axes
-            .iter()
-            .map(|axis| format!("{}/{axis}", receiver.name))
-            .collect(),
-    };
-    scenario.receivers.iter().flat_map(names).collect()
 }
 
 /// Numbers are the same if they have the same value, however they are written.

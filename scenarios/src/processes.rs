@@ -15,8 +15,8 @@ use std::time::Duration;
 use coaxle_clock::Span;
 use coaxle_host::machine;
 
-use crate::evaluate::RowSink;
-use crate::run::{Finished, Progress};
+use crate::finished::{Finished, Progress};
+use crate::row::RowSink;
 use crate::scenario::Scenario;
 use crate::timeline::{What, changes_of};
 use crate::topology::Topology;

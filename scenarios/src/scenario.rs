@@ -1,19 +1,17 @@
 //! The scenario file.
 
 use std::collections::BTreeSet;
-use std::num::NonZeroU32;
 
-use coaxle_node::config::{ConfigError, LinkConfig, Positive, from_table};
+use coaxle_node::config::{LinkConfig, Positive};
 use coaxle_node::faults::seed_of;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::Wiring;
 use coaxle_receiver::ReceiverConfig;
-use coaxle_sender::config::{SenderConfig, ShownAxes};
+use coaxle_sender::config::SenderConfig;
 use serde::{Deserialize, Serialize};
 
-use crate::event::{Event, Happening};
-use crate::expect::Expectation;
-use crate::topology::Topology;
+use crate::event::Event;
+use crate::expect::{Expectation, receiver_of};
 
 /// An experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,51 +58,11 @@ pub struct GridAxis {
     pub values: Vec<toml::Value>,
 }
 
-/// The receiver that is meant by the name of one of its far axes, or by its own.
-pub(crate) fn receiver_of(name: &str) -> &str {
-    name.split_once('/').map_or(name, |(receiver, _)| receiver)
-}
-
 const fn first_seed() -> u64 {
     1
 }
 
 impl Scenario {
-    /// Reads and checks a scenario. `file` is what the errors call it.
-    ///
-    /// # Errors
-    /// [`ConfigError`] names the file, the field, what was received and what is expected.
-    pub fn from_table(file: &str, table: toml::Table) -> Result<Self, ConfigError> {
-        let mut scenario: Self = from_table(file, table)?;
-        if let Some(folder) = std::path::Path::new(file).parent() {
-            for sender in &mut scenario.senders {
-                sender.relative_to(folder);
-            }
-            for receiver in &mut scenario.receivers {
-                receiver.relative_to(folder);
-            }
-        }
-        scenario.show_followed_axes(file)?;
-        scenario.check(file)?;
-        Ok(scenario)
-    }
-
-    /// The evaluation needs to see every axis that somebody follows.
-    fn show_followed_axes(&mut self, file: &str) -> Result<(), ConfigError> {
-        let topology = Topology::of(self).map_err(|wrong| wrong.in_file(file))?;
-        for (n, sender) in self.senders.iter_mut().enumerate() {
-            let axes = (topology.views().iter())
-                .map(|view| view.root)
-                .filter(|root| root.sender == n)
-                .filter_map(|root| NonZeroU32::new(root.axis))
-                .collect::<BTreeSet<_>>();
-            sender.show_axes = ShownAxes::new(axes.into_iter().collect()).map_err(|wrong| {
-                ConfigError::field(file, format!("sender[{n}]: axes with receivers"), wrong)
-            })?;
-        }
-        Ok(())
-    }
-
     /// What every node publishes and hears: senders first, then receivers.
     pub(crate) fn wirings(&self) -> Vec<Wiring> {
         let senders = self.senders.iter().map(SenderConfig::wiring);
@@ -155,64 +113,6 @@ impl Scenario {
             let name = event.node.as_str();
             kept.contains(name) || self.senders.iter().any(|s| s.name.as_str() == name)
         });
-        Ok(())
-    }
-
-    fn check(&self, file: &str) -> Result<(), ConfigError> {
-        let topology = Topology::of(self).map_err(|wrong| wrong.in_file(file))?;
-        for (n, event) in self.events.iter().enumerate() {
-            if topology.node(&event.node).is_none() {
-                let reason = format!(
-                    "received {:?}, expected a node of this scenario",
-                    event.node.as_str()
-                );
-                return Err(ConfigError::field(file, format!("event[{n}].node"), reason));
-            }
-            self.check_slave(event)
-                .map_err(|reason| ConfigError::field(file, format!("event[{n}].slave"), reason))?;
-        }
-        for (n, expectation) in self.expectations.iter().enumerate() {
-            expectation.check(self).map_err(|(field, reason)| {
-                ConfigError::field(file, format!("expect[{n}].{field}"), reason)
-            })?;
-        }
-        self.check_nodes(file)
-    }
-
-    /// Who is commanded must be there.
-    fn check_slave(&self, event: &Event) -> Result<(), String> {
-        let Happening::Command(commanded) = event.what else {
-            return Ok(());
-        };
-        let slave = commanded.order.slave;
-        let known: Vec<_> = self
-            .receivers
-            .iter()
-            .filter(|receiver| receiver.name == event.node)
-            .flat_map(|receiver| receiver.slaves.iter().map(|slave| slave.name.as_str()))
-            .collect();
-        if known.contains(&slave.as_str()) {
-            return Ok(());
-        }
-        Err(format!(
-            "received {:?}, expected a slave of {}: {}",
-            slave.as_str(),
-            event.node,
-            known.join(", ")
-        ))
-    }
-
-    /// Every node must be able to start: its parameters are checked where they are used.
-    fn check_nodes(&self, file: &str) -> Result<(), ConfigError> {
-        let start = coaxle_clock::Instant::EPOCH;
-        for (n, sender) in self.senders.iter().enumerate() {
-            coaxle_sender::Sender::new(sender, start, 0)
-                .map_err(|wrong| ConfigError::field(file, format!("sender[{n}]"), wrong))?;
-        }
-        for (n, receiver) in self.receivers.iter().enumerate() {
-            coaxle_receiver::Receiver::new(receiver, start, 0)
-                .map_err(|wrong| ConfigError::field(file, format!("receiver[{n}]"), wrong))?;
-        }
         Ok(())
     }
 }

@@ -14,7 +14,7 @@ use serde::Serialize;
 pub use coupling::CouplingSummary;
 pub use cuts::{Cut, CutsSummary};
 
-use crate::expect::Verdict;
+use crate::verdict::Verdict;
 
 /// A run in figures.
 #[derive(Clone, Debug, Serialize)]

@@ -7,10 +7,10 @@ use anyhow::{Context, bail};
 use comfy_table::{Cell, CellAlignment, Table, presets};
 
 use crate::catalog::Source;
-use crate::run::Progress;
+use crate::finished::{Finished, Progress};
+use crate::number::significant;
 use crate::scenario::{GridAxis, Scenario};
 use crate::summary::ReceiverSummary;
-use crate::table::significant;
 use crate::virtual_time;
 
 /// One field and the values it takes.
@@ -213,8 +213,8 @@ fn in_parallel(
         for _ in 0..cores.min(scenarios.len()) {
             scope.spawn(|| {
                 while let Some((n, (_, scenario))) = lock(&waiting).next() {
-                    let result = virtual_time::run(scenario, &mut (), &mut ())
-                        .map(crate::run::Finished::into_figures);
+                    let result =
+                        virtual_time::run(scenario, &mut (), &mut ()).map(Finished::into_figures);
                     lock(&finished)[n] = Some(result);
                     let (progress, done) = &mut *lock(&progress);
                     *done += 1;

@@ -8,8 +8,9 @@ use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use comfy_table::{Cell, CellAlignment, Table};
 use serde_json::Value;
 
-use crate::expect::Verdict;
+use crate::number::significant;
 use crate::summary::{ReceiverSummary, Summary};
+use crate::verdict::Verdict;
 
 /// The table of results: a column per receiver, a row per figure. Where the terminal is too narrow
 /// for all receivers the table is continued below, so that nothing is cut.
@@ -317,23 +318,6 @@ fn optional(value: Option<f64>, factor: f64) -> String {
         || NOTHING.to_owned(),
         |value| significant(value * factor, 3),
     )
-}
-
-/// So many significant digits, in plain notation where that stays short.
-pub(crate) fn significant(value: f64, digits: i32) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let precision = (digits - 1).max(0) as usize;
-    let scientific = format!("{value:.precision$e}");
-    // Of the rounded value: 99.96 becomes 100, not 100.0.
-    let magnitude = scientific.split_once('e').and_then(|(_, m)| m.parse().ok());
-    let magnitude: i32 = magnitude.unwrap_or(0);
-    if !(-6..9).contains(&magnitude) {
-        return scientific;
-    }
-    let decimals = (digits - 1 - magnitude).max(0) as usize;
-    format!("{value:.decimals$}")
 }
 
 fn without_trailing_zeros(number: String) -> String {

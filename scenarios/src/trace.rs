@@ -8,7 +8,7 @@ use coaxle_receiver::ReceiverConfig;
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
 use serde::Serialize;
 
-use crate::evaluate::{Row, RowSink};
+use crate::row::{Row, RowSink};
 use crate::topology::View;
 
 /// One line of the trace, in front of what the receiver recorded.

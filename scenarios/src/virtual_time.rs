@@ -11,13 +11,14 @@ use coaxle_receiver::Receiver;
 use coaxle_sender::Sender;
 use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, True, TruthSample, World};
 
-use crate::evaluate::{Evaluation, Reference, RowSink};
+use crate::evaluate::Evaluation;
 use crate::event::{Event, Happening};
-use crate::expect::Verdict;
-use crate::run::{Finished, Progress};
+use crate::finished::{Finished, Progress};
+use crate::row::{Reference, RowSink};
 use crate::scenario::Scenario;
 use crate::timeline::{What, changes_of};
 use crate::topology::Topology;
+use crate::verdict::Verdict;
 
 /// Runs a checked scenario in virtual time.
 ///

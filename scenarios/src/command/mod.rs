@@ -11,7 +11,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use coaxle_host::Commander;
 use coaxle_node::CommandOrder;
-use coaxle_node::command::{CommandAnswer, SlaveName, Verdict};
+use coaxle_node::command::{CommandAnswer, CommandVerdict, SlaveName};
 use coaxle_node::keys::NodeName;
 use coaxle_slave as slave;
 
@@ -92,7 +92,7 @@ impl CommandArgs {
 
 fn in_words(answer: &CommandAnswer) -> String {
     let (verdict, axis, saw) = match &answer.verdict {
-        Verdict::Accepted {
+        CommandVerdict::Accepted {
             dry_run,
             job,
             awaits,
@@ -109,7 +109,7 @@ fn in_words(answer: &CommandAnswer) -> String {
             }
             (verdict, axis, saw.as_ref().map(saw::accepted))
         }
-        Verdict::Refused {
+        CommandVerdict::Refused {
             dry_run,
             text,
             axis,
@@ -120,7 +120,7 @@ fn in_words(answer: &CommandAnswer) -> String {
             let refused = format!("{would}refused, {text}");
             (refused, axis, saw.as_ref().map(saw::refused))
         }
-        Verdict::NotTaken { text, .. } => return format!("not taken: {text}"),
+        CommandVerdict::NotTaken { text, .. } => return format!("not taken: {text}"),
     };
     let saw = saw.unwrap_or_default();
     format!(

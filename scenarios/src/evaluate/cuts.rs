@@ -5,8 +5,8 @@ use coaxle_receiver::SlaveConfig;
 use coaxle_receiver::config::{MarksConfig, ToolConfig};
 use coaxle_receiver::signals::SlaveSignals;
 
-use super::Reference;
 use super::moments::Moments;
+use crate::row::Reference;
 use crate::summary::{Cut, CutsSummary};
 
 /// Follows the cuts of a slave.

@@ -3,7 +3,7 @@
 use coaxle_clock::{Instant, Span};
 use coaxle_sim::Truth;
 
-use super::Reference;
+use crate::row::Reference;
 
 /// The stretch over which the true drift is taken: one to two of these.
 const STRETCH: Span = Span::from_secs(5);

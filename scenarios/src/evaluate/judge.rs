@@ -7,15 +7,16 @@ use coaxle_receiver::config::{GearConfig, MasterRef};
 use coaxle_receiver::{DriveStateName, FarConfig, ReceiverConfig, SignalRow};
 use coaxle_sim::{Oracle, Truth};
 
+use super::Master;
 use super::cuts::{self, Truth as _};
 use super::drift::DriftTruth;
 use super::lag::Lag;
 use super::moments::Moments;
 use super::settling::{Settled, Settling};
 use super::slave::SlaveJudge;
-use super::{Master, Reference, Row};
 use crate::curves::Curves;
 use crate::record::Record;
+use crate::row::{Reference, Row};
 use crate::summary::ReceiverSummary;
 use crate::topology::View;
 

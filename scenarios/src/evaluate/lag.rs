@@ -3,9 +3,9 @@
 use coaxle_clock::delay::DelayState;
 use coaxle_receiver::config::GearConfig;
 
-use super::Row;
 use super::moments::Moments;
 use crate::record::Record;
+use crate::row::Row;
 use crate::summary::ReceiverSummary;
 
 /// Slower than this share of its highest velocity a master has no useful time error.

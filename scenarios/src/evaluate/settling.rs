@@ -2,8 +2,8 @@
 
 use coaxle_clock::{Instant, Span};
 
-use super::Reference;
 use super::moments::Moments;
+use crate::row::Reference;
 
 /// A receiver that has been in sync for so long has blended and slewed what there was.
 const SETTLED_AFTER: Span = Span::from_secs(1);

@@ -11,7 +11,7 @@ use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
 
 use crate::event::{Commanded, Event, Happening};
-use crate::expect::Verdict;
+use crate::verdict::Verdict;
 
 /// The orders of a run. None of them holds the runner up: each waits for its answer elsewhere.
 pub(super) struct Orders {

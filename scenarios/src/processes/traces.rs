@@ -13,8 +13,9 @@ use csv::StringRecord;
 use serde::de::DeserializeOwned;
 
 use super::child::Child;
-use crate::evaluate::{Evaluation, RowSink};
-use crate::run::Finished;
+use crate::evaluate::Evaluation;
+use crate::finished::Finished;
+use crate::row::RowSink;
 use crate::scenario::Scenario;
 use crate::topology::Topology;
 

@@ -11,8 +11,9 @@ use coaxle_sender::SenderRecord;
 use super::busy::Busy;
 use super::convert::TimeScale;
 use super::raw::{Raw, rows};
+use crate::finished::Progress;
 use crate::processes::{Child, NodeOutput, Nodes, Protocol};
-use crate::run::Progress;
+use crate::read;
 use crate::scenario::Scenario;
 use crate::topology::Topology;
 
@@ -113,7 +114,7 @@ fn scenario(settings: &Settings) -> anyhow::Result<Scenario> {
         "#
     );
     let table = coaxle_node::config::parse_table("recording", &text)?;
-    Ok(Scenario::from_table("recording", table)?)
+    Ok(read::scenario("recording", table)?)
 }
 
 /// Waits for the first message, then for the end of the recording, and ends the nodes.

@@ -17,8 +17,8 @@ use coaxle_node::config::{CycleMicros, Positive};
 
 pub(crate) use busy::{COMMAND as KEEP_BUSY, keep_busy};
 
+use crate::finished::Progress;
 use crate::processes::Protocol;
-use crate::run::Progress;
 use convert::{TimeScale, convert};
 use format::{Files, Recording};
 use live::Settings;

@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 
 use super::draw::{NEUTRAL, Pen, Shown, layout, numbers, vertical};
-use super::figures::{Drawing, axis_name, band, figure};
-use crate::evaluate::Row;
+use super::drawing::{Drawing, axis_name, band, figure};
+use crate::row::Row;
 
 /// Positions and velocity around the beat that each receiver kept.
 pub(super) fn drawing(receivers: &[Shown<'_>]) -> Drawing {

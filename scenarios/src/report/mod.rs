@@ -2,6 +2,7 @@
 
 mod around_beat;
 mod draw;
+mod drawing;
 mod figures;
 mod html;
 mod slaves;
@@ -13,13 +14,13 @@ use anyhow::Context;
 use plotly::Plot;
 
 pub(crate) use self::draw::{NEUTRAL, layout, vertical};
-pub(crate) use self::figures::{Drawing, axis_name, band};
+pub(crate) use self::drawing::{Drawing, axis_name, band};
 pub(crate) use self::html::escaped;
 use self::html::script_json;
 use crate::curves::Curves;
-use crate::expect::Verdict;
 use crate::summary::{Summary, World};
 use crate::table;
+use crate::verdict::Verdict;
 
 /// What the report shows.
 #[derive(Clone, Copy, Debug)]

@@ -3,8 +3,8 @@
 use serde_json::Value;
 
 use super::draw::{Pen, Shown, layout, numbers, range_of, thinned, vertical};
+use super::drawing::{Drawing, TIME, axis_name, band, figure, subtitle};
 use super::escaped;
-use super::figures::{Drawing, TIME, axis_name, band, figure, subtitle};
 use crate::summary::{Cut, Summary};
 
 /// The error of every cut, by receiver.

@@ -11,8 +11,8 @@ use coaxle_host::{ArrivalsTrace, arrivals_beside};
 use coaxle_node::Arrival;
 use coaxle_sim::True;
 
-use crate::evaluate::{Row, RowSink};
 use crate::processes;
+use crate::row::{Row, RowSink};
 use crate::scenario::Scenario;
 use crate::summary::World;
 use crate::topology::Topology;

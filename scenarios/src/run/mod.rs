@@ -2,7 +2,6 @@
 
 mod cuts;
 mod files;
-pub mod overrides;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,8 +9,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 use crate::catalog::Source;
-use crate::curves::Curves;
-use crate::expect::Verdict;
+use crate::finished::Progress;
 use crate::report::{self, Report};
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, Summary, World};
@@ -36,49 +34,6 @@ pub struct Options {
     pub trace: bool,
     /// The command that repeats the run, for the report.
     pub command: String,
-}
-
-/// Hears how far a run is.
-pub trait Progress {
-    /// This share of the run is done, 0 to 1.
-    fn at(&mut self, share: f64);
-}
-
-impl Progress for () {
-    fn at(&mut self, _share: f64) {}
-}
-
-/// What either world hands back.
-#[derive(Debug)]
-pub struct Finished {
-    figures: BTreeMap<String, ReceiverSummary>,
-    curves: Vec<Curves>,
-    /// Whether the commands to slaves had the answers that were expected.
-    commands: Vec<Verdict>,
-}
-
-impl Finished {
-    pub(crate) fn new(receivers: Vec<(String, ReceiverSummary, Curves)>) -> Self {
-        let mut figures = BTreeMap::new();
-        let mut curves = Vec::new();
-        for (name, summary, drawn) in receivers {
-            figures.insert(name, summary);
-            curves.push(drawn);
-        }
-        Self {
-            figures,
-            curves,
-            commands: Vec::new(),
-        }
-    }
-
-    pub(crate) fn with_commands(self, commands: Vec<Verdict>) -> Self {
-        Self { commands, ..self }
-    }
-
-    pub(crate) fn into_figures(self) -> Vec<(String, ReceiverSummary)> {
-        self.figures.into_iter().collect()
-    }
 }
 
 /// What a run came to, and where the rest of it lies.

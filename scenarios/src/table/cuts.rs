@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use super::{CORRECTIONS, NOTHING, optional, roughly, significant};
+use super::{CORRECTIONS, NOTHING, optional, roughly};
+use crate::number::significant;
 use crate::summary::{CutsSummary, ReceiverSummary, Summary};
 
 /// How far off the lengths of the pieces are, a line per way of correction. None where the scenario

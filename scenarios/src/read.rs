@@ -1,0 +1,168 @@
+//! A scenario file, read and checked.
+
+use std::collections::BTreeSet;
+use std::num::NonZeroU32;
+use std::path::Path;
+
+use coaxle_host::fields_of;
+use coaxle_node::config::{ConfigError, from_table};
+use coaxle_receiver::SlaveConfig;
+use coaxle_sender::config::ShownAxes;
+
+use crate::event::{Event, Happening};
+use crate::expect::{Expectation, receiver_of};
+use crate::scenario::Scenario;
+use crate::summary::{ReceiverSummary, SlaveSummary};
+use crate::topology::Topology;
+
+/// Reads and checks a scenario. `file` is what the errors call it.
+///
+/// # Errors
+/// [`ConfigError`] names the file, the field, what was received and what is expected.
+pub(crate) fn scenario(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> {
+    let mut scenario: Scenario = from_table(file, table)?;
+    if let Some(folder) = Path::new(file).parent() {
+        for sender in &mut scenario.senders {
+            sender.relative_to(folder);
+        }
+        for receiver in &mut scenario.receivers {
+            receiver.relative_to(folder);
+        }
+    }
+    let topology = Topology::of(&scenario).map_err(|wrong| wrong.in_file(file))?;
+    show_followed_axes(&mut scenario, &topology, file)?;
+    check_events(&scenario, &topology, file)?;
+    check_expectations(&scenario, &topology, file)?;
+    check_nodes(&scenario, file)?;
+    Ok(scenario)
+}
+
+/// The evaluation needs to see every axis that somebody follows.
+fn show_followed_axes(
+    scenario: &mut Scenario,
+    topology: &Topology,
+    file: &str,
+) -> Result<(), ConfigError> {
+    for (n, sender) in scenario.senders.iter_mut().enumerate() {
+        let axes = (topology.views().iter())
+            .map(|view| view.root)
+            .filter(|root| root.sender == n)
+            .filter_map(|root| NonZeroU32::new(root.axis))
+            .collect::<BTreeSet<_>>();
+        sender.show_axes = ShownAxes::new(axes.into_iter().collect()).map_err(|wrong| {
+            ConfigError::field(file, format!("sender[{n}]: axes with receivers"), wrong)
+        })?;
+    }
+    Ok(())
+}
+
+fn check_events(scenario: &Scenario, topology: &Topology, file: &str) -> Result<(), ConfigError> {
+    for (n, event) in scenario.events.iter().enumerate() {
+        if topology.node(&event.node).is_none() {
+            let reason = format!(
+                "received {:?}, expected a node of this scenario",
+                event.node.as_str()
+            );
+            return Err(ConfigError::field(file, format!("event[{n}].node"), reason));
+        }
+        check_slave(scenario, event)
+            .map_err(|reason| ConfigError::field(file, format!("event[{n}].slave"), reason))?;
+    }
+    Ok(())
+}
+
+/// Who is commanded must be there.
+fn check_slave(scenario: &Scenario, event: &Event) -> Result<(), String> {
+    let Happening::Command(commanded) = event.what else {
+        return Ok(());
+    };
+    let slave = commanded.order.slave;
+    let known: Vec<_> = scenario
+        .receivers
+        .iter()
+        .filter(|receiver| receiver.name == event.node)
+        .flat_map(|receiver| receiver.slaves.iter().map(|slave| slave.name.as_str()))
+        .collect();
+    if known.contains(&slave.as_str()) {
+        return Ok(());
+    }
+    Err(format!(
+        "received {:?}, expected a slave of {}: {}",
+        slave.as_str(),
+        event.node,
+        known.join(", ")
+    ))
+}
+
+fn check_expectations(
+    scenario: &Scenario,
+    topology: &Topology,
+    file: &str,
+) -> Result<(), ConfigError> {
+    let judged: Vec<_> = topology.views().iter().map(|v| v.name.as_str()).collect();
+    for (n, expectation) in scenario.expectations.iter().enumerate() {
+        check_expectation(expectation, scenario, &judged).map_err(|(field, reason)| {
+            ConfigError::field(file, format!("expect[{n}].{field}"), reason)
+        })?;
+    }
+    Ok(())
+}
+
+/// Whether it can be judged at all, among the names that figures are under. Gives the wrong field and
+/// the reason.
+fn check_expectation(
+    expectation: &Expectation,
+    scenario: &Scenario,
+    judged: &[&str],
+) -> Result<(), (&'static str, String)> {
+    for (name, field) in expectation.nodes().zip(["receiver", "at-most-share.of"]) {
+        if !judged.contains(&name) {
+            let reason = format!("received {name:?}, expected one of: {}", judged.join(", "));
+            return Err((field, reason));
+        }
+    }
+    let fields = match &expectation.slave {
+        None => fields_of(&ReceiverSummary::default()),
+        Some(name) => {
+            let of_slave = |slave: &SlaveConfig| slave.name.as_str() == name;
+            for node in expectation.nodes() {
+                let node = receiver_of(node);
+                let receiver = scenario.receivers.iter().find(|r| r.name.as_str() == node);
+                if !receiver.is_some_and(|r| r.slaves.iter().any(of_slave)) {
+                    let reason = format!("received {name:?}, expected a slave of {node}");
+                    return Err(("slave", reason));
+                }
+            }
+            fields_of(&SlaveSummary::default())
+        }
+    };
+    if !fields.contains_key(&expectation.field) {
+        let known: Vec<_> = fields.keys().map(String::as_str).collect();
+        let reason = format!(
+            "received {:?}, expected one of: {}",
+            expectation.field,
+            known.join(", ")
+        );
+        return Err(("field", reason));
+    }
+    if expectation.has_bound() {
+        Ok(())
+    } else {
+        let reason = "expected at least one of at-most, at-least, equals, at-most-share";
+        Err(("field", reason.to_owned()))
+    }
+}
+
+/// Every node must be able to start: its parameters are checked where they are used.
+fn check_nodes(scenario: &Scenario, file: &str) -> Result<(), ConfigError> {
+    let start = coaxle_clock::Instant::EPOCH;
+    for (n, sender) in scenario.senders.iter().enumerate() {
+        coaxle_sender::Sender::new(sender, start, 0)
+            .map_err(|wrong| ConfigError::field(file, format!("sender[{n}]"), wrong))?;
+    }
+    for (n, receiver) in scenario.receivers.iter().enumerate() {
+        coaxle_receiver::Receiver::new(receiver, start, 0)
+            .map_err(|wrong| ConfigError::field(file, format!("receiver[{n}]"), wrong))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,78 @@
+//! A receiver cycle, judged, and who takes it.
+
+use coaxle_clock::cycle::Tick;
+use coaxle_clock::{Domain, Instant};
+use coaxle_node::Arrival;
+use coaxle_sim::True;
+
+use crate::record::Record;
+
+/// The clock both worlds are judged by: true time, or the machine's monotonic clock.
+#[derive(Debug)]
+pub enum Reference {}
+
+impl Domain for Reference {
+    const NAME: &'static str = "reference";
+}
+
+/// One receiver cycle, judged.
+#[derive(Debug, PartialEq)]
+pub struct Row {
+    /// Ideal start of the cycle, s after the start of the run.
+    pub t_s: f64,
+    /// What the receiver recorded.
+    pub record: Record,
+    /// Where its master truly was: position and velocity, in units of the axis it receives.
+    pub truth: Option<(f64, f64)>,
+    /// Difference quotient of the set position given to the drive, slave units/s.
+    pub set_velocity: Option<f64>,
+    /// Corrected minus true far time, µs.
+    pub time_error_us: Option<f64>,
+}
+
+impl Clone for Row {
+    fn clone(&self) -> Self {
+        Self {
+            record: self.record.clone(),
+            ..*self
+        }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        self.record.clone_from(&other.record);
+        self.t_s = other.t_s;
+        self.truth = other.truth;
+        self.set_velocity = other.set_velocity;
+        self.time_error_us = other.time_error_us;
+    }
+}
+
+/// Takes every row, judged, in the order of its receiver's cycles.
+pub trait RowSink {
+    /// A row of one of the receivers' far axes, by its number among all of them.
+    fn row(&mut self, view: usize, row: &Row);
+
+    /// Something that the n-th receiver took in during the cycle `tick`, which ideally started at `at`.
+    /// In virtual time only: processes write that down themselves.
+    fn arrived(&mut self, receiver: usize, at: Instant<True>, tick: &Tick, arrival: &Arrival) {
+        let _ = (receiver, at, tick, arrival);
+    }
+}
+
+impl RowSink for () {
+    fn row(&mut self, _view: usize, _row: &Row) {}
+}
+
+impl<S: RowSink> RowSink for Option<S> {
+    fn row(&mut self, view: usize, row: &Row) {
+        if let Some(sink) = self {
+            sink.row(view, row);
+        }
+    }
+
+    fn arrived(&mut self, receiver: usize, at: Instant<True>, tick: &Tick, arrival: &Arrival) {
+        if let Some(sink) = self {
+            sink.arrived(receiver, at, tick, arrival);
+        }
+    }
+}
