@@ -91,9 +91,11 @@ impl ReceiverConfig {
         let axes = self
             .far_axis_names()
             .into_iter()
-            .map(Instance::of::<FarAxisSignals>);
-        let slaves = self.slaves.iter();
-        let slaves = slaves.map(|slave| Instance::of::<SlaveSignals>(slave.name.as_str()));
+            .enumerate()
+            .map(|(n, name)| Instance::of::<FarAxisSignals>(name).in_unit(self.far_axis_unit(n)));
+        let slaves = self.slaves.iter().enumerate().map(|(n, slave)| {
+            Instance::of::<SlaveSignals>(slave.name.as_str()).in_unit(self.slave_unit(n))
+        });
         let node = std::iter::once(Instance::of::<NodeSignals>(""));
         node.chain(far).chain(axes).chain(slaves).collect()
     }

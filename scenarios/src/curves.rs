@@ -1,5 +1,6 @@
 //! What is kept of a run for its pictures, however long it lasts.
 
+use coaxle_node::config::Unit;
 use coaxle_receiver::StateName;
 
 use crate::record::Record;
@@ -12,6 +13,8 @@ pub struct Curves {
     pub name: String,
     /// Its mode.
     pub mode: &'static str,
+    /// What its master is in.
+    pub unit: Unit,
     /// Difference quotient of the set position given to the drive, slave units/s.
     pub set_velocity: Series,
     /// Actual velocity of the drive, slave units/s.
@@ -38,6 +41,8 @@ pub struct Curves {
 pub struct SlaveCurve {
     /// The slave's name.
     pub name: String,
+    /// What its position is in.
+    pub unit: Unit,
     /// Set position, u.
     pub position: Series,
 }
@@ -49,20 +54,23 @@ const AFTER: usize = 100;
 const MOST_STATES: usize = 20_000;
 
 impl Curves {
-    /// No curves yet of a receiver with slaves of these names.
+    /// No curves yet of a receiver with slaves of these names and units.
     #[must_use]
     pub fn new<'a>(
         name: &str,
         mode: &'static str,
-        slaves: impl IntoIterator<Item = &'a str>,
+        unit: Unit,
+        slaves: impl IntoIterator<Item = (&'a str, Unit)>,
     ) -> Self {
-        let slave = |name: &str| SlaveCurve {
+        let slave = |(name, unit): (&str, Unit)| SlaveCurve {
             name: name.to_owned(),
+            unit,
             position: Series::default(),
         };
         Self {
             name: name.to_owned(),
             mode,
+            unit,
             set_velocity: Series::default(),
             drive_velocity: Series::default(),
             correction_us: Series::default(),
@@ -75,6 +83,12 @@ impl Curves {
             beats: 0,
             capturing: false,
         }
+    }
+
+    /// What the drive is in: the unit of the first slave, or of the master where there is none.
+    #[must_use]
+    pub fn drive_unit(&self) -> &Unit {
+        self.slaves.first().map_or(&self.unit, |slave| &slave.unit)
     }
 
     /// The next cycle. `evaluated` tells whether it counts for the figures: the beat that is shown

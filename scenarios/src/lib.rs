@@ -34,5 +34,6 @@ pub mod table;
 mod timeline;
 mod topology;
 mod trace;
+mod units;
 pub mod verdict;
 pub mod virtual_time;

@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 use std::path::Path;
 
 use coaxle_host::fields_of;
-use coaxle_node::config::{ConfigError, from_table};
+use coaxle_node::config::{ConfigError, Unit, from_table};
 use coaxle_receiver::SlaveConfig;
 use coaxle_sender::config::ShownAxes;
 
@@ -13,7 +13,7 @@ use crate::event::{Event, Happening};
 use crate::expect::{Expectation, receiver_of};
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, SlaveSummary};
-use crate::topology::Topology;
+use crate::topology::{Topology, View};
 
 /// Reads and checks a scenario. `file` is what the errors call it.
 ///
@@ -30,11 +30,44 @@ pub(crate) fn scenario(file: &str, table: toml::Table) -> Result<Scenario, Confi
         }
     }
     let topology = Topology::of(&scenario).map_err(|wrong| wrong.in_file(file))?;
+    tell_units(&mut scenario, &topology);
     show_followed_axes(&mut scenario, &topology, file)?;
     check_events(&scenario, &topology, file)?;
     check_expectations(&scenario, &topology, file)?;
     check_nodes(&scenario, file)?;
     Ok(scenario)
+}
+
+/// Receivers are told in which units the far axes are that they follow, where their config does not say.
+fn tell_units(scenario: &mut Scenario, topology: &Topology) {
+    // A receiver may follow one that comes later in the file: each pass goes a step further.
+    for _ in 0..scenario.receivers.len() {
+        for view in topology.views() {
+            let unit = unit_of_source(scenario, view);
+            if unit != Unit::default() {
+                scenario.receivers[view.receiver].far_axis_is_in(view.axis, unit);
+            }
+        }
+    }
+}
+
+fn unit_of_source(scenario: &Scenario, view: &View) -> Unit {
+    let far = scenario.receivers[view.receiver].far_axes().nth(view.axis);
+    let id = far.map(|(_, _, axis)| axis.id);
+    let source = view.root.source;
+    let unit = match source.checked_sub(scenario.senders.len()) {
+        None => {
+            let mut axes = scenario.senders[source].axes.iter();
+            axes.find(|axis| Some(axis.id.get()) == id)
+                .map(|axis| axis.unit.clone())
+        }
+        Some(followed) => {
+            let followed = &scenario.receivers[followed];
+            let slave = id.and_then(|id| followed.slave_with_id(id));
+            slave.map(|slave| followed.slave_unit(slave))
+        }
+    };
+    unit.unwrap_or_default()
 }
 
 /// The evaluation needs to see every axis that somebody follows.

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use coaxle_node::signal::Instance;
+use coaxle_node::signal::{Instance, Signal};
 use coaxle_receiver::ReceiverConfig;
 
 use crate::inspect;
@@ -27,9 +27,10 @@ fn list(instance: &Instance, out: &mut dyn Write) -> anyhow::Result<()> {
     let columns: Vec<String> = instance.columns().collect();
     let width = |cells: &mut dyn Iterator<Item = usize>| cells.max().unwrap_or(0);
     let longest = width(&mut columns.iter().map(|column| column.chars().count()));
-    let widest = width(&mut instance.signals.iter().map(|s| s.unit.chars().count()));
+    let unit = |s: &Signal| instance.unit.in_place_of_u(s.unit);
+    let widest = width(&mut instance.signals.iter().map(|s| unit(s).chars().count()));
     for (column, signal) in columns.iter().zip(instance.signals) {
-        let (unit, meaning) = (signal.unit, signal.meaning());
+        let (unit, meaning) = (unit(signal), signal.meaning());
         writeln!(out, "  {column:longest$}  {unit:widest$}  {meaning}")?;
     }
     Ok(())
@@ -41,7 +42,7 @@ mod tests {
 
     #[test]
     fn every_signal_is_listed_as_its_column_with_unit_and_meaning() {
-        let text = "name = 'line'\ncycle-time-us = 1000\n[[far]]\nnode = 'press'\naxes = [7]\n\
+        let text = "name = 'line'\ncycle-time-us = 1000\n[[far]]\nnode = 'press'\naxes = [7]\nunit = 'mm'\n\
             [[slave]]\nname = 'ram'";
         let config: ReceiverConfig = coaxle_node::config::parse("r", text).unwrap();
         let mut out = Vec::new();
@@ -56,7 +57,7 @@ mod tests {
             found.map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "))
         };
         assert_eq!(line("far axis"), Some("far axis press.7".to_owned()));
-        let velocity = "press.7.corrected_velocity u/s Corrected set velocity.";
+        let velocity = "press.7.corrected_velocity mm/s Corrected set velocity.";
         assert_eq!(
             line("press.7.corrected_velocity").as_deref(),
             Some(velocity)

@@ -3,6 +3,7 @@
 mod coupling;
 mod cuts;
 
+use coaxle_node::config::Unit;
 use std::collections::BTreeMap;
 
 use coaxle_axis::AxisStatus;
@@ -72,6 +73,8 @@ pub struct ReceiverSummary {
     pub mode: &'static str,
     /// Whose axis it follows: node, channel, axis id.
     pub master: String,
+    /// What that axis is in: what `u` stands for here.
+    pub unit: Unit,
     /// Cycles run.
     pub cycles: u64,
     /// Cycles skipped.
@@ -200,6 +203,8 @@ pub struct ReceiverSummary {
 /// One slave in figures, by what it records of itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SlaveSummary {
+    /// What its position is in: what `u` stands for here.
+    pub unit: Unit,
     /// Its state in the PLCopen diagram at the end.
     pub state: AxisStatus,
     /// Times it went to error stop.

@@ -4,12 +4,14 @@ mod cuts;
 
 use std::fmt::Write as _;
 
+use coaxle_node::config::Unit;
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use comfy_table::{Cell, CellAlignment, Table};
 use serde_json::Value;
 
 use crate::number::significant;
 use crate::summary::{ReceiverSummary, Summary};
+use crate::units;
 use crate::verdict::Verdict;
 
 /// The table of results: a column per receiver, a row per figure. Where the terminal is too narrow
@@ -152,9 +154,10 @@ fn worst<'a>(
 
 /// The figures shown, in the order of interest: a label and a value per receiver.
 pub(crate) fn rows(receivers: &[(&str, &ReceiverSummary)]) -> Vec<(String, Vec<String>)> {
+    let unit = units::common(receivers.iter().map(|(_, receiver)| &receiver.unit));
     let row = |figure: &Figure| {
         let values = receivers.iter().map(|(_, r)| (figure.text)(r)).collect();
-        (figure.label.to_owned(), values)
+        (in_unit(figure.label, &unit), values)
     };
     let (mode, others) = FIGURES.split_at(1);
     let mut rows: Vec<_> = mode.iter().map(row).collect();
@@ -163,6 +166,14 @@ pub(crate) fn rows(receivers: &[(&str, &ReceiverSummary)]) -> Vec<(String, Vec<S
     // What no receiver has would only be in the way.
     rows.retain(|(_, values)| values.iter().any(|value| value != NOTHING));
     rows
+}
+
+/// A label, with the unit that the `u` after its comma stands for.
+fn in_unit(label: &str, unit: &Unit) -> String {
+    match label.rsplit_once(", ") {
+        Some((name, of)) => format!("{name}, {}", unit.in_place_of_u(of)),
+        None => label.to_owned(),
+    }
 }
 
 /// In place of a value.

@@ -110,7 +110,7 @@ fn pieces_are_cut_to_length() {
         for receiver in ["bypass", "observer"] {
             let saw = &summary["receivers"][receiver]["slaves"]["saw"];
             assert!(saw["cuts"].as_u64() >= Some(3), "{saw}");
-            assert!(saw["cut_length_error_max_um"].is_number(), "{saw}");
+            assert!(saw["cut_length_error_max"].is_number(), "{saw}");
         }
         assert!(cuts.lines().count() > 6, "{cuts}");
     }

@@ -26,6 +26,8 @@
 
 use std::fmt;
 
+use crate::config::Unit;
+
 /// A value that a node shows after each cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signal {
@@ -84,6 +86,8 @@ pub struct Instance {
     pub group: Group,
     /// Its name, which columns have in front; the node itself has none.
     pub name: String,
+    /// What the `u` of its signals stands for.
+    pub unit: Unit,
     /// Its signals.
     pub signals: &'static [Signal],
 }
@@ -95,8 +99,15 @@ impl Instance {
         Self {
             group: S::GROUP,
             name: name.into(),
+            unit: Unit::default(),
             signals: S::SIGNALS,
         }
+    }
+
+    /// The same with an axis in this unit.
+    #[must_use]
+    pub fn in_unit(self, unit: Unit) -> Self {
+        Self { unit, ..self }
     }
 
     /// The names of its columns: `instance.signal`.

@@ -1,5 +1,6 @@
-//! `axes` of a far node: `[1, 2]`, `["1-32"]`, `[{ id = 3, name = "belt" }]`, in any mixture.
+//! `axes` of a far node: `[1, 2]`, `["1-32"]`, `[{ id = 3, name = "belt", unit = "mm" }]`, in any mixture.
 
+use coaxle_node::config::Unit;
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use serde::{Deserialize, Serialize};
@@ -62,12 +63,17 @@ impl AxisList {
     /// One axis, under its id.
     #[must_use]
     pub fn one(id: u32) -> Self {
-        Self(vec![FarAxisConfig { id, name: None }])
+        Self(vec![FarAxisConfig::with_id(id)])
     }
 
     /// The axes, in their order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &FarAxisConfig> {
         self.0.iter()
+    }
+
+    /// Says in which unit the n-th axis is, if that is not said yet.
+    pub(crate) fn be_in(&mut self, n: usize, unit: Unit) {
+        self.0[n].unit.get_or_insert(unit);
     }
 
     /// How many there are.
@@ -89,12 +95,15 @@ impl Default for AxisList {
     }
 }
 
-/// An axis with its name, as a config spells it.
+/// An axis with its name or unit, as a config spells it.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-struct Named {
+struct Described {
     id: u32,
-    name: NodeName,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<NodeName>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unit: Option<Unit>,
 }
 
 impl TryFrom<Vec<Value>> for AxisList {
@@ -114,20 +123,18 @@ impl TryFrom<Vec<Value>> for AxisList {
 }
 
 fn axes_of(entry: Value) -> Option<Vec<FarAxisConfig>> {
-    let unnamed = |id| FarAxisConfig { id, name: None };
     match entry {
-        Value::Integer(id) => Some(vec![unnamed(u32::try_from(id).ok()?)]),
+        Value::Integer(id) => Some(vec![FarAxisConfig::with_id(u32::try_from(id).ok()?)]),
         Value::String(range) => {
             let (first, last) = range.split_once('-')?;
             let (first, last): (u32, u32) = (first.trim().parse().ok()?, last.trim().parse().ok()?);
             // More than fit anywhere are not counted out.
             let last = last.min(first.saturating_add(2 * MAX_AXES as u32));
-            (first <= last).then(|| (first..=last).map(unnamed).collect())
+            (first <= last).then(|| (first..=last).map(FarAxisConfig::with_id).collect())
         }
-        named @ Value::Table(_) => {
-            let Named { id, name } = named.try_into().ok()?;
-            let name = Some(name);
-            Some(vec![FarAxisConfig { id, name }])
+        described @ Value::Table(_) => {
+            let Described { id, name, unit } = described.try_into().ok()?;
+            Some(vec![FarAxisConfig { id, name, unit }])
         }
         _ => None,
     }
@@ -135,12 +142,14 @@ fn axes_of(entry: Value) -> Option<Vec<FarAxisConfig>> {
 
 impl From<AxisList> for Vec<Value> {
     fn from(axes: AxisList) -> Self {
-        let entry = |axis: FarAxisConfig| match axis.name {
-            None => Value::Integer(axis.id.into()),
-            Some(name) => {
-                let id = ("id".to_owned(), Value::Integer(axis.id.into()));
-                let name = ("name".to_owned(), Value::String(name.into()));
-                Value::Table([id, name].into_iter().collect())
+        let entry = |FarAxisConfig { id, name, unit }| match (name, unit) {
+            (None, None) => Value::Integer(id.into()),
+            (name, unit) => {
+                let id = ("id", Value::Integer(id.into()));
+                let name = name.map(|name| ("name", Value::String(name.into())));
+                let unit = unit.map(|unit| ("unit", Value::String(unit.into())));
+                let fields = [Some(id), name, unit].into_iter().flatten();
+                Value::Table(fields.map(|(key, value)| (key.to_owned(), value)).collect())
             }
         };
         axes.0.into_iter().map(entry).collect()
@@ -164,8 +173,11 @@ mod tests {
 
     #[test]
     fn ids_ranges_and_names_mix() {
-        let list = axes("[7, \"1-3\", { id = 5, name = \"belt\" }]").unwrap();
-        assert_eq!(list.ids(), [7, 1, 2, 3, 5]);
+        let text = "[7, \"1-3\", { id = 5, name = \"belt\" }, { id = 9, unit = \"mm\" }]";
+        let list = axes(text).unwrap();
+        assert_eq!(list.ids(), [7, 1, 2, 3, 5, 9]);
+        let units: Vec<_> = list.iter().filter_map(|axis| axis.unit.clone()).collect();
+        assert_eq!(units, [Unit::new("mm").unwrap()]);
         let names: Vec<_> = list.iter().filter_map(|axis| axis.name.clone()).collect();
         assert_eq!(names, [NodeName::new("belt").unwrap()]);
         let written = toml::to_string(&Axes { axes: list.clone() }).unwrap();

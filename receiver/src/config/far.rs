@@ -5,7 +5,7 @@ use std::fmt;
 use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::Channel;
-use coaxle_node::config::{DelayMicros, LinkConfig};
+use coaxle_node::config::{DelayMicros, LinkConfig, Unit};
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, FilterMode};
 use serde::{Deserialize, Serialize};
@@ -25,6 +25,9 @@ pub struct FarConfig {
     /// default.
     #[serde(default)]
     pub axes: AxisList,
+    /// What their positions are in, where an axis has no unit of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<Unit>,
     /// How the set values are calculated.
     #[serde(default)]
     pub mode: Mode,
@@ -80,6 +83,20 @@ pub struct FarAxisConfig {
     pub id: u32,
     /// What it is called here; node and id by default.
     pub name: Option<NodeName>,
+    /// What its position is in.
+    pub unit: Option<Unit>,
+}
+
+impl FarAxisConfig {
+    /// The axis with an id and nothing else said of it.
+    #[must_use]
+    pub const fn with_id(id: u32) -> Self {
+        Self {
+            id,
+            name: None,
+            unit: None,
+        }
+    }
 }
 
 /// Where far axes are published.

@@ -3,7 +3,9 @@
 use std::fmt;
 
 use coaxle_clock::observer::ObserverParameters;
-use coaxle_node::config::{ClockConfig, CycleMicros, LinkConfig, RealTimeConfig, TransportConfig};
+use coaxle_node::config::{
+    ClockConfig, CycleMicros, LinkConfig, RealTimeConfig, TransportConfig, Unit,
+};
 use coaxle_node::keys::NodeName;
 use coaxle_remote::AxisSyncParameters;
 use serde::{Deserialize, Serialize};
@@ -51,6 +53,8 @@ struct Master {
     /// Its axis id.
     #[serde(default = "first_axis")]
     axis: u32,
+    /// What its position is in.
+    unit: Option<Unit>,
 }
 
 const fn first_axis() -> u32 {
@@ -113,6 +117,7 @@ impl TryFrom<Form> for ReceiverConfig {
                 node: master.node,
                 channel: master.channel,
                 axes: AxisList::one(master.axis),
+                unit: master.unit,
                 mode: form.mode.unwrap_or_default(),
                 sync: form.sync.unwrap_or_default(),
                 observer: form.observer.unwrap_or_default(),

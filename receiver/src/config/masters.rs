@@ -1,5 +1,7 @@
 //! Which master each slave means: a far axis or another slave, by its name.
 
+use coaxle_node::config::Unit;
+
 use super::{FarAxisConfig, FarConfig, ReceiverConfig};
 
 /// A slave that no receiver can have.
@@ -68,6 +70,45 @@ impl ReceiverConfig {
             field: format!("slave[{n}].master"),
             reason: format!("received {master:?}, expected one of: {}", self.masters(n)),
         })
+    }
+
+    /// What the position of a far axis is in, by its number among all of them.
+    #[must_use]
+    pub fn far_axis_unit(&self, axis: usize) -> Unit {
+        let unit = |(_, far, axis): (_, &FarConfig, &FarAxisConfig)| {
+            let unit = axis.unit.as_ref().or(far.unit.as_ref());
+            unit.cloned()
+        };
+        self.far_axes().nth(axis).and_then(unit).unwrap_or_default()
+    }
+
+    /// Says in which unit a far axis is, if the config does not.
+    pub fn far_axis_is_in(&mut self, axis: usize, unit: Unit) {
+        let Some((far, _, _)) = self.far_axes().nth(axis) else {
+            return;
+        };
+        let within = axis - self.first_axis_of(far);
+        if self.far[far].unit.is_none() {
+            self.far[far].axes.be_in(within, unit);
+        }
+    }
+
+    /// What the position of the n-th slave is in: its own unit, or that of its master.
+    #[must_use]
+    pub fn slave_unit(&self, n: usize) -> Unit {
+        let mut slave = n;
+        // No further than there are slaves: they may follow each other in a circle.
+        for _ in 0..self.slaves.len() {
+            if let Some(unit) = &self.slaves[slave].unit {
+                return unit.clone();
+            }
+            match self.master_of(slave) {
+                Ok(MasterRef::Far(axis)) => return self.far_axis_unit(axis),
+                Ok(MasterRef::Slave(master)) => slave = master,
+                Err(_) => break,
+            }
+        }
+        Unit::default()
     }
 
     /// The names of all that the n-th slave could follow.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use coaxle_axis::drive::DriveParameters;
 use coaxle_cam::CamIn;
-use coaxle_node::config::Positive;
+use coaxle_node::config::{Positive, Unit};
 use coaxle_node::keys::NodeName;
 use coaxle_slave::SlaveParameters;
 use serde::{Deserialize, Serialize};
@@ -27,6 +27,9 @@ pub struct SlaveConfig {
     /// where there is but one, if empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub master: String,
+    /// What its position is in; the unit of its master by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<Unit>,
     /// What it can do. Without, nothing is watched: it follows its gear, and takes no commands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<SlaveParameters>,
@@ -68,6 +71,7 @@ impl Default for SlaveConfig {
             name: slave(),
             id: None,
             master: String::new(),
+            unit: None,
             limits: None,
             drive: DriveParameters::default(),
             couple: None,

@@ -67,9 +67,14 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
 /// The signals of one group, by the names of its instances.
 fn named(instances: &[Instance], group: Group, signals: &[impl Serialize]) -> Vec<(String, Value)> {
     let of_group = instances.iter().filter(|instance| instance.group == group);
-    let value = |signals| Value::Object(fields_of(signals));
-    let names = of_group.map(|instance| instance.name.clone());
-    names.zip(signals.iter().map(value)).collect()
+    let status = |(instance, signals): (&Instance, _)| {
+        let mut status = Value::Object(fields_of(signals));
+        if matches!(group, Group::FarAxis | Group::Slave) {
+            put(&mut status, "unit", json!(instance.unit));
+        }
+        (instance.name.clone(), status)
+    };
+    of_group.zip(signals).map(status).collect()
 }
 
 /// Where a signal is a code, it is told in words besides: they take its place.

@@ -1,6 +1,7 @@
 //! The error of every cut: where the tool truly met the material, against the marks on it.
 
 use coaxle_clock::{Instant, Span};
+use coaxle_node::config::Unit;
 use coaxle_receiver::SlaveConfig;
 use coaxle_receiver::config::{MarksConfig, ToolConfig};
 use coaxle_receiver::signals::SlaveSignals;
@@ -61,14 +62,18 @@ pub(super) trait Truth {
 }
 
 impl CutsJudge {
-    pub(super) fn new(config: &SlaveConfig) -> Self {
+    /// The judge of a slave whose master is in `unit`.
+    pub(super) fn new(config: &SlaveConfig, unit: Unit) -> Self {
         Self {
             tool: config.tool,
             marks: config.marks,
             before: None,
             position_errors: Moments::default(),
             length_errors: Moments::default(),
-            summary: CutsSummary::default(),
+            summary: CutsSummary {
+                cut_unit: unit,
+                ..CutsSummary::default()
+            },
         }
     }
 
@@ -123,18 +128,18 @@ impl CutsJudge {
             t_s,
             position,
             mark: None,
-            position_error_um: None,
-            length_error_um: None,
+            position_error: None,
+            length_error: None,
         };
         if let (Some(marks), Some(position)) = (&self.marks, position) {
             let mark = marks.closest_to(position);
-            let error = (position - marks.position(mark)) * 1e3;
+            let error = position - marks.position(mark);
             cut.mark = Some(mark);
-            cut.position_error_um = Some(error);
+            cut.position_error = Some(error);
             self.position_errors.push(error);
             let last = self.summary.cut_list.last();
-            if let Some(before) = last.and_then(|last| last.position_error_um) {
-                cut.length_error_um = Some(error - before);
+            if let Some(before) = last.and_then(|last| last.position_error) {
+                cut.length_error = Some(error - before);
                 self.length_errors.push(error - before);
             }
         }
@@ -146,11 +151,10 @@ impl CutsJudge {
         let known = |moments: &Moments, figure: fn(&Moments) -> f64| {
             (moments.count > 0).then(|| figure(moments))
         };
-        summary.cut_position_error_max_um =
-            known(&self.position_errors, Moments::largest_magnitude);
-        summary.cut_position_error_rms_um = known(&self.position_errors, Moments::root_mean_square);
-        summary.cut_length_error_max_um = known(&self.length_errors, Moments::largest_magnitude);
-        summary.cut_length_error_rms_um = known(&self.length_errors, Moments::root_mean_square);
+        summary.cut_position_error_max = known(&self.position_errors, Moments::largest_magnitude);
+        summary.cut_position_error_rms = known(&self.position_errors, Moments::root_mean_square);
+        summary.cut_length_error_max = known(&self.length_errors, Moments::largest_magnitude);
+        summary.cut_length_error_rms = known(&self.length_errors, Moments::root_mean_square);
         self.summary
     }
 }
@@ -209,7 +213,7 @@ mod tests {
 
     /// A knife that turns once per 600 u, and where it is by so much ahead of the far axis.
     fn knife(velocity: f64, ahead: f64, cycles: i64) -> CutsSummary {
-        let mut judge = CutsJudge::new(&slave(KNIFE));
+        let mut judge = CutsJudge::new(&slave(KNIFE), Unit::default());
         for n in 0..cycles {
             let at_ns = n * MILLISECOND + 300_000;
             let far = velocity * at_ns as f64 * 1e-9;
@@ -232,23 +236,26 @@ mod tests {
             prop_assert_eq!(summary.cuts, expected);
             prop_assert_eq!(summary.cut_list.len() as u64, expected);
             // An instant is a whole nanosecond.
-            let resolution = velocity * 0.5e-9 * 1e3 + 1e-6;
+            let resolution = velocity * 0.5e-9 + 1e-9;
             for cut in &summary.cut_list {
                 prop_assert_eq!(cut.mark, Some(cut.number - 1));
-                let error = cut.position_error_um.unwrap();
-                prop_assert!((error + ahead * 1e3).abs() <= resolution, "{:?}", cut);
+                let error = cut.position_error.unwrap();
+                prop_assert!((error + ahead).abs() <= resolution, "{:?}", cut);
             }
             if expected > 1 {
-                prop_assert!(summary.cut_length_error_max_um.unwrap() <= 2.0 * resolution);
+                prop_assert!(summary.cut_length_error_max.unwrap() <= 2.0 * resolution);
             }
         }
     }
 
+    fn thousandths(error: f64) -> f64 {
+        (1e3 * error).round()
+    }
+
     #[test]
     fn a_piece_is_as_long_as_its_cuts_are_apart() {
-        let mut judge = CutsJudge::new(&slave(
-            "tool.ratio = 2\nmarks = { spacing = 500, sensor-distance = 700 }",
-        ));
+        let saw = slave("tool.ratio = 2\nmarks = { spacing = 500, sensor-distance = 700 }");
+        let mut judge = CutsJudge::new(&saw, Unit::default());
         // A saw that is where the far axis puts it, 0.002, then 0.005 u too far on.
         for (n, off) in [(0, 0.0), (1, 0.002), (2, 0.005)] {
             let at_ns = (n * 500 + 40) * MILLISECOND;
@@ -264,16 +271,16 @@ mod tests {
         let errors: Vec<_> = summary
             .cut_list
             .iter()
-            .map(|cut| (cut.mark, cut.position_error_um.map(f64::round)))
+            .map(|cut| (cut.mark, cut.position_error.map(thousandths)))
             .collect();
         let expected = [(0, 0.0), (1, 2.0), (2, 5.0)].map(|(n, e)| (Some(n), Some(e)));
         assert_eq!(errors, expected);
-        assert_eq!(summary.cut_length_error_max_um.map(f64::round), Some(3.0));
+        assert_eq!(summary.cut_length_error_max.map(thousandths), Some(3.0));
     }
 
     #[test]
     fn of_a_local_master_its_own_set_position_is_the_truth() {
-        let mut judge = CutsJudge::new(&slave(KNIFE));
+        let mut judge = CutsJudge::new(&slave(KNIFE), Unit::default());
         for (n, position, master, cuts) in [(0, 359.0, 599.0, 0), (1, 361.0, 603.0, 1)] {
             let now = Moment {
                 local_master: Some(master),
@@ -283,8 +290,8 @@ mod tests {
         }
         let summary = judge.finish();
         assert_eq!(summary.cut_list[0].position, Some(601.0));
-        assert_eq!(summary.cut_position_error_max_um, Some(1e3));
-        assert_eq!(summary.cut_length_error_max_um, None);
+        assert_eq!(summary.cut_position_error_max, Some(1.0));
+        assert_eq!(summary.cut_length_error_max, None);
         assert_eq!(summary.cut_list[0].t_s, 0.0005);
     }
 
@@ -292,19 +299,19 @@ mod tests {
     fn a_cut_is_counted_where_nobody_knows_where_it_was() {
         let without_marks = slave("tool = { cuts-every = 360 }");
         for config in [slave(KNIFE), without_marks] {
-            let mut judge = CutsJudge::new(&config);
+            let mut judge = CutsJudge::new(&config, Unit::default());
             judge.push(moment(0, 0, 359.0), true, &Unknown);
             judge.push(moment(MILLISECOND, 1, 361.0), true, &Unknown);
             let summary = judge.finish();
             assert_eq!(summary.cuts, 1);
             assert_eq!(summary.cut_list.len(), 1);
-            assert_eq!(summary.cut_position_error_max_um, None);
+            assert_eq!(summary.cut_position_error_max, None);
         }
     }
 
     #[test]
     fn a_receiver_that_was_started_anew_counts_from_the_beginning() {
-        let mut judge = CutsJudge::new(&slave(KNIFE));
+        let mut judge = CutsJudge::new(&slave(KNIFE), Unit::default());
         for (n, cuts) in [(0, 5), (1, 6), (2, 0), (3, 1)] {
             judge.push(moment(n * MILLISECOND, cuts, 0.0), true, &Unknown);
         }

@@ -70,7 +70,9 @@ impl Judge {
     pub(super) fn new(config: &ReceiverConfig, motion: usize, clock: usize, view: &View) -> Self {
         let far = &config.far[view.far];
         let mode = far.mode.name();
-        let slaves = view.slaves.iter().map(|n| config.slaves[*n].name.as_str());
+        let slaves = view.slaves.iter();
+        let slaves = slaves.map(|n| (config.slaves[*n].name.as_str(), config.slave_unit(*n)));
+        let unit = config.far_axis_unit(view.axis);
         Self {
             motion,
             clock,
@@ -91,10 +93,11 @@ impl Judge {
             drift: DriftTruth::default(),
             was_synced: false,
             was_error: 0,
-            curves: Curves::new(&view.name, mode, slaves),
+            curves: Curves::new(&view.name, mode, unit.clone(), slaves),
             summary: ReceiverSummary {
                 mode,
                 master: master_of(config, far, view),
+                unit,
                 ..ReceiverSummary::default()
             },
             view: view.clone(),
@@ -383,11 +386,14 @@ fn seconds(span: Span) -> f64 {
 fn slaves_of(config: &ReceiverConfig, view: &View) -> Vec<SlaveJudge> {
     let judge = |n: &usize| {
         // A slave's master is a slave of the same far axis.
-        let master = match config.master_of(*n) {
-            Ok(MasterRef::Slave(master)) => view.slaves.iter().position(|n| *n == master),
-            Ok(MasterRef::Far(_)) | Err(_) => None,
+        let (master, unit) = match config.master_of(*n) {
+            Ok(MasterRef::Slave(master)) => (
+                view.slaves.iter().position(|n| *n == master),
+                config.slave_unit(master),
+            ),
+            Ok(MasterRef::Far(_)) | Err(_) => (None, config.far_axis_unit(view.axis)),
         };
-        SlaveJudge::new(&config.slaves[*n], master)
+        SlaveJudge::new(&config.slaves[*n], master, [config.slave_unit(*n), unit])
     };
     view.slaves.iter().map(judge).collect()
 }

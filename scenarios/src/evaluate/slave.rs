@@ -2,6 +2,7 @@
 
 use coaxle_axis::AxisStatus;
 use coaxle_clock::Span;
+use coaxle_node::config::Unit;
 use coaxle_receiver::SlaveConfig;
 use coaxle_receiver::signals::SlaveSignals;
 use coaxle_slave::CouplingPhase;
@@ -27,8 +28,12 @@ pub(super) struct SlaveJudge {
 
 impl SlaveJudge {
     /// The judge of a slave, with the number of its master among those of the same far axis, if that
-    /// is a slave.
-    pub(super) fn new(config: &SlaveConfig, master: Option<usize>) -> Self {
+    /// is a slave, and the units of both.
+    pub(super) fn new(
+        config: &SlaveConfig,
+        master: Option<usize>,
+        [own, masters]: [Unit; 2],
+    ) -> Self {
         Self {
             name: config.name.to_string(),
             master,
@@ -36,8 +41,11 @@ impl SlaveJudge {
             in_sync_cycles: 0,
             cycles: 0,
             coupling: CouplingJudge::default(),
-            cuts: CutsJudge::new(config),
-            summary: SlaveSummary::default(),
+            cuts: CutsJudge::new(config, masters),
+            summary: SlaveSummary {
+                unit: own,
+                ..SlaveSummary::default()
+            },
         }
     }
 

@@ -4,7 +4,9 @@ use serde_json::{Value, json};
 
 use super::draw::{NEUTRAL, Pen, Shown, layout, numbers, vertical};
 use super::drawing::{Drawing, axis_name, band, figure};
+use super::html::escaped;
 use crate::row::Row;
+use crate::units;
 
 /// Positions and velocity around the beat that each receiver kept.
 pub(super) fn drawing(receivers: &[Shown<'_>]) -> Drawing {
@@ -17,9 +19,12 @@ pub(super) fn drawing(receivers: &[Shown<'_>]) -> Drawing {
         data.extend(curves(receiver, rows, zero));
     }
     let mut layout = layout("time from the beat (ms)");
-    layout["yaxis"] = vertical("position – truth (u)", None);
+    let unit = units::common(receivers.iter().map(|receiver| &receiver.curves.unit));
+    let off = format!("position – truth ({unit})");
+    layout["yaxis"] = vertical(&escaped(&off), None);
     layout["yaxis"]["domain"] = band(0, 2);
-    layout["yaxis2"] = vertical("velocity (u/s)", None);
+    let velocity = format!("velocity ({unit}/s)");
+    layout["yaxis2"] = vertical(&escaped(&velocity), None);
     layout["yaxis2"]["domain"] = band(1, 2);
     layout["xaxis"]["anchor"] = axis_name(1).into();
     layout["shapes"] = json!([{

@@ -183,6 +183,7 @@ pub(super) fn range_of<'a>(stretches: impl Iterator<Item = &'a Stretch>) -> Opti
 #[cfg(test)]
 mod tests {
     use super::*;
+    use coaxle_node::config::Unit;
 
     #[test]
     fn numbers_are_short_and_never_nan() {
@@ -225,11 +226,15 @@ mod tests {
         assert_eq!(range_of([].iter()), None);
     }
 
+    fn curves(name: &str, mode: &'static str) -> Curves {
+        Curves::new(name, mode, Unit::default(), [("slave", Unit::default())])
+    }
+
     #[test]
     fn every_mode_keeps_its_colour() {
-        let bare = Curves::new("a", "bypass", ["slave"]);
-        let first = Curves::new("b", "sync", ["slave"]);
-        let second = Curves::new("c", "sync", ["slave"]);
+        let bare = curves("a", "bypass");
+        let first = curves("b", "sync");
+        let second = curves("c", "sync");
         let one: Vec<_> = coloured(&[&first]).iter().map(|s| s.colour).collect();
         let all: Vec<_> = coloured(&[&bare, &first, &second])
             .iter()

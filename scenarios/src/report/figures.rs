@@ -7,6 +7,7 @@ use super::draw::{
     NEUTRAL, Pen, Shown, coloured, layout, number, numbers, range_of, thinned, vertical,
 };
 use super::drawing::{Drawing, TIME, axis_name, band, figure, subtitle};
+use super::html::escaped;
 use super::{around_beat, slaves};
 use crate::curves::{Curves, Series, Stretch};
 use crate::summary::Summary;
@@ -82,7 +83,8 @@ impl Run<'_> {
                 ..pen
             };
             data.extend(pen.curve(&drive[n]));
-            let mut vertical = vertical("u/s", range);
+            let unit = receiver.curves.drive_unit().in_place_of_u("u/s");
+            let mut vertical = vertical(&escaped(&unit), range);
             vertical["domain"] = band(n, count);
             if n > 0 {
                 vertical["matches"] = "y".into();

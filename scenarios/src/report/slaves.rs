@@ -6,9 +6,14 @@ use super::draw::{Pen, Shown, layout, numbers, range_of, thinned, vertical};
 use super::drawing::{Drawing, TIME, axis_name, band, figure, subtitle};
 use super::escaped;
 use crate::summary::{Cut, Summary};
+use crate::units;
 
 /// The error of every cut, by receiver.
 pub(super) fn cuts(summary: &Summary, receivers: &[Shown<'_>]) -> Drawing {
+    let cuts = summary.receivers.values();
+    let cuts = cuts.flat_map(|receiver| receiver.slaves.values().map(|slave| &slave.cuts));
+    let cutting = cuts.filter(|cuts| cuts.cuts > 0);
+    let fine = units::fine(&units::common(cutting.map(|cuts| &cuts.cut_unit)));
     let mut data = Vec::new();
     for receiver in receivers {
         let Some(figures) = summary.receivers.get(&receiver.curves.name) else {
@@ -18,18 +23,22 @@ pub(super) fn cuts(summary: &Summary, receivers: &[Shown<'_>]) -> Drawing {
         for slave in figures.slaves.values() {
             let list = &slave.cuts.cut_list;
             for (axis, error) in ERRORS {
-                data.extend(line_of_cuts(receiver, list, axis, error, in_legend));
+                data.extend(line_of_cuts(
+                    receiver,
+                    list,
+                    axis,
+                    (error, fine.factor),
+                    in_legend,
+                ));
                 in_legend &= list.is_empty();
             }
         }
     }
     let mut layout = layout(TIME);
-    for (n, title) in ["piece too long (µm)", "off its mark (µm)"]
-        .iter()
-        .enumerate()
-    {
+    for (n, title) in ["piece too long", "off its mark"].iter().enumerate() {
+        let title = format!("{title} ({})", fine.unit);
         let axis = axis_name(n).replacen('y', "yaxis", 1);
-        layout[axis.as_str()] = vertical(title, None);
+        layout[axis.as_str()] = vertical(&escaped(&title), None);
         layout[axis.as_str()]["domain"] = band(n, 2);
     }
     layout["xaxis"]["anchor"] = axis_name(1).into();
@@ -37,8 +46,7 @@ pub(super) fn cuts(summary: &Summary, receivers: &[Shown<'_>]) -> Drawing {
         id: "cuts",
         title: "Every cut",
         caption: "Above: by how much each piece is longer than its marks are apart. Below: how far \
-                  beyond its mark each cut is, a lag included. In thousandths of the master's unit: \
-                  µm where that is mm.",
+                  beyond its mark each cut is, a lag included.",
         height: 560,
         figure: figure(data, layout),
     }
@@ -47,20 +55,20 @@ pub(super) fn cuts(summary: &Summary, receivers: &[Shown<'_>]) -> Drawing {
 type Error = fn(&Cut) -> Option<f64>;
 
 const ERRORS: [(&str, Error); 2] = [
-    ("y", |cut| cut.length_error_um),
-    ("y2", |cut| cut.position_error_um),
+    ("y", |cut| cut.length_error),
+    ("y2", |cut| cut.position_error),
 ];
 
 fn line_of_cuts(
     receiver: &Shown<'_>,
     list: &[Cut],
     axis: &str,
-    error: Error,
+    (error, factor): (Error, f64),
     in_legend: bool,
 ) -> Option<Value> {
     let known: Vec<_> = list
         .iter()
-        .filter_map(|cut| Some((cut.t_s, error(cut)?)))
+        .filter_map(|cut| Some((cut.t_s, factor * error(cut)?)))
         .collect();
     let pen = Pen {
         name: &receiver.name,
@@ -98,7 +106,8 @@ pub(super) fn positions(receivers: &[Shown<'_>], most: usize) -> Drawing {
             data.extend(pen.curve(&stretches));
             drawn.extend(stretches);
         }
-        let mut vertical = vertical("u", range_of(drawn.iter()));
+        let unit = units::common(receiver.curves.slaves.iter().map(|slave| &slave.unit));
+        let mut vertical = vertical(&escaped(unit.as_str()), range_of(drawn.iter()));
         vertical["domain"] = band(n, count);
         layout[axis.replacen('y', "yaxis", 1)] = vertical;
         titles.push(subtitle(receiver, n, count));

@@ -3,6 +3,8 @@ use std::collections::BTreeMap;
 use coaxle_receiver::StateName;
 use serde_json::Value;
 
+use coaxle_node::config::Unit;
+
 use super::*;
 use crate::summary::{Cut, ReceiverSummary, SlaveSummary};
 
@@ -39,9 +41,13 @@ fn summary() -> Summary {
     }
 }
 
+fn mm() -> Unit {
+    Unit::new("mm").unwrap()
+}
+
 fn curves() -> Vec<Curves> {
-    let mut bare = Curves::new("bare", "bypass", ["slave"]);
-    let mut cured = Curves::new(NASTY, "sync", ["slave"]);
+    let mut bare = Curves::new("bare", "bypass", mm(), [("slave", mm())]);
+    let mut cured = Curves::new(NASTY, "sync", mm(), [("slave", mm())]);
     for k in 0..10_000 {
         let t = f64::from(k) * 1e-3;
         let beat = k % 2_000 == 0;
@@ -127,27 +133,31 @@ fn velocities_share_one_scale_and_those_without_correction_come_first() {
 
 #[test]
 fn cuts_and_several_slaves_are_drawn_where_there_are_any() {
-    let cut = |number: u64, length_error_um| Cut {
+    let cut = |number: u64, length_error| Cut {
         number,
         t_s: number as f64,
         position: Some(1e3 * number as f64),
         mark: Some(number),
-        position_error_um: Some(100.0),
-        length_error_um,
+        position_error: Some(0.1),
+        length_error,
     };
     let mut summary = summary();
     let receiver = summary.receivers.get_mut("bare").unwrap();
     let mut slave = SlaveSummary::default();
-    slave.cuts.cut_list = vec![cut(1, None), cut(2, Some(-400.0))];
+    slave.cuts.cuts = 2;
+    slave.cuts.cut_unit = mm();
+    slave.cuts.cut_list = vec![cut(1, None), cut(2, Some(-0.4))];
     receiver.slaves.insert("saw".to_owned(), slave);
     let mut curves = curves();
-    let mut two = Curves::new("bare", "bypass", ["saw", "tool"]);
+    let mut two = Curves::new("bare", "bypass", mm(), [("saw", mm()), ("tool", mm())]);
     two.slaves[1].position.push(0.0, Some(1.0));
     curves[1] = two;
     let figures = figures_of(&page_of(&summary, &curves));
     let cuts = figures["cuts-figure"]["data"].as_array().unwrap();
     assert_eq!(cuts.len(), 2, "lengths and positions");
     assert_eq!(cuts[0]["y"], serde_json::json!([-400]));
+    let title = &figures["cuts-figure"]["layout"]["yaxis"]["title"]["text"];
+    assert_eq!(title, "piece too long (µm)");
     let names: Vec<_> = figures["positions-figure"]["data"]
         .as_array()
         .unwrap()

@@ -16,8 +16,8 @@ struct Line<'a> {
     t_s: f64,
     position: Option<f64>,
     mark: Option<u64>,
-    position_error_um: Option<f64>,
-    length_error_um: Option<f64>,
+    position_error: Option<f64>,
+    length_error: Option<f64>,
 }
 
 /// Writes the file, if any slave cut.
@@ -51,8 +51,8 @@ fn line<'a>(receiver: &'a str, slave: &'a str, cut: &Cut) -> Line<'a> {
         t_s,
         position,
         mark,
-        position_error_um,
-        length_error_um,
+        position_error,
+        length_error,
     } = *cut;
     Line {
         receiver,
@@ -61,7 +61,7 @@ fn line<'a>(receiver: &'a str, slave: &'a str, cut: &Cut) -> Line<'a> {
         t_s,
         position,
         mark,
-        position_error_um,
-        length_error_um,
+        position_error,
+        length_error,
     }
 }

@@ -6,15 +6,19 @@ use std::fmt::Write as _;
 use super::{CORRECTIONS, NOTHING, optional, roughly};
 use crate::number::significant;
 use crate::summary::{CutsSummary, ReceiverSummary, Summary};
+use crate::units::{self, Fine};
 
 /// How far off the lengths of the pieces are, a line per way of correction. None where the scenario
 /// cuts nothing without correction to compare with.
 pub(super) fn conclusion(summary: &Summary) -> Option<String> {
     let of_mode = |mode| summary.receivers.values().filter(move |r| r.mode == mode);
     let bare = worst_length(of_mode("bypass"))?;
+    let cutting = summary.receivers.values().flat_map(cuts_of);
+    let Fine { factor, unit } = units::fine(&units::common(cutting.map(|cuts| &cuts.cut_unit)));
+    let shown = |error: f64| format!("{} {unit}", significant(factor * error, 3));
     let mut text = format!(
-        "without correction: pieces are off by up to {} µm",
-        significant(bare, 3)
+        "without correction: pieces are off by up to {}",
+        shown(bare)
     );
     for (mode, name) in CORRECTIONS {
         if of_mode(mode).next().is_none() {
@@ -25,7 +29,7 @@ pub(super) fn conclusion(summary: &Summary) -> Option<String> {
                 let _ = write!(text, "\n{name}nothing was cut twice within the run");
             }
             Some(worst) => {
-                let _ = write!(text, "\n{name}by up to {} µm", significant(worst, 3));
+                let _ = write!(text, "\n{name}by up to {}", shown(worst));
                 if worst > 0.0 && bare > worst {
                     let _ = write!(text, ", about {} times less", roughly(bare / worst));
                 }
@@ -37,24 +41,34 @@ pub(super) fn conclusion(summary: &Summary) -> Option<String> {
 
 /// The largest error of a length among these receivers; none if nothing was cut twice.
 fn worst_length<'a>(receivers: impl Iterator<Item = &'a ReceiverSummary>) -> Option<f64> {
-    let slaves = receivers.flat_map(|receiver| receiver.slaves.values());
-    let errors = slaves.filter_map(|slave| slave.cuts.cut_length_error_max_um);
+    let errors = receivers
+        .flat_map(cuts_of)
+        .filter_map(|cuts| cuts.cut_length_error_max);
     errors.reduce(f64::max)
 }
 
+/// The cuts of the slaves that cut.
+fn cuts_of(receiver: &ReceiverSummary) -> impl Iterator<Item = &CutsSummary> {
+    let cuts = receiver.slaves.values().map(|slave| &slave.cuts);
+    cuts.filter(|cuts| cuts.cuts > 0)
+}
+
 /// A label and a value per receiver, for every slave that cuts; none where no slave does.
-pub(super) fn rows(receivers: &[(&str, &ReceiverSummary)]) -> Vec<(String, Vec<String>)> {
+pub(super) fn rows<'a>(receivers: &[(&str, &'a ReceiverSummary)]) -> Vec<(String, Vec<String>)> {
     let slaves = cutting(receivers);
     let mut rows = Vec::new();
     for slave in &slaves {
+        let cuts = |receiver: &'a ReceiverSummary| Some(&receiver.slaves.get(*slave)?.cuts);
+        let known = receivers.iter().filter_map(|(_, receiver)| cuts(receiver));
+        let Fine { factor, unit } = units::fine(&units::common(known.map(|cuts| &cuts.cut_unit)));
         for (label, text) in FIGURES {
+            let label = label.replace("{unit}", &unit);
             let label = match slaves.len() {
-                1 => label.to_owned(),
+                1 => label,
                 _ => format!("{slave}: {label}"),
             };
-            let value = |receiver: &ReceiverSummary| match receiver.slaves.get(*slave) {
-                Some(figures) => text(&figures.cuts),
-                None => NOTHING.to_owned(),
+            let value = |receiver| {
+                cuts(receiver).map_or_else(|| NOTHING.to_owned(), |cuts| text(cuts, factor))
             };
             rows.push((label, receivers.iter().map(|(_, r)| value(r)).collect()));
         }
@@ -72,21 +86,21 @@ fn cutting<'a>(receivers: &[(&str, &'a ReceiverSummary)]) -> BTreeSet<&'a str> {
         .collect()
 }
 
-type Figure = (&'static str, fn(&CutsSummary) -> String);
+/// A label, and the value with so many small units to a unit of the master.
+type Figure = (&'static str, fn(&CutsSummary, f64) -> String);
 
-/// µm, if the master's unit is mm.
 const FIGURES: [Figure; 5] = [
-    ("cuts", |c| c.cuts.to_string()),
-    ("cut off its mark max, µm", |c| {
-        optional(c.cut_position_error_max_um, 1.0)
+    ("cuts", |c, _| c.cuts.to_string()),
+    ("cut off its mark max, {unit}", |c, factor| {
+        optional(c.cut_position_error_max, factor)
     }),
-    ("cut off its mark rms, µm", |c| {
-        optional(c.cut_position_error_rms_um, 1.0)
+    ("cut off its mark rms, {unit}", |c, factor| {
+        optional(c.cut_position_error_rms, factor)
     }),
-    ("length error max, µm", |c| {
-        optional(c.cut_length_error_max_um, 1.0)
+    ("length error max, {unit}", |c, factor| {
+        optional(c.cut_length_error_max, factor)
     }),
-    ("length error rms, µm", |c| {
-        optional(c.cut_length_error_rms_um, 1.0)
+    ("length error rms, {unit}", |c, factor| {
+        optional(c.cut_length_error_rms, factor)
     }),
 ];

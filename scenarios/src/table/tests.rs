@@ -188,11 +188,16 @@ fn numbers_are_rounded_to_what_is_significant() {
     assert_eq!(roughly(2.345), "2.3");
 }
 
+fn millimetres() -> Unit {
+    Unit::new("mm").expect("a unit")
+}
+
 fn slaves(cuts: &[(&str, u64)]) -> BTreeMap<String, SlaveSummary> {
     let slave = |(name, cuts): &(&str, u64)| {
         let figures = CutsSummary {
             cuts: *cuts,
-            cut_length_error_max_um: Some(4.25),
+            cut_unit: millimetres(),
+            cut_length_error_max: Some(0.00425),
             ..CutsSummary::default()
         };
         let slave = SlaveSummary {
@@ -230,7 +235,8 @@ fn a_conclusion_about_cuts_compares_the_lengths_of_pieces() {
     let with = |mode, length_error| {
         let cuts = CutsSummary {
             cuts: 29,
-            cut_length_error_max_um: length_error,
+            cut_unit: millimetres(),
+            cut_length_error_max: length_error,
             ..CutsSummary::default()
         };
         let slave = SlaveSummary {
@@ -243,8 +249,8 @@ fn a_conclusion_about_cuts_compares_the_lengths_of_pieces() {
         }
     };
     let text = conclusion(&summary(vec![
-        ("bypass", with("bypass", Some(400.0))),
-        ("observer", with("observer", Some(0.25))),
+        ("bypass", with("bypass", Some(0.4))),
+        ("observer", with("observer", Some(0.25e-3))),
         ("sync", with("sync", None)),
     ]));
     assert_eq!(

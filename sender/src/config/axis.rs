@@ -3,7 +3,7 @@
 use std::num::{NonZeroU16, NonZeroU32};
 use std::path::PathBuf;
 
-use coaxle_node::config::Positive;
+use coaxle_node::config::{Positive, Unit};
 use serde::{Deserialize, Serialize};
 
 use super::program::ProgramConfig;
@@ -16,6 +16,8 @@ pub struct AxisConfig {
     pub id: NonZeroU32,
     /// Its name, for people: 1 to 64 characters.
     pub name: String,
+    /// What its position is in; `u` by default.
+    pub unit: Unit,
     /// The length of a modulo turn in u, say 360 for degrees; none for an axis without.
     pub modulo: Option<Positive>,
     /// What moves it.
@@ -91,6 +93,8 @@ pub enum Interpolation {
 struct Written {
     id: NonZeroU32,
     name: String,
+    #[serde(default)]
+    unit: Unit,
     #[serde(skip_serializing_if = "Option::is_none")]
     modulo: Option<Positive>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -106,7 +110,11 @@ impl TryFrom<Written> for AxisConfig {
 
     fn try_from(written: Written) -> Result<Self, String> {
         let Written {
-            id, name, modulo, ..
+            id,
+            name,
+            unit,
+            modulo,
+            ..
         } = written;
         if !(1..=64).contains(&name.chars().count()) {
             return Err(format!(
@@ -128,6 +136,7 @@ impl TryFrom<Written> for AxisConfig {
         Ok(Self {
             id,
             name,
+            unit,
             modulo,
             source,
         })
@@ -152,12 +161,14 @@ impl From<AxisConfig> for Written {
         let AxisConfig {
             id,
             name,
+            unit,
             modulo,
             source,
         } = axis;
         let mut written = Self {
             id,
             name,
+            unit,
             modulo,
             program: None,
             encoder: None,

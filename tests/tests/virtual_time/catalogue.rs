@@ -124,7 +124,10 @@ fn of_slave(s: &SlaveSummary) -> [Cell; 16] {
         ("sync s", digits(coupling.sync_duration_s)),
         ("sync way", digits(coupling.sync_slave_way)),
         ("cuts", cuts.cuts.to_string()),
-        ("cutmax µm", digits(cuts.cut_position_error_max_um)),
+        (
+            "cutmax µm",
+            digits(cuts.cut_position_error_max.map(|mm| 1e3 * mm)),
+        ),
     ]
 }
 

@@ -24,11 +24,11 @@ fn pieces_are_cut_within_five_micrometres_whatever_the_clocks_do() {
         let cuts = |receiver| figures(&summary, receiver).slaves["saw"].cuts.clone();
         let (bare, cured) = (cuts("bypass"), cuts("observer"));
         assert!(cured.cuts >= 13, "{seed}: {} cuts", cured.cuts);
-        let off_length = cured.cut_length_error_max_um.expect("judged");
+        let off_length = 1e3 * cured.cut_length_error_max.expect("judged");
         assert!(off_length <= 5.0, "{seed}: {off_length} µm");
-        let off_mark = cured.cut_position_error_max_um.expect("judged");
+        let off_mark = 1e3 * cured.cut_position_error_max.expect("judged");
         assert!(off_mark <= 5.0, "{seed}: {off_mark} µm");
-        let off_length = bare.cut_length_error_max_um.expect("judged");
+        let off_length = 1e3 * bare.cut_length_error_max.expect("judged");
         assert!(off_length >= 300.0, "{seed}: {off_length} µm");
     }
 }

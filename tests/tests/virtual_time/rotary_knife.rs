@@ -34,7 +34,7 @@ fn every_cut_is_within_ten_micrometres_of_its_mark() {
         let knife = knife(seed);
         assert!(knife.cuts.cuts >= 35, "{seed}: {}", knife.cuts.cuts);
         assert_eq!(knife.errors, 0, "{seed}");
-        let worst = knife.cuts.cut_position_error_max_um.expect("judged");
+        let worst = 1e3 * knife.cuts.cut_position_error_max.expect("judged");
         assert!(worst <= 10.0, "{seed}: {worst} µm");
         let marks: Vec<_> = knife.cuts.cut_list.iter().map(|cut| cut.mark).collect();
         let in_a_row = |pair: &[Option<u64>]| pair[0].map(|mark| mark + 1) == pair[1];

@@ -9,6 +9,7 @@ mod link;
 mod load;
 mod real_time;
 mod transport;
+mod unit;
 
 pub use checked::{AtLeastZero, CycleMicros, DelayMicros, Finite, Fraction, OutOfRange, Positive};
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
@@ -16,3 +17,4 @@ pub use link::{DelayStep, LinkConfig, Partition, SpikeConfig};
 pub use load::{ConfigError, from_table, load, parse, parse_table};
 pub use real_time::RealTimeConfig;
 pub use transport::{TransportConfig, TransportMode};
+pub use unit::{Unit, WrongUnit};

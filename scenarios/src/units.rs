@@ -1,0 +1,59 @@
+//! Units of figures: those of the axes, where all that is shown together has the same.
+
+use coaxle_node::config::Unit;
+
+/// The unit that all of these have; `u` where they differ, or where there is none.
+pub(crate) fn common<'a>(units: impl IntoIterator<Item = &'a Unit>) -> Unit {
+    let mut units = units.into_iter();
+    let first = units.next().cloned().unwrap_or_default();
+    if units.all(|unit| *unit == first) {
+        first
+    } else {
+        Unit::default()
+    }
+}
+
+/// What small lengths are shown in.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Fine {
+    /// So many of them are a unit of the axis.
+    pub(crate) factor: f64,
+    /// What they are called.
+    pub(crate) unit: String,
+}
+
+/// Millimetres and metres have a thousandth with a name of its own; other units stay.
+pub(crate) fn fine(unit: &Unit) -> Fine {
+    let (factor, unit) = match unit.as_str() {
+        "mm" => (1e3, "µm"),
+        "m" => (1e3, "mm"),
+        other => (1.0, other),
+    };
+    Fine {
+        factor,
+        unit: unit.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_that_differ_have_none_in_common() {
+        let unit = |text| Unit::new(text).unwrap();
+        assert_eq!(common(&[unit("mm"), unit("mm")]), unit("mm"));
+        assert_eq!(common(&[unit("mm"), unit("°")]), unit("u"));
+        assert_eq!(common(&[]), unit("u"));
+    }
+
+    #[test]
+    fn only_lengths_with_a_named_thousandth_are_shown_in_it() {
+        let shown = |text| {
+            let Fine { factor, unit } = fine(&Unit::new(text).unwrap());
+            (factor, unit)
+        };
+        assert_eq!(shown("mm"), (1e3, "µm".to_owned()));
+        assert_eq!(shown("°"), (1.0, "°".to_owned()));
+    }
+}
