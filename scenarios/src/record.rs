@@ -36,9 +36,12 @@ impl Clone for Record {
 
     /// In the buffer that is there.
     fn clone_from(&mut self, other: &Self) {
-        let mut slaves = std::mem::take(&mut self.slaves);
-        slaves.clone_from(&other.slaves);
-        *self = Self { slaves, ..*other };
+        self.slaves.clone_from(&other.slaves);
+        self.at_ns = other.at_ns;
+        self.woke_ns = other.woke_ns;
+        self.node = other.node;
+        self.far = other.far;
+        self.axis = other.axis;
     }
 }
 

@@ -20,8 +20,8 @@ impl Domain for Reference {
 pub struct Row {
     /// Ideal start of the cycle, s after the start of the run.
     pub t_s: f64,
-    /// What the receiver recorded.
-    pub record: Record,
+    /// What the receiver recorded; in a box, as it waits, is judged, shown and used again.
+    pub record: Box<Record>,
     /// Where its master truly was: position and velocity, in units of the axis it receives.
     pub truth: Option<(f64, f64)>,
     /// Difference quotient of the set position given to the drive, slave units/s.

@@ -140,7 +140,7 @@ mod tests {
                 gear: None,
             },
         };
-        let mut record = Record::default();
+        let mut record = Box::<Record>::default();
         record.fill(0, 0, &SignalRow::new(&config), &view);
         let mut trace = TraceWriter::new(&[config], &[view], Vec::new());
         let row = Row {

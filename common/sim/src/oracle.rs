@@ -59,6 +59,9 @@ pub struct Oracle<R: Domain> {
 /// Cycles that may be missing between two samples for the motion between them to be known.
 const LARGEST_GAP: u64 = 20;
 
+/// Nearly all ask for an instant among the newest so many samples, which are looked through first.
+const NEAR: usize = 4;
+
 impl<R: Domain> Oracle<R> {
     /// An oracle for a sender with this nominal cycle time that remembers for `memory`.
     #[must_use]
@@ -91,7 +94,7 @@ impl<R: Domain> Oracle<R> {
     /// The master at `at`; none before it began, after what is known, and in gaps.
     #[must_use]
     pub fn at(&self, at: Instant<R>) -> Option<Truth> {
-        let after = self.samples.partition_point(|sample| sample.at <= at);
+        let after = self.first_after(at);
         let from = self.samples.get(after.checked_sub(1)?)?;
         let to = self.samples.get(after).filter(|to| {
             // From one run to the next, and over a gap, nobody knows the motion.
@@ -100,6 +103,15 @@ impl<R: Domain> Oracle<R> {
         match to {
             Some(to) => Some(self.between(from, to, at)),
             None => (from.at == at).then(|| self.between(from, from, at)),
+        }
+    }
+
+    /// The number of the first sample after `at`.
+    fn first_after(&self, at: Instant<R>) -> usize {
+        let newest = self.samples.iter().rev().take(NEAR);
+        match newest.take_while(|sample| sample.at > at).count() {
+            NEAR => self.samples.partition_point(|sample| sample.at <= at),
+            later => self.samples.len() - later,
         }
     }
 

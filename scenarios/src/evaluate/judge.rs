@@ -35,9 +35,9 @@ pub(super) struct Judge {
     cycle_time: CycleTime,
     synchronises: bool,
     /// Cycles whose truth is not known yet.
-    pub(super) waiting: VecDeque<Record>,
+    pub(super) waiting: VecDeque<Box<Record>>,
     /// Records to be used again.
-    spare: Vec<Record>,
+    spare: Vec<Box<Record>>,
     previous: Option<Previous>,
     first_data: Option<(i64, u64)>,
     evaluating: bool,
@@ -112,7 +112,7 @@ impl Judge {
     }
 
     /// A record that nobody needs any more.
-    pub(super) fn take_back(&mut self, record: Record) {
+    pub(super) fn take_back(&mut self, record: Box<Record>) {
         self.spare.push(record);
     }
 
@@ -125,7 +125,7 @@ impl Judge {
 
     pub(super) fn judge(
         &mut self,
-        record: Record,
+        record: Box<Record>,
         masters: &[Master],
         start: Instant<Reference>,
     ) -> Row {
@@ -136,7 +136,10 @@ impl Judge {
             start,
         };
         let truth = far.oracle.at(at);
-        let clock = masters[self.clock].oracle.at(at);
+        let clock = match self.clock {
+            clock if clock == self.motion => truth,
+            clock => masters[clock].oracle.at(at),
+        };
         let master = truth.and_then(|truth| far.moves(&truth));
         let epoch = truth.map(|truth| truth.epoch);
         let set_velocity = self.difference(
