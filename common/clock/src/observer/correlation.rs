@@ -21,6 +21,9 @@ const STEP: f64 = 0.01;
 /// as fast when nearly all scores are on one side.
 const MIDDLE_STEP: f64 = 0.0005;
 const ONE_SIDED: f64 = 0.8;
+/// What scatters less than this needs no care, s: there, what remains of finding the line and of rounding
+/// is correlated.
+const LEAST_SPREAD: f64 = 1e-7;
 /// So many times the scatter of independent messages is no chance any more …
 const CORRELATED: f64 = 6.0;
 /// … and so little may be; for so many messages: then they are independent again.
@@ -103,7 +106,7 @@ impl Correlation {
         if self.spread == 0.0 {
             self.spread = size;
         }
-        let score = if self.spread > 0.0 {
+        let score = if self.spread > LEAST_SPREAD {
             (deviation / self.spread).clamp(-1.0, 1.0)
         } else {
             0.0

@@ -110,9 +110,15 @@ impl Jitter {
         self.moved = 0.0;
         self.misfit = Misfit::default();
         self.pinned = true;
-        let width = width.max(0.3 * self.cell);
         self.set(0.25 * width, width);
+        self.widen_to_cell();
         self.pull = Pull::beside(&self.information);
+    }
+
+    /// Widths far below a cell would be a guess from messages that all came in the same one.
+    fn widen_to_cell(&mut self) {
+        let width = self.exponential.max(0.3 * self.cell);
+        self.set(self.normal.max(0.25 * 0.3 * self.cell), width);
         self.certainty = 1.0 / (self.fine_variance() + self.cell * self.cell / 12.0);
     }
 
@@ -141,8 +147,12 @@ impl Jitter {
     }
 
     /// The cell that arrivals are stamped to, s; 0 if it does not matter.
-    pub(super) const fn set_cell(&mut self, cell: f64) {
+    pub(super) fn set_cell(&mut self, cell: f64) {
+        let was_fine = self.cell == 0.0;
         self.cell = cell;
+        if was_fine && cell > 0.0 {
+            self.widen_to_cell();
+        }
     }
 
     pub(super) const fn cell(&self) -> f64 {

@@ -267,7 +267,7 @@ impl PhaseObserver {
             filled: 0,
             held_up: 0,
             line: None,
-            resolution: Resolution::default(),
+            resolution: Resolution::new(self.data_cycle_time),
             edge: Edge::new(
                 self.seconds_per_count,
                 self.parameters.smallest_skip_ms * 1e-3,

@@ -4,19 +4,34 @@
 //! came somewhere in a cell, from the stamp on; the likelihood of a location is that of the cell, the
 //! jitter's distribution integrated over it.
 
-use crate::instant::{Instant, Local};
+use crate::instant::{Instant, Local, Span};
 
 /// A finer resolution does not matter, ns.
 const COARSE: u64 = 5_000;
 
+/// What all differences are multiples of is the sender's pace and no resolution, from so many tenths of a
+/// cycle on: arrivals without any jitter come exactly a cycle after each other.
+const PACE_IN_TENTHS: u64 = 9;
+
 /// Finds the resolution of arrivals: all differences are multiples of it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Resolution {
     first: Option<Instant<Local>>,
     divisor: u64,
+    /// As wide as this is no cell, ns.
+    pace: u64,
 }
 
 impl Resolution {
+    /// Of a sender of this cycle time.
+    pub(super) const fn new(data_cycle_time: Span) -> Self {
+        Self {
+            first: None,
+            divisor: 0,
+            pace: data_cycle_time.as_nanos().unsigned_abs() / 10 * PACE_IN_TENTHS,
+        }
+    }
+
     pub(super) fn take(&mut self, arrived: Instant<Local>) {
         let first = *self.first.get_or_insert(arrived);
         // Once it is fine it stays so.
@@ -27,7 +42,7 @@ impl Resolution {
 
     /// The width of a cell, s; 0 where it is so fine that it does not matter.
     pub(super) fn cell(&self) -> f64 {
-        if self.divisor >= COARSE {
+        if (COARSE..self.pace).contains(&self.divisor) {
             self.divisor as f64 * 1e-9
         } else {
             0.0
@@ -69,6 +84,10 @@ impl Widths {
     fn at(&self, residual: f64) -> (f64, f64) {
         let ratio = self.normal / self.exponential;
         let z = residual / self.normal;
+        if z < EARLY {
+            // Nothing, and not infinity times nothing.
+            return (0.0, 0.0);
+        }
         let tail = 0.5 * ratio * ratio - residual / self.exponential;
         let tail = libm::exp(tail) * below(z - ratio);
         (tail / self.exponential, below(z) - tail)
@@ -135,7 +154,7 @@ mod tests {
 
     #[test]
     fn the_resolution_is_what_divides_all_differences() {
-        let mut resolution = Resolution::default();
+        let mut resolution = Resolution::new(Span::from_millis(1));
         for k in [7, 9, 12, 30, 31] {
             resolution.take(Instant::from_nanos(123 + 50_000 * k));
         }
@@ -144,6 +163,22 @@ mod tests {
         assert_eq!(resolution.cell(), 0.0);
         resolution.take(Instant::from_nanos(123 + 50_000 * 50));
         assert_eq!(resolution.cell(), 0.0, "once fine, always fine");
+    }
+
+    #[test]
+    fn the_pace_of_the_sender_is_no_resolution() {
+        let cycle = 1_000_030;
+        let mut resolution = Resolution::new(Span::from_millis(1));
+        for k in [0, 1, 2, 3, 5] {
+            resolution.take(Instant::from_nanos(123 + cycle * k));
+            assert_eq!(resolution.cell(), 0.0);
+        }
+        // Nor is it if only every other message came as yet.
+        let mut resolution = Resolution::new(Span::from_millis(1));
+        for (k, cell) in [(0, 0.0), (40, 0.0), (80, 0.0), (101, 50e-6)] {
+            resolution.take(Instant::from_nanos(50_000 * k));
+            assert_eq!(resolution.cell(), cell, "{k}");
+        }
     }
 
     #[test]
@@ -176,11 +211,16 @@ mod tests {
 
     #[test]
     fn far_out_it_stays_finite() {
-        let widths = Widths {
-            normal: 50e-9,
-            exponential: 1e-6,
-        };
-        for residual in [-1.0, -1e-3, -50.1e-6, 1e-3, 1.0] {
+        for exponential in [1e-6, 50e-9] {
+            far_out_of(&Widths {
+                normal: 50e-9,
+                exponential,
+            });
+        }
+    }
+
+    fn far_out_of(widths: &Widths) {
+        for residual in [-1.0, -1e-3, -50.1e-6, -5e-6, 1e-3, 1.0] {
             let scores = widths.cell(residual, 50e-6);
             assert!(scores.location.is_finite() && scores.curvature.is_finite());
             let (normal, exponential) = widths.cell_widths(residual, 50e-6);

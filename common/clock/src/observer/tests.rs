@@ -162,6 +162,82 @@ fn the_shortest_cycle_and_any_other_own_cycle_will_do() {
     }
 }
 
+/// Arrivals as regular as the sender's clock: nothing scatters, and no two differences but whole cycles.
+fn without_jitter(drift_ppm: f64) -> World {
+    World {
+        normal: 0.0,
+        exponential: 0.0,
+        ..World::new(millis(1), drift_ppm)
+    }
+}
+
+impl World {
+    fn is_correlated(&self) -> bool {
+        self.observer
+            .stream
+            .as_ref()
+            .unwrap()
+            .choice
+            .is_correlated()
+    }
+}
+
+#[test]
+fn arrivals_without_jitter_are_not_correlated() {
+    for drift in [-100.0, -7.0, 0.0, 0.1, 30.0, 100.0] {
+        let mut world = without_jitter(drift);
+        let output = world.run(0.5);
+        assert_eq!(output.state, ObserverState::Synced, "{drift}");
+        let off = output.drift_ppm + drift;
+        assert!(off.abs() < 0.3, "{drift}: {off}");
+        for _ in 0..60 {
+            let output = world.run(1.0);
+            assert_eq!(output.state, ObserverState::Synced, "{drift}");
+            assert!(!world.is_correlated(), "{drift}");
+            assert!(world.error().abs() < 0.3e-6, "{drift}: {}", world.error());
+        }
+        assert!(world.is_monotone());
+    }
+}
+
+#[test]
+fn arrivals_without_jitter_are_followed_through_silence_skip_and_restart() {
+    let interruptions: [fn(&mut World); 4] = [
+        |world| {
+            world.silent = true;
+            let _ = world.run(0.5);
+            world.silent = false;
+        },
+        |world| {
+            world.silent = true;
+            let _ = world.run(3.0);
+            world.silent = false;
+        },
+        |world| world.due += 7e6 * (1.0 + world.drift),
+        |world| {
+            world.epoch += 1;
+            world.count = 0;
+            world.due += 0.4e6;
+        },
+    ];
+    for (n, interrupt) in interruptions.into_iter().enumerate() {
+        let mut world = without_jitter(30.0);
+        let _ = world.run(5.0);
+        interrupt(&mut world);
+        let before = world.outputs.len();
+        let output = world.run(2.0);
+        assert_eq!(output.state, ObserverState::Synced, "{n}");
+        assert!(!world.is_correlated(), "{n}");
+        assert!(world.error().abs() < 1e-6, "{n}: {}", world.error());
+        assert!(world.is_monotone(), "{n}");
+        let after = &world.outputs[before + 1_000..];
+        for output in after {
+            let off = output.drift_ppm + 30.0;
+            assert!(off.abs() < 0.3, "{n}: {off}");
+        }
+    }
+}
+
 #[test]
 fn duplicates_and_stragglers_change_nothing() {
     let (mut once, mut twice) = (World::new(millis(1), 20.0), World::new(millis(1), 20.0));
