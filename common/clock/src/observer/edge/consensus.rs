@@ -16,6 +16,8 @@ const WIDER: f64 = 1.5;
 const MARGIN: f64 = 20.0;
 /// A drift that is not the one known costs at most this.
 const DRIFT_COST: f64 = 40.0;
+/// Points on the edge are not independent: the drift's standard deviation is taken so many times.
+const DRIFT_DOUBT: f64 = 3.0;
 /// The lowest so many points of either half make candidates.
 const TRIED: usize = 3;
 /// Points so near to the line, in widths, are on it.
@@ -96,13 +98,9 @@ impl Seen {
 /// A line that is clearly better than the present one, if there is one.
 pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Candidate> {
     let seen = Seen::from(windows, line, noise);
-    // A line that no newer point is on has nothing to say, of the drift neither.
+    // A line that no newer point is on has little to say.
     let supported = seen.support(seen.len / 2..seen.len, 0.0, 0.0) >= 2;
-    let (margin, drift_cost) = if supported {
-        (MARGIN, DRIFT_COST)
-    } else {
-        (0.25 * MARGIN, 0.0)
-    };
+    let margin = if supported { MARGIN } else { 0.25 * MARGIN };
     let mut least = seen.cost(0.0, 0.0) - margin;
     if least < 0.0 {
         return None;
@@ -122,7 +120,8 @@ pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Ca
         };
         consider(seen.cost(offset, 0.0), candidate);
     }
-    let certainty = 1.0 / (line.estimate.drift_variance + DRIFT_TOLERANCE * DRIFT_TOLERANCE);
+    let known = DRIFT_DOUBT * DRIFT_DOUBT * line.estimate.drift_variance;
+    let certainty = 1.0 / (known + DRIFT_TOLERANCE * DRIFT_TOLERANCE);
     let half = seen.len / 2;
     for early in seen.lowest(0..half) {
         for late in seen.lowest(half..seen.len) {
@@ -132,7 +131,7 @@ pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Ca
                 continue;
             }
             let offset = seen.above[early] - drift * seen.times[early];
-            let unlikely = (drift * drift * certainty).min(drift_cost);
+            let unlikely = (drift * drift * certainty).min(DRIFT_COST);
             let candidate = Candidate {
                 offset,
                 drift: Some(drift),

@@ -144,7 +144,7 @@ impl Edge {
         if !self.windows.take(time, phase, residual) {
             return;
         }
-        let point = self.windows.close(&line, self.noise.near());
+        let point = self.windows.close(&line, self.noise.variance());
         self.follow(&mut line, point);
         self.line = Some(line);
         self.opened = time;

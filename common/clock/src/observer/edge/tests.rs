@@ -17,6 +17,8 @@ struct Link {
     random: Random,
     count: u64,
     loss: f64,
+    /// Widths of the jitter's normal and exponential part, s.
+    jitter: (f64, f64),
     /// How high the edge lies, s.
     delay: f64,
     largest_drift_error: f64,
@@ -30,6 +32,7 @@ impl Link {
             random: Random::of_seed(seed),
             count: 0,
             loss: 0.0,
+            jitter: (0.2e-6, 5e-6),
             delay: 0.0,
             largest_drift_error: 0.0,
             shifts: Vec::new(),
@@ -52,7 +55,8 @@ impl Link {
         let messages = (seconds / CYCLE) as u64;
         self.largest_drift_error = 0.0;
         for n in 0..messages {
-            let jitter = 0.2e-6 * self.random.normal() + 5e-6 * self.random.exponential();
+            let (normal, exponential) = self.jitter;
+            let jitter = normal * self.random.normal() + exponential * self.random.exponential();
             let late = self.delay + extra(n as f64 * CYCLE) + jitter;
             if self.random.uniform() >= self.loss {
                 let time = self.time();
@@ -107,6 +111,25 @@ fn the_upper_level_does_not_lift_the_line() {
         assert!(link.shifts.is_empty());
         let jumped = link.edge.take_jump();
         assert!(jumped.abs() < TOLERANCE, "{jumped}");
+    }
+}
+
+/// Where points scatter it may take the edge to be another line, but not for long.
+#[test]
+fn after_a_long_time_on_the_upper_level_the_line_is_found_again() {
+    for seed in 0..10 {
+        let mut link = Link::of_seed(seed);
+        link.jitter = (5e-6, 20e-6);
+        link.run(60.0, |_| 0.0);
+        let lower = link.error();
+        for upper_for in [8.0, 16.0, 24.0] {
+            link.run(upper_for, |_| UPPER);
+            let turned = link.largest_drift_error;
+            assert!(turned < 1e-6, "{seed}, {upper_for}: {turned}");
+            link.run(40.0, |_| 0.0);
+            let error = link.error() - lower;
+            assert!(error.abs() < 4e-6, "{seed}, {upper_for}: {error}");
+        }
     }
 }
 
