@@ -12,6 +12,11 @@ use super::steadiness::Steadiness;
 const MISSED: f64 = 0.45;
 /// Points on the edge are never quite independent: its standard deviation is taken so many times.
 const EDGE_DOUBT: f64 = 2.0;
+/// Where the edge jumped it is no surer than so much of the jump …
+const JUMPED: f64 = 0.45;
+/// … of which so much is kept from look to look: less as long as the line is still being found.
+const JUMP_KEPT: f64 = 0.95;
+const EARLY_JUMP_KEPT: f64 = 0.8;
 /// The other line must be so many times surer, at so many looks in a row.
 const SURER: f64 = 1.5;
 const LOOKS: u8 = 8;
@@ -20,6 +25,8 @@ const LOOKS_FROM_EDGE: u8 = 24;
 const WORTH_LITTLE: f64 = 40.0;
 /// So much scatter of means is no proof, but a sign.
 const SOMEWHAT: f64 = 2.0;
+/// With so much it is as good as certain, for the uncertainty.
+const PROBABLE: f64 = 4.0;
 /// So many small jumps of the delay in about such a time, s, are a sign.
 const MANY_SHIFTS: f64 = 2.2;
 const SHIFTS_FORGOTTEN_AFTER: f64 = 30.0;
@@ -39,6 +46,8 @@ pub(super) struct Choice {
     contrary: u8,
     /// What is added to the line that is followed, s.
     carry: f64,
+    /// By how much the edge jumped lately, s.
+    edge_jump: f64,
     /// How many small jumps there were lately, and when the last one was, s.
     small_shifts: f64,
     last_small_shift: f64,
@@ -53,6 +62,7 @@ impl Choice {
             by_edge: false,
             contrary: 0,
             carry: 0.0,
+            edge_jump: 0.0,
             small_shifts: 0.0,
             last_small_shift: 0.0,
         }
@@ -71,6 +81,14 @@ impl Choice {
     /// Whether there is a sign of it, though no proof.
     pub(super) fn may_be_correlated(&self) -> bool {
         self.correlation.ratio() > SOMEWHAT
+    }
+
+    /// How likely it is that delays are correlated, 0 to 1.
+    fn suspicion(&self) -> f64 {
+        if self.is_correlated() {
+            return 1.0;
+        }
+        ((self.correlation.ratio() - SOMEWHAT) / (PROBABLE - SOMEWHAT)).clamp(0.0, 1.0)
     }
 
     /// What is to be added to the line that is followed, s.
@@ -102,6 +120,11 @@ impl Choice {
         }
     }
 
+    /// Another line than before is taken for the edge: one of both is wrong, and nobody knows yet which.
+    pub(super) fn edge_jumped(&mut self, by: f64) {
+        self.edge_jump = self.edge_jump.max(libm::fabs(by));
+    }
+
     /// The line of all messages was moved by what the clock or the path jumped.
     pub(super) fn shift_all(&mut self, by: f64) {
         self.all.shift(by);
@@ -120,10 +143,13 @@ impl Choice {
             (&self.all, 1.0)
         };
         let sigma = doubt * libm::sqrt(offset_variance);
-        match steadiness.usual_miss() {
-            Some(miss) if self.is_correlated() => libm::hypot(sigma, MISSED * miss),
-            _ => sigma,
-        }
+        let missed = MISSED * self.suspicion() * steadiness.usual_miss().unwrap_or(0.0);
+        let jumped = if self.by_edge {
+            JUMPED * self.edge_jump
+        } else {
+            0.0
+        };
+        libm::hypot(sigma, missed.max(jumped))
     }
 
     /// Looks at both lines as they are at `time`, `age` seconds after the start. By how much the line
@@ -138,7 +164,13 @@ impl Choice {
     ) -> f64 {
         let edge_offset = edge.offset_at(time);
         let looked = self.all.look(time, all.offset, all.drift);
-        let _ = self.edge.look(time, edge_offset, edge.estimate.drift);
+        if self.edge.look(time, edge_offset, edge.estimate.drift) {
+            self.edge_jump *= if age > KNOWN_AFTER {
+                JUMP_KEPT
+            } else {
+                EARLY_JUMP_KEPT
+            };
+        }
         let by_edge = self.wants_edge(all, edge);
         if by_edge == self.by_edge {
             self.contrary = 0;
@@ -171,8 +203,12 @@ impl Choice {
         if !self.correlation.is_correlated() {
             return false;
         }
-        let (Some(all_miss), Some(edge_miss)) = (self.all.usual_miss(), self.edge.usual_miss())
-        else {
+        let all_miss = if self.by_edge {
+            self.all.lasting_miss()
+        } else {
+            self.all.usual_miss()
+        };
+        let (Some(all_miss), Some(edge_miss)) = (all_miss, self.edge.usual_miss()) else {
             return true;
         };
         let all = libm::sqrt(all.offset_variance).max(MISSED * all_miss);

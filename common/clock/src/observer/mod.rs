@@ -177,6 +177,7 @@ impl PhaseObserver {
         let time = count as f64 * self.seconds_per_count;
         stream.edge.observe(time, phase);
         let (jump, shift) = (stream.edge.take_jump(), stream.edge.take_shift());
+        stream.choice.edge_jumped(jump);
         if let Some(shift) = shift {
             stream.choice.shift_edge(shift);
         }

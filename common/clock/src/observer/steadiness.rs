@@ -10,6 +10,8 @@ const AHEAD: usize = 8;
 /// The usual miss is the one that two thirds of so many are not beyond, once there are enough.
 const KEPT: usize = 32;
 const ENOUGH: usize = 5;
+/// What it missed itself by is remembered so long, s: a calm spell proves nothing.
+const REMEMBERED: f64 = 200.0;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Look {
@@ -29,6 +31,8 @@ pub(super) struct Steadiness {
     misses: [f64; KEPT],
     count: usize,
     usual: Option<f64>,
+    /// The largest usual miss, little by little forgotten, s.
+    lasting: f64,
 }
 
 impl Steadiness {
@@ -45,12 +49,18 @@ impl Steadiness {
             misses: [0.0; KEPT],
             count: 0,
             usual: None,
+            lasting: 0.0,
         }
     }
 
     /// By how much it usually missed itself, s; none if there was too little to compare.
     pub(super) const fn usual_miss(&self) -> Option<f64> {
         self.usual
+    }
+
+    /// The same, but a calm spell counts little.
+    pub(super) fn lasting_miss(&self) -> Option<f64> {
+        self.usual.map(|usual| usual.max(self.lasting))
     }
 
     /// The line as it is at `time`. Says whether it was looked at, which is not always.
@@ -74,6 +84,8 @@ impl Steadiness {
         self.misses[self.count % KEPT] = libm::fabs(miss);
         self.count += 1;
         self.usual = self.measured();
+        self.lasting *= 1.0 - EVERY / REMEMBERED;
+        self.lasting = self.lasting.max(self.usual.unwrap_or(0.0));
         true
     }
 
@@ -122,6 +134,23 @@ mod tests {
         let off = |n: u32| 5e-6 * libm::sin(core::f64::consts::TAU * f64::from(n) / 16.0);
         let usual = miss(&mut Steadiness::new(), 100, off).unwrap();
         assert!((5e-6..10e-6).contains(&usual), "{usual}");
+    }
+
+    #[test]
+    fn a_calm_spell_does_not_make_up_for_a_miss() {
+        let mut steadiness = Steadiness::new();
+        let wobbling = |n: u32| if n % 16 < 8 { 5e-6 } else { -5e-6 };
+        let stormy = miss(&mut steadiness, 60, wobbling).unwrap();
+        for n in 60..120 {
+            let _ = steadiness.look(EVERY * f64::from(n), 0.0, 0.0);
+        }
+        assert!(steadiness.usual_miss().unwrap() < 1e-12);
+        let lasting = steadiness.lasting_miss().unwrap();
+        assert!((0.8 * stormy..stormy).contains(&lasting), "{lasting}");
+        for n in 120..4_000 {
+            let _ = steadiness.look(EVERY * f64::from(n), 0.0, 0.0);
+        }
+        assert!(steadiness.lasting_miss().unwrap() < 0.01 * stormy);
     }
 
     #[test]

@@ -167,3 +167,68 @@ fn the_line_that_is_followed_is_no_surer_than_it_misses_itself() {
     let sure = looks.choice.sigma(1e-14);
     assert!((sure - EDGE_DOUBT * 1e-7).abs() < 1e-12, "{sure}");
 }
+
+#[test]
+fn a_calm_spell_is_no_reason_to_leave_the_edge() {
+    let mut looks = Looks::new();
+    for _ in 0..60 {
+        let _ = looks.look();
+    }
+    looks.choice.suspect(1e3);
+    let _ = looks.until_changed();
+    assert!(looks.choice.is_edge());
+    // The edge is a little less sure than a line of all messages that does not wobble any more.
+    looks.wobble = 0.0;
+    looks.edge_variance = 2e-12;
+    for _ in 0..120 {
+        let _ = looks.look();
+        assert!(looks.choice.is_edge());
+    }
+    let (waited, _) = looks.until_changed();
+    assert!(waited < 1_000, "{waited}");
+}
+
+#[test]
+fn a_jump_of_the_edge_is_doubt_for_a_while() {
+    let mut looks = Looks::new();
+    for _ in 0..60 {
+        let _ = looks.look();
+    }
+    let sigma = |looks: &Looks| looks.choice.sigma(1e-14);
+    let before = sigma(&looks);
+    looks.choice.edge_jumped(20e-6);
+    assert_eq!(sigma(&looks), before, "the edge is not followed");
+    looks.choice.suspect(1e3);
+    let _ = looks.until_changed();
+    looks.choice.edge_jumped(-20e-6);
+    looks.choice.edge_jumped(0.0);
+    assert!(sigma(&looks) > JUMPED * 20e-6);
+    for _ in 0..200 {
+        let _ = looks.look();
+    }
+    let after = sigma(&looks);
+    assert!((after - EDGE_DOUBT * 1e-7).abs() < 1e-9, "{after}");
+}
+
+/// Delays of two levels are suspected before they are taken to be correlated.
+#[test]
+fn a_suspicion_counts_for_the_uncertainty() {
+    let mut looks = Looks::new();
+    for _ in 0..60 {
+        let _ = looks.look();
+    }
+    let calm = looks.choice.sigma(1e-14);
+    let mut level = 0;
+    while looks.choice.correlation.ratio() < PROBABLE {
+        level += 1;
+        for n in 0..2_048 {
+            let jitter = if (n * 7) % 16 < 8 { 20e-6 } else { -20e-6 };
+            let upper = if level % 2 == 0 { 15e-6 } else { 0.0 };
+            looks.choice.observe(jitter + upper);
+        }
+        assert!(level < 1_000, "never");
+    }
+    assert!(!looks.choice.is_correlated());
+    let suspected = looks.choice.sigma(1e-14);
+    assert!(suspected > 10.0 * calm, "{suspected} {calm}");
+}
