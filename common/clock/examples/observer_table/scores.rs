@@ -90,6 +90,10 @@ pub(crate) struct Claims {
     pub(crate) shifts: u32,
     /// Part of the cycles whose error is within three standard deviations.
     pub(crate) within: f64,
+    /// Cycles while synchronised, from the start of the run, and those of them whose error is within three
+    /// standard deviations.
+    pub(crate) synced: u64,
+    pub(crate) synced_within: u64,
     /// The largest error while synchronised, from the start of the run.
     pub(crate) max_synced: f64,
     /// The largest error while synchronised in units of three standard deviations.
@@ -179,6 +183,8 @@ impl Trace {
         Claims {
             shifts: last.shifts,
             within: within as f64 / scope.scored.len() as f64,
+            synced: synced().count() as u64,
+            synced_within: synced().filter(|(e, said)| *e <= said.three_sigma).count() as u64,
             max_synced: synced().map(|(e, _)| e).fold(0.0, f64::max),
             worst_ratio: synced()
                 .map(|(e, said)| e / said.three_sigma)

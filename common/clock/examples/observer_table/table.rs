@@ -11,14 +11,15 @@ line: through the lowest of each of the last 8 s. servo: PI on the lowest of eac
 frequency 0.2 rad/s, damping 0.7; best: the best of a few frequencies. regression: over up to 64
 lowest of 1/8 s, their number by a test of runs. bound: Bayesian Cramér-Rao.
 The observer's own: shifts of all seeds together; part of the cycles with |e| ≤ 3σ (all seeds, worst
-seed); largest |e| while synchronised, also over 3σ; synchronised after (median, worst seed); largest
-error of the drift; lead (median); after an event: within 1 µs rms again after (median, worst).
+seed); the same of all cycles while synchronised, from the start on; largest |e| while synchronised,
+also over 3σ; synchronised after (median, worst seed); largest error of the drift; lead (median); after
+an event: within 1 µs rms again after (median, worst).
 Steps of the delay and of the drift, load: errors after the event against the constant before it; the
 first 2 s after a step of the delay, and what slewing by it at 100 ppm takes, do not count; the truth
 moves by the step.
 Recorded: first third skipped, else first quarter.";
 
-const COLUMNS: [&str; 15] = [
+const COLUMNS: [&str; 16] = [
     "case",
     "observer rms (worst) / max",
     "bound",
@@ -28,6 +29,7 @@ const COLUMNS: [&str; 15] = [
     "regression rms (worst) / max",
     "shifts",
     "in 3σ, % (worst)",
+    "synced in 3σ, %",
     "max synced",
     "over 3σ",
     "synced, s (worst)",
@@ -37,7 +39,7 @@ const COLUMNS: [&str; 15] = [
 ];
 
 /// Column widths: rows are printed as they come, so the widths cannot wait for all of them.
-const WIDTHS: [usize; 15] = [44, 26, 6, 22, 23, 22, 28, 6, 16, 10, 7, 17, 16, 6, 18];
+const WIDTHS: [usize; 16] = [44, 26, 6, 22, 23, 22, 28, 6, 16, 15, 10, 7, 17, 16, 6, 18];
 
 pub(crate) fn header() -> String {
     let dashes = COLUMNS.map(|_| "--".to_owned());
@@ -65,6 +67,7 @@ pub(crate) fn row(name: &str, bound: Option<f64>, runs: &[Scores]) -> String {
             .sum::<f64>()
             .to_string(),
         format!("{:.1} ({:.1})", mean(&within), quantile(&within, 0.0)),
+        format!("{:.1}", synced_within(runs)),
         micros(worst(&observer(|claims| claims.max_synced))),
         short(worst(&observer(|claims| claims.worst_ratio))),
         format!("{:.2} ({:.2})", quantile(&synced, 0.5), worst(&synced)),
@@ -74,10 +77,19 @@ pub(crate) fn row(name: &str, bound: Option<f64>, runs: &[Scores]) -> String {
     ])
 }
 
-fn line(cells: &[String; 15]) -> String {
+fn line(cells: &[String; 16]) -> String {
     let cells = cells.iter().zip(WIDTHS);
     let cells = cells.map(|(cell, width)| format!(" {cell:width$} |"));
     format!("|{}", cells.collect::<String>())
+}
+
+/// Of all cycles while synchronised, in per cent.
+fn synced_within(runs: &[Scores]) -> f64 {
+    let claims = runs.iter().filter_map(|run| run.observer.claims.as_ref());
+    let (within, synced) = claims.fold((0, 0), |(within, synced), claims| {
+        (within + claims.synced_within, synced + claims.synced)
+    });
+    within as f64 / synced as f64 * 100.0
 }
 
 /// Rms over all runs, that of the worst run, largest error.
