@@ -1,110 +1,11 @@
 //! Many far nodes, many far axes: each node with a clock of its own, each axis with its own errors.
 
+mod nodes;
+
 use coaxle_clock::time_sync::SyncError;
-use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
-use coaxle_curve::profile::Kinematics;
-use coaxle_node::config::parse;
-use coaxle_node::{AxisSample, Frame, FrameHeader, Message, Node};
-use coaxle_receiver::{Health, HealthName, Receiver, ReceiverConfig, SignalRow, StateName};
-
-const MILLISECOND: i64 = 1_000_000;
-
-/// A far node as the receiver hears it, 200 µs late and up to one more.
-struct Far {
-    subscription: usize,
-    epoch: u64,
-    /// Nanoseconds of the receiver's clock from cycle to cycle.
-    cycle: i64,
-    next: u64,
-    /// Each axis's velocity; none leaves it out of the frames.
-    axes: Vec<Option<f64>>,
-    /// What is added to each axis's position.
-    offsets: Vec<f64>,
-    silent: bool,
-}
-
-impl Far {
-    fn new(subscription: usize, cycle: i64, axes: &[f64]) -> Self {
-        Self {
-            subscription,
-            epoch: 1,
-            cycle,
-            next: 0,
-            axes: axes.iter().copied().map(Some).collect(),
-            offsets: vec![0.0; axes.len()],
-            silent: false,
-        }
-    }
-
-    fn position(velocity: f64, count: f64) -> f64 {
-        velocity * count * 1e-3
-    }
-
-    /// Sends what arrives until `now`.
-    fn send_until(&mut self, now: Instant<Local>, receiver: &mut Receiver) {
-        loop {
-            let jitter = (self.next * 7_919 % 997) as i64;
-            let at = Instant::from_nanos(self.next as i64 * self.cycle + 200_000 + jitter);
-            if at > now {
-                return;
-            }
-            let count = self.next;
-            self.next += 1;
-            if self.silent {
-                continue;
-            }
-            let header = FrameHeader {
-                sender: 1,
-                epoch: self.epoch,
-                index: CycleIndex::of_count(count),
-                count,
-                cycle_time: CycleTime::new(Span::from_millis(1)).expect("in range"),
-                send_stamp: None,
-            };
-            let axes = self.axes.iter().zip(&self.offsets);
-            let samples: Vec<_> = axes
-                .map(|(velocity, offset)| {
-                    let velocity = (*velocity)?;
-                    Some(AxisSample {
-                        set: Kinematics {
-                            position: Self::position(velocity, count as f64) + offset,
-                            velocity,
-                            acceleration: 0.0,
-                        },
-                        ..AxisSample::default()
-                    })
-                })
-                .collect();
-            let axes = &samples;
-            let message = Message::Frame(Frame { header, axes });
-            receiver.receive(at, self.subscription, &message);
-        }
-    }
-}
-
-fn receiver(text: &str) -> Receiver {
-    let text = format!("name = 'line'\ncycle-time-us = 1000\n{text}");
-    let config: ReceiverConfig = parse("r.toml", &text).expect("a config");
-    Receiver::new(&config, Instant::from_nanos(MILLISECOND / 2), 7).expect("a receiver")
-}
-
-/// Runs until the receiver's clock shows `until`, and shows each cycle.
-fn run(
-    receiver: &mut Receiver,
-    far: &mut [Far],
-    until: i64,
-    mut each: impl FnMut(&SignalRow, i64),
-) {
-    while receiver.next_cycle().as_nanos() < until {
-        let now = receiver.next_cycle();
-        for far in &mut *far {
-            far.send_until(now, receiver);
-        }
-        let _ = receiver.cycle(now);
-        while receiver.transmit().is_some() {}
-        each(&receiver.snapshot().signals, now.as_nanos());
-    }
-}
+use coaxle_node::Node;
+use coaxle_receiver::{Health, HealthName, Receiver, StateName};
+use nodes::{Far, MILLISECOND, receiver, run};
 
 const THREE: &str = "
 [[far]]

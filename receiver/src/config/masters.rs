@@ -1,4 +1,6 @@
-//! Which master each slave means: a far axis or another slave, by its name.
+//! Which masters each slave means: far axes or other slaves, by their names.
+
+use coaxle_axis::Masters;
 
 use coaxle_node::config::Unit;
 
@@ -46,7 +48,7 @@ impl ReceiverConfig {
         self.far_axes().map(name).collect()
     }
 
-    /// The master of the n-th slave.
+    /// The first master of the n-th slave.
     ///
     /// # Errors
     /// [`WrongSlave`] names the slave, and the masters that there are.
@@ -56,6 +58,42 @@ impl ReceiverConfig {
         if master.is_empty() && axes == 1 {
             return Ok(MasterRef::Far(0));
         }
+        self.master_called(master)
+            .ok_or_else(|| self.no_master(n, "master", master))
+    }
+
+    /// All masters of the n-th slave, the first one first.
+    ///
+    /// # Errors
+    /// [`WrongSlave`] names the slave and the field.
+    pub fn masters_of(&self, n: usize) -> Result<Vec<MasterRef>, WrongSlave> {
+        let further = &self.slaves[n].further_masters;
+        let most = Masters::MOST - 1;
+        if further.len() > most {
+            let received = further.len();
+            return Err(WrongSlave {
+                field: format!("slave[{n}].further-masters"),
+                reason: format!("received {received}, expected at most {most}"),
+            });
+        }
+        let mut masters = vec![self.master_of(n)?];
+        for (k, name) in further.iter().enumerate() {
+            let field = format!("further-masters[{k}]");
+            let master = self.master_called(name);
+            let master = master.ok_or_else(|| self.no_master(n, &field, name))?;
+            if masters.contains(&master) {
+                return Err(WrongSlave {
+                    field: format!("slave[{n}].{field}"),
+                    reason: format!("received {name:?} twice, expected each master once"),
+                });
+            }
+            masters.push(master);
+        }
+        Ok(masters)
+    }
+
+    /// The far axis or the slave of this name.
+    fn master_called(&self, master: &str) -> Option<MasterRef> {
         let is_axis = |(_, far, axis): (usize, &FarConfig, &FarAxisConfig)| {
             axis.name
                 .as_ref()
@@ -63,13 +101,20 @@ impl ReceiverConfig {
                 || far.full_name(axis.id) == master
         };
         if let Some(axis) = self.far_axes().position(is_axis) {
-            return Ok(MasterRef::Far(axis));
+            return Some(MasterRef::Far(axis));
         }
         let slave = self.slaves.iter().position(|s| s.name.as_str() == master);
-        slave.map(MasterRef::Slave).ok_or_else(|| WrongSlave {
-            field: format!("slave[{n}].master"),
-            reason: format!("received {master:?}, expected one of: {}", self.masters(n)),
-        })
+        slave.map(MasterRef::Slave)
+    }
+
+    fn no_master(&self, n: usize, field: &str, received: &str) -> WrongSlave {
+        WrongSlave {
+            field: format!("slave[{n}].{field}"),
+            reason: format!(
+                "received {received:?}, expected one of: {}",
+                self.masters(n)
+            ),
+        }
     }
 
     /// What the position of a far axis is in, by its number among all of them.
@@ -126,7 +171,7 @@ impl ReceiverConfig {
         list
     }
 
-    /// The far axis at the root of the n-th slave, if its masters are right.
+    /// The far axis at the root of the n-th slave, by first masters, if they are right.
     #[must_use]
     pub fn far_axis_of(&self, n: usize) -> Option<usize> {
         let mut slave = n;

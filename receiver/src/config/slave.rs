@@ -30,6 +30,9 @@ pub struct SlaveConfig {
     /// What its position is in; the unit of its master by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<Unit>,
+    /// Up to three more, named likewise, for couplings to several masters: their numbers 2 to 4.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further_masters: Vec<String>,
     /// What it can do. Without, nothing is watched: it follows its gear, and takes no commands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<SlaveParameters>,
@@ -72,6 +75,7 @@ impl Default for SlaveConfig {
             id: None,
             master: String::new(),
             unit: None,
+            further_masters: Vec::new(),
             limits: None,
             drive: DriveParameters::default(),
             couple: None,

@@ -33,17 +33,18 @@ impl Slaves {
         }
         check_names_and_ids(config)?;
         let sources = (0..slaves.len())
-            .map(|n| config.master_of(n))
+            .map(|n| config.masters_of(n))
             .collect::<Result<Vec<_>, _>>()?;
         let order = in_order(slaves, &sources)?;
         let mut by_id: Vec<usize> = (0..slaves.len()).collect();
         by_id.sort_by_key(|n| config.slave_id(*n));
-        let slaves = (0..slaves.len())
-            .map(|n| slave(config, n, sources[n]))
+        let is_led_by = |n| (sources.iter()).any(|of| of.contains(&MasterRef::Slave(n)));
+        let leads = (0..slaves.len()).map(is_led_by).collect();
+        let slaves = (sources.into_iter().enumerate())
+            .map(|(n, sources)| slave(config, n, sources))
             .collect::<Result<Vec<_>, _>>()?;
-        let leads = (0..slaves.len()).map(|n| sources.contains(&MasterRef::Slave(n)));
         Ok(Self {
-            leads: leads.collect(),
+            leads,
             axes: Vec::with_capacity(slaves.len()),
             slaves,
             order,
@@ -87,38 +88,50 @@ fn check_names_and_ids(config: &ReceiverConfig) -> Result<(), WrongSlave> {
 }
 
 /// Masters before their slaves.
-fn in_order(slaves: &[SlaveConfig], sources: &[MasterRef]) -> Result<Vec<usize>, WrongSlave> {
+fn in_order(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>]) -> Result<Vec<usize>, WrongSlave> {
     let mut order: Vec<usize> = Vec::new();
     while order.len() < slaves.len() {
         let is_next = |n: &usize| {
-            let has_master = match sources[*n] {
-                MasterRef::Far(_) => true,
-                MasterRef::Slave(master) => order.contains(&master),
-            };
-            has_master && !order.contains(n)
+            let has_masters = !sources[*n].iter().any(|master| comes_later(master, &order));
+            has_masters && !order.contains(n)
         };
         match (0..slaves.len()).find(is_next) {
             Some(n) => order.push(n),
-            None => return Err(circle(slaves, &order)),
+            None => return Err(circle(slaves, sources, &order)),
         }
     }
     Ok(order)
 }
 
-fn circle(slaves: &[SlaveConfig], order: &[usize]) -> WrongSlave {
+fn comes_later(master: &MasterRef, order: &[usize]) -> bool {
+    match master {
+        MasterRef::Far(_) => false,
+        MasterRef::Slave(master) => !order.contains(master),
+    }
+}
+
+fn circle(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>], order: &[usize]) -> WrongSlave {
     let n = (0..slaves.len())
         .find(|n| !order.contains(n))
         .unwrap_or_default();
+    let slave = &slaves[n];
+    let place = (sources[n].iter()).position(|master| comes_later(master, order));
+    let (field, master) = match place {
+        None | Some(0) => ("master".to_owned(), &slave.master),
+        Some(k) => (
+            format!("further-masters[{}]", k - 1),
+            &slave.further_masters[k - 1],
+        ),
+    };
     let reason = format!(
-        "0x816f: received {:?}, which follows {:?} in the end, or a circle of others; expected a \
-         far axis at the root",
-        slaves[n].master,
-        slaves[n].name.as_str()
+        "0x816f: received {master:?}, which follows {:?} in the end, or a circle of others; \
+         expected a far axis at the root",
+        slave.name.as_str()
     );
-    wrong(n, "master", reason)
+    wrong(n, &field, reason)
 }
 
-fn slave(config: &ReceiverConfig, n: usize, source: MasterRef) -> Result<Slave, WrongSlave> {
+fn slave(config: &ReceiverConfig, n: usize, sources: Vec<MasterRef>) -> Result<Slave, WrongSlave> {
     let slave = &config.slaves[n];
     let gear = LinearGear::new(slave.gear.ratio, slave.gear.offset)
         .map_err(|error| wrong(n, "gear", error))?;
@@ -133,7 +146,7 @@ fn slave(config: &ReceiverConfig, n: usize, source: MasterRef) -> Result<Slave, 
             let cycle_time: CycleTime = config.cycle_time_us.0;
             let mut axis = SlaveAxis::new(limits, drive, cycle_time)
                 .map_err(|error| wrong(n, "limits", error))?;
-            let master_id = match source {
+            let master_id = match sources[0] {
                 MasterRef::Far(axis) => config
                     .far_axes()
                     .nth(axis)
@@ -164,7 +177,7 @@ fn slave(config: &ReceiverConfig, n: usize, source: MasterRef) -> Result<Slave, 
         .map_err(|error| wrong(n, &error.field, &error.reason))?;
     Ok(Slave::new(
         id,
-        source,
+        sources.into(),
         body,
         Tool::new(&slave.tool),
         program,
@@ -186,6 +199,8 @@ fn check_follower(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
         "cams"
     } else if slave.couple() != CoupleConfig::Gear {
         "a coupling other than the gear"
+    } else if !slave.further_masters.is_empty() {
+        "further masters"
     } else {
         return Ok(());
     };

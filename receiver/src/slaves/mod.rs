@@ -1,7 +1,8 @@
-//! The slaves of a receiver: each follows a far axis, or another slave.
+//! The slaves of a receiver: each follows far axes, or other slaves.
 
 mod build;
 mod follower;
+mod masters;
 mod slave;
 mod tool;
 
@@ -13,6 +14,7 @@ use coaxle_slave::{Command, Refusal, SlaveError};
 
 use crate::config::MasterRef;
 use crate::snapshot::{Health, ReceiverSnapshot};
+use masters::SlaveMasters;
 use slave::Slave;
 
 /// All slaves.
@@ -51,11 +53,11 @@ impl Slaves {
     pub(crate) fn update(&mut self, far: &[Option<Master>], elapsed: Seconds) {
         for place in 0..self.order.len() {
             let n = self.order[place];
-            let master = match self.slaves[n].source() {
+            let masters = SlaveMasters::of(self.slaves[n].sources(), |source| match source {
                 MasterRef::Far(axis) => far[axis],
                 MasterRef::Slave(master) => self.slaves[master].as_master(),
-            };
-            self.slaves[n].cycle(master.as_ref(), elapsed);
+            });
+            self.slaves[n].cycle(&masters, elapsed);
             self.slaves[n].watch_tool();
         }
     }

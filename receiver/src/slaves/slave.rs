@@ -14,6 +14,7 @@ use coaxle_slave::{
 
 use super::Master;
 use super::follower::Follower;
+use super::masters::SlaveMasters;
 use super::tool::Tool;
 use crate::config::MasterRef;
 use crate::program::{Program, Situation};
@@ -24,7 +25,8 @@ use crate::snapshot::{RefusedCommand, SlaveFaults};
 #[derive(Debug)]
 pub(super) struct Slave {
     id: u32,
-    source: MasterRef,
+    /// Its masters, at least one.
+    sources: Box<[MasterRef]>,
     body: Body,
     tool: Tool,
     program: Option<Program>,
@@ -58,14 +60,14 @@ impl Body {
 impl Slave {
     pub(super) fn new(
         id: u32,
-        source: MasterRef,
+        sources: Box<[MasterRef]>,
         body: Body,
         tool: Tool,
         program: Option<Program>,
     ) -> Self {
         Self {
             id,
-            source,
+            sources,
             body,
             tool,
             program,
@@ -75,16 +77,15 @@ impl Slave {
     }
 
     /// One cycle.
-    pub(super) fn cycle(&mut self, master: Option<&Master>, elapsed: Seconds) {
-        self.run_program(master, elapsed);
-        if self.start(master) {
+    pub(super) fn cycle(&mut self, masters: &SlaveMasters, elapsed: Seconds) {
+        self.run_program(masters, elapsed);
+        if self.start(masters) {
             return;
         }
         match &mut self.body {
-            Body::Follower(follower) => follower.update(master, elapsed),
+            Body::Follower(follower) => follower.update(masters.first(), elapsed),
             Body::Axis { axis, .. } => {
-                let sound = master.filter(|master| master.is_sound);
-                axis.update(sound.map(|master| &master.set), elapsed);
+                axis.update(masters.sound(), elapsed);
                 self.take_ended_jobs();
             }
         }
@@ -141,12 +142,12 @@ impl Slave {
         applied
     }
 
-    fn run_program(&mut self, master: Option<&Master>, elapsed: Seconds) {
-        let situation = self.situation(master);
+    fn run_program(&mut self, masters: &SlaveMasters, elapsed: Seconds) {
+        let situation = self.situation(masters);
         let Some(program) = &mut self.program else {
             return;
         };
-        let ready = master.filter(|master| master.is_ready);
+        let ready = masters.first().filter(|master| master.is_ready);
         program.advance(elapsed, ready.map(|master| master.set.position));
         let body = &self.body;
         let Some(command) = program.due(&situation, || body.master_scaling()) else {
@@ -161,36 +162,37 @@ impl Slave {
         }
     }
 
-    fn situation(&self, master: Option<&Master>) -> Situation {
+    fn situation(&self, masters: &SlaveMasters) -> Situation {
         Situation {
             status: self.status(),
             phase: self.phase(),
             set: self.set().unwrap_or_default(),
-            master: master.map(|master| master.set.position),
-            master_ready: master.is_some_and(|master| master.is_ready),
+            master: masters.first().map(|master| master.set.position),
+            master_ready: masters.are_ready(),
         }
     }
 
-    /// Couples it from the start, once there is a master: then it is where it should be already.
-    fn start(&mut self, master: Option<&Master>) -> bool {
+    /// Couples it from the start, once there is its first master: then it is where it should be
+    /// already.
+    fn start(&mut self, masters: &SlaveMasters) -> bool {
         let Body::Axis { axis, start } = &mut self.body else {
             return false;
         };
-        let Some(master) = master.filter(|master| master.is_ready) else {
+        if !masters.first().is_some_and(|master| master.is_ready) {
             return false;
-        };
+        }
         let Some(start) = start.take() else {
             return false;
         };
-        if let Err(refusal) = axis.switch_on_coupled(&start, &master.set) {
+        if let Err(refusal) = axis.switch_on_coupled(&start, masters.sound()) {
             self.refusal = Some(refusal.into());
             self.start_refused = true;
         }
         !self.start_refused
     }
 
-    pub(super) const fn source(&self) -> MasterRef {
-        self.source
+    pub(super) const fn sources(&self) -> &[MasterRef] {
+        &self.sources
     }
 
     /// As the master of another slave.

@@ -1,6 +1,6 @@
 //! An axis that is coupled from the start.
 
-use coaxle_axis::{CommandState, Engage, Job, Origin, Transition};
+use coaxle_axis::{CommandState, Engage, Job, Masters, Origin, Transition};
 use coaxle_cam::CamIn;
 use coaxle_curve::profile::Kinematics;
 use coaxle_gear::LinearGear;
@@ -20,17 +20,19 @@ pub enum CoupledStart {
 }
 
 impl SlaveAxis {
-    /// Gives power to an axis that is coupled to its master already, as the mechanics had it: it is
-    /// where the coupling puts it, and moves so.
+    /// Gives power to an axis that is coupled to its first master already, as the mechanics had it: it
+    /// is where the coupling puts it, and moves so.
     ///
     /// # Errors
     /// [`Refusal`] if the axis has power, cannot be there or cannot be so fast, or if there is no
-    /// such plate.
+    /// such plate or no such master.
     pub fn switch_on_coupled(
         &mut self,
         start: &CoupledStart,
-        master: &Kinematics,
+        masters: impl Into<Masters>,
     ) -> Result<Job, Refusal> {
+        let masters = masters.into();
+        let master = masters.first().ok_or(Refusal::NoMaster)?;
         self.check_state("MC_Power", Transition::PowerOnCoupled)?;
         let couplings = &mut self.couplings;
         let (job, kind, set) = match start {
@@ -60,7 +62,7 @@ impl SlaveAxis {
         self.drive
             .power_on(set.position - self.drive_zero, set.velocity);
         self.powered = true;
-        self.masters = Some(master).into();
+        self.masters = masters;
         self.set = set;
         self.motion = Motion::Coupled(kind);
         self.state.follow(Transition::PowerOnCoupled);

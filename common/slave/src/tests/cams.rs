@@ -261,19 +261,24 @@ fn an_axis_can_be_coupled_from_the_start() {
         tables.insert(1, plate(40.0)).expect("room");
         axis.select_cams(tables, 7, 8).expect("limits");
         let mut master = Master::at(100.0, 200.0);
-        let job = axis.switch_on_coupled(&with, &master.0).unwrap();
+        let job = axis.switch_on_coupled(&with, Some(&master.0)).unwrap();
         assert_eq!(job.origin, Origin::Start);
         assert_eq!(axis.set().position, position);
         let jump = lead(&mut axis, &mut master, 200);
         assert!(jump < 1e-3, "{jump}");
         assert_eq!(axis.progress(job), CommandState::InSync);
         assert!(axis.drive().following_error().abs() < 1.0);
-        assert!(axis.switch_on_coupled(&with, &master.0).is_err(), "once");
+        assert!(
+            axis.switch_on_coupled(&with, Some(&master.0)).is_err(),
+            "once"
+        );
     }
     let mut limited = axis(&LIMITED);
-    let refused = limited.switch_on_coupled(&CoupledStart::Gear(gear), &Master::at(1e4, 0.0).0);
+    let refused =
+        limited.switch_on_coupled(&CoupledStart::Gear(gear), Some(&Master::at(1e4, 0.0).0));
     assert_eq!(refused.unwrap_err().code(), 0x4229);
-    let refused = limited.switch_on_coupled(&CoupledStart::Gear(gear), &Master::at(0.0, 1e4).0);
+    let refused =
+        limited.switch_on_coupled(&CoupledStart::Gear(gear), Some(&Master::at(0.0, 1e4).0));
     assert_eq!(refused.unwrap_err().code(), 0x42dd);
     assert_eq!(limited.status(), AxisStatus::Disabled);
 }

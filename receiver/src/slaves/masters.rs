@@ -1,0 +1,47 @@
+//! The masters of one slave, in one cycle.
+
+use coaxle_axis::Masters;
+
+use super::Master;
+use crate::config::MasterRef;
+
+/// What leads a slave in a cycle, by the number of the master; none where there is nothing of it yet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SlaveMasters {
+    all: [Option<Master>; Masters::MOST],
+    count: usize,
+}
+
+impl SlaveMasters {
+    /// Those that these mean.
+    pub(super) fn of(
+        sources: &[MasterRef],
+        mut master: impl FnMut(MasterRef) -> Option<Master>,
+    ) -> Self {
+        let mut all = [None; Masters::MOST];
+        for (place, source) in all.iter_mut().zip(sources) {
+            *place = master(*source);
+        }
+        let count = sources.len();
+        Self { all, count }
+    }
+
+    /// The master of everything that has but one.
+    pub(super) const fn first(&self) -> Option<&Master> {
+        self.all[0].as_ref()
+    }
+
+    /// All of them are there, without an error, and their clocks are known.
+    pub(super) fn are_ready(&self) -> bool {
+        let mut all = self.all.iter().take(self.count);
+        all.all(|master| master.is_some_and(|master| master.is_ready))
+    }
+
+    /// As couplings see them: none where one is lost or in error.
+    pub(super) fn sound(&self) -> Masters {
+        Masters::of(self.all.map(|master| {
+            let sound = master.filter(|master| master.is_sound)?;
+            Some(sound.set)
+        }))
+    }
+}

@@ -1,0 +1,109 @@
+//! Far nodes as a receiver hears them, on computed clocks, without a network.
+
+#![allow(dead_code, reason = "each test file takes what it needs")]
+
+use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
+use coaxle_curve::profile::Kinematics;
+use coaxle_node::config::parse;
+use coaxle_node::{AxisSample, Frame, FrameHeader, Message, Node};
+use coaxle_receiver::{Receiver, ReceiverConfig, SignalRow};
+
+pub(crate) const MILLISECOND: i64 = 1_000_000;
+
+/// A far node as the receiver hears it, 200 µs late and up to one more.
+pub(crate) struct Far {
+    pub(crate) subscription: usize,
+    pub(crate) epoch: u64,
+    /// Nanoseconds of the receiver's clock from cycle to cycle.
+    pub(crate) cycle: i64,
+    pub(crate) next: u64,
+    /// Each axis's velocity; none leaves it out of the frames.
+    pub(crate) axes: Vec<Option<f64>>,
+    /// What is added to each axis's position.
+    pub(crate) offsets: Vec<f64>,
+    pub(crate) silent: bool,
+    samples: Vec<Option<AxisSample>>,
+}
+
+impl Far {
+    pub(crate) fn new(subscription: usize, cycle: i64, axes: &[f64]) -> Self {
+        Self {
+            subscription,
+            epoch: 1,
+            cycle,
+            next: 0,
+            axes: axes.iter().copied().map(Some).collect(),
+            offsets: vec![0.0; axes.len()],
+            silent: false,
+            samples: Vec::with_capacity(axes.len()),
+        }
+    }
+
+    pub(crate) fn position(velocity: f64, count: f64) -> f64 {
+        velocity * count * 1e-3
+    }
+
+    /// Sends what arrives until `now`. This does not allocate.
+    pub(crate) fn send_until(&mut self, now: Instant<Local>, receiver: &mut Receiver) {
+        loop {
+            let jitter = (self.next * 7_919 % 997) as i64;
+            let at = Instant::from_nanos(self.next as i64 * self.cycle + 200_000 + jitter);
+            if at > now {
+                return;
+            }
+            let count = self.next;
+            self.next += 1;
+            if self.silent {
+                continue;
+            }
+            let header = FrameHeader {
+                sender: 1,
+                epoch: self.epoch,
+                index: CycleIndex::of_count(count),
+                count,
+                cycle_time: CycleTime::new(Span::from_millis(1)).expect("in range"),
+                send_stamp: None,
+            };
+            let axes = self.axes.iter().zip(&self.offsets);
+            self.samples.clear();
+            self.samples.extend(axes.map(|(velocity, offset)| {
+                let velocity = (*velocity)?;
+                Some(AxisSample {
+                    set: Kinematics {
+                        position: Self::position(velocity, count as f64) + offset,
+                        velocity,
+                        acceleration: 0.0,
+                    },
+                    ..AxisSample::default()
+                })
+            }));
+            let axes = &self.samples;
+            let message = Message::Frame(Frame { header, axes });
+            receiver.receive(at, self.subscription, &message);
+        }
+    }
+}
+
+pub(crate) fn receiver(text: &str) -> Receiver {
+    let text = format!("name = 'line'\ncycle-time-us = 1000\n{text}");
+    let config: ReceiverConfig = parse("r.toml", &text).expect("a config");
+    Receiver::new(&config, Instant::from_nanos(MILLISECOND / 2), 7).expect("a receiver")
+}
+
+/// Runs until the receiver's clock shows `until`, and shows each cycle.
+pub(crate) fn run(
+    receiver: &mut Receiver,
+    far: &mut [Far],
+    until: i64,
+    mut each: impl FnMut(&SignalRow, i64),
+) {
+    while receiver.next_cycle().as_nanos() < until {
+        let now = receiver.next_cycle();
+        for far in &mut *far {
+            far.send_until(now, receiver);
+        }
+        let _ = receiver.cycle(now);
+        while receiver.transmit().is_some() {}
+        each(&receiver.snapshot().signals, now.as_nanos());
+    }
+}
