@@ -1,11 +1,14 @@
 //! Nothing that a receiver does between two cycles or in one allocates, whatever comes in.
 
 mod bench;
+mod nodes;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use bench::{Clock, Far, LATENCY, MILLISECOND};
+use bench::{Clock, Far, LATENCY, MILLISECOND, SECOND};
+use coaxle_axis::AxisStatus;
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
+use coaxle_gear::{GearInMultiMaster, Ratios};
 use coaxle_node::config::parse;
 use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::{
@@ -62,6 +65,84 @@ fn cams_and_programs_do_not_allocate() {
     assert!(frames > 7_990);
     assert_eq!(refused, 1);
 }
+
+/// Three far nodes, one of which falls silent and comes back as another run; a slave of two of them, and
+/// of another slave, is stopped, reset and coupled again.
+#[test]
+fn several_far_nodes_and_a_slave_of_several_masters_do_not_allocate() {
+    let mut receiver = nodes::receiver(LINE);
+    let mut far = [
+        nodes::Far::new(0, 1_000_020, &[100.0, 200.0]),
+        nodes::Far::new(1, 999_985, &[300.0]),
+        nodes::Far::new(2, 1_001_000, &[10.0, 20.0, 30.0]),
+    ];
+    let sum = receiver.slave_number("sum").expect("a slave");
+    let (mut in_sync, mut stopped) = (0, 0);
+    assert_no_alloc(|| {
+        for (until_s, silent, epoch) in [(4, false, 1), (6, true, 1), (9, false, 2)] {
+            (far[1].silent, far[1].epoch) = (silent, epoch);
+            nodes::run(&mut receiver, &mut far, until_s * SECOND, |row, _| {
+                let slave = &row.slaves[1];
+                in_sync += u32::from(slave.phase == Some(CouplingPhase::InSync));
+                stopped += u32::from(slave.state == AxisStatus::ErrorStop);
+            });
+        }
+        let _ = receiver.command(sum, &Command::Reset {});
+        let _ = receiver.command(sum, &gear(2.0));
+        for n in 0..1_000 {
+            let until = 10 * SECOND + n * MILLISECOND;
+            nodes::run(&mut receiver, &mut far, until, |_, _| {});
+            // Another ratio in every cycle.
+            let _ = receiver.command(sum, &gear(2.0 + 1e-4 * n as f64));
+        }
+    });
+    #[cfg(not(debug_assertions))]
+    assert_eq!(assert_no_alloc::violation_count(), 0);
+    assert!(in_sync > 1_000 && stopped > 4_000, "{in_sync} {stopped}");
+    let row = &receiver.snapshot().signals;
+    assert_eq!((row.slaves[1].error, row.slaves[1].refusal), (0, 0));
+    assert_eq!(row.slaves[1].phase, Some(CouplingPhase::InSync));
+    let expected = 100.0 * 2.1 + 300.0 - 5.0;
+    let velocity = row.slaves[1].velocity.expect("an axis");
+    assert!((velocity - expected).abs() < 1.0, "{velocity}");
+    assert_eq!(receiver.snapshot().health.name(), HealthName::Ok);
+}
+
+fn gear(ratio: f64) -> Command {
+    Command::GearInMultiMaster(GearInMultiMaster {
+        ratios: Ratios::new(&[ratio, 1.0, -0.5]).expect("ratios"),
+        dynamics: Dynamics::default(),
+    })
+}
+
+const LINE: &str = "
+[[far]]
+node = 'a'
+axes = ['1-2']
+delay = 'off'
+[[far]]
+node = 'b'
+axes = [{ id = 1, name = 'belt' }]
+delay = 'off'
+[[far]]
+node = 'c'
+axes = ['1-3']
+mode = 'sync'
+sync.time-sync.automatic-re-init = true
+[[slave]]
+name = 'roll'
+master = 'c.1'
+[[slave]]
+name = 'sum'
+master = 'a.1'
+further-masters = ['belt', 'roll']
+limits = { velocity = 2000, acceleration = 5000, jerk = 100000 }
+[[slave.step]]
+when = { master-ready = true }
+do = { power = true }
+[[slave.step]]
+do = { gear-in-multi-master = { ratios = [1.0, 1.0, -0.5] } }
+";
 
 const CAMS: &str = "
 name = 'press'
