@@ -5,6 +5,7 @@ mod far;
 mod form;
 mod marks;
 mod masters;
+mod publish;
 mod slave;
 
 use std::path::Path;
@@ -19,6 +20,7 @@ pub use axes::{AxisList, WrongAxes};
 pub use far::{DelayConfig, FarAxisConfig, FarChannel, FarConfig, Mode};
 pub use marks::{MarksConfig, SpacingSwing, WrongMarks};
 pub use masters::{MasterRef, WrongSlave};
+pub use publish::{PublishFarAxes, WrongPublished};
 pub use slave::{CamSource, CoupleConfig, GearConfig, SlaveConfig, ToolConfig};
 
 /// A receiver: whose axes it follows, how, and what it drives. A file has a list of far nodes, or one
@@ -34,6 +36,9 @@ pub struct ReceiverConfig {
     pub seed: u64,
     /// The nodes that it follows.
     pub far: Vec<FarConfig>,
+    /// Which of their axes it publishes as corrected.
+    #[serde(skip_serializing_if = "PublishFarAxes::is_none")]
+    pub publish_far_axes: PublishFarAxes,
     /// The slaves.
     #[serde(rename = "slave")]
     pub slaves: Vec<SlaveConfig>,
@@ -92,7 +97,9 @@ impl ReceiverConfig {
     #[must_use]
     pub fn wiring(&self) -> Wiring {
         let own = [Channel::Slaves, Channel::TimeResponses];
-        let mut publications: Vec<_> = own.map(|c| Publication::new(&self.name, c)).into();
+        let far_axes = (!self.publish_far_axes.is_none()).then_some(Channel::FarAxes);
+        let own = own.into_iter().chain(far_axes);
+        let mut publications: Vec<_> = own.map(|c| Publication::new(&self.name, c)).collect();
         let mut subscriptions = Vec::new();
         for (far, config) in self.far.iter().enumerate() {
             let node = &config.node;

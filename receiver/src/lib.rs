@@ -12,6 +12,7 @@
 mod arrivals;
 pub mod config;
 mod far;
+mod far_axes;
 mod names;
 mod node;
 mod pipeline;

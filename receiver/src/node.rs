@@ -1,6 +1,6 @@
 //! The receiver as a node.
 
-use coaxle_axis::Job;
+use coaxle_axis::{Job, NcToPlcAxis};
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
@@ -28,9 +28,8 @@ pub struct Receiver {
     identity: Identity,
     slave_names: Vec<NodeName>,
     tick: Tick,
-    body: Vec<u8>,
-    /// Bytes of `body` that wait to be sent.
-    pending: Option<usize>,
+    slaves: AxesFrame,
+    far_axes: AxesFrame,
     time_server: TimeServer,
     /// Time requests that were refused on their way in.
     refused_requests: RejectionCounters,
@@ -61,11 +60,50 @@ struct Asked {
     due: Option<u32>,
 }
 
-/// What every frame of the slaves says of its sender.
-#[derive(Debug)]
+/// What every frame says of its sender.
+#[derive(Clone, Copy, Debug)]
 struct Identity {
     sender: u32,
     epoch: u64,
+}
+
+/// A frame of axes that the node publishes once per cycle.
+#[derive(Debug)]
+struct AxesFrame {
+    channel: Channel,
+    body: Vec<u8>,
+    /// Bytes of `body` that wait to be sent.
+    pending: Option<usize>,
+}
+
+impl AxesFrame {
+    /// For so many axes.
+    fn new(channel: Channel, axes: usize) -> Self {
+        Self {
+            channel,
+            body: vec![0; body_capacity(axes)],
+            pending: None,
+        }
+    }
+
+    /// The frame of this cycle, if its axes have anything to say.
+    fn encode(&mut self, header: &FrameHeader, axes: &[NcToPlcAxis]) {
+        self.pending = match axes {
+            [] => None,
+            axes => encode_body(header, axes, &mut self.body).ok(),
+        };
+    }
+
+    /// What waits to be sent, once.
+    fn take(&mut self, ideal_start: Instant<Local>) -> Option<Outgoing<'_>> {
+        let length = self.pending.take()?;
+        Some(Outgoing {
+            channel: self.channel,
+            far: 0,
+            ideal_start,
+            body: &self.body[..length],
+        })
+    }
 }
 
 /// A config that no receiver can run with.
@@ -107,7 +145,7 @@ impl Receiver {
         let subscriptions = config.wiring().subscriptions;
         let source = |subscription: &Subscription| match subscription.channel {
             Channel::TimeRequests => Source::Requests,
-            Channel::Axes | Channel::Slaves | Channel::TimeResponses => {
+            Channel::Axes | Channel::Slaves | Channel::FarAxes | Channel::TimeResponses => {
                 Source::Far(subscription.far)
             }
         };
@@ -123,8 +161,8 @@ impl Receiver {
                 ideal_start: start,
                 elapsed: 0,
             },
-            body: vec![0; body_capacity(config.slaves.len())],
-            pending: None,
+            slaves: AxesFrame::new(Channel::Slaves, config.slaves.len()),
+            far_axes: AxesFrame::new(Channel::FarAxes, config.published_far_axes().len()),
             time_server: TimeServer::new(sender, epoch, start, cycle_time),
             refused_requests: RejectionCounters::default(),
             sources: subscriptions.iter().map(source).collect(),
@@ -160,8 +198,8 @@ impl Receiver {
         std::array::from_fn(|_| names.next())
     }
 
-    /// The frame of the slaves in this cycle, if they have anything to say.
-    fn encode_slaves(&mut self) -> Option<usize> {
+    /// The frames of the slaves and of the far axes in this cycle.
+    fn encode_axes(&mut self) {
         let header = FrameHeader {
             sender: self.identity.sender,
             epoch: self.identity.epoch,
@@ -170,10 +208,9 @@ impl Receiver {
             cycle_time: self.schedule.cycle_time(),
             send_stamp: None,
         };
-        match self.pipeline.slave_axes() {
-            [] => None,
-            axes => encode_body(&header, axes, &mut self.body).ok(),
-        }
+        self.slaves.encode(&header, self.pipeline.slave_axes());
+        let corrected = self.pipeline.corrected_axes(&self.snapshot);
+        self.far_axes.encode(&header, corrected);
     }
 
     /// The next time request of this cycle: its length, and the far node it is to.
@@ -237,7 +274,7 @@ impl Node for Receiver {
     fn cycle(&mut self, now: Instant<Local>) -> Tick {
         self.tick = self.schedule.take(now);
         self.pipeline.scan(&self.tick, &mut self.snapshot);
-        self.pending = self.encode_slaves();
+        self.encode_axes();
         self.time_server.respond(&self.tick, now);
         for to in &mut self.asked {
             to.due = self.pipeline.ask(to.far, &self.tick);
@@ -249,13 +286,11 @@ impl Node for Receiver {
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
         let ideal_start = self.tick.ideal_start;
-        if let Some(length) = self.pending.take() {
-            return Some(Outgoing {
-                channel: Channel::Slaves,
-                far: 0,
-                ideal_start,
-                body: &self.body[..length],
-            });
+        if self.slaves.pending.is_some() {
+            return self.slaves.take(ideal_start);
+        }
+        if self.far_axes.pending.is_some() {
+            return self.far_axes.take(ideal_start);
         }
         if let Some((length, far)) = self.encode_time_request() {
             return Some(Outgoing {

@@ -11,6 +11,7 @@ use coaxle_slave::{Command, Refusal};
 use crate::arrivals::ArrivalLog;
 use crate::config::ReceiverConfig;
 use crate::far::{FarNode, FarOutputs};
+use crate::far_axes::PublishedFarAxes;
 use crate::slaves::{Master, SlaveNumber, Slaves};
 use crate::snapshot::{Health, ReceiverSnapshot};
 
@@ -24,6 +25,7 @@ pub(crate) struct Pipeline {
     /// Every far axis as a master.
     masters: Box<[Option<Master>]>,
     slaves: Slaves,
+    far_axes: PublishedFarAxes,
     arrivals: ArrivalLog,
 }
 
@@ -48,6 +50,7 @@ impl Pipeline {
             ranges: (0..config.far.len()).map(range).collect(),
             masters: config.far_axes().map(|_| None).collect(),
             slaves,
+            far_axes: PublishedFarAxes::new(config),
             arrivals: ArrivalLog::new(config.far.len()),
         })
     }
@@ -144,5 +147,10 @@ impl Pipeline {
     /// What is published of the slaves, by axis id.
     pub(crate) fn slave_axes(&mut self) -> &[NcToPlcAxis] {
         self.slaves.axes()
+    }
+
+    /// What is published of the far axes, in the cycle that is shown.
+    pub(crate) fn corrected_axes(&mut self, shown: &ReceiverSnapshot) -> &[NcToPlcAxis] {
+        self.far_axes.axes(&self.masters, &shown.signals.axes)
     }
 }

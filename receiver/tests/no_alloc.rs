@@ -116,6 +116,7 @@ fn gear(ratio: f64) -> Command {
 }
 
 const LINE: &str = "
+publish-far-axes = true
 [[far]]
 node = 'a'
 axes = ['1-2']
@@ -263,7 +264,7 @@ fn goes_through_its_life_without_allocating(mode: &str) {
                 match outgoing.channel {
                     Channel::TimeRequests => requested = Some(master.request_of(&outgoing)),
                     Channel::TimeResponses => responses += 1,
-                    Channel::Axes | Channel::Slaves => {}
+                    Channel::Axes | Channel::Slaves | Channel::FarAxes => {}
                 }
             }
             while let Some(arrival) = receiver.arrival() {

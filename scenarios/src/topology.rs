@@ -164,13 +164,7 @@ impl Topology {
                         let ids = (0..followed.slaves.len()).map(|n| followed.slave_id(n));
                         return Err(wrong("axes", not_among(*id, &far.node, ids)));
                     };
-                    if gears.len() > scenario.receivers.len() {
-                        let reason = format!(
-                            "{} follows itself in the end, expected a sender at the root",
-                            far.node
-                        );
-                        return Err(wrong("node", reason));
-                    }
+                    check_depth(scenario, &gears, &far.node).map_err(|r| wrong("node", r))?;
                     gears.push(followed.gear_to(slave));
                     first_source.get_or_insert(node);
                     let Some(root) = followed.far_axis_of(slave) else {
@@ -179,10 +173,23 @@ impl Topology {
                     };
                     (at, axis) = (before, root);
                 }
+                (Some(node), FarChannel::FarAxes) if node >= senders => {
+                    let before = node - senders;
+                    let published = scenario.receivers[before].published_far_axes();
+                    let place = (*id as usize).checked_sub(1);
+                    let Some(followed) = place.and_then(|place| published.get(place)) else {
+                        let ids = 1..=published.len() as u32;
+                        return Err(wrong("axes", not_among(*id, &far.node, ids)));
+                    };
+                    check_depth(scenario, &gears, &far.node).map_err(|r| wrong("node", r))?;
+                    gears.push(Some(GearConfig::default()));
+                    first_source.get_or_insert(node);
+                    (at, axis) = (before, *followed);
+                }
                 (Some(_), _) => {
-                    let reason =
-                        "expected channel \"axes\" with a sender, \"slaves\" with a receiver"
-                            .to_owned();
+                    let reason = "expected channel \"axes\" with a sender, \"slaves\" or \
+                                  \"far-axes\" with a receiver"
+                        .to_owned();
                     return Err(wrong("channel", reason));
                 }
                 (None, _) => {
@@ -195,6 +202,20 @@ impl Topology {
             }
         }
     }
+}
+
+/// No way to a sender is longer than there are receivers.
+fn check_depth(
+    scenario: &Scenario,
+    gears: &[Option<GearConfig>],
+    node: &NodeName,
+) -> Result<(), String> {
+    if gears.len() <= scenario.receivers.len() {
+        return Ok(());
+    }
+    Err(format!(
+        "{node} follows itself in the end, expected a sender at the root"
+    ))
 }
 
 /// An axis that a node does not have, told with those it has.

@@ -11,15 +11,18 @@ pub enum Channel {
     TimeRequests,
     /// `coaxle/<node>/time-responses`: how the node responds.
     TimeResponses,
+    /// `coaxle/<node>/far-axes`: the axes that a receiver follows, as corrected.
+    FarAxes,
 }
 
 impl Channel {
     /// Every channel.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 5] = [
         Self::Axes,
         Self::Slaves,
         Self::TimeRequests,
         Self::TimeResponses,
+        Self::FarAxes,
     ];
 
     /// The last part of its key.
@@ -30,6 +33,7 @@ impl Channel {
             Self::Slaves => "slaves",
             Self::TimeRequests => "time-requests",
             Self::TimeResponses => "time-responses",
+            Self::FarAxes => "far-axes",
         }
     }
 
@@ -37,6 +41,6 @@ impl Channel {
     /// leave, whatever is configured: they are of no use without.
     #[must_use]
     pub const fn carries_axes(self) -> bool {
-        matches!(self, Self::Axes | Self::Slaves)
+        matches!(self, Self::Axes | Self::Slaves | Self::FarAxes)
     }
 }

@@ -1,5 +1,5 @@
-//! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/time-requests`, `/time-responses`, `/command`,
-//! `/status`, `/alive`.
+//! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/far-axes`, `/time-requests`, `/time-responses`,
+//! `/command`, `/status`, `/alive`.
 
 use std::fmt;
 
@@ -96,6 +96,7 @@ mod tests {
         let name = NodeName::new("saw-1").unwrap();
         assert_eq!(name.channel_key(Channel::Axes), "coaxle/saw-1/axes");
         assert_eq!(name.channel_key(Channel::Slaves), "coaxle/saw-1/slaves");
+        assert_eq!(name.channel_key(Channel::FarAxes), "coaxle/saw-1/far-axes");
         let requests = name.channel_key(Channel::TimeRequests);
         assert_eq!(requests, "coaxle/saw-1/time-requests");
         assert_eq!(

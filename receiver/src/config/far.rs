@@ -18,7 +18,7 @@ use super::axes::AxisList;
 pub struct FarConfig {
     /// The node that publishes the axes.
     pub node: NodeName,
-    /// Whether they are a sender's axes, or the slaves of another receiver.
+    /// Whether they are a sender's axes, the slaves of another receiver, or what that follows.
     #[serde(default)]
     pub channel: FarChannel,
     /// Which of its axes: ids, ranges of ids, or ids with names of their own here. The axis 1 by
@@ -108,6 +108,8 @@ pub enum FarChannel {
     Axes,
     /// A receiver's slaves.
     Slaves,
+    /// The axes that a receiver follows, as it corrects them.
+    FarAxes,
 }
 
 impl From<FarChannel> for Channel {
@@ -115,6 +117,7 @@ impl From<FarChannel> for Channel {
         match channel {
             FarChannel::Axes => Self::Axes,
             FarChannel::Slaves => Self::Slaves,
+            FarChannel::FarAxes => Self::FarAxes,
         }
     }
 }

@@ -10,7 +10,10 @@ use coaxle_node::keys::NodeName;
 use coaxle_remote::AxisSyncParameters;
 use serde::{Deserialize, Serialize};
 
-use super::{AxisList, DelayConfig, FarChannel, FarConfig, Mode, ReceiverConfig, SlaveConfig};
+use super::{
+    AxisList, DelayConfig, FarChannel, FarConfig, Mode, PublishFarAxes, ReceiverConfig,
+    SlaveConfig, WrongPublished,
+};
 
 /// A receiver's file as it is written.
 #[derive(Deserialize)]
@@ -29,6 +32,8 @@ pub(super) struct Form {
     request_faults: Option<LinkConfig>,
     /// As it was called before.
     question_faults: Option<toml::Value>,
+    #[serde(default)]
+    publish_far_axes: PublishFarAxes,
     #[serde(rename = "slave")]
     slaves: Option<Vec<SlaveConfig>>,
     #[serde(default)]
@@ -74,6 +79,8 @@ pub(super) enum WrongForm {
     Twice(NodeName),
     /// An axis that is called as another one is.
     SameName(String),
+    /// What is to be published of the far axes.
+    Published(WrongPublished),
 }
 
 impl fmt::Display for WrongForm {
@@ -84,6 +91,7 @@ impl fmt::Display for WrongForm {
                 "{field}: received one beside [[far]], expected it in the [[far]] of the node that it \
                  is for"
             ),
+            Self::Published(wrong) => write!(f, "publish-far-axes: {wrong}"),
             Self::Nothing => f.write_str(
                 "far: received no [[far]], expected at least one, such as node = \"conveyor\" with axes \
                  = [1, 2]; or in short, for one axis, master = { node = \"conveyor\", axis = 1 }",
@@ -156,6 +164,7 @@ impl TryFrom<Form> for ReceiverConfig {
             name: form.name,
             cycle_time_us: form.cycle_time_us,
             far,
+            publish_far_axes: form.publish_far_axes,
             slaves: form.slaves.unwrap_or_else(one_slave),
             clock: form.clock,
             seed: form.seed,
@@ -164,7 +173,10 @@ impl TryFrom<Form> for ReceiverConfig {
         };
         match same_name(&config) {
             Some(name) => Err(WrongForm::SameName(name)),
-            None => Ok(config),
+            None => match config.check_published() {
+                Err(wrong) => Err(WrongForm::Published(wrong)),
+                Ok(()) => Ok(config),
+            },
         }
     }
 }

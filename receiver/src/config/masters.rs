@@ -92,15 +92,18 @@ impl ReceiverConfig {
         Ok(masters)
     }
 
+    /// The number of the far axis of this name, its own or `node.id`.
+    pub(super) fn far_axis_called(&self, name: &str) -> Option<usize> {
+        let is_it = |(_, far, axis): (usize, &FarConfig, &FarAxisConfig)| {
+            axis.name.as_ref().is_some_and(|own| own.as_str() == name)
+                || far.full_name(axis.id) == name
+        };
+        self.far_axes().position(is_it)
+    }
+
     /// The far axis or the slave of this name.
     fn master_called(&self, master: &str) -> Option<MasterRef> {
-        let is_axis = |(_, far, axis): (usize, &FarConfig, &FarAxisConfig)| {
-            axis.name
-                .as_ref()
-                .is_some_and(|name| name.as_str() == master)
-                || far.full_name(axis.id) == master
-        };
-        if let Some(axis) = self.far_axes().position(is_axis) {
+        if let Some(axis) = self.far_axis_called(master) {
             return Some(MasterRef::Far(axis));
         }
         let slave = self.slaves.iter().position(|s| s.name.as_str() == master);
@@ -162,13 +165,7 @@ impl ReceiverConfig {
         let others = slaves.filter(|(other, _)| *other != n);
         let mut names = self.far_axis_names();
         names.extend(others.map(|(_, slave)| slave.name.to_string()));
-        let left_out = names.len().saturating_sub(MOST_LISTED);
-        names.truncate(MOST_LISTED);
-        let mut list = names.join(", ");
-        if left_out > 0 {
-            list += &format!(", and {left_out} more");
-        }
-        list
+        listed(names)
     }
 
     /// The far axis at the root of the n-th slave, by first masters, if they are right.
@@ -183,4 +180,15 @@ impl ReceiverConfig {
         }
         None
     }
+}
+
+/// Names in one line, as far as they fit.
+pub(super) fn listed(mut names: Vec<String>) -> String {
+    let left_out = names.len().saturating_sub(MOST_LISTED);
+    names.truncate(MOST_LISTED);
+    let mut list = names.join(", ");
+    if left_out > 0 {
+        list += &format!(", and {left_out} more");
+    }
+    list
 }

@@ -38,9 +38,12 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
         put(status, "warning", json!(Fault::of_warning(snapshot, n)));
     }
     let mut axes = named(&instances, Group::FarAxis, axes);
-    for ((_, far, axis), (_, status)) in config.far_axes().zip(axes.iter_mut()) {
+    let published = config.published_far_axes();
+    for (n, ((_, far, axis), (_, status))) in config.far_axes().zip(axes.iter_mut()).enumerate() {
         put(status, "node", json!(far.node));
         put(status, "id", json!(axis.id));
+        let place = published.iter().position(|axis| *axis == n);
+        put(status, "published_id", json!(place.map(|place| place + 1)));
     }
     let mut slaves = named(&instances, Group::Slave, slaves);
     for (n, (_, status)) in slaves.iter_mut().enumerate() {

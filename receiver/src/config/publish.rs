@@ -1,0 +1,183 @@
+//! `publish-far-axes`: which far axes a receiver publishes as corrected.
+
+use coaxle_node::frame::MAX_AXES;
+use serde::{Deserialize, Serialize};
+use toml::Value;
+
+use super::ReceiverConfig;
+use super::masters::listed;
+
+/// Which far axes are published as corrected: `true`, `false` (default), or a list of their names.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "Value", into = "Value")]
+pub enum PublishFarAxes {
+    /// None.
+    #[default]
+    No,
+    /// All of them, numbered from 1 in the order of the config.
+    All,
+    /// These, numbered from 1 in this order.
+    These(Vec<String>),
+}
+
+/// Far axes that cannot be published.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WrongPublished {
+    /// Neither a switch nor a list.
+    #[error("received {received}, expected true, false, or a list of names of far axes")]
+    NoList {
+        /// What was there.
+        received: String,
+    },
+    /// More than a frame holds.
+    #[error(
+        "received {received} far axes, expected at most {MAX_AXES}, which a frame holds: a list of \
+         their names"
+    )]
+    TooMany {
+        /// How many.
+        received: usize,
+    },
+    /// One that is not there.
+    #[error("received {received:?}, expected some of: {known}")]
+    Unknown {
+        /// What was there.
+        received: String,
+        /// Those that are.
+        known: String,
+    },
+    /// One of them again.
+    #[error("received {received:?} twice, expected each once")]
+    Twice {
+        /// Which.
+        received: String,
+    },
+}
+
+impl PublishFarAxes {
+    /// Whether nothing is published.
+    #[must_use]
+    pub const fn is_none(&self) -> bool {
+        matches!(self, Self::No)
+    }
+}
+
+impl ReceiverConfig {
+    /// The far axes that are published as corrected, by their numbers. The first one has the axis id
+    /// 1 there, the next one 2.
+    #[must_use]
+    pub fn published_far_axes(&self) -> Vec<usize> {
+        match &self.publish_far_axes {
+            PublishFarAxes::No => Vec::new(),
+            PublishFarAxes::All => (0..self.far_axes().count()).collect(),
+            PublishFarAxes::These(names) => {
+                let number = |name: &String| self.far_axis_called(name);
+                names.iter().filter_map(number).collect()
+            }
+        }
+    }
+
+    pub(super) fn check_published(&self) -> Result<(), WrongPublished> {
+        let axes = self.published_far_axes();
+        let received = axes.len();
+        if received > MAX_AXES {
+            return Err(WrongPublished::TooMany { received });
+        }
+        let PublishFarAxes::These(names) = &self.publish_far_axes else {
+            return Ok(());
+        };
+        for (n, name) in names.iter().enumerate() {
+            let received = name.clone();
+            let Some(axis) = self.far_axis_called(name) else {
+                let known = listed(self.far_axis_names());
+                return Err(WrongPublished::Unknown { received, known });
+            };
+            if axes[..n].contains(&axis) {
+                return Err(WrongPublished::Twice { received });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl TryFrom<Value> for PublishFarAxes {
+    type Error = WrongPublished;
+
+    fn try_from(value: Value) -> Result<Self, WrongPublished> {
+        let received = value.to_string();
+        let wrong = || WrongPublished::NoList { received };
+        match value {
+            Value::Boolean(true) => Ok(Self::All),
+            Value::Boolean(false) => Ok(Self::No),
+            names @ Value::Array(_) => Ok(Self::These(names.try_into().map_err(|_| wrong())?)),
+            _ => Err(wrong()),
+        }
+    }
+}
+
+impl From<PublishFarAxes> for Value {
+    fn from(publish: PublishFarAxes) -> Self {
+        match publish {
+            PublishFarAxes::No => Self::Boolean(false),
+            PublishFarAxes::All => Self::Boolean(true),
+            PublishFarAxes::These(names) => names.into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config(publish: &str) -> Result<ReceiverConfig, String> {
+        let text = format!(
+            "name = 'r'\ncycle-time-us = 1000\npublish-far-axes = {publish}\n[[far]]\nnode = 'a'\n\
+             axes = ['1-2']\n[[far]]\nnode = 'b'\naxes = [{{ id = 2, name = 'belt' }}]"
+        );
+        coaxle_node::config::parse("r.toml", &text).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn all_of_them_or_some_by_name() {
+        for (publish, expected) in [
+            ("true", vec![0, 1, 2]),
+            ("false", vec![]),
+            ("['belt', 'a.1']", vec![2, 0]),
+            ("['b.2']", vec![2]),
+        ] {
+            let config = config(publish).expect("a config");
+            assert_eq!(config.published_far_axes(), expected);
+            let written = toml::to_string(&config).expect("a text");
+            let read = coaxle_node::config::parse::<ReceiverConfig>("r.toml", &written);
+            assert_eq!(read.expect("a config"), config);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_published_is_refused_by_name() {
+        for (publish, expected) in [
+            (
+                "1",
+                "received 1, expected true, false, or a list of names of far axes",
+            ),
+            ("[1]", "received [1], expected true, false, or a list"),
+            (
+                "['belt', 'c.1']",
+                "publish-far-axes: received \"c.1\", expected some of: a.1, a.2, belt",
+            ),
+            (
+                "['belt', 'b.2']",
+                "publish-far-axes: received \"b.2\" twice, expected each once",
+            ),
+        ] {
+            let error = config(publish).expect_err("refused");
+            assert!(error.contains(expected), "{error}");
+        }
+        let text = "name = 'r'\ncycle-time-us = 1000\npublish-far-axes = true\n[[far]]\nnode = 'a'\n\
+                    axes = ['1-100']\n[[far]]\nnode = 'b'\naxes = ['1-100']";
+        let error =
+            coaxle_node::config::parse::<ReceiverConfig>("r.toml", text).expect_err("refused");
+        let expected = "publish-far-axes: received 200 far axes, expected at most 128";
+        assert!(error.to_string().contains(expected), "{error}");
+    }
+}

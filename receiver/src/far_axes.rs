@@ -1,0 +1,86 @@
+//! The far axes as corrected, for others: a display, a test, another receiver.
+
+use coaxle_axis::{AxisState, NcToPlcAxis, StateWord};
+
+use crate::config::ReceiverConfig;
+use crate::signals::FarAxisSignals;
+use crate::slaves::Master;
+
+/// What is published of the far axes.
+#[derive(Debug)]
+pub(crate) struct PublishedFarAxes {
+    /// Which of them, by the axis id they have there, from 1.
+    which: Box<[usize]>,
+    axes: Vec<NcToPlcAxis>,
+}
+
+impl PublishedFarAxes {
+    pub(crate) fn new(config: &ReceiverConfig) -> Self {
+        let which = config.published_far_axes();
+        Self {
+            axes: Vec::with_capacity(which.len()),
+            which: which.into(),
+        }
+    }
+
+    /// Their axis structures in this cycle, of all that have come yet.
+    pub(crate) fn axes(
+        &mut self,
+        masters: &[Option<Master>],
+        signals: &[FarAxisSignals],
+    ) -> &[NcToPlcAxis] {
+        self.axes.clear();
+        for (id, axis) in (1..).zip(&self.which) {
+            if let Some(master) = &masters[*axis] {
+                let received_error = signals[*axis].received_error;
+                self.axes.push(axis_struct(id, master, received_error));
+            }
+        }
+        &self.axes
+    }
+}
+
+/// Its actual values are nowhere corrected: they are the set values.
+fn axis_struct(id: u32, master: &Master, received_error: u32) -> NcToPlcAxis {
+    let (set, own) = (master.set, master.error_code);
+    let error_code = if own == 0 { received_error } else { own };
+    NcToPlcAxis {
+        state_word: state_word(master, error_code),
+        error_code,
+        axis_state: axis_state(set.velocity, set.acceleration),
+        axis_id: id,
+        actual_position: set.position,
+        modulo_actual_position: set.position,
+        actual_velocity: set.velocity,
+        set_position: set.position,
+        set_velocity: set.velocity,
+        set_acceleration: set.acceleration,
+        target_position: set.position,
+        modulo_set_position: set.position,
+        ..NcToPlcAxis::default()
+    }
+}
+
+fn axis_state(velocity: f64, acceleration: f64) -> AxisState {
+    if velocity * acceleration < 0.0 {
+        AxisState::Decelerating
+    } else if acceleration != 0.0 {
+        AxisState::Accelerating
+    } else if velocity != 0.0 {
+        AxisState::ConstantVelocity
+    } else {
+        AxisState::Inactive
+    }
+}
+
+/// It is operational once its clock is known, too.
+fn state_word(master: &Master, error_code: u32) -> StateWord {
+    let velocity = master.set.velocity;
+    let mut word = StateWord::HOMED;
+    word.set(StateWord::OPERATIONAL, master.is_ready);
+    word.set(StateWord::ERROR, error_code != 0);
+    word.set(StateWord::NOT_MOVING, velocity == 0.0);
+    word.set(StateWord::POSITIVE_DIRECTION, velocity > 0.0);
+    word.set(StateWord::NEGATIVE_DIRECTION, velocity < 0.0);
+    word
+}
