@@ -37,6 +37,10 @@ pub(super) struct Judge {
     /// Cycles whose truth is not known yet.
     pub(super) waiting: VecDeque<Box<Record>>,
     /// Records to be used again.
+    #[expect(
+        clippy::vec_box,
+        reason = "records go round in their boxes: only these move"
+    )]
     spare: Vec<Box<Record>>,
     previous: Option<Previous>,
     first_data: Option<(i64, u64)>,
