@@ -24,7 +24,6 @@
 //! ```
 
 mod axis;
-mod check;
 mod program;
 mod shown;
 
@@ -39,8 +38,10 @@ use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use serde::{Deserialize, Serialize};
 
 pub use axis::{AxisConfig, EncoderConfig, Interpolation, ReplayConfig, SourceConfig};
-pub use check::InvalidProgram;
-pub use program::{LimitsConfig, MAX_LOOP_DEPTH, ProgramConfig, Repeat, StepConfig};
+
+pub use program::{
+    InvalidProgram, LimitsConfig, MAX_LOOP_DEPTH, ProgramConfig, Repeat, StepConfig,
+};
 pub use shown::{InvalidShownAxes, SHOWN_BY_DEFAULT, ShownAxes};
 
 /// A sender: its name, its clock and its axes.

@@ -1,5 +1,7 @@
 //! The program of a virtual axis.
 
+mod check;
+
 use std::fmt;
 use std::num::NonZeroU32;
 
@@ -7,7 +9,7 @@ use coaxle_curve::profile::Limits;
 use coaxle_node::config::{AtLeastZero, Finite, Positive};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use super::check;
+pub use check::InvalidProgram;
 
 /// How deep loops may be nested.
 pub const MAX_LOOP_DEPTH: usize = 8;

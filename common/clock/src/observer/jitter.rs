@@ -5,13 +5,15 @@
 //! unique and a few Newton steps find it. Far to the late side its score is constant: a spike of a
 //! millisecond weighs no more than a message that is a little late.
 
-use super::FIRST_BLOCK;
 use super::correlated_delay::CorrelatedDelay;
 use super::hazard::Hazard;
 use super::information::{Information, InformationTable, Scores};
 use super::misfit::{LATE, Misfit};
 use super::pull::Pull;
 use super::resolution::Widths;
+
+/// Messages that make the first one, and the first guess of the jitter.
+pub(super) const FIRST_BLOCK: usize = 16;
 
 /// Widths of the jitter, and the functions of it that estimation needs. Seconds.
 #[derive(Clone, Debug)]

@@ -55,13 +55,13 @@ use choice::Choice;
 use counts::{Counts, News};
 use edge::Edge;
 use filter::Estimate;
-use jitter::Jitter;
+use jitter::{FIRST_BLOCK, Jitter};
 use output::Shown;
 use path_delay::PathDelay;
 use progress::{Events, Progress};
 use resolution::Resolution;
 use shift::ShiftDetector;
-use stream::{BLOCK, FIRST_BLOCK, Line, Residual, Stream};
+use stream::{BLOCK, Line, Residual, Stream};
 
 /// So many seconds after the start the drift is trusted, whatever the offset does.
 const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;

@@ -4,15 +4,13 @@ use super::bank::Bank;
 use super::choice::Choice;
 use super::counts::Counts;
 use super::edge::Edge;
-use super::jitter::Jitter;
+use super::jitter::{FIRST_BLOCK, Jitter};
 use super::resolution::Resolution;
 use super::shift::Bounds;
 use crate::instant::{Instant, Local, Remote, Span};
 
 /// Messages that make one measurement.
 pub(super) const BLOCK: usize = 8;
-/// Messages that make the first one, and the first guess of the jitter.
-pub(super) const FIRST_BLOCK: usize = 16;
 /// A longer queue is none.
 const LONGEST_QUEUE: u16 = 256;
 

@@ -2,7 +2,7 @@
 
 use coaxle_node::config::Positive;
 
-use super::program::{MAX_LOOP_DEPTH, ProgramConfig, Repeat, StepConfig};
+use super::{MAX_LOOP_DEPTH, ProgramConfig, Repeat, StepConfig};
 
 /// A program that no axis can run.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
