@@ -66,6 +66,8 @@ pub enum DelaySource {
 pub struct FarClock {
     observer: PhaseObserver,
     delay: DelaySource,
+    /// In force until one is measured.
+    held: Span,
     exchange: DelayExchange,
     waiting: [Option<(Instant<Local>, TimeResponse)>; RESPONSES],
     /// Responses that found no room to wait.
@@ -114,6 +116,7 @@ impl FarClock {
         Ok(Self {
             observer: PhaseObserver::new(far_cycle_time, parameters)?,
             delay,
+            held: Span::ZERO,
             exchange: DelayExchange::new(run),
             waiting: [None; RESPONSES],
             overflow: 0,
@@ -137,6 +140,9 @@ impl FarClock {
 
     /// A response arrived at `at`. It waits for the first cycle that ideally begins no earlier.
     pub fn response(&mut self, at: Instant<Local>, response: &TimeResponse) {
+        if self.delay != DelaySource::Measured {
+            return;
+        }
         match self.waiting.iter_mut().find(|place| place.is_none()) {
             Some(place) => *place = Some((at, *response)),
             None => self.overflow = self.overflow.saturating_add(1),
@@ -159,15 +165,10 @@ impl FarClock {
         now: Instant<Local>,
         used: impl FnMut(Instant<Local>, &TimeResponse),
     ) -> FarClockOutput {
-        let delay = match self.delay {
-            DelaySource::Off => Span::ZERO,
-            DelaySource::Fixed(delay) => delay,
-            DelaySource::Measured => {
-                self.measure(now, used);
-                self.exchange.delay().unwrap_or(Span::ZERO)
-            }
-        };
-        self.observer.set_delay(delay);
+        if self.delay == DelaySource::Measured {
+            self.measure(now, used);
+        }
+        self.observer.set_delay(self.delay_in_force());
         let observer = self.observer.cycle(now);
         self.is_sure = is_sure(observer.state, self.is_sure);
         let output = FarClockOutput {
@@ -210,9 +211,26 @@ impl FarClock {
         })
     }
 
-    /// Takes the delay from elsewhere. Once far time is sure the change is slewed.
-    pub const fn set_delay(&mut self, delay: DelaySource) {
+    /// Takes the delay from elsewhere. Once far time is sure the change is slewed. Until one is measured
+    /// the one before stays in force.
+    pub fn set_delay(&mut self, delay: DelaySource) {
+        if delay == self.delay {
+            return;
+        }
+        self.held = self.delay_in_force();
         self.delay = delay;
+        self.waiting = [None; RESPONSES];
+        if delay == DelaySource::Measured {
+            self.exchange.restart();
+        }
+    }
+
+    fn delay_in_force(&self) -> Span {
+        match self.delay {
+            DelaySource::Off => Span::ZERO,
+            DelaySource::Fixed(delay) => delay,
+            DelaySource::Measured => self.exchange.delay().unwrap_or(self.held),
+        }
     }
 
     fn measure(

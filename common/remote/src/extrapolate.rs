@@ -26,6 +26,8 @@ pub struct AxisExtrapolate {
     mode: Option<ExtrapolateMode>,
     last: SetValues,
     blend: Blend,
+    /// The next cycle goes on from where the last one was, whatever has changed.
+    carries_on: bool,
 }
 
 /// `ST_AxisExtrapolateParameters` with the manual's defaults, TS5066 chapter 3.13.
@@ -57,6 +59,31 @@ pub struct ExtrapolateParameters {
     /// Reserved; kept for completeness.
     #[doc(alias = "nSysCmd")]
     pub sys_cmd: u32,
+}
+
+impl ExtrapolateParameters {
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range.
+    pub fn check(&self) -> Result<(), WrongParameter> {
+        let checks = [
+            ("max-position-diff", self.max_position_diff),
+            ("t1-factor-pos", self.t1_factor_pos),
+            ("t1-factor-velo", self.t1_factor_velo),
+            ("blending-time-s", self.blending_time.0),
+        ];
+        for (parameter, received) in checks {
+            if !(received.is_finite() && received >= 0.0) {
+                return Err(WrongParameter {
+                    parameter,
+                    received,
+                    expected: "a finite number of at least 0",
+                });
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Default for ExtrapolateParameters {
@@ -236,21 +263,7 @@ impl AxisExtrapolate {
         task_cycle_time: Span,
         parameters: ExtrapolateParameters,
     ) -> Result<Self, WrongParameter> {
-        let checks = [
-            ("max-position-diff", parameters.max_position_diff),
-            ("t1-factor-pos", parameters.t1_factor_pos),
-            ("t1-factor-velo", parameters.t1_factor_velo),
-            ("blending-time-s", parameters.blending_time.0),
-        ];
-        for (parameter, received) in checks {
-            if !(received.is_finite() && received >= 0.0) {
-                return Err(WrongParameter {
-                    parameter,
-                    received,
-                    expected: "a finite number of at least 0",
-                });
-            }
-        }
+        parameters.check()?;
         Ok(Self {
             pt1: Pt1::new(parameters.t1_factor_pos, parameters.t1_factor_velo),
             task_cycle_time: task_cycle_time.as_secs_f64(),
@@ -258,7 +271,26 @@ impl AxisExtrapolate {
             mode: None,
             last: SetValues::default(),
             blend: Blend::default(),
+            carries_on: false,
         })
+    }
+
+    /// Changes the parameters while running. The set values go on from where they are.
+    pub(super) fn set_parameters(&mut self, parameters: &ExtrapolateParameters) {
+        self.parameters = *parameters;
+        self.pt1
+            .set(parameters.t1_factor_pos, parameters.t1_factor_velo);
+        self.carry_on();
+    }
+
+    /// The next cycle goes on from where the last one was: what has changed by then is blended.
+    pub(super) const fn carry_on(&mut self) {
+        self.carries_on = true;
+    }
+
+    /// What comes next has nothing to do with what was.
+    pub(super) const fn do_not_carry_on(&mut self) {
+        self.carries_on = false;
     }
 
     /// At rest again, as it was started.
@@ -267,6 +299,7 @@ impl AxisExtrapolate {
         self.mode = None;
         self.last = SetValues::default();
         self.blend = Blend::default();
+        self.carries_on = false;
     }
 
     /// One cycle. Without a correction time sync and time mode have nothing to extrapolate by: the
@@ -306,7 +339,8 @@ impl AxisExtrapolate {
         let error = self.position_error(mode, &candidates);
         let usable = error.is_none() && candidates.of(mode).is_some();
         let mode = if usable { mode } else { fall_back.into() };
-        let set = self.blended(mode, &candidates, elapsed);
+        let standing = self.take_standing(received.acceleration, elapsed);
+        let set = self.blended(mode, &candidates, standing, elapsed);
         self.last = set;
         Moved {
             set: Kinematics {
@@ -362,31 +396,41 @@ impl AxisExtrapolate {
         (limit > 0.0 && difference > limit).then_some(SyncError::MaxPositionDiffExceeded)
     }
 
+    /// Where the set values would be now, had nothing changed; none unless they are to go on from there.
+    fn take_standing(&mut self, acceleration: f64, elapsed: u32) -> Option<SetValues> {
+        let wanted = core::mem::take(&mut self.carries_on) && self.mode.is_some();
+        let passed = f64::from(elapsed) * self.task_cycle_time;
+        let SetValues { position, velocity } = self.last;
+        wanted.then_some(SetValues {
+            position: position + (velocity + 0.5 * acceleration * passed) * passed,
+            velocity: velocity + acceleration * passed,
+        })
+    }
+
     fn blended(
         &mut self,
         mode: ExtrapolateMode,
         candidates: &Candidates,
+        standing: Option<SetValues>,
         elapsed: u32,
     ) -> SetValues {
         let aim = self.set_values(mode, candidates);
-        let blending_time = self.parameters.blending_time.0;
         self.blend.left -= f64::from(elapsed) * self.task_cycle_time;
-        match self.mode.replace(mode) {
-            Some(old) if old != mode && blending_time > 0.0 => {
-                let standing = self.faded(self.set_values(old, candidates));
-                self.blend = Blend {
-                    difference: standing.minus(aim),
-                    left: blending_time,
-                };
-            }
-            _ => {}
+        let old = self.mode.replace(mode).filter(|old| *old != mode);
+        let of_old_mode = || Some(self.faded(self.set_values(old?, candidates)));
+        let blending_time = self.parameters.blending_time.0;
+        if let Some(standing) = standing.or_else(of_old_mode) {
+            self.blend = Blend {
+                difference: standing.minus(aim),
+                left: blending_time,
+            };
         }
         self.faded(aim)
     }
 
     /// A mode's values, with what is left of the last blend on top.
     fn faded(&self, values: SetValues) -> SetValues {
-        if self.blend.left <= 0.0 {
+        if self.blend.left <= 0.0 || self.parameters.blending_time.0 <= 0.0 {
             return values;
         }
         let share = self.blend.left / self.parameters.blending_time.0;

@@ -6,7 +6,7 @@ use coaxle_curve::profile::Kinematics;
 
 use super::extrapolate::{AxisExtrapolate, ExtrapolateDiagnostic};
 use super::far_sync::{FarCorrection, OnPositionError};
-use super::parameters::{AxisSyncParameters, FilterState};
+use super::parameters::{AxisSyncParameters, CheckedParameters, FilterState};
 
 /// One axis of a far node: filter, blending and position error of its own, the clock shared.
 #[derive(Clone, Debug)]
@@ -91,6 +91,31 @@ impl FarAxis {
             diagnostic: moved.diagnostic,
             re_initialised,
         }
+    }
+
+    /// Its clock starts anew: no error is latched any more, and the set values go on from where they are,
+    /// blended into what the clock says next.
+    pub const fn re_initialise(&mut self) {
+        self.position_error = None;
+        self.extrapolate.carry_on();
+    }
+
+    /// The set values of the next cycle go on from where they are, whatever has changed by then: the
+    /// difference is blended over `blending_time`.
+    pub const fn carry_on(&mut self) {
+        self.extrapolate.carry_on();
+    }
+
+    /// Where the set values were says nothing of where they are next.
+    pub const fn do_not_carry_on(&mut self) {
+        self.extrapolate.do_not_carry_on();
+    }
+
+    /// Changes the parameters while running; the set values go on from where they are.
+    pub fn set_parameters(&mut self, parameters: &CheckedParameters) {
+        self.extrapolate
+            .set_parameters(&parameters.whole.extrapolate);
+        self.automatic_re_init = parameters.whole.time_sync.automatic_re_init;
     }
 
     /// At rest again, as it was started: nothing is blended from, no error is latched.

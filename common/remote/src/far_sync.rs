@@ -1,12 +1,13 @@
 //! The clock's half of `FB_AxisSync`: what one far clock says to all axes of its node.
 
 use coaxle_clock::time_sync::{
-    SyncError, SyncWarning, TimeSync, TimeSyncOutput, TimeSyncState, WrongParameter,
+    SyncError, SyncWarning, TimeSync, TimeSyncDiagnostic, TimeSyncOutput, TimeSyncState,
+    WrongParameter,
 };
 use coaxle_clock::{CycleIndex, Seconds, Span};
 
 use super::extrapolate::{CorrectionTimes, ExtrapolateMode, FallBackMode};
-use super::parameters::{AxisSyncParameters, FilterMode, StartUpMode};
+use super::parameters::{AxisSyncParameters, CheckedParameters, FilterMode, StartUpMode};
 
 /// One far clock in cycle indices, and the choice of the mode. One of it serves any number of
 /// [`FarAxis`](super::FarAxis).
@@ -68,6 +69,32 @@ impl Silence {
 }
 
 impl FarCorrection {
+    /// What a disabled block says (`bEnable` = FALSE): the axes as they came.
+    pub fn disabled() -> Self {
+        let none = CorrectionTimes {
+            sync: None,
+            time: None,
+            observer: None,
+        };
+        Self {
+            time_sync: TimeSyncOutput {
+                state: TimeSyncState::StartUp,
+                warning: None,
+                correction_time: None,
+                time_mode_correction: None,
+                beats: 0,
+                diagnostic: TimeSyncDiagnostic::default(),
+            },
+            synced: false,
+            error: None,
+            warning: None,
+            mode: ExtrapolateMode::Bypass,
+            fall_back: FallBackMode::Bypass,
+            times: none,
+            on_position_error: OnPositionError::Forget,
+        }
+    }
+
     /// The correction that moves set values in a mode; none where it needs none or has none.
     #[must_use]
     pub const fn time(&self, mode: ExtrapolateMode) -> Option<Seconds> {
@@ -134,6 +161,15 @@ impl FarSync {
         self.time_sync.set_delay_time_offset(offset);
     }
 
+    /// Changes the parameters while running; what was learnt is kept. See [`TimeSync::set_parameters`].
+    pub fn set_parameters(&mut self, parameters: &CheckedParameters) {
+        let CheckedParameters { whole, time_sync } = parameters;
+        self.time_sync.set_parameters(time_sync);
+        self.start_up_mode = whole.start_up_mode;
+        self.fall_back_mode = whole.fall_back_mode;
+        self.delay_time_offset = whole.time_sync.delay_time_offset;
+    }
+
     /// Own cycles without new data after which they are too old; none where nothing watches it.
     #[must_use]
     pub fn age_limit(&self) -> Option<u32> {
@@ -151,6 +187,7 @@ impl FarSync {
         filter_mode: FilterMode,
         elapsed: u32,
     ) -> FarCorrection {
+        self.silence.count(index, elapsed);
         let time = self.time_sync.update(index, elapsed);
         let (mode, on_position_error) = self.mode(filter_mode, &time);
         let error = match time.state {

@@ -47,6 +47,7 @@
 extern crate std;
 
 mod axis_sync;
+mod changes;
 mod extrapolate;
 mod far_axis;
 mod far_sync;
@@ -54,10 +55,11 @@ mod parameters;
 mod pt1;
 
 pub use axis_sync::{AxisSync, AxisSyncDiagnostic, AxisSyncOutput};
+pub use changes::{AxisSyncChanges, ExtrapolateChanges, TimeSyncChanges};
 pub use extrapolate::{
     AxisExtrapolate, ExtrapolateDiagnostic, ExtrapolateMode, ExtrapolateOutput,
     ExtrapolateParameters, FallBackMode,
 };
 pub use far_axis::{FarAxis, FarAxisOutput};
 pub use far_sync::{FarCorrection, FarSync};
-pub use parameters::{AxisSyncParameters, FilterMode, FilterState, StartUpMode};
+pub use parameters::{AxisSyncParameters, CheckedParameters, FilterMode, FilterState, StartUpMode};

@@ -1,6 +1,7 @@
 //! Parameters and modes of a synchronised far axis.
 
-use coaxle_clock::time_sync::TimeSyncParameters;
+use coaxle_clock::Span;
+use coaxle_clock::time_sync::{CheckedTimeSync, TimeSyncParameters, WrongParameter};
 
 use super::extrapolate::{ExtrapolateMode, ExtrapolateParameters, FallBackMode};
 
@@ -26,6 +27,27 @@ pub struct AxisSyncParameters {
     /// Parameters of the time sync.
     #[doc(alias = "stTimeSyncParameters")]
     pub time_sync: TimeSyncParameters,
+}
+
+/// Parameters that are good, for a pair of cycle times: what is running can take them over.
+#[derive(Clone, Copy, Debug)]
+pub struct CheckedParameters {
+    pub(super) whole: AxisSyncParameters,
+    pub(super) time_sync: CheckedTimeSync,
+}
+
+impl AxisSyncParameters {
+    /// Checks every parameter. `task_cycle_time` is the receiver's nominal cycle time.
+    ///
+    /// # Errors
+    /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range.
+    pub fn checked(self, task_cycle_time: Span) -> Result<CheckedParameters, WrongParameter> {
+        self.extrapolate.check()?;
+        Ok(CheckedParameters {
+            whole: self,
+            time_sync: self.time_sync.checked(task_cycle_time)?,
+        })
+    }
 }
 
 /// `E_Sync_StartUpMode`, TS5066 chapter 3.9.
@@ -57,10 +79,13 @@ impl From<StartUpMode> for ExtrapolateMode {
 /// `E_Sync_FilterMode`: how the set values are to be calculated. TS5066 chapter 3.7.
 #[doc(alias = "E_Sync_FilterMode")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[repr(u8)]
 pub enum FilterMode {
     /// Start-up mode, then sync mode; the fallback when sync is lost.
     #[default]
+    #[cfg_attr(feature = "serde", serde(rename = "sync"))]
     Auto = 0,
     /// As received.
     Bypass = 1,

@@ -21,6 +21,14 @@ impl Pt1 {
         }
     }
 
+    /// Changes the time constants; the filter goes on from where it is.
+    pub(super) fn set(&mut self, factor_position: f64, factor_velocity: f64) {
+        *self = Self {
+            value: self.value,
+            ..Self::new(factor_position, factor_velocity)
+        };
+    }
+
     /// The next input is its first.
     pub(super) const fn restart(&mut self) {
         self.value = None;

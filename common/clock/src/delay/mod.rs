@@ -125,6 +125,12 @@ impl DelayExchange {
         }
     }
 
+    /// Forgets what was measured and measures anew.
+    pub fn restart(&mut self) {
+        self.forget();
+        self.sender = None;
+    }
+
     /// Looks at what became of the line. A new run of the sender: all is forgotten. A jump is taken
     /// for the path's doing, so that the sender's time stays where it was, until the next exchanges
     /// say otherwise; it is returned, and [`PhaseObserver::attribute_step_to_path`] is to be told.

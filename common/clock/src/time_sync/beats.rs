@@ -62,6 +62,12 @@ impl Beats {
         self.periods.clear();
     }
 
+    /// Changes what makes a plateau and a mean; what is known is kept.
+    pub(super) fn set(&mut self, limit: i64, periods: u16) {
+        self.limit = limit;
+        self.periods.want(usize::from(periods));
+    }
+
     /// One cycle; `offset` is none when it brought no new data. Tells when the plateau changes.
     pub(super) fn observe(&mut self, offset: Option<i64>, cycle: i64) -> Option<Beat> {
         // Silence confirms nothing: one late message before a pause would make a plateau.
@@ -143,6 +149,19 @@ impl Periods {
         self.next = 0;
     }
 
+    /// As many as this from now on; the newest are kept.
+    fn want(&mut self, wanted: usize) {
+        let kept = self.len.min(wanted);
+        let oldest = self.next + self.wanted - kept;
+        let old = self.ring;
+        for n in 0..kept {
+            self.ring[n] = old[(oldest + n) % self.wanted];
+        }
+        self.len = kept;
+        self.next = kept % wanted;
+        self.wanted = wanted;
+    }
+
     /// A step of several ticks is that many periods of equal length.
     fn push(&mut self, ticks: i64, cycles: i64) {
         let steps = ticks.unsigned_abs().max(1);
@@ -167,6 +186,26 @@ impl Periods {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn with_more_or_fewer_periods_wanted_the_newest_are_kept() {
+        for wanted in 1..5 {
+            for known in 0..7 {
+                for then in 1..6 {
+                    let mut periods = Periods::new(wanted);
+                    (0..known).for_each(|n| periods.push(1, 100 + n));
+                    periods.want(then);
+                    (known..known + 2).for_each(|n| periods.push(1, 100 + n));
+                    let kept = (known as usize).min(wanted).min(then);
+                    assert_eq!(periods.len, (kept + 2).min(then));
+                    let newest = (0..known + 2).rev().take(periods.len);
+                    let sum: i64 = newest.map(|n| 100 + n).sum();
+                    let mean = periods.len as f64 / sum as f64;
+                    assert!((periods.mean() - mean).abs() < 1e-12);
+                }
+            }
+        }
+    }
 
     #[test]
     fn one_late_message_before_a_silence_makes_no_plateau() {

@@ -28,7 +28,7 @@ mod beats;
 mod line;
 mod parameters;
 
-pub use parameters::{TimeSyncParameters, WrongParameter};
+pub use parameters::{CheckedTimeSync, TimeSyncParameters, WrongParameter};
 
 use core::fmt;
 
@@ -234,8 +234,7 @@ impl TimeSync {
         task_cycle_time: Span,
         parameters: TimeSyncParameters,
     ) -> Result<Self, WrongParameter> {
-        let ticks = parameters.check(task_cycle_time)?;
-        let parameters = parameters.raised_for(&ticks);
+        let CheckedTimeSync { parameters, ticks } = parameters.checked(task_cycle_time)?;
         Ok(Self {
             ticks,
             status: Status::StartUp,
@@ -289,6 +288,23 @@ impl TimeSync {
     /// Changes `fDelayTimeOffset` while running. It acts at once: slew it.
     pub fn set_delay_time_offset(&mut self, offset: Seconds) {
         self.parameters.delay_time_offset = offset;
+    }
+
+    /// Changes the parameters while running. What was learnt is kept: limits hold from now on, whatever
+    /// shapes a ramp or a blend from the next beat on. Forced into time mode, it leaves sync mode.
+    /// `parameters` are checked for the same two cycle times as those it was started with.
+    pub fn set_parameters(&mut self, parameters: &CheckedTimeSync) {
+        self.parameters = parameters.parameters;
+        let CheckedTimeSync { parameters, .. } = parameters;
+        self.beats.set(
+            i64::from(parameters.end_of_transition_limit),
+            parameters.no_of_periods_for_mean_drift,
+        );
+        if parameters.force_time_mode && self.status == Status::Synced {
+            self.status = Status::StartUp;
+            let cycles = parameters.time_mode_blending_cycles;
+            self.course.aim(self.plateau(), self.cycle, cycles);
+        }
     }
 
     /// The parameters in force, with the limits raised that the ratio of the cycle times asks for.

@@ -89,6 +89,14 @@ impl Default for TimeSyncParameters {
     }
 }
 
+/// Parameters that are good, for a pair of cycle times.
+#[derive(Clone, Copy, Debug)]
+pub struct CheckedTimeSync {
+    /// With the limits raised that the ratio of the cycle times asks for.
+    pub(super) parameters: TimeSyncParameters,
+    pub(super) ticks: Ticks,
+}
+
 /// A parameter outside its range: error 0x4b56.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WrongParameter {
@@ -132,8 +140,19 @@ pub(super) struct Ticks {
 }
 
 impl TimeSyncParameters {
-    /// Checks every parameter.
-    pub(super) fn check(&self, task_cycle_time: Span) -> Result<Ticks, WrongParameter> {
+    /// Checks every parameter. `task_cycle_time` is the receiver's nominal cycle time.
+    ///
+    /// # Errors
+    /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range.
+    pub fn checked(self, task_cycle_time: Span) -> Result<CheckedTimeSync, WrongParameter> {
+        let ticks = self.check(task_cycle_time)?;
+        Ok(CheckedTimeSync {
+            parameters: self.raised_for(&ticks),
+            ticks,
+        })
+    }
+
+    fn check(&self, task_cycle_time: Span) -> Result<Ticks, WrongParameter> {
         let finite_above_zero = |x: f64| x.is_finite() && x > 0.0;
         let data_cycle_time = self.data_cycle_time.0;
         let checks = [
@@ -200,7 +219,7 @@ impl TimeSyncParameters {
     }
 
     /// The limits that the manual wants larger where one cycle holds several of the other's.
-    pub(super) fn raised_for(mut self, ticks: &Ticks) -> Self {
+    fn raised_for(mut self, ticks: &Ticks) -> Self {
         let ratio = ticks.per_task_cycle.max(ticks.per_data_cycle);
         let least = ratio + 2;
         if ticks.per_task_cycle > 1 && self.max_cycle_index_difference > 0.0 {
