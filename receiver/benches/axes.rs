@@ -64,7 +64,8 @@ impl Bench {
         for (node, axes) in self.nodes.iter_mut().enumerate() {
             axes.iter_mut().flatten().for_each(|axis| axis.set = set);
             let message = Message::Frame(Frame { header, axes });
-            self.receiver.receive(at, node, &message);
+            // Each node has two subscriptions: its axes, and its time responses.
+            self.receiver.receive(at, 2 * node, &message);
         }
         let _ = self.receiver.cycle(at);
         while let Some(outgoing) = self.receiver.transmit() {

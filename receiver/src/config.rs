@@ -115,17 +115,16 @@ impl ReceiverConfig {
             };
             let axes = Intake::new(&node.channel_key(channel), node, &config.axes.ids());
             hear(channel, axes.into());
-            if config.asks() {
-                hear(
-                    Channel::TimeResponses,
-                    Reader::time_responses_of(node, &self.name),
-                );
-                publications.push(Publication {
-                    faults: config.faults_of_requests().clone(),
-                    far,
-                    ..Publication::new(node, Channel::TimeRequests)
-                });
-            }
+            // Whether it is asked for the time can change while the node runs.
+            hear(
+                Channel::TimeResponses,
+                Reader::time_responses_of(node, &self.name),
+            );
+            publications.push(Publication {
+                faults: config.faults_of_requests().clone(),
+                far,
+                ..Publication::new(node, Channel::TimeRequests)
+            });
         }
         subscriptions.push(Subscription::time_requests_to(&self.name));
         Wiring {

@@ -4,6 +4,8 @@ use coaxle_axis::drive::DriveState;
 use coaxle_remote::FilterState;
 use serde::{Deserialize, Serialize};
 
+use crate::config::Mode;
+
 macro_rules! named {
     ($(#[$meta:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $text:literal,)* }) => {
         $(#[$meta])*
@@ -25,7 +27,7 @@ macro_rules! named {
 }
 
 named! {
-    /// The mode that made the set values.
+    /// The mode that makes set values.
     StateName {
         /// As received.
         #[default]
@@ -62,6 +64,8 @@ named! {
         WaitingForMaster = "waiting-for-master",
         /// The far clock is not known yet.
         StartingUp = "starting-up",
+        /// A far node is disabled, by an order.
+        Disabled = "disabled",
         /// All is well.
         Ok = "ok",
         /// Nothing new for too long.
@@ -76,6 +80,18 @@ named! {
         SlaveFailed = "slave-failed",
         /// What its config has a slave do was refused.
         CommandRefused = "command-refused",
+    }
+}
+
+impl From<Mode> for StateName {
+    fn from(mode: Mode) -> Self {
+        match mode {
+            Mode::Bypass => Self::Bypass,
+            Mode::Pt1 => Self::Pt1,
+            Mode::Sync => Self::Sync,
+            Mode::Time => Self::Time,
+            Mode::Observer => Self::Observer,
+        }
     }
 }
 

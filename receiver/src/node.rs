@@ -4,7 +4,7 @@ use coaxle_axis::{Job, NcToPlcAxis};
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
-use coaxle_node::command::{MAX_KNOWN_SLAVES, NotTaken, SlaveName};
+use coaxle_node::command::{FarName, MAX_KNOWN, NotTaken, SlaveName};
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
 use coaxle_node::frame::{body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
@@ -27,6 +27,7 @@ pub struct Receiver {
     pipeline: Pipeline,
     identity: Identity,
     slave_names: Vec<NodeName>,
+    far_names: Vec<NodeName>,
     tick: Tick,
     slaves: AxesFrame,
     far_axes: AxesFrame,
@@ -35,7 +36,7 @@ pub struct Receiver {
     refused_requests: RejectionCounters,
     /// The subscriptions, each with the far node it is to.
     sources: Box<[Source]>,
-    /// The far nodes that are asked for the time.
+    /// The far nodes, each of which can be asked for the time.
     asked: Box<[Asked]>,
     /// How many of them have had their turn in this cycle.
     next_asked: usize,
@@ -52,7 +53,7 @@ enum Source {
     Requests,
 }
 
-/// A far node that is asked for the time.
+/// A far node that can be asked for the time.
 #[derive(Debug)]
 struct Asked {
     far: usize,
@@ -149,12 +150,11 @@ impl Receiver {
                 Source::Far(subscription.far)
             }
         };
-        let far = config.far.iter().enumerate();
-        let asked = far.filter(|(_, far)| far.asks());
         Ok(Self {
             schedule: Schedule::new(start, cycle_time),
             pipeline,
             identity: Identity { sender, epoch },
+            far_names: config.far.iter().map(|far| far.node.clone()).collect(),
             slave_names: config.slaves.iter().map(|s| s.name.clone()).collect(),
             tick: Tick {
                 count: 0,
@@ -166,7 +166,9 @@ impl Receiver {
             time_server: TimeServer::new(sender, epoch, start, cycle_time),
             refused_requests: RejectionCounters::default(),
             sources: subscriptions.iter().map(source).collect(),
-            asked: asked.map(|(far, _)| Asked { far, due: None }).collect(),
+            asked: (0..config.far.len())
+                .map(|far| Asked { far, due: None })
+                .collect(),
             next_asked: 0,
             request: [0; TIME_REQUEST_CAPACITY],
             snapshot: ReceiverSnapshot::new(config, start),
@@ -176,8 +178,7 @@ impl Receiver {
     /// The slave with a name.
     #[must_use]
     pub fn slave_number(&self, name: &str) -> Option<SlaveNumber> {
-        let is_it = |slave: &NodeName| slave.as_str() == name;
-        self.slave_names.iter().position(is_it).map(SlaveNumber)
+        number_of(&self.slave_names, name).map(SlaveNumber)
     }
 
     /// A command to a slave, besides those of its program. It takes effect with the next cycle.
@@ -189,13 +190,6 @@ impl Receiver {
     /// If the number is one of another receiver's, which has more slaves.
     pub fn command(&mut self, slave: SlaveNumber, command: &Command) -> Result<Job, Refusal> {
         self.pipeline.command(slave, command)
-    }
-
-    /// The names of its slaves, for somebody who asks for another.
-    fn known_slaves(&self) -> [Option<SlaveName>; MAX_KNOWN_SLAVES] {
-        let name = |name: &NodeName| SlaveName::new(name.as_str()).ok();
-        let mut names = self.slave_names.iter().filter_map(name);
-        std::array::from_fn(|_| names.next())
     }
 
     /// The frames of the slaves and of the far axes in this cycle.
@@ -241,6 +235,16 @@ impl Receiver {
     }
 }
 
+fn number_of(names: &[NodeName], name: &str) -> Option<usize> {
+    names.iter().position(|other| other.as_str() == name)
+}
+
+/// The names there are, for somebody who asks for another.
+fn known<T, E>(names: &[NodeName], name: impl Fn(&str) -> Result<T, E>) -> [Option<T>; MAX_KNOWN] {
+    let mut known = names.iter().filter_map(|other| name(other.as_str()).ok());
+    std::array::from_fn(|_| known.next())
+}
+
 impl Node for Receiver {
     type Snapshot = ReceiverSnapshot;
 
@@ -262,13 +266,22 @@ impl Node for Receiver {
     }
 
     fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
-        let Some(number) = self.slave_number(order.slave.as_str()) else {
-            return CommandOutcome::NotTaken(NotTaken::UnknownSlave {
-                received: order.slave,
-                known: self.known_slaves(),
-            });
-        };
-        self.pipeline.execute(number, order)
+        match order {
+            CommandOrder::Slave(order) => match self.slave_number(order.slave.as_str()) {
+                Some(number) => self.pipeline.execute(number, order),
+                None => CommandOutcome::NotTaken(NotTaken::UnknownSlave {
+                    received: order.slave,
+                    known: known(&self.slave_names, SlaveName::new),
+                }),
+            },
+            CommandOrder::Far(order) => match number_of(&self.far_names, order.far.as_str()) {
+                Some(number) => self.pipeline.execute_far(number, order),
+                None => CommandOutcome::NotTaken(NotTaken::UnknownFarNode {
+                    received: order.far,
+                    known: known(&self.far_names, FarName::new),
+                }),
+            },
+        }
     }
 
     fn cycle(&mut self, now: Instant<Local>) -> Tick {

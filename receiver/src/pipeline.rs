@@ -5,7 +5,8 @@ use coaxle_clock::cycle::Tick;
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{Instant, Local, Seconds};
-use coaxle_node::{Arrival, CommandOrder, CommandOutcome, Frame, Rejection};
+use coaxle_node::command::{FarOrder, SlaveOrder};
+use coaxle_node::{Arrival, CommandOutcome, Frame, Rejection};
 use coaxle_slave::{Command, Refusal};
 
 use crate::arrivals::ArrivalLog;
@@ -127,9 +128,14 @@ impl Pipeline {
         self.slaves.command(slave, command)
     }
 
-    /// An order of somebody in the network.
-    pub(crate) fn execute(&mut self, slave: SlaveNumber, order: &CommandOrder) -> CommandOutcome {
+    /// An order of somebody in the network to a slave.
+    pub(crate) fn execute(&mut self, slave: SlaveNumber, order: &SlaveOrder) -> CommandOutcome {
         self.slaves.execute(slave, order)
+    }
+
+    /// An order of somebody in the network about a far node.
+    pub(crate) fn execute_far(&mut self, far: usize, order: &FarOrder) -> CommandOutcome {
+        self.far[far].execute(order)
     }
 
     /// A slave's fault comes before all else, for it does not go away; then the worst of the far nodes.

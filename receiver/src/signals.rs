@@ -32,6 +32,14 @@ signals! {
     pub struct FarNodeSignals of FarNode {
         /// What the receiver thinks of it.
         health: HealthName [""],
+        /// Whether it is enabled (`bEnable`).
+        enabled: bool [""],
+        /// How set values are calculated while it is (`eFilterMode`).
+        mode: StateName [""],
+        /// Times it was started anew by an order.
+        re_initialisations: u32 [""],
+        /// Times its parameters or its delay were changed by an order.
+        parameter_changes: u32 [""],
         /// Its nominal cycle time, as its frames say; none before the first message.
         cycle_time_us: Option<f64> ["µs"],
         /// Which run of it is followed.
@@ -66,7 +74,7 @@ signals! {
         total_equal_data: u64 [""],
         /// Cycles without new data in a row (`iConsecutiveEqualDataCounter`).
         consecutive_equal_data: u32 [""],
-        /// How far the phase observer is; none in other modes.
+        /// How far the phase observer is; none where it does not run.
         observer: Option<ObserverState> [""],
         /// Which line of the arrivals it follows.
         observer_line: Option<ObserverLine> [""],
@@ -92,7 +100,7 @@ signals! {
         relocks: u32 [""],
         /// When it last did, in the own clock.
         last_relock_s: Option<f64> ["s"],
-        /// Where the delay comes from; none in other modes.
+        /// Where the delay comes from; none where no phase observer runs.
         delay: Option<DelayState> [""],
         /// How far the sender's time is taken to be ahead of the observer's line.
         delay_us: Option<f64> ["µs"],

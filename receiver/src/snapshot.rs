@@ -238,6 +238,8 @@ pub enum Health {
     WaitingForMaster,
     /// The far clock is not known yet.
     StartingUp,
+    /// A far node is disabled, by an order.
+    Disabled,
     /// All is well.
     Ok,
     /// Nothing new from the master for too long.
@@ -267,6 +269,7 @@ impl Health {
         match self {
             Self::WaitingForMaster => HealthName::WaitingForMaster,
             Self::StartingUp => HealthName::StartingUp,
+            Self::Disabled => HealthName::Disabled,
             Self::Ok => HealthName::Ok,
             Self::MasterSilent => HealthName::MasterSilent,
             Self::Error(_) => HealthName::Error,
@@ -282,11 +285,12 @@ impl Health {
         match self {
             Self::Ok => 0,
             Self::StartingUp => 1,
-            Self::WaitingForMaster => 2,
-            Self::MasterSilent => 3,
-            Self::Error(_) => 4,
-            Self::CycleTimesDoNotFit => 5,
-            Self::CommandRefused { .. } | Self::SlaveFailed { .. } | Self::DriveTripped => 6,
+            Self::Disabled => 2,
+            Self::WaitingForMaster => 3,
+            Self::MasterSilent => 4,
+            Self::Error(_) => 5,
+            Self::CycleTimesDoNotFit => 6,
+            Self::CommandRefused { .. } | Self::SlaveFailed { .. } | Self::DriveTripped => 7,
         }
     }
 }

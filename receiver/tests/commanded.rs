@@ -10,7 +10,7 @@ use coaxle_axis::AxisStatus;
 use coaxle_cam::CamIn;
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_gear::GearIn;
-use coaxle_node::command::{SlaveName, SlaveView};
+use coaxle_node::command::{SlaveName, SlaveOrder, SlaveView};
 use coaxle_node::config::parse;
 use coaxle_node::{CommandOrder, CommandOutcome, Node};
 use coaxle_receiver::{Receiver, ReceiverConfig};
@@ -46,7 +46,11 @@ fn cycles(receiver: &mut Receiver, count: u32) {
 }
 
 fn order(slave: &str, command: Command) -> CommandOrder {
-    CommandOrder {
+    slave_order(slave, command).into()
+}
+
+fn slave_order(slave: &str, command: Command) -> SlaveOrder {
+    SlaveOrder {
         slave: SlaveName::new(slave).unwrap(),
         command,
         dry_run: false,
@@ -136,10 +140,11 @@ fn what_cannot_be_done_for_nobody_is_not_taken() {
 }
 
 fn dry_run(slave: &str, command: Command) -> CommandOrder {
-    CommandOrder {
+    SlaveOrder {
         dry_run: true,
-        ..order(slave, command)
+        ..slave_order(slave, command)
     }
+    .into()
 }
 
 #[test]

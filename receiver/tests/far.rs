@@ -5,7 +5,7 @@ mod nodes;
 use coaxle_clock::time_sync::SyncError;
 use coaxle_node::Node;
 use coaxle_receiver::{Health, HealthName, Receiver, StateName};
-use nodes::{Far, MILLISECOND, receiver, run};
+use nodes::{Far, MILLISECOND, of, receiver, run};
 
 const THREE: &str = "
 [[far]]
@@ -179,7 +179,7 @@ fn three_hundred_axes_and_a_hundred_slaves_are_one_receiver() {
     let velocities: Vec<f64> = (1..=100).map(f64::from).collect();
     let mut far = [1_000_100, 999_900, 1_000_000].map(|cycle| Far::new(0, cycle, &velocities));
     for (n, far) in far.iter_mut().enumerate() {
-        far.subscription = n;
+        far.subscription = of(n);
     }
     run(&mut receiver, &mut far, 6_000 * MILLISECOND, |_, _| {});
     let row = &receiver.snapshot().signals;

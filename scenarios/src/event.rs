@@ -1,10 +1,17 @@
 //! What happens in a scenario on the way.
 
+use std::fmt;
+
 use coaxle_clock::Span;
-use coaxle_node::command::{CommandAnswer, CommandOrder, CommandVerdict, SlaveName};
+use coaxle_node::command::{
+    CommandAnswer, CommandOrder, CommandVerdict, FarCommand, FarName, FarOrder, SlaveName,
+    SlaveOrder,
+};
 use coaxle_node::keys::NodeName;
 use coaxle_slave::Command;
-use serde::{Deserialize, Serialize};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::json;
 
 use crate::verdict::Verdict;
@@ -35,7 +42,7 @@ pub enum Happening {
         /// For how long, s.
         for_s: Moment,
     },
-    /// One of its slaves is commanded.
+    /// It is told something, about one of its slaves or a node that it follows.
     Command(Commanded),
 }
 
@@ -49,12 +56,12 @@ pub enum Action {
     Freeze,
 }
 
-/// A command to a slave. It comes at once in virtual time, and through the network to a process.
+/// A command to a slave, or about a far node. It comes at once in virtual time, and through the network to a process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Commanded {
     /// What is sent.
     pub order: CommandOrder,
-    /// The code with which the slave shall refuse it; none if it shall take it.
+    /// The code with which it shall be refused; none if it shall be taken.
     pub expect_refusal: Option<u32>,
 }
 
@@ -74,14 +81,15 @@ impl Commanded {
             None => ("no answer".to_owned(), None),
         };
         let met = received == expected;
+        let command = self.order.command_name();
+        let (slave, what) = match self.order {
+            CommandOrder::Slave(order) => (Some(order.slave.to_string()), command.to_owned()),
+            CommandOrder::Far(order) => (None, format!("{}.{command}", order.far)),
+        };
         Verdict {
             receiver: event.node.to_string(),
-            slave: Some(self.order.slave.to_string()),
-            field: format!(
-                "{} at {} s",
-                self.order.command.name(),
-                f64::from(event.at_s)
-            ),
+            slave,
+            field: format!("{what} at {} s", f64::from(event.at_s)),
             expected,
             received: match text {
                 Some(text) if !met => json!(format!("{received}: {text}")),
@@ -105,12 +113,76 @@ struct EventInFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     slave: Option<SlaveName>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    far: Option<FarName>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     expect_refusal: Option<u32>,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     dry_run: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    command: Option<Command>,
+    command: Option<CommandInFile>,
 }
+
+/// A command, told by its name.
+#[derive(Clone, Serialize)]
+#[serde(untagged)]
+enum CommandInFile {
+    Slave(Command),
+    Far(FarCommand),
+}
+
+impl<'de> Deserialize<'de> for CommandInFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(ByName)
+    }
+}
+
+struct ByName;
+
+impl<'de> Visitor<'de> for ByName {
+    type Value = CommandInFile;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a command, such as { halt = {} }")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut rest: A) -> Result<CommandInFile, A::Error> {
+        let key: Option<String> = rest.next_key()?;
+        let is_far = (key.as_deref()).is_some_and(|name| FarCommand::NAMES.contains(&name));
+        let again = MapAccessDeserializer::new(Again { key, rest });
+        if is_far {
+            FarCommand::deserialize(again).map(CommandInFile::Far)
+        } else {
+            Command::deserialize(again).map(CommandInFile::Slave)
+        }
+    }
+}
+
+/// A map whose first key was looked at.
+struct Again<A> {
+    key: Option<String>,
+    rest: A,
+}
+
+impl<'de, A: MapAccess<'de>> MapAccess<'de> for Again<A> {
+    type Error = A::Error;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, A::Error> {
+        match self.key.take() {
+            Some(key) => seed.deserialize(key.into_deserializer()).map(Some),
+            None => self.rest.next_key_seed(seed),
+        }
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
+        self.rest.next_value_seed(seed)
+    }
+}
+
+const WRONG_ADDRESSEE: &str = "expected slave beside a command to a slave, or far beside a command about a far \
+     node: enable, disable, filter-mode, re-initialise, set-parameters or set-delay";
 
 impl TryFrom<EventInFile> for Event {
     type Error = &'static str;
@@ -121,6 +193,7 @@ impl TryFrom<EventInFile> for Event {
                 action: Some(action),
                 for_s: Some(for_s),
                 slave: None,
+                far: None,
                 expect_refusal: None,
                 dry_run: false,
                 command: None,
@@ -129,20 +202,35 @@ impl TryFrom<EventInFile> for Event {
             EventInFile {
                 action: None,
                 for_s: None,
-                slave: Some(slave),
+                slave,
+                far,
                 expect_refusal,
                 dry_run,
                 command: Some(command),
                 ..
             } => Happening::Command(Commanded {
-                order: CommandOrder {
-                    slave,
-                    command,
-                    dry_run,
+                order: match (slave, far, command) {
+                    (Some(slave), None, CommandInFile::Slave(command)) => SlaveOrder {
+                        slave,
+                        command,
+                        dry_run,
+                    }
+                    .into(),
+                    (None, Some(far), CommandInFile::Far(command)) => FarOrder {
+                        far,
+                        command,
+                        dry_run,
+                    }
+                    .into(),
+                    _ => return Err(WRONG_ADDRESSEE),
                 },
                 expect_refusal,
             }),
-            _ => return Err("expected either action and for-s, or slave and command"),
+            _ => {
+                return Err(
+                    "expected either action and for-s, or command and slave, or command and far",
+                );
+            }
         };
         Ok(Self {
             at_s: file.at_s,
@@ -160,6 +248,7 @@ impl From<Event> for EventInFile {
             action: None,
             for_s: None,
             slave: None,
+            far: None,
             expect_refusal: None,
             dry_run: false,
             command: None,
@@ -173,9 +262,17 @@ impl From<Event> for EventInFile {
                 order,
                 expect_refusal,
             }) => {
-                file.slave = Some(order.slave);
-                file.command = Some(order.command);
-                file.dry_run = order.dry_run;
+                match order {
+                    CommandOrder::Slave(order) => {
+                        file.slave = Some(order.slave);
+                        file.command = Some(CommandInFile::Slave(order.command));
+                    }
+                    CommandOrder::Far(order) => {
+                        file.far = Some(order.far);
+                        file.command = Some(CommandInFile::Far(order.command));
+                    }
+                }
+                file.dry_run = order.is_dry_run();
                 file.expect_refusal = expect_refusal;
             }
         }
@@ -240,6 +337,9 @@ mod tests {
             "at-s = 1\nnode = 'saw'\naction = 'freeze'\nfor-s = 0.5",
             HALT,
             &format!("{HALT}\nexpect-refusal = 0x422a\ndry-run = true"),
+            "at-s = 1\nnode = 'saw'\nfar = 'belt'\ncommand = { filter-mode = 'pt1' }",
+            "at-s = 1\nnode = 'saw'\nfar = 'belt'\ncommand = { set-parameters = { time-sync = { age-of-data-limit = 9 } } }",
+            "at-s = 1\nnode = 'saw'\nfar = 'belt'\ncommand = { set-delay = { fixed-us = 12.5 } }",
         ] {
             let read = event(text).unwrap();
             let written = toml::to_string(&read).unwrap();
@@ -257,6 +357,32 @@ mod tests {
                 .split_once('.')
                 .map_or(0, |(_, d)| d.len());
             assert!(decimals <= 3, "{seconds}");
+        }
+    }
+
+    #[test]
+    fn a_command_is_for_who_it_can_be_for() {
+        let head = "at-s = 1\nnode = 'saw'\n";
+        for (rest, expected) in [
+            ("slave = 'x'\ncommand = { disable = {} }", "far beside"),
+            ("far = 'x'\ncommand = { halt = {} }", "slave beside"),
+            (
+                "far = 'x'\nslave = 'x'\ncommand = { halt = {} }",
+                "slave beside",
+            ),
+            ("slave = 'x'\ncommand = { dance = {} }", "dance"),
+            (
+                "slave = 'x'\ncommand = { home = { position = 'x' } }",
+                "command.home.position",
+            ),
+            (
+                "far = 'x'\ncommand = { set-parameters = { time-sync = { age = 1 } } }",
+                "command.set-parameters.time-sync.age",
+            ),
+            ("far = 'x'\ncommand = 'disable'", "a command, such as"),
+        ] {
+            let error = event(&format!("{head}{rest}")).unwrap_err();
+            assert!(error.contains(expected), "{rest}: {error}");
         }
     }
 

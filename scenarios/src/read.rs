@@ -5,8 +5,10 @@ use std::num::NonZeroU32;
 use std::path::Path;
 
 use coaxle_host::fields_of;
+use coaxle_node::CommandOrder;
 use coaxle_node::config::{ConfigError, Unit, from_table};
-use coaxle_receiver::SlaveConfig;
+use coaxle_node::keys::NodeName;
+use coaxle_receiver::{ReceiverConfig, SlaveConfig};
 use coaxle_sender::config::ShownAxes;
 
 use crate::event::{Event, Happening};
@@ -98,33 +100,37 @@ fn check_events(scenario: &Scenario, topology: &Topology, file: &str) -> Result<
             );
             return Err(ConfigError::field(file, format!("event[{n}].node"), reason));
         }
-        check_slave(scenario, event)
-            .map_err(|reason| ConfigError::field(file, format!("event[{n}].slave"), reason))?;
+        check_addressee(scenario, event).map_err(|(field, reason)| {
+            ConfigError::field(file, format!("event[{n}].{field}"), reason)
+        })?;
     }
     Ok(())
 }
 
 /// Who is commanded must be there.
-fn check_slave(scenario: &Scenario, event: &Event) -> Result<(), String> {
+fn check_addressee(scenario: &Scenario, event: &Event) -> Result<(), (&'static str, String)> {
     let Happening::Command(commanded) = event.what else {
         return Ok(());
     };
-    let slave = commanded.order.slave;
-    let known: Vec<_> = scenario
-        .receivers
-        .iter()
-        .filter(|receiver| receiver.name == event.node)
-        .flat_map(|receiver| receiver.slaves.iter().map(|slave| slave.name.as_str()))
-        .collect();
-    if known.contains(&slave.as_str()) {
+    let receivers = scenario.receivers.iter();
+    let told = receivers.filter(|receiver| receiver.name == event.node);
+    let slaves = |config: &ReceiverConfig| names(config.slaves.iter().map(|slave| &slave.name));
+    let far = |config: &ReceiverConfig| names(config.far.iter().map(|far| &far.node));
+    let (field, what, known): (_, _, Vec<_>) = match commanded.order {
+        CommandOrder::Slave(_) => ("slave", "a slave of", told.flat_map(slaves).collect()),
+        CommandOrder::Far(_) => ("far", "a node followed by", told.flat_map(far).collect()),
+    };
+    let received = commanded.order.addressee();
+    if known.iter().any(|name| name == received) {
         return Ok(());
     }
-    Err(format!(
-        "received {:?}, expected a slave of {}: {}",
-        slave.as_str(),
-        event.node,
-        known.join(", ")
-    ))
+    let (node, known) = (&event.node, known.join(", "));
+    let reason = format!("received {received:?}, expected {what} {node}: {known}");
+    Err((field, reason))
+}
+
+fn names<'a>(names: impl Iterator<Item = &'a NodeName>) -> Vec<String> {
+    names.map(ToString::to_string).collect()
 }
 
 fn check_expectations(

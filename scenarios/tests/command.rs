@@ -233,6 +233,71 @@ fn a_slave_does_what_it_is_told_and_refuses_the_rest() {
     );
 }
 
+#[test]
+fn a_node_is_told_about_a_far_node_and_refuses_the_rest() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let at = endpoint();
+    let _receiver = Node::start("receiver", folder.path(), RECEIVER, &at);
+    let tell = |far: &str, arguments: &[&str]| {
+        let line = [&["command", "saw", "--far", far], arguments].concat();
+        said(&[&line[..], &["--connect", &at]].concat())
+    };
+    for (far, arguments, good, expected) in [
+        (
+            "belt",
+            &["filter-mode", "pt1", "--dry-run"][..],
+            true,
+            "would be accepted; the far node is enabled, mode observer, not synchronised, delay measured",
+        ),
+        ("belt", &["filter-mode", "sync"], true, "mode sync"),
+        ("belt", &["set-delay", "120"], true, "delay 120 µs"),
+        (
+            "belt",
+            &["set-parameters", "--blending-time-s=-1"],
+            false,
+            "refused, 0x4b56: extrapolate.blending-time-s: received -1, expected",
+        ),
+        (
+            "belt",
+            &[
+                "set-parameters",
+                "--t1-factor-pos=5",
+                "--age-of-data-limit=9",
+            ],
+            true,
+            "accepted",
+        ),
+        ("belt", &["disable"], true, "the far node is disabled"),
+        (
+            "belt",
+            &["re-initialise"],
+            false,
+            "0x4b56: enabled: received false, expected true",
+        ),
+        (
+            "belt",
+            &["--order", "{\"enable\":{}}"],
+            true,
+            "the far node is enabled",
+        ),
+        (
+            "bolt",
+            &["enable"],
+            false,
+            "not taken: far: received \"bolt\", expected belt",
+        ),
+    ] {
+        let (said, code) = tell(far, arguments);
+        assert_eq!(code, Some(i32::from(!good)), "{arguments:?}: {said}");
+        assert!(said.contains(expected), "{arguments:?}: {said}");
+    }
+    let (json, code) = tell("belt", &["filter-mode", "time", "--json"]);
+    assert_eq!(code, Some(0), "{json}");
+    let answer: Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(answer["far"]["mode"], "time");
+    assert_eq!(answer["far"]["delay"]["fixed-us"], 120.0);
+}
+
 const SCENARIO: &str = r#"
 title = "A carriage that is commanded"
 duration-s = 6
@@ -274,6 +339,19 @@ at-s = 3.5
 node = "saw"
 slave = "carriage"
 command = { move-absolute = { position = 100 } }
+
+[[event]]
+at-s = 4
+node = "saw"
+far = "belt"
+command = { filter-mode = "pt1" }
+
+[[event]]
+at-s = 4.2
+node = "saw"
+far = "belt"
+expect-refusal = 0x4b56
+command = { set-delay = { fixed-us = 2e6 } }
 "#;
 
 fn run(scenario: &str, world: &str) -> (Value, Option<i32>) {
@@ -296,7 +374,9 @@ fn a_scenario_commands_in_both_worlds() {
         let (summary, code) = run(SCENARIO, world);
         let verdicts = &summary["expectations"];
         assert_eq!(code, Some(0), "{verdicts}");
-        assert_eq!(verdicts.as_array().map(Vec::len), Some(3), "{verdicts}");
+        assert_eq!(verdicts.as_array().map(Vec::len), Some(5), "{verdicts}");
+        let told = &verdicts[3];
+        assert_eq!(told["field"], "belt.filter-mode at 4 s", "{verdicts}");
         let carriage = &summary["receivers"]["saw"]["slaves"]["carriage"];
         assert_eq!(carriage["state"], "standstill", "{world}: {carriage}");
         assert_eq!(carriage["position"], 100.0, "{world}: {carriage}");
@@ -324,5 +404,11 @@ fn a_command_to_a_slave_that_is_not_there_is_found_by_a_check() {
     let (said, code) = said(&["check", file.to_str().expect("a plain path")]);
     assert_eq!(code, Some(1), "{said}");
     let expected = "event[0].slave: received \"tool\", expected a slave of saw: carriage";
+    assert!(said.contains(expected), "{said}");
+
+    let text = SCENARIO.replacen("far = \"belt\"", "far = \"bolt\"", 1);
+    let file = written(folder.path(), "f.toml", text.as_bytes());
+    let (said, _) = self::said(&["check", file.to_str().expect("a plain path")]);
+    let expected = "event[3].far: received \"bolt\", expected a node followed by saw: belt";
     assert!(said.contains(expected), "{said}");
 }

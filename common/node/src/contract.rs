@@ -19,7 +19,7 @@
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local};
 
-use coaxle_wire::command::{CommandOrder, CommandOutcome, NotTaken};
+use coaxle_wire::command::{CommandOrder, CommandOutcome};
 pub use coaxle_wire::{Channel, Message, Outgoing};
 
 use crate::arrival::Arrival;
@@ -34,11 +34,11 @@ pub trait Node {
     /// the start of the cycle that is due and then belong to the next one.
     fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>);
 
-    /// Tells one of its slaves something, at the beginning of a scan: the [`Self::cycle`] that
-    /// follows is the first to see it. Only nodes with slaves take orders.
+    /// Tells one of its slaves something, or the node about one that it follows, at the beginning of a
+    /// scan: the [`Self::cycle`] that follows is the first to see it. Only nodes with slaves or far
+    /// nodes take orders.
     fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
-        let _ = order;
-        CommandOutcome::NotTaken(NotTaken::NoSlaves)
+        order.for_nobody()
     }
 
     /// One scan. `now` is when it really begins; the answer says which cycle that was and when it

@@ -11,12 +11,15 @@ use std::collections::BTreeSet;
 
 use coaxle_axis::guard::GuardRefusal;
 use coaxle_axis::{Awaits, AxisStatus};
+use coaxle_clock::time_sync::WrongParameter;
 use coaxle_curve::profile::{Kinematics, Limits};
+use coaxle_remote::{AxisSyncParameters, ExtrapolateParameters, FilterMode};
 use coaxle_saw::{CouplingMoment, LimitGuard, SlaveLimits};
 use coaxle_slave::{Command, CouplingPhase, Dynamics, Refusal};
 use coaxle_wire::command::{
-    BadOrder, CommandAnswer, CommandOrder, CommandOutcome, CommandVerdict, MAX_KNOWN_SLAVES,
-    MAX_ORDER_BYTES, NotTaken, SawRefused, SawView, SlaveName, SlaveView,
+    BadOrder, CommandAnswer, CommandOrder, CommandOutcome, CommandVerdict, FarCommand, FarDelay,
+    FarName, FarOrder, FarRefusal, FarView, MAX_KNOWN, MAX_ORDER_BYTES, NotTaken, ParameterPart,
+    SawRefused, SawView, SlaveName, SlaveOrder, SlaveView,
 };
 use document::section;
 use proptest::prelude::*;
@@ -46,8 +49,8 @@ fn table(heading: &str) -> Vec<Vec<&'static str>> {
         .collect()
 }
 
-fn documented_order() -> CommandOrder {
-    CommandOrder {
+fn documented_order() -> SlaveOrder {
+    SlaveOrder {
         slave: name("carriage"),
         command: Command::MoveAbsolute {
             position: 100.0,
@@ -63,7 +66,7 @@ fn documented_order() -> CommandOrder {
 
 #[test]
 fn the_documented_order_is_read_and_read_again_as_written() {
-    let order = documented_order();
+    let order = CommandOrder::from(documented_order());
     assert_eq!(CommandOrder::from_json(example(0).as_bytes()), Ok(order));
     assert_eq!(
         CommandOrder::from_json(order.to_json().as_bytes()),
@@ -103,7 +106,7 @@ fn the_documented_answers_are_written() {
         CommandOutcome::NotTaken(NotTaken::NoSlaves),
     ];
     for (n, outcome) in outcomes.iter().enumerate() {
-        let answer = CommandAnswer::new(&documented_order(), outcome);
+        let answer = CommandAnswer::new(&documented_order().into(), outcome);
         let documented = example(n + 1);
         let written: Value = serde_json::from_str(&answer.to_json()).unwrap();
         assert_eq!(written, serde_json::from_str::<Value>(documented).unwrap());
@@ -113,8 +116,15 @@ fn the_documented_answers_are_written() {
     }
 }
 
+fn slave_order(json: &str) -> SlaveOrder {
+    match CommandOrder::from_json(json.as_bytes()).unwrap() {
+        CommandOrder::Slave(order) => order,
+        CommandOrder::Far(order) => panic!("{order:?}"),
+    }
+}
+
 /// A slave at rest beside its master, and what it would have to do.
-fn too_near() -> (CommandOrder, CouplingMoment) {
+fn too_near() -> (SlaveOrder, CouplingMoment) {
     let order = r#"{ "version": 1, "slave": "s", "dry-run": true, "command": { "gear-in-pos": {
         "ratio": { "numerator": 1.0 }, "master-sync-position": 100.0, "slave-sync-position": 50.0 } } }"#;
     let moment = CouplingMoment {
@@ -131,7 +141,7 @@ fn too_near() -> (CommandOrder, CouplingMoment) {
             guard: Some(LimitGuard { reserve: 0.01 }),
         },
     };
-    (CommandOrder::from_json(order.as_bytes()).unwrap(), moment)
+    (slave_order(order), moment)
 }
 
 const STANDING: SlaveView = SlaveView {
@@ -150,7 +160,7 @@ fn the_documented_refusal_of_a_flying_saw_is_written() {
         slave: STANDING,
         moment: Some(moment),
     };
-    let answer = CommandAnswer::new(&order, &outcome);
+    let answer = CommandAnswer::new(&order.into(), &outcome);
     let written: Value = serde_json::from_str(&answer.to_json()).unwrap();
     let documented: Value = serde_json::from_str(example(4)).unwrap();
     assert_eq!(written, documented, "{}", answer.to_json());
@@ -174,14 +184,14 @@ fn a_flying_saw_is_answered_with_its_figures() {
     let (order, mut moment) = too_near();
     moment.master.velocity = 100.0;
     let plan = order.command.as_saw().unwrap().plan(&moment).unwrap();
-    let answered = |order: &CommandOrder, axis_id| {
+    let answered = |order: &SlaveOrder, axis_id| {
         let outcome = CommandOutcome::Accepted {
             job: None,
             awaits: Awaits::empty(),
             slave: STANDING,
             saw: Some(SawView { plan, axis_id }),
         };
-        let answer = CommandAnswer::new(order, &outcome);
+        let answer = CommandAnswer::new(&CommandOrder::from(*order), &outcome);
         assert!(CommandAnswer::from_json(answer.to_json().as_bytes()).is_ok());
         serde_json::from_str::<Value>(&answer.to_json()).unwrap()["saw"].clone()
     };
@@ -192,7 +202,7 @@ fn a_flying_saw_is_answered_with_its_figures() {
     assert_eq!(figures["peak-velocity"], 100.0);
     assert_eq!(figures["characteristics"], Value::Null);
 
-    let read = CommandOrder {
+    let read = SlaveOrder {
         command: Command::ReadFlyingSawCharacteristics {},
         ..order
     };
@@ -211,11 +221,121 @@ fn every_command_is_documented_with_an_example_that_is_one() {
         let text = format!(r#"{{ "version": 1, "slave": "s", "command": {} }}"#, row[0]);
         let order = CommandOrder::from_json(text.as_bytes())
             .unwrap_or_else(|error| panic!("{}: {error}", row[0]));
-        assert!(row[1].starts_with(order.command.name()), "{row:?}");
+        assert!(row[1].starts_with(order.command_name()), "{row:?}");
         let command: Value = serde_json::from_str(row[0]).unwrap();
         documented.extend(command.as_object().unwrap().keys().cloned());
     }
     assert_eq!(documented, commands());
+}
+
+fn far_order(command: &str) -> Result<FarOrder, BadOrder> {
+    let text = format!(r#"{{ "version": 1, "far": "belt", "command": {command} }}"#);
+    match CommandOrder::from_json(text.as_bytes())? {
+        CommandOrder::Far(order) => Ok(order),
+        CommandOrder::Slave(order) => panic!("{order:?}"),
+    }
+}
+
+#[test]
+fn every_command_about_a_far_node_is_documented_with_an_example_that_is_one() {
+    let mut documented = BTreeSet::new();
+    for row in table("### What a node can be told about a far node") {
+        let order = far_order(row[0]).unwrap_or_else(|error| panic!("{}: {error}", row[0]));
+        documented.insert(order.command.name());
+        let again = CommandOrder::from_json(CommandOrder::from(order).to_json().as_bytes());
+        assert_eq!(again, Ok(order.into()), "written as it is read");
+    }
+    assert_eq!(documented, BTreeSet::from(FarCommand::NAMES));
+    let error = far_order(r#"{ "dance": {} }"#).unwrap_err().to_string();
+    let (_, known) = error.split_once("expected one of").unwrap();
+    let known: BTreeSet<_> = known.split('`').skip(1).step_by(2).collect();
+    assert_eq!(known, documented);
+}
+
+#[test]
+fn the_documented_example_of_parameters_has_them_all_at_their_defaults() {
+    let rows = table("### What a node can be told about a far node");
+    let is_it = |row: &&Vec<&str>| row[0].contains("set-parameters");
+    let order = far_order(rows.iter().find(is_it).unwrap()[0]).unwrap();
+    let FarCommand::SetParameters(changes) = order.command else {
+        panic!("{order:?}");
+    };
+    let odd = ExtrapolateParameters {
+        t1_factor_pos: 1.0,
+        use_acc_for_extrapolation: false,
+        ..ExtrapolateParameters::default()
+    };
+    let changed = changes.over(AxisSyncParameters {
+        extrapolate: odd,
+        ..AxisSyncParameters::default()
+    });
+    let expected = AxisSyncParameters {
+        extrapolate: ExtrapolateParameters {
+            max_position_diff: 0.5,
+            ..ExtrapolateParameters::default()
+        },
+        ..AxisSyncParameters::default()
+    };
+    assert_eq!(changed, expected);
+    let written = serde_json::to_value(changes).unwrap();
+    assert_eq!(
+        written["time-sync"].as_object().map(|all| all.len()),
+        Some(14)
+    );
+}
+
+#[test]
+fn the_documented_refusal_about_a_far_node_is_written() {
+    let order = far_order(r#"{ "set-parameters": { "extrapolate": { "blending-time-s": -1 } } }"#);
+    let far = FarView {
+        enabled: true,
+        mode: FilterMode::Observer,
+        synced: true,
+        delay: FarDelay::Measured,
+    };
+    let refusal = FarRefusal::Parameter {
+        part: ParameterPart::Extrapolate,
+        wrong: WrongParameter {
+            parameter: "blending-time-s",
+            received: -1.0,
+            expected: "a finite number of at least 0",
+        },
+    };
+    let order = order.unwrap().into();
+    let answer = CommandAnswer::new(&order, &CommandOutcome::FarRefused { refusal, far });
+    let written: Value = serde_json::from_str(&answer.to_json()).unwrap();
+    assert_eq!(written, serde_json::from_str::<Value>(example(5)).unwrap());
+    assert_eq!(
+        CommandAnswer::from_json(example(5).as_bytes()).unwrap(),
+        answer
+    );
+    let answer = CommandAnswer::new(&order, &CommandOutcome::FarAccepted { far });
+    assert!(answer.is_accepted());
+    let written: Value = serde_json::from_str(&answer.to_json()).unwrap();
+    assert_eq!(written.get("axis"), None);
+    assert_eq!(written["far"]["mode"], "observer");
+}
+
+#[test]
+fn an_order_is_for_a_slave_or_a_far_node() {
+    let text = r#"{ "version": 1, "far": "a", "slave": "s", "command": { "enable": {} } }"#;
+    let error = CommandOrder::from_json(text.as_bytes());
+    assert_eq!(error, Err(BadOrder::ForBoth));
+    let error = far_order(r#"{ "halt": {} }"#).unwrap_err().to_string();
+    assert!(error.contains("halt"), "{error}");
+    let error = far_order(r#"{ "set-parameters": { "time-sync": { "age": 1 } } }"#);
+    let error = error.unwrap_err().to_string();
+    assert!(
+        error.starts_with("command.set-parameters.time-sync.age: "),
+        "{error}"
+    );
+    let error = far_order(r#"{ "filter-mode": "fast" }"#)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("expected one of `sync`, `bypass`"),
+        "{error}"
+    );
 }
 
 /// The names of all commands, as the code lists them.
@@ -241,7 +361,12 @@ fn every_reason_is_documented() {
             NotTaken::NoSlaves,
             NotTaken::UnknownSlave {
                 received: name("x"),
-                known: [None; MAX_KNOWN_SLAVES],
+                known: [None; MAX_KNOWN],
+            },
+            NotTaken::NoFarNodes,
+            NotTaken::UnknownFarNode {
+                received: FarName::new("x").unwrap(),
+                known: [None; MAX_KNOWN],
             },
             NotTaken::Busy,
             NotTaken::NoAnswer,
@@ -296,13 +421,13 @@ fn what_is_wrong_with_an_order_is_named() {
         assert_eq!(reason, "malformed");
         assert!(text.contains(expected), "{order}: {text}");
     }
-    let twice = format!("{0}{0}", documented_order().to_json());
+    let twice = format!("{0}{0}", CommandOrder::from(documented_order()).to_json());
     assert!(CommandOrder::from_json(twice.as_bytes()).is_err());
 }
 
 #[test]
 fn an_order_that_is_too_long_is_not_even_looked_at() {
-    let mut text = documented_order().to_json();
+    let mut text = CommandOrder::from(documented_order()).to_json();
     text.extend(std::iter::repeat_n(' ', MAX_ORDER_BYTES - text.len()));
     assert!(CommandOrder::from_json(text.as_bytes()).is_ok());
     text.push(' ');
@@ -313,7 +438,7 @@ fn an_order_that_is_too_long_is_not_even_looked_at() {
 
 #[test]
 fn somebody_who_asks_for_an_unknown_slave_hears_which_there_are() {
-    let mut known = [None; MAX_KNOWN_SLAVES];
+    let mut known = [None; MAX_KNOWN];
     known[0] = Some(name("carriage"));
     known[1] = Some(name("tool"));
     let unknown = NotTaken::UnknownSlave {
@@ -339,7 +464,7 @@ fn an_answer_of_another_version_or_with_more_fields() {
 
 #[test]
 fn a_dry_run_has_no_job() {
-    let order = CommandOrder {
+    let order = SlaveOrder {
         dry_run: true,
         ..documented_order()
     };
@@ -355,7 +480,7 @@ fn a_dry_run_has_no_job() {
         saw: None,
     };
     let CommandVerdict::Accepted { dry_run, job, .. } =
-        CommandAnswer::new(&order, &outcome).verdict
+        CommandAnswer::new(&order.into(), &outcome).verdict
     else {
         panic!("not accepted");
     };
@@ -391,8 +516,8 @@ proptest! {
         bytes[place] = byte;
         if let Ok(order) = CommandOrder::from_json(&bytes) {
             let again = CommandOrder::from_json(order.to_json().as_bytes());
-            let again = again.map(|again| again.command.name());
-            prop_assert_eq!(again, Ok(order.command.name()));
+            let again = again.map(|again| again.command_name());
+            prop_assert_eq!(again, Ok(order.command_name()));
         }
         bytes.truncate(length.index(bytes.len()));
         prop_assert!(CommandOrder::from_json(&bytes).is_err());
@@ -402,11 +527,11 @@ proptest! {
     fn every_finite_position_survives_but_for_its_last_bits(
         position in proptest::num::f64::NORMAL,
     ) {
-        let order = CommandOrder {
+        let order = CommandOrder::from(SlaveOrder {
             command: Command::Home { position },
             ..documented_order()
-        };
-        let read = CommandOrder::from_json(order.to_json().as_bytes()).unwrap();
+        });
+        let read = slave_order(&order.to_json());
         let Command::Home { position: read } = read.command else {
             panic!("another command");
         };

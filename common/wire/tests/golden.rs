@@ -29,8 +29,8 @@ use coaxle_slave::{
     CouplingFault, CouplingPhase, CouplingRefusal, OnMasterLoss, Refusal, SlaveError,
 };
 use coaxle_wire::command::{
-    CommandAnswer, CommandOrder, CommandOutcome, MAX_KNOWN_SLAVES, NotTaken, SawView, SlaveName,
-    SlaveView,
+    CommandAnswer, CommandOrder, CommandOutcome, FarName, MAX_KNOWN, NotTaken, SawView, SlaveName,
+    SlaveOrder, SlaveView,
 };
 use document::section;
 use serde::Serialize;
@@ -43,9 +43,12 @@ fn documented_commands() -> impl Iterator<Item = &'static str> {
     rows.map(|row| row.split('`').nth(1).unwrap())
 }
 
-fn order(command: &str) -> CommandOrder {
+fn order(command: &str) -> SlaveOrder {
     let text = format!(r#"{{ "version": 1, "slave": "s", "command": {command} }}"#);
-    CommandOrder::from_json(text.as_bytes()).unwrap()
+    match CommandOrder::from_json(text.as_bytes()).unwrap() {
+        CommandOrder::Slave(order) => order,
+        CommandOrder::Far(order) => panic!("{order:?}"),
+    }
 }
 
 /// Every field of every command, those left out in the document too.
@@ -53,7 +56,7 @@ fn order(command: &str) -> CommandOrder {
 fn commands() {
     let mut lines = String::new();
     for command in documented_commands() {
-        writeln!(lines, "{}", order(command).to_json()).unwrap();
+        writeln!(lines, "{}", CommandOrder::from(order(command)).to_json()).unwrap();
     }
     insta::assert_snapshot!(lines);
 }
@@ -182,14 +185,16 @@ fn answers() {
     let saw = order(SAW).command.as_saw().unwrap();
     let plan = saw.plan(&slow).unwrap();
     let view = |axis_id| Some(SawView { plan, axis_id });
-    let mut known = [None; MAX_KNOWN_SLAVES];
+    let mut far_known = [None; MAX_KNOWN];
+    far_known[0] = Some(FarName::new("conveyor").unwrap());
+    let mut known = [None; MAX_KNOWN];
     known[0] = Some(SlaveName::new("carriage").unwrap());
     let mut lines = String::new();
     let mut answer = |command: &str, dry_run: bool, outcome: CommandOutcome| {
-        let order = CommandOrder {
+        let order = CommandOrder::from(SlaveOrder {
             dry_run,
             ..order(command)
-        };
+        });
         writeln!(lines, "{}", CommandAnswer::new(&order, &outcome).to_json()).unwrap();
     };
     let accepted = |job, slave, saw| CommandOutcome::Accepted {
@@ -233,6 +238,11 @@ fn answers() {
         NotTaken::UnknownSlave {
             received: SlaveName::new("cariage").unwrap(),
             known,
+        },
+        NotTaken::NoFarNodes,
+        NotTaken::UnknownFarNode {
+            received: FarName::new("conveyer").unwrap(),
+            known: far_known,
         },
         NotTaken::Busy,
         NotTaken::NoAnswer,

@@ -5,6 +5,7 @@ use std::fmt;
 use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::Channel;
+use coaxle_node::command::FarDelay;
 use coaxle_node::config::{DelayMicros, LinkConfig, Unit};
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, FilterMode};
@@ -49,12 +50,6 @@ pub struct FarConfig {
 }
 
 impl FarConfig {
-    /// Whether the node is asked for the time, to measure the delay.
-    #[must_use]
-    pub fn asks(&self) -> bool {
-        self.mode == Mode::Observer && self.delay == DelayConfig::Measured
-    }
-
     /// Faults laid over the time requests to it.
     #[must_use]
     pub fn faults_of_requests(&self) -> &LinkConfig {
@@ -185,6 +180,28 @@ impl Mode {
 impl fmt::Display for Mode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+impl From<FilterMode> for Mode {
+    fn from(mode: FilterMode) -> Self {
+        match mode {
+            FilterMode::Auto => Self::Sync,
+            FilterMode::Bypass => Self::Bypass,
+            FilterMode::Pt1 => Self::Pt1,
+            FilterMode::Time => Self::Time,
+            FilterMode::Observer => Self::Observer,
+        }
+    }
+}
+
+impl From<DelayConfig> for FarDelay {
+    fn from(delay: DelayConfig) -> Self {
+        match delay {
+            DelayConfig::Measured => Self::Measured,
+            DelayConfig::FixedUs(micros) => Self::FixedUs(micros.get()),
+            DelayConfig::Off => Self::Off,
+        }
     }
 }
 

@@ -3,7 +3,9 @@
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Remote, Seconds};
 use coaxle_node::{AxisSample, FrameHeader};
-use coaxle_remote::{AxisSyncParameters, FarAxis, FarAxisOutput, FarCorrection, FilterState};
+use coaxle_remote::{
+    AxisSyncParameters, CheckedParameters, FarAxis, FarAxisOutput, FarCorrection, FilterState,
+};
 
 use super::micros;
 use crate::signals::FarAxisSignals;
@@ -46,6 +48,22 @@ impl Axis {
     /// Another run of its node: what it was before says nothing any more.
     pub(super) const fn forget(&mut self) {
         self.sample = None;
+        self.block.do_not_carry_on();
+    }
+
+    /// Its node's clock starts anew by an order; the set values go on from where they are.
+    pub(super) const fn re_initialise(&mut self) {
+        self.block.re_initialise();
+    }
+
+    /// The set values go on from where they are, whatever an order changes.
+    pub(super) const fn carry_on(&mut self) {
+        self.block.carry_on();
+    }
+
+    /// Changes the parameters; the set values go on from where they are.
+    pub(super) fn set_parameters(&mut self, parameters: &CheckedParameters) {
+        self.block.set_parameters(parameters);
     }
 
     /// What the newest frame, with this count, says of it.

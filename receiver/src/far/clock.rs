@@ -7,7 +7,7 @@ use coaxle_clock::observer::ObserverParameters;
 use coaxle_clock::time_sync::{TimeSyncParameters, TimeSyncState, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Local, Seconds, Span};
 use coaxle_node::FrameHeader;
-use coaxle_remote::{AxisSyncParameters, FarCorrection, FarSync};
+use coaxle_remote::{AxisSyncParameters, CheckedParameters, FarCorrection, FarSync};
 
 use super::micros;
 use crate::config::{DelayConfig, FarConfig, Mode};
@@ -28,6 +28,7 @@ pub(super) struct ClockSetup {
 #[derive(Debug)]
 pub(super) struct Clock {
     setup: ClockSetup,
+    enabled: bool,
     state: State,
 }
 
@@ -49,15 +50,16 @@ enum State {
 struct Running {
     data: CycleTime,
     sync: FarSync,
-    /// None unless the mode is observer.
+    /// None until the mode is observer; it goes on in other modes, to be there when it is again.
     observed: Option<FarClock>,
 }
 
 /// A far clock in one cycle.
 pub(super) struct Following {
     pub(super) correction: FarCorrection,
-    /// None unless the mode is observer.
+    /// None where no observer runs.
     pub(super) observed: Option<FarClockOutput>,
+    enabled: bool,
 }
 
 impl ClockSetup {
@@ -82,6 +84,7 @@ impl Clock {
         let _ = FarClock::new(own, setup.observer, setup.delay.into(), setup.run)?;
         Ok(Self {
             setup,
+            enabled: true,
             state: State::Waiting,
         })
     }
@@ -107,10 +110,11 @@ impl Clock {
         self.observed()?.request(now)
     }
 
+    /// What runs and is enabled hears and asks.
     const fn observed(&mut self) -> Option<&mut FarClock> {
         match &mut self.state {
-            State::Running(running) => running.observed.as_mut(),
-            State::Waiting | State::Refused { .. } => None,
+            State::Running(running) if self.enabled => running.observed.as_mut(),
+            State::Running(_) | State::Waiting | State::Refused { .. } => None,
         }
     }
 
@@ -123,23 +127,118 @@ impl Clock {
         tick: &Tick,
         used: impl FnMut(Instant<Local>, &TimeResponse),
     ) -> Option<Following> {
-        let State::Running(running) = &mut self.state else {
+        if !self.enabled {
+            return Some(Following {
+                correction: FarCorrection::disabled(),
+                observed: None,
+                enabled: false,
+            });
+        }
+        let State::Running(Running { sync, observed, .. }) = &mut self.state else {
             return None;
         };
-        let Running { sync, observed, .. } = running;
-        let Some(observed) = observed else {
-            let mode = self.setup.mode.into();
-            return Some(Following {
-                correction: sync.update(header.index, mode, tick.elapsed),
-                observed: None,
-            });
+        let output = (observed.as_mut()).map(|clock| clock.cycle(tick.ideal_start, used));
+        let (index, elapsed) = (header.index, tick.elapsed);
+        let correction = match (self.setup.mode, observed) {
+            (Mode::Observer, Some(clock)) => {
+                sync.update_by_clock(index, clock.correction(header.count), elapsed)
+            }
+            (mode, _) => sync.update(index, mode.into(), elapsed),
         };
-        let output = observed.cycle(tick.ideal_start, used);
-        let clock = observed.correction(header.count);
         Some(Following {
-            correction: sync.update_by_clock(header.index, clock, tick.elapsed),
-            observed: Some(output),
+            correction,
+            observed: output,
+            enabled: true,
         })
+    }
+
+    /// Whether it is enabled.
+    pub(super) const fn is_enabled(&self) -> bool {
+        self.enabled
+    }
+
+    /// The mode that is in force while it is.
+    pub(super) const fn mode(&self) -> Mode {
+        self.setup.mode
+    }
+
+    /// The parameters in force.
+    pub(super) const fn parameters(&self) -> &AxisSyncParameters {
+        &self.setup.sync
+    }
+
+    /// Where the delay comes from.
+    pub(super) const fn delay(&self) -> DelayConfig {
+        self.setup.delay
+    }
+
+    /// Checks parameters against the cycle times that are known.
+    pub(super) fn check(
+        &self,
+        parameters: &AxisSyncParameters,
+    ) -> Result<CheckedParameters, WrongParameter> {
+        let task_cycle_time = self.setup.cycle_time.span();
+        let State::Running(Running { data, .. }) = &self.state else {
+            return parameters.checked(task_cycle_time);
+        };
+        if contradicts(parameters, *data) {
+            return Err(WrongParameter {
+                parameter: "data-cycle-time-s",
+                received: parameters.time_sync.data_cycle_time.0,
+                expected: "0, or the cycle time that the node's frames say",
+            });
+        }
+        for_data(parameters, *data).checked(task_cycle_time)
+    }
+
+    /// From now on the axes pass through as they come.
+    pub(super) fn disable(&mut self) {
+        self.enabled = false;
+    }
+
+    /// Starts anew, enabled.
+    pub(super) fn re_initialise(&mut self) {
+        self.enabled = true;
+        if let Some(data) = self.data_cycle_time() {
+            self.start_with(data);
+        }
+    }
+
+    /// Calculates the set values otherwise. Nothing that is learnt is lost by that.
+    pub(super) fn set_mode(&mut self, mode: Mode) {
+        self.setup.mode = mode;
+        let setup = &self.setup;
+        if let State::Running(running) = &mut self.state
+            && mode == Mode::Observer
+            && running.observed.is_none()
+        {
+            running.observed = setup.observer(running.data);
+        }
+    }
+
+    /// Changes the parameters: these, which are good as `checked`.
+    pub(super) fn set_parameters(
+        &mut self,
+        parameters: &AxisSyncParameters,
+        checked: &CheckedParameters,
+    ) {
+        self.setup.sync = *parameters;
+        match &mut self.state {
+            State::Running(running) => running.sync.set_parameters(checked),
+            // They may fit now.
+            State::Refused { .. } => self.state = State::Waiting,
+            State::Waiting => {}
+        }
+    }
+
+    /// Takes the delay from elsewhere; what changes by that is slewed.
+    pub(super) fn set_delay(&mut self, delay: DelayConfig) {
+        self.setup.delay = delay;
+        if let State::Running(Running { observed, .. }) = &mut self.state
+            && let Some(observed) = observed
+        {
+            observed.set_delay(delay.into());
+        }
     }
 
     /// Whether the sender's cycle time was refused.
@@ -158,47 +257,65 @@ impl Clock {
     /// Own cycles after which data are too old; none where nothing watches it.
     pub(super) fn age_limit(&self) -> Option<u32> {
         match &self.state {
-            State::Running(running) => running.sync.age_limit(),
-            State::Waiting | State::Refused { .. } => None,
+            State::Running(running) if self.enabled => running.sync.age_limit(),
+            State::Running(_) | State::Waiting | State::Refused { .. } => None,
         }
     }
 
     fn start_for(&mut self, data: CycleTime) -> bool {
         let is_other = self.data_cycle_time() != Some(data);
         if is_other {
-            self.state = match self.start(data) {
-                Some(running) => State::Running(running),
-                None => State::Refused { data },
-            };
+            self.start_with(data);
         }
         is_other
+    }
+
+    fn start_with(&mut self, data: CycleTime) {
+        self.state = match self.start(data) {
+            Some(running) => State::Running(running),
+            None => State::Refused { data },
+        };
     }
 
     /// A config that contradicts the frames is wrong.
     fn start(&self, data: CycleTime) -> Option<Running> {
         let setup = &self.setup;
-        let configured = setup.sync.time_sync.data_cycle_time;
-        if configured != Seconds::ZERO && configured.to_span() != data.span() {
+        if contradicts(&setup.sync, data) {
             return None;
         }
-        let parameters = AxisSyncParameters {
-            time_sync: TimeSyncParameters {
-                data_cycle_time: data.span().into(),
-                ..setup.sync.time_sync
-            },
-            ..setup.sync
-        };
-        let observed = match setup.mode {
-            Mode::Observer => {
-                Some(FarClock::new(data, setup.observer, setup.delay.into(), setup.run).ok()?)
-            }
-            _ => None,
-        };
+        let parameters = for_data(&setup.sync, data);
         Some(Running {
             data,
             sync: FarSync::start(setup.cycle_time.span(), &parameters).ok()?,
-            observed,
+            observed: match setup.mode {
+                Mode::Observer => Some(setup.observer(data)?),
+                _ => None,
+            },
         })
+    }
+}
+
+impl ClockSetup {
+    /// A phase observer; its parameters were checked at the start.
+    fn observer(&self, data: CycleTime) -> Option<FarClock> {
+        FarClock::new(data, self.observer, self.delay.into(), self.run).ok()
+    }
+}
+
+/// Whether they say another cycle time of the sender than its frames.
+fn contradicts(parameters: &AxisSyncParameters, data: CycleTime) -> bool {
+    let configured = parameters.time_sync.data_cycle_time;
+    configured != Seconds::ZERO && configured.to_span() != data.span()
+}
+
+/// The parameters with what the frames say.
+fn for_data(parameters: &AxisSyncParameters, data: CycleTime) -> AxisSyncParameters {
+    AxisSyncParameters {
+        time_sync: TimeSyncParameters {
+            data_cycle_time: data.span().into(),
+            ..parameters.time_sync
+        },
+        ..*parameters
     }
 }
 
@@ -212,11 +329,11 @@ impl Following {
         signals.error = correction.error.map_or(0, |error| error.code());
         signals.warning = correction.warning.map_or(0, |warning| warning.code());
         signals.beats = time_sync.beats;
-        signals.drift_ppm = Some(diagnostic.drift_ppm);
+        signals.drift_ppm = Some(diagnostic.drift_ppm).filter(|_| self.enabled);
         signals.correction_us = micros(correction.time(correction.mode));
         signals.time_sync_correction_us = micros(time_sync.correction_time);
         signals.time_mode_correction_us = micros(time_sync.time_mode_correction);
-        signals.time_mode = time_sync.state == TimeSyncState::StartUp;
+        signals.time_mode = self.enabled && time_sync.state == TimeSyncState::StartUp;
         signals.cycle_index_diff = diagnostic.cycle_index_diff;
         signals.total_equal_data = diagnostic.total_equal_data;
         signals.consecutive_equal_data = diagnostic.consecutive_equal_data;

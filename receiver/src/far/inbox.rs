@@ -64,6 +64,17 @@ impl Inbox {
         }
     }
 
+    /// Drops what is older than this from now on.
+    pub(crate) fn set_age_limit(&mut self, limit: Option<Span>) {
+        if limit == self.age_limit {
+            return;
+        }
+        self.age_limit = limit;
+        if let (Some(sender), Some(image)) = (&mut self.sender, &self.image) {
+            sender.gate = limit.map(|limit| AgeGate::new(image.cycle_time, limit));
+        }
+    }
+
     /// Counts a frame that was refused.
     pub(crate) fn reject(&mut self, reason: Rejection) {
         self.counters.rejected.count(reason);

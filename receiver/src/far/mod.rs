@@ -4,6 +4,7 @@ mod axis;
 mod clock;
 mod frames;
 mod inbox;
+mod orders;
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::delay::TimeResponse;
@@ -11,10 +12,10 @@ use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Local, Seconds, Span};
 use coaxle_node::config::LinkConfig;
 use coaxle_node::{Frame, FrameHeader, Rejection};
-use coaxle_remote::FarCorrection;
+use coaxle_remote::{AxisSyncParameters, FarCorrection};
 
 use crate::arrivals::Arrivals;
-use crate::config::{FarConfig, Mode};
+use crate::config::FarConfig;
 use crate::signals::{FarAxisSignals, FarNodeSignals};
 use crate::slaves::Master;
 use crate::snapshot::Health;
@@ -22,18 +23,21 @@ use axis::Axis;
 use clock::{Clock, ClockSetup, Following};
 pub(crate) use inbox::CAPACITY as INBOX_CAPACITY;
 use inbox::Inbox;
+use orders::OrderCounters;
 
 /// One far node.
 #[derive(Debug)]
 pub(crate) struct FarNode {
     cycle_time: CycleTime,
-    mode: Mode,
     inbox: Inbox,
     clock: Clock,
     axes: Box<[Axis]>,
     /// The newest frame that was used, and own cycles since.
     last: Option<(u64, u64)>,
     age_cycles: u32,
+    /// Whether its clock was known in the newest cycle.
+    synced: bool,
+    orders: OrderCounters,
 }
 
 /// What one cycle of a far node leaves for others, slices in the order of its axes.
@@ -61,10 +65,6 @@ impl FarNode {
         cycle_time: CycleTime,
         run: u64,
     ) -> Result<Self, WrongParameter> {
-        let age_limit = match config.sync.time_sync.age_of_data_limit {
-            0 => None,
-            cycles => Some(cycle_time.span() * i64::from(cycles)),
-        };
         let frames = if config.faults == LinkConfig::default() {
             FRAMES
         } else {
@@ -74,12 +74,17 @@ impl FarNode {
         let setup = ClockSetup::of(config, cycle_time, run);
         Ok(Self {
             cycle_time,
-            mode: config.mode,
-            inbox: Inbox::new(age_limit, frames, config.axes.count()),
+            inbox: Inbox::new(
+                age_limit(&config.sync, cycle_time),
+                frames,
+                config.axes.count(),
+            ),
             clock: Clock::new(setup)?,
             axes: config.axes.iter().map(axis).collect::<Result<_, _>>()?,
             last: None,
             age_cycles: 0,
+            synced: false,
+            orders: OrderCounters::default(),
         })
     }
 
@@ -121,7 +126,7 @@ impl FarNode {
         let health = match &followed {
             None => {
                 out.masters.fill(None);
-                self.without_master(out.signals, out.axes)
+                self.without_master(out.axes)
             }
             Some((header, following)) => {
                 let correction = &following.correction;
@@ -192,7 +197,8 @@ impl FarNode {
             signals.age_cycles = age;
             if let Some(master) = master {
                 master.is_sound &= age <= longest;
-                master.is_ready = master.is_sound && (signals.synced || !self.mode.synchronises());
+                let needs_no_clock = self.clock.is_enabled() && !self.clock.mode().synchronises();
+                master.is_ready = master.is_sound && (signals.synced || needs_no_clock);
                 first = first.or(axis.error());
             }
         }
@@ -206,15 +212,17 @@ impl FarNode {
         if self.silence() > SILENCE {
             return Health::MasterSilent;
         }
-        if self.mode.synchronises() && !correction.synced {
+        if !self.clock.is_enabled() {
+            return Health::Disabled;
+        }
+        if self.clock.mode().synchronises() && !correction.synced {
             return Health::StartingUp;
         }
         Health::Ok
     }
 
-    fn without_master(&self, signals: &mut FarNodeSignals, axes: &mut [FarAxisSignals]) -> Health {
+    fn without_master(&self, axes: &mut [FarAxisSignals]) -> Health {
         axes.fill(FarAxisSignals::default());
-        *signals = FarNodeSignals::default();
         if self.clock.is_refused() {
             Health::CycleTimesDoNotFit
         } else {
@@ -227,26 +235,40 @@ impl FarNode {
     }
 
     fn show(
-        &self,
+        &mut self,
         image: Option<&FrameHeader>,
         following: Option<&Following>,
         signals: &mut FarNodeSignals,
     ) {
+        *signals = FarNodeSignals::default();
+        self.synced = false;
         if let (Some(header), Some(following)) = (image, following) {
             signals.epoch = Some(header.epoch);
             signals.count = Some(header.count);
             signals.index = Some(header.index.0);
             signals.age_cycles = self.age_cycles;
             following.show(signals);
+            self.synced = signals.synced;
         }
         let cycle_time = self.clock.data_cycle_time();
         signals.cycle_time_us = cycle_time.map(|time| time.span().as_micros_f64());
+        signals.enabled = self.clock.is_enabled();
+        signals.mode = self.clock.mode().into();
+        self.orders.show(signals);
         self.inbox.show(signals);
     }
 
     /// The far node's cycle time that the clock was started for.
     pub(crate) const fn data_cycle_time(&self) -> Option<CycleTime> {
         self.clock.data_cycle_time()
+    }
+}
+
+/// How old a message may be.
+fn age_limit(parameters: &AxisSyncParameters, cycle_time: CycleTime) -> Option<Span> {
+    match parameters.time_sync.age_of_data_limit {
+        0 => None,
+        cycles => Some(cycle_time.span() * i64::from(cycles)),
     }
 }
 

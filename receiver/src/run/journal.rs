@@ -153,11 +153,28 @@ fn changes_of_far(before: &FarNodeSignals, now: &FarNodeSignals) -> Vec<Note> {
         notes.push(Note::new(Level::Warning, "the master's node has restarted"));
     }
     notes.extend(delay(before, now));
+    notes.extend(orders(before, now));
     if now.warning != 0 && before.warning == 0 {
         let fault = Fault::from(SyncWarning::DriftChangedSignificantly);
         notes.push(Note::new(Level::Warning, format!("warning {fault}")));
     }
     notes
+}
+
+/// What orders have changed.
+fn orders(before: &FarNodeSignals, now: &FarNodeSignals) -> impl Iterator<Item = Note> {
+    let mode = now.mode.as_str();
+    let notes = [
+        // Before its first cycle a node is shown disabled.
+        (before.enabled && before.mode != now.mode)
+            .then(|| format!("by an order: {mode} mode from now on")),
+        (now.re_initialisations > before.re_initialisations)
+            .then(|| "by an order: its clock starts anew".to_owned()),
+        (now.parameter_changes > before.parameter_changes)
+            .then(|| "by an order: other parameters from now on".to_owned()),
+    ];
+    let note = |text: String| Note::new(Level::Info, text);
+    notes.into_iter().flatten().map(note)
 }
 
 /// That the delay was measured, and that its measurement grew old.
@@ -193,6 +210,10 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
             let text = format!("starting up in {state} mode until the far clock's drift is known");
             Note::new(Level::Info, text)
         }
+        (Health::Disabled, _) => Note::new(
+            Level::Warning,
+            "disabled by an order: the axes pass through as they come",
+        ),
         (Health::MasterSilent, _) => {
             let text = format!(
                 "no new data from the master for {} cycles",

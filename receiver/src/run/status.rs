@@ -32,8 +32,6 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
     status.insert("error".to_owned(), json!(Fault::of(snapshot)));
     let mut far = named(&instances, Group::FarNode, far);
     for (n, (_, status)) in far.iter_mut().enumerate() {
-        let config = &config.far[n];
-        put(status, "mode", json!(config.mode));
         put(status, "error", json!(Fault::of_far(snapshot, n)));
         put(status, "warning", json!(Fault::of_warning(snapshot, n)));
     }

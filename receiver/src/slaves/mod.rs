@@ -9,7 +9,8 @@ mod tool;
 use coaxle_axis::{CoupleState, Job, NcToPlcAxis, Origin};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
-use coaxle_node::{CommandOrder, CommandOutcome};
+use coaxle_node::CommandOutcome;
+use coaxle_node::command::SlaveOrder;
 use coaxle_slave::{Command, Refusal, SlaveError};
 
 use crate::config::MasterRef;
@@ -75,7 +76,7 @@ impl Slaves {
     pub(crate) fn execute(
         &mut self,
         SlaveNumber(n): SlaveNumber,
-        order: &CommandOrder,
+        order: &SlaveOrder,
     ) -> CommandOutcome {
         self.slaves[n].execute(order)
     }

@@ -4,8 +4,8 @@ use coaxle_axis::drive::Drive;
 use coaxle_axis::{AxisStatus, CommandState, Job, NcToPlcAxis, Origin};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
-use coaxle_node::command::{SawView, SlaveView};
-use coaxle_node::{CommandOrder, CommandOutcome};
+use coaxle_node::CommandOutcome;
+use coaxle_node::command::{SawView, SlaveOrder, SlaveView};
 use coaxle_saw::CouplingMoment;
 use coaxle_slave::{
     Change, Command, CoupledStart, CouplingPhase, CouplingRefusal, EndedJob, JobError, Refusal,
@@ -230,7 +230,7 @@ impl Slave {
     }
 
     /// An order of somebody in the network. A dry run is a plan that is not applied.
-    pub(super) fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+    pub(super) fn execute(&mut self, order: &SlaveOrder) -> CommandOutcome {
         let planned = self.plan(&order.command);
         let (job, planned) = match planned {
             Ok(change) if !order.dry_run => {

@@ -108,7 +108,7 @@ fn master(snapshot: &ReceiverSnapshot) -> Option<MasterShown> {
         corrected: moving(axis.corrected_position, axis.corrected_velocity)?,
         state: axis.state?,
         synced: axis.synced,
-        drift_ppm: far.drift_ppm?,
+        drift_ppm: far.drift_ppm.unwrap_or_default(),
     })
 }
 

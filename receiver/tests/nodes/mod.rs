@@ -25,10 +25,15 @@ pub(crate) struct Far {
     samples: Vec<Option<AxisSample>>,
 }
 
+/// The subscription to a far node's axes. Each far node has two: the other is to its time responses.
+pub(crate) const fn of(far: usize) -> usize {
+    2 * far
+}
+
 impl Far {
-    pub(crate) fn new(subscription: usize, cycle: i64, axes: &[f64]) -> Self {
+    pub(crate) fn new(far: usize, cycle: i64, axes: &[f64]) -> Self {
         Self {
-            subscription,
+            subscription: of(far),
             epoch: 1,
             cycle,
             next: 0,

@@ -38,7 +38,7 @@ const fn may(name: &'static str, help: &'static str) -> Field {
 }
 
 /// A field of a part of the command, which may be given.
-const fn inner(name: &'static str, path: &'static str, help: &'static str) -> Field {
+pub(super) const fn inner(name: &'static str, path: &'static str, help: &'static str) -> Field {
     Field {
         name,
         path,

@@ -1,7 +1,9 @@
-//! `coaxle command`: tells a slave of a running node what to do.
+//! `coaxle command`: tells a slave of a running node what to do, or the node about one that it follows.
 
 mod blocks;
+mod far;
 mod network;
+mod options;
 mod saw;
 mod spelled;
 
@@ -11,9 +13,14 @@ use anyhow::{Context, bail};
 use clap::Args;
 use coaxle_host::Commander;
 use coaxle_node::CommandOrder;
-use coaxle_node::command::{CommandAnswer, CommandVerdict, SlaveName};
+use coaxle_node::command::{
+    CommandAnswer, CommandVerdict, FarCommand, FarDelay, FarName, FarOrder, FarView, SlaveName,
+    SlaveOrder, SlaveView,
+};
 use coaxle_node::keys::NodeName;
+use coaxle_receiver::Mode;
 use coaxle_slave as slave;
+use serde::de::DeserializeOwned;
 
 use crate::inspect;
 use spelled::Spelled;
@@ -25,11 +32,15 @@ use spelled::Spelled;
     subcommand_help_heading = "Commands"
 )]
 pub struct CommandArgs {
-    /// The node that the slave belongs to
+    /// The node that is told
     #[arg(value_parser = |name: &str| NodeName::new(name))]
     node: NodeName,
-    /// The slave
-    slave: SlaveName,
+    /// Its slave
+    #[arg(required_unless_present = "far", conflicts_with = "far")]
+    slave: Option<SlaveName>,
+    /// Instead of a slave: a node that it follows, by its name
+    #[arg(long, value_name = "FAR NODE")]
+    far: Option<FarName>,
     #[command(subcommand)]
     spelled: Option<Spelled>,
     /// The command as JSON, as the network has it: '{ "halt": {} }'
@@ -56,11 +67,7 @@ pub struct CommandArgs {
 /// # Errors
 /// No command, or more than one; the node does not turn up or does not answer.
 pub fn print(args: &CommandArgs) -> anyhow::Result<bool> {
-    let order = CommandOrder {
-        slave: args.slave,
-        command: args.command()?,
-        dry_run: args.dry_run,
-    };
+    let order = args.order()?;
     let transport = network::transport(&args.connect, args.config.as_deref())?;
     let commander = Commander::open(&transport)?;
     let answer = commander.send(&args.node, &order);
@@ -70,33 +77,82 @@ pub fn print(args: &CommandArgs) -> anyhow::Result<bool> {
         if args.json {
             writeln!(out, "{}", answer.to_json())?;
         } else {
-            writeln!(out, "{}/{}: {}", args.node, args.slave, in_words(&answer))?;
+            writeln!(
+                out,
+                "{}/{}: {}",
+                args.node,
+                order.addressee(),
+                in_words(&answer)
+            )?;
         }
         Ok(answer.is_accepted())
     })
 }
 
 impl CommandArgs {
-    fn command(&self) -> anyhow::Result<slave::Command> {
+    fn order(&self) -> anyhow::Result<CommandOrder> {
+        let dry_run = self.dry_run;
+        Ok(match (self.slave, self.far) {
+            (Some(slave), _) => CommandOrder::Slave(SlaveOrder {
+                slave,
+                command: self.slave_command()?,
+                dry_run,
+            }),
+            (None, Some(far)) => CommandOrder::Far(FarOrder {
+                far,
+                command: self.far_command()?,
+                dry_run,
+            }),
+            (None, None) => bail!("expected a slave, or --far"),
+        })
+    }
+
+    fn slave_command(&self) -> anyhow::Result<slave::Command> {
+        match self.spelled()? {
+            Some(Spelled::Slave(command)) => Ok(*command),
+            Some(Spelled::Far(command)) => bail!(
+                "received {} for a slave, expected --far with it",
+                command.name()
+            ),
+            None => self.from_json(),
+        }
+    }
+
+    fn far_command(&self) -> anyhow::Result<FarCommand> {
+        match self.spelled()? {
+            Some(Spelled::Far(command)) => Ok(*command),
+            Some(Spelled::Slave(command)) => bail!(
+                "received {} with --far, expected a slave for it",
+                command.name()
+            ),
+            None => self.from_json(),
+        }
+    }
+
+    /// None where it is given as JSON.
+    fn spelled(&self) -> anyhow::Result<Option<&Spelled>> {
         match (&self.spelled, &self.order) {
-            (Some(spelled), None) => Ok(spelled.0),
-            (None, Some(json)) => {
-                let mut json = serde_json::Deserializer::from_str(json);
-                serde_path_to_error::deserialize(&mut json).context("--order")
-            }
             (None, None) => bail!("expected a command, or --order; see coaxle command --help"),
             (Some(_), Some(_)) => bail!("received a command and --order, expected one of them"),
+            (spelled, _) => Ok(spelled.as_ref()),
         }
+    }
+
+    fn from_json<T: DeserializeOwned>(&self) -> anyhow::Result<T> {
+        let json = self.order.as_deref().unwrap_or_default();
+        let mut json = serde_json::Deserializer::from_str(json);
+        serde_path_to_error::deserialize(&mut json).context("--order")
     }
 }
 
 fn in_words(answer: &CommandAnswer) -> String {
-    let (verdict, axis, saw) = match &answer.verdict {
+    let (verdict, state, saw) = match &answer.verdict {
         CommandVerdict::Accepted {
             dry_run,
             job,
             awaits,
             axis,
+            far,
             saw,
         } => {
             let mut verdict = match (dry_run, job) {
@@ -107,26 +163,48 @@ fn in_words(answer: &CommandAnswer) -> String {
             if !awaits.is_empty() {
                 verdict += &format!("; checked when it is due: {}", awaits.join(", "));
             }
-            (verdict, axis, saw.as_ref().map(saw::accepted))
+            let state = state_of(axis.as_ref(), far.as_ref());
+            (verdict, state, saw.as_ref().map(saw::accepted))
         }
         CommandVerdict::Refused {
             dry_run,
             text,
             axis,
+            far,
             saw,
             ..
         } => {
             let would = if *dry_run { "would be " } else { "" };
             let refused = format!("{would}refused, {text}");
-            (refused, axis, saw.as_ref().map(saw::refused))
+            let state = state_of(axis.as_ref(), far.as_ref());
+            (refused, state, saw.as_ref().map(saw::refused))
         }
         CommandVerdict::NotTaken { text, .. } => return format!("not taken: {text}"),
     };
     let saw = saw.unwrap_or_default();
-    format!(
-        "{verdict}; the slave is in {} at {}, velocity {}{saw}",
-        axis.status, axis.position, axis.velocity
-    )
+    format!("{verdict}{state}{saw}")
+}
+
+/// What the order was about, as it is now.
+fn state_of(axis: Option<&SlaveView>, far: Option<&FarView>) -> String {
+    let slave = axis.map(|axis| {
+        format!(
+            "; the slave is in {} at {}, velocity {}",
+            axis.status, axis.position, axis.velocity
+        )
+    });
+    let far = far.map(|far| {
+        let on = if far.enabled { "enabled" } else { "disabled" };
+        let known = if far.synced { "" } else { "not " };
+        let delay = match far.delay {
+            FarDelay::Measured => "measured".to_owned(),
+            FarDelay::FixedUs(micros) => format!("{micros} µs"),
+            FarDelay::Off => "off".to_owned(),
+        };
+        let mode = Mode::from(far.mode);
+        format!("; the far node is {on}, mode {mode}, {known}synchronised, delay {delay}")
+    });
+    slave.or(far).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -134,7 +212,7 @@ mod tests {
     use super::*;
     use clap::Parser;
     use coaxle_axis::{Awaits, AxisStatus};
-    use coaxle_node::command::{CommandOutcome, NotTaken, SlaveView};
+    use coaxle_node::command::{CommandOutcome, FarRefusal, NotTaken};
     use coaxle_slave::{Dynamics, Refusal};
 
     #[derive(Debug, Parser)]
@@ -172,11 +250,11 @@ mod tests {
             &["--dry-run", "--order", json],
         ] {
             let args = parsed(line).unwrap();
-            assert_eq!(args.command().unwrap(), expected);
+            assert_eq!(args.slave_command().unwrap(), expected);
             assert!(args.dry_run);
             assert_eq!(
-                (args.node.as_str(), args.slave.as_str()),
-                ("saw", "carriage")
+                (args.node.as_str(), args.slave.map(String::from)),
+                ("saw", Some("carriage".to_owned()))
             );
         }
     }
@@ -191,14 +269,14 @@ mod tests {
             ),
             (&["--order", "{\"dance\":{}}"][..], "dance"),
         ] {
-            let error = parsed(line).unwrap().command().unwrap_err();
+            let error = parsed(line).unwrap().order().unwrap_err();
             assert!(format!("{error:#}").contains(expected), "{error:#}");
         }
     }
 
     #[test]
     fn answers_are_one_line() {
-        let order = CommandOrder {
+        let order = SlaveOrder {
             slave: SlaveName::new("carriage").unwrap(),
             command: slave::Command::Reset {},
             dry_run: false,
@@ -236,9 +314,66 @@ mod tests {
                 "not taken: the node has no slaves",
             ),
         ] {
-            let order = CommandOrder { dry_run, ..order };
+            let order = SlaveOrder { dry_run, ..order }.into();
             let words = in_words(&CommandAnswer::new(&order, &outcome));
             assert!(words.starts_with(expected), "{words}");
+        }
+    }
+
+    fn far(line: &[&str]) -> Result<CommandOrder, String> {
+        let line = ["command", "saw", "--far", "belt"].iter().chain(line);
+        let cli = Cli::try_parse_from(line).map_err(|error| error.to_string())?;
+        cli.args.order().map_err(|error| format!("{error:#}"))
+    }
+
+    #[test]
+    fn a_far_node_is_commanded_with_far_and_a_slave_without() {
+        let expected = FarOrder {
+            far: FarName::new("belt").unwrap(),
+            command: FarCommand::FilterMode(Mode::Pt1.into()),
+            dry_run: true,
+        };
+        for line in [
+            &["filter-mode", "pt1", "--dry-run"][..],
+            &["--dry-run", "--order", "{ \"filter-mode\": \"pt1\" }"],
+        ] {
+            assert_eq!(far(line), Ok(expected.into()));
+        }
+        let error = far(&["halt"]).unwrap_err();
+        assert!(error.contains("expected a slave for it"), "{error}");
+        let error = parsed(&["disable"]).unwrap().order().unwrap_err();
+        assert!(error.to_string().contains("expected --far"), "{error}");
+        assert!(far(&["carriage", "halt"]).is_err(), "not both");
+        assert!(Cli::try_parse_from(["command", "saw", "halt"]).is_err());
+    }
+
+    #[test]
+    fn answers_about_far_nodes_too() {
+        let order = far(&["disable"]).unwrap();
+        let view = FarView {
+            enabled: true,
+            mode: Mode::Sync.into(),
+            synced: false,
+            delay: FarDelay::FixedUs(120.5),
+        };
+        let state = "the far node is enabled, mode sync, not synchronised, delay 120.5 µs";
+        for (outcome, expected) in [
+            (
+                CommandOutcome::FarAccepted { far: view },
+                format!("accepted; {state}"),
+            ),
+            (
+                CommandOutcome::FarRefused {
+                    refusal: FarRefusal::Delay { received: 2e6 },
+                    far: view,
+                },
+                format!(
+                    "refused, 0x4b56: fixed-us: received 2000000, expected a number from -1000000 to \
+                     1000000; {state}"
+                ),
+            ),
+        ] {
+            assert_eq!(in_words(&CommandAnswer::new(&order, &outcome)), expected);
         }
     }
 }

@@ -2,17 +2,23 @@
 
 use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Command, FromArgMatches, Subcommand};
+use coaxle_node::command::FarCommand;
 use coaxle_slave as slave;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::blocks::{Block, blocks};
+use super::blocks::blocks;
+use super::far;
+use super::options::{fields_of, subcommand};
 
-/// A command to a slave, with its options.
+/// A command to a slave, or about a far node, with its options.
 ///
 /// Built from the table of [`blocks()`] and read by the very rules of the network, so that nothing
 /// about a command is written down twice.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spelled(pub(super) slave::Command);
+pub(super) enum Spelled {
+    Slave(slave::Command),
+    Far(FarCommand),
+}
 
 const POWER: &str = "power";
 
@@ -24,6 +30,7 @@ impl Subcommand for Spelled {
         command
             .subcommand(power)
             .subcommands(blocks().into_iter().map(subcommand))
+            .subcommands(far::subcommands())
     }
 
     fn augment_subcommands_for_update(command: Command) -> Command {
@@ -31,21 +38,8 @@ impl Subcommand for Spelled {
     }
 
     fn has_subcommand(name: &str) -> bool {
-        name == POWER || blocks().iter().any(|block| block.name == name)
+        name == POWER || far::has(name) || blocks().iter().any(|block| block.name == name)
     }
-}
-
-fn subcommand(block: Block) -> Command {
-    let argument = |field: super::blocks::Field| {
-        Arg::new(field.name)
-            .long(field.name)
-            .help(field.help)
-            .required(field.required)
-            .allow_negative_numbers(true)
-    };
-    Command::new(block.name)
-        .about(block.about)
-        .args(block.options.into_iter().map(argument))
 }
 
 impl FromArgMatches for Spelled {
@@ -53,10 +47,14 @@ impl FromArgMatches for Spelled {
         let Some((name, options)) = matches.subcommand() else {
             return Err(clap::Error::new(ErrorKind::MissingSubcommand));
         };
-        let order = json!({ name: fields(name, options) });
-        serde_path_to_error::deserialize(order)
-            .map(Self)
-            .map_err(|error| clap::Error::raw(ErrorKind::ValueValidation, format!("{error}\n")))
+        let read = if far::has(name) {
+            let order = json!({ name: far::fields(name, options) });
+            serde_path_to_error::deserialize(order).map(Self::Far)
+        } else {
+            let order = json!({ name: fields(name, options) });
+            serde_path_to_error::deserialize(order).map(Self::Slave)
+        };
+        read.map_err(|error| clap::Error::raw(ErrorKind::ValueValidation, format!("{error}\n")))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -71,40 +69,8 @@ fn fields(name: &str, options: &ArgMatches) -> Value {
         let state = options.get_one::<String>("state");
         return json!(state.is_some_and(|state| state == "on"));
     }
-    let mut fields = Map::new();
-    for block in blocks().iter().filter(|block| block.name == name) {
-        for field in &block.options {
-            if let Some(text) = options.get_one::<String>(field.name) {
-                set(&mut fields, field.path, value(text));
-            }
-        }
-    }
-    Value::Object(fields)
-}
-
-/// Numbers, lists and the like as they are; everything else is a word.
-fn value(text: &str) -> Value {
-    if let Ok(json) = serde_json::from_str(text) {
-        return json;
-    }
-    match text.parse::<f64>() {
-        Ok(number) if number.is_finite() => json!(number),
-        _ => json!(text),
-    }
-}
-
-fn set(fields: &mut Map<String, Value>, path: &str, value: Value) {
-    match path.split_once('.') {
-        None => {
-            fields.insert(path.to_owned(), value);
-        }
-        Some((part, rest)) => {
-            let part = fields.entry(part).or_insert_with(|| json!({}));
-            if let Value::Object(part) = part {
-                set(part, rest, value);
-            }
-        }
-    }
+    let block = blocks().into_iter().find(|block| block.name == name);
+    block.map_or(Value::Null, |block| fields_of(&block, options))
 }
 
 #[cfg(test)]
@@ -116,7 +82,10 @@ mod tests {
     fn parsed(line: &[&str]) -> Result<slave::Command, clap::Error> {
         let command = Spelled::augment_subcommands(Command::new("command"));
         let matches = command.try_get_matches_from(["command"].iter().chain(line))?;
-        Spelled::from_arg_matches(&matches).map(|spelled| spelled.0)
+        Spelled::from_arg_matches(&matches).map(|spelled| match spelled {
+            Spelled::Slave(command) => command,
+            Spelled::Far(command) => panic!("{command:?}"),
+        })
     }
 
     /// The names of all commands, as the code lists them.

@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex};
 
 use coaxle_clock::{Instant, Span};
-use coaxle_node::command::{CommandVerdict, NotTaken, SlaveName};
-use coaxle_node::{CommandAnswer, CommandOrder, CommandOutcome};
+use coaxle_node::command::{CommandVerdict, SlaveName, SlaveOrder};
+use coaxle_node::{CommandAnswer, CommandOrder};
 use coaxle_slave::Command;
 
 use super::*;
@@ -59,12 +59,12 @@ fn at(millis: i64) -> Instant<Machine> {
 
 /// An order that is told from others by its position.
 fn order(position: f64) -> String {
-    let order = CommandOrder {
+    let order = SlaveOrder {
         slave: SlaveName::new("carriage").unwrap(),
         command: Command::Home { position },
         dry_run: false,
     };
-    order.to_json()
+    CommandOrder::from(order).to_json()
 }
 
 impl Bench {
@@ -78,10 +78,14 @@ impl Bench {
     fn scan(&mut self, millis: i64) -> Vec<f64> {
         let mut executed = Vec::new();
         self.queue.execute_all(at(millis), |order| {
-            if let Command::Home { position } = order.command {
-                executed.push(position);
+            if let CommandOrder::Slave(SlaveOrder {
+                command: Command::Home { position },
+                ..
+            }) = order
+            {
+                executed.push(*position);
             }
-            CommandOutcome::NotTaken(NotTaken::NoSlaves)
+            order.for_nobody()
         });
         executed
     }

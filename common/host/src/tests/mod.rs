@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use assert_no_alloc::AllocDisabler;
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, CycleTime, Span};
-use coaxle_node::command::SlaveName;
+use coaxle_node::command::{SlaveName, SlaveOrder};
 use coaxle_node::config::{ClockConfig, LinkConfig, RealTimeConfig, TransportConfig, parse};
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
@@ -125,9 +125,12 @@ fn following(source: &str, axis: u32, faults: &str) -> Vec<Subscription> {
 }
 
 fn order(slave: &str, command: Command) -> CommandOrder {
-    CommandOrder {
-        slave: SlaveName::new(slave).unwrap(),
+    let slave = SlaveName::new(slave).unwrap();
+    let dry_run = false;
+    SlaveOrder {
+        slave,
         command,
-        dry_run: false,
+        dry_run,
     }
+    .into()
 }

@@ -93,7 +93,7 @@ impl Node for Toy {
 
     fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
         let after = self.tick.map(|tick| tick.count);
-        self.executed.push((order.slave.to_string(), after));
+        self.executed.push((order.addressee().to_owned(), after));
         CommandOutcome::NotTaken(NotTaken::NoSlaves)
     }
 

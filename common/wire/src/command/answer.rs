@@ -6,6 +6,7 @@ use coaxle_slave::{CouplingRefusal, Refusal};
 use serde::{Deserialize, Serialize};
 
 use super::COMMAND_VERSION;
+use super::far::{FarRefusal, FarView};
 use super::outcome::{CommandOutcome, NotTaken, SlaveView};
 use super::saw::{SawFigures, SawRefused};
 use super::{BadOrder, CommandOrder};
@@ -28,7 +29,7 @@ pub struct CommandAnswer {
     rename_all_fields = "kebab-case"
 )]
 pub enum CommandVerdict {
-    /// The slave has the command; after a dry run, it would have taken it.
+    /// The slave, or the far node, has the command; after a dry run, it would have taken it.
     Accepted {
         /// Whether it was only tried.
         dry_run: bool,
@@ -38,15 +39,19 @@ pub enum CommandVerdict {
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         awaits: Vec<String>,
         /// The slave with the command; after a dry run, without.
-        axis: SlaveView,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        axis: Option<SlaveView>,
+        /// The far node with the command; after a dry run, without.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        far: Option<FarView>,
         /// What its flying saw comes to, if the command is about one.
         saw: Option<SawFigures>,
     },
-    /// The slave refuses the command.
+    /// The slave, or the far node, refuses the command.
     Refused {
         /// Whether it was only tried.
         dry_run: bool,
-        /// NC error code: `0x` and four hexadecimal digits.
+        /// NC error code, or one of TwinCAT's remote synchronisation: `0x` and four hexadecimal digits.
         code: String,
         /// Why, in words: what was received and what is expected.
         text: String,
@@ -57,11 +62,15 @@ pub enum CommandVerdict {
         /// The nearest one that would have passed, where it is known.
         would_pass: Option<f64>,
         /// The slave, which goes on with what it was doing.
-        axis: SlaveView,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        axis: Option<SlaveView>,
+        /// The far node, which goes on as before.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        far: Option<FarView>,
         /// More, if it was to be a flying saw.
         saw: Option<SawRefused>,
     },
-    /// The order did not get as far as a slave.
+    /// The order did not get as far as a slave or a far node.
     NotTaken {
         /// Why: `malformed`, or one of [`NotTaken::name`].
         reason: String,
@@ -74,7 +83,11 @@ impl CommandAnswer {
     /// What a node says to an order.
     #[must_use]
     pub fn new(order: &CommandOrder, outcome: &CommandOutcome) -> Self {
-        let dry_run = order.dry_run;
+        let dry_run = order.is_dry_run();
+        let command = match order {
+            CommandOrder::Slave(order) => Some(&order.command),
+            CommandOrder::Far(_) => None,
+        };
         match *outcome {
             CommandOutcome::Accepted {
                 job,
@@ -85,8 +98,9 @@ impl CommandAnswer {
                 dry_run,
                 job: job.filter(|_| !dry_run),
                 awaits: awaits.names().map(str::to_owned).collect(),
-                axis: slave,
-                saw: saw.map(|saw| SawFigures::of(&saw, &order.command)),
+                axis: Some(slave),
+                far: None,
+                saw: saw.zip(command).map(|(saw, of)| SawFigures::of(&saw, of)),
             }),
             CommandOutcome::Refused {
                 refusal,
@@ -96,13 +110,24 @@ impl CommandAnswer {
                 &refusal,
                 dry_run,
                 slave,
-                SawRefused::of(&refusal, &order.command, moment.as_ref()),
+                command.and_then(|of| SawRefused::of(&refusal, of, moment.as_ref())),
             )),
+            CommandOutcome::FarAccepted { far } => Self::of(CommandVerdict::Accepted {
+                dry_run,
+                job: None,
+                awaits: Vec::new(),
+                axis: None,
+                far: Some(far),
+                saw: None,
+            }),
+            CommandOutcome::FarRefused { refusal, far } => {
+                Self::of(far_refused(&refusal, dry_run, far))
+            }
             CommandOutcome::NotTaken(reason) => Self::not_taken(&reason),
         }
     }
 
-    /// What is said to an order that no slave gets.
+    /// What is said to an order that no slave and no far node gets.
     #[must_use]
     pub fn not_taken(reason: &NotTaken) -> Self {
         Self::of(CommandVerdict::NotTaken {
@@ -127,13 +152,13 @@ impl CommandAnswer {
         }
     }
 
-    /// Whether a slave took or would take the command.
+    /// Whether a slave or a far node took or would take the command.
     #[must_use]
     pub const fn is_accepted(&self) -> bool {
         matches!(self.verdict, CommandVerdict::Accepted { .. })
     }
 
-    /// Whether the order got as far as a slave.
+    /// Whether the order got as far as a slave or a far node.
     #[must_use]
     pub const fn is_taken(&self) -> bool {
         !matches!(self.verdict, CommandVerdict::NotTaken { .. })
@@ -176,8 +201,23 @@ fn refused(
         field: figures.field.map(str::to_owned),
         received: figures.received,
         would_pass: figures.would_pass,
-        axis,
+        axis: Some(axis),
+        far: None,
         saw,
+    }
+}
+
+fn far_refused(refusal: &FarRefusal, dry_run: bool, far: FarView) -> CommandVerdict {
+    CommandVerdict::Refused {
+        dry_run,
+        code: format!("{:#06x}", refusal.code()),
+        text: refusal.to_string(),
+        field: Some(refusal.field()),
+        received: refusal.received(),
+        would_pass: None,
+        axis: None,
+        far: Some(far),
+        saw: None,
     }
 }
 

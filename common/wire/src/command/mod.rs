@@ -1,20 +1,24 @@
-//! Commands to the slaves of a node, from anywhere in the network: `docs/WIRE.md` describes them.
+//! Commands to the slaves of a node, and about the nodes that it follows, from anywhere in the network:
+//! `docs/WIRE.md` describes them.
 //!
 //! An order arrives as JSON, so that any tool can send it, and is decoded before it gets near a
 //! cycle: a [`CommandOrder`] is plain data of fixed size, and so is the [`CommandOutcome`] that the
 //! node gives for it. The [`CommandAnswer`] is what the asker reads.
 
 mod answer;
+mod far;
 mod name;
 mod outcome;
 mod saw;
 
 use coaxle_slave::Command;
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 pub use answer::{CommandAnswer, CommandVerdict};
-pub use name::{InvalidSlaveName, SlaveName};
-pub use outcome::{CommandOutcome, MAX_KNOWN_SLAVES, NotTaken, SlaveView};
+pub use far::{FarCommand, FarDelay, FarOrder, FarRefusal, FarView, ParameterPart};
+pub use name::{FarName, InvalidName, SlaveName};
+pub use outcome::{CommandOutcome, MAX_KNOWN, NotTaken, SlaveView};
 pub use saw::{NamedValue, SawFigures, SawRefused, SawView, ViolatedCheck};
 
 /// The version of orders and answers that this code writes, and the only one it reads.
@@ -23,9 +27,18 @@ pub const COMMAND_VERSION: u32 = 1;
 /// Longest order, in bytes of JSON.
 pub const MAX_ORDER_BYTES: usize = 4096;
 
+/// What a node is told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CommandOrder {
+    /// About one of its slaves.
+    Slave(SlaveOrder),
+    /// About a node that it follows.
+    Far(FarOrder),
+}
+
 /// What a slave is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CommandOrder {
+pub struct SlaveOrder {
     /// Which slave of the node.
     pub slave: SlaveName,
     /// What it shall do.
@@ -48,24 +61,80 @@ impl CommandOrder {
         if version != COMMAND_VERSION {
             return Err(BadOrder::WrongVersion { received: version });
         }
-        let order = read::<OrderOnWire>(bytes)?;
-        Ok(Self {
-            slave: order.slave,
-            command: order.command,
-            dry_run: order.dry_run,
-        })
+        let Addressed { slave, far } = read(bytes)?;
+        match far {
+            None => read::<SlaveOrderOnWire>(bytes).map(|order| Self::Slave(order.into())),
+            Some(_) if slave.is_some() => Err(BadOrder::ForBoth),
+            Some(_) => read::<FarOrderOnWire>(bytes).map(|order| Self::Far(order.into())),
+        }
     }
 
     /// Writes the order. Whoever reads it refuses numbers that are not finite.
     #[must_use]
     pub fn to_json(&self) -> String {
-        let order = OrderOnWire {
-            version: COMMAND_VERSION,
-            slave: self.slave,
-            command: self.command,
-            dry_run: self.dry_run,
-        };
-        serde_json::to_string(&order).expect("all keys of an order are texts")
+        match *self {
+            Self::Slave(order) => serde_json::to_string(&SlaveOrderOnWire {
+                version: COMMAND_VERSION,
+                slave: order.slave,
+                command: order.command,
+                dry_run: order.dry_run,
+            }),
+            Self::Far(order) => serde_json::to_string(&FarOrderOnWire {
+                version: COMMAND_VERSION,
+                far: order.far,
+                command: order.command,
+                dry_run: order.dry_run,
+            }),
+        }
+        .expect("all keys of an order are texts")
+    }
+
+    /// Whether the node shall only say what would come of it.
+    #[must_use]
+    pub const fn is_dry_run(&self) -> bool {
+        match self {
+            Self::Slave(order) => order.dry_run,
+            Self::Far(order) => order.dry_run,
+        }
+    }
+
+    /// The slave or the far node that it is about.
+    #[must_use]
+    pub fn addressee(&self) -> &str {
+        match self {
+            Self::Slave(order) => order.slave.as_str(),
+            Self::Far(order) => order.far.as_str(),
+        }
+    }
+
+    /// What the command is called: its block, or its name on the wire.
+    #[must_use]
+    pub fn command_name(&self) -> &'static str {
+        match self {
+            Self::Slave(order) => order.command.name(),
+            Self::Far(order) => order.command.name(),
+        }
+    }
+
+    /// What a node says that has nobody to give it to.
+    #[must_use]
+    pub const fn for_nobody(&self) -> CommandOutcome {
+        CommandOutcome::NotTaken(match self {
+            Self::Slave(_) => NotTaken::NoSlaves,
+            Self::Far(_) => NotTaken::NoFarNodes,
+        })
+    }
+}
+
+impl From<SlaveOrder> for CommandOrder {
+    fn from(order: SlaveOrder) -> Self {
+        Self::Slave(order)
+    }
+}
+
+impl From<FarOrder> for CommandOrder {
+    fn from(order: FarOrder) -> Self {
+        Self::Far(order)
     }
 }
 
@@ -90,6 +159,9 @@ pub enum BadOrder {
         /// Which.
         received: u32,
     },
+    /// It is for a slave and for a far node.
+    #[error("far: received one beside slave, expected either of them")]
+    ForBoth,
     /// It is no JSON, or a field is missing, unknown or wrong.
     #[error("{field}: {reason}")]
     Malformed {
@@ -106,14 +178,51 @@ struct Versioned {
     version: u32,
 }
 
+/// Whom it is for.
+#[derive(Deserialize)]
+struct Addressed {
+    slave: Option<IgnoredAny>,
+    far: Option<IgnoredAny>,
+}
+
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-struct OrderOnWire {
+struct SlaveOrderOnWire {
     version: u32,
     slave: SlaveName,
     command: Command,
     #[serde(default)]
     dry_run: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct FarOrderOnWire {
+    version: u32,
+    far: FarName,
+    command: FarCommand,
+    #[serde(default)]
+    dry_run: bool,
+}
+
+impl From<SlaveOrderOnWire> for SlaveOrder {
+    fn from(order: SlaveOrderOnWire) -> Self {
+        Self {
+            slave: order.slave,
+            command: order.command,
+            dry_run: order.dry_run,
+        }
+    }
+}
+
+impl From<FarOrderOnWire> for FarOrder {
+    fn from(order: FarOrderOnWire) -> Self {
+        Self {
+            far: order.far,
+            command: order.command,
+            dry_run: order.dry_run,
+        }
+    }
 }
 
 fn read<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, BadOrder> {

@@ -1,4 +1,4 @@
-//! How a slave is called.
+//! How slaves and far nodes are called.
 
 use std::fmt;
 
@@ -6,81 +6,99 @@ use serde::{Deserialize, Serialize};
 
 use crate::keys::NodeName;
 
-/// A slave's name, in a type that the cycle may copy. Whatever may name a node may name a slave.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct SlaveName {
-    bytes: [u8; Self::MAX_LEN],
-    length: u8,
-}
-
-impl SlaveName {
-    /// Longest name, in bytes.
-    pub const MAX_LEN: usize = NodeName::MAX_LEN;
-
-    /// # Errors
-    /// [`InvalidSlaveName`] unless the name is 1 to 64 letters, digits, `-`, `_` or `.`.
-    pub fn new(name: &str) -> Result<Self, InvalidSlaveName> {
-        let fits = (1..=Self::MAX_LEN).contains(&name.len());
-        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
-        if !fits || !name.chars().all(plain) {
-            let received = name.to_owned();
-            return Err(InvalidSlaveName { received });
+macro_rules! name {
+    ($(#[$meta:meta])* $name:ident: $of:literal) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[serde(try_from = "String", into = "String")]
+        pub struct $name {
+            bytes: [u8; Self::MAX_LEN],
+            length: u8,
         }
-        let mut bytes = [0; Self::MAX_LEN];
-        bytes[..name.len()].copy_from_slice(name.as_bytes());
-        Ok(Self {
-            bytes,
-            length: name.len() as u8,
-        })
-    }
 
-    /// The name.
-    #[must_use]
-    pub fn as_str(&self) -> &str {
-        std::str::from_utf8(&self.bytes[..usize::from(self.length)])
-            .expect("only ASCII letters are taken")
-    }
+        impl $name {
+            /// Longest name, in bytes.
+            pub const MAX_LEN: usize = NodeName::MAX_LEN;
+
+            /// # Errors
+            /// [`InvalidName`] unless the name is 1 to 64 letters, digits, `-`, `_` or `.`.
+            pub fn new(name: &str) -> Result<Self, InvalidName> {
+                let fits = (1..=Self::MAX_LEN).contains(&name.len());
+                let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+                if !fits || !name.chars().all(plain) {
+                    return Err(InvalidName {
+                        received: name.to_owned(),
+                        of: $of,
+                    });
+                }
+                let mut bytes = [0; Self::MAX_LEN];
+                bytes[..name.len()].copy_from_slice(name.as_bytes());
+                Ok(Self {
+                    bytes,
+                    length: name.len() as u8,
+                })
+            }
+
+            /// The name.
+            #[must_use]
+            pub fn as_str(&self) -> &str {
+                std::str::from_utf8(&self.bytes[..usize::from(self.length)])
+                    .expect("only ASCII letters are taken")
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(self.as_str())
+            }
+        }
+
+        impl fmt::Debug for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                fmt::Debug::fmt(self.as_str(), f)
+            }
+        }
+
+        impl TryFrom<String> for $name {
+            type Error = InvalidName;
+            fn try_from(name: String) -> Result<Self, InvalidName> {
+                Self::new(&name)
+            }
+        }
+
+        impl From<$name> for String {
+            fn from(name: $name) -> Self {
+                name.as_str().to_owned()
+            }
+        }
+
+        impl std::str::FromStr for $name {
+            type Err = InvalidName;
+            fn from_str(name: &str) -> Result<Self, InvalidName> {
+                Self::new(name)
+            }
+        }
+    };
 }
 
-impl fmt::Display for SlaveName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.as_str())
-    }
+name! {
+    /// A slave's name, in a type that the cycle may copy. Whatever may name a node may name a slave.
+    SlaveName: "slave name"
 }
 
-impl fmt::Debug for SlaveName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Debug::fmt(self.as_str(), f)
-    }
+name! {
+    /// The name of a node that is followed, in a type that the cycle may copy.
+    FarName: "name of a far node"
 }
 
-impl TryFrom<String> for SlaveName {
-    type Error = InvalidSlaveName;
-    fn try_from(name: String) -> Result<Self, InvalidSlaveName> {
-        Self::new(&name)
-    }
-}
-
-impl From<SlaveName> for String {
-    fn from(name: SlaveName) -> Self {
-        name.as_str().to_owned()
-    }
-}
-
-impl std::str::FromStr for SlaveName {
-    type Err = InvalidSlaveName;
-    fn from_str(name: &str) -> Result<Self, InvalidSlaveName> {
-        Self::new(name)
-    }
-}
-
-/// A name that no slave can have.
+/// A name that nothing can have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{received:?} is no slave name, expected 1 to 64 letters, digits, '-', '_' or '.'")]
-pub struct InvalidSlaveName {
+#[error("{received:?} is no {of}, expected 1 to 64 letters, digits, '-', '_' or '.'")]
+pub struct InvalidName {
     /// What was given.
     pub received: String,
+    /// What it was to name.
+    pub of: &'static str,
 }
 
 #[cfg(test)]

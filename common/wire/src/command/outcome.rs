@@ -5,11 +5,12 @@ use coaxle_saw::CouplingMoment;
 use coaxle_slave::{CouplingPhase, Refusal};
 use serde::{Deserialize, Serialize};
 
-use super::name::SlaveName;
+use super::far::{FarRefusal, FarView};
+use super::name::{FarName, SlaveName};
 use super::saw::SawView;
 
-/// How many of its slaves a node names to somebody who asked for another.
-pub const MAX_KNOWN_SLAVES: usize = 8;
+/// How many of its slaves, or of the nodes it follows, a node names to somebody who asked for another.
+pub const MAX_KNOWN: usize = 8;
 
 /// What becomes of an order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,16 +35,24 @@ pub enum CommandOutcome {
         /// What a flying saw would have been planned from.
         moment: Option<CouplingMoment>,
     },
-    /// The order did not get as far as a slave.
+    /// The far node is as it is told; in a dry run, it would be.
+    FarAccepted {
+        /// The far node, after that; in a dry run, as it is.
+        far: FarView,
+    },
+    /// The far node does not take the command.
+    FarRefused {
+        /// Why.
+        refusal: FarRefusal,
+        /// The far node, which goes on as before.
+        far: FarView,
+    },
+    /// The order did not get as far as a slave or a far node.
     NotTaken(NotTaken),
 }
 
-/// Why an order does not get as far as a slave.
+/// Why an order does not get as far as a slave or a far node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "it leaves the cycle by value, and boxing it would allocate there"
-)]
 pub enum NotTaken {
     /// The node has no slaves.
     #[error("the node has no slaves")]
@@ -54,7 +63,18 @@ pub enum NotTaken {
         /// Who was asked for.
         received: SlaveName,
         /// Who there is.
-        known: [Option<SlaveName>; MAX_KNOWN_SLAVES],
+        known: [Option<SlaveName>; MAX_KNOWN],
+    },
+    /// It follows no nodes.
+    #[error("the node follows no other")]
+    NoFarNodes,
+    /// It follows no node of that name.
+    #[error("far: received {:?}, expected {}", .received.as_str(), Listed(.known))]
+    UnknownFarNode {
+        /// Who was asked for.
+        received: FarName,
+        /// Who there is.
+        known: [Option<FarName>; MAX_KNOWN],
     },
     /// Too many other orders wait.
     #[error("too many orders wait for the node's next cycle")]
@@ -74,6 +94,8 @@ impl NotTaken {
         match self {
             Self::NoSlaves => "no-slaves",
             Self::UnknownSlave { .. } => "unknown-slave",
+            Self::NoFarNodes => "no-far-nodes",
+            Self::UnknownFarNode { .. } => "unknown-far-node",
             Self::Busy => "busy",
             Self::NoAnswer => "no-answer",
             Self::Stopped => "stopped",
@@ -96,9 +118,9 @@ pub struct SlaveView {
 }
 
 /// Names with commas between.
-struct Listed<'a>(&'a [Option<SlaveName>]);
+struct Listed<'a, T>(&'a [Option<T>]);
 
-impl std::fmt::Display for Listed<'_> {
+impl<T: std::fmt::Display> std::fmt::Display for Listed<'_, T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (k, name) in self.0.iter().flatten().enumerate() {
             write!(f, "{}{name}", if k == 0 { "" } else { ", " })?;

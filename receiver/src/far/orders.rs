@@ -1,0 +1,159 @@
+//! Orders to a far node: the inputs of `FB_AxisSync` while the node runs. Plan, then apply.
+//!
+//! After an order the set values go on from where they are: whatever it changes is blended over
+//! `blending-time-s`, and a delay is slewed.
+
+use coaxle_node::command::{
+    CommandOutcome, FarCommand, FarDelay, FarOrder, FarRefusal, FarView, ParameterPart,
+};
+use coaxle_node::config::DelayMicros;
+use coaxle_remote::{AxisSyncChanges, AxisSyncParameters, CheckedParameters};
+
+use super::axis::Axis;
+use super::{FarNode, age_limit};
+use crate::config::{DelayConfig, Mode};
+use crate::signals::FarNodeSignals;
+
+/// A change of a far node. Applying it cannot fail.
+#[derive(Clone, Copy, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it never leaves the cycle's stack, and boxing it would allocate there"
+)]
+pub(super) enum FarChange {
+    /// It is so already.
+    Nothing,
+    Disable,
+    /// Enabled or not: starts anew.
+    Start,
+    Mode(Mode),
+    Parameters {
+        parameters: AxisSyncParameters,
+        checked: CheckedParameters,
+    },
+    Delay(DelayConfig),
+}
+
+/// What orders have done.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OrderCounters {
+    re_initialisations: u32,
+    parameter_changes: u32,
+}
+
+impl OrderCounters {
+    pub(super) const fn show(&self, signals: &mut FarNodeSignals) {
+        signals.re_initialisations = self.re_initialisations;
+        signals.parameter_changes = self.parameter_changes;
+    }
+}
+
+impl FarNode {
+    /// An order of somebody in the network. A dry run is a plan that is not applied.
+    pub(crate) fn execute(&mut self, order: &FarOrder) -> CommandOutcome {
+        match self.plan(&order.command) {
+            Err(refusal) => CommandOutcome::FarRefused {
+                refusal,
+                far: self.view(),
+            },
+            Ok(change) => {
+                if !order.dry_run {
+                    self.apply(&change);
+                }
+                CommandOutcome::FarAccepted { far: self.view() }
+            }
+        }
+    }
+
+    /// What would come of a command.
+    pub(super) fn plan(&self, command: &FarCommand) -> Result<FarChange, FarRefusal> {
+        let enabled = self.clock.is_enabled();
+        match command {
+            FarCommand::Enable {} if enabled => Ok(FarChange::Nothing),
+            FarCommand::Disable {} if !enabled => Ok(FarChange::Nothing),
+            FarCommand::ReInitialise {} if !enabled => Err(FarRefusal::Disabled),
+            FarCommand::Enable {} | FarCommand::ReInitialise {} => Ok(FarChange::Start),
+            FarCommand::Disable {} => Ok(FarChange::Disable),
+            FarCommand::FilterMode(mode) => match Mode::from(*mode) {
+                same if same == self.clock.mode() => Ok(FarChange::Nothing),
+                other => Ok(FarChange::Mode(other)),
+            },
+            FarCommand::SetParameters(changes) => self.plan_parameters(changes),
+            FarCommand::SetDelay(delay) => plan_delay(*delay),
+        }
+    }
+
+    /// Does what was planned.
+    pub(super) fn apply(&mut self, change: &FarChange) {
+        let each = |axes: &mut [Axis], does: fn(&mut Axis)| axes.iter_mut().for_each(does);
+        match change {
+            FarChange::Nothing => {}
+            FarChange::Disable => {
+                self.clock.disable();
+                each(&mut self.axes, Axis::re_initialise);
+            }
+            FarChange::Start => {
+                self.clock.re_initialise();
+                each(&mut self.axes, Axis::re_initialise);
+                self.orders.re_initialisations += 1;
+            }
+            FarChange::Mode(mode) => {
+                self.clock.set_mode(*mode);
+                each(&mut self.axes, Axis::carry_on);
+            }
+            FarChange::Parameters {
+                parameters,
+                checked,
+            } => {
+                self.clock.set_parameters(parameters, checked);
+                for axis in &mut self.axes {
+                    axis.set_parameters(checked);
+                }
+                let limit = age_limit(parameters, self.cycle_time);
+                self.inbox.set_age_limit(limit);
+                self.orders.parameter_changes += 1;
+            }
+            FarChange::Delay(delay) => {
+                self.clock.set_delay(*delay);
+                self.orders.parameter_changes += 1;
+            }
+        }
+    }
+
+    fn plan_parameters(&self, changes: &AxisSyncChanges) -> Result<FarChange, FarRefusal> {
+        if changes.is_empty() {
+            return Err(FarRefusal::NothingToChange);
+        }
+        let parameters = changes.over(*self.clock.parameters());
+        let refused = |part| move |wrong| FarRefusal::Parameter { part, wrong };
+        let extrapolate = parameters.extrapolate.check();
+        extrapolate.map_err(refused(ParameterPart::Extrapolate))?;
+        let checked = self.clock.check(&parameters);
+        Ok(FarChange::Parameters {
+            parameters,
+            checked: checked.map_err(refused(ParameterPart::TimeSync))?,
+        })
+    }
+
+    /// As the answer to an order shows it.
+    fn view(&self) -> FarView {
+        FarView {
+            enabled: self.clock.is_enabled(),
+            mode: self.clock.mode().into(),
+            synced: self.synced,
+            delay: self.clock.delay().into(),
+        }
+    }
+}
+
+fn plan_delay(delay: FarDelay) -> Result<FarChange, FarRefusal> {
+    let delay = match delay {
+        FarDelay::Measured => DelayConfig::Measured,
+        FarDelay::Off => DelayConfig::Off,
+        FarDelay::FixedUs(received) => {
+            let checked = DelayMicros::new(received);
+            DelayConfig::FixedUs(checked.map_err(|_| FarRefusal::Delay { received })?)
+        }
+    };
+    Ok(FarChange::Delay(delay))
+}

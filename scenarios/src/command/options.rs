@@ -1,0 +1,56 @@
+//! The options of a command, and the fields that they set.
+
+use clap::{Arg, ArgMatches, Command};
+use serde_json::{Map, Value, json};
+
+use super::blocks::{Block, Field};
+
+/// The command with its options.
+pub(super) fn subcommand(block: Block) -> Command {
+    let argument = |field: Field| {
+        Arg::new(field.name)
+            .long(field.name)
+            .help(field.help)
+            .required(field.required)
+            .allow_negative_numbers(true)
+    };
+    Command::new(block.name)
+        .about(block.about)
+        .args(block.options.into_iter().map(argument))
+}
+
+/// The fields of one that the options set.
+pub(super) fn fields_of(block: &Block, options: &ArgMatches) -> Value {
+    let mut fields = Map::new();
+    for field in &block.options {
+        if let Some(text) = options.get_one::<String>(field.name) {
+            set(&mut fields, field.path, value(text));
+        }
+    }
+    Value::Object(fields)
+}
+
+/// Numbers, lists and the like as they are; everything else is a word.
+pub(super) fn value(text: &str) -> Value {
+    if let Ok(json) = serde_json::from_str(text) {
+        return json;
+    }
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => json!(number),
+        _ => json!(text),
+    }
+}
+
+fn set(fields: &mut Map<String, Value>, path: &str, value: Value) {
+    match path.split_once('.') {
+        None => {
+            fields.insert(path.to_owned(), value);
+        }
+        Some((part, rest)) => {
+            let part = fields.entry(part).or_insert_with(|| json!({}));
+            if let Value::Object(part) = part {
+                set(part, rest, value);
+            }
+        }
+    }
+}
