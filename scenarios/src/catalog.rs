@@ -31,6 +31,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "observer",
     "observer-sweep",
     "zero-lag",
+    "orders",
     "delay-step",
     "drift-step",
     "sender-stop-resume",
