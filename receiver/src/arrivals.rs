@@ -8,8 +8,10 @@ use coaxle_clock::far_clock::RESPONSES;
 use coaxle_clock::{Instant, Local};
 use coaxle_node::{Arrival, Arrived, FrameHeader};
 
+/// Messages that can wait: more than a second's worth at a millisecond.
+pub(crate) const INBOX_CAPACITY: usize = 1024;
 /// As many as one cycle can take in of one node: a full inbox, and all responses that can wait.
-const CAPACITY: usize = crate::far::INBOX_CAPACITY + RESPONSES;
+const CAPACITY: usize = INBOX_CAPACITY + RESPONSES;
 
 /// The arrivals of one cycle. It never grows.
 #[derive(Debug)]

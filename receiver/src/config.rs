@@ -3,7 +3,6 @@
 mod axes;
 mod far;
 mod form;
-mod marks;
 mod masters;
 mod publish;
 mod slave;
@@ -16,9 +15,9 @@ use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use coaxle_node::{Channel, Intake, Reader};
 use serde::{Deserialize, Serialize};
 
-pub use axes::{AxisList, WrongAxes};
-pub use far::{DelayConfig, FarAxisConfig, FarChannel, FarConfig, Mode};
-pub use marks::{MarksConfig, SpacingSwing, WrongMarks};
+pub use crate::marks::{MarksConfig, SpacingSwing, WrongMarks};
+pub use axes::{AxisList, FarAxisConfig, WrongAxes};
+pub use far::{DelayConfig, FarChannel, FarConfig, Mode};
 pub use masters::{MasterRef, WrongSlave};
 pub use publish::{PublishFarAxes, WrongPublished};
 pub use slave::{CamSource, CoupleConfig, GearConfig, SlaveConfig, ToolConfig};

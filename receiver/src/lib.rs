@@ -13,6 +13,7 @@ mod arrivals;
 pub mod config;
 mod far;
 mod far_axes;
+mod marks;
 mod names;
 mod node;
 mod pipeline;

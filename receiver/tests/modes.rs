@@ -42,6 +42,16 @@ fn each_mode_shows_itself() {
 }
 
 #[test]
+fn forced_time_mode_is_time_mode_and_all_is_well() {
+    let mut far = Far::new(1000, 1000, 0, 1);
+    let forced = "mode = 'sync'\nsync.time-sync.force-time-mode = true";
+    let mut near = Near::new(1000, 0, forced);
+    run_pair(&mut far, &mut near, 5 * SECOND);
+    assert_eq!(state_of(&near), StateName::Time);
+    assert_eq!(near.last().health, Health::Ok);
+}
+
+#[test]
 fn start_up_modes_are_obeyed() {
     for (mode, state) in [("bypass", StateName::Bypass), ("pt1", StateName::Pt1)] {
         let mut far = Far::new(1000, 1000, 0, 1);

@@ -6,7 +6,28 @@ use coaxle_node::keys::NodeName;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use super::far::FarAxisConfig;
+/// An axis that is followed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FarAxisConfig {
+    /// Its axis id.
+    pub id: u32,
+    /// What it is called here; node and id by default.
+    pub name: Option<NodeName>,
+    /// What its position is in.
+    pub unit: Option<Unit>,
+}
+
+impl FarAxisConfig {
+    /// The axis with an id and nothing else said of it.
+    #[must_use]
+    pub const fn with_id(id: u32) -> Self {
+        Self {
+            id,
+            name: None,
+            unit: None,
+        }
+    }
+}
 
 /// The axes of a far node that are followed, at least one, each once.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -11,7 +11,7 @@ use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, FilterMode};
 use serde::{Deserialize, Serialize};
 
-use super::axes::AxisList;
+use super::axes::{AxisList, FarAxisConfig};
 
 /// A node that is followed. Its clock is learnt once, for all of its axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -68,29 +68,6 @@ impl FarConfig {
     /// Node and id, which is always understood.
     pub(super) fn full_name(&self, id: u32) -> String {
         format!("{}.{id}", self.node)
-    }
-}
-
-/// An axis that is followed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FarAxisConfig {
-    /// Its axis id.
-    pub id: u32,
-    /// What it is called here; node and id by default.
-    pub name: Option<NodeName>,
-    /// What its position is in.
-    pub unit: Option<Unit>,
-}
-
-impl FarAxisConfig {
-    /// The axis with an id and nothing else said of it.
-    #[must_use]
-    pub const fn with_id(id: u32) -> Self {
-        Self {
-            id,
-            name: None,
-            unit: None,
-        }
     }
 }
 
@@ -170,10 +147,14 @@ impl Mode {
         }
     }
 
-    /// Whether the mode ever synchronises.
+    /// Whether the mode ever synchronises: sync mode does not where time mode is forced.
     #[must_use]
-    pub const fn synchronises(self) -> bool {
-        matches!(self, Self::Sync | Self::Observer)
+    pub const fn synchronises(self, sync: &AxisSyncParameters) -> bool {
+        match self {
+            Self::Observer => true,
+            Self::Sync => !sync.time_sync.force_time_mode,
+            Self::Bypass | Self::Pt1 | Self::Time => false,
+        }
     }
 }
 

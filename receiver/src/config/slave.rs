@@ -9,7 +9,7 @@ use coaxle_node::keys::NodeName;
 use coaxle_slave::SlaveParameters;
 use serde::{Deserialize, Serialize};
 
-use super::MarksConfig;
+use crate::marks::MarksConfig;
 use crate::program::StepConfig;
 
 /// A slave.

@@ -162,6 +162,11 @@ impl Clock {
         self.setup.mode
     }
 
+    /// Whether it will ever synchronise with these.
+    pub(super) const fn synchronises(&self) -> bool {
+        self.setup.mode.synchronises(&self.setup.sync)
+    }
+
     /// The parameters in force.
     pub(super) const fn parameters(&self) -> &AxisSyncParameters {
         &self.setup.sync

@@ -10,10 +10,8 @@ use coaxle_clock::{Age, AgeGate, Instant, Local, Span};
 use coaxle_node::{AxisSample, Frame, FrameHeader, Rejection, RejectionCounters};
 
 use super::frames::Frames;
+use crate::arrivals::INBOX_CAPACITY;
 use crate::signals::FarNodeSignals;
-
-/// Messages that can wait: more than a second's worth at a millisecond.
-pub(crate) const CAPACITY: usize = 1024;
 
 /// What became of the messages.
 #[derive(Clone, Copy, Debug, Default)]
@@ -54,7 +52,7 @@ impl Inbox {
     /// so many frames.
     pub(crate) fn new(age_limit: Option<Span>, frames: usize, axes: usize) -> Self {
         Self {
-            waiting: VecDeque::with_capacity(CAPACITY),
+            waiting: VecDeque::with_capacity(INBOX_CAPACITY),
             frames: Frames::new(frames, axes),
             age_limit,
             sender: None,
@@ -84,7 +82,7 @@ impl Inbox {
     /// later.
     pub(crate) fn store(&mut self, at: Instant<Local>, frame: &Frame<'_>, due: Instant<Local>) {
         self.counters.received += 1;
-        if self.waiting.len() == CAPACITY {
+        if self.waiting.len() == INBOX_CAPACITY {
             self.waiting.pop_front();
             self.counters.overflow += 1;
         }
@@ -387,11 +385,11 @@ mod tests {
     #[test]
     fn too_many_messages_push_out_the_oldest() {
         let mut inbox = inbox();
-        for count in 0..CAPACITY as u64 + 10 {
+        for count in 0..INBOX_CAPACITY as u64 + 10 {
             store(&mut inbox, at(0), 1, count);
         }
         assert_eq!(inbox.counters().overflow, 10);
-        assert_eq!(inbox.waiting.len(), CAPACITY);
+        assert_eq!(inbox.waiting.len(), INBOX_CAPACITY);
     }
 
     #[test]

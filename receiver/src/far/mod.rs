@@ -21,7 +21,6 @@ use crate::slaves::Master;
 use crate::snapshot::Health;
 use axis::Axis;
 use clock::{Clock, ClockSetup, Following};
-pub(crate) use inbox::CAPACITY as INBOX_CAPACITY;
 use inbox::Inbox;
 use orders::OrderCounters;
 
@@ -197,7 +196,7 @@ impl FarNode {
             signals.age_cycles = age;
             if let Some(master) = master {
                 master.is_sound &= age <= longest;
-                let needs_no_clock = self.clock.is_enabled() && !self.clock.mode().synchronises();
+                let needs_no_clock = self.clock.is_enabled() && !self.clock.synchronises();
                 master.is_ready = master.is_sound && (signals.synced || needs_no_clock);
                 first = first.or(axis.error());
             }
@@ -215,7 +214,7 @@ impl FarNode {
         if !self.clock.is_enabled() {
             return Health::Disabled;
         }
-        if self.clock.mode().synchronises() && !correction.synced {
+        if self.clock.synchronises() && !correction.synced {
             return Health::StartingUp;
         }
         Health::Ok

@@ -12,7 +12,7 @@ use coaxle_clock::Seconds;
 use coaxle_slave::{Command, Refusal};
 use serde::{Deserialize, Serialize};
 
-use crate::config::MarksConfig;
+use crate::marks::MarksConfig;
 use sensor::Sensor;
 
 use condition::Passed;

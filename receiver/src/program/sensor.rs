@@ -1,6 +1,6 @@
 //! The simulated sensor of a slave's registration marks.
 
-use crate::config::MarksConfig;
+use crate::marks::MarksConfig;
 
 /// Sees each mark once, when the master has moved it to the sensor, and remembers it until it is
 /// used or past the slave's position 0.

@@ -83,7 +83,7 @@ impl Judge {
             gear: view.slaves.first().and_then(|n| config.gear_to(*n)),
             slaves: slaves_of(config, view),
             cycle_time: config.cycle_time_us.0,
-            synchronises: far.mode.synchronises(),
+            synchronises: far.mode.synchronises(&far.sync),
             waiting: VecDeque::new(),
             spare: Vec::new(),
             previous: None,
