@@ -114,7 +114,7 @@ impl CommandArgs {
                 "received {} for a slave, expected --far with it",
                 command.name()
             ),
-            None => self.from_json(),
+            None => self.read_order(),
         }
     }
 
@@ -125,7 +125,7 @@ impl CommandArgs {
                 "received {} with --far, expected a slave for it",
                 command.name()
             ),
-            None => self.from_json(),
+            None => self.read_order(),
         }
     }
 
@@ -138,7 +138,7 @@ impl CommandArgs {
         }
     }
 
-    fn from_json<T: DeserializeOwned>(&self) -> anyhow::Result<T> {
+    fn read_order<T: DeserializeOwned>(&self) -> anyhow::Result<T> {
         let json = self.order.as_deref().unwrap_or_default();
         let mut json = serde_json::Deserializer::from_str(json);
         serde_path_to_error::deserialize(&mut json).context("--order")
