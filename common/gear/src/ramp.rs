@@ -96,13 +96,19 @@ impl Ramp {
         // A deceleration has to be an acceleration by the time the direction changes.
         let in_time = optimal(self.velocity.abs() / unit + faster + gained(faster));
         let slower = (self.limits.deceleration() / per_cycle).min(in_time);
-        if self.velocity > 0.0 {
-            (-slower, faster)
+        // From any of these the acceleration can be led to zero before the velocity is beyond its limit,
+        // even if the target stops to accelerate at once.
+        let fastest = self.limits.velocity();
+        let up = optimal((fastest - self.velocity) / unit);
+        let down = optimal((fastest + self.velocity) / unit);
+        let (lowest, highest) = if self.velocity > 0.0 {
+            (slower, faster)
         } else if self.velocity < 0.0 {
-            (-faster, slower)
+            (faster, slower)
         } else {
-            (-faster, faster)
-        }
+            (faster, faster)
+        };
+        (-lowest.min(down), highest.min(up))
     }
 }
 
@@ -176,6 +182,24 @@ mod tests {
         assert_eq!((ramp.velocity(), ramp.is_there()), (1_000.0, false));
     }
 
+    #[test]
+    fn a_target_that_stops_to_accelerate_does_not_lead_beyond_the_velocity() {
+        let mut ramp = Ramp::new(&moving(0.0, 0.0), -857.0, limits(7.4e3, 4.1e3, 1.5e4));
+        let (mut target, pull) = (-857.0, -310.0);
+        for _ in 0..6_000 {
+            if target > -950.0 {
+                target += pull * DT;
+            }
+            ramp.step(target, pull, DT);
+            assert!(
+                ramp.velocity() >= -1_000.0 * (1.0 + 1e-12),
+                "{}",
+                ramp.velocity()
+            );
+        }
+        assert_eq!(ramp.velocity(), target);
+    }
+
     proptest! {
         #[test]
         fn differences_keep_the_limits_and_land(
@@ -195,7 +219,8 @@ mod tests {
                     target = to;
                 }
                 let next: f64 = target + pull * DT;
-                if next.abs() < 950.0 {
+                // It stops to accelerate at once, with time left to land.
+                if next.abs() < 950.0 && cycle < 3_000 {
                     target = next;
                 }
                 let (before, was) = (ramp.velocity(), ramp.acceleration());
@@ -210,7 +235,7 @@ mod tests {
                 };
                 prop_assert!(now.abs() <= allowed * (1.0 + 1e-9) + 1e-6, "{now} {allowed}");
                 prop_assert!((now - was).abs() <= jerk * DT * (1.0 + 1e-6) + 1e-6, "{now} {was}");
-                prop_assert!(ramp.velocity().abs() <= 1_000.0);
+                prop_assert!(ramp.velocity().abs() <= 1_000.0 * (1.0 + 1e-12));
             }
             prop_assert_eq!(ramp.velocity(), target);
         }
