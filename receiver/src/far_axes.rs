@@ -47,7 +47,7 @@ fn axis_struct(id: u32, master: &Master, received_error: u32) -> NcToPlcAxis {
     NcToPlcAxis {
         state_word: state_word(master, error_code),
         error_code,
-        axis_state: axis_state(set.velocity, set.acceleration),
+        axis_state: AxisState::of_motion(set.velocity, set.acceleration),
         axis_id: id,
         actual_position: set.position,
         modulo_actual_position: set.position,
@@ -61,26 +61,10 @@ fn axis_struct(id: u32, master: &Master, received_error: u32) -> NcToPlcAxis {
     }
 }
 
-fn axis_state(velocity: f64, acceleration: f64) -> AxisState {
-    if velocity * acceleration < 0.0 {
-        AxisState::Decelerating
-    } else if acceleration != 0.0 {
-        AxisState::Accelerating
-    } else if velocity != 0.0 {
-        AxisState::ConstantVelocity
-    } else {
-        AxisState::Inactive
-    }
-}
-
 /// It is operational once its clock is known, too.
 fn state_word(master: &Master, error_code: u32) -> StateWord {
-    let velocity = master.set.velocity;
-    let mut word = StateWord::HOMED;
+    let mut word = StateWord::HOMED | StateWord::of_velocity(master.set.velocity);
     word.set(StateWord::OPERATIONAL, master.is_ready);
     word.set(StateWord::ERROR, error_code != 0);
-    word.set(StateWord::NOT_MOVING, velocity == 0.0);
-    word.set(StateWord::POSITIVE_DIRECTION, velocity > 0.0);
-    word.set(StateWord::NEGATIVE_DIRECTION, velocity < 0.0);
     word
 }

@@ -36,8 +36,8 @@ pub struct Receiver {
     refused_requests: RejectionCounters,
     /// The subscriptions, each with the far node it is to.
     sources: Box<[Source]>,
-    /// The far nodes, each of which can be asked for the time.
-    asked: Box<[Asked]>,
+    /// The time request that is due to each far node.
+    due: Box<[Option<u32>]>,
     /// How many of them have had their turn in this cycle.
     next_asked: usize,
     request: [u8; TIME_REQUEST_CAPACITY],
@@ -51,14 +51,6 @@ enum Source {
     Far(usize),
     /// Whoever asks this node for the time.
     Requests,
-}
-
-/// A far node that can be asked for the time.
-#[derive(Debug)]
-struct Asked {
-    far: usize,
-    /// The number of the request that is due in this cycle.
-    due: Option<u32>,
 }
 
 /// What every frame says of its sender.
@@ -166,9 +158,7 @@ impl Receiver {
             time_server: TimeServer::new(sender, epoch, start, cycle_time),
             refused_requests: RejectionCounters::default(),
             sources: subscriptions.iter().map(source).collect(),
-            asked: (0..config.far.len())
-                .map(|far| Asked { far, due: None })
-                .collect(),
+            due: vec![None; config.far.len()].into(),
             next_asked: 0,
             request: [0; TIME_REQUEST_CAPACITY],
             snapshot: ReceiverSnapshot::new(config, start),
@@ -209,13 +199,14 @@ impl Receiver {
 
     /// The next time request of this cycle: its length, and the far node it is to.
     fn encode_time_request(&mut self) -> Option<(usize, usize)> {
-        while let Some(to) = self.asked.get_mut(self.next_asked) {
+        while let Some(due) = self.due.get_mut(self.next_asked) {
+            let far = self.next_asked;
             self.next_asked += 1;
-            if let Some(number) = to.due.take() {
+            if let Some(number) = due.take() {
                 let Identity { sender, epoch, .. } = self.identity;
                 let at = self.tick.ideal_start;
                 let length = encode_time_request(sender, epoch, number, at, &mut self.request);
-                return Some((length, to.far));
+                return Some((length, far));
             }
         }
         None
@@ -289,8 +280,8 @@ impl Node for Receiver {
         self.pipeline.scan(&self.tick, &mut self.snapshot);
         self.encode_axes();
         self.time_server.respond(&self.tick, now);
-        for to in &mut self.asked {
-            to.due = self.pipeline.ask(to.far, &self.tick);
+        for (far, due) in self.due.iter_mut().enumerate() {
+            *due = self.pipeline.ask(far, &self.tick);
         }
         self.next_asked = 0;
         self.show(now);

@@ -71,6 +71,18 @@ bitflags::bitflags! {
     }
 }
 
+impl StateWord {
+    /// What it says of a velocity: standing still, or which way.
+    #[must_use]
+    pub fn of_velocity(velocity: f64) -> Self {
+        let mut word = Self::empty();
+        word.set(Self::NOT_MOVING, velocity == 0.0);
+        word.set(Self::POSITIVE_DIRECTION, velocity > 0.0);
+        word.set(Self::NEGATIVE_DIRECTION, velocity < 0.0);
+        word
+    }
+}
+
 #[cfg(feature = "serde")]
 impl serde::Serialize for StateWord {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -160,5 +172,21 @@ coded_state! {
         MasterSlave = 2,
         /// Slave.
         Slave = 3,
+    }
+}
+
+impl AxisState {
+    /// Of an axis that moves by itself.
+    #[must_use]
+    pub fn of_motion(velocity: f64, acceleration: f64) -> Self {
+        if velocity * acceleration < 0.0 {
+            Self::Decelerating
+        } else if acceleration != 0.0 {
+            Self::Accelerating
+        } else if velocity != 0.0 {
+            Self::ConstantVelocity
+        } else {
+            Self::Inactive
+        }
     }
 }

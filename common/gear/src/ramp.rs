@@ -101,14 +101,14 @@ impl Ramp {
         let fastest = self.limits.velocity();
         let up = optimal((fastest - self.velocity) / unit);
         let down = optimal((fastest + self.velocity) / unit);
-        let (lowest, highest) = if self.velocity > 0.0 {
+        let (downwards, upwards) = if self.velocity > 0.0 {
             (slower, faster)
         } else if self.velocity < 0.0 {
             (faster, slower)
         } else {
             (faster, faster)
         };
-        (-lowest.min(down), highest.min(up))
+        (-downwards.min(down), upwards.min(up))
     }
 }
 

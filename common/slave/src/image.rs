@@ -45,10 +45,7 @@ impl SlaveAxis {
                 AxisState::SlaveSynchronizing
             }
             Some(CouplingPhase::InSync) => AxisState::SlaveSynchronous,
-            None if set.velocity * set.acceleration < 0.0 => AxisState::Decelerating,
-            None if set.acceleration != 0.0 => AxisState::Accelerating,
-            None if set.velocity != 0.0 => AxisState::ConstantVelocity,
-            None => AxisState::Inactive,
+            None => AxisState::of_motion(set.velocity, set.acceleration),
         }
     }
 
@@ -61,14 +58,11 @@ impl SlaveAxis {
         [
             (StateWord::OPERATIONAL, self.is_operational()),
             (StateWord::HOMED, self.is_homed()),
-            (StateWord::NOT_MOVING, set.velocity == 0.0),
             (
                 StateWord::IN_TARGET_POSITION,
                 status == AxisStatus::Standstill,
             ),
             (StateWord::HAS_JOB, self.has_job()),
-            (StateWord::POSITIVE_DIRECTION, set.velocity > 0.0),
-            (StateWord::NEGATIVE_DIRECTION, set.velocity < 0.0),
             (StateWord::HOMING_BUSY, status == AxisStatus::Homing),
             (StateWord::CONSTANT_VELOCITY, constant),
             (
@@ -94,6 +88,7 @@ impl SlaveAxis {
         .into_iter()
         .filter_map(|(bit, is_set)| is_set.then_some(bit))
         .collect::<StateWord>()
+            | StateWord::of_velocity(set.velocity)
             | self.queued()
     }
 }

@@ -85,21 +85,20 @@ impl FarNode {
 
     /// Does what was planned.
     pub(super) fn apply(&mut self, change: &FarChange) {
-        let each = |axes: &mut [Axis], does: fn(&mut Axis)| axes.iter_mut().for_each(does);
         match change {
             FarChange::Nothing => {}
             FarChange::Disable => {
                 self.clock.disable();
-                each(&mut self.axes, Axis::re_initialise);
+                self.axes.iter_mut().for_each(Axis::re_initialise);
             }
             FarChange::Start => {
                 self.clock.re_initialise();
-                each(&mut self.axes, Axis::re_initialise);
+                self.axes.iter_mut().for_each(Axis::re_initialise);
                 self.orders.re_initialisations += 1;
             }
             FarChange::Mode(mode) => {
                 self.clock.set_mode(*mode);
-                each(&mut self.axes, Axis::carry_on);
+                self.axes.iter_mut().for_each(Axis::carry_on);
             }
             FarChange::Parameters {
                 parameters,

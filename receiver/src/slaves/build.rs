@@ -38,8 +38,8 @@ impl Slaves {
         let order = in_order(slaves, &sources)?;
         let mut by_id: Vec<usize> = (0..slaves.len()).collect();
         by_id.sort_by_key(|n| config.slave_id(*n));
-        let is_led_by = |n| (sources.iter()).any(|of| of.contains(&MasterRef::Slave(n)));
-        let leads = (0..slaves.len()).map(is_led_by).collect();
+        let has_slaves = |n| (sources.iter()).any(|of| of.contains(&MasterRef::Slave(n)));
+        let leads = (0..slaves.len()).map(has_slaves).collect();
         let slaves = (sources.into_iter().enumerate())
             .map(|(n, sources)| slave(config, n, sources))
             .collect::<Result<Vec<_>, _>>()?;

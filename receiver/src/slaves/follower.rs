@@ -95,8 +95,5 @@ fn state_word(set: &Kinematics, error_code: u32) -> StateWord {
     let mut word = StateWord::HOMED | StateWord::HAS_JOB | StateWord::CONTROL_LOOP_CLOSED;
     word.set(StateWord::OPERATIONAL, error_code == 0);
     word.set(StateWord::ERROR, error_code != 0);
-    word.set(StateWord::NOT_MOVING, set.velocity == 0.0);
-    word.set(StateWord::POSITIVE_DIRECTION, set.velocity > 0.0);
-    word.set(StateWord::NEGATIVE_DIRECTION, set.velocity < 0.0);
-    word
+    word | StateWord::of_velocity(set.velocity)
 }

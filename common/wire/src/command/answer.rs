@@ -1,4 +1,4 @@
-//! What the asker reads.
+//! The answer to an order.
 
 use coaxle_axis::guard::GuardRefusal;
 use coaxle_saw::SawRefusal;

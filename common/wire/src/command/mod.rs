@@ -3,7 +3,7 @@
 //!
 //! An order arrives as JSON, so that any tool can send it, and is decoded before it gets near a
 //! cycle: a [`CommandOrder`] is plain data of fixed size, and so is the [`CommandOutcome`] that the
-//! node gives for it. The [`CommandAnswer`] is what the asker reads.
+//! node gives for it. The [`CommandAnswer`] is what goes back.
 
 mod answer;
 mod far;

@@ -1,4 +1,4 @@
-//! What the asker reads of a flying saw.
+//! What the answer to an order says of a flying saw.
 
 use coaxle_saw::{
     CouplingMoment, FlyingSawCharacteristics, SawForm, SawPlan, SawRefusal, SawRemedy, SawTable,
