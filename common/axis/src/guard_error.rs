@@ -1,11 +1,10 @@
 //! What the guard of an axis says no to.
 
-use core::fmt;
-
 /// A motion that an axis does not begin.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum GuardRefusal {
     /// A value that is no number or too large for any axis.
+    #[error("{:#06x}: {field}: received {received}, expected {expected}", self.code())]
     Value {
         /// Which one.
         field: &'static str,
@@ -15,6 +14,7 @@ pub enum GuardRefusal {
         expected: &'static str,
     },
     /// More than the axis can do.
+    #[error("{:#06x}: {field}: received {received}, expected at most {limit}", self.code())]
     AboveLimit {
         /// Which limit.
         field: &'static str,
@@ -24,6 +24,7 @@ pub enum GuardRefusal {
         limit: f64,
     },
     /// The motion would leave the software limits.
+    #[error("{:#06x}: the motion would reach {reached}, the software limit is {limit}", self.code())]
     SoftwareLimit {
         /// How far it would go, u.
         reached: f64,
@@ -44,34 +45,11 @@ impl GuardRefusal {
     }
 }
 
-impl fmt::Display for GuardRefusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:#06x}: ", self.code())?;
-        match self {
-            Self::Value {
-                field,
-                received,
-                expected,
-            } => write!(f, "{field}: received {received}, expected {expected}"),
-            Self::AboveLimit {
-                field,
-                received,
-                limit,
-            } => write!(f, "{field}: received {received}, expected at most {limit}"),
-            Self::SoftwareLimit { reached, limit } => write!(
-                f,
-                "the motion would reach {reached}, the software limit is {limit}"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for GuardRefusal {}
-
 /// A set value that an axis does not follow: it stops instead.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum GuardFault {
     /// A motion without an end, or a coupling, would have led beyond a software limit.
+    #[error("{:#06x}: software limit: the axis would stop at {reached}, the limit is {limit}", self.code())]
     SoftwareLimit {
         /// Where the axis could have stopped at the earliest, u.
         reached: f64,
@@ -79,6 +57,7 @@ pub enum GuardFault {
         limit: f64,
     },
     /// A set value of the coupling that no axis can have.
+    #[error("{:#06x}: {quantity} of the coupling: received {received}, expected a number of at most 1e12", self.code())]
     OutOfRange {
         /// Which one.
         quantity: &'static str,
@@ -86,6 +65,7 @@ pub enum GuardFault {
         received: f64,
     },
     /// A set value of the coupling that this axis cannot follow.
+    #[error("{:#06x}: {quantity} of the coupling: received {received}, expected at most {limit}", self.code())]
     BeyondLimit {
         /// Which limit.
         quantity: &'static str,
@@ -107,29 +87,3 @@ impl GuardFault {
         }
     }
 }
-
-impl fmt::Display for GuardFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:#06x}: ", self.code())?;
-        match self {
-            Self::SoftwareLimit { reached, limit } => write!(
-                f,
-                "software limit: the axis would stop at {reached}, the limit is {limit}"
-            ),
-            Self::OutOfRange { quantity, received } => write!(
-                f,
-                "{quantity} of the coupling: received {received}, expected a number of at most 1e12"
-            ),
-            Self::BeyondLimit {
-                quantity,
-                received,
-                limit,
-            } => write!(
-                f,
-                "{quantity} of the coupling: received {received}, expected at most {limit}"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for GuardFault {}

@@ -1,7 +1,5 @@
 //! The axis structure as the 128 bytes that a controller keeps in its memory.
 
-use core::fmt;
-
 use super::{AxisState, CoupleState, NcToPlcAxis, StateWord};
 
 /// Length of an axis image, bytes.
@@ -127,23 +125,12 @@ impl NcToPlcAxis {
 }
 
 /// Bytes that are no axis image, because there are too few or too many of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("axis image: received {received} bytes, expected {IMAGE_LEN}")]
 pub struct ImageLengthError {
     /// How many bytes came.
     pub received: usize,
 }
-
-impl fmt::Display for ImageLengthError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "axis image: received {} bytes, expected {IMAGE_LEN}",
-            self.received
-        )
-    }
-}
-
-impl core::error::Error for ImageLengthError {}
 
 fn put<const N: usize>(image: &mut [u8; IMAGE_LEN], offset: usize, bytes: [u8; N]) {
     image[offset..offset + N].copy_from_slice(&bytes);

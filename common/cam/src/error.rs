@@ -1,7 +1,5 @@
 //! Why a coupling, or a change to one, is refused.
 
-use core::fmt;
-
 use super::modes::ActivationMode;
 use super::rules::Operation;
 use coaxle_plate::CamError;
@@ -12,30 +10,35 @@ pub type TableId = u32;
 
 /// A refusal. [`CouplingError::code`] is the NC's number; the text says what was received and what
 /// is allowed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CouplingError {
     /// 0x4B32: not a table id.
     #[doc(alias = "MC_ERROR_CAMTABLEID_INVALID")]
+    #[error("{:#06x}: received table id {received}, expected 1 to 255", self.code())]
     TableId {
         /// The id that was given.
         received: TableId,
     },
     /// 0x4063: there is a table of that id already.
+    #[error("{:#06x}: received table id {table}, expected one not in the store", self.code())]
     TableExists {
         /// The id that was given.
         table: TableId,
     },
     /// 0x4A11: the store is full.
+    #[error("{:#06x}: the store holds {capacity} tables and is full", self.code())]
     StoreFull {
         /// How many tables it holds.
         capacity: usize,
     },
     /// 0x4216: there is no table of that id.
+    #[error("{:#06x}: received table id {table}, expected one in the store", self.code())]
     TableUnknown {
         /// The id that was given.
         table: TableId,
     },
     /// 0x4259: the table is coupled, or queued to be.
+    #[error("{:#06x}: table {table} is in use {uses} times, expected none", self.code())]
     TableInUse {
         /// The id that was given.
         table: TableId,
@@ -43,30 +46,37 @@ pub enum CouplingError {
         uses: u32,
     },
     /// 0x4256: the slave is not coupled by a cam plate.
+    #[error("{:#06x}: the slave is not coupled by a cam plate", self.code())]
     NotCoupled,
     /// 0x425C: `MC_CamIn` on a slave of `MC_CamIn_V2`, or the other way round.
+    #[error("{:#06x}: MC_CamIn and MC_CamIn_V2 exclude each other on one slave until it is uncoupled", self.code())]
     OtherKindOfCoupling,
     /// 0x425E: the slave has all the plates it can have.
+    #[error("{:#06x}: the slave has {most} plates, and may have no more", self.code())]
     TooManyTables {
         /// How many that are.
         most: usize,
     },
     /// 0x4261: the plate is not one of the slave's.
+    #[error("{:#06x}: received table id {table}, expected that of a plate the slave is coupled by", self.code())]
     TableNotCoupled {
         /// The id that was given.
         table: TableId,
     },
     /// 0x4261: it must be said which of the slave's plates is meant.
+    #[error("{:#06x}: received no table id, expected one since the slave is coupled by {coupled} plates", self.code())]
     Ambiguous {
         /// How many there are.
         coupled: usize,
     },
     /// 0x4261: the plate is already one of the slave's, and could not be named any more.
+    #[error("{:#06x}: received table id {table}, expected one the slave is not coupled by yet", self.code())]
     TableCoupledAlready {
         /// The id that was given.
         table: TableId,
     },
     /// 0x4283 for an online change, else 0x4B04: the mode does not go with the operation.
+    #[error("{:#06x}: received activation mode {mode:?}, which does not go with {operation:?}", self.code())]
     ModeNotAllowed {
         /// What was to be done.
         operation: Operation,
@@ -74,20 +84,25 @@ pub enum CouplingError {
         mode: ActivationMode,
     },
     /// 0x4283: a linear plate has no next cycle.
+    #[error("{:#06x}: table {table} is linear and has no next cycle, expected a cyclic one", self.code())]
     NoNextCycle {
         /// The plate.
         table: TableId,
     },
     /// 0x4250: where the master is on the plate is not known before a relative coupling is active.
+    #[error("{:#06x}: received activation mode {mode:?} with a relative master, expected an absolute one", self.code())]
     ModeNeedsAbsoluteMaster {
         /// The mode that was given.
         mode: ActivationMode,
     },
     /// 0x4219: there is no plate whose master position could be kept.
+    #[error("{:#06x}: automatic master offset: there is no plate whose master position could be kept", self.code())]
     NoReferencePlate,
     /// 0x425F: the automatic master offset contradicts a relative start.
+    #[error("{:#06x}: automatic master offset: received a relative master, expected an absolute one", self.code())]
     AutoOffsetWithRelativeMaster,
     /// 0x425B or 0x4A17: a scaling or offset that is none.
+    #[error("{:#06x}: {field}: received {received}, expected {}", self.code(), scaling_expected(.field))]
     Scaling {
         /// Which.
         field: &'static str,
@@ -95,6 +110,7 @@ pub enum CouplingError {
         received: f64,
     },
     /// 0x422B: the activation position is outside the plate, or no number.
+    #[error("{:#06x}: activation position: received {received}, expected {from} to {to}", self.code())]
     ActivationPosition {
         /// What was given.
         received: f64,
@@ -104,6 +120,7 @@ pub enum CouplingError {
         to: f64,
     },
     /// 0x426D: the master moves away from the activation position.
+    #[error("{:#06x}: activation position: received {received}, expected it ahead of the master at {master}", self.code())]
     ActivationPassed {
         /// What was given.
         received: f64,
@@ -111,16 +128,19 @@ pub enum CouplingError {
         master: f64,
     },
     /// 0x426F: a slave that moves cannot wait for the activation.
+    #[error("{:#06x}: the slave moves at {velocity} u/s, expected standstill to wait for the activation", self.code())]
     SlaveMoving {
         /// Its velocity, u/s.
         velocity: f64,
     },
     /// 0x4287: another change of that kind is queued.
+    #[error("{:#06x}: another change is queued for table {table}", self.code())]
     Pending {
         /// The plate it is queued for.
         table: TableId,
     },
     /// 0x421A: the slave would jump.
+    #[error("{:#06x}: the slave would jump by {distance} u, expected at most {allowed} u", self.code())]
     Jump {
         /// How far, u.
         distance: f64,
@@ -128,6 +148,7 @@ pub enum CouplingError {
         allowed: f64,
     },
     /// 0x4A1C: a parameter is out of range.
+    #[error("{:#06x}: {name}: received {received}, expected {expected}", self.code())]
     Parameter {
         /// Which.
         name: &'static str,
@@ -138,6 +159,7 @@ pub enum CouplingError {
     },
     /// 0x4B34: the number of points does not go with those that are given.
     #[doc(alias = "MC_ERROR_NUMPOINTS_INVALID")]
+    #[error("{:#06x}: received a number of {received} points with {given} points", self.code())]
     NumberOfPoints {
         /// How many were said to come.
         received: usize,
@@ -145,13 +167,16 @@ pub enum CouplingError {
         given: usize,
     },
     /// 0x42A0: the master or the slave has an error.
+    #[error("{:#06x}: the master or the slave has error {code:#06x}", self.code())]
     AxisError {
         /// The axis's own error, 0 if the master's values are just no numbers.
         code: u32,
     },
     /// 0x42DC: the set values are no numbers any more: positions or scalings are too extreme.
+    #[error("{:#06x}: the set values are no numbers, expected less extreme positions and scalings", self.code())]
     NotFinite,
     /// The plate's own error.
+    #[error(transparent)]
     Cam(CamError),
 }
 
@@ -202,121 +227,11 @@ impl CouplingError {
     }
 }
 
-impl fmt::Display for CouplingError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // The plate's error names its code itself.
-        if !matches!(self, Self::Cam(_)) {
-            write!(f, "{:#06x}: ", self.code())?;
-        }
-        match *self {
-            Self::TableId { received } => {
-                write!(f, "received table id {received}, expected 1 to 255")
-            }
-            Self::TableExists { table } => {
-                write!(
-                    f,
-                    "received table id {table}, expected one not in the store"
-                )
-            }
-            Self::StoreFull { capacity } => {
-                write!(f, "the store holds {capacity} tables and is full")
-            }
-            Self::TableUnknown { table } => {
-                write!(f, "received table id {table}, expected one in the store")
-            }
-            Self::TableInUse { table, uses } => {
-                write!(f, "table {table} is in use {uses} times, expected none")
-            }
-            Self::NotCoupled => write!(f, "the slave is not coupled by a cam plate"),
-            Self::OtherKindOfCoupling => write!(
-                f,
-                "MC_CamIn and MC_CamIn_V2 exclude each other on one slave until it is uncoupled"
-            ),
-            Self::TooManyTables { most } => {
-                write!(f, "the slave has {most} plates, and may have no more")
-            }
-            Self::TableNotCoupled { table } => write!(
-                f,
-                "received table id {table}, expected that of a plate the slave is coupled by"
-            ),
-            Self::Ambiguous { coupled } => write!(
-                f,
-                "received no table id, expected one since the slave is coupled by {coupled} plates"
-            ),
-            Self::TableCoupledAlready { table } => write!(
-                f,
-                "received table id {table}, expected one the slave is not coupled by yet"
-            ),
-            Self::ModeNotAllowed { operation, mode } => write!(
-                f,
-                "received activation mode {mode:?}, which does not go with {operation:?}"
-            ),
-            Self::NoNextCycle { table } => write!(
-                f,
-                "table {table} is linear and has no next cycle, expected a cyclic one"
-            ),
-            Self::ModeNeedsAbsoluteMaster { mode } => write!(
-                f,
-                "received activation mode {mode:?} with a relative master, expected an absolute one"
-            ),
-            Self::NoReferencePlate => write!(
-                f,
-                "automatic master offset: there is no plate whose master position could be kept"
-            ),
-            Self::AutoOffsetWithRelativeMaster => write!(
-                f,
-                "automatic master offset: received a relative master, expected an absolute one"
-            ),
-            Self::Scaling { field, received } => {
-                let expected = if field == "master scaling" {
-                    "a finite number other than 0"
-                } else {
-                    "a finite number"
-                };
-                write!(f, "{field}: received {received}, expected {expected}")
-            }
-            Self::ActivationPosition { received, from, to } => {
-                write!(
-                    f,
-                    "activation position: received {received}, expected {from} to {to}"
-                )
-            }
-            Self::ActivationPassed { received, master } => write!(
-                f,
-                "activation position: received {received}, expected it ahead of the master at {master}"
-            ),
-            Self::SlaveMoving { velocity } => write!(
-                f,
-                "the slave moves at {velocity} u/s, expected standstill to wait for the activation"
-            ),
-            Self::Pending { table } => {
-                write!(f, "another change is queued for table {table}")
-            }
-            Self::Jump { distance, allowed } => write!(
-                f,
-                "the slave would jump by {distance} u, expected at most {allowed} u"
-            ),
-            Self::Parameter {
-                name,
-                received,
-                expected,
-            } => write!(f, "{name}: received {received}, expected {expected}"),
-            Self::NumberOfPoints { received, given } => {
-                write!(
-                    f,
-                    "received a number of {received} points with {given} points"
-                )
-            }
-            Self::AxisError { code } => {
-                write!(f, "the master or the slave has error {code:#06x}")
-            }
-            Self::NotFinite => write!(
-                f,
-                "the set values are no numbers, expected less extreme positions and scalings"
-            ),
-            Self::Cam(error) => error.fmt(f),
-        }
+/// What a scaling or an offset may be.
+fn scaling_expected(field: &str) -> &'static str {
+    if field == "master scaling" {
+        "a finite number other than 0"
+    } else {
+        "a finite number"
     }
 }
-
-impl core::error::Error for CouplingError {}

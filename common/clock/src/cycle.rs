@@ -1,7 +1,5 @@
 //! Cycles: their time, their index, and when the next one is due.
 
-use core::fmt;
-
 use crate::instant::{Instant, Local, Span};
 
 /// The counter a sender increments with every message: a PLC `WORD`, so it wraps after 65 535.
@@ -61,25 +59,16 @@ impl CycleTime {
 }
 
 /// A cycle time that no node runs at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "a cycle time of {received} is out of range, expected {} to {}",
+    CycleTime::MIN,
+    CycleTime::MAX
+)]
 pub struct CycleTimeOutOfRange {
     /// What was asked for.
     pub received: Span,
 }
-
-impl fmt::Display for CycleTimeOutOfRange {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "a cycle time of {} is out of range, expected {} to {}",
-            self.received,
-            CycleTime::MIN,
-            CycleTime::MAX
-        )
-    }
-}
-
-impl core::error::Error for CycleTimeOutOfRange {}
 
 /// When a node's cycles are due: cycle `k` starts at `start + k·T`, ideally.
 ///

@@ -6,22 +6,14 @@
 //! change (Sherman and Morrison).
 
 use alloc::vec::Vec;
-use core::fmt;
 
 use crate::curve::Curve;
 use crate::law::{Motion, Segment};
 
 /// The knots lie so that a slope between them is no finite number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the spline has a slope that is not finite, expected knots farther apart")]
 pub struct NoFiniteSlopes;
-
-impl fmt::Display for NoFiniteSlopes {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the spline has a slope that is not finite, expected knots farther apart")
-    }
-}
-
-impl core::error::Error for NoFiniteSlopes {}
 
 /// A place the spline passes through.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

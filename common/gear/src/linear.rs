@@ -1,7 +1,5 @@
 //! The linear gear: slave = ratio · master + offset.
 
-use core::fmt;
-
 use coaxle_curve::profile::Kinematics;
 
 /// A slave coupled to its master by a constant ratio.
@@ -12,25 +10,16 @@ pub struct LinearGear {
 }
 
 /// A gear ratio or offset that couples nothing: NC error 0x421B.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "0x421b: gear ratio {ratio} with offset {offset}, expected a finite ratio other than 0 and a finite offset"
+)]
 pub struct RatioZero {
     /// The ratio that was given.
     pub ratio: f64,
     /// The offset that was given, u.
     pub offset: f64,
 }
-
-impl fmt::Display for RatioZero {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "0x421b: gear ratio {} with offset {}, expected a finite ratio other than 0 and a finite offset",
-            self.ratio, self.offset
-        )
-    }
-}
-
-impl core::error::Error for RatioZero {}
 
 impl RatioZero {
     /// NC error code.

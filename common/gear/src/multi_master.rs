@@ -1,7 +1,5 @@
 //! `MC_GearInMultiMaster`: the sum of several masters, each by a ratio that may change all the time.
 
-use core::fmt;
-
 use coaxle_axis::{
     Awaits, Coupling, CouplingPhase, Dynamics, Engage, Job, Manner, Masters, NoFault, NotPlanned,
     PlanInputs, Planned, Scan, Step,
@@ -54,14 +52,16 @@ pub struct Ratios {
 }
 
 /// A set of ratios that couples nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum WrongRatios {
     /// None, or more than a slave has masters.
+    #[error("0x421b: received {received} ratios, expected 1 to {}", Masters::MOST)]
     Count {
         /// How many were given.
         received: usize,
     },
     /// One that is no number.
+    #[error("0x421b: ratio of master {master}: received {received}, expected a finite number")]
     NotFinite {
         /// Which, from 1.
         master: usize,
@@ -141,24 +141,6 @@ impl WrongRatios {
         0x421b
     }
 }
-
-impl fmt::Display for WrongRatios {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Count { received } => write!(
-                f,
-                "0x421b: received {received} ratios, expected 1 to {}",
-                Masters::MOST
-            ),
-            Self::NotFinite { master, received } => write!(
-                f,
-                "0x421b: ratio of master {master}: received {received}, expected a finite number"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for WrongRatios {}
 
 /// The coupling by [`GearInMultiMaster`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

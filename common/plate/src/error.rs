@@ -10,14 +10,16 @@ use coaxle_curve::spline::NoFiniteSlopes;
 /// A plate that cannot be made, or cannot be asked that. [`CamError::code`] is the NC's number,
 /// the text names the place, what was received and what is expected.
 #[doc(alias = "MC_TableErrorCodes")]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CamError {
     /// 0x4A23: a motion function needs at least two points.
+    #[error("{:#06x}: received {received} points, expected at least 2", self.code())]
     TooFewPoints {
         /// How many there are.
         received: usize,
     },
     /// 0x4A1F: the numbers of the points leave a gap, repeat or do not begin at 1.
+    #[error("{:#06x}: row {row}: received point index {received}, expected {expected}", self.code())]
     PointIndex {
         /// Which row, from 0.
         row: usize,
@@ -28,6 +30,7 @@ pub enum CamError {
     },
     /// 0x4B33: there is no point of that number.
     #[doc(alias = "MC_ERROR_POINTID_INVALID")]
+    #[error("{:#06x}: received point index {received}, expected 1 to {last}", self.code())]
     UnknownPoint {
         /// The number asked for.
         received: u32,
@@ -36,8 +39,10 @@ pub enum CamError {
     },
     /// 0x4B34: a change without points.
     #[doc(alias = "MC_ERROR_NUMPOINTS_INVALID")]
+    #[error("{:#06x}: received no points to change, expected at least 1", self.code())]
     NoPoints,
     /// 0x4A1C: a number that is none.
+    #[error("{:#06x}: {place}, {field}: received {received}, expected a finite number", self.code())]
     NotFinite {
         /// Where.
         place: Place,
@@ -47,6 +52,7 @@ pub enum CamError {
         received: f64,
     },
     /// 0x4A06: the master does not ascend strictly.
+    #[error("{:#06x}: {place}, master: received {received}, expected above {above}", self.code())]
     NotAscending {
         /// Where.
         place: Place,
@@ -56,11 +62,13 @@ pub enum CamError {
         above: f64,
     },
     /// 0x42DB: the first or the last point is to be ignored.
+    #[error("{:#06x}: point {point}: received point type ignore, expected the first and the last point in use", self.code())]
     EndIgnored {
         /// Which point.
         point: u32,
     },
     /// 0x42DB: a point leads backwards, nowhere or beyond the last one.
+    #[error("{:#06x}: point {point}, relative next: received {relative_next}, expected 1 to {most}", self.code())]
     NextPoint {
         /// Which point.
         point: u32,
@@ -70,6 +78,7 @@ pub enum CamError {
         most: u32,
     },
     /// 0x42DB: a point leads to one that is to be ignored.
+    #[error("{:#06x}: point {point}, relative next: leads to point {next}, which is ignored, expected a point in use", self.code())]
     NextPointIgnored {
         /// Which point.
         point: u32,
@@ -77,6 +86,7 @@ pub enum CamError {
         next: u32,
     },
     /// 0x42DA: a point's value contradicts its kind.
+    #[error("{:#06x}: point {point}, {field}: received {received}, expected 0 at a point of type {point_type:?}", self.code())]
     PointContradicts {
         /// Which point.
         point: u32,
@@ -88,11 +98,13 @@ pub enum CamError {
         received: f64,
     },
     /// 0x4A12: points that add segments have no defined course.
+    #[error("{:#06x}: point {point}: received point type add, which has no defined course, expected another one", self.code())]
     AddNotAvailable {
         /// Which point.
         point: u32,
     },
     /// The code of the law's own error: the law cannot lead from this point to the next one.
+    #[error("{}, from point {point} to point {next}: {error}", .law.name())]
     Law {
         /// The point the segment starts at.
         point: u32,
@@ -104,11 +116,13 @@ pub enum CamError {
         error: LawError,
     },
     /// 0x42DA: an inner spline point where no spline has begun.
+    #[error("{:#06x}: point {point}: received an inner spline point, expected it after the first point of a spline", self.code())]
     SplineNotBegun {
         /// Which point.
         point: u32,
     },
     /// 0x42DA: a spline that is periodic at one end only.
+    #[error("{:#06x}: spline from point {start} to point {end}: periodic at one end, expected at both or none", self.code())]
     SplineHalfPeriodic {
         /// The point it starts at.
         start: u32,
@@ -116,6 +130,7 @@ pub enum CamError {
         end: u32,
     },
     /// 0x4A21: a spline has too few points.
+    #[error("{:#06x}: spline from point {start}: received {received} points, expected at least {least}", self.code())]
     TooFewSplinePoints {
         /// The point it starts at.
         start: u32,
@@ -126,11 +141,13 @@ pub enum CamError {
     },
     /// 0x4A20: the slopes of a spline or a table are not finite: positions or distances are too
     /// extreme.
+    #[error("{:#06x}: from {start}: received slopes that are not finite, expected less extreme positions", self.code())]
     NoFiniteSlopes {
         /// Where the spline or the table starts.
         start: Place,
     },
     /// 0x4A02: a position table has too few rows.
+    #[error("{:#06x}: received {received} rows, expected at least {least}", self.code())]
     TooFewRows {
         /// How many there are.
         received: usize,
@@ -138,6 +155,7 @@ pub enum CamError {
         least: usize,
     },
     /// 0x4A04: a table that is to be equidistant is not.
+    #[error("{:#06x}: row {row}, master: received {received}, expected {expected} at equal steps", self.code())]
     StepSize {
         /// Which row, from 0.
         row: usize,
@@ -147,14 +165,17 @@ pub enum CamError {
         expected: f64,
     },
     /// 0x4A08: four-point interpolation is no longer supported.
+    #[error("{:#06x}: four-point interpolation is no longer supported, expected linear, spline or sliding spline", self.code())]
     FourPoint,
     /// 0x4262: the plate is a position table where a motion function is needed.
+    #[error("{:#06x}: received a table of type {received:?}, expected a motion function", self.code())]
     NotAMotionFunction {
         /// What it is.
         received: TableType,
     },
     /// 0x4B38: an increment that leads nowhere.
     #[doc(alias = "MC_ERROR_INCREMENT_INVALID")]
+    #[error("{:#06x}: increment: received {received}, expected a number other than 0 towards a distance of {distance}", self.code())]
     Increment {
         /// The increment.
         received: f64,
@@ -163,11 +184,13 @@ pub enum CamError {
     },
     /// 0x4B37: a selection of values with unknown bits, or none.
     #[doc(alias = "MC_ERROR_NUMCOLUMNS_INVALID")]
+    #[error("{:#06x}: value selection: received {received:#06x}, expected a sum of some of 1, 2, 4 and 8", self.code())]
     NoColumns {
         /// The bits that were given.
         received: u16,
     },
     /// 0x4A1C: a parameter of a reading is not allowed.
+    #[error("{:#06x}: {name}: received {received}, expected {expected}", self.code())]
     Parameter {
         /// Which one.
         name: &'static str,
@@ -232,140 +255,3 @@ impl fmt::Display for Place {
         }
     }
 }
-
-impl fmt::Display for CamError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // The law's error names its code itself.
-        if !matches!(self, Self::Law { .. }) {
-            write!(f, "{:#06x}: ", self.code())?;
-        }
-        match *self {
-            Self::TooFewPoints { received } => {
-                write!(f, "received {received} points, expected at least 2")
-            }
-            Self::PointIndex {
-                row,
-                received,
-                expected,
-            } => write!(
-                f,
-                "row {row}: received point index {received}, expected {expected}"
-            ),
-            Self::UnknownPoint { received, last } => {
-                write!(f, "received point index {received}, expected 1 to {last}")
-            }
-            Self::NoPoints => write!(f, "received no points to change, expected at least 1"),
-            Self::NotFinite {
-                place,
-                field,
-                received,
-            } => write!(
-                f,
-                "{place}, {field}: received {received}, expected a finite number"
-            ),
-            Self::NotAscending {
-                place,
-                received,
-                above,
-            } => write!(
-                f,
-                "{place}, master: received {received}, expected above {above}"
-            ),
-            Self::EndIgnored { point } => write!(
-                f,
-                "point {point}: received point type ignore, expected the first and the last point in use"
-            ),
-            Self::NextPoint {
-                point,
-                relative_next,
-                most,
-            } => write!(
-                f,
-                "point {point}, relative next: received {relative_next}, expected 1 to {most}"
-            ),
-            Self::NextPointIgnored { point, next } => write!(
-                f,
-                "point {point}, relative next: leads to point {next}, which is ignored, expected a point in use"
-            ),
-            Self::PointContradicts {
-                point,
-                point_type,
-                field,
-                received,
-            } => write!(
-                f,
-                "point {point}, {field}: received {received}, expected 0 at a point of type {point_type:?}"
-            ),
-            Self::AddNotAvailable { point } => write!(
-                f,
-                "point {point}: received point type add, which has no defined course, expected another one"
-            ),
-            Self::Law {
-                point,
-                next,
-                law,
-                error,
-            } => write!(
-                f,
-                "{}, from point {point} to point {next}: {error}",
-                law.name()
-            ),
-            Self::SplineNotBegun { point } => write!(
-                f,
-                "point {point}: received an inner spline point, expected it after the first point of a spline"
-            ),
-            Self::SplineHalfPeriodic { start, end } => write!(
-                f,
-                "spline from point {start} to point {end}: periodic at one end, expected at both or none"
-            ),
-            Self::TooFewSplinePoints {
-                start,
-                received,
-                least,
-            } => write!(
-                f,
-                "spline from point {start}: received {received} points, expected at least {least}"
-            ),
-            Self::NoFiniteSlopes { start } => write!(
-                f,
-                "from {start}: received slopes that are not finite, expected less extreme positions"
-            ),
-            Self::TooFewRows { received, least } => {
-                write!(f, "received {received} rows, expected at least {least}")
-            }
-            Self::StepSize {
-                row,
-                received,
-                expected,
-            } => write!(
-                f,
-                "row {row}, master: received {received}, expected {expected} at equal steps"
-            ),
-            Self::FourPoint => write!(
-                f,
-                "four-point interpolation is no longer supported, expected linear, spline or sliding spline"
-            ),
-            Self::NotAMotionFunction { received } => {
-                write!(
-                    f,
-                    "received a table of type {received:?}, expected a motion function"
-                )
-            }
-            Self::Increment { received, distance } => write!(
-                f,
-                "increment: received {received}, expected a number other than 0 towards a distance of {distance}"
-            ),
-            Self::NoColumns { received } => write!(
-                f,
-                "value selection: received {received:#06x}, expected a sum of some of 1, 2, 4 and 8"
-            ),
-            Self::Parameter {
-                name,
-                received,
-                expected,
-            } => write!(f, "{name}: received {received}, expected {expected}"),
-        }
-    }
-}
-
-impl core::error::Error for CamError {}

@@ -1,7 +1,5 @@
 //! The diagonal saw: the slave moves at an angle to its master.
 
-use core::fmt;
-
 use super::command::Ratio;
 
 /// The ratio for which the slave's velocity along the master is `gear_ratio` times the master's:
@@ -23,7 +21,8 @@ pub fn diagonal_ratio(angle_degrees: f64, gear_ratio: f64) -> Result<Ratio, Diag
 }
 
 /// An angle at which no saw can follow.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("0x4b06: angle {angle_degrees}°, expected a finite angle other than ±90°")]
 pub struct DiagonalAngle {
     /// What was given, degrees.
     pub angle_degrees: f64,
@@ -36,18 +35,6 @@ impl DiagonalAngle {
         0x4b06
     }
 }
-
-impl fmt::Display for DiagonalAngle {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "0x4b06: angle {}°, expected a finite angle other than ±90°",
-            self.angle_degrees
-        )
-    }
-}
-
-impl core::error::Error for DiagonalAngle {}
 
 #[cfg(test)]
 mod tests {

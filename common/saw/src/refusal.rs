@@ -1,20 +1,21 @@
 //! Why a synchronisation is refused.
 
-use core::fmt;
-
 use super::SyncMask;
 
 /// A synchronisation that is not carried out. A refusal never moves the slave.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SawRefusal {
     /// A gear that couples nothing: 0x421B.
+    #[error("{:#06x}: ratio numerator {numerator}, expected a finite number other than 0", self.code())]
     RatioZero {
         /// The numerator that was given.
         numerator: f64,
     },
     /// A gear ratio without a value: 0x4B06.
+    #[error("{:#06x}: ratio denominator 0, expected 1 to 65535", self.code())]
     DenominatorZero,
     /// An input that is not a finite number: 0x4B06.
+    #[error("{:#06x}: {field}: received {received}, expected a finite number", self.code())]
     NotFinite {
         /// Which one.
         field: &'static str,
@@ -22,6 +23,7 @@ pub enum SawRefusal {
         received: f64,
     },
     /// A limit that no motion can keep: 0x42DD.
+    #[error("{:#06x}: {field}: received {received}, expected a finite number above 0", self.code())]
     Limit {
         /// Which one.
         field: &'static str,
@@ -29,6 +31,7 @@ pub enum SawRefusal {
         received: f64,
     },
     /// The gear would take the slave beyond its axis's own highest velocity: 0x42DD.
+    #[error("{:#06x}: synchronous velocity {velocity} u/s, the axis's highest is {limit} u/s", self.code())]
     SyncVelocity {
         /// The synchronous velocity, u/s.
         velocity: f64,
@@ -36,8 +39,10 @@ pub enum SawRefusal {
         limit: f64,
     },
     /// A time-based profile to a position: 0x4B04, as in the manual.
+    #[error("{:#06x}: time-based mode, expected position-based to synchronise to a position", self.code())]
     TimeBasedPosition,
     /// The master's synchronisation position is not ahead of it: 0x42DE.
+    #[error("{:#06x}: master synchronisation position {sync_position} u is not ahead of the master at {position} u, {velocity} u/s", self.code())]
     MasterNotAhead {
         /// Where the master is, u.
         position: f64,
@@ -47,6 +52,7 @@ pub enum SawRefusal {
         sync_position: f64,
     },
     /// The slave's synchronisation position is not ahead of it, as the gear turns: 0x42DE.
+    #[error("{:#06x}: slave synchronisation position {sync_position} u, expected it {} the slave at {position} u", self.code(), side(.direction))]
     SlaveNotAhead {
         /// Where the slave is, u.
         position: f64,
@@ -56,6 +62,7 @@ pub enum SawRefusal {
         direction: f64,
     },
     /// The master stands while the slave moves: 0x426E.
+    #[error("{:#06x}: the master stands while the slave moves at {slave_velocity} u/s, {slave_acceleration} u/s²", self.code())]
     MasterAtRest {
         /// The slave's velocity, u/s.
         slave_velocity: f64,
@@ -63,26 +70,31 @@ pub enum SawRefusal {
         slave_acceleration: f64,
     },
     /// A start distance of the master that is none: 0x4B06.
+    #[error("{:#06x}: master-start-distance: received {received}, expected a finite number above 0", self.code())]
     StartDistance {
         /// What was given; expected is a finite number above 0.
         received: f64,
     },
     /// No change of velocity from the slave's acceleration keeps the limits: 0x42DF.
+    #[error("{:#06x}: no ramp from the slave's acceleration of {slave_acceleration} u/s² keeps the limits", self.code())]
     NoRamp {
         /// The slave's acceleration, u/s².
         slave_acceleration: f64,
     },
     /// The table that the profile needs is in use: 0x4063.
+    #[error("{:#06x}: table {table} is in use", self.code())]
     TableInUse {
         /// The table's id.
         table: u32,
     },
     /// No table belongs to this axis id, which is not from 1 to 255: 0x4A00.
+    #[error("{:#06x}: axis id {axis_id}, expected 1 to 255", self.code())]
     NoTable {
         /// The axis id.
         axis_id: u32,
     },
     /// The profile violates a check.
+    #[error("{:#06x}: {}: {} where {} is allowed, at master position {} u", self.code(), .0.check.text(), .0.measured, .0.limit, .0.master_position)]
     Violation(Violation),
 }
 
@@ -259,76 +271,7 @@ impl From<Violation> for SawRefusal {
     }
 }
 
-impl fmt::Display for SawRefusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:#06x}: ", self.code())?;
-        match self {
-            Self::RatioZero { numerator } => write!(
-                f,
-                "ratio numerator {numerator}, expected a finite number other than 0"
-            ),
-            Self::DenominatorZero => write!(f, "ratio denominator 0, expected 1 to 65535"),
-            Self::NotFinite { field, received } => {
-                write!(f, "{field}: received {received}, expected a finite number")
-            }
-            Self::Limit { field, received } => write!(
-                f,
-                "{field}: received {received}, expected a finite number above 0"
-            ),
-            Self::SyncVelocity { velocity, limit } => write!(
-                f,
-                "synchronous velocity {velocity} u/s, the axis's highest is {limit} u/s"
-            ),
-            Self::TimeBasedPosition => write!(
-                f,
-                "time-based mode, expected position-based to synchronise to a position"
-            ),
-            Self::MasterNotAhead {
-                position,
-                velocity,
-                sync_position,
-            } => write!(
-                f,
-                "master synchronisation position {sync_position} u is not ahead of the master at {position} u, {velocity} u/s"
-            ),
-            Self::SlaveNotAhead {
-                position,
-                sync_position,
-                direction,
-            } => write!(
-                f,
-                "slave synchronisation position {sync_position} u, expected it {} the slave at {position} u",
-                if *direction > 0.0 { "above" } else { "below" }
-            ),
-            Self::MasterAtRest {
-                slave_velocity,
-                slave_acceleration,
-            } => write!(
-                f,
-                "the master stands while the slave moves at {slave_velocity} u/s, {slave_acceleration} u/s²"
-            ),
-            Self::StartDistance { received } => write!(
-                f,
-                "master-start-distance: received {received}, expected a finite number above 0"
-            ),
-            Self::NoRamp { slave_acceleration } => write!(
-                f,
-                "no ramp from the slave's acceleration of {slave_acceleration} u/s² keeps the limits"
-            ),
-            Self::TableInUse { table } => write!(f, "table {table} is in use"),
-            Self::NoTable { axis_id } => {
-                write!(f, "axis id {axis_id}, expected 1 to 255")
-            }
-            Self::Violation(violation) => write!(
-                f,
-                "{}: {} where {} is allowed, at master position {} u",
-                violation.check.text(),
-                violation.measured,
-                violation.limit,
-                violation.master_position
-            ),
-        }
-    }
+/// Where a slave has to come from to get to a position in this direction.
+const fn side(direction: &f64) -> &'static str {
+    if *direction > 0.0 { "above" } else { "below" }
 }
-
-impl core::error::Error for SawRefusal {}

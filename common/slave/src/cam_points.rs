@@ -1,6 +1,5 @@
 //! Points of a plate, as a command carries them.
 
-use core::fmt;
 use core::ops::Deref;
 
 use coaxle_curve::law::MotionLaw;
@@ -80,20 +79,12 @@ impl From<CamPoints> for alloc::vec::Vec<MotionPoint> {
 }
 
 /// More points than a command can carry, or none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "0x4b34: received {received} points, expected 1 to {}",
+    CamPoints::MOST
+)]
 pub struct WrongNumberOfPoints {
     /// How many were given.
     pub received: usize,
 }
-
-impl fmt::Display for WrongNumberOfPoints {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (received, most) = (self.received, CamPoints::MOST);
-        write!(
-            f,
-            "0x4b34: received {received} points, expected 1 to {most}"
-        )
-    }
-}
-
-impl core::error::Error for WrongNumberOfPoints {}

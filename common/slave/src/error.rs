@@ -1,24 +1,26 @@
 //! What brings a slave axis to an error stop.
 
-use core::fmt;
-
 use coaxle_axis::guard::GuardFault;
 
 use super::couplings::CouplingFault;
 
 /// Why a slave axis is in error stop.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SlaveError {
     /// The drive tripped: its following error was too large for too long.
+    #[error("{:#06x}: following error of {following_error} for too long, the drive tripped", self.code())]
     FollowingError {
         /// The following error when it tripped, u.
         following_error: f64,
     },
     /// The axis was coupled and its master was lost or in error.
+    #[error("{:#06x}: the master of the coupled axis was lost or in error", self.code())]
     MasterLost,
     /// The set values would have left the limits of the axis.
+    #[error(transparent)]
     Guard(GuardFault),
     /// The coupling broke off.
+    #[error("{0}")]
     Coupling(CouplingFault),
 }
 
@@ -46,23 +48,3 @@ impl From<CouplingFault> for SlaveError {
         Self::Coupling(fault)
     }
 }
-
-impl fmt::Display for SlaveError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Guard(fault) => return fault.fmt(f),
-            Self::Coupling(fault) => return fault.fmt(f),
-            _ => write!(f, "{:#06x}: ", self.code())?,
-        }
-        match self {
-            Self::Guard(_) | Self::Coupling(_) => Ok(()),
-            Self::FollowingError { following_error } => write!(
-                f,
-                "following error of {following_error} for too long, the drive tripped"
-            ),
-            Self::MasterLost => f.write_str("the master of the coupled axis was lost or in error"),
-        }
-    }
-}
-
-impl core::error::Error for SlaveError {}

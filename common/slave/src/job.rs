@@ -1,18 +1,18 @@
 //! The jobs of a slave axis: which one moves it, and which have come to their end.
 
-use core::fmt;
-
 use coaxle_axis::{CommandState, Job, Origin};
 
 use super::error::SlaveError;
 use super::refusal::Refusal;
 
 /// Why a job ended without success.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum JobError {
     /// It was refused: at once, or when it was due. The axis goes on without it.
+    #[error(transparent)]
     Refused(Refusal),
     /// The axis failed while it was busy.
+    #[error(transparent)]
     Failed(SlaveError),
 }
 
@@ -32,17 +32,6 @@ impl From<Refusal> for JobError {
         Self::Refused(refusal)
     }
 }
-
-impl fmt::Display for JobError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Refused(refusal) => refusal.fmt(f),
-            Self::Failed(error) => error.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for JobError {}
 
 /// How far a job is.
 pub type JobState = CommandState<JobError>;

@@ -1,7 +1,5 @@
 //! What a slave axis can do and may do.
 
-use core::fmt;
-
 use coaxle_axis::guard::{EXPECTED_LIMIT, Guard, is_limit};
 use coaxle_curve::profile::{InvalidLimit, Limits};
 use coaxle_saw::{Saw, SawTolerances};
@@ -132,7 +130,8 @@ const fn wrong_limit(parameter: &'static str, received: f64) -> WrongSlaveParame
 }
 
 /// A parameter that no slave axis can have.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{parameter}: received {received}, expected {expected}")]
 pub struct WrongSlaveParameter {
     /// The parameter.
     pub parameter: &'static str,
@@ -141,16 +140,3 @@ pub struct WrongSlaveParameter {
     /// What it may be.
     pub expected: &'static str,
 }
-
-impl fmt::Display for WrongSlaveParameter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            parameter,
-            received,
-            expected,
-        } = self;
-        write!(f, "{parameter}: received {received}, expected {expected}")
-    }
-}
-
-impl core::error::Error for WrongSlaveParameter {}

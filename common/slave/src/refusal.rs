@@ -8,9 +8,10 @@ use coaxle_axis::{AxisStatus, NotPlanned, Transition};
 use super::couplings::CouplingRefusal;
 
 /// Why a command is refused. Nothing has changed by it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// The axis takes no such command in its state.
+    #[error("{:#06x}: {command}: the axis is in {status}, expected{}", self.code(), Before(.transition))]
     Status {
         /// The command, by its PLC name.
         command: &'static str,
@@ -20,24 +21,31 @@ pub enum Refusal {
         status: AxisStatus,
     },
     /// The axis has to be at rest first.
+    #[error("{:#06x}: velocity of the axis: received {velocity}, expected 0", self.code())]
     NotAtRest {
         /// Its set velocity, u/s.
         velocity: f64,
     },
     /// The axis cannot, or may not, do that much.
+    #[error(transparent)]
     Guard(GuardRefusal),
     /// There is no master to couple to, or it is in error.
+    #[error("{:#06x}: no master to couple to", self.code())]
     NoMaster,
     /// The coupling, or the change to it, is not possible.
+    #[error("{0}")]
     Coupling(CouplingRefusal),
     /// A value that this command needs here.
+    #[error("{:#06x}: {field}: received none, expected one: the coupling has no constant ratio", self.code())]
     NotGiven {
         /// Which one.
         field: &'static str,
     },
     /// The slave has had no flying saw yet, and so no characteristic values.
+    #[error("{:#06x}: the slave has had no flying saw, expected one before", self.code())]
     NoCharacteristics,
     /// The slave has no limits: it follows its gear, and nothing else.
+    #[error("{:#06x}: {command}: the slave has no limits, expected some: it follows its gear only", self.code())]
     NoLimits {
         /// The command, by its PLC name.
         command: &'static str,
@@ -92,46 +100,15 @@ impl From<NotPlanned<CouplingRefusal>> for Refusal {
     }
 }
 
-impl fmt::Display for Refusal {
+/// The states in which an arrow of the state diagram begins, behind "expected".
+struct Before<'a>(&'a Transition);
+
+impl fmt::Display for Before<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Guard(refusal) => return refusal.fmt(f),
-            Self::Coupling(refusal) => return refusal.fmt(f),
-            _ => write!(f, "{:#06x}: ", self.code())?,
-        }
-        match self {
-            Self::Guard(_) | Self::Coupling(_) => Ok(()),
-            Self::NotGiven { field } => write!(
-                f,
-                "{field}: received none, expected one: the coupling has no constant ratio"
-            ),
-            Self::NoCharacteristics => {
-                f.write_str("the slave has had no flying saw, expected one before")
-            }
-            Self::NoLimits { command } => write!(
-                f,
-                "{command}: the slave has no limits, expected some: it follows its gear only"
-            ),
-            Self::Status {
-                command,
-                transition,
-                status,
-            } => {
-                write!(f, "{command}: the axis is in {status}, expected")?;
-                AxisStatus::ALL
-                    .into_iter()
-                    .filter(|from| from.after(*transition).is_some())
-                    .enumerate()
-                    .try_for_each(|(k, from)| {
-                        write!(f, "{} {from}", if k == 0 { "" } else { " or" })
-                    })
-            }
-            Self::NotAtRest { velocity } => {
-                write!(f, "velocity of the axis: received {velocity}, expected 0")
-            }
-            Self::NoMaster => f.write_str("no master to couple to"),
-        }
+        AxisStatus::ALL
+            .into_iter()
+            .filter(|from| from.after(*self.0).is_some())
+            .enumerate()
+            .try_for_each(|(k, from)| write!(f, "{} {from}", if k == 0 { "" } else { " or" }))
     }
 }
-
-impl core::error::Error for Refusal {}

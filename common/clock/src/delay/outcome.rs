@@ -1,7 +1,5 @@
 //! What a delay exchange says of itself, and of responses it does not use.
 
-use core::fmt;
-
 use crate::instant::{Seconds, Span};
 
 /// Where a delay comes from, and how far its measurement is.
@@ -45,30 +43,21 @@ pub struct DelayOutput {
 }
 
 /// Why a response was not used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
     /// An earlier run of the requester asked.
+    #[error("the response is for another run of the requester")]
     OtherRun,
     /// Another run of the sender responded than the one that is followed.
+    #[error("another run of the sender responded")]
     OtherEpoch,
     /// The request was never made, is answered already, or is too old.
+    #[error("no request with this number waits for a response")]
     NotAsked,
     /// A stamp lies more than a second off, or before the one it must follow.
+    #[error("a stamp is more than a second off, or out of order")]
     Implausible,
     /// The request and its response would have been under way for less than no time.
+    #[error("the round trip would take less than no time")]
     NegativeRoundTrip,
 }
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::OtherRun => "the response is for another run of the requester",
-            Self::OtherEpoch => "another run of the sender responded",
-            Self::NotAsked => "no request with this number waits for a response",
-            Self::Implausible => "a stamp is more than a second off, or out of order",
-            Self::NegativeRoundTrip => "the round trip would take less than no time",
-        })
-    }
-}
-
-impl core::error::Error for Refusal {}

@@ -30,8 +30,6 @@ mod parameters;
 
 pub use parameters::{CheckedTimeSync, TimeSyncParameters, WrongParameter};
 
-use core::fmt;
-
 use crate::cycle::CycleIndex;
 use crate::instant::{Seconds, Span};
 use beats::{Beat, Beats};
@@ -141,7 +139,8 @@ pub struct TimeSyncDiagnostic {
 
 /// `E_Sync_ErrorCodes`, TS5066 chapter 3.16.
 #[doc(alias = "E_Sync_ErrorCodes")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
+#[error("{:#06x}: {}", self.code(), self.reason())]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum SyncError {
@@ -187,14 +186,6 @@ impl SyncError {
         }
     }
 }
-
-impl fmt::Display for SyncError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "0x{:04x}: {}", self.code(), self.reason())
-    }
-}
-
-impl core::error::Error for SyncError {}
 
 /// `E_Sync_WarningCodes`, TS5066 chapter 3.17.
 #[doc(alias = "E_Sync_WarningCodes")]

@@ -1,7 +1,5 @@
 //! `ST_TimeSyncParameters`, checked once.
 
-use core::fmt;
-
 use crate::instant::{Seconds, Span};
 
 use super::SyncError;
@@ -98,7 +96,8 @@ pub struct CheckedTimeSync {
 }
 
 /// A parameter outside its range: error 0x4b56.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{:#06x}: {parameter} is {received}, expected {expected}", self.error().code())]
 pub struct WrongParameter {
     /// The parameter, in this library's spelling.
     pub parameter: &'static str,
@@ -115,21 +114,6 @@ impl WrongParameter {
         SyncError::WrongParameter
     }
 }
-
-impl fmt::Display for WrongParameter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "0x{:04x}: {} is {}, expected {}",
-            self.error().code(),
-            self.parameter,
-            self.received,
-            self.expected
-        )
-    }
-}
-
-impl core::error::Error for WrongParameter {}
 
 /// The cycle times in ticks, the shorter of the two: one of them is 1.
 #[derive(Clone, Copy, Debug)]

@@ -50,9 +50,10 @@ impl fmt::Display for Quantity {
 }
 
 /// Two points between which a law cannot lead.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum LawError {
     /// The segment has no length.
+    #[error("master position at the end: received {end}, expected more than {start}")]
     NoLength {
         /// Master position of the start.
         start: f64,
@@ -60,6 +61,10 @@ pub enum LawError {
         end: f64,
     },
     /// A number is not finite, or not beside the length of the segment.
+    #[error(
+        "{quantity} at the {side}: received {received}, expected a finite number that \
+            stays finite over the length of the segment"
+    )]
     NotFinite {
         /// At which end.
         side: Side,
@@ -69,6 +74,7 @@ pub enum LawError {
         received: f64,
     },
     /// The law has a condition of its own here, and the point contradicts it.
+    #[error("{quantity} at the {side}: received {received}, expected {expected} for {}", .law.name())]
     Boundary {
         /// Which law.
         law: MotionLaw,
@@ -82,16 +88,26 @@ pub enum LawError {
         expected: f64,
     },
     /// The turning point of the harmonic combination is not within the segment.
+    #[error("turning point: received {received}, expected a share between 0 and 1")]
     TurnShare {
         /// The share that was given.
         received: f64,
     },
     /// No turning point within the segment gives the harmonic combination this acceleration.
+    #[error(
+        "acceleration at the turn: received {received}, expected one that a turning point \
+            within the segment gives"
+    )]
     TurnAcceleration {
         /// The acceleration that was given.
         received: f64,
     },
     /// No turning point makes the jerk of the harmonic combination continuous at this velocity.
+    #[error(
+        "velocity: received {received}, expected at most {} or at least 2 times the mean \
+            velocity {mean}, or a given turning point",
+        core::f64::consts::FRAC_PI_2
+    )]
     TurnVelocity {
         /// The velocity that was given.
         received: f64,
@@ -99,6 +115,7 @@ pub enum LawError {
         mean: f64,
     },
     /// A spline is no law between two points: its pieces depend on all of its points.
+    #[error("motion law: received {}, expected a law between two points", .law.name())]
     Spline {
         /// Which kind.
         law: MotionLaw,
@@ -112,57 +129,3 @@ impl LawError {
         0x42DA
     }
 }
-
-impl fmt::Display for LawError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoLength { start, end } => write!(
-                f,
-                "master position at the end: received {end}, expected more than {start}"
-            ),
-            Self::NotFinite {
-                side,
-                quantity,
-                received,
-            } => write!(
-                f,
-                "{quantity} at the {side}: received {received}, expected a finite number that \
-                 stays finite over the length of the segment"
-            ),
-            Self::Boundary {
-                law,
-                side,
-                quantity,
-                received,
-                expected,
-            } => write!(
-                f,
-                "{quantity} at the {side}: received {received}, expected {expected} for {}",
-                law.name()
-            ),
-            Self::TurnShare { received } => write!(
-                f,
-                "turning point: received {received}, expected a share between 0 and 1"
-            ),
-            Self::TurnAcceleration { received } => write!(
-                f,
-                "acceleration at the turn: received {received}, expected one that a turning point \
-                 within the segment gives"
-            ),
-            Self::TurnVelocity { received, mean } => write!(
-                f,
-                "velocity: received {received}, expected at most {} or at least {} times the mean \
-                 velocity {mean}, or a given turning point",
-                core::f64::consts::FRAC_PI_2,
-                2
-            ),
-            Self::Spline { law } => write!(
-                f,
-                "motion law: received {}, expected a law between two points",
-                law.name()
-            ),
-        }
-    }
-}
-
-impl core::error::Error for LawError {}

@@ -1,7 +1,5 @@
 //! What a profile must keep within.
 
-use core::fmt;
-
 /// Limits of a motion, all finite and above zero.
 ///
 /// `acceleration` bounds what makes the axis faster, `deceleration` what makes it slower. A change
@@ -76,25 +74,14 @@ fn checked(field: &'static str, received: f64) -> Result<f64, InvalidLimit> {
 }
 
 /// A limit that no motion can keep.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{field}: received {received}, expected a finite number above 0")]
 pub struct InvalidLimit {
     /// Which limit.
     pub field: &'static str,
     /// What was given.
     pub received: f64,
 }
-
-impl fmt::Display for InvalidLimit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { field, received } = self;
-        write!(
-            f,
-            "{field}: received {received}, expected a finite number above 0"
-        )
-    }
-}
-
-impl core::error::Error for InvalidLimit {}
 
 #[cfg(test)]
 mod tests {

@@ -1,16 +1,16 @@
 //! Why a flying gear is refused.
 
-use core::fmt;
-
 /// Why a flying gear is not enabled.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FlyingGearError {
     /// The ratio couples nothing.
+    #[error("{:#06x}: ratio: received {received}, expected a finite number other than 0", self.code())]
     Ratio {
         /// What was given.
         received: f64,
     },
     /// A position that makes no gear.
+    #[error("{:#06x}: {parameter}: received {received}, expected {expected}", self.code())]
     WrongParameter {
         /// Which one.
         parameter: &'static str,
@@ -20,6 +20,7 @@ pub enum FlyingGearError {
         expected: &'static str,
     },
     /// The master is already past the point where the gear begins to be engaged.
+    #[error("{:#06x}: master position: received {master}, expected one not past {start}, where the gear begins to be engaged", self.code())]
     MasterPastStart {
         /// Where the master is, master u.
         master: f64,
@@ -39,26 +40,3 @@ impl FlyingGearError {
         }
     }
 }
-
-impl fmt::Display for FlyingGearError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:#06x}: ", self.code())?;
-        match self {
-            Self::Ratio { received } => write!(
-                f,
-                "ratio: received {received}, expected a finite number other than 0"
-            ),
-            Self::WrongParameter {
-                parameter,
-                received,
-                expected,
-            } => write!(f, "{parameter}: received {received}, expected {expected}"),
-            Self::MasterPastStart { master, start } => write!(
-                f,
-                "master position: received {master}, expected one not past {start}, where the gear begins to be engaged"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for FlyingGearError {}

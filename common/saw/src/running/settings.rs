@@ -1,7 +1,5 @@
 //! What a coupling is started with, and how it may fail.
 
-use core::fmt;
-
 use crate::command::{GearInPos, GearInVelo, SyncLimits};
 use crate::moment::{CouplingMoment, SlaveLimits};
 use crate::plan::SawPlan;
@@ -98,13 +96,16 @@ impl Default for SawTolerances {
 }
 
 /// Why a coupling failed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SawFault {
     /// It could not be planned.
+    #[error(transparent)]
     Refused(SawRefusal),
     /// The master led the slave beyond a limit.
+    #[error("while coupled: {}", SawRefusal::Violation(*.0))]
     Limit(Violation),
     /// The master's values are not numbers.
+    #[error("0x4b06: master values that are not finite")]
     MasterNotFinite,
 }
 
@@ -119,18 +120,6 @@ impl SawFault {
         }
     }
 }
-
-impl fmt::Display for SawFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Refused(refusal) => refusal.fmt(f),
-            Self::Limit(violation) => write!(f, "while coupled: {}", SawRefusal::from(*violation)),
-            Self::MasterNotFinite => write!(f, "0x4b06: master values that are not finite"),
-        }
-    }
-}
-
-impl core::error::Error for SawFault {}
 
 /// The coupling moment as it is to be expected if the master is still farther away than its start
 /// distance.

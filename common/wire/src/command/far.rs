@@ -1,7 +1,5 @@
 //! Orders to a node about one of the nodes that it follows: the inputs of `FB_AxisSync`.
 
-use std::fmt;
-
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_remote::{AxisSyncChanges, FilterMode};
 use serde::{Deserialize, Serialize};
@@ -92,9 +90,10 @@ pub struct FarView {
 }
 
 /// Why a far node does not do as it is told.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FarRefusal {
     /// A parameter would have a value that it must not have.
+    #[error("{:#06x}: {}: received {}, expected {}", self.code(), self.field(), wrong.received, wrong.expected)]
     Parameter {
         /// The part of the parameters that it is in.
         part: ParameterPart,
@@ -102,13 +101,16 @@ pub enum FarRefusal {
         wrong: WrongParameter,
     },
     /// The parameters to change are none.
+    #[error("{:#06x}: {}: received no parameter, expected at least one to change", self.code(), self.field())]
     NothingToChange,
     /// The delay has a value that it must not have.
+    #[error("{:#06x}: {}: received {received}, expected a number from -1000000 to 1000000", self.code(), self.field())]
     Delay {
         /// That value, µs.
         received: f64,
     },
     /// It is disabled: enabling it starts it anew.
+    #[error("{:#06x}: {}: received false, expected true: enable it, which starts it anew", self.code(), self.field())]
     Disabled,
 }
 
@@ -159,22 +161,3 @@ impl ParameterPart {
         }
     }
 }
-
-impl fmt::Display for FarRefusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (code, field) = (self.code(), self.field());
-        write!(f, "{code:#06x}: {field}: received ")?;
-        match self {
-            Self::Parameter { wrong, .. } => {
-                write!(f, "{}, expected {}", wrong.received, wrong.expected)
-            }
-            Self::NothingToChange => f.write_str("no parameter, expected at least one to change"),
-            Self::Delay { received } => {
-                write!(f, "{received}, expected a number from -1000000 to 1000000")
-            }
-            Self::Disabled => f.write_str("false, expected true: enable it, which starts it anew"),
-        }
-    }
-}
-
-impl std::error::Error for FarRefusal {}
