@@ -15,7 +15,7 @@ signals! {
         /// Cycle number, skipped ones counted.
         cycle: u64 [""],
         /// Cycles skipped so far.
-        overruns: u64 [""],
+        overruns: u64 [""] last "cycles skipped",
         /// The node's own opinion of itself.
         health: HealthName [""],
         /// Time requests answered so far.
@@ -57,9 +57,9 @@ signals! {
         /// The warning of the clock (`iWarningId`), 0: none.
         warning: u16 [""],
         /// Beats so far.
-        beats: u32 [""],
+        beats: u32 [""] last "beats",
         /// Estimated drift of its clock against the own one (`fDrift`).
-        drift_ppm: Option<f64> ["ppm"],
+        drift_ppm: Option<f64> ["ppm"] last "drift estimated",
         /// The correction time that its axes are moved by; none where the mode uses none.
         correction_us: Option<f64> ["µs"],
         /// The correction time that `FB_TimeSync` has found (`fCorrectionTime`).
@@ -75,13 +75,13 @@ signals! {
         /// Cycles without new data in a row (`iConsecutiveEqualDataCounter`).
         consecutive_equal_data: u32 [""],
         /// How far the phase observer is; none where it does not run.
-        observer: Option<ObserverState> [""],
+        observer_state: Option<ObserverState> [""] last,
         /// Which line of the arrivals it follows.
-        observer_line: Option<ObserverLine> [""],
+        observer_line: Option<ObserverLine> [""] last,
         /// Its own standard deviation of the offset.
-        offset_sigma_us: Option<f64> ["µs"],
+        offset_sigma_us: Option<f64> ["µs"] last,
         /// Its own standard deviation of the drift.
-        drift_sigma_ppm: Option<f64> ["ppm"],
+        drift_sigma_ppm: Option<f64> ["ppm"] last,
         /// Estimated minus shown far time: what is still to be slewed.
         slew_remaining_us: Option<f64> ["µs"],
         /// Normal part of the jitter of the arrivals, standard deviation.
@@ -89,47 +89,47 @@ signals! {
         /// Exponential part of the jitter of the arrivals, mean.
         exponential_jitter_us: Option<f64> ["µs"],
         /// The random walk of the drift that predicts best.
-        random_walk_ppm: Option<f64> ["ppm/√s"],
+        random_walk_ppm: Option<f64> ["ppm/√s"] last,
         /// Messages per measurement.
-        block_length: Option<u16> [""],
+        block_length: Option<u16> [""] last,
         /// Jumps of the delay that it noticed so far.
-        shifts: u32 [""],
+        shifts: u32 [""] last,
         /// When it noticed the last one, in the own clock.
         last_shift_s: Option<f64> ["s"],
         /// Times it began to lock anew.
-        relocks: u32 [""],
+        relocks: u32 [""] last,
         /// When it last did, in the own clock.
         last_relock_s: Option<f64> ["s"],
         /// Where the delay comes from; none where no phase observer runs.
-        delay: Option<DelayState> [""],
+        delay_state: Option<DelayState> [""] last,
         /// How far the sender's time is taken to be ahead of the observer's line.
-        delay_us: Option<f64> ["µs"],
+        delay_us: Option<f64> ["µs"] last "delay",
         /// That is wrong by at most this.
-        delay_uncertainty_us: Option<f64> ["µs"],
+        delay_uncertainty_us: Option<f64> ["µs"] last "… wrong by at most",
         /// The part of the error that jitter causes, standard deviation.
         delay_jitter_us: Option<f64> ["µs"],
         /// Since the newest time exchange.
         delay_age_s: Option<f64> ["s"],
         /// Time exchanges used so far.
-        exchanges: u64 [""],
+        exchanges: u64 [""] last,
         /// Responses refused so far.
-        responses_refused: u64 [""],
+        responses_refused: u64 [""] last,
         /// Accepted messages so far.
-        received: u64 [""],
+        received: u64 [""] last,
         /// Missing messages so far, by the sender's count.
-        lost: u64 [""],
+        lost: u64 [""] last "messages lost",
         /// Repeated messages so far.
-        duplicates: u64 [""],
+        duplicates: u64 [""] last,
         /// Overtaken messages so far.
-        late: u64 [""],
+        late: u64 [""] last,
         /// Messages too old to use so far.
-        stale: u64 [""],
+        stale: u64 [""] last,
         /// Messages dropped so far because more waited than there is room for.
         overflow: u64 [""],
         /// New runs of the node so far.
-        restarts: u64 [""],
+        restarts: u64 [""] last,
         /// Refused frames so far.
-        rejected: u64 [""],
+        rejected: u64 [""] last,
         /// Refused so far: frames of another format version.
         rejected_wrong_version: u64 [""],
         /// Refused so far: frames that end before their fields do.
@@ -189,13 +189,13 @@ signals! {
     /// A slave. Positions are in its units.
     pub struct SlaveSignals of Slave {
         /// Set position; none until it is coupled, if it only follows its gear.
-        position: Option<f64> ["u"],
+        position: Option<f64> ["u"] last,
         /// Set velocity.
         velocity: Option<f64> ["u/s"],
         /// Set acceleration.
         acceleration: Option<f64> ["u/s²"],
         /// Its state in the PLCopen diagram.
-        state: AxisStatus [""],
+        state: AxisStatus [""] last,
         /// How far its coupling is; none without one.
         phase: Option<CouplingPhase> [""],
         /// Why it is in error stop, by the NC's code; 0: it is not.
@@ -203,9 +203,9 @@ signals! {
         /// Why a command was refused last, by the NC's code; 0: none was.
         refusal: u32 [""],
         /// Whether its program goes on; none without one.
-        program: Option<ProgramState> [""],
+        program: Option<ProgramState> [""] last,
         /// The step that its program waits for, or ended with, from 1.
-        step: Option<u16> [""],
+        program_step: Option<u16> [""] last,
         /// Cuts done so far, by its tool or by steps of its program.
         cuts: u64 [""],
         /// The drive's state.
@@ -229,10 +229,12 @@ mod tests {
     const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/SIGNALS.md");
 
     fn table<S: Signals>(title: &str) -> String {
-        let mut text = format!("## {title}\n\n| signal | unit | meaning |\n|--|--|--|\n");
+        let mut text =
+            format!("## {title}\n\n| signal | unit | summary | meaning |\n|--|--|--|--|\n");
         for signal in S::SIGNALS {
             let (name, unit, meaning) = (signal.name, signal.unit, signal.meaning());
-            let _ = writeln!(text, "| `{name}` | {unit} | {meaning} |");
+            let summary = if signal.is_summarized { "last" } else { "" };
+            let _ = writeln!(text, "| `{name}` | {unit} | {summary} | {meaning} |");
         }
         text
     }

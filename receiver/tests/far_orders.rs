@@ -182,7 +182,7 @@ fn disabled_the_axis_passes_through_unmodified_and_enabled_it_starts_anew() {
         let signals = &shown.counters;
         assert_eq!((signals.enabled, signals.synced), (false, false));
         assert_eq!(signals.mode, StateName::Observer);
-        assert_eq!(signals.observer, None);
+        assert_eq!(signals.observer_state, None);
         assert_eq!(shown.health, Health::Disabled);
         let master = shown.master.unwrap();
         assert_eq!(master.corrected, master.received);

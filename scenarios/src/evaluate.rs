@@ -154,6 +154,7 @@ impl Evaluation {
             while let Some(record) = judge.waiting.pop_front() {
                 let row = judge.judge(record, &self.masters, self.start);
                 sink.row(n, &row);
+                judge.take_back(row.record);
             }
         }
         self.judges.into_iter().map(Judge::finish).collect()

@@ -2,18 +2,17 @@
 
 mod coupling;
 mod cuts;
+mod last;
 
-use coaxle_node::config::Unit;
 use std::collections::BTreeMap;
 
-use coaxle_axis::AxisStatus;
-use coaxle_clock::delay::DelayState;
-use coaxle_clock::observer::ObserverState;
-use coaxle_receiver::ProgramState;
+use coaxle_node::config::Unit;
+use coaxle_receiver::signals::SlaveSignals;
 use serde::Serialize;
 
 pub use coupling::CouplingSummary;
 pub use cuts::{Cut, CutsSummary};
+pub use last::LastSignals;
 
 use crate::verdict::Verdict;
 
@@ -77,22 +76,9 @@ pub struct ReceiverSummary {
     pub unit: Unit,
     /// Cycles run.
     pub cycles: u64,
-    /// Cycles skipped.
-    pub overruns: u64,
-    /// Messages accepted.
-    pub received: u64,
-    /// Messages missing by the sender's count.
-    pub lost: u64,
-    /// Messages that came twice.
-    pub duplicates: u64,
-    /// Messages that a newer one overtook.
-    pub late: u64,
-    /// Messages too old to use.
-    pub stale: u64,
-    /// Frames refused.
-    pub rejected: u64,
-    /// New runs of the sender.
-    pub restarts: u64,
+    /// What its signals said in the last cycle.
+    #[serde(flatten)]
+    pub last: LastSignals,
     /// Times an error was raised.
     pub errors: u64,
     /// The last error's code, such as `0x4b52`; null if there was none.
@@ -105,47 +91,19 @@ pub struct ReceiverSummary {
     pub synced_times: u64,
     /// Whether it was in sync at the end.
     pub synced_at_end: bool,
-    /// Estimated drift at the end, ppm; positive when the sender's clock is the faster one.
-    pub drift_ppm: Option<f64>,
-    /// The true one, over the last seconds.
+    /// The true drift of the sender's clock, over the last seconds, ppm; positive when it is the faster one.
     pub drift_ppm_true: Option<f64>,
-    /// How far the phase observer was at the end; null in other modes.
-    pub observer_state: Option<ObserverState>,
-    /// Its own standard deviation of the drift at the end, ppm.
-    pub drift_uncertainty_ppm: Option<f64>,
-    /// Its own standard deviation of the offset at the end, µs.
-    pub offset_uncertainty_us: Option<f64>,
-    /// The random walk of the drift that predicted best at the end, ppm/√s.
-    pub random_walk_ppm: Option<f64>,
-    /// Messages per measurement.
-    pub block_length: Option<u16>,
-    /// Jumps of the delay that it noticed.
-    pub shifts: u64,
-    /// When they were, s after the start.
+    /// When the observer noticed jumps of the delay, s after the start.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub shift_times_s: Vec<f64>,
-    /// Times it began to lock anew.
-    pub relocks: u64,
-    /// When it did, s after the start.
+    /// When it began to lock anew, s after the start.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub relock_times_s: Vec<f64>,
-    /// Where the delay came from at the end; null unless the mode is `observer`.
-    pub delay_state: Option<DelayState>,
-    /// The delay at the end, µs.
-    pub delay_us: Option<f64>,
-    /// By how much it may be wrong at most, µs; null unless it is measured.
-    pub delay_uncertainty_us: Option<f64>,
-    /// By how much it was wrong, with the ripple of the far time, µs: the mean over the time that the
-    /// lag errors below are taken over.
+    /// By how much the delay was wrong, with the ripple of the far time, µs: the mean over the time that
+    /// the lag errors below are taken over.
     pub delay_error_us: Option<f64>,
     /// Share of the cycles of that time in which the uncertainty covered the error.
     pub delay_covered_share: Option<f64>,
-    /// Exchanges of a time request and its response.
-    pub exchanges: u64,
-    /// Time responses refused.
-    pub responses_refused: u64,
-    /// Beats counted.
-    pub beats: u64,
     /// When the evaluation began, s after the start; null if there was nothing to evaluate.
     pub evaluated_from_s: Option<f64>,
     /// Cycles evaluated.
@@ -205,22 +163,17 @@ pub struct ReceiverSummary {
 pub struct SlaveSummary {
     /// What its position is in: what `u` stands for here.
     pub unit: Unit,
-    /// Its state in the PLCopen diagram at the end.
-    pub state: AxisStatus,
+    /// What its signals said in the last cycle.
+    #[serde(flatten, serialize_with = "last::summarized")]
+    pub last: SlaveSignals,
     /// Times it went to error stop.
     pub errors: u64,
     /// The last one's code, such as `0x42a0`; null if there was none.
     pub last_error: Option<String>,
     /// The code of the last refusal of a command; null if there was none.
     pub last_refusal: Option<String>,
-    /// Whether its program goes on at the end; null without one.
-    pub program: Option<ProgramState>,
-    /// The step it waits for then, or ended with, from 1.
-    pub program_step: Option<u16>,
     /// Share of the cycles in which its coupling was in sync.
     pub in_sync_share: f64,
-    /// Set position at the end, u.
-    pub position: Option<f64>,
     /// Largest step of the set position beyond what the set velocity accounts for, u. This one and
     /// the next two are taken while it moves, or is coupled.
     pub position_jump_max: f64,

@@ -242,7 +242,7 @@ type Figure = fn(&ReceiverSummary) -> Option<f64>;
 /// The figures a sweep shows, with their units.
 const COLUMNS: [(&str, Figure); 8] = [
     ("sync_s", |r| r.time_to_sync_s),
-    ("drift_ppm", |r| r.drift_ppm),
+    ("drift_ppm", |r| r.last.far.drift_ppm),
     ("drift_true_ppm", |r| r.drift_ppm_true),
     ("ripple_max", |r| r.velocity_ripple_max),
     ("ripple_rms", |r| r.velocity_ripple_rms),
@@ -346,7 +346,7 @@ mod tests {
             .rows
             .iter()
             .filter(|row| row.receiver == "sync")
-            .map(|row| row.figures.drift_ppm.unwrap().round())
+            .map(|row| row.figures.last.far.drift_ppm.unwrap().round())
             .collect();
         assert_eq!(estimates, [400.0, 800.0]);
         assert!(sweep.table().lines().count() >= 6);

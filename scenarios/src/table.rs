@@ -97,7 +97,7 @@ fn velocities(summary: &Summary) -> Option<String> {
         "without correction: the velocity jumps by up to {} %",
         significant(100.0 * bare, 3)
     );
-    match without.beats {
+    match without.last.far.beats {
         0 => {}
         1 => text.push_str(", with one beat"),
         beats => {
@@ -163,9 +163,41 @@ pub(crate) fn rows(receivers: &[(&str, &ReceiverSummary)]) -> Vec<(String, Vec<S
     let mut rows: Vec<_> = mode.iter().map(row).collect();
     rows.extend(cuts::rows(receivers));
     rows.extend(others.iter().map(row));
+    rows.extend(signal_rows(receivers, &unit));
     // What no receiver has would only be in the way.
     rows.retain(|(_, values)| values.iter().any(|value| value != NOTHING));
     rows
+}
+
+/// The signals whose declaration has a label: what they said last.
+fn signal_rows(receivers: &[(&str, &ReceiverSummary)], unit: &Unit) -> Vec<(String, Vec<String>)> {
+    let mut rows: Vec<(String, Vec<String>)> = Vec::new();
+    for (n, (_, receiver)) in receivers.iter().enumerate() {
+        let values = receiver.last.values();
+        let labelled = values.filter_map(|(signal, value)| Some((signal, signal.label?, value)));
+        for (row, (signal, label, value)) in labelled.enumerate() {
+            if n == 0 {
+                let of = unit.in_place_of_u(signal.unit);
+                let label = match of.as_str() {
+                    "" => label.to_owned(),
+                    of => format!("{label}, {of}"),
+                };
+                rows.push((label, Vec::new()));
+            }
+            rows[row].1.push(shown(&value));
+        }
+    }
+    rows
+}
+
+/// A value as one reads it: three digits of a number, all of a count.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Null => NOTHING.to_owned(),
+        Value::Number(n) if n.is_f64() => optional(n.as_f64(), 1.0),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
 }
 
 /// A label, with the unit that the `u` after its comma stands for.
@@ -187,7 +219,7 @@ struct Figure {
     text: fn(&ReceiverSummary) -> String,
 }
 
-const FIGURES: [Figure; 21] = [
+const FIGURES: [Figure; 15] = [
     Figure {
         label: "correction",
         text: |r| correction(r.mode).to_owned(),
@@ -237,37 +269,12 @@ const FIGURES: [Figure; 21] = [
         text: |r| optional(r.lag_error_max_us, 1.0),
     },
     Figure {
-        label: "delay, µs",
-        text: |r| optional(r.delay_us, 1.0),
-    },
-    Figure {
-        label: "… wrong by at most, µs",
-        text: |r| optional(r.delay_uncertainty_us, 1.0),
-    },
-    Figure {
-        label: "drift estimated, ppm",
-        // The estimator says 0 as long as it knows nothing.
-        text: |r| optional(r.drift_ppm.filter(|ppm| *ppm != 0.0), 1.0),
-    },
-    Figure {
         label: "drift true, ppm",
         text: |r| optional(r.drift_ppm_true, 1.0),
     },
     Figure {
         label: "time to sync, s",
         text: |r| optional(r.time_to_sync_s, 1.0),
-    },
-    Figure {
-        label: "beats",
-        text: |r| r.beats.to_string(),
-    },
-    Figure {
-        label: "cycles skipped",
-        text: |r| r.overruns.to_string(),
-    },
-    Figure {
-        label: "messages lost",
-        text: |r| r.lost.to_string(),
     },
     Figure {
         label: "errors",

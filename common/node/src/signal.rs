@@ -2,7 +2,8 @@
 //!
 //! A declaration is a struct with a line of meaning and a unit per field. Each cycle the node fills a row of
 //! such structs; traces, status and lists of columns are made from the declaration and know no field by
-//! hand.
+//! hand. `last` behind the unit keeps the value of the last cycle for the summary of a run, and a label
+//! behind that shows it in tables of results.
 //!
 //! ```
 //! use coaxle_node::signal::{Group, Signals};
@@ -13,7 +14,7 @@
 //!         /// Temperature of the water.
 //!         temperature: f64 ["°C"],
 //!         /// Times it went off.
-//!         offs: u64 [""],
+//!         offs: u64 [""] last "went off",
 //!     }
 //! }
 //! let row = BoilerSignals { temperature: 80.5, offs: 3 };
@@ -21,6 +22,8 @@
 //! let [temperature, offs] = BoilerSignals::SIGNALS else { panic!() };
 //! assert_eq!((temperature.name, temperature.unit), ("temperature", "°C"));
 //! assert_eq!(offs.meaning(), "Times it went off.");
+//! assert_eq!((offs.is_summarized, offs.label), (true, Some("went off")));
+//! assert!(!temperature.is_summarized);
 //! # let _ = row;
 //! ```
 
@@ -35,6 +38,10 @@ pub struct Signal {
     pub name: &'static str,
     /// Its unit; `u` is that of the axis, empty what has none.
     pub unit: &'static str,
+    /// Whether the summary of a run has its value of the last cycle.
+    pub is_summarized: bool,
+    /// What tables of results call it; none: they do not show it.
+    pub label: Option<&'static str>,
     #[doc(hidden)]
     pub doc: &'static str,
 }
@@ -126,7 +133,8 @@ macro_rules! signals {
     (
         $(#[$meta:meta])*
         pub struct $name:ident of $group:ident {
-            $( $(#[doc = $doc:literal])+ $signal:ident: $kind:ty [$unit:literal], )*
+            $( $(#[doc = $doc:literal])+
+                $signal:ident: $kind:ty [$unit:literal] $($last:ident $($label:literal)?)?, )*
         }
     ) => {
         $(#[$meta])*
@@ -141,9 +149,15 @@ macro_rules! signals {
                 $( $crate::signal::Signal {
                     name: ::std::stringify!($signal),
                     unit: $unit,
+                    is_summarized: $crate::signals!(@is_summarized $($last)?),
+                    label: $crate::signals!(@label $($($label)?)?),
                     doc: ::std::concat!($($doc),+),
                 }, )*
             ];
         }
     };
+    (@is_summarized) => { false };
+    (@is_summarized last) => { true };
+    (@label) => { ::std::option::Option::None };
+    (@label $label:literal) => { ::std::option::Option::Some($label) };
 }

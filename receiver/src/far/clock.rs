@@ -354,7 +354,7 @@ fn show_observed(observed: &FarClockOutput, signals: &mut FarNodeSignals) {
     } = observed;
     let seconds = |at: Instant<Local>| at.since_epoch().as_secs_f64();
     signals.drift_ppm = Some(observer.drift_ppm);
-    signals.observer = Some(observer.state);
+    signals.observer_state = Some(observer.state);
     signals.observer_line = Some(observer.line);
     signals.offset_sigma_us = Some(observer.offset_sigma.as_micros());
     signals.drift_sigma_ppm = Some(observer.drift_sigma_ppm);
@@ -367,7 +367,7 @@ fn show_observed(observed: &FarClockOutput, signals: &mut FarNodeSignals) {
     signals.last_shift_s = observer.last_shift.map(seconds);
     signals.relocks = observer.relocks;
     signals.last_relock_s = observer.last_relock.map(seconds);
-    signals.delay = Some(delay.state);
+    signals.delay_state = Some(delay.state);
     signals.delay_us = micros(delay.delay);
     signals.delay_uncertainty_us = micros(delay.uncertainty);
     signals.delay_jitter_us = micros(delay.jitter);

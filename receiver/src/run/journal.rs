@@ -179,11 +179,11 @@ fn orders(before: &FarNodeSignals, now: &FarNodeSignals) -> impl Iterator<Item =
 
 /// That the delay was measured, and that its measurement grew old.
 fn delay(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
-    if before.delay == now.delay {
+    if before.delay_state == now.delay_state {
         return None;
     }
     let value = now.delay_us.unwrap_or(f64::NAN);
-    match now.delay? {
+    match now.delay_state? {
         DelayState::Measured => Some(Note::new(
             Level::Info,
             format!(

@@ -307,7 +307,7 @@ impl Slave {
             error: faults.error.map_or(0, |error| error.code()),
             refusal: faults.refusal.map_or(0, |refusal| refusal.code()),
             program: program.map(|program| program.state),
-            step: program.map(|program| program.step),
+            program_step: program.map(|program| program.step),
             cuts: self.tool.cuts() + self.program.as_ref().map_or(0, Program::cuts),
             drive_state: drive.state().into(),
             drive_position: self.actual_position(),

@@ -129,7 +129,7 @@ impl SlaveShown {
             set: signals.position.and_then(set),
             program: signals
                 .program
-                .zip(signals.step)
+                .zip(signals.program_step)
                 .map(|(state, step)| ProgramSnapshot { state, step }),
             drive: DriveShown {
                 state: signals.drive_state,

@@ -17,7 +17,7 @@ use super::slave::SlaveJudge;
 use crate::curves::Curves;
 use crate::record::Record;
 use crate::row::{Reference, Row};
-use crate::summary::ReceiverSummary;
+use crate::summary::{LastSignals, ReceiverSummary};
 use crate::topology::View;
 
 /// Cycles after the first data from which a receiver that never synchronises is judged.
@@ -42,6 +42,8 @@ pub(super) struct Judge {
         reason = "records go round in their boxes: only these move"
     )]
     spare: Vec<Box<Record>>,
+    /// The one that was judged last.
+    last: Option<Box<Record>>,
     previous: Option<Previous>,
     first_data: Option<(i64, u64)>,
     evaluating: bool,
@@ -86,6 +88,7 @@ impl Judge {
             synchronises: far.mode.synchronises(&far.sync),
             waiting: VecDeque::new(),
             spare: Vec::new(),
+            last: None,
             previous: None,
             first_data: None,
             evaluating: false,
@@ -115,9 +118,9 @@ impl Judge {
         self.waiting.push_back(record);
     }
 
-    /// A record that nobody needs any more.
+    /// The record that was judged last: the one before is not needed any more.
     pub(super) fn take_back(&mut self, record: Box<Record>) {
-        self.spare.push(record);
+        self.spare.extend(self.last.replace(record));
     }
 
     pub(super) fn is_known(&self, masters: &[Master], at: Instant<Reference>) -> bool {
@@ -205,20 +208,14 @@ impl Judge {
     /// When the observer noticed jumps, or began to lock anew.
     fn note_events(&mut self, row: &Row) {
         let (summary, record) = (&mut self.summary, &row.record);
+        let before = self.last.as_ref().map(|last| &last.far);
+        let (shifts, relocks) = before.map_or((0, 0), |far| (far.shifts, far.relocks));
         let events = [
-            (
-                record.far.shifts,
-                summary.shifts,
-                &mut summary.shift_times_s,
-            ),
-            (
-                record.far.relocks,
-                summary.relocks,
-                &mut summary.relock_times_s,
-            ),
+            (record.far.shifts, shifts, &mut summary.shift_times_s),
+            (record.far.relocks, relocks, &mut summary.relock_times_s),
         ];
         for (now, before, times) in events {
-            if u64::from(now) > before && times.len() < MOST_TIMES {
+            if now > before && times.len() < MOST_TIMES {
                 times.push(row.t_s);
             }
         }
@@ -227,28 +224,6 @@ impl Judge {
     fn count(&mut self, record: &Record) {
         let summary = &mut self.summary;
         summary.cycles += 1;
-        summary.overruns = record.node.overruns;
-        summary.received = record.far.received;
-        summary.lost = record.far.lost;
-        summary.duplicates = record.far.duplicates;
-        summary.late = record.far.late;
-        summary.stale = record.far.stale;
-        summary.rejected = record.far.rejected;
-        summary.restarts = record.far.restarts;
-        summary.beats = record.far.beats.into();
-        summary.drift_ppm = record.far.drift_ppm;
-        summary.observer_state = record.far.observer;
-        summary.drift_uncertainty_ppm = record.far.drift_sigma_ppm;
-        summary.offset_uncertainty_us = record.far.offset_sigma_us;
-        summary.random_walk_ppm = record.far.random_walk_ppm;
-        summary.block_length = record.far.block_length;
-        summary.shifts = record.far.shifts.into();
-        summary.relocks = record.far.relocks.into();
-        summary.delay_state = record.far.delay;
-        summary.delay_us = record.far.delay_us;
-        summary.delay_uncertainty_us = record.far.delay_uncertainty_us;
-        summary.exchanges = record.far.exchanges;
-        summary.responses_refused = record.far.responses_refused;
         summary.synced_at_end = record.axis.synced;
         if let Some(slave) = record.slave() {
             summary.drive_tripped |= slave.drive_state == DriveStateName::Tripped;
@@ -328,6 +303,11 @@ impl Judge {
 
     pub(super) fn finish(mut self) -> (String, ReceiverSummary, Curves) {
         let summary = &mut self.summary;
+        summary.last = self
+            .last
+            .as_deref()
+            .map(LastSignals::from)
+            .unwrap_or_default();
         summary.drift_ppm_true = self.drift.ppm();
         let share = |ripple: f64| (self.fastest_master > 0.0).then(|| ripple / self.fastest_master);
         let ripple = &self.ripple;

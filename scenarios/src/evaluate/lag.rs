@@ -44,7 +44,7 @@ impl Lag {
 
     fn judge_uncertainty(&mut self, record: &Record, error: f64) {
         if let (Some(DelayState::Measured | DelayState::Stale), Some(uncertainty)) =
-            (record.far.delay, record.far.delay_uncertainty_us)
+            (record.far.delay_state, record.far.delay_uncertainty_us)
         {
             self.judged += 1;
             self.covered += u64::from(error.abs() <= uncertainty);

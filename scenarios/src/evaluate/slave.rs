@@ -65,10 +65,6 @@ impl SlaveJudge {
         let moment = Moment::new(slave, at_ns, master);
         self.cuts.push(moment, self.master.is_none(), truth);
         let summary = &mut self.summary;
-        summary.state = slave.state;
-        summary.program = slave.program;
-        summary.program_step = slave.step;
-        summary.position = slave.position;
         let following_error = slave.following_error.abs();
         summary.following_error_max = summary.following_error_max.max(following_error);
     }
@@ -121,6 +117,9 @@ impl SlaveJudge {
     pub(super) fn finish(mut self) -> (String, SlaveSummary) {
         if self.cycles > 0 {
             self.summary.in_sync_share = self.in_sync_cycles as f64 / self.cycles as f64;
+        }
+        if let Some((_, last)) = self.previous {
+            self.summary.last = last;
         }
         self.summary.coupling = self.coupling.finish();
         self.summary.cuts = self.cuts.finish();

@@ -13,7 +13,6 @@ const NASTY: &str = "</script><script>alert('x')</script>";
 fn summary() -> Summary {
     let receiver = |mode, ripple| ReceiverSummary {
         mode,
-        beats: 4,
         velocity_ripple_ratio: ripple,
         drift_ppm_true: Some(100.0),
         evaluated_from_s: Some(2.0),

@@ -20,13 +20,14 @@ fn summary(receivers: Vec<(&str, ReceiverSummary)>) -> Summary {
 }
 
 fn receiver(mode: &'static str, ripple: Option<f64>) -> ReceiverSummary {
-    ReceiverSummary {
+    let mut summary = ReceiverSummary {
         mode,
-        beats: 19,
         velocity_ripple_max: ripple.map(|ratio| 500.0 * ratio),
         velocity_ripple_ratio: ripple,
         ..ReceiverSummary::default()
-    }
+    };
+    summary.last.far.beats = 19;
+    summary
 }
 
 #[test]

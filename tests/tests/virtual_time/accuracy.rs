@@ -23,7 +23,7 @@ fn sync_mode_comes_after_its_beats_and_leaves_a_thousandth() {
             let summary = run(scenario, &[&set, "duration-s=150", "expect=[]"]);
             let sync = figures(&summary, "sync");
             assert_eq!(sync.beats_at_sync, Some(periods + 1), "{scenario}");
-            let estimate = sync.drift_ppm.unwrap();
+            let estimate = sync.last.far.drift_ppm.unwrap();
             assert!((estimate / drift - 1.0).abs() < 0.01, "{estimate}");
             let truth = sync.drift_ppm_true.unwrap();
             assert!((truth / drift - 1.0).abs() < 1e-3, "{truth}");
@@ -61,7 +61,7 @@ fn jitter_and_loss_cost_neither_sync_nor_smoothness() {
         assert!(sync.synced_at_end);
         let ratio = sync.velocity_ripple_ratio.unwrap();
         assert!(ratio < 0.02, "{scenario}: a spike of {ratio}");
-        assert!(sync.lost > 2_000);
+        assert!(sync.last.far.lost > 2_000);
     }
 }
 
@@ -81,7 +81,7 @@ fn sweep_over_drift_and_jitter() {
             table += &format!(
                 "{drift:9}  {jitter:9}  {:6.1}  {:12.1}  {:12.4}\n",
                 sync.time_to_sync_s.unwrap_or(f64::NAN),
-                sync.drift_ppm.unwrap_or(f64::NAN),
+                sync.last.far.drift_ppm.unwrap_or(f64::NAN),
                 sync.velocity_ripple_ratio.unwrap_or(f64::NAN),
             );
         }

@@ -86,8 +86,8 @@ fn table<const N: usize>(lines: &BTreeMap<String, [Cell; N]>) -> String {
 fn of_receiver(r: &ReceiverSummary) -> [Cell; 15] {
     [
         ("mode", r.mode.to_owned()),
-        ("received", r.received.to_string()),
-        ("lost", r.lost.to_string()),
+        ("received", r.last.far.received.to_string()),
+        ("lost", r.last.far.lost.to_string()),
         ("errors", r.errors.to_string()),
         ("error", text(r.last_error.as_ref())),
         ("sync s", digits(r.time_to_sync_s)),
@@ -95,27 +95,27 @@ fn of_receiver(r: &ReceiverSummary) -> [Cell; 15] {
             "synced",
             format!("{}{}", r.synced_times, mark(r.synced_at_end)),
         ),
-        ("beats", r.beats.to_string()),
-        ("drift ppm", digits(r.drift_ppm)),
+        ("beats", r.last.far.beats.to_string()),
+        ("drift ppm", digits(r.last.far.drift_ppm)),
         ("ripple", digits(r.velocity_ripple_ratio)),
         ("rms µs", digits(r.corrected_time_error_rms_us)),
         ("max µs", digits(r.corrected_time_error_max_us)),
         ("lag µs", digits(r.lag_us)),
         ("lagmax µs", digits(r.lag_error_max_us)),
-        ("delay µs", digits(r.delay_us)),
+        ("delay µs", digits(r.last.far.delay_us)),
     ]
 }
 
 fn of_slave(s: &SlaveSummary) -> [Cell; 16] {
     let (coupling, cuts) = (&s.coupling, &s.cuts);
     [
-        ("state", s.state.name().to_owned()),
+        ("state", s.last.state.name().to_owned()),
         ("errors", s.errors.to_string()),
         ("error", text(s.last_error.as_ref())),
         ("refusal", text(s.last_refusal.as_ref())),
-        ("step", text(s.program_step.as_ref())),
+        ("step", text(s.last.program_step.as_ref())),
         ("in sync", digits(Some(s.in_sync_share))),
-        ("position", digits(s.position)),
+        ("position", digits(s.last.position)),
         ("jump", digits(Some(s.position_jump_max))),
         ("velocity", digits(Some(s.velocity_max))),
         ("acc", digits(Some(s.acceleration_max))),

@@ -47,8 +47,12 @@ fn equal_ways_leave_five_microseconds_of_travel_and_the_uncertainty_covers_any_w
     for seed in SEEDS {
         let judged = judged(seed);
         for receiver in &judged {
-            assert_eq!(receiver.delay_state, Some(DelayState::Measured), "{seed}");
-            assert_eq!(receiver.responses_refused, 0, "{seed}");
+            assert_eq!(
+                receiver.last.far.delay_state,
+                Some(DelayState::Measured),
+                "{seed}"
+            );
+            assert_eq!(receiver.last.far.responses_refused, 0, "{seed}");
             covered += u64::from(receiver.delay_covered_share == Some(1.0));
         }
         let worst = judged[0].lag_error_max_us.expect("judged");
@@ -66,9 +70,9 @@ fn a_longer_path_moves_nothing_and_a_restarted_sender_is_asked_anew() {
     let sets = [steps, restart, "duration-s=22", "expect=[]"];
     let summary = run("zero-lag", &sets);
     let measured = figures(&summary, "measured");
-    assert_eq!(measured.restarts, 1);
-    assert!(measured.shifts >= 1);
-    let delay = measured.delay_us.expect("measured again");
+    assert_eq!(measured.last.far.restarts, 1);
+    assert!(measured.last.far.shifts >= 1);
+    let delay = measured.last.far.delay_us.expect("measured again");
     assert!((delay - 1_400.0).abs() < 5.0, "{delay}");
     // Before a jump is noticed the line is pulled a little.
     let worst = measured.lag_error_max_us.expect("judged");

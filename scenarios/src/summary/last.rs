@@ -1,0 +1,85 @@
+//! What signals said last, as far as their declaration keeps it for the summary.
+
+use coaxle_host::fields_of;
+use coaxle_node::signal::{Signal, Signals};
+use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals};
+use serde::{Serialize, Serializer};
+use serde_json::Value;
+
+use crate::record::Record;
+
+/// A receiver's signals in its last cycle, as far as one of its far axes is concerned.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LastSignals {
+    /// The receiver itself.
+    pub node: NodeSignals,
+    /// The node that publishes the axis.
+    pub far: FarNodeSignals,
+    /// The axis.
+    pub axis: FarAxisSignals,
+}
+
+impl LastSignals {
+    /// Every signal that the summary has, with its value, in the order of the declarations.
+    pub(crate) fn values(&self) -> impl Iterator<Item = (&'static Signal, Value)> {
+        values(&self.node)
+            .chain(values(&self.far))
+            .chain(values(&self.axis))
+    }
+}
+
+impl From<&Record> for LastSignals {
+    fn from(record: &Record) -> Self {
+        Self {
+            node: record.node,
+            far: record.far,
+            axis: record.axis,
+        }
+    }
+}
+
+impl Serialize for LastSignals {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.values().map(|(signal, value)| (signal.name, value)))
+    }
+}
+
+/// For a field of such signals: those that the summary has.
+pub(super) fn summarized<T: Signals + Serialize, S: Serializer>(
+    signals: &T,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(values(signals).map(|(signal, value)| (signal.name, value)))
+}
+
+fn values<T: Signals + Serialize>(signals: &T) -> impl Iterator<Item = (&'static Signal, Value)> {
+    let mut fields = fields_of(signals);
+    T::SIGNALS
+        .iter()
+        .filter(|signal| signal.is_summarized)
+        .map(move |signal| (signal, fields.remove(signal.name).unwrap_or_default()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_groups_summarize_a_signal_of_one_name() {
+        let last = LastSignals::default();
+        let mut names: Vec<_> = last.values().map(|(signal, _)| signal.name).collect();
+        names.sort_unstable();
+        let all = names.len();
+        names.dedup();
+        assert_eq!(names.len(), all, "{names:?}");
+    }
+
+    #[test]
+    fn what_is_not_summarized_is_left_out() {
+        let mut last = LastSignals::default();
+        last.far.lost = 7;
+        let json = serde_json::to_value(&last).unwrap();
+        assert_eq!(json["lost"], 7);
+        assert_eq!(json.get("age_cycles"), None);
+    }
+}
