@@ -8,10 +8,10 @@ use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::{Channel, Message, Node, Outgoing, TimeServer, TimeServerCounters};
+use coaxle_source::config::AxisConfig;
+use coaxle_source::{AxisSample, ReplayError, Source, axis_struct};
 
-use crate::config::{AxisConfig, SHOWN_BY_DEFAULT, SenderConfig};
-use crate::show::show;
-use crate::source::{self, AxisSample, ReplayError, Source};
+use crate::config::{SHOWN_BY_DEFAULT, SenderConfig};
 
 /// The sender node: each cycle it works out where its axes are at the ideal start of that cycle
 /// and encodes them into one frame, in the order of their ids.
@@ -173,7 +173,7 @@ impl Sender {
     fn move_axes(&mut self, since_start: Span) {
         for (axis, shown) in self.axes.iter_mut().zip(&mut self.shown) {
             let sample = axis.source.sample(since_start);
-            *shown = show(axis.id, axis.modulo, &sample);
+            *shown = axis_struct(axis.id, axis.modulo, &sample);
             if let Some(slot) = axis.slot {
                 self.snapshot.axes[slot] = AxisKinematics::of(axis.id, &sample);
             }
@@ -245,7 +245,7 @@ impl Node for Sender {
 
 impl Axis {
     fn new(config: &AxisConfig) -> Result<Self, SenderError> {
-        let source = source::open(&config.source).map_err(|reason| SenderError::Replay {
+        let source = coaxle_source::open(&config.source).map_err(|reason| SenderError::Replay {
             axis: config.name.clone(),
             reason,
         })?;

@@ -23,8 +23,6 @@
 //! # Ok::<(), coaxle_node::config::ConfigError>(())
 //! ```
 
-mod axis;
-mod program;
 mod shown;
 
 use std::ops::Deref;
@@ -35,13 +33,9 @@ use coaxle_node::config::{ClockConfig, CycleMicros, RealTimeConfig, TransportCon
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
+use coaxle_source::config::{AxisConfig, SourceConfig};
 use serde::{Deserialize, Serialize};
 
-pub use axis::{AxisConfig, EncoderConfig, Interpolation, ReplayConfig, SourceConfig};
-
-pub use program::{
-    InvalidProgram, LimitsConfig, MAX_LOOP_DEPTH, ProgramConfig, Repeat, StepConfig,
-};
 pub use shown::{InvalidShownAxes, SHOWN_BY_DEFAULT, ShownAxes};
 
 /// A sender: its name, its clock and its axes.

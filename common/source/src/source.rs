@@ -1,18 +1,7 @@
-//! What moves the axes of a sender.
-
-mod encoder;
-mod instructions;
-mod program;
-mod replay;
+//! What moves an axis.
 
 use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
-
-pub use encoder::Encoder;
-pub use program::Program;
-pub use replay::{Replay, ReplayError};
-
-use crate::config::SourceConfig;
 
 /// What moves one axis.
 ///
@@ -60,16 +49,4 @@ pub enum Activity {
     Following,
     /// Being measured; whatever moves it is not known.
     Measured,
-}
-
-/// Opens the source that a config describes; reads the file of a replay.
-///
-/// # Errors
-/// [`ReplayError`] where that file cannot be replayed.
-pub fn open(config: &SourceConfig) -> Result<Box<dyn Source>, ReplayError> {
-    Ok(match config {
-        SourceConfig::Program(program) => Box::new(Program::new(program)),
-        SourceConfig::Encoder(encoder) => Box::new(Encoder::new(encoder)),
-        SourceConfig::Replay(replay) => Box::new(Replay::open(replay)?),
-    })
 }

@@ -8,8 +8,8 @@ use coaxle_curve::profile::Kinematics;
 pub use table::ReplayError;
 use table::Row;
 
-use super::{Activity, AxisSample, Source};
 use crate::config::{Interpolation, ReplayConfig};
+use crate::source::{Activity, AxisSample, Source};
 
 /// A recorded motion, replayed.
 ///

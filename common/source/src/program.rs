@@ -3,9 +3,9 @@
 use coaxle_clock::{Seconds, Span};
 use coaxle_curve::profile::{Kinematics, Limits, Profile, to_position, to_velocity};
 
-use super::instructions::{Instruction, compile};
-use super::{Activity, AxisSample, Source};
 use crate::config::ProgramConfig;
+use crate::instructions::{Instruction, compile};
+use crate::source::{Activity, AxisSample, Source};
 
 /// Instructions run in one cycle at most. A node that slept through more of them than that catches
 /// up over its next cycles.

@@ -1,12 +1,13 @@
-//! What an axis shows of itself in its frame.
+//! What an axis shows of itself: its axis structure.
 
 use coaxle_axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
 use coaxle_curve::profile::Kinematics;
 
 use crate::source::{Activity, AxisSample};
 
-/// The axis structure of an axis.
-pub(crate) fn show(axis_id: u32, modulo: Option<f64>, sample: &AxisSample) -> NcToPlcAxis {
+/// The axis structure of an axis, in its units; `modulo` is the length of a turn in them.
+#[must_use]
+pub fn axis_struct(axis_id: u32, modulo: Option<f64>, sample: &AxisSample) -> NcToPlcAxis {
     let seen = &sample.seen;
     let (modulo_position, turns) = modulo_of(seen.position, modulo);
     NcToPlcAxis {
@@ -183,7 +184,7 @@ mod tests {
                 AxisState::Running,
             ),
         ] {
-            let axis = show(9, None, &sample);
+            let axis = axis_struct(9, None, &sample);
             assert_eq!(axis.state_word, word, "{sample:?}");
             assert_eq!(axis.axis_state, state, "{sample:?}");
             assert_eq!((axis.axis_id, axis.command_number), (9, 3));
@@ -196,7 +197,7 @@ mod tests {
             enabled: false,
             ..sample(Activity::Idle, 0.0, 0.0)
         };
-        let word = show(1, None, &asleep).state_word;
+        let word = axis_struct(1, None, &asleep).state_word;
         assert_eq!(word, StateWord::HOMED | StateWord::NOT_MOVING);
     }
 }

@@ -1,4 +1,4 @@
-//! One axis of a sender.
+//! One axis: who it is and what moves it.
 
 use std::num::{NonZeroU16, NonZeroU32};
 use std::path::PathBuf;

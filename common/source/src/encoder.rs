@@ -5,8 +5,9 @@ use std::collections::VecDeque;
 use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
 
-use super::{Activity, AxisSample, Program, Source};
 use crate::config::EncoderConfig;
+use crate::program::Program;
+use crate::source::{Activity, AxisSample, Source};
 
 /// An axis seen through an encoder: what its controller knows is a number of increments.
 ///

@@ -3,8 +3,8 @@
 use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::{AtLeastZero, Finite, Positive, parse};
-use coaxle_sender::config::{ProgramConfig, Repeat, StepConfig};
-use coaxle_sender::source::{Activity, AxisSample, Program, Source};
+use coaxle_source::config::{ProgramConfig, Repeat, StepConfig};
+use coaxle_source::{Activity, AxisSample, Program, Source};
 use proptest::prelude::*;
 
 const LIMITS: &str = "limits = { velocity = 100, acceleration = 1000, jerk = 10000 }\n";

@@ -10,7 +10,7 @@ use crate::config::{ProgramConfig, Repeat, StepConfig};
 
 /// One instruction of a flat program.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Instruction {
+pub(crate) enum Instruction {
     Enable(bool),
     MoveAbsolute {
         position: f64,
@@ -39,7 +39,7 @@ pub(super) enum Instruction {
 }
 
 /// The instructions of a program, and how deep its loops are nested: the whole is one, too.
-pub(super) fn compile(program: &ProgramConfig) -> (Vec<Instruction>, usize) {
+pub(crate) fn compile(program: &ProgramConfig) -> (Vec<Instruction>, usize) {
     let mut compiler = Compiler {
         limits: program.limits.limits(),
         instructions: Vec::new(),

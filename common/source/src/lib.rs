@@ -1,0 +1,58 @@
+//! Where an axis comes from: what a sender publishes.
+//!
+//! A [`Source`] says what an axis does at an instant: a [`Program`] of moves, the same seen through an
+//! [`Encoder`], or a recorded motion, [`Replay`]ed. [`config`] is how a config file describes an axis and its source,
+//! [`open()`] makes the one of the other, and [`axis_struct()`] shows an axis as its controller does.
+//!
+//! ```
+//! use coaxle_clock::Span;
+//! use coaxle_node::config::parse;
+//! use coaxle_source::config::AxisConfig;
+//! use coaxle_source::{axis_struct, open};
+//!
+//! let config: AxisConfig = parse(
+//!     "axis.toml",
+//!     r#"
+//!     id = 1
+//!     name = "table"
+//!     unit = "°"
+//!     modulo = 360
+//!
+//!     [program]
+//!     start-velocity = 90.0
+//!     limits = { velocity = 180, acceleration = 720, jerk = 7200 }
+//!     "#,
+//! )?;
+//! let mut source = open(&config.source)?;
+//! let sample = source.sample(Span::from_secs(5));
+//! let modulo = config.modulo.map(|modulo| modulo.get());
+//! let axis = axis_struct(config.id.get(), modulo, &sample);
+//! assert_eq!((axis.set_position, axis.set_velocity), (450.0, 90.0));
+//! assert_eq!((axis.modulo_set_turns, axis.modulo_set_position), (1, 90.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | PLC name | manual | here |
+//! |--|--|--|
+//! | `MC_Power` | Tc2_MC2 | [`StepConfig::Enable`](config::StepConfig::Enable) |
+//! | `MC_MoveAbsolute` | Tc2_MC2 | [`StepConfig::MoveAbsolute`](config::StepConfig::MoveAbsolute) |
+//! | `MC_MoveRelative` | Tc2_MC2 | [`StepConfig::MoveRelative`](config::StepConfig::MoveRelative) |
+//! | `MC_MoveVelocity` | Tc2_MC2 | [`StepConfig::Velocity`](config::StepConfig::Velocity) |
+//! | `MC_Halt` | Tc2_MC2 | [`StepConfig::Halt`](config::StepConfig::Halt) |
+//! | `NCTOPLC_AXLESTRUCT` | TS5066 | [`axis_struct()`] |
+
+mod axis_struct;
+pub mod config;
+mod encoder;
+mod instructions;
+mod open;
+mod program;
+mod replay;
+mod source;
+
+pub use axis_struct::axis_struct;
+pub use encoder::Encoder;
+pub use open::open;
+pub use program::Program;
+pub use replay::{Replay, ReplayError};
+pub use source::{Activity, AxisSample, Source};
