@@ -67,6 +67,7 @@ struct AxesFrame {
     body: Vec<u8>,
     /// Bytes of `body` that wait to be sent.
     pending: Option<usize>,
+    is_subscribed: bool,
 }
 
 impl AxesFrame {
@@ -76,14 +77,15 @@ impl AxesFrame {
             channel,
             body: vec![0; body_capacity(axes)],
             pending: None,
+            is_subscribed: true,
         }
     }
 
-    /// The frame of this cycle, if its axes have anything to say.
-    fn encode(&mut self, header: &FrameHeader, axes: &[NcToPlcAxis]) {
-        self.pending = match axes {
-            [] => None,
-            axes => encode_body(header, axes, &mut self.body).ok(),
+    /// The frame of this cycle, if its axes have anything to say, and anybody to say it to.
+    fn encode<'a>(&mut self, header: &FrameHeader, axes: impl FnOnce() -> &'a [NcToPlcAxis]) {
+        self.pending = match self.is_subscribed.then(axes) {
+            None | Some([]) => None,
+            Some(axes) => encode_body(header, axes, &mut self.body).ok(),
         };
     }
 
@@ -192,9 +194,10 @@ impl Receiver {
             cycle_time: self.schedule.cycle_time(),
             send_stamp: None,
         };
-        self.slaves.encode(&header, self.pipeline.slave_axes());
-        let corrected = self.pipeline.corrected_axes(&self.snapshot);
-        self.far_axes.encode(&header, corrected);
+        let (pipeline, snapshot) = (&mut self.pipeline, &self.snapshot);
+        self.slaves.encode(&header, || pipeline.slave_axes());
+        self.far_axes
+            .encode(&header, || pipeline.corrected_axes(snapshot));
     }
 
     /// The next time request of this cycle: its length, and the far node it is to.
@@ -286,6 +289,14 @@ impl Node for Receiver {
         self.next_asked = 0;
         self.show(now);
         self.tick
+    }
+
+    fn set_subscribed(&mut self, channel: Channel, is_subscribed: bool) {
+        for frame in [&mut self.slaves, &mut self.far_axes] {
+            if frame.channel == channel {
+                frame.is_subscribed = is_subscribed;
+            }
+        }
     }
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {

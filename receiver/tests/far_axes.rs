@@ -98,6 +98,23 @@ fn nothing_is_published_unless_it_is_asked_for() {
 }
 
 #[test]
+fn what_nobody_subscribes_to_is_not_sent_and_goes_on_as_if_it_had_been() {
+    let (mut receiver, mut far) = (receiver(THREE), far());
+    let (mut other, mut other_far) = (nodes::receiver(THREE), self::far());
+    for n in 0..3_000 {
+        receiver.set_subscribed(Channel::FarAxes, !(1_000..2_000).contains(&n));
+        let expected = cycle(&mut other, &mut other_far);
+        let sent = cycle(&mut receiver, &mut far);
+        assert_eq!(
+            sent,
+            expected.filter(|_| !(1_000..2_000).contains(&n)),
+            "{n}"
+        );
+        assert_eq!(receiver.snapshot(), other.snapshot());
+    }
+}
+
+#[test]
 fn another_receiver_follows_them() {
     let (mut line, mut far) = (receiver(THREE), far());
     let mut display = receiver(

@@ -251,6 +251,13 @@ impl Node for AnyNode {
         }
     }
 
+    fn set_subscribed(&mut self, channel: Channel, is_subscribed: bool) {
+        match self {
+            Self::Sender(node) => node.set_subscribed(channel, is_subscribed),
+            Self::Receiver(node) => node.set_subscribed(channel, is_subscribed),
+        }
+    }
+
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
         match self {
             Self::Sender(node) => node.transmit(),

@@ -45,6 +45,12 @@ pub trait Node {
     /// ideally should have begun.
     fn cycle(&mut self, now: Instant<Local>) -> Tick;
 
+    /// Whether anybody subscribes to what it publishes on a channel of its own. Until that is said, somebody
+    /// does. What nobody takes need not be encoded.
+    fn set_subscribed(&mut self, channel: Channel, is_subscribed: bool) {
+        let _ = (channel, is_subscribed);
+    }
+
     /// The next thing to send after a cycle, until there is nothing left.
     fn transmit(&mut self) -> Option<Outgoing<'_>>;
 

@@ -10,8 +10,8 @@ use crate::true_time::True;
 
 /// From a node that publishes to one that subscribes.
 pub(crate) struct Link {
-    from: usize,
-    channel: Channel,
+    pub(crate) from: usize,
+    pub(crate) channel: Channel,
     far: usize,
     pub(crate) to: usize,
     pub(crate) subscription: usize,

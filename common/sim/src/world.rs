@@ -2,7 +2,7 @@
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::faults::{CycleJitter, DeviatedClock, seed_of};
-use coaxle_node::{CommandOrder, KeptMessage, Message, Node};
+use coaxle_node::{Channel, CommandOrder, KeptMessage, Message, Node};
 
 use crate::events::EventQueue;
 use crate::invariants::{Violation, Watch};
@@ -96,7 +96,11 @@ impl<N: Node> World<N> {
 
     /// Connects a subscriber.
     pub fn add_link(&mut self, setup: LinkSetup) {
+        let (from, channel) = (setup.from, setup.channel);
         self.links.push(Link::new(setup));
+        if let Some(node) = self.node_mut(from) {
+            node.set_subscribed(channel, true);
+        }
     }
 
     /// True time now.
@@ -109,6 +113,13 @@ impl<N: Node> World<N> {
     #[must_use]
     pub fn node(&self, index: usize) -> Option<&N> {
         match &self.nodes[index].state {
+            State::Running(node) | State::Stopped(node, _) => Some(node),
+            State::Dead => None,
+        }
+    }
+
+    fn node_mut(&mut self, index: usize) -> Option<&mut N> {
+        match &mut self.nodes[index].state {
             State::Running(node) | State::Stopped(node, _) => Some(node),
             State::Dead => None,
         }
@@ -165,7 +176,12 @@ impl<N: Node> World<N> {
         simulated.run += 1;
         simulated.watch = Watch::default();
         let start = simulated.clock.local_at(now) + simulated.start_phase;
-        simulated.state = State::Running((simulated.build)(start, simulated.run));
+        let mut built = (simulated.build)(start, simulated.run);
+        for channel in Channel::ALL {
+            let links = |link: &Link| link.from == node && link.channel == channel;
+            built.set_subscribed(channel, self.links.iter().any(links));
+        }
+        simulated.state = State::Running(built);
         self.schedule(node);
     }
 

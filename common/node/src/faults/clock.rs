@@ -37,6 +37,8 @@ struct Piece {
     local_fraction: f64,
     rate: f64,
     length: Span,
+    /// Where it ends on the local clock.
+    local_end: Span,
 }
 
 impl Piece {
@@ -96,7 +98,7 @@ impl<R: Domain> DeviatedClock<R> {
         let local = local.since_epoch();
         loop {
             let newest = self.newest();
-            if local < newest.local_at(newest.end()) {
+            if local < newest.local_end {
                 break;
             }
             self.extend();
@@ -143,13 +145,16 @@ impl<R: Domain> DeviatedClock<R> {
     fn push_piece(&mut self, reference: Span, local: Span, local_fraction: f64) {
         let length = self.length_from(reference);
         let rate = self.rate_from(reference, length) * 1e-6;
-        self.pieces.push_back(Piece {
+        let mut piece = Piece {
             reference,
             local,
             local_fraction,
             rate,
             length,
-        });
+            local_end: local,
+        };
+        piece.local_end = piece.local_at(piece.end());
+        self.pieces.push_back(piece);
     }
 
     /// Pieces end at every step, so that a step is exact.

@@ -4,7 +4,7 @@ use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::{Arrived, Channel};
 use coaxle_sim::World;
 
-use crate::toy::{BELT, Memory, SAW, at, belt_and_saw, link, link_of, run, toy};
+use crate::toy::{BELT, Memory, SAW, Toy, at, belt_and_saw, link, link_of, run, toy};
 
 fn local(micros: i64) -> Instant<Local> {
     Instant::from_nanos(micros * 1_000)
@@ -78,6 +78,21 @@ fn a_frame_goes_to_all_who_subscribe_to_its_channel_and_to_nobody_else() {
         others.map(received),
         [vec![local(0)], vec![local(10)], vec![local(20)], vec![]]
     );
+}
+
+#[test]
+fn a_node_is_told_what_somebody_subscribes_to_in_each_of_its_runs() {
+    let mut world = belt_and_saw("", "", &[]);
+    let subscribed = |world: &World<_>, node| {
+        let node: &Toy = world.node(node).expect("it runs");
+        node.subscribed.clone()
+    };
+    for _ in 0..2 {
+        assert_eq!(subscribed(&world, BELT), [Channel::Axes]);
+        assert_eq!(subscribed(&world, SAW), []);
+        world.kill(BELT);
+        world.start(BELT);
+    }
 }
 
 #[test]

@@ -33,6 +33,8 @@ pub(crate) struct Toy {
     pub(crate) executed: Vec<(String, Option<u64>)>,
     /// Messages since the last cycle.
     arrivals: Vec<Arrival>,
+    /// The channels that it was told somebody subscribes to.
+    pub(crate) subscribed: Vec<Channel>,
     /// Puts something wrong into a tick, or into when the next cycle is due.
     pub(crate) wrong: Wrong,
 }
@@ -95,6 +97,11 @@ impl Node for Toy {
         let after = self.tick.map(|tick| tick.count);
         self.executed.push((order.addressee().to_owned(), after));
         CommandOutcome::NotTaken(NotTaken::NoSlaves)
+    }
+
+    fn set_subscribed(&mut self, channel: Channel, is_subscribed: bool) {
+        self.subscribed.retain(|other| *other != channel);
+        self.subscribed.extend(is_subscribed.then_some(channel));
     }
 
     fn cycle(&mut self, now: Instant<Local>) -> Tick {
@@ -173,6 +180,7 @@ pub(crate) fn seeded(name: &str, seed: u64, clock: &str, sends: &[Channel]) -> N
             received: Vec::new(),
             executed: Vec::new(),
             arrivals: Vec::new(),
+            subscribed: Vec::new(),
             wrong: Wrong::Nothing,
         }),
     }
