@@ -223,35 +223,24 @@ signals! {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use coaxle_node::signal::Signals;
-    use std::fmt::Write as _;
+    use coaxle_node::signal::table;
 
     const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/SIGNALS.md");
-
-    fn table<S: Signals>(title: &str) -> String {
-        let mut text =
-            format!("## {title}\n\n| signal | unit | summary | meaning |\n|--|--|--|--|\n");
-        for signal in S::SIGNALS {
-            let (name, unit, meaning) = (signal.name, signal.unit, signal.meaning());
-            let summary = if signal.is_summarized { "last" } else { "" };
-            let _ = writeln!(text, "| `{name}` | {unit} | {summary} | {meaning} |");
-        }
-        text
-    }
 
     /// To write it anew after a change: `UPDATE_DOCS=1 cargo test -p coaxle-receiver signals`.
     #[test]
     fn the_document_has_every_signal() {
         let path = std::path::Path::new(DOCUMENT);
         let written = std::fs::read_to_string(path).expect("the document");
-        let (head, _) = written.split_once("## ").expect("the tables");
+        let (own, sender) = written.split_once("\n# ").expect("the sender's part");
+        let (head, _) = own.split_once("## ").expect("the tables");
         let tables = [
             table::<NodeSignals>("The receiver"),
             table::<FarNodeSignals>("A far node"),
             table::<FarAxisSignals>("A far axis"),
             table::<SlaveSignals>("A slave"),
         ];
-        let expected = format!("{head}{}", tables.join("\n"));
+        let expected = format!("{head}{}\n# {sender}", tables.join("\n"));
         if std::env::var_os("UPDATE_DOCS").is_some() {
             std::fs::write(path, &expected).expect("the document can be written");
         } else {

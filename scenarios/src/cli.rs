@@ -52,7 +52,7 @@ enum Command {
         /// Name of a built-in scenario
         scenario: String,
     },
-    /// List the signals of a receiver: the columns of its trace, with unit and meaning
+    /// List the signals of a node: the columns of its trace, with unit and meaning
     Signals {
         /// The receiver's config file
         config: std::path::PathBuf,

@@ -12,6 +12,7 @@ mod slave;
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_receiver::SignalRow;
+use coaxle_sender::signals::{AxisSignals, SenderSignals};
 use coaxle_sim::{Oracle, TruthSample};
 
 use crate::curves::Curves;
@@ -20,6 +21,24 @@ use crate::scenario::Scenario;
 use crate::summary::ReceiverSummary;
 use crate::topology::Topology;
 use judge::Judge;
+
+/// Where an axis of a sender truly was at the ideal start of a cycle, by its signals.
+pub(crate) fn truth_of(
+    at_ns: i64,
+    node: &SenderSignals,
+    axis: &AxisSignals,
+) -> TruthSample<Reference> {
+    TruthSample {
+        at: Instant::from_nanos(at_ns),
+        epoch: node.run,
+        count: node.cycle,
+        axis: Kinematics {
+            position: axis.position,
+            velocity: axis.velocity,
+            acceleration: axis.acceleration,
+        },
+    }
+}
 
 /// How long a master's past is kept for receivers that are late.
 const MEMORY: Span = Span::from_secs(5);

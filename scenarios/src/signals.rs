@@ -1,22 +1,37 @@
-//! `coaxle signals CONFIG`: what a receiver shows of itself.
+//! `coaxle signals CONFIG`: what a node shows of itself.
 
 use std::io::Write;
 use std::path::Path;
 
 use coaxle_node::signal::{Instance, Signal};
 use coaxle_receiver::ReceiverConfig;
+use coaxle_sender::config::SenderConfig;
 
 use crate::inspect;
 
-/// Prints every signal of the receiver of a config: as which column of its trace, unit, meaning.
+/// Prints every signal of the node of a config: as which column of its trace, unit, meaning.
 pub(crate) fn signals(file: &Path) -> anyhow::Result<bool> {
-    let config: ReceiverConfig = coaxle_node::config::load(file)?;
+    let instances = instances_of(file)?;
     inspect::print(|out| {
-        for instance in config.instances() {
-            list(&instance, out)?;
+        for instance in &instances {
+            list(instance, out)?;
         }
         Ok(true)
     })
+}
+
+/// A sender is known by its axes: a receiver follows those of others.
+fn instances_of(file: &Path) -> anyhow::Result<Vec<Instance>> {
+    let table: toml::Table = coaxle_node::config::load(file)?;
+    let follows = ["far", "master", "slave"]
+        .iter()
+        .any(|key| table.contains_key(*key));
+    if table.contains_key("axis") && !follows {
+        let config: SenderConfig = coaxle_node::config::load(file)?;
+        return Ok(config.instances());
+    }
+    let config: ReceiverConfig = coaxle_node::config::load(file)?;
+    Ok(config.instances())
 }
 
 fn list(instance: &Instance, out: &mut dyn Write) -> anyhow::Result<()> {

@@ -2,19 +2,18 @@
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local, Span};
-use coaxle_curve::profile::Kinematics;
 use coaxle_node::wiring::{self, Subscription, far_link_seed};
 use coaxle_node::{
     Arrival, Channel, CommandAnswer, CommandOrder, CommandOutcome, Message, Node, Outgoing,
 };
 use coaxle_receiver::Receiver;
 use coaxle_sender::Sender;
-use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, True, TruthSample, World};
+use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, True, World};
 
-use crate::evaluate::Evaluation;
+use crate::evaluate::{Evaluation, truth_of};
 use crate::event::{Event, Happening};
 use crate::finished::{Finished, Progress};
-use crate::row::{Reference, RowSink};
+use crate::row::RowSink;
 use crate::scenario::Scenario;
 use crate::timeline::{What, changes_of};
 use crate::topology::Topology;
@@ -180,18 +179,9 @@ impl<S: RowSink> Observer<AnyNode> for Watcher<'_, S> {
         match seen.node {
             AnyNode::Sender(sender) => {
                 let snapshot = sender.snapshot();
-                for axis in &snapshot.axes {
-                    let sample = TruthSample {
-                        at: Instant::<Reference>::from_nanos(at_ns),
-                        epoch: snapshot.epoch,
-                        count: snapshot.count,
-                        axis: Kinematics {
-                            position: axis.position,
-                            velocity: axis.velocity,
-                            acceleration: axis.acceleration,
-                        },
-                    };
-                    self.evaluation.master_was(seen.index, axis.id, sample);
+                for (id, axis) in snapshot.axes() {
+                    let sample = truth_of(at_ns, &snapshot.signals.node, axis);
+                    self.evaluation.master_was(seen.index, id, sample);
                 }
             }
             AnyNode::Receiver(receiver) => {

@@ -6,9 +6,10 @@
 
 pub mod config;
 mod node;
-mod record;
 #[cfg(feature = "host")]
 pub mod run;
+pub mod signals;
+mod snapshot;
 
-pub use node::{AxisKinematics, Sender, SenderError, SenderSnapshot, TimeRequestCounters};
-pub use record::SenderRecord;
+pub use node::{Sender, SenderError};
+pub use snapshot::{SenderRow, SenderSnapshot};

@@ -11,7 +11,9 @@ use coaxle_node::{Channel, Message, Node, Outgoing, TimeServer, TimeServerCounte
 use coaxle_source::config::AxisConfig;
 use coaxle_source::{AxisSample, ReplayError, Source, axis_struct};
 
-use crate::config::{SHOWN_BY_DEFAULT, SenderConfig};
+use crate::config::SenderConfig;
+use crate::signals::AxisSignals;
+use crate::snapshot::SenderSnapshot;
 
 /// The sender node: each cycle it works out where its axes are at the ideal start of that cycle
 /// and encodes them into one frame, in the order of their ids.
@@ -39,81 +41,6 @@ struct Axis {
     slot: Option<usize>,
 }
 
-/// What a sender shows of itself after each cycle.
-#[derive(Debug, PartialEq)]
-pub struct SenderSnapshot {
-    /// The cycle, skipped ones counted.
-    pub count: u64,
-    /// The manual's index of that cycle.
-    pub index: CycleIndex,
-    /// This run of the sender.
-    pub epoch: u64,
-    /// When the cycle should have begun.
-    pub ideal_start: Instant<Local>,
-    /// When it began.
-    pub woke: Instant<Local>,
-    /// Cycles skipped so far.
-    pub overruns: u64,
-    /// What became of time requests about its clock.
-    pub time_requests: TimeRequestCounters,
-    /// How the axes that the config shows (the first ones by id, unless it names others) really
-    /// move, at the ideal start of the cycle.
-    pub axes: Box<[AxisKinematics]>,
-}
-
-impl Clone for SenderSnapshot {
-    fn clone(&self) -> Self {
-        Self {
-            axes: self.axes.clone(),
-            ..*self
-        }
-    }
-
-    fn clone_from(&mut self, other: &Self) {
-        let Self {
-            count,
-            index,
-            epoch,
-            ideal_start,
-            woke,
-            overruns,
-            time_requests,
-            axes,
-        } = self;
-        *count = other.count;
-        *index = other.index;
-        *epoch = other.epoch;
-        *ideal_start = other.ideal_start;
-        *woke = other.woke;
-        *overruns = other.overruns;
-        *time_requests = other.time_requests;
-        // In place: they are as many.
-        axes.clone_from(&other.axes);
-    }
-}
-
-/// What became of time requests about a sender's clock.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct TimeRequestCounters {
-    /// Answered, or dropped because too many came in one cycle.
-    pub taken: TimeServerCounters,
-    /// Refused before they reached the node.
-    pub refused: u64,
-}
-
-/// How an axis really moves: behind an encoder, this is what the encoder measures.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AxisKinematics {
-    /// The axis id.
-    pub id: u32,
-    /// Position, u.
-    pub position: f64,
-    /// Velocity, u/s.
-    pub velocity: f64,
-    /// Acceleration, u/s².
-    pub acceleration: f64,
-}
-
 impl Sender {
     /// The node whose first cycle is due at `start`. `epoch` tells this run from earlier ones of
     /// the same sender. Reads the files of replayed axes.
@@ -132,7 +59,9 @@ impl Sender {
             .map(Axis::new)
             .collect::<Result<Vec<_>, _>>()?;
         axes.sort_by_key(|axis| axis.id);
-        let shown = choose_shown(&mut axes, config.show_axes.ids())?;
+        place_shown(&mut axes, config)?;
+        let mut snapshot = SenderSnapshot::new(config, start);
+        snapshot.signals.node.run = epoch;
         let cycle_time = config.cycle_time_us.0;
         let sender = sender_id(&config.name);
         Ok(Self {
@@ -151,16 +80,7 @@ impl Sender {
             axes,
             waiting: None,
             time_server: TimeServer::new(sender, epoch, start, cycle_time),
-            snapshot: SenderSnapshot {
-                count: 0,
-                index: CycleIndex::of_count(0),
-                epoch,
-                ideal_start: start,
-                woke: start,
-                overruns: 0,
-                time_requests: TimeRequestCounters::default(),
-                axes: shown,
-            },
+            snapshot,
         })
     }
 
@@ -175,7 +95,7 @@ impl Sender {
             let sample = axis.source.sample(since_start);
             *shown = axis_struct(axis.id, axis.modulo, &sample);
             if let Some(slot) = axis.slot {
-                self.snapshot.axes[slot] = AxisKinematics::of(axis.id, &sample);
+                self.snapshot.signals.axes[slot] = signals_of(&sample);
             }
         }
     }
@@ -187,6 +107,18 @@ impl Sender {
             .expect("the config bounds the axes and the body was made for them");
         self.waiting = Some(length);
     }
+
+    fn show(&mut self, tick: &Tick, now: Instant<Local>) {
+        self.snapshot.ideal_start = tick.ideal_start;
+        self.snapshot.woke = now;
+        let signals = &mut self.snapshot.signals.node;
+        signals.cycle = tick.count;
+        signals.index = self.header.index.0;
+        signals.overruns = self.schedule.overruns();
+        let TimeServerCounters { answered, dropped } = self.time_server.counters();
+        signals.requests_answered = answered;
+        signals.requests_dropped = dropped;
+    }
 }
 
 impl Node for Sender {
@@ -197,7 +129,7 @@ impl Node for Sender {
         match message {
             Message::TimeRequest(request) => self.time_server.receive(at, request),
             Message::Rejected(_) => {
-                let refused = &mut self.snapshot.time_requests.refused;
+                let refused = &mut self.snapshot.signals.node.requests_refused;
                 *refused = refused.saturating_add(1);
             }
             Message::Frame(_) | Message::TimeResponse(_) => {}
@@ -209,12 +141,7 @@ impl Node for Sender {
         self.move_axes(tick.ideal_start - self.start);
         self.encode(&tick);
         self.time_server.respond(&tick, now);
-        self.snapshot.time_requests.taken = self.time_server.counters();
-        self.snapshot.count = tick.count;
-        self.snapshot.index = self.header.index;
-        self.snapshot.ideal_start = tick.ideal_start;
-        self.snapshot.woke = now;
-        self.snapshot.overruns = self.schedule.overruns();
+        self.show(&tick, now);
         tick
     }
 
@@ -239,7 +166,7 @@ impl Node for Sender {
     }
 
     fn snapshot_size(&self) -> usize {
-        size_of::<SenderSnapshot>() + size_of_val(&*self.snapshot.axes)
+        self.snapshot.size()
     }
 }
 
@@ -258,49 +185,34 @@ impl Axis {
     }
 }
 
-/// Gives the axes that are to be shown their places in the snapshot: `wanted` in that order, or
-/// the first ones where nothing is said. They are at rest at 0 until the first cycle.
-fn choose_shown(
-    axes: &mut [Axis],
-    wanted: &[NonZeroU32],
-) -> Result<Box<[AxisKinematics]>, SenderError> {
-    let mut wanted: Vec<u32> = wanted.iter().map(|id| id.get()).collect();
-    if wanted.is_empty() {
-        wanted.extend(axes.iter().take(SHOWN_BY_DEFAULT).map(|axis| axis.id));
+/// Gives the axes that are to be shown their places in the snapshot.
+fn place_shown(axes: &mut [Axis], config: &SenderConfig) -> Result<(), SenderError> {
+    let is_there = |id: &NonZeroU32| axes.iter().any(|axis| axis.id == id.get());
+    if let Some(missing) = config.show_axes.ids().iter().find(|id| !is_there(id)) {
+        return Err(SenderError::NoSuchAxis {
+            received: missing.get(),
+            expected: axes.iter().map(|axis| axis.id).collect(),
+        });
     }
-    for (slot, id) in wanted.iter().enumerate() {
-        match axes.iter_mut().find(|axis| axis.id == *id) {
-            Some(axis) => axis.slot = Some(slot),
-            None => {
-                return Err(SenderError::NoSuchAxis {
-                    received: *id,
-                    expected: axes.iter().map(|axis| axis.id).collect(),
-                });
-            }
+    for (slot, shown) in config.shown_axes().enumerate() {
+        let axis = axes.iter_mut().find(|axis| axis.id == shown.id.get());
+        if let Some(axis) = axis {
+            axis.slot = Some(slot);
         }
     }
-    let at_rest = |id| AxisKinematics {
-        id,
-        position: 0.0,
-        velocity: 0.0,
-        acceleration: 0.0,
-    };
-    Ok(wanted.into_iter().map(at_rest).collect())
+    Ok(())
 }
 
-impl AxisKinematics {
-    fn of(id: u32, sample: &AxisSample) -> Self {
-        let Kinematics {
-            position,
-            velocity,
-            acceleration,
-        } = sample.motion;
-        Self {
-            id,
-            position,
-            velocity,
-            acceleration,
-        }
+fn signals_of(sample: &AxisSample) -> AxisSignals {
+    let Kinematics {
+        position,
+        velocity,
+        acceleration,
+    } = sample.motion;
+    AxisSignals {
+        position,
+        velocity,
+        acceleration,
     }
 }
 

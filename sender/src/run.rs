@@ -38,7 +38,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 fn setup(args: &Args, config: SenderConfig) -> anyhow::Result<Setup<Sender>> {
-    let recorder = SenderRecorder::new(config.cycle_time_us.0, args.trace()?);
+    let recorder = SenderRecorder::new(&config, args.trace(&config.columns())?);
     let file = args.file();
     Ok(Setup {
         name: config.name.clone(),

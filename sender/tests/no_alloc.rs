@@ -50,12 +50,12 @@ fn cycles_of_every_kind_of_axis_do_not_allocate() {
             while let Some(outgoing) = sender.transmit() {
                 sent += outgoing.body.len();
             }
-            sent += usize::from(sender.snapshot().overruns > 1_000_000);
+            sent += usize::from(sender.snapshot().signals.node.overruns > 1_000_000);
         }
     });
     // With debug assertions an allocation has aborted the test by now; without, it was counted.
     #[cfg(not(debug_assertions))]
     assert_eq!(assert_no_alloc::violation_count(), 0);
     assert!(sent > 3_000 * 9 * 50);
-    assert_eq!(sender.snapshot().time_requests.taken.answered, 3_000);
+    assert_eq!(sender.snapshot().signals.node.requests_answered, 3_000);
 }

@@ -7,8 +7,8 @@ use coaxle_node::config::parse;
 use coaxle_node::frame::{FrameHeader, decode, seal, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, Message, Node, Reader, Rejection, TimeRequest};
+use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
-use coaxle_sender::{Sender, SenderRecord};
 
 const START: Instant<Local> = Instant::from_nanos(5_000_000_000);
 const EPOCH: u64 = 0xC0A_C1E;
@@ -108,8 +108,8 @@ fn time_requests_are_answered_in_the_next_cycle() {
         responded: Span::from_micros(2_060),
     };
     assert_eq!(responses, [Message::TimeResponse(response)]);
-    let requests = sender.snapshot().time_requests;
-    assert_eq!((requests.taken.answered, requests.refused), (1, 1));
+    let shown = sender.snapshot().signals.node;
+    assert_eq!((shown.requests_answered, shown.requests_refused), (1, 1));
 }
 
 #[test]
@@ -121,8 +121,8 @@ fn the_index_wraps_and_the_count_does_not() {
         assert_eq!(header.index, CycleIndex((k % 65_536) as u16));
         assert_eq!(axes[0].set_velocity, 500.0);
     }
-    assert_eq!(sender.snapshot().index, CycleIndex(3));
-    assert_eq!(sender.snapshot().count, 65_539);
+    assert_eq!(sender.snapshot().index(), CycleIndex(3));
+    assert_eq!(sender.snapshot().signals.node.cycle, 65_539);
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn an_overrun_skips_cycles_index_and_motion_alike() {
     assert_eq!((header.count, header.index), (7, CycleIndex(7)));
     assert_eq!(axes[0].set_position, 3.5);
     let snapshot = sender.snapshot();
-    assert_eq!(snapshot.overruns, 6);
+    assert_eq!(snapshot.signals.node.overruns, 6);
     assert_eq!(snapshot.ideal_start, START + Span::from_millis(7));
     assert_eq!(snapshot.woke, START + Span::from_micros(7_400));
     // No burst: the next cycle is the next one.
@@ -151,7 +151,7 @@ fn many_axes_share_a_frame_in_the_order_of_their_ids() {
         assert_eq!(axis.axis_id, id);
         assert_eq!(axis.set_velocity, f64::from(id));
     }
-    let shown: Vec<_> = sender.snapshot().axes.iter().map(|axis| axis.id).collect();
+    let shown: Vec<_> = sender.snapshot().axes().map(|(id, _)| id).collect();
     assert_eq!(shown, [1, 2, 3, 4]);
 }
 
@@ -160,15 +160,9 @@ fn the_config_chooses_the_axes_that_are_shown() {
     let axes: String = (1..=32).map(|id| axis(id, f64::from(id))).collect();
     let mut sender = sender(&format!("show-axes = [32, 7]\n{axes}"));
     let _ = tick(&mut sender, START);
-    let shown = sender.snapshot().axes.iter();
-    let motions: Vec<_> = shown.map(|axis| (axis.id, axis.velocity)).collect();
+    let shown = sender.snapshot().axes();
+    let motions: Vec<_> = shown.map(|(id, axis)| (id, axis.velocity)).collect();
     assert_eq!(motions, [(32, 32.0), (7, 7.0)]);
-    let rows: Vec<_> = SenderRecord::rows(5, 6, sender.snapshot()).collect();
-    assert_eq!(rows.iter().map(|row| row.axis).collect::<Vec<_>>(), [32, 7]);
-    assert_eq!(
-        (rows[1].at_ns, rows[1].woke_ns, rows[1].velocity),
-        (5, 6, 7.0)
-    );
 }
 
 #[test]
@@ -229,7 +223,7 @@ fn an_encoder_shows_its_increments_and_the_snapshot_the_truth() {
     assert_eq!(axes[0].actual_position, 0.4);
     assert!((axes[0].set_velocity - 400.0).abs() < 1e-9);
     assert_eq!(axes[0].set_acceleration, 0.0);
-    let truth = sender.snapshot().axes[0];
+    let truth = sender.snapshot().signals.axes[0];
     assert_eq!((truth.position, truth.velocity), (0.5, 500.0));
 }
 

@@ -81,8 +81,9 @@ impl NodeArgs {
     ///
     /// # Errors
     /// Names the file that cannot be written.
-    pub fn trace(&self) -> anyhow::Result<Option<Trace>> {
-        self.trace.as_deref().map(Trace::create).transpose()
+    pub fn trace(&self, columns: &[String]) -> anyhow::Result<Option<Trace>> {
+        let create = |path| Trace::with_columns(path, columns);
+        self.trace.as_deref().map(create).transpose()
     }
 
     /// Says on standard output that the config is all right.

@@ -59,6 +59,8 @@ impl Signal {
 pub enum Group {
     /// The node itself.
     Node,
+    /// An axis that it publishes.
+    Axis,
     /// A node that it follows.
     FarNode,
     /// An axis of such a node.
@@ -71,6 +73,7 @@ impl fmt::Display for Group {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Node => "node",
+            Self::Axis => "axis",
             Self::FarNode => "far node",
             Self::FarAxis => "far axis",
             Self::Slave => "slave",
@@ -125,6 +128,19 @@ impl Instance {
             name => format!("{name}.{}", signal.name),
         })
     }
+}
+
+/// The signals of a group as a table of a document.
+#[must_use]
+pub fn table<S: Signals>(title: &str) -> String {
+    let head = format!("## {title}\n\n| signal | unit | summary | meaning |\n|--|--|--|--|\n");
+    let row = |signal: &Signal| {
+        let Signal { name, unit, .. } = signal;
+        let summary = if signal.is_summarized { "last" } else { "" };
+        let meaning = signal.meaning();
+        format!("| `{name}` | {unit} | {summary} | {meaning} |\n")
+    };
+    head + &S::SIGNALS.iter().map(row).collect::<String>()
 }
 
 /// Declares a group of signals: a struct of them, and their table.

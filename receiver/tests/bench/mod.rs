@@ -90,7 +90,7 @@ impl Far {
 
     /// The count of the newest cycle.
     pub(crate) fn count(&self) -> u64 {
-        self.node.snapshot().count
+        self.node.snapshot().signals.node.cycle
     }
 }
 

@@ -4,16 +4,15 @@ use std::path::Path;
 
 use anyhow::Context;
 use coaxle_clock::Instant;
-use coaxle_curve::profile::Kinematics;
 use coaxle_node::signal::Signals;
 use coaxle_receiver::{ReceiverConfig, SignalRow};
-use coaxle_sender::SenderRecord;
-use coaxle_sim::TruthSample;
+use coaxle_sender::SenderRow;
+use coaxle_sender::config::SenderConfig;
 use csv::StringRecord;
 use serde::de::DeserializeOwned;
 
 use super::child::Child;
-use crate::evaluate::Evaluation;
+use crate::evaluate::{Evaluation, truth_of};
 use crate::finished::Finished;
 use crate::row::RowSink;
 use crate::scenario::Scenario;
@@ -27,11 +26,11 @@ pub(super) fn evaluate(
     sink: &mut impl RowSink,
 ) -> anyhow::Result<Finished> {
     let (senders, receivers) = children.split_at(scenario.senders.len());
-    let senders: Vec<Vec<SenderRecord>> = senders.iter().map(read).collect::<Result<_, _>>()?;
-    let receivers: Vec<Vec<Cycle>> = receivers
-        .iter()
-        .zip(&scenario.receivers)
-        .map(|(child, config)| read_with(child, |row| Cycle::read(config, row)))
+    let senders: Vec<Vec<Cycle<SenderRow>>> = (senders.iter().zip(&scenario.senders))
+        .map(|(child, config)| read(child, |row| Cycle::of_sender(config, row)))
+        .collect::<Result<_, _>>()?;
+    let receivers: Vec<Vec<Cycle<SignalRow>>> = (receivers.iter().zip(&scenario.receivers))
+        .map(|(child, config)| read(child, |row| Cycle::of_receiver(config, row)))
         .collect::<Result<_, _>>()?;
     let start = senders
         .iter()
@@ -43,18 +42,12 @@ pub(super) fn evaluate(
     let mut evaluation = Evaluation::new(scenario, topology, Instant::from_nanos(start));
     for step in in_order(&senders, &receivers) {
         match step {
-            Step::Sender(sender, record) => {
-                let sample = TruthSample {
-                    at: Instant::from_nanos(record.at_ns),
-                    epoch: record.epoch,
-                    count: record.count,
-                    axis: Kinematics {
-                        position: record.position,
-                        velocity: record.velocity,
-                        acceleration: record.acceleration,
-                    },
-                };
-                evaluation.master_was(sender, record.axis, sample);
+            Step::Sender(sender, cycle) => {
+                let SenderRow { node, axes } = &cycle.signals;
+                for (config, axis) in scenario.senders[sender].shown_axes().zip(axes) {
+                    let sample = truth_of(cycle.at_ns, node, axis);
+                    evaluation.master_was(sender, config.id.get(), sample);
+                }
             }
             Step::Receiver(receiver, cycle) => {
                 let Cycle {
@@ -70,8 +63,8 @@ pub(super) fn evaluate(
 }
 
 enum Step<'a> {
-    Sender(usize, &'a SenderRecord),
-    Receiver(usize, &'a Cycle),
+    Sender(usize, &'a Cycle<SenderRow>),
+    Receiver(usize, &'a Cycle<SignalRow>),
 }
 
 impl Step<'_> {
@@ -83,7 +76,10 @@ impl Step<'_> {
     }
 }
 
-fn in_order<'a>(senders: &'a [Vec<SenderRecord>], receivers: &'a [Vec<Cycle>]) -> Vec<Step<'a>> {
+fn in_order<'a>(
+    senders: &'a [Vec<Cycle<SenderRow>>],
+    receivers: &'a [Vec<Cycle<SignalRow>>],
+) -> Vec<Step<'a>> {
     let of_senders = senders
         .iter()
         .enumerate()
@@ -97,16 +93,33 @@ fn in_order<'a>(senders: &'a [Vec<SenderRecord>], receivers: &'a [Vec<Cycle>]) -
     steps
 }
 
-/// A receiver's cycle, as its trace has it.
-struct Cycle {
+/// A node's cycle, as its trace has it. It is read by place, not by name: how many nodes, axes and slaves
+/// there are is the config's.
+struct Cycle<R> {
     at_ns: i64,
     woke_ns: i64,
-    signals: SignalRow,
+    signals: R,
 }
 
-impl Cycle {
-    /// By place, not by name: how many nodes, axes and slaves there are is the config's.
-    fn read(config: &ReceiverConfig, row: &StringRecord) -> csv::Result<Self> {
+impl Cycle<SenderRow> {
+    fn of_sender(config: &SenderConfig, row: &StringRecord) -> csv::Result<Self> {
+        let mut columns = Columns { row, at: 0 };
+        let (at_ns, woke_ns) = columns.next(2)?;
+        let mut signals = SenderRow::new(config);
+        signals.node = columns.signals()?;
+        for axis in &mut signals.axes {
+            *axis = columns.signals()?;
+        }
+        Ok(Self {
+            at_ns,
+            woke_ns,
+            signals,
+        })
+    }
+}
+
+impl Cycle<SignalRow> {
+    fn of_receiver(config: &ReceiverConfig, row: &StringRecord) -> csv::Result<Self> {
         let mut columns = Columns { row, at: 0 };
         let (at_ns, woke_ns) = columns.next(2)?;
         let mut signals = SignalRow::new(config);
@@ -147,11 +160,7 @@ impl Columns<'_> {
 }
 
 /// All rows of all runs of a node.
-fn read<T: DeserializeOwned>(child: &Child) -> anyhow::Result<Vec<T>> {
-    read_with(child, |row| row.deserialize(None))
-}
-
-fn read_with<T>(
+fn read<T>(
     child: &Child,
     each: impl Fn(&StringRecord) -> csv::Result<T>,
 ) -> anyhow::Result<Vec<T>> {

@@ -6,7 +6,6 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use coaxle_clock::{Instant, Span};
 use coaxle_host::{Machine, machine};
-use coaxle_sender::SenderRecord;
 
 use super::busy::Busy;
 use super::convert::TimeScale;
@@ -163,7 +162,7 @@ fn scale(raw: &Raw, sender: &Path) -> anyhow::Result<TimeScale> {
     let first = raw.sent_first();
     let known = first_cycle(sender, first.epoch)?;
     let start = |count: u64| count as i64 * first.cycle_time_ns;
-    let zero_on_machine = known.at_ns - start(known.count) + start(first.count);
+    let zero_on_machine = known.at_ns - start(known.cycle) + start(first.count);
     let machine_minus_local = first.at_ns - first.cycle_start_ns;
     let one_clock = |(at, local): (i64, i64)| at - local == machine_minus_local;
     let mut clocks = raw.messages.iter().map(|r| (r.at_ns, r.cycle_start_ns));
@@ -175,11 +174,19 @@ fn scale(raw: &Raw, sender: &Path) -> anyhow::Result<TimeScale> {
     ))
 }
 
+/// What is needed of a cycle in a sender's trace.
+#[derive(serde::Deserialize)]
+struct SenderCycle {
+    at_ns: i64,
+    cycle: u64,
+    run: u64,
+}
+
 /// The first cycle of a run in a sender's trace.
-fn first_cycle(trace: &Path, epoch: u64) -> anyhow::Result<SenderRecord> {
-    for cycle in rows::<SenderRecord>(trace)? {
+fn first_cycle(trace: &Path, run: u64) -> anyhow::Result<SenderCycle> {
+    for cycle in rows::<SenderCycle>(trace)? {
         let cycle = cycle?;
-        if cycle.epoch == epoch {
+        if cycle.run == run {
             return Ok(cycle);
         }
     }

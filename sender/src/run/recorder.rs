@@ -1,50 +1,24 @@
 //! What becomes of a sender's cycles: trace and status.
 
-use coaxle_clock::CycleTime;
 use coaxle_host::{Record, Recorder, Trace, fields_of};
-use serde::Serialize;
-use serde_json::{Map, Value};
+use coaxle_node::signal::{Group, Instance};
+use serde_json::{Map, Value, json};
 
-use crate::node::SenderSnapshot;
-use crate::record::SenderRecord;
+use crate::config::SenderConfig;
+use crate::signals::AxisSignals;
+use crate::snapshot::SenderSnapshot;
 
 /// Keeps the newest cycle for the status, and all of them if there is a trace.
 pub(super) struct SenderRecorder {
-    cycle_time: CycleTime,
+    config: SenderConfig,
     trace: Option<Trace>,
     newest: Option<SenderSnapshot>,
 }
 
-/// What a sender adds to its status: `docs/WIRE.md` describes each field.
-#[derive(Serialize)]
-struct Status {
-    cycle: u64,
-    cycle_time_us: f64,
-    overruns: u64,
-    index: u16,
-    count: u64,
-    time_requests: TimeRequestsStatus,
-    axes: Vec<AxisStatus>,
-}
-
-#[derive(Serialize)]
-struct TimeRequestsStatus {
-    answered: u64,
-    dropped: u64,
-    refused: u64,
-}
-
-#[derive(Serialize)]
-struct AxisStatus {
-    id: u32,
-    position: f64,
-    velocity: f64,
-}
-
 impl SenderRecorder {
-    pub(super) const fn new(cycle_time: CycleTime, trace: Option<Trace>) -> Self {
+    pub(super) fn new(config: &SenderConfig, trace: Option<Trace>) -> Self {
         Self {
-            cycle_time,
+            config: config.clone(),
             trace,
             newest: None,
         }
@@ -56,7 +30,7 @@ impl Recorder<SenderSnapshot> for SenderRecorder {
         let snapshot = &record.snapshot;
         if let Some(trace) = &mut self.trace {
             let (at, woke) = (record.ideal_start.as_nanos(), record.woke.as_nanos());
-            trace.write(record.ideal_start, SenderRecord::rows(at, woke, snapshot));
+            trace.write(record.ideal_start, [(at, woke, &snapshot.signals)]);
         }
         match &mut self.newest {
             Some(newest) => newest.clone_from(snapshot),
@@ -66,7 +40,7 @@ impl Recorder<SenderSnapshot> for SenderRecorder {
 
     fn status(&self) -> Map<String, Value> {
         match &self.newest {
-            Some(snapshot) => fields_of(&Status::of(self.cycle_time, snapshot)),
+            Some(snapshot) => status_of(&self.config, snapshot),
             None => Map::new(),
         }
     }
@@ -76,37 +50,33 @@ impl Recorder<SenderSnapshot> for SenderRecorder {
     }
 }
 
-impl Status {
-    fn of(cycle_time: CycleTime, snapshot: &SenderSnapshot) -> Self {
-        let axis = |axis: &crate::AxisKinematics| AxisStatus {
-            id: axis.id,
-            position: axis.position,
-            velocity: axis.velocity,
-        };
-        Self {
-            cycle: snapshot.count,
-            cycle_time_us: cycle_time.span().as_micros_f64(),
-            overruns: snapshot.overruns,
-            index: snapshot.index.0,
-            count: snapshot.count,
-            time_requests: TimeRequestsStatus {
-                answered: snapshot.time_requests.taken.answered,
-                dropped: snapshot.time_requests.taken.dropped,
-                refused: snapshot.time_requests.refused,
-            },
-            axes: snapshot.axes.iter().map(axis).collect(),
-        }
-    }
+/// What a sender adds to its status: its signals, nested by what they are about. `docs/WIRE.md` describes it.
+fn status_of(config: &SenderConfig, snapshot: &SenderSnapshot) -> Map<String, Value> {
+    let mut status = fields_of(&snapshot.signals.node);
+    // The host says it, as text.
+    status.remove("run");
+    let cycle_time = config.cycle_time_us.0.span().as_micros_f64();
+    status.insert("cycle_time_us".to_owned(), json!(cycle_time));
+    let instances = config.instances();
+    let axes = instances.iter().filter(|of| of.group == Group::Axis);
+    let axis = |(instance, (id, signals)): (&Instance, (u32, &AxisSignals))| {
+        let mut axis = fields_of(signals);
+        axis.insert("id".to_owned(), json!(id));
+        axis.insert("unit".to_owned(), json!(instance.unit));
+        (instance.name.clone(), Value::Object(axis))
+    };
+    let axes = axes.zip(snapshot.axes()).map(axis);
+    status.insert("axes".to_owned(), Value::Object(axes.collect()));
+    status
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{AxisKinematics, Sender};
-    use coaxle_clock::{Instant, Span};
+    use crate::Sender;
+    use coaxle_clock::Instant;
     use coaxle_node::Node;
     use coaxle_node::config::parse;
-    use serde_json::json;
 
     const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
 
@@ -126,15 +96,19 @@ mod tests {
         "followed",
     ];
 
-    fn cycle_time() -> CycleTime {
-        CycleTime::new(Span::from_millis(2)).unwrap()
+    fn config() -> SenderConfig {
+        let axis = |id| {
+            format!(
+                "[[axis]]\nid = {id}\nname = 'x'\nunit = 'mm'\nprogram = {{ start-velocity = {id}.0, \
+                 limits = {{ velocity = 9, acceleration = 9, jerk = 9 }} }}\n"
+            )
+        };
+        let text = format!("name = 's'\ncycle-time-us = 2000\n{}{}", axis(7), axis(9));
+        parse("s", &text).unwrap()
     }
 
     fn record() -> Record<SenderSnapshot> {
-        let text = "name = 's'\ncycle-time-us = 2000\n[[axis]]\nid = 7\nname = 'x'\nprogram = { \
-                    start-velocity = 5.0, limits = { velocity = 9, acceleration = 9, jerk = 9 } }";
-        let config = parse("s", text).unwrap();
-        let mut sender = Sender::new(&config, Instant::EPOCH, 1).unwrap();
+        let mut sender = Sender::new(&config(), Instant::EPOCH, 1).unwrap();
         let _ = sender.cycle(Instant::EPOCH);
         Record {
             ideal_start: Instant::from_nanos(3_000),
@@ -145,7 +119,7 @@ mod tests {
 
     #[test]
     fn the_status_has_the_fields_that_the_document_describes() {
-        let mut recorder = SenderRecorder::new(cycle_time(), None);
+        let mut recorder = SenderRecorder::new(&config(), None);
         assert_eq!(
             recorder.status(),
             Map::new(),
@@ -153,10 +127,9 @@ mod tests {
         );
         recorder.record(&record());
         let mut status = recorder.status();
-        assert_eq!(
-            status["axes"],
-            json!([{ "id": 7, "position": 0.0, "velocity": 5.0 }])
-        );
+        let axis = |id, velocity| json!({ "id": id, "unit": "mm", "position": 0.0, "velocity": velocity, "acceleration": 0.0 });
+        let axes = json!({ "x.7": axis(7, 7.0), "x.9": axis(9, 9.0) });
+        assert_eq!(status["axes"], axes);
         assert_eq!(status["cycle_time_us"], 2000.0);
         for field in HOST_FIELDS {
             assert!(!status.contains_key(field), "{field} is the host's");
@@ -173,30 +146,18 @@ mod tests {
     }
 
     #[test]
-    fn a_trace_has_a_row_per_shown_axis_and_cycle() {
+    fn a_trace_has_a_row_per_cycle_and_a_column_per_signal() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("trace.csv");
-        let mut recorder = SenderRecorder::new(cycle_time(), Some(Trace::create(&path).unwrap()));
-        let mut record = record();
-        let other = AxisKinematics {
-            id: 9,
-            position: 1.5,
-            velocity: 2.5,
-            acceleration: 3.5,
-        };
-        record.snapshot.axes = [record.snapshot.axes[0], other].into();
-        recorder.record(&record);
-        recorder.record(&record);
+        let trace = Trace::with_columns(&path, &config().columns()).unwrap();
+        let mut recorder = SenderRecorder::new(&config(), Some(trace));
+        recorder.record(&record());
+        recorder.record(&record());
         recorder.finish().unwrap();
-        let rows: Vec<SenderRecord> = csv::Reader::from_path(&path)
-            .unwrap()
-            .deserialize()
-            .collect::<Result<_, _>>()
-            .unwrap();
-        assert_eq!(
-            rows.iter().map(|row| row.axis).collect::<Vec<_>>(),
-            [7, 9, 7, 9]
-        );
-        assert_eq!((rows[1].at_ns, rows[1].acceleration), (3_000, 3.5));
+        let mut reader = csv::Reader::from_path(&path).unwrap();
+        let rows: Vec<std::collections::HashMap<String, f64>> =
+            reader.deserialize().collect::<Result<_, _>>().unwrap();
+        assert_eq!(rows.len(), 2);
+        assert_eq!((rows[1]["at_ns"], rows[1]["x.9.velocity"]), (3_000.0, 9.0));
     }
 }

@@ -1,0 +1,63 @@
+//! The signals of a sender: each is declared here, and computed in the node.
+
+use coaxle_node::signals;
+
+signals! {
+    /// The sender itself.
+    pub struct SenderSignals of Node {
+        /// Cycle number, skipped ones counted: the count in its frames.
+        cycle: u64 [""],
+        /// The cycle index in its frames.
+        index: u16 [""],
+        /// This run of the node: the epoch in its frames.
+        run: u64 [""],
+        /// Cycles skipped so far.
+        overruns: u64 [""],
+        /// Time requests answered so far.
+        requests_answered: u64 [""],
+        /// Time requests not answered so far: too many came in one cycle.
+        requests_dropped: u64 [""],
+        /// Time requests refused so far, before they reached the node.
+        requests_refused: u64 [""],
+    }
+}
+
+signals! {
+    /// An axis of its own, as it truly moves: behind an encoder, what the encoder measures.
+    pub struct AxisSignals of Axis {
+        /// Position.
+        position: f64 ["u"],
+        /// Velocity.
+        velocity: f64 ["u/s"],
+        /// Acceleration.
+        acceleration: f64 ["u/s²"],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::signal::table;
+
+    const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/SIGNALS.md");
+    const HEADING: &str = "# Signals of a sender\n";
+
+    /// To write it anew after a change: `UPDATE_DOCS=1 cargo test -p coaxle-sender signals`.
+    #[test]
+    fn the_document_has_every_signal() {
+        let path = std::path::Path::new(DOCUMENT);
+        let written = std::fs::read_to_string(path).expect("the document");
+        let (others, own) = written.split_once(HEADING).expect("the sender's part");
+        let (head, _) = own.split_once("## ").expect("the tables");
+        let tables = [
+            table::<SenderSignals>("The sender"),
+            table::<AxisSignals>("An axis"),
+        ];
+        let expected = format!("{others}{HEADING}{head}{}", tables.join("\n"));
+        if std::env::var_os("UPDATE_DOCS").is_some() {
+            std::fs::write(path, &expected).expect("the document can be written");
+        } else {
+            assert_eq!(written, expected);
+        }
+    }
+}
