@@ -1,6 +1,7 @@
 //! The receiver's config file.
 
 mod axes;
+mod drive;
 mod far;
 mod form;
 mod masters;
@@ -17,6 +18,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::marks::{MarksConfig, SpacingSwing, WrongMarks};
 pub use axes::{AxisList, FarAxisConfig, WrongAxes};
+pub use drive::{DriveConfig, SharedMemoryConfig};
 pub use far::{DelayConfig, FarChannel, FarConfig, Mode};
 pub use masters::{MasterRef, WrongSlave};
 pub use publish::{PublishFarAxes, WrongPublished};

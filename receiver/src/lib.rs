@@ -8,9 +8,16 @@
 //!
 //! [`Receiver`] is the node, without any I/O; `pipeline.rs` reads like the picture. `run` (with the
 //! feature `host`) is its life in the real world.
+//!
+//! The set values of a slave go to a simulated drive, to another process on this machine
+//! (`drive = { kind = "shared-memory", … }`, docs/DRIVE.md), or to drive code of your own: implement
+//! [`Drive`](coaxle_axis::drive::Drive), and give it to [`Receiver::with_drives`]. `examples/own_drive.rs` is
+//! such a node, from its config to its last cycle:
+//! `cargo run -p coaxle-receiver --no-default-features --example own_drive`.
 
 mod arrivals;
 pub mod config;
+mod drives;
 mod far;
 mod far_axes;
 mod marks;
@@ -27,7 +34,8 @@ mod snapshot;
 pub use config::{
     DelayConfig, FarChannel, FarConfig, MasterRef, Mode, ReceiverConfig, SlaveConfig, WrongSlave,
 };
-pub use names::{DriveStateName, HealthName, StateName};
+pub use drives::Drives;
+pub use names::{DriveKindName, DriveStateName, HealthName, StateName};
 pub use node::{Receiver, ReceiverError};
 pub use program::{ProgramSnapshot, ProgramState, StepConfig, When, WrongStep};
 pub use slaves::SlaveNumber;

@@ -1,6 +1,6 @@
 //! The words of states, as traces, status and reports spell them.
 
-use coaxle_axis::drive::DriveState;
+use coaxle_axis::drive::{DriveKind, DriveState};
 use coaxle_remote::FilterState;
 use serde::{Deserialize, Serialize};
 
@@ -49,10 +49,25 @@ named! {
         /// No power.
         #[default]
         Off = "off",
+        /// Told to have power, and not following yet.
+        SwitchingOn = "switching-on",
         /// It follows.
         Following = "following",
         /// It tripped.
         Tripped = "tripped",
+    }
+}
+
+named! {
+    /// The kind of a drive.
+    DriveKindName {
+        /// Calculated.
+        #[default]
+        Simulated = "simulated",
+        /// In another process, over shared memory.
+        SharedMemory = "shared-memory",
+        /// Code of whoever built the node.
+        Own = "own",
     }
 }
 
@@ -111,8 +126,19 @@ impl From<DriveState> for DriveStateName {
     fn from(state: DriveState) -> Self {
         match state {
             DriveState::Off => Self::Off,
+            DriveState::SwitchingOn => Self::SwitchingOn,
             DriveState::Following => Self::Following,
             DriveState::Tripped => Self::Tripped,
+        }
+    }
+}
+
+impl From<DriveKind> for DriveKindName {
+    fn from(kind: DriveKind) -> Self {
+        match kind {
+            DriveKind::Simulated => Self::Simulated,
+            DriveKind::SharedMemory => Self::SharedMemory,
+            DriveKind::Own => Self::Own,
         }
     }
 }

@@ -16,6 +16,7 @@ use coaxle_node::{
 use coaxle_slave::{Command, Refusal};
 
 use crate::config::{ReceiverConfig, WrongSlave};
+use crate::drives::Drives;
 use crate::pipeline::Pipeline;
 use crate::slaves::{SlaveNumber, Slaves};
 use crate::snapshot::ReceiverSnapshot;
@@ -118,25 +119,42 @@ pub enum ReceiverError {
 }
 
 impl Receiver {
-    /// A receiver whose first cycle is due at `start`. `epoch` tells this run from earlier ones.
+    /// A receiver whose first cycle is due at `start`. `epoch` tells this run from earlier ones. The drives
+    /// of its slaves are simulated; others are given by [`with_drives`](Self::with_drives).
     ///
     /// # Errors
-    /// [`ReceiverError`] names the parameter that is out of its range.
+    /// [`ReceiverError`] names the parameter that is out of its range, or the slave whose drive is in
+    /// another process.
     pub fn new(
         config: &ReceiverConfig,
         start: Instant<Local>,
         epoch: u64,
     ) -> Result<Self, ReceiverError> {
+        Self::with_drives(config, Drives::new(), start, epoch)
+    }
+
+    /// The same with these drives.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and [`ReceiverError::Slave`] for a drive that is for none of the slaves, or
+    /// for one without limits.
+    pub fn with_drives(
+        config: &ReceiverConfig,
+        drives: Drives,
+        start: Instant<Local>,
+        epoch: u64,
+    ) -> Result<Self, ReceiverError> {
         let cycle_time = config.cycle_time_us.0;
         let sender = sender_id(&config.name);
-        let pipeline =
-            Pipeline::new(config, Slaves::new(config)?, epoch).map_err(|(far, wrong)| {
+        let pipeline = Pipeline::new(config, Slaves::new(config, drives)?, epoch).map_err(
+            |(far, wrong)| {
                 let field = match config.far.len() {
                     1 => "sync".to_owned(),
                     _ => format!("far[{far}].sync"),
                 };
                 ReceiverError::Sync { field, wrong }
-            })?;
+            },
+        )?;
         let subscriptions = config.wiring().subscriptions;
         let source = |subscription: &Subscription| match subscription.channel {
             Channel::TimeRequests => Source::Requests,
@@ -324,6 +342,11 @@ impl Node for Receiver {
 
     fn next_cycle(&self) -> Instant<Local> {
         self.schedule.next_start()
+    }
+
+    fn ideal_start(&self, now: Instant<Local>) -> Instant<Local> {
+        let mut schedule = self.schedule;
+        schedule.take(now).ideal_start
     }
 
     fn snapshot(&self) -> &ReceiverSnapshot {

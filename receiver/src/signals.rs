@@ -6,7 +6,7 @@ use coaxle_clock::observer::{ObserverLine, ObserverState};
 use coaxle_node::signals;
 use coaxle_slave::CouplingPhase;
 
-use crate::names::{DriveStateName, HealthName, StateName};
+use crate::names::{DriveKindName, DriveStateName, HealthName, StateName};
 use crate::program::ProgramState;
 
 signals! {
@@ -208,6 +208,12 @@ signals! {
         program_step: Option<u16> [""] last,
         /// Cuts done so far, by its tool or by steps of its program.
         cuts: u64 [""],
+        /// What kind of drive it has.
+        drive_kind: DriveKindName [""],
+        /// Whether the process of its drive is attached and lives; none if it is in no other process.
+        drive_attached: Option<bool> [""],
+        /// Own cycles since the heartbeat of that process changed; none before it did.
+        drive_heartbeat_age: Option<u32> [""],
         /// The drive's state.
         drive_state: DriveStateName [""],
         /// Actual position.

@@ -6,6 +6,10 @@ mod nodes;
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use bench::{Clock, Far, LATENCY, MILLISECOND, SECOND};
 use coaxle_axis::AxisStatus;
+use coaxle_axis::drive::{
+    DriveCommand, DriveKind, DriveLink, DriveReply, ProcessDrive, ProcessDriveParameters,
+    ProcessState,
+};
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_gear::{GearInMultiMaster, Ratios};
@@ -15,7 +19,7 @@ use coaxle_node::{
     Arrived, Channel, CommandOrder, CommandOutcome, Intake, KeptMessage, Message, Node, Outgoing,
     Reader, Rejection, TimeRequest, TimeServer,
 };
-use coaxle_receiver::{HealthName, Mode, Receiver, ReceiverConfig};
+use coaxle_receiver::{Drives, HealthName, Mode, Receiver, ReceiverConfig};
 use coaxle_slave::{Command, CouplingPhase, Dynamics};
 
 #[global_allocator]
@@ -106,6 +110,80 @@ fn several_far_nodes_and_a_slave_of_several_masters_do_not_allocate() {
     let velocity = row.slaves[1].velocity.expect("an axis");
     assert!((velocity - expected).abs() < 1.0, "{velocity}");
     assert_eq!(receiver.snapshot().health.name(), HealthName::Ok);
+}
+
+/// A drive process that answers in the next cycle, and is gone for a while in each second of its life.
+#[derive(Debug, Default)]
+struct Loop(DriveCommand);
+
+impl DriveLink for Loop {
+    fn write(&mut self, command: &DriveCommand) {
+        self.0 = *command;
+    }
+
+    fn read(&mut self) -> Option<DriveReply> {
+        let DriveCommand {
+            counter,
+            enable,
+            resets,
+            set,
+            ..
+        } = self.0;
+        let gone = counter % 1_000 > 900;
+        (!gone).then_some(DriveReply {
+            heartbeat: counter,
+            counter,
+            resets,
+            state: ProcessState::of(enable.into()),
+            error: 0,
+            position: set.position,
+            velocity: set.velocity,
+        })
+    }
+}
+
+/// A drive in another process is switched on, followed, lost, and reset, again and again.
+#[test]
+fn a_drive_in_another_process_does_not_allocate() {
+    let text = "name = 'r'\ncycle-time-us = 1000\nmaster = { node = 'm' }\n
+        [[slave]]\nname = 'carriage'\ncouple = 'off'\n
+        limits = { velocity = 200, acceleration = 5000, jerk = 1e6 }";
+    let config: ReceiverConfig = parse("r.toml", text).expect("a config");
+    let parameters = ProcessDriveParameters {
+        max_silent_cycles: 5,
+        switch_on_cycles: 100,
+        following_error_window: 10.0,
+        following_error_time: 0.02,
+    };
+    let drive = ProcessDrive::new(Loop::default(), DriveKind::Own, parameters).expect("in range");
+    let drives = Drives::new().with("carriage", drive);
+    let mut receiver =
+        Receiver::with_drives(&config, drives, Instant::EPOCH, 1).expect("a receiver");
+    let carriage = receiver.slave_number("carriage").expect("a slave");
+    let (mut stopped, mut moved) = (0, 0);
+    assert_no_alloc(|| {
+        let _ = receiver.command(carriage, &Command::Power(true));
+        for _ in 0..10_000 {
+            let _ = receiver.cycle(receiver.next_cycle());
+            while receiver.transmit().is_some() {}
+            let slave = receiver.snapshot().signals.slaves[0];
+            match slave.state {
+                AxisStatus::Standstill => {
+                    let dynamics = Dynamics::default();
+                    let velocity = 100.0;
+                    let go = Command::MoveVelocity { velocity, dynamics };
+                    moved += u32::from(receiver.command(carriage, &go).is_ok());
+                }
+                AxisStatus::ErrorStop if slave.velocity == Some(0.0) => {
+                    stopped += u32::from(receiver.command(carriage, &Command::Reset {}).is_ok());
+                }
+                _ => {}
+            }
+        }
+    });
+    #[cfg(not(debug_assertions))]
+    assert_eq!(assert_no_alloc::violation_count(), 0);
+    assert!(moved >= 9 && stopped >= 9, "{moved} {stopped}");
 }
 
 fn gear(ratio: f64) -> Command {

@@ -8,7 +8,7 @@ use coaxle_host::fields_of;
 use coaxle_node::CommandOrder;
 use coaxle_node::config::{ConfigError, Unit, from_table};
 use coaxle_node::keys::NodeName;
-use coaxle_receiver::{ReceiverConfig, SlaveConfig};
+use coaxle_receiver::{Drives, ReceiverConfig, SlaveConfig};
 use coaxle_sender::config::ShownAxes;
 
 use crate::event::{Event, Happening};
@@ -200,7 +200,7 @@ fn check_nodes(scenario: &Scenario, file: &str) -> Result<(), ConfigError> {
             .map_err(|wrong| ConfigError::field(file, format!("sender[{n}]"), wrong))?;
     }
     for (n, receiver) in scenario.receivers.iter().enumerate() {
-        coaxle_receiver::Receiver::new(receiver, start, 0)
+        coaxle_receiver::Receiver::with_drives(receiver, Drives::simulated(), start, 0)
             .map_err(|wrong| ConfigError::field(file, format!("receiver[{n}]"), wrong))?;
     }
     Ok(())

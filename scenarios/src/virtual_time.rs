@@ -6,7 +6,7 @@ use coaxle_node::wiring::{self, Subscription, far_link_seed};
 use coaxle_node::{
     Arrival, Channel, CommandAnswer, CommandOrder, CommandOutcome, Message, Node, Outgoing,
 };
-use coaxle_receiver::Receiver;
+use coaxle_receiver::{Drives, Receiver};
 use coaxle_sender::Sender;
 use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, True, World};
 
@@ -95,14 +95,16 @@ fn populate(scenario: &Scenario) -> anyhow::Result<World<AnyNode>> {
     }
     for config in &scenario.receivers {
         let config = config.clone();
-        Receiver::new(&config, Instant::EPOCH, 0)?;
+        Receiver::with_drives(&config, Drives::simulated(), Instant::EPOCH, 0)?;
         world.add_node(NodeSetup {
             name: config.name.to_string(),
             seed: scenario.seed_of(&config.name),
             clock: config.clock.clone(),
             send_stamps: true,
             build: Box::new(move |start, run| {
-                let receiver = Receiver::new(&config, start, run).expect("was built before");
+                let drives = Drives::simulated();
+                let receiver =
+                    Receiver::with_drives(&config, drives, start, run).expect("was built before");
                 AnyNode::Receiver(Box::new(receiver))
             }),
         });

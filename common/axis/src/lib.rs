@@ -9,7 +9,7 @@
 //!   of it is ([`CouplingPhase`]).
 //! * What ties it to its [`Masters`]: a [`Coupling`] of whatever kind. Each kind is a crate, which
 //!   implements that and [`Engage`]; the slave axis knows no other way to talk to it.
-//! * A simulated servo [`drive`] that follows its set values.
+//! * What follows its set values: a [`drive`], simulated, in another process, or your own.
 //!
 //! ```
 //! use coaxle_axis::guard::{Guard, GuardRefusal};

@@ -63,6 +63,12 @@ pub trait Node {
     /// When the next cycle is due.
     fn next_cycle(&self) -> Instant<Local>;
 
+    /// When the cycle that begins at `now` should ideally have begun: [`Self::cycle`] says the same. That
+    /// is the next one that is due, but for a node that skips those it is too late for.
+    fn ideal_start(&self, _now: Instant<Local>) -> Instant<Local> {
+        self.next_cycle()
+    }
+
     /// What the node shows of itself.
     fn snapshot(&self) -> &Self::Snapshot;
 

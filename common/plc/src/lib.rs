@@ -5,7 +5,7 @@
 //! [`Outputs`], all read off one [`CommandState`](coaxle_axis::CommandState).
 //!
 //! ```
-//! use coaxle_axis::drive::{Drive, DriveParameters};
+//! use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 //! use coaxle_clock::{CycleTime, Seconds, Span};
 //! use coaxle_plc::{CommandBlock, Outputs, Power};
 //! use coaxle_slave::{Command, Dynamics, JobError, OnMasterLoss, SlaveAxis, SlaveParameters};
@@ -21,7 +21,7 @@
 //!     master_noise: None,
 //!     master_increment: None,
 //! };
-//! let drive = Drive::new(DriveParameters::default())?;
+//! let drive = Box::new(SimulatedDrive::new(DriveParameters::default())?);
 //! let cycle = CycleTime::new(Span::from_millis(1))?;
 //! let mut axis = SlaveAxis::new(&parameters, drive, cycle)?;
 //!

@@ -1,7 +1,7 @@
 //! Nothing a flying saw does asks for memory: planning, refusing, trying, running, reading.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use coaxle_axis::drive::{Drive, DriveParameters};
+use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_plc::ReadFlyingSawCharacteristicsBlock;
@@ -23,9 +23,10 @@ fn axis() -> SlaveAxis {
         master_noise: None,
         master_increment: None,
     };
-    let drive = Drive::new(DriveParameters::default()).expect("the constants are in range");
+    let drive =
+        SimulatedDrive::new(DriveParameters::default()).expect("the constants are in range");
     let cycle = CycleTime::new(Span::from_millis(1)).expect("1 ms is a cycle time");
-    SlaveAxis::new(&parameters, drive, cycle).expect("the parameters are in range")
+    SlaveAxis::new(&parameters, Box::new(drive), cycle).expect("the parameters are in range")
 }
 
 fn gear_in_velo(sync_mode: SyncMode) -> Command {

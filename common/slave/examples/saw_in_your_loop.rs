@@ -5,7 +5,7 @@
 //! The loop is all there is: masters and the elapsed time go in once per cycle, the set values come
 //! out. Nothing here allocates, waits or asks a clock, so that it can run in any cycle.
 
-use coaxle_axis::drive::{Drive, DriveParameters};
+use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 use coaxle_axis::{CommandState, Job, Origin};
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
@@ -61,7 +61,7 @@ impl Station {
             master_noise: None,
             master_increment: None,
         };
-        let drive = Drive::new(DriveParameters::default())?;
+        let drive = Box::new(SimulatedDrive::new(DriveParameters::default())?);
         let mut axis = SlaveAxis::new(&parameters, drive, cycle)?;
         axis.command(&Command::Power(true))?;
         Ok(Self {

@@ -6,9 +6,11 @@ mod cycle;
 mod plan;
 mod start;
 
+use alloc::boxed::Box;
+
 use coaxle_clock::{CycleTime, Seconds};
 
-use coaxle_axis::drive::{Drive, DriveState};
+use coaxle_axis::drive::{Actual, Drive, DriveState};
 use coaxle_axis::guard::Guard;
 use coaxle_axis::{
     AxisStatus, CommandState, CouplingPhase, Job, Masters, StateMachine, StateWord, Transition,
@@ -22,6 +24,7 @@ use super::error::SlaveError;
 use super::job::{EndedJob, JobError, JobState, Jobs};
 use super::motion::{Motion, Planned};
 use super::parameters::{OnMasterLoss, SlaveParameters, WrongSlaveParameter};
+use super::port::DrivePort;
 use super::refusal::Refusal;
 use super::shift::Shift;
 
@@ -33,7 +36,7 @@ pub struct SlaveAxis {
     guard: Guard,
     on_master_loss: OnMasterLoss,
     cycle_time: f64,
-    drive: Drive,
+    drive: DrivePort,
     /// The axis's position where the drive's is 0: homing shifts it.
     drive_zero: f64,
     state: StateMachine,
@@ -64,11 +67,12 @@ impl SlaveAxis {
     /// [`WrongSlaveParameter`] names the parameter that no axis can have.
     pub fn new(
         parameters: &SlaveParameters,
-        drive: Drive,
+        drive: Box<dyn Drive>,
         cycle_time: CycleTime,
     ) -> Result<Self, WrongSlaveParameter> {
         let guard = parameters.guard()?;
-        let here = drive.position();
+        let drive = DrivePort::new(drive);
+        let here = drive.actual().position;
         let cycle_time = cycle_time.as_secs_f64();
         Ok(Self {
             guard,
@@ -133,6 +137,7 @@ impl SlaveAxis {
         }
         self.finish();
         self.move_drive(elapsed);
+        self.wait_for_drive();
         self.set
     }
 
@@ -156,7 +161,7 @@ impl SlaveAxis {
     /// Whether it has power and no error.
     #[must_use]
     pub fn is_operational(&self) -> bool {
-        self.drive.state() == DriveState::Following && self.error.is_none()
+        self.drive.actual().state == DriveState::Following && self.error.is_none()
     }
 
     /// How far a job is. Of those that have ended the last ones are remembered; others are taken
@@ -244,14 +249,20 @@ impl SlaveAxis {
     /// The actual position, u.
     #[must_use]
     pub const fn actual_position(&self) -> f64 {
-        self.drive.position() + self.drive_zero
+        self.drive.actual().position + self.drive_zero
     }
 
-    /// The drive. Its positions count from where it was first switched on, those of the axis from
-    /// where it was homed.
+    /// What the drive said last, as far as it can be believed. Its positions count from where it was first
+    /// switched on, those of the axis from where it was homed.
     #[must_use]
-    pub const fn drive(&self) -> &Drive {
-        &self.drive
+    pub const fn actual(&self) -> &Actual {
+        self.drive.actual()
+    }
+
+    /// The drive.
+    #[must_use]
+    pub fn drive(&self) -> &dyn Drive {
+        self.drive.drive()
     }
 
     /// Whether the diagram has the arrow.

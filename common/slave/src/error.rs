@@ -1,5 +1,6 @@
 //! What brings a slave axis to an error stop.
 
+use coaxle_axis::drive::DriveFault;
 use coaxle_axis::guard::GuardFault;
 
 use super::couplings::CouplingFault;
@@ -7,12 +8,9 @@ use super::couplings::CouplingFault;
 /// Why a slave axis is in error stop.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SlaveError {
-    /// The drive tripped: its following error was too large for too long.
-    #[error("{:#06x}: following error of {following_error} for too long, the drive tripped", self.code())]
-    FollowingError {
-        /// The following error when it tripped, u.
-        following_error: f64,
-    },
+    /// The drive tripped, or is not ready.
+    #[error("{code:#06x}: {0}", code = self.code())]
+    Drive(DriveFault),
     /// The axis was coupled and its master was lost or in error.
     #[error("{:#06x}: the master of the coupled axis was lost or in error", self.code())]
     MasterLost,
@@ -29,11 +27,17 @@ impl SlaveError {
     #[must_use]
     pub fn code(&self) -> u32 {
         match self {
-            Self::FollowingError { .. } => 0x4550,
+            Self::Drive(fault) => fault.code(),
             Self::MasterLost => 0x42a0,
             Self::Guard(fault) => fault.code(),
             Self::Coupling(fault) => fault.code(),
         }
+    }
+}
+
+impl From<DriveFault> for SlaveError {
+    fn from(fault: DriveFault) -> Self {
+        Self::Drive(fault)
     }
 }
 

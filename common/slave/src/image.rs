@@ -25,8 +25,8 @@ impl SlaveAxis {
             axis_id: id,
             actual_position: actual,
             modulo_actual_position: actual,
-            actual_velocity: self.drive().velocity(),
-            following_error: self.drive().following_error(),
+            actual_velocity: self.actual().velocity,
+            following_error: self.actual().following_error,
             set_position: set.position,
             set_velocity: set.velocity,
             set_acceleration: set.acceleration,
@@ -51,7 +51,7 @@ impl SlaveAxis {
 
     fn state_word(&self) -> StateWord {
         let (status, set) = (self.status(), self.set());
-        let drive = self.drive().state();
+        let drive = self.actual().state;
         let failed = status == AxisStatus::ErrorStop;
         let powered = drive == DriveState::Following;
         let constant = set.velocity != 0.0 && set.acceleration == 0.0;

@@ -6,7 +6,7 @@
 //! Once per cycle [`SlaveAxis::update`] makes the set values and moves the drive.
 //!
 //! ```
-//! use coaxle_axis::drive::{Drive, DriveParameters};
+//! use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 //! use coaxle_axis::{AxisStatus, CommandState};
 //! use coaxle_clock::{CycleTime, Seconds, Span};
 //! use coaxle_curve::profile::Kinematics;
@@ -24,7 +24,7 @@
 //!     master_noise: None,
 //!     master_increment: None,
 //! };
-//! let drive = Drive::new(DriveParameters::default())?;
+//! let drive = Box::new(SimulatedDrive::new(DriveParameters::default())?);
 //! let cycle = CycleTime::new(Span::from_millis(1))?;
 //! let mut axis = SlaveAxis::new(&parameters, drive, cycle)?;
 //! let mut master = Kinematics { position: 0.0, velocity: 500.0, acceleration: 0.0 };
@@ -99,10 +99,15 @@
 //! that comes, goes or returns after a trip of the drive: without power the set position is the
 //! actual one.
 //!
+//! What follows the set values is a [`Drive`](coaxle_axis::drive::Drive): the simulated one above, one of
+//! your own, or one in another process. An axis has power when its drive follows: until then it is
+//! `Disabled`, and stands where its drive is. A drive that trips, that stops to follow, or whose actual
+//! values no axis can have brings it to an error stop ([`SlaveError::Drive`]); whatever a drive says, the set
+//! values keep the above.
+//!
 //! The crate is `no_std` and asks no machine for the time. Commands and cycles allocate nothing.
 #![no_std]
 
-#[cfg(feature = "serde")]
 extern crate alloc;
 #[cfg(test)]
 extern crate std;
@@ -117,6 +122,7 @@ mod image;
 mod job;
 mod motion;
 mod parameters;
+mod port;
 mod refusal;
 mod shift;
 

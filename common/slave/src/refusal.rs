@@ -50,6 +50,18 @@ pub enum Refusal {
         /// The command, by its PLC name.
         command: &'static str,
     },
+    /// The axis was to be coupled from the start, and its drive is not there, or does not follow at once.
+    #[error(
+        "{:#06x}: the drive has the axis at {received}, expected it to follow at {expected} at once, where the \
+         coupling from the start has it: give it power first, and couple it then",
+        self.code()
+    )]
+    DriveElsewhere {
+        /// Where the axis is by its drive, u.
+        received: f64,
+        /// Where the coupling has it, u.
+        expected: f64,
+    },
 }
 
 impl Refusal {
@@ -68,7 +80,7 @@ impl Refusal {
             },
             Self::NotAtRest { .. } => 0x425a,
             Self::Guard(refusal) => refusal.code(),
-            Self::NoMaster => 0x4b09,
+            Self::NoMaster | Self::DriveElsewhere { .. } => 0x4b09,
             Self::Coupling(refusal) => refusal.code(),
             Self::NotGiven { .. } => 0x4b06,
             Self::NoCharacteristics => 0x4216,

@@ -13,6 +13,7 @@ mod document;
 
 use std::fmt::{Display, Write as _};
 
+use coaxle_axis::drive::DriveFault;
 use coaxle_axis::guard::{GuardFault, GuardRefusal};
 use coaxle_axis::{Awaits, AxisStatus, Transition};
 use coaxle_cam::{
@@ -318,9 +319,31 @@ fn coded(lines: &mut String, code: u32, text: &dyn Display) {
 fn faults() {
     let mut lines = String::new();
     for error in [
-        SlaveError::FollowingError {
+        DriveFault::FollowingError {
             following_error: 1.25,
-        },
+        }
+        .into(),
+        DriveFault::NotAttached.into(),
+        DriveFault::NotReady { cycles: 1000 }.into(),
+        DriveFault::Silent {
+            cycles: 21,
+            most: 20,
+        }
+        .into(),
+        DriveFault::Reported { error: 0x8611 }.into(),
+        DriveFault::PowerLost.into(),
+        DriveFault::Elsewhere {
+            received: 5000.0,
+            expected: 1000.0,
+            window: 5.0,
+        }
+        .into(),
+        DriveFault::UnknownState { received: 7 }.into(),
+        DriveFault::Implausible {
+            field: "actual position",
+            received: f64::NAN,
+        }
+        .into(),
         SlaveError::MasterLost,
         GuardFault::SoftwareLimit {
             reached: 1200.0,

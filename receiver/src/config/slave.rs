@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use coaxle_axis::drive::DriveParameters;
 use coaxle_cam::CamIn;
 use coaxle_node::config::{Positive, Unit};
 use coaxle_node::keys::NodeName;
 use coaxle_slave::SlaveParameters;
 use serde::{Deserialize, Serialize};
 
+use super::drive::DriveConfig;
 use crate::marks::MarksConfig;
 use crate::program::StepConfig;
 
@@ -36,9 +36,9 @@ pub struct SlaveConfig {
     /// What it can do. Without, nothing is watched: it follows its gear, and takes no commands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<SlaveParameters>,
-    /// The simulated drive.
+    /// What follows its set values.
     #[serde(default)]
-    pub drive: DriveParameters,
+    pub drive: DriveConfig,
     /// What couples it from the start. The gear by default, nothing if it has a program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub couple: Option<CoupleConfig>,
@@ -77,7 +77,7 @@ impl Default for SlaveConfig {
             unit: None,
             further_masters: Vec::new(),
             limits: None,
-            drive: DriveParameters::default(),
+            drive: DriveConfig::default(),
             couple: None,
             gear: GearConfig::default(),
             cams: Vec::new(),
@@ -100,6 +100,9 @@ impl SlaveConfig {
     }
 
     pub(super) fn relative_to(&mut self, folder: &Path) {
+        if let DriveConfig::SharedMemory(drive) = &mut self.drive {
+            drive.path = folder.join(&drive.path);
+        }
         for cam in &mut self.cams {
             if let CamSource::File(file) = cam {
                 *file = folder.join(&*file);

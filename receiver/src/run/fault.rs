@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use coaxle_axis::drive::DriveFault;
 use coaxle_clock::CycleTime;
 use coaxle_clock::time_sync::{SyncError, SyncWarning};
 use coaxle_slave::SlaveError;
@@ -52,11 +53,19 @@ impl Fault {
     }
 
     fn tripped(snapshot: &ReceiverSnapshot) -> Option<Self> {
-        let is_trip = |error: &SlaveError| matches!(error, SlaveError::FollowingError { .. });
         let mut errors = snapshot.faults.iter().filter_map(|faults| faults.error);
-        let text = "the drive tripped: its following error was too large for too long";
-        let tripped = errors.find(is_trip)?;
-        Some(Self::new(tripped.code(), text))
+        let fault = errors.find_map(|error| match error {
+            SlaveError::Drive(fault) => Some(fault),
+            _ => None,
+        })?;
+        let text = match fault {
+            // Without its figure, which would be another one each time.
+            DriveFault::FollowingError { .. } => {
+                "the drive tripped: its following error was too large for too long".to_owned()
+            }
+            fault => fault.to_string(),
+        };
+        Some(Self::new(fault.code(), &text))
     }
 
     /// Why a slave is in error stop.

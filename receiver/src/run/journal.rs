@@ -261,6 +261,7 @@ fn well(signals: &FarNodeSignals, state: Option<StateName>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use coaxle_axis::drive::DriveFault;
     use coaxle_clock::time_sync::SyncError;
     use coaxle_node::config::parse;
     use coaxle_slave::SlaveError;
@@ -306,9 +307,9 @@ mod tests {
         let mut restarted = warned.clone();
         restarted.signals.far[0].restarts = 1;
         let mut tripped = following(Health::DriveTripped, StateName::Time);
-        tripped.faults[0].error = Some(SlaveError::FollowingError {
+        tripped.faults[0].error = Some(SlaveError::Drive(DriveFault::FollowingError {
             following_error: 3.0,
-        });
+        }));
         let life = [
             waiting(),
             following(Health::StartingUp, StateName::Time),

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use coaxle_axis::drive::Drive;
 use coaxle_cam::{CouplingError, TableId, Tables};
 use coaxle_clock::CycleTime;
 use coaxle_gear::LinearGear;
@@ -15,12 +14,13 @@ use super::follower::Follower;
 use super::slave::{Body, Slave};
 use super::tool::Tool;
 use crate::config::{CamSource, CoupleConfig, MasterRef, ReceiverConfig, SlaveConfig, WrongSlave};
+use crate::drives::Drives;
 use crate::program::Program;
 
 impl Slaves {
     /// # Errors
     /// [`WrongSlave`] names the slave and the field.
-    pub(crate) fn new(config: &ReceiverConfig) -> Result<Self, WrongSlave> {
+    pub(crate) fn new(config: &ReceiverConfig, mut drives: Drives) -> Result<Self, WrongSlave> {
         let slaves = &config.slaves;
         if slaves.len() > MAX_AXES {
             return Err(WrongSlave {
@@ -32,6 +32,7 @@ impl Slaves {
             });
         }
         check_names_and_ids(config)?;
+        drives.check(config)?;
         let sources = (0..slaves.len())
             .map(|n| config.masters_of(n))
             .collect::<Result<Vec<_>, _>>()?;
@@ -41,7 +42,7 @@ impl Slaves {
         let has_slaves = |n| (sources.iter()).any(|of| of.contains(&MasterRef::Slave(n)));
         let leads = (0..slaves.len()).map(has_slaves).collect();
         let slaves = (sources.into_iter().enumerate())
-            .map(|(n, sources)| slave(config, n, sources))
+            .map(|(n, sources)| slave(config, n, sources, &mut drives))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
             leads,
@@ -131,19 +132,29 @@ fn circle(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>], order: &[usize]) -
     wrong(n, &field, reason)
 }
 
-fn slave(config: &ReceiverConfig, n: usize, sources: Vec<MasterRef>) -> Result<Slave, WrongSlave> {
+fn slave(
+    config: &ReceiverConfig,
+    n: usize,
+    sources: Vec<MasterRef>,
+    drives: &mut Drives,
+) -> Result<Slave, WrongSlave> {
     let slave = &config.slaves[n];
     let gear = LinearGear::new(slave.gear.ratio, slave.gear.offset)
         .map_err(|error| wrong(n, "gear", error))?;
-    let drive = Drive::new(slave.drive).map_err(|error| wrong(n, "drive", error))?;
+    let wrong_drive = |error| wrong(n, "drive", error);
+    if drives.has_real(slave) {
+        check_real_drive(slave, n)?;
+    }
     let id = config.slave_id(n);
     let body = match &slave.limits {
         None => {
             check_follower(slave, n)?;
+            let drive = drives.simulate(slave).map_err(wrong_drive)?;
             Body::Follower(Follower::new(gear, drive))
         }
         Some(limits) => {
             let cycle_time: CycleTime = config.cycle_time_us.0;
+            let drive = drives.take(slave).map_err(wrong_drive)?;
             let mut axis = SlaveAxis::new(limits, drive, cycle_time)
                 .map_err(|error| wrong(n, "limits", error))?;
             let master_id = match sources[0] {
@@ -189,6 +200,21 @@ fn check_plate(axis: &SlaveAxis, table: TableId) -> Result<(), CouplingError> {
         Some(tables) => tables.plate(table).map(drop),
         None => Err(CouplingError::TableUnknown { table }),
     }
+}
+
+/// A drive that is not simulated is watched, and is where it is: no coupling can have it anywhere at once.
+fn check_real_drive(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
+    if slave.limits.is_none() {
+        let reason =
+            "received none, expected some: a slave whose drive is not simulated is watched";
+        return Err(wrong(n, "limits", reason));
+    }
+    if slave.couple() != CoupleConfig::Off {
+        let reason = "received a coupling from the start, expected \"off\": a drive that is not simulated is \
+                      given power first, by a step of the program or by a command, and coupled then";
+        return Err(wrong(n, "couple", reason));
+    }
+    Ok(())
 }
 
 /// A slave without limits does nothing but follow its gear.

@@ -1,6 +1,6 @@
 //! A slave that nothing watches: it follows its gear, beats and all.
 
-use coaxle_axis::drive::{Drive, DriveState};
+use coaxle_axis::drive::{Actual, Drive, DriveState, SimulatedDrive};
 use coaxle_axis::{AxisState, AxisStatus, CoupleState, NcToPlcAxis, StateWord};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
@@ -13,16 +13,19 @@ use super::Master;
 #[derive(Debug)]
 pub(super) struct Follower {
     gear: LinearGear,
-    drive: Drive,
+    drive: SimulatedDrive,
+    /// What it said last.
+    actual: Actual,
     /// None until it is coupled.
     set: Option<Kinematics>,
     error_of_master: u32,
 }
 
 impl Follower {
-    pub(super) const fn new(gear: LinearGear, drive: Drive) -> Self {
+    pub(super) fn new(gear: LinearGear, drive: SimulatedDrive) -> Self {
         Self {
             gear,
+            actual: drive.actual(),
             drive,
             set: None,
             error_of_master: 0,
@@ -34,11 +37,12 @@ impl Follower {
             return;
         };
         let set = self.gear.slave_of(&master.set);
-        if self.drive.state() == DriveState::Off {
+        if self.actual.state == DriveState::Off {
             self.drive.power_on(set.position, set.velocity);
         } else {
-            self.drive.step(set.position, elapsed.0);
+            self.drive.step(&set, elapsed);
         }
+        self.actual = self.drive.actual();
         self.set = Some(set);
         self.error_of_master = master.error_code;
     }
@@ -47,12 +51,12 @@ impl Follower {
         self.set
     }
 
-    pub(super) const fn drive(&self) -> &Drive {
-        &self.drive
+    pub(super) const fn actual(&self) -> &Actual {
+        &self.actual
     }
 
     pub(super) const fn status(&self) -> AxisStatus {
-        match (self.drive.state(), self.set) {
+        match (self.actual.state, self.set) {
             (DriveState::Tripped, _) => AxisStatus::ErrorStop,
             (_, Some(_)) => AxisStatus::SynchronizedMotion,
             (_, None) => AxisStatus::Disabled,
@@ -60,9 +64,7 @@ impl Follower {
     }
 
     pub(super) fn error(&self) -> Option<SlaveError> {
-        (self.drive.state() == DriveState::Tripped).then(|| SlaveError::FollowingError {
-            following_error: self.drive.following_error(),
-        })
+        self.actual.fault.map(SlaveError::Drive)
     }
 
     /// One that was never coupled has nothing to say.
@@ -77,10 +79,10 @@ impl Follower {
             axis_state: AxisState::SlaveSynchronous,
             couple_state: CoupleState::Slave,
             axis_id: id,
-            actual_position: self.drive.position(),
-            modulo_actual_position: self.drive.position(),
-            actual_velocity: self.drive.velocity(),
-            following_error: self.drive.following_error(),
+            actual_position: self.actual.position,
+            modulo_actual_position: self.actual.position,
+            actual_velocity: self.actual.velocity,
+            following_error: self.actual.following_error,
             set_position: set.position,
             set_velocity: set.velocity,
             set_acceleration: set.acceleration,

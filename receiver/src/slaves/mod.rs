@@ -110,7 +110,7 @@ impl Slaves {
     /// What keeps a slave from its work.
     pub(crate) fn fault(&self) -> Option<Health> {
         let failed = |(n, slave): (usize, &Slave)| match slave.error()? {
-            SlaveError::FollowingError { .. } => Some(Health::DriveTripped),
+            SlaveError::Drive(_) => Some(Health::DriveTripped),
             _ => Some(Health::SlaveFailed { slave: n }),
         };
         let refused = |(n, slave): (usize, &Slave)| {

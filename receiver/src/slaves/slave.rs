@@ -1,6 +1,6 @@
 //! One slave: program, commands, coupling and life cycle, drive.
 
-use coaxle_axis::drive::Drive;
+use coaxle_axis::drive::{Actual, DriveKind};
 use coaxle_axis::{AxisStatus, CommandState, Job, NcToPlcAxis, Origin};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
@@ -28,6 +28,7 @@ pub(super) struct Slave {
     /// Its masters, at least one.
     sources: Box<[MasterRef]>,
     body: Body,
+    drive_kind: DriveKind,
     tool: Tool,
     program: Option<Program>,
     /// The command that was refused last.
@@ -48,6 +49,13 @@ pub(super) enum Body {
 }
 
 impl Body {
+    fn drive_kind(&self) -> DriveKind {
+        match self {
+            Self::Follower(_) => DriveKind::Simulated,
+            Self::Axis { axis, .. } => axis.drive().kind(),
+        }
+    }
+
     /// Of the plate that couples it; 1 without one.
     fn master_scaling(&self) -> f64 {
         match self {
@@ -68,6 +76,7 @@ impl Slave {
         Self {
             id,
             sources,
+            drive_kind: body.drive_kind(),
             body,
             tool,
             program,
@@ -296,7 +305,8 @@ impl Slave {
     }
 
     pub(super) fn signals(&self, faults: &SlaveFaults) -> SlaveSignals {
-        let (drive, set) = (self.drive(), self.set());
+        let (drive, set) = (self.actual(), self.set());
+        let attachment = drive.attachment;
         let program = self.program.as_ref().map(Program::snapshot);
         SlaveSignals {
             position: set.map(|set| set.position),
@@ -309,10 +319,13 @@ impl Slave {
             program: program.map(|program| program.state),
             program_step: program.map(|program| program.step),
             cuts: self.tool.cuts() + self.program.as_ref().map_or(0, Program::cuts),
-            drive_state: drive.state().into(),
+            drive_kind: self.drive_kind.into(),
+            drive_attached: attachment.map(|attachment| attachment.attached),
+            drive_heartbeat_age: attachment.and_then(|attachment| attachment.heartbeat_age),
+            drive_state: drive.state.into(),
             drive_position: self.actual_position(),
-            drive_velocity: drive.velocity(),
-            following_error: drive.following_error(),
+            drive_velocity: drive.velocity,
+            following_error: drive.following_error,
         }
     }
 
@@ -337,16 +350,16 @@ impl Slave {
         }
     }
 
-    fn drive(&self) -> &Drive {
+    fn actual(&self) -> &Actual {
         match &self.body {
-            Body::Follower(follower) => follower.drive(),
-            Body::Axis { axis, .. } => axis.drive(),
+            Body::Follower(follower) => follower.actual(),
+            Body::Axis { axis, .. } => axis.actual(),
         }
     }
 
     fn actual_position(&self) -> f64 {
         match &self.body {
-            Body::Follower(follower) => follower.drive().position(),
+            Body::Follower(follower) => follower.actual().position,
             Body::Axis { axis, .. } => axis.actual_position(),
         }
     }

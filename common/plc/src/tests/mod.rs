@@ -5,7 +5,9 @@ mod cams;
 mod multi_master;
 mod saw;
 
-use coaxle_axis::drive::{Drive, DriveParameters};
+use std::boxed::Box;
+
+use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 use coaxle_axis::{Dynamics, Job};
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
@@ -29,12 +31,12 @@ fn cycle_time() -> CycleTime {
     CycleTime::new(Span::from_millis(1)).expect("1 ms is a cycle time")
 }
 
-fn drive(window: f64) -> Drive {
-    Drive::new(DriveParameters {
+fn drive(window: f64) -> Box<SimulatedDrive> {
+    let drive = SimulatedDrive::new(DriveParameters {
         following_error_window: window,
         ..DriveParameters::default()
-    })
-    .expect("the constants are in range")
+    });
+    Box::new(drive.expect("the constants are in range"))
 }
 
 fn axis(parameters: &SlaveParameters) -> SlaveAxis {

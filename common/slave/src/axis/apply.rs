@@ -51,7 +51,7 @@ impl SlaveAxis {
             _ => self.jobs.number(command, origin),
         };
         self.carry_out(effect, job);
-        if let Some(transition) = transition {
+        if let Some(transition) = transition.and_then(|arrow| self.with_drive(arrow)) {
             self.state.follow(transition);
         }
         match takes_over {
@@ -102,12 +102,27 @@ impl SlaveAxis {
         }
     }
 
+    /// The arrow that an axis takes by its drive: one that does not follow yet leaves it without power.
+    fn with_drive(&self, transition: Transition) -> Option<Transition> {
+        let follows = self.drive.actual().state == DriveState::Following;
+        match (self.status(), transition) {
+            (AxisStatus::Disabled, Transition::PowerOn) if !follows => None,
+            (AxisStatus::ErrorStop, Transition::Reset { powered: true }) if !follows => {
+                Some(Transition::Reset { powered: false })
+            }
+            _ => Some(transition),
+        }
+    }
+
     fn power(&mut self, on: bool) {
         self.powered = on;
         let before = self.status();
+        let is_off = self.drive.actual().state == DriveState::Off;
         if before == AxisStatus::Disabled && on {
             self.switch_on();
-        } else if before == AxisStatus::Standstill && !on {
+        } else if before == AxisStatus::Standstill && !on
+            || before == AxisStatus::Disabled && !is_off
+        {
             self.switch_off();
         } else if !on
             && !matches!(
@@ -125,10 +140,10 @@ impl SlaveAxis {
         if self.status() != AxisStatus::ErrorStop {
             return;
         }
-        if self.drive.state() == DriveState::Tripped || !self.powered {
+        if self.drive.actual().state != DriveState::Following || !self.powered {
             self.switch_off();
         }
-        if self.powered && self.drive.state() == DriveState::Off {
+        if self.powered && self.drive.actual().state == DriveState::Off {
             self.switch_on();
         }
         self.error = None;
@@ -136,7 +151,7 @@ impl SlaveAxis {
     }
 
     fn switch_on(&mut self) {
-        self.drive.power_on(self.drive.position(), 0.0);
+        self.drive.power_on(self.drive.actual().position, 0.0);
         self.stand_where_drive_is();
     }
 
@@ -146,7 +161,7 @@ impl SlaveAxis {
     }
 
     /// A drive that overshot does not take the set position beyond a software limit.
-    fn stand_where_drive_is(&mut self) {
+    pub(super) fn stand_where_drive_is(&mut self) {
         let actual = Kinematics::at_rest(self.actual_position());
         let stands = self.guard.confined(self.set.position, &actual);
         self.stand_at(stands.position);

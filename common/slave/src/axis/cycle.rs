@@ -2,7 +2,7 @@
 
 use coaxle_clock::Seconds;
 
-use coaxle_axis::drive::DriveState;
+use coaxle_axis::drive::{DriveFault, DriveState};
 use coaxle_axis::guard::GuardFault;
 use coaxle_axis::{AxisStatus, CommandState, CouplingPhase, Scan, Step, Transition};
 use coaxle_curve::profile::{Kinematics, to_velocity};
@@ -158,7 +158,7 @@ impl SlaveAxis {
         };
         self.state.follow(finished);
         let unpowered = !self.powered && self.is_at_rest();
-        if unpowered && self.drive.state() != DriveState::Off {
+        if unpowered && self.drive.actual().state != DriveState::Off {
             self.switch_off();
         }
     }
@@ -184,13 +184,28 @@ impl SlaveAxis {
     }
 
     pub(super) fn move_drive(&mut self, elapsed: Seconds) {
-        self.drive
-            .step(self.set.position - self.drive_zero, elapsed.0);
-        let tripped = self.drive.state() == DriveState::Tripped;
-        if tripped && self.status() != AxisStatus::ErrorStop {
-            self.fail(SlaveError::FollowingError {
-                following_error: self.drive.following_error(),
-            });
+        let set = Kinematics {
+            position: self.set.position - self.drive_zero,
+            ..self.set
+        };
+        self.drive.step(&set, elapsed);
+        let lost = match (self.status(), self.drive.actual().state) {
+            (AxisStatus::ErrorStop, _) | (_, DriveState::Following) => return,
+            (_, DriveState::Tripped) => self.drive.fault(),
+            (AxisStatus::Disabled, DriveState::Off | DriveState::SwitchingOn) => return,
+            (_, DriveState::Off | DriveState::SwitchingOn) => DriveFault::PowerLost,
+        };
+        self.fail(SlaveError::Drive(lost));
+    }
+
+    /// An axis that is to have power stands where its drive is, until that follows.
+    pub(super) fn wait_for_drive(&mut self) {
+        if self.status() != AxisStatus::Disabled || !self.powered {
+            return;
+        }
+        self.stand_where_drive_is();
+        if self.drive.actual().state == DriveState::Following {
+            self.state.follow(Transition::PowerOn);
         }
     }
 }

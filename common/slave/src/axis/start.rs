@@ -1,5 +1,6 @@
 //! An axis that is coupled from the start.
 
+use coaxle_axis::drive::{Actual, DriveState};
 use coaxle_axis::{CommandState, Engage, Job, Masters, Origin, Transition};
 use coaxle_cam::CamIn;
 use coaxle_curve::profile::Kinematics;
@@ -59,8 +60,10 @@ impl SlaveAxis {
             return Err(refusal);
         }
         self.revision = self.revision.wrapping_add(1);
-        self.drive
-            .power_on(set.position - self.drive_zero, set.velocity);
+        if let Err(refusal) = self.power_on_moving(&set) {
+            self.couplings.get_mut(kind).end();
+            return Err(refusal);
+        }
         self.powered = true;
         self.masters = masters;
         self.set = set;
@@ -69,6 +72,26 @@ impl SlaveAxis {
         self.jobs.replace(job, CommandState::Active);
         self.jobs.set(self.job_state());
         Ok(job)
+    }
+
+    /// Power for a drive that the mechanics have where `set` is. One that is not there would have to jump.
+    fn power_on_moving(&mut self, set: &Kinematics) -> Result<(), Refusal> {
+        let expected = set.position - self.drive_zero;
+        self.drive.power_on(expected, set.velocity);
+        let Actual {
+            state, position, ..
+        } = *self.drive.actual();
+        let cycle = self.guard.limits().velocity() * self.cycle_time;
+        let is_there = (position - expected).abs() <= cycle;
+        if state == DriveState::Following && is_there {
+            return Ok(());
+        }
+        let received = self.actual_position();
+        self.drive.reset();
+        Err(Refusal::DriveElsewhere {
+            received,
+            expected: set.position,
+        })
     }
 
     fn check_start(&self, set: &Kinematics) -> Result<(), Refusal> {

@@ -267,7 +267,7 @@ fn an_axis_can_be_coupled_from_the_start() {
         let jump = lead(&mut axis, &mut master, 200);
         assert!(jump < 1e-3, "{jump}");
         assert_eq!(axis.progress(job), CommandState::InSync);
-        assert!(axis.drive().following_error().abs() < 1.0);
+        assert!(axis.actual().following_error.abs() < 1.0);
         assert!(
             axis.switch_on_coupled(&with, Some(&master.0)).is_err(),
             "once"

@@ -10,6 +10,7 @@ use coaxle_axis::AxisStatus::{
     SynchronizedMotion,
 };
 use coaxle_axis::CommandState;
+use coaxle_axis::drive::DriveFault;
 use coaxle_gear::FlyingGearParameters;
 use coaxle_saw::SyncMode;
 
@@ -251,7 +252,7 @@ fn a_tripped_drive_is_an_error_stop() {
     assert_eq!(axis.status(), ErrorStop);
     assert!(matches!(
         axis.error(),
-        Some(SlaveError::FollowingError { .. })
+        Some(SlaveError::Drive(DriveFault::FollowingError { .. }))
     ));
     assert_eq!(axis.error().unwrap().code(), 0x4550);
     assert!(matches!(axis.progress(job), CommandState::Failed(_)));

@@ -2,6 +2,7 @@
 
 mod cams;
 mod coupled;
+mod drives;
 mod dry_run;
 mod invariants;
 mod life_cycle;
@@ -12,11 +13,13 @@ mod saw_rollback;
 mod saws;
 mod superimposed;
 
+use std::boxed::Box;
+
 use coaxle_clock::{CycleTime, Seconds, Span};
 
 use super::{Command, Dynamics, OnMasterLoss, SlaveAxis, SlaveParameters};
 use coaxle_axis::Job;
-use coaxle_axis::drive::{Drive, DriveParameters};
+use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 use coaxle_curve::profile::Kinematics;
 use coaxle_gear::GearIn;
 
@@ -44,12 +47,12 @@ fn cycle_time() -> CycleTime {
     CycleTime::new(Span::from_millis(1)).expect("1 ms is a cycle time")
 }
 
-fn drive(window: f64) -> Drive {
-    Drive::new(DriveParameters {
+fn drive(window: f64) -> Box<SimulatedDrive> {
+    let drive = SimulatedDrive::new(DriveParameters {
         following_error_window: window,
         ..DriveParameters::default()
-    })
-    .expect("the constants are in range")
+    });
+    Box::new(drive.expect("the constants are in range"))
 }
 
 fn axis(parameters: &SlaveParameters) -> SlaveAxis {

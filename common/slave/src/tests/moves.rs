@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::{Refusal, SlaveError};
+use coaxle_axis::drive::Drive;
 use coaxle_axis::guard::{GuardFault, GuardRefusal};
 use coaxle_axis::{AxisState, AxisStatus, CommandState, CoupleState, StateWord};
 use coaxle_curve::profile::{Limits, to_position};
@@ -80,17 +81,17 @@ fn homing_says_where_the_axis_stands_and_moves_nothing() {
     run(&mut axis, 2_000);
     let job = start(&mut axis, &Command::Home { position: -3.0 });
     assert_eq!(axis.status(), AxisStatus::Homing);
-    let before = axis.drive().position();
+    let before = axis.actual().position;
     run(&mut axis, 5);
     assert_eq!(axis.progress(job), CommandState::Done);
     assert_eq!(axis.status(), AxisStatus::Standstill);
     assert_eq!(axis.set().position, -3.0);
     assert!((axis.actual_position() + 3.0).abs() < 1e-6);
-    assert!((axis.drive().position() - before).abs() < 1e-9);
+    assert!((axis.actual().position - before).abs() < 1e-9);
     assert!(axis.axis_struct(1).state_word.contains(StateWord::HOMED));
     start(&mut axis, &move_absolute(0.0));
     run(&mut axis, 2_000);
-    assert!((axis.drive().position() - before - 3.0).abs() < 1e-6);
+    assert!((axis.actual().position - before - 3.0).abs() < 1e-6);
 }
 
 #[test]
@@ -154,15 +155,15 @@ fn continuous_motion_is_braked_before_the_software_limit() {
 
 #[test]
 fn an_axis_beyond_a_software_limit_may_only_come_back() {
-    let mut axis = powered(&PARAMETERS);
-    start(&mut axis, &move_absolute(50.0));
-    run(&mut axis, 2_000);
-    // The same drive, found beyond the limits of another configuration.
+    // A drive that was moved by another configuration.
+    let mut drive = drive(0.0);
+    drive.power_on(50.0, 0.0);
+    drive.reset();
     let narrow = SlaveParameters {
         max_position: Some(20.0),
         ..PARAMETERS
     };
-    let mut axis = SlaveAxis::new(&narrow, *axis.drive(), cycle_time()).unwrap();
+    let mut axis = SlaveAxis::new(&narrow, drive, cycle_time()).unwrap();
     axis.command(&Command::Power(true)).unwrap();
     assert!(axis.set().position > 49.0);
     assert!(

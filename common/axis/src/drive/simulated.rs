@@ -4,18 +4,21 @@
 //! velocity feed-forward, adds a proportional position controller, and follows that command with
 //! first-order lag. A beat in the set position shows up as what it is: a jerk in the actual velocity.
 
-use core::fmt;
+use coaxle_clock::Seconds;
+use coaxle_curve::profile::Kinematics;
+
+use super::monitor::FollowingErrorMonitor;
+use super::{Actual, Drive, DriveFault, DriveKind, DriveState};
 
 /// The drive.
 #[derive(Clone, Copy, Debug)]
-pub struct Drive {
+pub struct SimulatedDrive {
     parameters: DriveParameters,
+    monitor: FollowingErrorMonitor,
     state: DriveState,
     position: f64,
     velocity: f64,
     last_set: f64,
-    /// How long the following error has been beyond its window, s.
-    beyond: f64,
 }
 
 /// The drive's constants.
@@ -52,20 +55,9 @@ impl Default for DriveParameters {
     }
 }
 
-/// Whether the drive moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum DriveState {
-    /// No power: it stands where it stands.
-    #[default]
-    Off,
-    /// It follows its set position.
-    Following,
-    /// The following error was too large for too long: it comes to rest and stays, until reset.
-    Tripped,
-}
-
 /// A constant that no drive can have.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{parameter} is {received}, expected {expected}")]
 pub struct WrongDriveParameter {
     /// The parameter.
     pub parameter: &'static str,
@@ -75,19 +67,7 @@ pub struct WrongDriveParameter {
     pub expected: &'static str,
 }
 
-impl fmt::Display for WrongDriveParameter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} is {}, expected {}",
-            self.parameter, self.received, self.expected
-        )
-    }
-}
-
-impl core::error::Error for WrongDriveParameter {}
-
-impl Drive {
+impl SimulatedDrive {
     /// A drive without power, at position 0.
     ///
     /// # Errors
@@ -109,70 +89,22 @@ impl Drive {
                 });
             }
         }
+        let DriveParameters {
+            following_error_window: window,
+            following_error_time: time,
+            ..
+        } = parameters;
         Ok(Self {
             parameters,
+            monitor: FollowingErrorMonitor::new(window, time),
             state: DriveState::Off,
             position: 0.0,
             velocity: 0.0,
             last_set: 0.0,
-            beyond: 0.0,
         })
     }
 
-    /// Power on, standing at `position` and moving at `velocity` as the mechanics do. A tripped
-    /// drive stays tripped.
-    pub fn power_on(&mut self, position: f64, velocity: f64) {
-        if self.state == DriveState::Off {
-            self.state = DriveState::Following;
-            self.position = position;
-            self.velocity = velocity;
-            self.last_set = position;
-            self.beyond = 0.0;
-        }
-    }
-
-    /// Acknowledges a trip: power is off afterwards.
-    pub fn reset(&mut self) {
-        self.state = DriveState::Off;
-        self.velocity = 0.0;
-    }
-
-    /// `dt` seconds towards `set_position`.
-    pub fn step(&mut self, set_position: f64, dt: f64) {
-        let command = match self.state {
-            DriveState::Off => return,
-            DriveState::Tripped => 0.0,
-            DriveState::Following => {
-                let feed_forward = (set_position - self.last_set) / dt;
-                feed_forward + self.gain(dt) * (self.last_set - self.position)
-            }
-        };
-        self.last_set = set_position;
-        self.follow(self.possible(command), dt);
-        self.watch(dt);
-    }
-
-    /// Whether it moves.
-    #[must_use]
-    pub const fn state(&self) -> DriveState {
-        self.state
-    }
-
-    /// Actual position, u.
-    #[must_use]
-    pub const fn position(&self) -> f64 {
-        self.position
-    }
-
-    /// Actual velocity, u/s.
-    #[must_use]
-    pub const fn velocity(&self) -> f64 {
-        self.velocity
-    }
-
-    /// Set minus actual position, u.
-    #[must_use]
-    pub fn following_error(&self) -> f64 {
+    fn following_error(&self) -> f64 {
         match self.state {
             DriveState::Off => 0.0,
             _ => self.last_set - self.position,
@@ -199,14 +131,56 @@ impl Drive {
         self.position += command * dt + excess * lag * (1.0 - left);
         self.velocity = command + excess * left;
     }
+}
 
-    fn watch(&mut self, dt: f64) {
-        let window = self.parameters.following_error_window;
-        let beyond = window > 0.0 && self.following_error().abs() > window;
-        self.beyond = if beyond { self.beyond + dt } else { 0.0 };
-        if beyond && self.beyond > self.parameters.following_error_time {
+impl Drive for SimulatedDrive {
+    /// Power on, standing at `position` and moving at `velocity` as the mechanics do.
+    fn power_on(&mut self, position: f64, velocity: f64) {
+        if self.state == DriveState::Off {
+            self.state = DriveState::Following;
+            self.position = position;
+            self.velocity = velocity;
+            self.last_set = position;
+            self.monitor.forget();
+        }
+    }
+
+    fn reset(&mut self) {
+        self.state = DriveState::Off;
+        self.velocity = 0.0;
+    }
+
+    fn step(&mut self, set: &Kinematics, Seconds(dt): Seconds) {
+        let command = match self.state {
+            DriveState::Off | DriveState::SwitchingOn => return,
+            DriveState::Tripped => 0.0,
+            DriveState::Following => {
+                let feed_forward = (set.position - self.last_set) / dt;
+                feed_forward + self.gain(dt) * (self.last_set - self.position)
+            }
+        };
+        self.last_set = set.position;
+        self.follow(self.possible(command), dt);
+        if self.monitor.trips(self.following_error(), Seconds(dt)) {
             self.state = DriveState::Tripped;
         }
+    }
+
+    fn actual(&self) -> Actual {
+        let following_error = self.following_error();
+        let tripped = self.state == DriveState::Tripped;
+        Actual {
+            state: self.state,
+            position: self.position,
+            velocity: self.velocity,
+            following_error,
+            fault: tripped.then_some(DriveFault::FollowingError { following_error }),
+            attachment: None,
+        }
+    }
+
+    fn kind(&self) -> DriveKind {
+        DriveKind::Simulated
     }
 }
 
@@ -216,8 +190,8 @@ mod tests {
 
     const DT: f64 = 1e-3;
 
-    fn drive(window: f64) -> Drive {
-        Drive::new(DriveParameters {
+    fn drive(window: f64) -> SimulatedDrive {
+        SimulatedDrive::new(DriveParameters {
             max_velocity: 2_000.0,
             following_error_window: window,
             ..DriveParameters::default()
@@ -225,11 +199,19 @@ mod tests {
         .unwrap()
     }
 
+    fn step(drive: &mut SimulatedDrive, position: f64) {
+        let set = Kinematics::at_rest(position);
+        drive.step(&set, Seconds(DT));
+    }
+
     #[test]
     fn without_power_it_stands() {
         let mut drive = drive(0.0);
-        drive.step(5.0, DT);
-        assert_eq!((drive.position(), drive.velocity()), (0.0, 0.0));
+        step(&mut drive, 5.0);
+        assert_eq!(
+            (drive.actual().position, drive.actual().velocity),
+            (0.0, 0.0)
+        );
     }
 
     #[test]
@@ -237,10 +219,10 @@ mod tests {
         let mut drive = drive(0.0);
         drive.power_on(0.0, 0.0);
         for k in 1..2_000 {
-            drive.step(500.0 * DT * f64::from(k), DT);
+            step(&mut drive, 500.0 * DT * f64::from(k));
         }
-        assert!((drive.velocity() / 500.0 - 1.0).abs() < 1e-9);
-        assert!(drive.following_error().abs() < 1e-6);
+        assert!((drive.actual().velocity / 500.0 - 1.0).abs() < 1e-9);
+        assert!(drive.actual().following_error.abs() < 1e-6);
     }
 
     #[test]
@@ -250,8 +232,8 @@ mod tests {
         let mut lowest = f64::MAX;
         for k in 1..1_000 {
             let read = if k == 500 { k - 1 } else { k };
-            drive.step(500.0 * DT * f64::from(read), DT);
-            lowest = lowest.min(drive.velocity());
+            step(&mut drive, 500.0 * DT * f64::from(read));
+            lowest = lowest.min(drive.actual().velocity);
         }
         assert!(lowest < 0.5 * 500.0, "{lowest}");
     }
@@ -261,24 +243,28 @@ mod tests {
         let mut drive = drive(1.0);
         drive.power_on(0.0, 0.0);
         let tripped = (1..1_000).find(|_| {
-            drive.step(1_000.0, DT);
-            drive.state() == DriveState::Tripped
+            step(&mut drive, 1_000.0);
+            drive.actual().state == DriveState::Tripped
         });
         assert!(matches!(tripped, Some(20 | 21)), "after 20 ms: {tripped:?}");
         for _ in 0..100 {
-            drive.step(1_000.0, DT);
+            step(&mut drive, 1_000.0);
         }
-        assert_eq!(drive.state(), DriveState::Tripped);
-        assert!(drive.velocity().abs() < 1e-6);
+        assert_eq!(drive.actual().state, DriveState::Tripped);
+        assert!(drive.actual().velocity.abs() < 1e-6);
         drive.power_on(0.0, 0.0);
-        assert_eq!(drive.state(), DriveState::Tripped, "no restart by itself");
+        assert_eq!(
+            drive.actual().state,
+            DriveState::Tripped,
+            "no restart by itself"
+        );
         drive.reset();
-        assert_eq!(drive.state(), DriveState::Off);
+        assert_eq!(drive.actual().state, DriveState::Off);
     }
 
     #[test]
     fn constants_out_of_range_are_named() {
-        let wrong = Drive::new(DriveParameters {
+        let wrong = SimulatedDrive::new(DriveParameters {
             velocity_lag: -1.0,
             ..DriveParameters::default()
         })

@@ -1,0 +1,363 @@
+//! A drive in another process: whether it is there, whether it lives, and when it has failed.
+
+use core::fmt;
+
+use coaxle_clock::Seconds;
+use coaxle_curve::profile::Kinematics;
+
+use super::monitor::FollowingErrorMonitor;
+use super::{Actual, Attachment, Drive, DriveFault, DriveKind, DriveState, WrongDriveParameter};
+
+/// What carries values between a node and the process of a drive. Called in the cycle: it must not wait.
+pub trait DriveLink: fmt::Debug + Send {
+    /// Hands a cycle over to the process.
+    fn write(&mut self, command: &DriveCommand);
+
+    /// What the process says now; none if it is not attached, or what it says cannot be read whole just
+    /// now. Then what it said before holds, and its heartbeat grows older.
+    fn read(&mut self) -> Option<DriveReply>;
+}
+
+/// What a node tells a drive process in a cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DriveCommand {
+    /// One more in each cycle: the heartbeat of the node.
+    pub counter: u64,
+    /// Whether the drive shall have power and follow.
+    pub enable: bool,
+    /// Another number than before: acknowledge errors.
+    pub resets: u64,
+    /// What the node takes the drive for.
+    pub state: DriveState,
+    /// The set values.
+    pub set: Kinematics,
+}
+
+/// What a drive process answers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveReply {
+    /// Changes as long as the process lives.
+    pub heartbeat: u64,
+    /// The counter of the command that it has read.
+    pub counter: u64,
+    /// The resets that it has carried out.
+    pub resets: u64,
+    /// Whether it moves.
+    pub state: ProcessState,
+    /// Its own error, 0 without one.
+    pub error: u32,
+    /// Actual position, u.
+    pub position: f64,
+    /// Actual velocity, u/s.
+    pub velocity: f64,
+}
+
+/// What a drive process says of its drive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ProcessState {
+    /// No power, or not yet.
+    #[default]
+    Off,
+    /// It follows.
+    Following,
+    /// It has an error, until that is acknowledged.
+    Error,
+    /// No state that there is.
+    Unknown(u64),
+}
+
+impl ProcessState {
+    /// The state with a number.
+    #[must_use]
+    pub const fn of(number: u64) -> Self {
+        match number {
+            0 => Self::Off,
+            1 => Self::Following,
+            2 => Self::Error,
+            unknown => Self::Unknown(unknown),
+        }
+    }
+
+    /// Its number.
+    #[must_use]
+    pub const fn number(self) -> u64 {
+        match self {
+            Self::Off => 0,
+            Self::Following => 1,
+            Self::Error => 2,
+            Self::Unknown(number) => number,
+        }
+    }
+}
+
+/// What a drive process is watched by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProcessDriveParameters {
+    /// Cycles that may pass without a change of its heartbeat, at least 1.
+    pub max_silent_cycles: u32,
+    /// Cycles that it has from being told to have power until it follows, at least 1.
+    pub switch_on_cycles: u32,
+    /// Largest following error, u, above 0. The set values are those of the cycle before, so it must be
+    /// more than what the axis travels in the cycles that the process takes to answer.
+    pub following_error_window: f64,
+    /// How long the following error may be beyond its window, s.
+    pub following_error_time: f64,
+}
+
+impl ProcessDriveParameters {
+    fn check(&self) -> Result<(), WrongDriveParameter> {
+        let most = f64::from(u32::MAX - 1);
+        let cycles = (1.0..=most, "1 to 4294967294");
+        let window = (
+            f64::MIN_POSITIVE..=Actual::LARGEST,
+            "a number above 0, at most 1e12",
+        );
+        let time = (0.0..=1e6, "a number from 0 to 1e6");
+        for (parameter, received, (range, expected)) in [
+            (
+                "max-silent-cycles",
+                f64::from(self.max_silent_cycles),
+                cycles.clone(),
+            ),
+            ("switch-on-time-s", f64::from(self.switch_on_cycles), cycles),
+            (
+                "following-error-window",
+                self.following_error_window,
+                window,
+            ),
+            ("following-error-time-s", self.following_error_time, time),
+        ] {
+            if !range.contains(&received) {
+                return Err(WrongDriveParameter {
+                    parameter,
+                    received,
+                    expected,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A drive in another process, over a link.
+///
+/// Told to have power, it is [`SwitchingOn`](DriveState::SwitchingOn) until the process says that it
+/// follows. It trips when the process is not there or does not follow in time; when the heartbeat stops;
+/// when the process reports an error or stops to follow; and when the following error is beyond its window
+/// for too long. While it is tripped the process is told to have no power.
+#[derive(Debug)]
+pub struct ProcessDrive<L> {
+    link: L,
+    kind: DriveKind,
+    parameters: ProcessDriveParameters,
+    monitor: FollowingErrorMonitor,
+    state: DriveState,
+    fault: Option<DriveFault>,
+    /// What the process said last.
+    reply: Option<DriveReply>,
+    /// Cycles since its heartbeat changed; none before it did.
+    age: Option<u32>,
+    /// Cycles since power was asked for.
+    waited: u32,
+    counter: u64,
+    resets: u64,
+    last_set: f64,
+}
+
+impl<L: DriveLink> ProcessDrive<L> {
+    /// A drive without power, whose process need not be there yet.
+    ///
+    /// # Errors
+    /// [`WrongDriveParameter`] names the parameter that is out of its range.
+    pub fn new(
+        link: L,
+        kind: DriveKind,
+        parameters: ProcessDriveParameters,
+    ) -> Result<Self, WrongDriveParameter> {
+        parameters.check()?;
+        let ProcessDriveParameters {
+            following_error_window: window,
+            following_error_time: time,
+            ..
+        } = parameters;
+        Ok(Self {
+            link,
+            kind,
+            parameters,
+            monitor: FollowingErrorMonitor::new(window, time),
+            state: DriveState::Off,
+            fault: None,
+            reply: None,
+            age: None,
+            waited: 0,
+            counter: 0,
+            resets: 0,
+            last_set: 0.0,
+        })
+    }
+
+    /// What carries its values.
+    #[must_use]
+    pub const fn link(&self) -> &L {
+        &self.link
+    }
+
+    /// Takes in what the process says.
+    fn listen(&mut self) {
+        self.age = self.age.map(|age| age.saturating_add(1));
+        let Some(reply) = self.link.read() else {
+            return;
+        };
+        // A heartbeat that stood there before is none.
+        let beats = (self.reply).is_some_and(|before| before.heartbeat != reply.heartbeat);
+        if beats {
+            self.age = Some(0);
+        }
+        self.reply = Some(reply);
+    }
+
+    fn is_attached(&self) -> bool {
+        self.age
+            .is_some_and(|age| age <= self.parameters.max_silent_cycles)
+    }
+
+    /// What became of the state.
+    fn judge(&mut self, elapsed: Seconds) -> Result<(), DriveFault> {
+        match self.state {
+            DriveState::Off | DriveState::Tripped => Ok(()),
+            DriveState::SwitchingOn => self.switch_on(),
+            DriveState::Following => self.watch(elapsed),
+        }
+    }
+
+    fn switch_on(&mut self) -> Result<(), DriveFault> {
+        self.waited = self.waited.saturating_add(1);
+        // What it says of the time before a reset is not about now.
+        let reply = self.reply.filter(|reply| reply.resets == self.resets);
+        if let Some(reply) = reply.filter(|_| self.is_attached()) {
+            match reply.state {
+                ProcessState::Off => {}
+                ProcessState::Following => return self.begin(),
+                other => return Err(fault_of(other, reply.error)),
+            }
+        }
+        if self.waited < self.parameters.switch_on_cycles {
+            Ok(())
+        } else if self.is_attached() {
+            let cycles = self.waited;
+            Err(DriveFault::NotReady { cycles })
+        } else {
+            Err(DriveFault::NotAttached)
+        }
+    }
+
+    /// It follows from now on, if it is where it is told to be.
+    fn begin(&mut self) -> Result<(), DriveFault> {
+        if self.monitor.is_beyond(self.following_error()) {
+            return Err(DriveFault::Elsewhere {
+                received: self.position(),
+                expected: self.last_set,
+                window: self.parameters.following_error_window,
+            });
+        }
+        self.state = DriveState::Following;
+        self.monitor.forget();
+        Ok(())
+    }
+
+    fn watch(&mut self, elapsed: Seconds) -> Result<(), DriveFault> {
+        if !self.is_attached() {
+            return Err(DriveFault::Silent {
+                cycles: self.age.unwrap_or(u32::MAX),
+                most: self.parameters.max_silent_cycles,
+            });
+        }
+        if let Some(reply) = self.reply
+            && reply.state != ProcessState::Following
+        {
+            return Err(fault_of(reply.state, reply.error));
+        }
+        let following_error = self.following_error();
+        if self.monitor.trips(following_error, elapsed) {
+            return Err(DriveFault::FollowingError { following_error });
+        }
+        Ok(())
+    }
+
+    fn position(&self) -> f64 {
+        self.reply.map_or(0.0, |reply| reply.position)
+    }
+
+    fn following_error(&self) -> f64 {
+        match self.state {
+            DriveState::Off => 0.0,
+            _ => self.last_set - self.position(),
+        }
+    }
+}
+
+const fn fault_of(state: ProcessState, error: u32) -> DriveFault {
+    match state {
+        ProcessState::Error => DriveFault::Reported { error },
+        ProcessState::Unknown(received) => DriveFault::UnknownState { received },
+        ProcessState::Off | ProcessState::Following => DriveFault::PowerLost,
+    }
+}
+
+impl<L: DriveLink> Drive for ProcessDrive<L> {
+    /// The process is told so in the next cycle. It is where it is, whatever the axis takes it for.
+    fn power_on(&mut self, position: f64, _velocity: f64) {
+        if self.state == DriveState::Off {
+            self.state = DriveState::SwitchingOn;
+            self.last_set = position;
+            self.waited = 0;
+        }
+    }
+
+    fn reset(&mut self) {
+        if self.state == DriveState::Tripped {
+            self.resets = self.resets.wrapping_add(1);
+        }
+        self.state = DriveState::Off;
+        self.fault = None;
+        self.monitor.forget();
+    }
+
+    fn step(&mut self, set: &Kinematics, elapsed: Seconds) {
+        self.listen();
+        if let Err(fault) = self.judge(elapsed) {
+            self.state = DriveState::Tripped;
+            self.fault = Some(fault);
+        }
+        self.last_set = set.position;
+        self.counter = self.counter.wrapping_add(1);
+        self.link.write(&DriveCommand {
+            counter: self.counter,
+            enable: matches!(self.state, DriveState::SwitchingOn | DriveState::Following),
+            resets: self.resets,
+            state: self.state,
+            set: *set,
+        });
+    }
+
+    fn actual(&self) -> Actual {
+        Actual {
+            state: self.state,
+            position: self.position(),
+            velocity: self.reply.map_or(0.0, |reply| reply.velocity),
+            following_error: self.following_error(),
+            fault: self.fault,
+            attachment: Some(Attachment {
+                attached: self.is_attached(),
+                heartbeat_age: self.age,
+            }),
+        }
+    }
+
+    fn kind(&self) -> DriveKind {
+        self.kind
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,101 @@
+//! The drives of a receiver's slaves that are not simulated: whoever builds the receiver gives them.
+
+use coaxle_axis::drive::{Drive, SimulatedDrive};
+
+use crate::config::{DriveConfig, ReceiverConfig, SlaveConfig, WrongSlave};
+
+/// Drives for the slaves of a receiver, by their names. A slave without one here has what its config says.
+///
+/// ```
+/// use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
+/// use coaxle_receiver::Drives;
+///
+/// let mine = SimulatedDrive::new(DriveParameters::default())?; // or any type that implements `Drive`
+/// let drives = Drives::new().with("carriage", mine);
+/// # let _ = drives;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Default)]
+pub struct Drives {
+    given: Vec<(String, Box<dyn Drive>)>,
+    simulate_the_rest: bool,
+}
+
+impl Drives {
+    /// None yet: every slave has the drive that its config says, which must be a simulated one.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            given: Vec::new(),
+            simulate_the_rest: false,
+        }
+    }
+
+    /// None, and a simulated drive stands in for each that the config has in another process: for virtual
+    /// time, and to check a config.
+    #[must_use]
+    pub const fn simulated() -> Self {
+        Self {
+            given: Vec::new(),
+            simulate_the_rest: true,
+        }
+    }
+
+    /// With this one for the slave of that name, whatever its config says of its drive.
+    #[must_use]
+    pub fn with(mut self, slave: &str, drive: impl Drive + 'static) -> Self {
+        self.given.push((slave.to_owned(), Box::new(drive)));
+        self
+    }
+
+    /// # Errors
+    /// [`WrongSlave`]: a drive is for nobody, two are for one slave, or its slave has no limits.
+    pub(crate) fn check(&self, config: &ReceiverConfig) -> Result<(), WrongSlave> {
+        for (n, (name, _)) in self.given.iter().enumerate() {
+            let wrong = |reason| {
+                let field = "drives".to_owned();
+                Err(WrongSlave { field, reason })
+            };
+            if self.given[..n].iter().any(|(other, _)| other == name) {
+                return wrong(format!("received two for {name:?}, expected one"));
+            }
+            if !config.slaves.iter().any(|s| s.name.as_str() == name) {
+                let names: Vec<_> = config.slaves.iter().map(|s| s.name.as_str()).collect();
+                let known = names.join(", ");
+                return wrong(format!(
+                    "received one for {name:?}, expected one of: {known}"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether this slave has a drive that is somewhere else than in the simulation.
+    pub(crate) fn has_real(&self, slave: &SlaveConfig) -> bool {
+        let is_given = (self.given.iter()).any(|(name, _)| name == slave.name.as_str());
+        is_given || matches!(slave.drive, DriveConfig::SharedMemory(_))
+    }
+
+    /// The drive of a slave, once.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(crate) fn take(&mut self, slave: &SlaveConfig) -> Result<Box<dyn Drive>, String> {
+        let place = (self.given.iter()).position(|(name, _)| name == slave.name.as_str());
+        match (place, &slave.drive) {
+            (Some(place), _) => Ok(self.given.swap_remove(place).1),
+            (None, DriveConfig::SharedMemory(_)) if !self.simulate_the_rest => Err(format!(
+                "received kind = {:?} and no drive for it, expected one that was given for {:?}",
+                slave.drive.kind(),
+                slave.name.as_str()
+            )),
+            (None, _) => Ok(Box::new(self.simulate(slave)?)),
+        }
+    }
+
+    /// # Errors
+    /// The constant that no drive can have.
+    pub(crate) fn simulate(&self, slave: &SlaveConfig) -> Result<SimulatedDrive, String> {
+        SimulatedDrive::new(slave.drive.simulated()).map_err(|error| error.to_string())
+    }
+}
