@@ -1,5 +1,6 @@
 //! The receiver in the real world: what `coaxle-receiver` and `coaxle receiver` do.
 
+mod drives;
 mod fault;
 mod journal;
 mod recorder;
@@ -12,7 +13,9 @@ use coaxle_clock::{Instant, Local};
 use coaxle_host::{ArrivalsTrace, NodeArgs, Setup, Trace, arrivals_beside};
 
 use crate::config::ReceiverConfig;
+use crate::drives::Drives;
 use crate::node::Receiver;
+use drives::drives;
 use recorder::{Files, ReceiverRecorder};
 
 /// What a receiver is told on its command line.
@@ -40,7 +43,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     config.relative_to(node.folder());
     config.transport = node.transport(&config.transport)?;
     if node.check {
-        build(&node.file(), &config, Instant::EPOCH, 0)?;
+        build(
+            &node.file(),
+            &config,
+            Drives::simulated(),
+            Instant::EPOCH,
+            0,
+        )?;
         return node.say_ok();
     }
     let files = files(args, &config)?;
@@ -72,7 +81,10 @@ fn setup(node: &NodeArgs, config: ReceiverConfig, files: Files) -> Setup<Receive
         send_stamps: true,
         wiring: config.wiring(),
         run_for: node.run_for,
-        build: Box::new(move |start, epoch| build(&file, &config, start, epoch)),
+        build: Box::new(move |start, epoch| {
+            let drives = drives(&config, epoch).map_err(|error| anyhow!("{file}: {error}"))?;
+            build(&file, &config, drives, start, epoch)
+        }),
         recorder: Box::new(recorder),
     }
 }
@@ -92,9 +104,10 @@ fn files(args: &Args, config: &ReceiverConfig) -> anyhow::Result<Files> {
 fn build(
     file: &str,
     config: &ReceiverConfig,
+    drives: Drives,
     start: Instant<Local>,
     epoch: u64,
 ) -> anyhow::Result<Receiver> {
     // The error's own text tells its cause, which would be printed once more as its source.
-    Receiver::new(config, start, epoch).map_err(|error| anyhow!("{file}: {error}"))
+    Receiver::with_drives(config, drives, start, epoch).map_err(|error| anyhow!("{file}: {error}"))
 }

@@ -108,6 +108,7 @@ impl<N: Node> Cycle<N> {
             });
         }
         orders.execute_all(woke, |order| node.execute(order));
+        machine::begin_cycle(clock.reference_at(node.ideal_start(now)));
         let tick = node.cycle(now);
         while let Some(outgoing) = node.transmit() {
             let frame = OutgoingFrame {

@@ -12,6 +12,9 @@
 //! Each arrow into or out of the cycle thread is a bounded, wait-free ring: the cycle thread never
 //! waits for the network, a disk or a log, and what does not fit is counted. The crate needs Linux.
 //! Only the module behind [`OverZenoh`] knows Zenoh.
+//!
+//! The set values of a slave reach drive code in another process by [`shared_memory`];
+//! `examples/drive_reader.rs` is such a process: `cargo run -p coaxle-host --example drive_reader`.
 
 mod arrivals;
 pub mod cli;
@@ -30,6 +33,7 @@ mod publisher;
 pub mod real_time;
 mod run;
 mod session;
+pub mod shared_memory;
 mod status;
 mod telemetry;
 #[cfg(test)]
@@ -47,6 +51,7 @@ pub use health::Health;
 pub use machine::Machine;
 pub use node_args::NodeArgs;
 pub use run::{BuildNode, Outcome, Setup, run, run_over};
+pub use shared_memory::SharedMemoryDrive;
 pub use telemetry::{ArrivalRecord, Record, Recorder, fields_of};
 pub use trace::Trace;
 pub use transport::{InProcess, OverZenoh, Transport, ZENOH_RUNTIME, zenoh_config};

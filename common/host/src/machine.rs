@@ -1,5 +1,7 @@
 //! The machine's clock: what it reads, and sleeping until it reads something.
 
+use std::cell::Cell;
+
 use coaxle_clock::{Domain, Instant, Span};
 use rustix::io::Errno;
 use rustix::thread::clock_nanosleep_absolute;
@@ -20,6 +22,21 @@ pub fn now() -> Instant<Machine> {
     let time = clock_gettime(ClockId::Monotonic);
     // An i64 of nanoseconds holds 292 years of uptime.
     Instant::from_nanos(time.tv_sec * NANOS_PER_SEC + time.tv_nsec)
+}
+
+thread_local! {
+    static CYCLE_START: Cell<Option<Instant<Machine>>> = const { Cell::new(None) };
+}
+
+/// The ideal start of the cycle that this thread is in; on a thread that runs no node, now.
+#[must_use]
+pub fn cycle_start() -> Instant<Machine> {
+    CYCLE_START.get().unwrap_or_else(now)
+}
+
+/// From now on this thread is in the cycle that ideally started then.
+pub(crate) fn begin_cycle(ideal_start: Instant<Machine>) {
+    CYCLE_START.set(Some(ideal_start));
 }
 
 /// Sleeps until the clock reads `deadline`, and returns at once if it has passed.

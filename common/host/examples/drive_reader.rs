@@ -1,0 +1,106 @@
+//! A drive process: it reads the set values of a slave, acts as its drive, and answers where it is.
+//!
+//! `cargo run -p coaxle-host --example drive_reader -- /dev/shm/coaxle-carriage`
+//!
+//! beside a receiver with `drive = { kind = "shared-memory", path = "/dev/shm/coaxle-carriage", … }`, say
+//! `coaxle receiver receiver/configs/drive.toml`. It waits for the receiver, and finds it again when that is
+//! started anew. Where this one simulates a drive, a real one would hand the set values to it.
+
+#![allow(
+    clippy::disallowed_methods,
+    reason = "a drive process is no node: it has its own time"
+)]
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use coaxle_host::shared_memory::{DriveProcess, ProcessValues, SetValues};
+
+/// How often it looks for set values: several times in a cycle, so that it answers in the same one.
+const LOOK: Duration = Duration::from_micros(200);
+/// How often it looks for the receiver.
+const TRY: Duration = Duration::from_millis(100);
+
+/// A drive that is, with power, where it was told to be in the cycle before.
+#[derive(Debug, Default)]
+struct Drive {
+    position: f64,
+    velocity: f64,
+}
+
+impl Drive {
+    fn follow(&mut self, set: &SetValues) -> ProcessValues {
+        if set.enable {
+            (self.position, self.velocity) = (set.position, set.velocity);
+            ProcessValues::following(self.position, self.velocity).of(set)
+        } else {
+            self.velocity = 0.0;
+            ProcessValues::off(self.position).of(set)
+        }
+    }
+}
+
+/// Acts as the drive until `stop` is set, and shows what it is told: one line a second, and one whenever it
+/// gets or loses power.
+pub(crate) fn run(path: &Path, stop: &AtomicBool, mut show: impl FnMut(String)) {
+    let mut drive = Drive::default();
+    while !stop.load(Ordering::Relaxed) {
+        match DriveProcess::attach(path) {
+            Ok(mut process) => {
+                let (name, id) = process.slave();
+                show(format!("attached to {name}, axis {id}"));
+                attached(&mut process, &mut drive, stop, &mut show);
+                show("the receiver has ended".to_owned());
+            }
+            Err(error) => show(error.to_string()),
+        }
+        std::thread::sleep(TRY);
+    }
+}
+
+fn attached(
+    process: &mut DriveProcess,
+    drive: &mut Drive,
+    stop: &AtomicBool,
+    show: &mut impl FnMut(String),
+) {
+    let (mut last, mut shown) = (None::<SetValues>, Instant::now());
+    while process.is_attached() && !stop.load(Ordering::Relaxed) {
+        let set = process.set_values();
+        // Each cycle is answered once: the heartbeat says that its set values were read.
+        if let Some(set) = set.filter(|set| last.is_none_or(|last| last.counter != set.counter)) {
+            process.answer(&drive.follow(&set));
+            let switched = last.is_none_or(|last| last.enable != set.enable);
+            if switched || shown.elapsed() >= Duration::from_secs(1) {
+                let SetValues {
+                    counter,
+                    enable,
+                    position,
+                    velocity,
+                    ..
+                } = set;
+                show(format!(
+                    "cycle {counter}: enable {enable}, position {position:.3}, velocity {velocity:.3}"
+                ));
+                shown = Instant::now();
+            }
+            last = Some(set);
+        }
+        std::thread::sleep(LOOK);
+    }
+}
+
+#[allow(dead_code, reason = "a test runs the drive without it")]
+#[allow(clippy::print_stdout, reason = "an example shows what it does")]
+fn main() {
+    let path = std::env::args().nth(1);
+    let path = path.unwrap_or_else(|| "/dev/shm/coaxle-carriage".to_owned());
+    let mut before = String::new();
+    run(path.as_ref(), &AtomicBool::new(false), |line| {
+        if line != before {
+            println!("{line}");
+            before = line;
+        }
+    });
+}

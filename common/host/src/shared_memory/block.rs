@@ -1,0 +1,83 @@
+//! A block of words that one writes and another reads, whole or not at all: a sequence lock.
+
+use std::sync::atomic::{AtomicU64, Ordering, fence};
+
+/// Reads that are tried before a block is taken for torn.
+const TRIES: usize = 4;
+
+/// Writes the words behind the sequence. There may be one writer only.
+pub(super) fn write<const N: usize>(sequence: &AtomicU64, words: &[AtomicU64], values: [u64; N]) {
+    // Odd from here on, even where a writer before has died in the middle.
+    let open = sequence.load(Ordering::Relaxed).wrapping_add(1) | 1;
+    sequence.store(open, Ordering::Relaxed);
+    // Whoever sees one of the new values sees the odd number too.
+    fence(Ordering::Release);
+    for (word, value) in words.iter().zip(values) {
+        word.store(value, Ordering::Relaxed);
+    }
+    // And whoever sees the even number sees all of the new values.
+    sequence.store(open.wrapping_add(1), Ordering::Release);
+}
+
+/// The words behind the sequence as somebody wrote them together; none if they are just being written.
+pub(super) fn read<const N: usize>(sequence: &AtomicU64, words: &[AtomicU64]) -> Option<[u64; N]> {
+    (0..TRIES).find_map(|_| {
+        let before = sequence.load(Ordering::Acquire);
+        if before % 2 == 1 {
+            return None;
+        }
+        let mut values = [0; N];
+        for (value, word) in values.iter_mut().zip(words) {
+            *value = word.load(Ordering::Relaxed);
+        }
+        // The values are read before the sequence is read again.
+        fence(Ordering::Acquire);
+        (sequence.load(Ordering::Relaxed) == before).then_some(values)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicBool;
+
+    fn words<const N: usize>() -> [AtomicU64; N] {
+        std::array::from_fn(|_| AtomicU64::new(0))
+    }
+
+    #[test]
+    fn what_is_being_written_is_not_read() {
+        let (sequence, words) = (AtomicU64::new(0), words::<3>());
+        write(&sequence, &words, [1, 2, 3]);
+        assert_eq!(read(&sequence, &words), Some([1, 2, 3]));
+        sequence.fetch_add(1, Ordering::Relaxed);
+        assert_eq!(read::<3>(&sequence, &words), None);
+        // The next writer makes it good.
+        write(&sequence, &words, [4, 5, 6]);
+        assert_eq!(read(&sequence, &words), Some([4, 5, 6]));
+    }
+
+    #[test]
+    fn what_is_read_was_written_together() {
+        let (sequence, words) = (AtomicU64::new(0), words::<8>());
+        let over = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for n in 0..200_000 {
+                    write(&sequence, &words, [n; 8]);
+                }
+                over.store(true, Ordering::Relaxed);
+            });
+            let mut last = 0;
+            while !over.load(Ordering::Relaxed) {
+                let Some(values) = read::<8>(&sequence, &words) else {
+                    continue;
+                };
+                assert!(values.iter().all(|value| *value == values[0]), "{values:?}");
+                assert!(values[0] >= last);
+                last = values[0];
+            }
+        });
+        assert_eq!(read(&sequence, &words), Some([199_999; 8]));
+    }
+}

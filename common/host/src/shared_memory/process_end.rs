@@ -1,0 +1,222 @@
+//! The drive process's end of the memory.
+
+use std::fs::File;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+
+use coaxle_axis::drive::ProcessState;
+use coaxle_clock::{Instant, Span};
+
+use super::block;
+use super::error::{Reason, SharedMemoryError};
+use super::file;
+use super::layout as at;
+use super::mapping::Mapping;
+use crate::machine::Machine;
+
+/// What a drive process is attached by: it reads set values, and answers with actual values.
+///
+/// One process is attached at a time. When it is dropped the node sees that nobody is attached any more.
+#[derive(Debug)]
+pub struct DriveProcess {
+    mapping: Mapping,
+    /// Holds the lock.
+    _file: File,
+    run: u64,
+    heartbeat: u64,
+}
+
+/// The set values of a cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SetValues {
+    /// One more in each cycle: the heartbeat of the node.
+    pub counter: u64,
+    /// When the cycle ideally started.
+    pub ideal_start: Instant<Machine>,
+    /// Whether the drive shall have power and follow.
+    pub enable: bool,
+    /// Another number than before: acknowledge errors.
+    pub resets: u64,
+    /// Set position, u.
+    pub position: f64,
+    /// Set velocity, u/s.
+    pub velocity: f64,
+    /// Set acceleration, u/s².
+    pub acceleration: f64,
+}
+
+/// What a drive process answers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProcessValues {
+    /// Whether the drive moves.
+    pub state: ProcessState,
+    /// Its own error, 0 without one.
+    pub error: u32,
+    /// Actual position, u.
+    pub position: f64,
+    /// Actual velocity, u/s.
+    pub velocity: f64,
+    /// The counter of the set values that it has read.
+    pub counter: u64,
+    /// The resets that it has carried out.
+    pub resets: u64,
+}
+
+impl ProcessValues {
+    /// A drive without power.
+    #[must_use]
+    pub const fn off(position: f64) -> Self {
+        Self::with(ProcessState::Off, position, 0.0)
+    }
+
+    /// A drive that follows.
+    #[must_use]
+    pub const fn following(position: f64, velocity: f64) -> Self {
+        Self::with(ProcessState::Following, position, velocity)
+    }
+
+    /// A drive with an error.
+    #[must_use]
+    pub const fn failed(error: u32, position: f64) -> Self {
+        Self {
+            error,
+            ..Self::with(ProcessState::Error, position, 0.0)
+        }
+    }
+
+    const fn with(state: ProcessState, position: f64, velocity: f64) -> Self {
+        Self {
+            state,
+            error: 0,
+            position,
+            velocity,
+            counter: 0,
+            resets: 0,
+        }
+    }
+
+    /// The same as the answer to these set values, with their reset carried out.
+    #[must_use]
+    pub const fn of(self, set: &SetValues) -> Self {
+        Self {
+            counter: set.counter,
+            resets: set.resets,
+            ..self
+        }
+    }
+}
+
+impl DriveProcess {
+    /// Attaches to the memory of a running node.
+    ///
+    /// # Errors
+    /// [`SharedMemoryError`] names the file, and what was found and expected: there is none, its node has
+    /// ended, another drive process is attached, it is something else or of another version, or the
+    /// system refuses it.
+    pub fn attach(path: &Path) -> Result<Self, SharedMemoryError> {
+        let file = file::open(path)?;
+        let system = |source| {
+            let what = "mapped";
+            file::wrong(path, Reason::System { what, source })
+        };
+        let mapping = Mapping::of(&file).map_err(system)?;
+        let words = mapping.words();
+        let run = words[at::RUN.0].load(Ordering::Acquire);
+        if run == 0 {
+            return Err(file::wrong(path, Reason::Ended));
+        }
+        words[at::ACTUAL_PID.0].store(std::process::id().into(), Ordering::Relaxed);
+        // A process before may have had any heartbeat: this one goes on from there.
+        let heartbeat = words[at::ACTUAL_HEARTBEAT.0].load(Ordering::Relaxed);
+        Ok(Self {
+            mapping,
+            _file: file,
+            run,
+            heartbeat,
+        })
+    }
+
+    /// Whether the node still runs, and is the one that this is attached to. After it has ended, or another
+    /// has begun, attach again.
+    #[must_use]
+    pub fn is_attached(&self) -> bool {
+        self.word(at::RUN) == self.run
+    }
+
+    /// The slave that the set values are of, by its name and axis id.
+    #[must_use]
+    pub fn slave(&self) -> (String, u32) {
+        let length = self.word(at::NAME_LENGTH).min(at::NAME_BYTES as u64);
+        let words = &self.mapping.words()[at::NAME.0..];
+        let bytes = words
+            .iter()
+            .flat_map(|word| word.load(Ordering::Relaxed).to_ne_bytes());
+        let name: Vec<u8> = bytes.take(length as usize).collect();
+        let id = self.word(at::SLAVE_ID) as u32;
+        (String::from_utf8_lossy(&name).into_owned(), id)
+    }
+
+    /// The nominal cycle time of the node.
+    #[must_use]
+    pub fn cycle_time(&self) -> Span {
+        Span::from_nanos(i64::try_from(self.word(at::CYCLE_TIME)).unwrap_or(0))
+    }
+
+    /// The newest set values; none if they are just being written, or the node has ended.
+    #[must_use]
+    pub fn set_values(&self) -> Option<SetValues> {
+        let words = self.mapping.words();
+        let [
+            counter,
+            ideal_start,
+            position,
+            velocity,
+            acceleration,
+            enable,
+            resets,
+        ] = block::read(&words[at::SET_SEQUENCE.0], &words[at::SET_COUNTER.0..])?;
+        self.is_attached().then(|| SetValues {
+            counter,
+            ideal_start: Instant::from_nanos(ideal_start as i64),
+            enable: enable == 1,
+            resets,
+            position: f64::from_bits(position),
+            velocity: f64::from_bits(velocity),
+            acceleration: f64::from_bits(acceleration),
+        })
+    }
+
+    /// Says where the drive is and how it does. Each answer is a beat of the process's heart.
+    pub fn answer(&mut self, values: &ProcessValues) {
+        self.heartbeat = self.heartbeat.wrapping_add(1);
+        self.write(self.run, values);
+    }
+
+    fn write(&self, run: u64, values: &ProcessValues) {
+        let words = self.mapping.words();
+        block::write(
+            &words[at::ACTUAL_SEQUENCE.0],
+            &words[at::ACTUAL_RUN.0..],
+            [
+                run,
+                self.heartbeat,
+                values.counter,
+                values.resets,
+                values.state.number(),
+                values.error.into(),
+                values.position.to_bits(),
+                values.velocity.to_bits(),
+            ],
+        );
+    }
+
+    fn word(&self, field: at::Field) -> u64 {
+        self.mapping.words()[field.0].load(Ordering::Acquire)
+    }
+}
+
+impl Drop for DriveProcess {
+    fn drop(&mut self) {
+        self.write(0, &ProcessValues::off(0.0));
+    }
+}

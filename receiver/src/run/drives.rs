@@ -1,0 +1,44 @@
+//! The drives of the slaves in the real world.
+
+use coaxle_host::shared_memory::{DriveIdentity, SharedMemoryDrive};
+
+use crate::config::{DriveConfig, ReceiverConfig, WrongSlave};
+use crate::drives::Drives;
+
+/// Those that are in other processes.
+///
+/// # Errors
+/// [`WrongSlave`] names the slave, and what is wrong with the memory that it shall share.
+pub(super) fn drives(config: &ReceiverConfig, run: u64) -> Result<Drives, WrongSlave> {
+    let cycle_time = config.cycle_time_us.0;
+    let mut drives = Drives::new();
+    for (n, slave) in config.slaves.iter().enumerate() {
+        let DriveConfig::SharedMemory(shared) = &slave.drive else {
+            continue;
+        };
+        let identity = DriveIdentity {
+            run,
+            slave_id: config.slave_id(n),
+            slave: slave.name.as_str(),
+            cycle_time,
+        };
+        let path = &shared.path;
+        let parameters = shared.parameters(cycle_time);
+        let drive = SharedMemoryDrive::create(path, &identity, parameters).map_err(|error| {
+            let field = format!("slave[{n}].drive.path");
+            let reason = error.to_string();
+            WrongSlave { field, reason }
+        })?;
+        if drive.is_on_disk() {
+            tracing::warn!(
+                node = %config.name,
+                slave = %slave.name,
+                "{}: is on a disk, which may hold up the cycle; expected a file system in memory, such as \
+                 /dev/shm",
+                path.display()
+            );
+        }
+        drives = drives.with(slave.name.as_str(), drive);
+    }
+    Ok(drives)
+}
