@@ -120,6 +120,22 @@ impl AxisSync {
         }
     }
 
+    /// Changes the parameters. While the block is enabled what was learnt is kept, and the set values go on
+    /// from where they are; otherwise they hold from the next rising edge of `bEnable`.
+    ///
+    /// # Errors
+    /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range; nothing is changed then.
+    #[doc(alias = "stAxisSyncParameters")]
+    pub fn set_parameters(&mut self, parameters: AxisSyncParameters) -> Result<(), WrongParameter> {
+        let checked = parameters.checked(self.task_cycle_time)?;
+        if let Some(Enabled { clock, axis }) = &mut self.enabled {
+            clock.set_parameters(&checked);
+            axis.set_parameters(&checked);
+        }
+        self.parameters = parameters;
+        Ok(())
+    }
+
     /// One cycle. `index` and `axis_in` are what the input image holds now; `elapsed` counts the own
     /// cycles since the previous call. Call it once per cycle and not before data have come.
     pub fn update(

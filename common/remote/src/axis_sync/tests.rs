@@ -207,6 +207,39 @@ fn the_delay_offset_moves_the_axis_ahead() {
     }
 }
 
+#[test]
+fn other_parameters_take_hold_without_a_step_and_wrong_ones_change_nothing() {
+    let mut block = block(AxisSyncParameters::default());
+    let begin = synchronise(&mut block);
+    let mut parameters = AxisSyncParameters::default();
+    parameters.extrapolate.blending_time = Seconds(0.05);
+    parameters.start_up_mode = StartUpMode::Bypass;
+    let mut before = scan(&mut block, begin, FilterMode::Auto).axis.set_position;
+    for cycle in begin + 1..begin + 2_000 {
+        if cycle == begin + 1_000 {
+            block.set_parameters(parameters).expect("good ones");
+        }
+        if cycle == begin + 1_500 {
+            let mut wrong = parameters;
+            wrong.extrapolate.blending_time = Seconds(-1.0);
+            let error = block.set_parameters(wrong).unwrap_err();
+            assert_eq!(error.error(), SyncError::WrongParameter);
+        }
+        let out = scan(&mut block, cycle, FilterMode::Auto);
+        assert!(out.synced, "{cycle}");
+        let way = out.axis.set_position - before;
+        before = out.axis.set_position;
+        assert!(
+            (way - VELOCITY * 1e-3).abs() < 0.02 * VELOCITY * 1e-3,
+            "{cycle}: {way}"
+        );
+    }
+    block.disable();
+    block.enable().unwrap();
+    let anew = scan(&mut block, begin + 2_000, FilterMode::Auto);
+    assert_eq!(anew.state, FilterState::Bypass, "as they say now");
+}
+
 proptest! {
     /// Whatever arrives, the output is finite and no mode lies about itself.
     #[test]
