@@ -303,11 +303,12 @@ impl Judge {
 
     pub(super) fn finish(mut self) -> (String, ReceiverSummary, Curves) {
         let summary = &mut self.summary;
-        summary.last = self
-            .last
-            .as_deref()
-            .map(LastSignals::from)
-            .unwrap_or_default();
+        if let Some(last) = &self.last {
+            let Record {
+                node, far, axis, ..
+            } = **last;
+            summary.last = LastSignals { node, far, axis };
+        }
         summary.drift_ppm_true = self.drift.ppm();
         let share = |ripple: f64| (self.fastest_master > 0.0).then(|| ripple / self.fastest_master);
         let ripple = &self.ripple;

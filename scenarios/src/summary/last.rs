@@ -6,8 +6,6 @@ use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals};
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
-use crate::record::Record;
-
 /// A receiver's signals in its last cycle, as far as one of its far axes is concerned.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LastSignals {
@@ -25,16 +23,6 @@ impl LastSignals {
         values(&self.node)
             .chain(values(&self.far))
             .chain(values(&self.axis))
-    }
-}
-
-impl From<&Record> for LastSignals {
-    fn from(record: &Record) -> Self {
-        Self {
-            node: record.node,
-            far: record.far,
-            axis: record.axis,
-        }
     }
 }
 

@@ -19,6 +19,24 @@ pub struct SimulatedDrive {
     position: f64,
     velocity: f64,
     last_set: f64,
+    lag: Lag,
+}
+
+/// What a first-order lag leaves of a deviation after a cycle: cycles last the same, but for skipped ones.
+#[derive(Clone, Copy, Debug)]
+struct Lag {
+    dt: f64,
+    left: f64,
+}
+
+impl Lag {
+    fn left_after(&mut self, dt: f64, lag: f64) -> f64 {
+        if dt.to_bits() != self.dt.to_bits() {
+            let left = if lag > 0.0 { libm::exp(-dt / lag) } else { 0.0 };
+            *self = Self { dt, left };
+        }
+        self.left
+    }
 }
 
 /// The drive's constants.
@@ -101,6 +119,8 @@ impl SimulatedDrive {
             position: 0.0,
             velocity: 0.0,
             last_set: 0.0,
+            // Of no time everything is left.
+            lag: Lag { dt: 0.0, left: 1.0 },
         })
     }
 
@@ -126,7 +146,7 @@ impl SimulatedDrive {
     /// The exact answer of a first-order lag to a command held for `dt`.
     fn follow(&mut self, command: f64, dt: f64) {
         let lag = self.parameters.velocity_lag;
-        let left = if lag > 0.0 { libm::exp(-dt / lag) } else { 0.0 };
+        let left = self.lag.left_after(dt, lag);
         let excess = self.velocity - command;
         self.position += command * dt + excess * lag * (1.0 - left);
         self.velocity = command + excess * left;
