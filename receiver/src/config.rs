@@ -7,6 +7,7 @@ mod form;
 mod masters;
 mod publish;
 mod slave;
+mod virtual_axes;
 
 use std::path::Path;
 
@@ -14,6 +15,7 @@ use coaxle_node::config::{ClockConfig, CycleMicros, RealTimeConfig, TransportCon
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use coaxle_node::{Channel, Intake, Reader};
+use coaxle_source::config::AxisConfig;
 use serde::{Deserialize, Serialize};
 
 pub use crate::marks::{MarksConfig, SpacingSwing, WrongMarks};
@@ -23,8 +25,9 @@ pub use far::{DelayConfig, FarChannel, FarConfig, Mode};
 pub use masters::{MasterRef, WrongSlave};
 pub use publish::{PublishFarAxes, WrongPublished};
 pub use slave::{CamSource, CoupleConfig, GearConfig, SlaveConfig, ToolConfig};
+pub use virtual_axes::WrongVirtualAxis;
 
-/// A receiver: whose axes it follows, how, and what it drives. A file has a list of far nodes, or one
+/// A receiver: whose axes it follows, how, which it has itself, and what it drives. A file has a list of far nodes, or one
 /// master in short (`master`, with `mode`, `sync`, `observer`, `delay` and `faults` beside it).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", try_from = "form::Form")]
@@ -40,6 +43,9 @@ pub struct ReceiverConfig {
     /// Which of their axes it publishes as corrected.
     #[serde(skip_serializing_if = "PublishFarAxes::is_none")]
     pub publish_far_axes: PublishFarAxes,
+    /// Virtual axes of its own, which its slaves can follow: a local line shaft, say.
+    #[serde(rename = "virtual-axis", skip_serializing_if = "Vec::is_empty")]
+    pub virtual_axes: Vec<AxisConfig>,
     /// The slaves.
     #[serde(rename = "slave")]
     pub slaves: Vec<SlaveConfig>,
@@ -54,6 +60,9 @@ pub struct ReceiverConfig {
 impl ReceiverConfig {
     /// Takes the files that the config names by relative paths from `folder`, say the config's own.
     pub fn relative_to(&mut self, folder: &Path) {
+        for axis in &mut self.virtual_axes {
+            axis.relative_to(folder);
+        }
         for slave in &mut self.slaves {
             slave.relative_to(folder);
         }
@@ -72,7 +81,7 @@ impl ReceiverConfig {
         (0..self.slaves.len()).find(|n| self.slave_id(*n) == id)
     }
 
-    /// The one gear from its far axis to the n-th slave, if gears alone couple them from the start.
+    /// The one gear from the axis at its root to the n-th slave, if gears alone couple them from the start.
     #[must_use]
     pub fn gear_to(&self, n: usize) -> Option<GearConfig> {
         let mut number = n;
@@ -87,7 +96,7 @@ impl ReceiverConfig {
                 offset: whole.ratio * slave.gear.offset + whole.offset,
             };
             match self.master_of(number).ok()? {
-                MasterRef::Far(_) => return Some(whole),
+                MasterRef::Far(_) | MasterRef::Virtual(_) => return Some(whole),
                 MasterRef::Slave(master) => number = master,
             }
         }

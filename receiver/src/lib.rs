@@ -3,6 +3,7 @@
 //! ```text
 //! per far node: inbox ─▶ which run, newest fresh frame ─▶ far clock ─▶ correction
 //!     ─▶ each of its axes: extrapolate ─▶ a master
+//! per virtual axis: source ─▶ a master
 //!     ─▶ each slave: program ─▶ command ─▶ coupling, life cycle, limits ─▶ drive ─▶ frame, signals
 //! ```
 //!
@@ -30,6 +31,7 @@ pub mod run;
 pub mod signals;
 mod slaves;
 mod snapshot;
+mod virtual_axes;
 
 pub use config::{
     DelayConfig, FarChannel, FarConfig, MasterRef, Mode, ReceiverConfig, SlaveConfig, WrongSlave,

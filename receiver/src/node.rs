@@ -14,12 +14,14 @@ use coaxle_node::{
     RejectionCounters, TimeServer, TimeServerCounters,
 };
 use coaxle_slave::{Command, Refusal};
+use coaxle_source::ReplayError;
 
 use crate::config::{ReceiverConfig, WrongSlave};
 use crate::drives::Drives;
 use crate::pipeline::Pipeline;
 use crate::slaves::{SlaveNumber, Slaves};
 use crate::snapshot::ReceiverSnapshot;
+use crate::virtual_axes::VirtualAxes;
 
 /// A receiver: follows far axes and drives slaves with them.
 #[derive(Debug)]
@@ -113,6 +115,14 @@ pub enum ReceiverError {
         /// The parameter.
         wrong: WrongParameter,
     },
+    /// A virtual axis whose source cannot be opened.
+    #[error("{field}: {reason}")]
+    VirtualAxis {
+        /// Which one it is in the config.
+        field: String,
+        /// Why, with the file.
+        reason: String,
+    },
     /// A slave.
     #[error(transparent)]
     Slave(#[from] WrongSlave),
@@ -123,8 +133,8 @@ impl Receiver {
     /// of its slaves are simulated; others are given by [`with_drives`](Self::with_drives).
     ///
     /// # Errors
-    /// [`ReceiverError`] names the parameter that is out of its range, or the slave whose drive is in
-    /// another process.
+    /// [`ReceiverError`] names the parameter that is out of its range, the slave whose drive is in another
+    /// process, or the file of a virtual axis that cannot be replayed.
     pub fn new(
         config: &ReceiverConfig,
         start: Instant<Local>,
@@ -146,15 +156,16 @@ impl Receiver {
     ) -> Result<Self, ReceiverError> {
         let cycle_time = config.cycle_time_us.0;
         let sender = sender_id(&config.name);
-        let pipeline = Pipeline::new(config, Slaves::new(config, drives)?, epoch).map_err(
-            |(far, wrong)| {
+        let virtual_axes = VirtualAxes::open(&config.virtual_axes, start).map_err(wrong_axis)?;
+        let slaves = Slaves::new(config, drives)?;
+        let pipeline =
+            Pipeline::new(config, virtual_axes, slaves, epoch).map_err(|(far, wrong)| {
                 let field = match config.far.len() {
                     1 => "sync".to_owned(),
                     _ => format!("far[{far}].sync"),
                 };
                 ReceiverError::Sync { field, wrong }
-            },
-        )?;
+            })?;
         let subscriptions = config.wiring().subscriptions;
         let source = |subscription: &Subscription| match subscription.channel {
             Channel::TimeRequests => Source::Requests,
@@ -202,6 +213,12 @@ impl Receiver {
         self.pipeline.command(slave, command)
     }
 
+    /// Its virtual axes as they are in the newest cycle, in the order of the config.
+    #[must_use]
+    pub fn virtual_axes(&self) -> &[NcToPlcAxis] {
+        self.pipeline.virtual_axes()
+    }
+
     /// The frames of the slaves and of the far axes in this cycle.
     fn encode_axes(&mut self) {
         let header = FrameHeader {
@@ -244,6 +261,13 @@ impl Receiver {
         signals.requests_answered = answered;
         signals.requests_dropped = dropped;
         signals.requests_refused = self.refused_requests.total();
+    }
+}
+
+fn wrong_axis((axis, reason): (usize, ReplayError)) -> ReceiverError {
+    ReceiverError::VirtualAxis {
+        field: format!("virtual-axis[{axis}].replay"),
+        reason: reason.to_string(),
     }
 }
 

@@ -1,4 +1,4 @@
-//! The way of the data: far axes in, set values of the slaves out. One scan, top to bottom.
+//! The way of the data: far axes and virtual ones in, set values of the slaves out. One scan, top to bottom.
 
 use coaxle_axis::{Job, NcToPlcAxis};
 use coaxle_clock::cycle::Tick;
@@ -15,6 +15,7 @@ use crate::far::{FarNode, FarOutputs};
 use crate::far_axes::PublishedFarAxes;
 use crate::slaves::{Master, SlaveNumber, Slaves};
 use crate::snapshot::{Health, ReceiverSnapshot};
+use crate::virtual_axes::VirtualAxes;
 
 /// Everything between the mailboxes and the drives.
 #[derive(Debug)]
@@ -25,6 +26,7 @@ pub(crate) struct Pipeline {
     ranges: Box<[(usize, usize)]>,
     /// Every far axis as a master.
     masters: Box<[Option<Master>]>,
+    virtual_axes: VirtualAxes,
     slaves: Slaves,
     far_axes: PublishedFarAxes,
     arrivals: ArrivalLog,
@@ -34,6 +36,7 @@ impl Pipeline {
     /// `run` is this run of the node.
     pub(crate) fn new(
         config: &ReceiverConfig,
+        virtual_axes: VirtualAxes,
         slaves: Slaves,
         run: u64,
     ) -> Result<Self, (usize, WrongParameter)> {
@@ -50,6 +53,7 @@ impl Pipeline {
             far,
             ranges: (0..config.far.len()).map(range).collect(),
             masters: config.far_axes().map(|_| None).collect(),
+            virtual_axes,
             slaves,
             far_axes: PublishedFarAxes::new(config),
             arrivals: ArrivalLog::new(config.far.len()),
@@ -98,8 +102,10 @@ impl Pipeline {
         for n in 0..self.far.len() {
             self.far_node(n, tick, shown);
         }
+        let virtual_axes = &mut shown.signals.virtual_axes;
+        let virtual_axes = self.virtual_axes.cycle(tick.ideal_start, virtual_axes);
         let elapsed = Seconds(self.cycle_s * f64::from(tick.elapsed));
-        self.slaves.update(&self.masters, elapsed);
+        self.slaves.update(&self.masters, virtual_axes, elapsed);
         self.slaves.show(shown);
         shown.health = self.health(shown);
         shown.signals.node.health = shown.health.name();
@@ -148,6 +154,11 @@ impl Pipeline {
                 .max_by_key(Health::severity)
         };
         self.slaves.fault().or_else(worst).unwrap_or(Health::Ok)
+    }
+
+    /// The virtual axes in the newest cycle, in the order of the config.
+    pub(crate) fn virtual_axes(&self) -> &[NcToPlcAxis] {
+        self.virtual_axes.axes()
     }
 
     /// What is published of the slaves, by axis id.

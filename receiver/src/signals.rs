@@ -5,6 +5,7 @@ use coaxle_clock::delay::DelayState;
 use coaxle_clock::observer::{ObserverLine, ObserverState};
 use coaxle_node::signals;
 use coaxle_slave::CouplingPhase;
+use coaxle_source::Activity;
 
 use crate::names::{DriveKindName, DriveStateName, HealthName, StateName};
 use crate::program::ProgramState;
@@ -186,6 +187,32 @@ signals! {
 }
 
 signals! {
+    /// A virtual axis of the receiver's own, as its slaves follow it and as it truly is.
+    pub struct VirtualAxisSignals of VirtualAxis {
+        /// Set position; behind an encoder what that shows.
+        position: f64 ["u"],
+        /// Set velocity.
+        velocity: f64 ["u/s"],
+        /// Set acceleration.
+        acceleration: f64 ["u/s²"],
+        /// Where the motion under way ends; the set position where it has no end.
+        target_position: f64 ["u"],
+        /// What it is doing.
+        activity: Activity [""],
+        /// Whether it is enabled.
+        operational: bool [""],
+        /// Its error, by the NC's code; 0: none.
+        error: u32 [""],
+        /// Where it truly is; apart from the set position only behind an encoder, or in error.
+        true_position: f64 ["u"],
+        /// Its true velocity.
+        true_velocity: f64 ["u/s"],
+        /// Its true acceleration.
+        true_acceleration: f64 ["u/s²"],
+    }
+}
+
+signals! {
     /// A slave. Positions are in its units.
     pub struct SlaveSignals of Slave {
         /// Set position; none until it is coupled, if it only follows its gear.
@@ -244,6 +271,7 @@ mod tests {
             table::<NodeSignals>("The receiver"),
             table::<FarNodeSignals>("A far node"),
             table::<FarAxisSignals>("A far axis"),
+            table::<VirtualAxisSignals>("A virtual axis"),
             table::<SlaveSignals>("A slave"),
         ];
         let expected = format!("{head}{}\n# {sender}", tables.join("\n"));

@@ -12,7 +12,9 @@ use serde::Serialize;
 
 use crate::config::ReceiverConfig;
 use crate::names::{HealthName, StateName};
-use crate::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
+use crate::signals::{
+    FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals, VirtualAxisSignals,
+};
 
 /// The row of a receiver's signals, sized once from its config.
 #[derive(Debug, PartialEq, Serialize)]
@@ -23,6 +25,8 @@ pub struct SignalRow {
     pub far: Box<[FarNodeSignals]>,
     /// All of their axes, in that order.
     pub axes: Box<[FarAxisSignals]>,
+    /// Its virtual axes, in the order of the config.
+    pub virtual_axes: Box<[VirtualAxisSignals]>,
     /// The slaves, in the order of the config.
     pub slaves: Box<[SlaveSignals]>,
 }
@@ -42,6 +46,11 @@ impl SignalRow {
                 .far_axes()
                 .map(|_| FarAxisSignals::default())
                 .collect(),
+            virtual_axes: config
+                .virtual_axes
+                .iter()
+                .map(|_| VirtualAxisSignals::default())
+                .collect(),
             slaves: config
                 .slaves
                 .iter()
@@ -57,6 +66,7 @@ impl Clone for SignalRow {
             node: self.node,
             far: self.far.clone(),
             axes: self.axes.clone(),
+            virtual_axes: self.virtual_axes.clone(),
             slaves: self.slaves.clone(),
         }
     }
@@ -66,6 +76,7 @@ impl Clone for SignalRow {
         // Boxes of the same length are copied in place.
         self.far.clone_from(&other.far);
         self.axes.clone_from(&other.axes);
+        self.virtual_axes.clone_from(&other.virtual_axes);
         self.slaves.clone_from(&other.slaves);
     }
 }
@@ -93,11 +104,15 @@ impl ReceiverConfig {
             .into_iter()
             .enumerate()
             .map(|(n, name)| Instance::of::<FarAxisSignals>(name).in_unit(self.far_axis_unit(n)));
+        let virtual_axes = self.virtual_axes.iter().map(|axis| {
+            Instance::of::<VirtualAxisSignals>(axis.name.as_str()).in_unit(axis.unit.clone())
+        });
         let slaves = self.slaves.iter().enumerate().map(|(n, slave)| {
             Instance::of::<SlaveSignals>(slave.name.as_str()).in_unit(self.slave_unit(n))
         });
         let node = std::iter::once(Instance::of::<NodeSignals>(""));
-        node.chain(far).chain(axes).chain(slaves).collect()
+        let followed = far.chain(axes).chain(virtual_axes);
+        node.chain(followed).chain(slaves).collect()
     }
 }
 
@@ -185,10 +200,10 @@ impl ReceiverSnapshot {
         }
     }
 
-    /// The mode that made the set values of a far node's first axis.
+    /// The mode that made the set values of a far node's first axis, if there is such a node.
     #[must_use]
     pub fn state_of(&self, far: usize) -> Option<StateName> {
-        let first = self.first_axes[far];
+        let first = *self.first_axes.get(far)?;
         self.signals.axes.get(first)?.state
     }
 
@@ -199,6 +214,7 @@ impl ReceiverSnapshot {
         size_of::<Self>()
             + size_of_val(&*signals.far)
             + size_of_val(&*signals.axes)
+            + size_of_val(&*signals.virtual_axes)
             + size_of_val(&*signals.slaves)
             + size_of_val(&*self.far_health)
             + size_of_val(&*self.data_cycle_times)

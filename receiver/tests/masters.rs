@@ -279,7 +279,7 @@ fn masters_that_are_not_there_are_refused_by_name() {
                  [[slave]]\nname = 'c'\n{two}\nfurther-masters = ['a']"
             ),
             "slave[0].further-masters[1]: 0x816f: received \"b\", which follows \"a\" in the end, \
-             or a circle of others; expected a far axis at the root",
+             or a circle of others; expected a far or virtual axis at the root",
         ),
         (
             format!("[[slave]]\nname = 'a'\n{two}\nfurther-masters = ['a']"),

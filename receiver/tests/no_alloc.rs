@@ -71,7 +71,7 @@ fn cams_and_programs_do_not_allocate() {
 }
 
 /// Three far nodes, one of which falls silent and comes back as another run; a slave of two of them, and
-/// of another slave, is stopped, reset and coupled again.
+/// of another slave, is stopped, reset and coupled again. Two virtual axes have slaves besides.
 #[test]
 fn several_far_nodes_and_a_slave_of_several_masters_do_not_allocate() {
     let mut receiver = nodes::receiver(LINE);
@@ -109,6 +109,9 @@ fn several_far_nodes_and_a_slave_of_several_masters_do_not_allocate() {
     let expected = 100.0 * 2.1 + 300.0 - 5.0;
     let velocity = row.slaves[1].velocity.expect("an axis");
     assert!((velocity - expected).abs() < 1.0, "{velocity}");
+    assert_eq!(row.slaves[2].phase, Some(CouplingPhase::InSync));
+    assert!(row.virtual_axes[0].position > 1_000.0);
+    assert_eq!(row.slaves[3].position, Some(row.virtual_axes[1].position));
     assert_eq!(receiver.snapshot().health.name(), HealthName::Ok);
 }
 
@@ -208,6 +211,27 @@ node = 'c'
 axes = ['1-3']
 mode = 'sync'
 sync.time-sync.automatic-re-init = true
+[[virtual-axis]]
+id = 1
+name = 'shaft'
+modulo = 360
+[virtual-axis.program]
+limits = { velocity = 500, acceleration = 2000, jerk = 20000 }
+repeat = true
+steps = [
+    { enable = true },
+    { loop = { count = 3, steps = [{ move-relative = { distance = 90 } }, { dwell = { for-s = 0.05 } }] } },
+    { velocity = { value = 300, for-s = 0.5 } },
+    { halt = {} },
+]
+[[virtual-axis]]
+id = 2
+name = 'wheel'
+[virtual-axis.encoder]
+resolution = 0.01
+[virtual-axis.encoder.program]
+start-velocity = 100
+limits = { velocity = 500, acceleration = 2000, jerk = 20000 }
 [[slave]]
 name = 'roll'
 master = 'c.1'
@@ -221,6 +245,23 @@ when = { master-ready = true }
 do = { power = true }
 [[slave.step]]
 do = { gear-in-multi-master = { ratios = [1.0, 1.0, -0.5] } }
+[[slave]]
+name = 'press'
+master = 'shaft'
+further-masters = ['wheel']
+couple = { cam = { table = 1 } }
+limits = { velocity = 2000, acceleration = 100000, jerk = 1e8 }
+[[slave.cams]]
+table-id = 1
+course = 'cyclic'
+point = [
+  { master = 0, slave = 0, law = 'polynom5' },
+  { master = 180, slave = 40, law = 'polynom5' },
+  { master = 360, slave = 0 },
+]
+[[slave]]
+name = 'second'
+master = 'wheel'
 ";
 
 const CAMS: &str = "

@@ -11,7 +11,8 @@ mod slave;
 
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_curve::profile::Kinematics;
-use coaxle_receiver::SignalRow;
+use coaxle_receiver::signals::VirtualAxisSignals;
+use coaxle_receiver::{ReceiverConfig, SignalRow};
 use coaxle_sender::signals::{AxisSignals, SenderSignals};
 use coaxle_sim::{Oracle, TruthSample};
 
@@ -49,14 +50,36 @@ pub struct Evaluation {
     senders: usize,
     start: Instant<Reference>,
     masters: Vec<Master>,
-    /// One for each far axis of each receiver.
+    /// One for each far or virtual axis of each receiver.
     judges: Vec<Judge>,
     /// Which of them are the receiver's.
     of_receiver: Vec<std::ops::Range<usize>>,
+    clocks: Vec<Clock>,
 }
 
-/// A sender's axis that somebody follows, or a receiver that somebody follows: of that only its
-/// clock counts, as its motion is its sender's.
+/// A receiver as the clock of those who follow it, and of its own virtual axes.
+#[derive(Debug)]
+struct Clock {
+    /// The ids of its virtual axes.
+    axes: Box<[u32]>,
+    /// Its newest cycle.
+    count: u64,
+    /// How often it was started anew.
+    run: u64,
+}
+
+impl Clock {
+    fn new(config: &ReceiverConfig) -> Self {
+        Self {
+            axes: config.virtual_axes.iter().map(|a| a.id.get()).collect(),
+            count: 0,
+            run: 0,
+        }
+    }
+}
+
+/// A sender's axis that somebody follows, a receiver's virtual axis, or a receiver that somebody follows:
+/// of that only its clock counts, as its motion is its sender's.
 #[derive(Debug)]
 struct Master {
     node: usize,
@@ -77,7 +100,7 @@ fn master_of(masters: &mut Vec<Master>, node: usize, axis: u32, cycle_time: Cycl
     })
 }
 
-/// Stands for the clock of a receiver: its slaves' ids begin at 1.
+/// Stands for the clock of a receiver: the ids of its virtual axes begin at 1.
 const CLOCK_ONLY: u32 = 0;
 
 impl Evaluation {
@@ -87,19 +110,22 @@ impl Evaluation {
         let mut masters = Vec::new();
         let mut judges = Vec::new();
         let senders = scenario.senders.len();
+        let cycle_time = |node: usize| match node.checked_sub(senders) {
+            None => scenario.senders[node].cycle_time_us.0,
+            Some(receiver) => scenario.receivers[receiver].cycle_time_us.0,
+        };
         for view in topology.views() {
             let config = &scenario.receivers[view.receiver];
             let root = view.root;
-            let cycle_time = scenario.senders[root.sender].cycle_time_us.0;
-            let motion = master_of(&mut masters, root.sender, root.axis, cycle_time);
-            let clock = match root.source.checked_sub(senders) {
-                None => motion,
-                Some(before) => {
-                    let cycle_time = scenario.receivers[before].cycle_time_us.0;
-                    master_of(&mut masters, root.source, CLOCK_ONLY, cycle_time)
-                }
+            let motion = master_of(&mut masters, root.node, root.axis, cycle_time(root.node));
+            let clock = if root.source == root.node {
+                motion
+            } else {
+                let cycle_time = cycle_time(root.source);
+                master_of(&mut masters, root.source, CLOCK_ONLY, cycle_time)
             };
-            judges.push(Judge::new(config, motion, clock, view));
+            let follows_receiver = root.source >= senders;
+            judges.push(Judge::new(config, [motion, clock], follows_receiver, view));
         }
         let of = |n: usize| {
             let views = topology.views();
@@ -112,6 +138,7 @@ impl Evaluation {
             masters,
             judges,
             of_receiver: (0..scenario.receivers.len()).map(of).collect(),
+            clocks: scenario.receivers.iter().map(Clock::new).collect(),
         }
     }
 
@@ -153,15 +180,26 @@ impl Evaluation {
         }
     }
 
-    /// A receiver is the clock of those who follow it.
+    /// A receiver is the clock of those who follow it, and moves its virtual axes by it.
     fn clock_was(&mut self, receiver: usize, at_ns: i64, signals: &SignalRow) {
-        let sample = TruthSample {
+        let clock = &mut self.clocks[receiver];
+        let count = signals.node.cycle;
+        clock.run += u64::from(count < clock.count);
+        clock.count = count;
+        let sample = |axis| TruthSample {
             at: Instant::from_nanos(at_ns),
-            epoch: 0,
-            count: signals.node.cycle,
-            axis: Kinematics::default(),
+            epoch: clock.run,
+            count,
+            axis,
         };
-        self.master_was(self.senders + receiver, CLOCK_ONLY, sample);
+        let still = sample(Kinematics::default());
+        let axes = clock.axes.iter().zip(&signals.virtual_axes);
+        let axes: Vec<_> = axes.map(|(id, axis)| (*id, sample(truly(axis)))).collect();
+        let node = self.senders + receiver;
+        self.master_was(node, CLOCK_ONLY, still);
+        for (id, sample) in axes {
+            self.master_was(node, id, sample);
+        }
     }
 
     /// The run is over: what still waits for the master is judged without it.
@@ -177,6 +215,14 @@ impl Evaluation {
             }
         }
         self.judges.into_iter().map(Judge::finish).collect()
+    }
+}
+
+fn truly(axis: &VirtualAxisSignals) -> Kinematics {
+    Kinematics {
+        position: axis.true_position,
+        velocity: axis.true_velocity,
+        acceleration: axis.true_acceleration,
     }
 }
 

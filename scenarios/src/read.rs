@@ -15,7 +15,7 @@ use crate::event::{Event, Happening};
 use crate::expect::{Expectation, receiver_of};
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, SlaveSummary};
-use crate::topology::{Topology, View};
+use crate::topology::{Root, Topology, Viewed};
 
 /// Reads and checks a scenario. `file` is what the errors call it.
 ///
@@ -45,18 +45,21 @@ fn tell_units(scenario: &mut Scenario, topology: &Topology) {
     // A receiver may follow one that comes later in the file: each pass goes a step further.
     for _ in 0..scenario.receivers.len() {
         for view in topology.views() {
-            let unit = unit_of_source(scenario, view);
+            let Viewed::Far { axis, .. } = view.of else {
+                continue;
+            };
+            let unit = unit_of_source(scenario, view.receiver, axis, &view.root);
             if unit != Unit::default() {
-                scenario.receivers[view.receiver].far_axis_is_in(view.axis, unit);
+                scenario.receivers[view.receiver].far_axis_is_in(axis, unit);
             }
         }
     }
 }
 
-fn unit_of_source(scenario: &Scenario, view: &View) -> Unit {
-    let far = scenario.receivers[view.receiver].far_axes().nth(view.axis);
+fn unit_of_source(scenario: &Scenario, receiver: usize, axis: usize, root: &Root) -> Unit {
+    let far = scenario.receivers[receiver].far_axes().nth(axis);
     let id = far.map(|(_, _, axis)| axis.id);
-    let source = view.root.source;
+    let source = root.source;
     let unit = match source.checked_sub(scenario.senders.len()) {
         None => {
             let mut axes = scenario.senders[source].axes.iter();
@@ -81,7 +84,7 @@ fn show_followed_axes(
     for (n, sender) in scenario.senders.iter_mut().enumerate() {
         let axes = (topology.views().iter())
             .map(|view| view.root)
-            .filter(|root| root.sender == n)
+            .filter(|root| root.node == n)
             .filter_map(|root| NonZeroU32::new(root.axis))
             .collect::<BTreeSet<_>>();
         sender.show_axes = ShownAxes::new(axes.into_iter().collect()).map_err(|wrong| {

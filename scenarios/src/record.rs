@@ -1,13 +1,16 @@
-//! A receiver's cycle as it is judged: by one far axis at a time.
+//! A receiver's cycle as it is judged: by one axis at a time.
 
 use coaxle_clock::{Instant, Remote};
 use coaxle_receiver::SignalRow;
-use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
+use coaxle_receiver::signals::{
+    FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals, VirtualAxisSignals,
+};
 use serde::Serialize;
 
-use crate::topology::View;
+use crate::topology::{View, Viewed};
 
-/// What a receiver showed of itself in a cycle, as far as one of its far axes is concerned. Instants are
+/// What a receiver showed of itself in a cycle, as far as one of the axes that lead its slaves is
+/// concerned. Instants are
 /// nanoseconds of the world's reference clock: true time in the simulation, the machine's monotonic
 /// clock in the real world.
 #[derive(Debug, Default, PartialEq, Serialize)]
@@ -18,7 +21,7 @@ pub struct Record {
     pub woke_ns: i64,
     /// The receiver itself.
     pub node: NodeSignals,
-    /// The node that publishes the axis.
+    /// The node that publishes the axis; nothing of one of the receiver's own.
     pub far: FarNodeSignals,
     /// The axis.
     pub axis: FarAxisSignals,
@@ -45,14 +48,32 @@ impl Clone for Record {
     }
 }
 
+/// A virtual axis as one that needs no correction: what its slaves have of it is what it is set to.
+fn as_far_axis(axis: &VirtualAxisSignals) -> FarAxisSignals {
+    FarAxisSignals {
+        synced: true,
+        received_error: axis.error,
+        received_position: Some(axis.position),
+        received_velocity: Some(axis.velocity),
+        corrected_position: Some(axis.position),
+        corrected_velocity: Some(axis.velocity),
+        ..FarAxisSignals::default()
+    }
+}
+
 impl Record {
     /// Takes in a cycle; what was in it before is forgotten.
     pub(crate) fn fill(&mut self, at_ns: i64, woke_ns: i64, signals: &SignalRow, view: &View) {
         self.at_ns = at_ns;
         self.woke_ns = woke_ns;
         self.node = signals.node;
-        self.far = signals.far[view.far];
-        self.axis = signals.axes[view.axis];
+        (self.far, self.axis) = match view.of {
+            Viewed::Far { far, axis } => (signals.far[far], signals.axes[axis]),
+            Viewed::Virtual(axis) => {
+                let axis = as_far_axis(&signals.virtual_axes[axis]);
+                (FarNodeSignals::default(), axis)
+            }
+        };
         self.slaves.clear();
         self.slaves
             .extend(view.slaves.iter().map(|n| signals.slaves[*n]));

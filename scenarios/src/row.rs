@@ -49,7 +49,7 @@ impl Clone for Row {
 
 /// Takes every row, judged, in the order of its receiver's cycles.
 pub trait RowSink {
-    /// A row of one of the receivers' far axes, by its number among all of them.
+    /// A row of one of the receivers' far or virtual axes, by its number among all of them.
     fn row(&mut self, view: usize, row: &Row);
 
     /// Something that the n-th receiver took in during the cycle `tick`, which ideally started at `at`.

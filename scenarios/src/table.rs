@@ -293,6 +293,7 @@ pub(crate) fn correction(mode: &str) -> &str {
         "time" => "time mode",
         "sync" => "sync mode",
         "observer" => "observer",
+        "virtual" => "none needed",
         other => other,
     }
 }

@@ -1,8 +1,10 @@
-//! Who follows whom: every far axis resolved to the sender that its motion comes from in the end.
+//! Who follows whom: every axis that leads slaves, resolved to the node that its motion comes from in the
+//! end: a sender, or a receiver with a virtual axis.
 
 use coaxle_node::config::ConfigError;
 use coaxle_node::keys::NodeName;
-use coaxle_receiver::config::{FarAxisConfig, FarChannel, GearConfig};
+use coaxle_receiver::ReceiverConfig;
+use coaxle_receiver::config::{FarAxisConfig, FarChannel, GearConfig, MasterRef};
 
 use crate::scenario::Scenario;
 
@@ -13,31 +15,43 @@ pub(crate) struct Topology {
     views: Vec<View>,
 }
 
-/// A far axis of a receiver, and where its motion comes from in the end. A receiver is judged by each of
-/// them.
+/// A far or a virtual axis of a receiver, and where its motion comes from in the end. A receiver is judged
+/// by each of them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct View {
     /// What it is called: as the receiver, where that follows but one axis.
     pub(crate) name: String,
     /// The receiver, counted among the receivers.
     pub(crate) receiver: usize,
-    /// Which of the receiver's far nodes.
-    pub(crate) far: usize,
-    /// Which of all its far axes.
-    pub(crate) axis: usize,
+    /// Which of its axes.
+    pub(crate) of: Viewed,
     /// The receiver's slaves that follow it in the end.
     pub(crate) slaves: Vec<usize>,
     pub(crate) root: Root,
 }
 
-/// Where a far axis's motion comes from.
+/// Which of a receiver's axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Viewed {
+    /// A far axis.
+    Far {
+        /// Which of the far nodes.
+        far: usize,
+        /// Which of all far axes.
+        axis: usize,
+    },
+    /// A virtual axis.
+    Virtual(usize),
+}
+
+/// Where an axis's motion comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Root {
-    /// Number of the node that is followed.
+    /// Number of the node that is followed; of a virtual axis its own.
     pub(crate) source: usize,
-    /// Number of the sender at the root.
-    pub(crate) sender: usize,
-    /// The sender's axis.
+    /// Number of the node at the root: a sender, or a receiver with a virtual axis.
+    pub(crate) node: usize,
+    /// The axis of that node.
     pub(crate) axis: u32,
     /// What is received, as a function of that axis: the gears before it in one. None where
     /// something else than gears moves a slave before it: then nobody knows.
@@ -89,25 +103,23 @@ impl Topology {
 
     fn views_in(&self, scenario: &Scenario, receiver: usize) -> Result<Vec<View>, WrongField> {
         let config = &scenario.receivers[receiver];
-        let names = config.far_axis_names();
-        let axes = config.far_axes().enumerate();
-        let view = |(axis, (far, _, _))| {
-            let slaves = 0..config.slaves.len();
+        let view = |(name, of)| {
+            let root = match of {
+                Viewed::Far { axis, .. } => self.resolve(scenario, receiver, axis)?,
+                Viewed::Virtual(axis) => {
+                    let own = scenario.senders.len() + receiver;
+                    virtual_root(config, axis, own, own, &[])
+                }
+            };
             Ok(View {
-                name: match names.len() {
-                    1 => config.name.to_string(),
-                    _ => format!("{}/{}", config.name, names[axis]),
-                },
+                name,
                 receiver,
-                far,
-                axis,
-                slaves: slaves
-                    .filter(|n| config.far_axis_of(*n) == Some(axis))
-                    .collect(),
-                root: self.resolve(scenario, receiver, axis)?,
+                of,
+                slaves: slaves_of(config, of),
+                root,
             })
         };
-        axes.map(view).collect()
+        named(config).into_iter().map(view).collect()
     }
 
     /// The number of a node.
@@ -152,7 +164,7 @@ impl Topology {
                     }
                     return Ok(Root {
                         source: first_source.unwrap_or(node),
-                        sender: node,
+                        node,
                         axis: *id,
                         gear: in_one(&gears),
                     });
@@ -167,11 +179,17 @@ impl Topology {
                     check_depth(scenario, &gears, &far.node).map_err(|r| wrong("node", r))?;
                     gears.push(followed.gear_to(slave));
                     first_source.get_or_insert(node);
-                    let Some(root) = followed.far_axis_of(slave) else {
-                        let reason = format!("a slave of {} has no far axis at its root", far.node);
-                        return Err(wrong("axes", reason));
-                    };
-                    (at, axis) = (before, root);
+                    match followed.root_of(slave) {
+                        Some(MasterRef::Far(root)) => (at, axis) = (before, root),
+                        Some(MasterRef::Virtual(root)) => {
+                            let source = first_source.unwrap_or(node);
+                            return Ok(virtual_root(followed, root, node, source, &gears));
+                        }
+                        Some(MasterRef::Slave(_)) | None => {
+                            let reason = format!("a slave of {} has no axis at its root", far.node);
+                            return Err(wrong("axes", reason));
+                        }
+                    }
                 }
                 (Some(node), FarChannel::FarAxes) if node >= senders => {
                     let before = node - senders;
@@ -201,6 +219,54 @@ impl Topology {
                 }
             }
         }
+    }
+}
+
+/// The axes of a receiver, the far ones first, with what they are called: as the receiver, where there is
+/// but one.
+fn named(config: &ReceiverConfig) -> Vec<(String, Viewed)> {
+    let far_axes = config.far_axes().enumerate();
+    let far = far_axes.map(|(axis, (far, _, _))| Viewed::Far { far, axis });
+    let virtual_axes = (0..config.virtual_axes.len()).map(Viewed::Virtual);
+    let names = config.far_axis_names().into_iter();
+    let names = names.chain(config.virtual_axis_names());
+    let mut axes: Vec<_> = names.zip(far.chain(virtual_axes)).collect();
+    let is_one = axes.len() == 1;
+    for (name, _) in &mut axes {
+        *name = if is_one {
+            config.name.to_string()
+        } else {
+            format!("{}/{name}", config.name)
+        };
+    }
+    axes
+}
+
+/// The slaves that follow an axis in the end.
+fn slaves_of(config: &ReceiverConfig, of: Viewed) -> Vec<usize> {
+    let root = match of {
+        Viewed::Far { axis, .. } => MasterRef::Far(axis),
+        Viewed::Virtual(axis) => MasterRef::Virtual(axis),
+    };
+    let slaves = 0..config.slaves.len();
+    slaves
+        .filter(|n| config.root_of(*n) == Some(root))
+        .collect()
+}
+
+/// A motion that comes from a virtual axis of the receiver `node`, by way of `source`.
+fn virtual_root(
+    config: &ReceiverConfig,
+    axis: usize,
+    node: usize,
+    source: usize,
+    gears: &[Option<GearConfig>],
+) -> Root {
+    Root {
+        source,
+        node,
+        axis: config.virtual_axes[axis].id.get(),
+        gear: in_one(gears),
     }
 }
 

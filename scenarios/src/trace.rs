@@ -1,4 +1,4 @@
-//! `trace.csv`: every receiver cycle, a line for each far axis.
+//! `trace.csv`: every receiver cycle, a line for each far or virtual axis.
 
 use std::io::Write;
 
@@ -121,7 +121,7 @@ fn columns(receivers: &[ReceiverConfig], views: &[View]) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::record::Record;
-    use crate::topology::Root;
+    use crate::topology::{Root, Viewed};
     use coaxle_receiver::SignalRow;
 
     fn lines_of(rest: &str) -> Vec<String> {
@@ -130,12 +130,11 @@ mod tests {
         let view = View {
             name: "r".to_owned(),
             receiver: 0,
-            far: 0,
-            axis: 0,
+            of: Viewed::Far { far: 0, axis: 0 },
             slaves: (0..config.slaves.len()).collect(),
             root: Root {
                 source: 0,
-                sender: 0,
+                node: 0,
                 axis: 1,
                 gear: None,
             },

@@ -65,6 +65,8 @@ pub enum Group {
     FarNode,
     /// An axis of such a node.
     FarAxis,
+    /// A virtual axis of its own.
+    VirtualAxis,
     /// A slave of its own.
     Slave,
 }
@@ -76,6 +78,7 @@ impl fmt::Display for Group {
             Self::Axis => "axis",
             Self::FarNode => "far node",
             Self::FarAxis => "far axis",
+            Self::VirtualAxis => "virtual axis",
             Self::Slave => "slave",
         })
     }
@@ -89,7 +92,7 @@ pub trait Signals {
     const SIGNALS: &'static [Signal];
 }
 
-/// What of a node has signals: it, a far node, a far axis or a slave, with all of its signals.
+/// What of a node has signals: it, a far node, a far axis, a virtual axis or a slave, with all of its signals.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Instance {
     /// What it is.

@@ -1,4 +1,4 @@
-//! Where an axis comes from: what a sender publishes.
+//! Where an axis comes from: what a sender publishes, and a receiver's own virtual axes.
 //!
 //! A [`Source`] says what an axis does at an instant: a [`Program`] of moves, the same seen through an
 //! [`Encoder`], or a recorded motion, [`Replay`]ed. [`config`] is how a config file describes an axis and its source,

@@ -1,13 +1,16 @@
 //! What moves an axis.
 
+use std::fmt;
+
 use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
+use serde::{Deserialize, Serialize};
 
 /// What moves one axis.
 ///
 /// A source depends on nothing but the time: the same times give the same motion, so a second one
 /// opened from the same config knows what the first one does. Sampling allocates nothing.
-pub trait Source: Send {
+pub trait Source: fmt::Debug + Send {
     /// What the axis does `since_start` after the start of the node. Times never go back.
     fn sample(&mut self, since_start: Span) -> AxisSample;
 }
@@ -30,7 +33,8 @@ pub struct AxisSample {
 }
 
 /// What an axis is doing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Activity {
     /// Nothing.
     #[default]

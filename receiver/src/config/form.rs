@@ -1,4 +1,5 @@
-//! The two forms of a receiver's file: a list of far nodes, or one master in short.
+//! The two forms of a receiver's file: a list of far nodes, or one master in short. Either has virtual
+//! axes besides, or the first has nothing else.
 
 use std::fmt;
 
@@ -8,11 +9,12 @@ use coaxle_node::config::{
 };
 use coaxle_node::keys::NodeName;
 use coaxle_remote::AxisSyncParameters;
+use coaxle_source::config::AxisConfig;
 use serde::{Deserialize, Serialize};
 
 use super::{
     AxisList, DelayConfig, FarChannel, FarConfig, Mode, PublishFarAxes, ReceiverConfig,
-    SlaveConfig, WrongPublished,
+    SlaveConfig, WrongPublished, WrongVirtualAxis,
 };
 
 /// A receiver's file as it is written.
@@ -34,6 +36,8 @@ pub(super) struct Form {
     question_faults: Option<toml::Value>,
     #[serde(default)]
     publish_far_axes: PublishFarAxes,
+    #[serde(rename = "virtual-axis", default)]
+    virtual_axes: Vec<AxisConfig>,
     #[serde(rename = "slave")]
     slaves: Option<Vec<SlaveConfig>>,
     #[serde(default)]
@@ -79,6 +83,8 @@ pub(super) enum WrongForm {
     Twice(NodeName),
     /// An axis that is called as another one is.
     SameName(String),
+    /// An axis of the receiver's own.
+    VirtualAxis(WrongVirtualAxis),
     /// What is to be published of the far axes.
     Published(WrongPublished),
 }
@@ -91,10 +97,12 @@ impl fmt::Display for WrongForm {
                 "{field}: received one beside [[far]], expected it in the [[far]] of the node that it \
                  is for"
             ),
+            Self::VirtualAxis(wrong) => wrong.fmt(f),
             Self::Published(wrong) => write!(f, "publish-far-axes: {wrong}"),
             Self::Nothing => f.write_str(
                 "far: received no [[far]], expected at least one, such as node = \"conveyor\" with axes \
-                 = [1, 2]; or in short, for one axis, master = { node = \"conveyor\", axis = 1 }",
+                 = [1, 2]; or in short, for one axis, master = { node = \"conveyor\", axis = 1 }; or a \
+                 [[virtual-axis]]",
             ),
             Self::Renamed(old, new) => write!(f, "{old}: is called {new} now"),
             Self::Twice(node) => write!(
@@ -120,7 +128,9 @@ impl TryFrom<Form> for ReceiverConfig {
         let is_short = form.master.is_some();
         let far = match form.master {
             Some(_) if !form.far.is_empty() => return Err(WrongForm::Mixed("master")),
-            None if form.far.is_empty() => return Err(WrongForm::Nothing),
+            None if form.far.is_empty() && form.virtual_axes.is_empty() => {
+                return Err(WrongForm::Nothing);
+            }
             Some(master) => vec![FarConfig {
                 node: master.node,
                 channel: master.channel,
@@ -165,19 +175,21 @@ impl TryFrom<Form> for ReceiverConfig {
             cycle_time_us: form.cycle_time_us,
             far,
             publish_far_axes: form.publish_far_axes,
+            virtual_axes: form.virtual_axes,
             slaves: form.slaves.unwrap_or_else(one_slave),
             clock: form.clock,
             seed: form.seed,
             transport: form.transport,
             real_time: form.real_time,
         };
-        match same_name(&config) {
-            Some(name) => Err(WrongForm::SameName(name)),
-            None => match config.check_published() {
-                Err(wrong) => Err(WrongForm::Published(wrong)),
-                Ok(()) => Ok(config),
-            },
+        if let Some(name) = same_name(&config) {
+            return Err(WrongForm::SameName(name));
         }
+        let axes = config.check_virtual_axes();
+        axes.map_err(WrongForm::VirtualAxis)?;
+        let published = config.check_published();
+        published.map_err(WrongForm::Published)?;
+        Ok(config)
     }
 }
 
@@ -255,7 +267,7 @@ mod tests {
         let (far, slave) = (MasterRef::Far, MasterRef::Slave);
         assert_eq!(masters, [far(1), far(3), slave(1), far(3)]);
         assert_eq!(config.far_axis_names(), ["a.1", "a.2", "b.7", "belt"]);
-        assert_eq!(config.far_axis_of(2), Some(3));
+        assert_eq!(config.root_of(2), Some(far(3)));
         assert_eq!((config.first_axis_of(0), config.first_axis_of(1)), (0, 2));
     }
 

@@ -1,4 +1,4 @@
-//! Which masters each slave means: far axes or other slaves, by their names.
+//! Which masters each slave means: far axes, virtual axes or other slaves, by their names.
 
 use coaxle_axis::Masters;
 
@@ -21,6 +21,8 @@ pub struct WrongSlave {
 pub enum MasterRef {
     /// The far axis with this number, counted through all far nodes.
     Far(usize),
+    /// The virtual axis with this number.
+    Virtual(usize),
     /// The slave with this number.
     Slave(usize),
 }
@@ -54,9 +56,10 @@ impl ReceiverConfig {
     /// [`WrongSlave`] names the slave, and the masters that there are.
     pub fn master_of(&self, n: usize) -> Result<MasterRef, WrongSlave> {
         let master = self.slaves[n].master.as_str();
-        let axes = self.far_axes().count();
-        if master.is_empty() && axes == 1 {
-            return Ok(MasterRef::Far(0));
+        if master.is_empty()
+            && let Some(only) = self.only_axis()
+        {
+            return Ok(only);
         }
         self.master_called(master)
             .ok_or_else(|| self.no_master(n, "master", master))
@@ -101,10 +104,22 @@ impl ReceiverConfig {
         self.far_axes().position(is_it)
     }
 
-    /// The far axis or the slave of this name.
+    /// The far axis where there is but one; without any, the one virtual axis.
+    fn only_axis(&self) -> Option<MasterRef> {
+        match (self.far_axes().count(), self.virtual_axes.len()) {
+            (1, _) => Some(MasterRef::Far(0)),
+            (0, 1) => Some(MasterRef::Virtual(0)),
+            _ => None,
+        }
+    }
+
+    /// The far axis, the virtual axis or the slave of this name.
     fn master_called(&self, master: &str) -> Option<MasterRef> {
         if let Some(axis) = self.far_axis_called(master) {
             return Some(MasterRef::Far(axis));
+        }
+        if let Some(axis) = self.virtual_axis_called(master) {
+            return Some(MasterRef::Virtual(axis));
         }
         let slave = self.slaves.iter().position(|s| s.name.as_str() == master);
         slave.map(MasterRef::Slave)
@@ -152,6 +167,7 @@ impl ReceiverConfig {
             }
             match self.master_of(slave) {
                 Ok(MasterRef::Far(axis)) => return self.far_axis_unit(axis),
+                Ok(MasterRef::Virtual(axis)) => return self.virtual_axis_unit(axis),
                 Ok(MasterRef::Slave(master)) => slave = master,
                 Err(_) => break,
             }
@@ -164,17 +180,18 @@ impl ReceiverConfig {
         let slaves = self.slaves.iter().enumerate();
         let others = slaves.filter(|(other, _)| *other != n);
         let mut names = self.far_axis_names();
+        names.extend(self.virtual_axis_names());
         names.extend(others.map(|(_, slave)| slave.name.to_string()));
         listed(names)
     }
 
-    /// The far axis at the root of the n-th slave, by first masters, if they are right.
+    /// The far or virtual axis at the root of the n-th slave, by first masters, if they are right.
     #[must_use]
-    pub fn far_axis_of(&self, n: usize) -> Option<usize> {
+    pub fn root_of(&self, n: usize) -> Option<MasterRef> {
         let mut slave = n;
         for _ in 0..=self.slaves.len() {
             match self.master_of(slave).ok()? {
-                MasterRef::Far(axis) => return Some(axis),
+                axis @ (MasterRef::Far(_) | MasterRef::Virtual(_)) => return Some(axis),
                 MasterRef::Slave(master) => slave = master,
             }
         }

@@ -23,8 +23,8 @@ pub struct SlaveConfig {
     /// from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<u32>,
-    /// Its master: a far axis, by its name or as `node.id`, or another slave, by its name. The far axis
-    /// where there is but one, if empty.
+    /// Its master: a far axis, by its name or as `node.id`, a virtual axis or another slave, by its name.
+    /// If empty, the far axis where there is but one; where there is none, the one virtual axis.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub master: String,
     /// What its position is in; the unit of its master by default.

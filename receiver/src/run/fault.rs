@@ -68,6 +68,12 @@ impl Fault {
         Some(Self::new(fault.code(), &text))
     }
 
+    /// Why a virtual axis is in error, by its code; 0: it is not.
+    pub(super) fn of_virtual_axis(code: u32) -> Option<Self> {
+        let text = "its source gives set values that no axis can have: it stands where it was last";
+        (code != 0).then(|| Self::new(code, text))
+    }
+
     /// Why a slave is in error stop.
     pub(super) fn of_slave(faults: &SlaveFaults) -> Option<Self> {
         let error = faults.error?;

@@ -17,6 +17,8 @@ use crate::snapshot::{Health, ReceiverSnapshot};
 pub(super) struct Journal {
     /// The names of the far nodes.
     far: Vec<String>,
+    /// Those of the virtual axes.
+    virtual_axes: Vec<String>,
     before: Option<ReceiverSnapshot>,
     window: Option<Window>,
 }
@@ -51,6 +53,7 @@ impl Journal {
     pub(super) fn new(config: &ReceiverConfig) -> Self {
         Self {
             far: config.far.iter().map(|far| far.node.to_string()).collect(),
+            virtual_axes: config.virtual_axis_names(),
             before: None,
             window: None,
         }
@@ -60,7 +63,8 @@ impl Journal {
     pub(super) fn take(&mut self, at: Instant<Machine>, now: &ReceiverSnapshot) -> Vec<Note> {
         let mut notes = match &mut self.before {
             Some(before) => {
-                let notes = changes(before, now, &self.far);
+                let mut notes = changes(before, now, &self.far);
+                notes.extend(of_virtual_axes(before, now, &self.virtual_axes));
                 before.clone_from(now);
                 notes
             }
@@ -138,6 +142,23 @@ fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, far: &[String]) ->
         notes.push(failure(now, Fault::of(now)));
     }
     notes
+}
+
+/// That a virtual axis came into error, or out of it.
+fn of_virtual_axes(
+    before: &ReceiverSnapshot,
+    now: &ReceiverSnapshot,
+    names: &[String],
+) -> Vec<Note> {
+    let of = |snapshot: &ReceiverSnapshot, n: usize| snapshot.signals.virtual_axes[n].error;
+    let changed = names.iter().enumerate().filter_map(|(n, name)| {
+        let error = of(now, n);
+        (error != of(before, n)).then(|| match Fault::of_virtual_axis(error) {
+            Some(fault) => Note::new(Level::Error, format!("{name}: error {fault}")),
+            None => Note::new(Level::Info, format!("{name}: moves again")),
+        })
+    });
+    changed.collect()
 }
 
 const fn is_of_a_slave(health: Health) -> bool {
@@ -232,6 +253,10 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
 fn failure(now: &ReceiverSnapshot, fault: Option<Fault>) -> Note {
     let state = now.state_of(0).map(StateName::as_str);
     match fault {
+        // There is no mode where nothing far is followed.
+        Some(fault) if now.signals.far.is_empty() => {
+            Note::new(Level::Error, format!("error {fault}"))
+        }
         Some(fault) => means(fault, state),
         None => Note::new(Level::Info, now.health.name().as_str()),
     }

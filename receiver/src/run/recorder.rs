@@ -106,7 +106,9 @@ mod tests {
     ];
 
     fn config() -> ReceiverConfig {
-        let text = "name = 'saw'\ncycle-time-us = 1000\nmaster = { node = 'conveyor', axis = 3 }";
+        let text = "name = 'saw'\ncycle-time-us = 1000\nmaster = { node = 'conveyor', axis = 3 }\n\
+                    [[virtual-axis]]\nid = 2\nname = 'shaft'\nunit = '°'\nprogram = { start-position = 7, \
+                    limits = { velocity = 1, acceleration = 1, jerk = 1 } }";
         parse("r", text).unwrap()
     }
 
@@ -198,6 +200,7 @@ mod tests {
                 Group::Node => &Value::Object(status.clone()),
                 Group::FarNode => &status["far"][&instance.name],
                 Group::FarAxis => &status["axes"][&instance.name],
+                Group::VirtualAxis => &status["virtual_axes"][&instance.name],
                 Group::Slave => &status["slaves"][&instance.name],
                 Group::Axis => unreachable!("a receiver's own axes are slaves"),
             };
@@ -258,6 +261,8 @@ mod tests {
             ("conveyor.rejected_implausible", "1"),
             ("conveyor.3.received_position", "2.5"),
             ("conveyor.3.state", "time"),
+            ("shaft.position", "7.0"),
+            ("shaft.activity", "idle"),
             ("slave.state", "synchronized-motion"),
             ("slave.following_error", "0.0"),
         ] {

@@ -24,6 +24,7 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
         node,
         far,
         axes,
+        virtual_axes,
         slaves,
     } = &snapshot.signals;
     let mut status = fields_of(node);
@@ -43,6 +44,12 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
         let place = published.iter().position(|axis| *axis == n);
         put(status, "published_id", json!(place.map(|place| place + 1)));
     }
+    let mut virtual_axes = named(&instances, Group::VirtualAxis, virtual_axes);
+    for (n, (_, status)) in virtual_axes.iter_mut().enumerate() {
+        put(status, "id", json!(config.virtual_axes[n].id));
+        let code = snapshot.signals.virtual_axes[n].error;
+        put(status, "error", json!(Fault::of_virtual_axis(code)));
+    }
     let mut slaves = named(&instances, Group::Slave, slaves);
     for (n, (_, status)) in slaves.iter_mut().enumerate() {
         let faults = &snapshot.faults[n];
@@ -59,7 +66,12 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
             json!(step.and_then(|step| step.label.as_deref())),
         );
     }
-    for (group, of) in [("far", far), ("axes", axes), ("slaves", slaves)] {
+    for (group, of) in [
+        ("far", far),
+        ("axes", axes),
+        ("virtual_axes", virtual_axes),
+        ("slaves", slaves),
+    ] {
         status.insert(group.to_owned(), Value::Object(Map::from_iter(of)));
     }
     status
@@ -70,7 +82,7 @@ fn named(instances: &[Instance], group: Group, signals: &[impl Serialize]) -> Ve
     let of_group = instances.iter().filter(|instance| instance.group == group);
     let status = |(instance, signals): (&Instance, _)| {
         let mut status = Value::Object(fields_of(signals));
-        if matches!(group, Group::FarAxis | Group::Slave) {
+        if matches!(group, Group::FarAxis | Group::VirtualAxis | Group::Slave) {
             put(&mut status, "unit", json!(instance.unit));
         }
         (instance.name.clone(), status)

@@ -62,14 +62,16 @@ fn wrong(n: usize, field: &str, reason: impl ToString) -> WrongSlave {
 }
 
 fn check_names_and_ids(config: &ReceiverConfig) -> Result<(), WrongSlave> {
-    let far_axes = config.far_axis_names();
+    let (far_axes, virtual_axes) = (config.far_axis_names(), config.virtual_axis_names());
     for (n, slave) in config.slaves.iter().enumerate() {
-        if far_axes.iter().any(|axis| axis == slave.name.as_str()) {
-            let reason = format!(
-                "received {:?}, which is a far axis, expected a name of its own",
-                slave.name.as_str()
-            );
-            return Err(wrong(n, "name", reason));
+        for (axes, what) in [(&far_axes, "far"), (&virtual_axes, "virtual")] {
+            if axes.iter().any(|axis| axis == slave.name.as_str()) {
+                let reason = format!(
+                    "received {:?}, which is a {what} axis, expected a name of its own",
+                    slave.name.as_str()
+                );
+                return Err(wrong(n, "name", reason));
+            }
         }
         let before = &config.slaves[..n];
         if before.iter().any(|other| other.name == slave.name) {
@@ -106,7 +108,7 @@ fn in_order(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>]) -> Result<Vec<us
 
 fn comes_later(master: &MasterRef, order: &[usize]) -> bool {
     match master {
-        MasterRef::Far(_) => false,
+        MasterRef::Far(_) | MasterRef::Virtual(_) => false,
         MasterRef::Slave(master) => !order.contains(master),
     }
 }
@@ -126,7 +128,7 @@ fn circle(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>], order: &[usize]) -
     };
     let reason = format!(
         "0x816f: received {master:?}, which follows {:?} in the end, or a circle of others; \
-         expected a far axis at the root",
+         expected a far or virtual axis at the root",
         slave.name.as_str()
     );
     wrong(n, &field, reason)
@@ -162,6 +164,7 @@ fn slave(
                     .far_axes()
                     .nth(axis)
                     .map_or(0, |(_, _, axis)| axis.id),
+                MasterRef::Virtual(axis) => config.virtual_axes[axis].id.get(),
                 MasterRef::Slave(master) => config.slave_id(master),
             };
             if !slave.cams.is_empty() {

@@ -1,4 +1,4 @@
-//! The slaves of a receiver: each follows far axes, or other slaves.
+//! The slaves of a receiver: each follows far axes, virtual axes, or other slaves.
 
 mod build;
 mod follower;
@@ -50,12 +50,18 @@ pub(crate) struct Master {
 pub struct SlaveNumber(pub(crate) usize);
 
 impl Slaves {
-    /// One cycle of all of them.
-    pub(crate) fn update(&mut self, far: &[Option<Master>], elapsed: Seconds) {
+    /// One cycle of all of them, with the far axes and the virtual ones as masters.
+    pub(crate) fn update(
+        &mut self,
+        far: &[Option<Master>],
+        virtual_axes: &[Master],
+        elapsed: Seconds,
+    ) {
         for place in 0..self.order.len() {
             let n = self.order[place];
             let masters = SlaveMasters::of(self.slaves[n].sources(), |source| match source {
                 MasterRef::Far(axis) => far[axis],
+                MasterRef::Virtual(axis) => Some(virtual_axes[axis]),
                 MasterRef::Slave(master) => self.slaves[master].as_master(),
             });
             self.slaves[n].cycle(&masters, elapsed);

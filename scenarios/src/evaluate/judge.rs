@@ -3,8 +3,9 @@
 use std::collections::VecDeque;
 
 use coaxle_clock::{CycleTime, Instant, Span};
+use coaxle_node::config::Unit;
 use coaxle_receiver::config::{GearConfig, MasterRef};
-use coaxle_receiver::{DriveStateName, FarConfig, ReceiverConfig, SignalRow};
+use coaxle_receiver::{DriveStateName, ReceiverConfig, SignalRow};
 use coaxle_sim::{Oracle, Truth};
 
 use super::Master;
@@ -18,7 +19,7 @@ use crate::curves::Curves;
 use crate::record::Record;
 use crate::row::{Reference, Row};
 use crate::summary::{LastSignals, ReceiverSummary};
-use crate::topology::View;
+use crate::topology::{View, Viewed};
 
 /// Cycles after the first data from which a receiver that never synchronises is judged.
 const SETTLING: u64 = 100;
@@ -28,6 +29,8 @@ const SETTLING: u64 = 100;
 pub(super) struct Judge {
     motion: usize,
     clock: usize,
+    /// A receiver is followed, or it is itself one: of its runs nobody hears.
+    follows_receiver: bool,
     view: View,
     /// From the master to the first slave, where gears alone couple it.
     gear: Option<GearConfig>,
@@ -73,19 +76,26 @@ struct Previous {
 const MOST_TIMES: usize = 1_000;
 
 impl Judge {
-    pub(super) fn new(config: &ReceiverConfig, motion: usize, clock: usize, view: &View) -> Self {
-        let far = &config.far[view.far];
-        let mode = far.mode.name();
+    /// The judge of a receiver by one of its axes, with the numbers of the masters that have its motion and
+    /// its clock.
+    pub(super) fn new(
+        config: &ReceiverConfig,
+        [motion, clock]: [usize; 2],
+        follows_receiver: bool,
+        view: &View,
+    ) -> Self {
+        let followed = Followed::of(config, view);
+        let mode = followed.mode;
         let slaves = view.slaves.iter();
         let slaves = slaves.map(|n| (config.slaves[*n].name.as_str(), config.slave_unit(*n)));
-        let unit = config.far_axis_unit(view.axis);
         Self {
             motion,
             clock,
+            follows_receiver,
             gear: view.slaves.first().and_then(|n| config.gear_to(*n)),
             slaves: slaves_of(config, view),
             cycle_time: config.cycle_time_us.0,
-            synchronises: far.mode.synchronises(&far.sync),
+            synchronises: followed.synchronises,
             waiting: VecDeque::new(),
             spare: Vec::new(),
             last: None,
@@ -100,11 +110,11 @@ impl Judge {
             drift: DriftTruth::default(),
             was_synced: false,
             was_error: 0,
-            curves: Curves::new(&view.name, mode, unit.clone(), slaves),
+            curves: Curves::new(&view.name, mode, followed.unit.clone(), slaves),
             summary: ReceiverSummary {
                 mode,
-                master: master_of(config, far, view),
-                unit,
+                master: followed.name,
+                unit: followed.unit,
                 ..ReceiverSummary::default()
             },
             view: view.clone(),
@@ -116,6 +126,10 @@ impl Judge {
         let mut record = self.spare.pop().unwrap_or_default();
         record.fill(at_ns, woke_ns, signals, &self.view);
         self.waiting.push_back(record);
+    }
+
+    const fn is_virtual(&self) -> bool {
+        matches!(self.view.of, Viewed::Virtual(_))
     }
 
     /// The record that was judged last: the one before is not needed any more.
@@ -168,14 +182,13 @@ impl Judge {
             judge.push(record, slave, &far);
         }
         self.note_sync(&row);
-        if let Some(clock) = &clock {
+        if let (Some(clock), false) = (&clock, self.is_virtual()) {
             let own = self.cycle_time.as_secs_f64() * record.node.cycle as f64;
             self.drift.push(at, clock, own);
         }
         if self.evaluating {
-            // Of a receiver that is followed the run is not known.
-            let chained = self.clock != self.motion;
-            let is_heard = chained || epoch.is_some_and(|epoch| record.far.epoch == Some(epoch));
+            let is_heard =
+                self.follows_receiver || epoch.is_some_and(|epoch| record.far.epoch == Some(epoch));
             let settled = self.settling.is_settled(record.axis.synced && is_heard, at);
             self.measure(&row, epoch, settled || !self.synchronises);
             if settled {
@@ -242,7 +255,7 @@ impl Judge {
     /// Decides from when on the receiver is judged.
     fn note_sync(&mut self, row: &Row) {
         let record = &row.record;
-        if record.far.count.is_none() {
+        if record.far.count.is_none() && !self.is_virtual() {
             return;
         }
         let (first_ns, first_cycle) = *self
@@ -373,27 +386,58 @@ fn seconds(span: Span) -> f64 {
 
 fn slaves_of(config: &ReceiverConfig, view: &View) -> Vec<SlaveJudge> {
     let judge = |n: &usize| {
-        // A slave's master is a slave of the same far axis.
+        // A slave's master is a slave of the same axis.
         let (master, unit) = match config.master_of(*n) {
             Ok(MasterRef::Slave(master)) => (
                 view.slaves.iter().position(|n| *n == master),
                 config.slave_unit(master),
             ),
-            Ok(MasterRef::Far(_)) | Err(_) => (None, config.far_axis_unit(view.axis)),
+            Ok(MasterRef::Far(_) | MasterRef::Virtual(_)) | Err(_) => {
+                (None, Followed::of(config, view).unit)
+            }
         };
         SlaveJudge::new(&config.slaves[*n], master, [config.slave_unit(*n), unit])
     };
     view.slaves.iter().map(judge).collect()
 }
 
-fn master_of(config: &ReceiverConfig, far: &FarConfig, view: &View) -> String {
-    let key = far.node.channel_key(far.channel.into());
-    let id = config
-        .far_axes()
-        .nth(view.axis)
-        .map_or(0, |(_, _, axis)| axis.id);
-    format!("{key}/{id}")
+/// The axis that a receiver is judged by.
+struct Followed {
+    /// How its set values are calculated: `virtual` where there is nothing to calculate.
+    mode: &'static str,
+    synchronises: bool,
+    /// Which one it is, in the whole scenario.
+    name: String,
+    unit: Unit,
 }
+
+impl Followed {
+    fn of(config: &ReceiverConfig, view: &View) -> Self {
+        match view.of {
+            Viewed::Far { far, axis } => {
+                let far = &config.far[far];
+                let key = far.node.channel_key(far.channel.into());
+                let is_it = config.far_axes().nth(axis);
+                let id = is_it.map_or(0, |(_, _, axis)| axis.id);
+                Self {
+                    mode: far.mode.name(),
+                    synchronises: far.mode.synchronises(&far.sync),
+                    name: format!("{key}/{id}"),
+                    unit: config.far_axis_unit(axis),
+                }
+            }
+            Viewed::Virtual(axis) => Self {
+                mode: VIRTUAL,
+                synchronises: false,
+                name: format!("{}/{}", config.name, config.virtual_axes[axis].name),
+                unit: config.virtual_axis_unit(axis),
+            },
+        }
+    }
+}
+
+/// In place of the mode of a far node, of a receiver as its own virtual axis leads it.
+const VIRTUAL: &str = "virtual";
 
 /// Corrected minus true far time. Where a filter smears it the position tells, if it moves.
 fn time_error_us(

@@ -130,6 +130,9 @@ impl Cycle<SignalRow> {
         for axis in &mut signals.axes {
             *axis = columns.signals()?;
         }
+        for axis in &mut signals.virtual_axes {
+            *axis = columns.signals()?;
+        }
         for slave in &mut signals.slaves {
             *slave = columns.signals()?;
         }

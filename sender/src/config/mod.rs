@@ -33,7 +33,7 @@ use coaxle_node::config::{ClockConfig, CycleMicros, RealTimeConfig, TransportCon
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
-use coaxle_source::config::{AxisConfig, SourceConfig};
+use coaxle_source::config::AxisConfig;
 use serde::{Deserialize, Serialize};
 
 pub use shown::{InvalidShownAxes, SHOWN_BY_DEFAULT, ShownAxes};
@@ -74,9 +74,7 @@ impl SenderConfig {
     /// Takes the files that the config names by relative paths from `folder`, say the config's own.
     pub fn relative_to(&mut self, folder: &Path) {
         for axis in &mut self.axes.0 {
-            if let SourceConfig::Replay(replay) = &mut axis.source {
-                replay.file = folder.join(&replay.file);
-            }
+            axis.relative_to(folder);
         }
     }
 
@@ -154,6 +152,7 @@ pub enum InvalidAxes {
 mod tests {
     use super::*;
     use coaxle_node::config::parse;
+    use coaxle_source::config::SourceConfig;
 
     const HEAD: &str = "name = 'a'\ncycle-time-us = 1000\n";
     const CONVEYOR: &str = "name = 'x'\nprogram = { start-velocity = 5.0, \

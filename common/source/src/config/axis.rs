@@ -1,7 +1,7 @@
 //! One axis: who it is and what moves it.
 
 use std::num::{NonZeroU16, NonZeroU32};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use coaxle_node::config::{Positive, Unit};
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use super::program::ProgramConfig;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Written", into = "Written")]
 pub struct AxisConfig {
-    /// The axis id, 1 or more, which receivers pick it by.
+    /// The axis id, 1 or more; receivers pick a sender's axis by it.
     pub id: NonZeroU32,
     /// Its name, for people: 1 to 64 characters.
     pub name: String,
@@ -22,6 +22,15 @@ pub struct AxisConfig {
     pub modulo: Option<Positive>,
     /// What moves it.
     pub source: SourceConfig,
+}
+
+impl AxisConfig {
+    /// Takes the file that its source names by a relative path from `folder`, say the config's own.
+    pub fn relative_to(&mut self, folder: &Path) {
+        if let SourceConfig::Replay(replay) = &mut self.source {
+            replay.file = folder.join(&replay.file);
+        }
+    }
 }
 
 /// What moves an axis.

@@ -1,0 +1,197 @@
+//! `[[virtual-axis]]`: axes of the receiver's own, written as a sender's axes are.
+
+use coaxle_node::config::Unit;
+use coaxle_node::frame::MAX_AXES;
+use coaxle_node::keys::NodeName;
+use coaxle_source::config::AxisConfig;
+
+use super::ReceiverConfig;
+
+/// Virtual axes that no receiver can have.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WrongVirtualAxis {
+    /// More than a frame would hold.
+    #[error("virtual-axis: received {received}, expected at most {MAX_AXES}")]
+    TooMany {
+        /// How many.
+        received: usize,
+    },
+    /// Two of them share an id.
+    #[error("virtual-axis: received id {id} twice, expected an id of its own for each")]
+    IdTwice {
+        /// The id.
+        id: u32,
+    },
+    /// A name that slaves, signals and traces cannot have it under.
+    #[error("virtual-axis[{axis}].name: {reason}")]
+    Name {
+        /// Its place in the config.
+        axis: usize,
+        /// What was received and what is expected.
+        reason: String,
+    },
+}
+
+impl ReceiverConfig {
+    /// The names of all virtual axes.
+    #[must_use]
+    pub fn virtual_axis_names(&self) -> Vec<String> {
+        self.virtual_axes.iter().map(|a| a.name.clone()).collect()
+    }
+
+    /// What the position of a virtual axis is in, by its place in the config.
+    #[must_use]
+    pub fn virtual_axis_unit(&self, axis: usize) -> Unit {
+        let axis = self.virtual_axes.get(axis);
+        axis.map(|axis| axis.unit.clone()).unwrap_or_default()
+    }
+
+    /// The place of the virtual axis of this name.
+    pub(super) fn virtual_axis_called(&self, name: &str) -> Option<usize> {
+        self.virtual_axes.iter().position(|axis| axis.name == name)
+    }
+
+    pub(super) fn check_virtual_axes(&self) -> Result<(), WrongVirtualAxis> {
+        let axes = &self.virtual_axes;
+        if axes.len() > MAX_AXES {
+            let received = axes.len();
+            return Err(WrongVirtualAxis::TooMany { received });
+        }
+        for (n, axis) in axes.iter().enumerate() {
+            let before = &axes[..n];
+            if before.iter().any(|other| other.id == axis.id) {
+                let id = axis.id.get();
+                return Err(WrongVirtualAxis::IdTwice { id });
+            }
+            self.check_name(axis, before)
+                .map_err(|reason| WrongVirtualAxis::Name { axis: n, reason })?;
+        }
+        Ok(())
+    }
+
+    /// Slaves name it, and its signals stand behind its name: no other axis, and no far node, has it.
+    fn check_name(&self, axis: &AxisConfig, before: &[AxisConfig]) -> Result<(), String> {
+        let name = axis.name.as_str();
+        NodeName::new(name).map_err(|_| {
+            format!("received {name:?}, expected 1 to 64 letters, digits, '-', '_' or '.'")
+        })?;
+        let is_taken = if self.far_axis_called(name).is_some() {
+            Some("is a far axis")
+        } else if self.far.iter().any(|far| far.node.as_str() == name) {
+            Some("is a far node")
+        } else if before.iter().any(|other| other.name == name) {
+            Some("is another virtual axis")
+        } else {
+            None
+        };
+        match is_taken {
+            Some(what) => Err(format!(
+                "received {name:?}, which {what}, expected a name of its own"
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::MasterRef;
+
+    const SHAFT: &str = "program = { start-velocity = 90, limits = { velocity = 360, \
+                         acceleration = 720, jerk = 7200 } }\n";
+
+    fn config(rest: &str) -> Result<ReceiverConfig, String> {
+        let text = format!("name = 'r'\ncycle-time-us = 1000\n{rest}");
+        coaxle_node::config::parse("r.toml", &text).map_err(|error| error.to_string())
+    }
+
+    fn axis(id: u32, name: &str) -> String {
+        format!("[[virtual-axis]]\nid = {id}\nname = '{name}'\nunit = '°'\n{SHAFT}")
+    }
+
+    const FAR: &str = "[[far]]\nnode = 'press'\naxes = [1, { id = 2, name = 'belt' }]\n";
+
+    #[test]
+    fn slaves_name_it_as_any_master_and_it_survives_being_written_and_read() {
+        let slaves = "[[slave]]\nname = 'a'\nmaster = 'shaft'\n[[slave]]\nname = 'b'\n\
+                      master = 'belt'\nfurther-masters = ['shaft', 'a']\n\
+                      [[slave]]\nname = 'c'\nmaster = 'a'";
+        let config = config(&(FAR.to_owned() + &axis(7, "shaft") + slaves)).unwrap();
+        assert_eq!(config.master_of(0), Ok(MasterRef::Virtual(0)));
+        let all = [
+            MasterRef::Far(1),
+            MasterRef::Virtual(0),
+            MasterRef::Slave(0),
+        ];
+        assert_eq!(config.masters_of(1), Ok(all.to_vec()));
+        assert_eq!(config.root_of(2), Some(MasterRef::Virtual(0)));
+        let unit = Unit::new("°").unwrap();
+        assert_eq!(
+            (config.slave_unit(0), config.slave_unit(2)),
+            (unit.clone(), unit)
+        );
+        let written = toml::to_string(&config).unwrap();
+        let read = coaxle_node::config::parse("r.toml", &written).map_err(|e| e.to_string());
+        assert_eq!(read, Ok(config));
+    }
+
+    #[test]
+    fn it_may_be_all_there_is_to_follow() {
+        let config = config(&(axis(1, "shaft") + "[[slave]]\nname = 'a'")).unwrap();
+        assert_eq!(config.master_of(0), Ok(MasterRef::Virtual(0)));
+    }
+
+    #[test]
+    fn files_are_found_from_the_config() {
+        let replay = "[[virtual-axis]]\nid = 1\nname = 'x'\nreplay = { file = 'a/b.csv' }";
+        let mut config = config(replay).unwrap();
+        config.relative_to(std::path::Path::new("there"));
+        let coaxle_source::config::SourceConfig::Replay(replay) = &config.virtual_axes[0].source
+        else {
+            panic!("{config:?}");
+        };
+        assert_eq!(replay.file, std::path::Path::new("there/a/b.csv"));
+    }
+
+    #[test]
+    fn errors_name_the_field_what_came_and_what_is_expected() {
+        let many: String = (1..=129).map(|id| axis(id, &format!("x{id}"))).collect();
+        for (rest, expected) in [
+            (
+                axis(1, "a") + &axis(2, "b") + &axis(1, "c"),
+                "virtual-axis: received id 1 twice, expected an id of its own for each",
+            ),
+            (many, "virtual-axis: received 129, expected at most 128"),
+            (
+                axis(1, "line shaft"),
+                "virtual-axis[0].name: received \"line shaft\", expected ",
+            ),
+            (
+                FAR.to_owned() + &axis(1, "a") + &axis(2, "press.2"),
+                "virtual-axis[1].name: received \"press.2\", which is a far axis, expected a name \
+                 of its own",
+            ),
+            (
+                FAR.to_owned() + &axis(2, "press"),
+                "virtual-axis[0].name: received \"press\", which is a far node",
+            ),
+            (
+                axis(1, "a") + &axis(2, "a"),
+                "virtual-axis[1].name: received \"a\", which is another virtual axis",
+            ),
+            (axis(0, "a"), "virtual-axis[0].id: "),
+            (
+                axis(1, "a") + "encodr = {}",
+                "virtual-axis[0].encodr: unknown field `encodr`",
+            ),
+            (
+                axis(1, "a").replace("90", "400"),
+                "virtual-axis[0].program: start-velocity: received 400, expected -360 to 360",
+            ),
+        ] {
+            let message = config(&rest).unwrap_err();
+            assert!(message.contains(expected), "{message}\n{expected}");
+        }
+    }
+}
