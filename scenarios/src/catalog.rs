@@ -28,6 +28,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "chain",
     "many-axes",
     "three-senders",
+    "line-shaft",
     "observer",
     "observer-sweep",
     "zero-lag",
