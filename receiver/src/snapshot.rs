@@ -6,7 +6,7 @@ use coaxle_axis::Job;
 
 use coaxle_clock::time_sync::SyncError;
 use coaxle_clock::{CycleTime, Instant, Local};
-use coaxle_node::signal::Instance;
+use coaxle_node::signal::{Instance, trace_columns};
 use coaxle_slave::{Refusal, SlaveError};
 use serde::Serialize;
 
@@ -82,14 +82,10 @@ impl Clone for SignalRow {
 }
 
 impl ReceiverConfig {
-    /// The columns of a trace: when the cycle began ideally and really, on the world's reference clock
-    /// (true time in the simulation, the machine's monotonic clock in the real world), and every signal.
+    /// The columns of a trace: [`trace_columns`] of its instances.
     #[must_use]
     pub fn columns(&self) -> Vec<String> {
-        let when = ["at_ns", "woke_ns"].map(str::to_owned);
-        let instances = self.instances();
-        let signals = instances.iter().flat_map(Instance::columns);
-        when.into_iter().chain(signals).collect()
+        trace_columns(&self.instances())
     }
 
     /// Everything that has signals, in the order of a row.

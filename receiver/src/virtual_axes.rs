@@ -1,10 +1,10 @@
 //! The virtual axes: the receiver's own, which no clock has to be learnt for.
 
 use coaxle_axis::{AxisState, NcToPlcAxis, StateWord};
-use coaxle_clock::{Instant, Local, Span};
+use coaxle_clock::{Instant, Local};
 use coaxle_curve::profile::Kinematics;
 use coaxle_source::config::AxisConfig;
-use coaxle_source::{AxisSample, ReplayError, Source, axis_struct};
+use coaxle_source::{AxisSample, ReplayError, SourceAxis};
 
 use crate::signals::VirtualAxisSignals;
 use crate::slaves::Master;
@@ -18,18 +18,11 @@ const OUT_OF_RANGE: u32 = 0x42d5;
 pub(crate) struct VirtualAxes {
     /// When the receiver started, by its own clock: their time counts from here.
     start: Instant<Local>,
-    sources: Box<[VirtualAxis]>,
+    sources: Box<[SourceAxis]>,
     /// Their axis structures in the newest cycle.
     axes: Box<[NcToPlcAxis]>,
     /// What slaves follow in the newest cycle.
     masters: Box<[Master]>,
-}
-
-#[derive(Debug)]
-struct VirtualAxis {
-    id: u32,
-    modulo: Option<f64>,
-    source: Box<dyn Source>,
 }
 
 impl VirtualAxes {
@@ -41,15 +34,7 @@ impl VirtualAxes {
         configs: &[AxisConfig],
         start: Instant<Local>,
     ) -> Result<Self, (usize, ReplayError)> {
-        let source = |(n, config): (usize, &AxisConfig)| {
-            let opened = coaxle_source::open(&config.source);
-            let axis = |source| VirtualAxis {
-                id: config.id.get(),
-                modulo: config.modulo.map(|modulo| modulo.get()),
-                source,
-            };
-            opened.map(axis).map_err(|error| (n, error))
-        };
+        let source = |(n, config)| SourceAxis::open(config).map_err(|error| (n, error));
         let sources = configs.iter().enumerate().map(source);
         let axes: Box<[_]> = configs.iter().map(|_| NcToPlcAxis::default()).collect();
         Ok(Self {
@@ -69,7 +54,11 @@ impl VirtualAxes {
         let since_start = at - self.start;
         let places = self.axes.iter_mut().zip(&mut self.masters);
         for ((source, (axis, place)), signals) in self.sources.iter_mut().zip(places).zip(signals) {
-            let sample = source.cycle(since_start, axis);
+            let (sample, now) = source.at(since_start);
+            *axis = match now.implausible_field() {
+                None => now,
+                Some(_) => in_error(axis, source.id()),
+            };
             *place = master(axis);
             *signals = show(axis, &sample);
         }
@@ -82,21 +71,9 @@ impl VirtualAxes {
     }
 }
 
-impl VirtualAxis {
-    fn cycle(&mut self, since_start: Span, axis: &mut NcToPlcAxis) -> AxisSample {
-        let sample = self.source.sample(since_start);
-        let now = axis_struct(self.id, self.modulo, &sample);
-        *axis = match now.implausible_field() {
-            None => now,
-            Some(_) => in_error(self.id, axis),
-        };
-        sample
-    }
-}
-
 /// An axis that comes with what nobody can believe stands in error where it was last; a frame with such
 /// an axis would be refused. It is well again as soon as its values are.
-fn in_error(axis_id: u32, last: &NcToPlcAxis) -> NcToPlcAxis {
+fn in_error(last: &NcToPlcAxis, axis_id: u32) -> NcToPlcAxis {
     NcToPlcAxis {
         axis_id,
         state_word: StateWord::HOMED | StateWord::NOT_MOVING | StateWord::ERROR,

@@ -144,13 +144,7 @@ impl Evaluation {
 
     /// A cycle of a sender: where one of its axes truly was.
     pub(crate) fn master_was(&mut self, sender: usize, axis: u32, sample: TruthSample<Reference>) {
-        let master = self
-            .masters
-            .iter_mut()
-            .find(|master| master.node == sender && master.axis == axis);
-        if let Some(master) = master {
-            master.oracle.push(sample);
-        }
+        push(&mut self.masters, sender, axis, sample);
     }
 
     /// A cycle of a receiver.
@@ -192,13 +186,10 @@ impl Evaluation {
             count,
             axis,
         };
-        let still = sample(Kinematics::default());
-        let axes = clock.axes.iter().zip(&signals.virtual_axes);
-        let axes: Vec<_> = axes.map(|(id, axis)| (*id, sample(truly(axis)))).collect();
-        let node = self.senders + receiver;
-        self.master_was(node, CLOCK_ONLY, still);
-        for (id, sample) in axes {
-            self.master_was(node, id, sample);
+        let (masters, node) = (&mut self.masters, self.senders + receiver);
+        push(masters, node, CLOCK_ONLY, sample(Kinematics::default()));
+        for (id, axis) in clock.axes.iter().zip(&signals.virtual_axes) {
+            push(masters, node, *id, sample(truly(axis)));
         }
     }
 
@@ -215,6 +206,14 @@ impl Evaluation {
             }
         }
         self.judges.into_iter().map(Judge::finish).collect()
+    }
+}
+
+/// The next cycle of a master, if anybody follows it.
+fn push(masters: &mut [Master], node: usize, axis: u32, sample: TruthSample<Reference>) {
+    let is_it = |master: &&mut Master| master.node == node && master.axis == axis;
+    if let Some(master) = masters.iter_mut().find(is_it) {
+        master.oracle.push(sample);
     }
 }
 

@@ -9,7 +9,7 @@ use coaxle_curve::profile::Kinematics;
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::{Channel, Message, Node, Outgoing, TimeServer, TimeServerCounters};
 use coaxle_source::config::AxisConfig;
-use coaxle_source::{AxisSample, ReplayError, Source, axis_struct};
+use coaxle_source::{AxisSample, ReplayError, SourceAxis};
 
 use crate::config::SenderConfig;
 use crate::signals::AxisSignals;
@@ -34,9 +34,7 @@ pub struct Sender {
 }
 
 struct Axis {
-    id: u32,
-    modulo: Option<f64>,
-    source: Box<dyn Source>,
+    source: SourceAxis,
     /// Its place in the snapshot, if it is shown there.
     slot: Option<usize>,
 }
@@ -58,7 +56,7 @@ impl Sender {
             .iter()
             .map(Axis::new)
             .collect::<Result<Vec<_>, _>>()?;
-        axes.sort_by_key(|axis| axis.id);
+        axes.sort_by_key(|axis| axis.source.id());
         place_shown(&mut axes, config)?;
         let mut snapshot = SenderSnapshot::new(config, start);
         snapshot.signals.node.run = epoch;
@@ -92,8 +90,8 @@ impl Sender {
 
     fn move_axes(&mut self, since_start: Span) {
         for (axis, shown) in self.axes.iter_mut().zip(&mut self.shown) {
-            let sample = axis.source.sample(since_start);
-            *shown = axis_struct(axis.id, axis.modulo, &sample);
+            let (sample, now) = axis.source.at(since_start);
+            *shown = now;
             if let Some(slot) = axis.slot {
                 self.snapshot.signals.axes[slot] = signals_of(&sample);
             }
@@ -172,30 +170,27 @@ impl Node for Sender {
 
 impl Axis {
     fn new(config: &AxisConfig) -> Result<Self, SenderError> {
-        let source = coaxle_source::open(&config.source).map_err(|reason| SenderError::Replay {
+        let source = SourceAxis::open(config).map_err(|reason| SenderError::Replay {
             axis: config.name.clone(),
             reason,
         })?;
-        Ok(Self {
-            id: config.id.get(),
-            modulo: config.modulo.map(|modulo| modulo.get()),
-            source,
-            slot: None,
-        })
+        Ok(Self { source, slot: None })
     }
 }
 
 /// Gives the axes that are to be shown their places in the snapshot.
 fn place_shown(axes: &mut [Axis], config: &SenderConfig) -> Result<(), SenderError> {
-    let is_there = |id: &NonZeroU32| axes.iter().any(|axis| axis.id == id.get());
+    let is_there = |id: &NonZeroU32| axes.iter().any(|axis| axis.source.id() == id.get());
     if let Some(missing) = config.show_axes.ids().iter().find(|id| !is_there(id)) {
         return Err(SenderError::NoSuchAxis {
             received: missing.get(),
-            expected: axes.iter().map(|axis| axis.id).collect(),
+            expected: axes.iter().map(|axis| axis.source.id()).collect(),
         });
     }
     for (slot, shown) in config.shown_axes().enumerate() {
-        let axis = axes.iter_mut().find(|axis| axis.id == shown.id.get());
+        let axis = axes
+            .iter_mut()
+            .find(|axis| axis.source.id() == shown.id.get());
         if let Some(axis) = axis {
             axis.slot = Some(slot);
         }

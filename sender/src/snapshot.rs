@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use coaxle_clock::{CycleIndex, Instant, Local};
-use coaxle_node::signal::Instance;
+use coaxle_clock::{Instant, Local};
+use coaxle_node::signal::{Instance, trace_columns};
 use serde::Serialize;
 
 use crate::config::{SHOWN_BY_DEFAULT, SenderConfig};
@@ -79,14 +79,10 @@ impl SenderConfig {
         node.chain(shown.iter().map(instance)).collect()
     }
 
-    /// The columns of a trace: when the cycle began ideally and really, on the world's reference clock
-    /// (true time in the simulation, the machine's monotonic clock in the real world), and every signal.
+    /// The columns of a trace: [`trace_columns`] of its instances.
     #[must_use]
     pub fn columns(&self) -> Vec<String> {
-        let when = ["at_ns", "woke_ns"].map(str::to_owned);
-        let instances = self.instances();
-        let signals = instances.iter().flat_map(Instance::columns);
-        when.into_iter().chain(signals).collect()
+        trace_columns(&self.instances())
     }
 }
 
@@ -118,12 +114,6 @@ impl SenderSnapshot {
     /// The axes that are shown, with their ids.
     pub fn axes(&self) -> impl Iterator<Item = (u32, &AxisSignals)> {
         self.ids.iter().copied().zip(&self.signals.axes)
-    }
-
-    /// The manual's index of the cycle.
-    #[must_use]
-    pub const fn index(&self) -> CycleIndex {
-        CycleIndex(self.signals.node.index)
     }
 
     /// Bytes of memory that it takes.

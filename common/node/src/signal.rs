@@ -133,6 +133,16 @@ impl Instance {
     }
 }
 
+/// The columns of a trace of these instances: when the cycle began ideally and really, on the world's
+/// reference clock (true time in the simulation, the machine's monotonic clock in the real world), and every
+/// signal.
+#[must_use]
+pub fn trace_columns(instances: &[Instance]) -> Vec<String> {
+    let when = ["at_ns", "woke_ns"].map(str::to_owned);
+    let signals = instances.iter().flat_map(Instance::columns);
+    when.into_iter().chain(signals).collect()
+}
+
 /// The signals of a group as a table of a document.
 #[must_use]
 pub fn table<S: Signals>(title: &str) -> String {

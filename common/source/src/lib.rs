@@ -2,13 +2,14 @@
 //!
 //! A [`Source`] says what an axis does at an instant: a [`Program`] of moves, the same seen through an
 //! [`Encoder`], or a recorded motion, [`Replay`]ed. [`config`] is how a config file describes an axis and its source,
-//! [`open()`] makes the one of the other, and [`axis_struct()`] shows an axis as its controller does.
+//! [`open()`] makes the one of the other, and [`axis_struct()`] shows an axis as its controller does; a [`SourceAxis`] is
+//! all of it.
 //!
 //! ```
 //! use coaxle_clock::Span;
 //! use coaxle_node::config::parse;
+//! use coaxle_source::SourceAxis;
 //! use coaxle_source::config::AxisConfig;
-//! use coaxle_source::{axis_struct, open};
 //!
 //! let config: AxisConfig = parse(
 //!     "axis.toml",
@@ -23,10 +24,8 @@
 //!     limits = { velocity = 180, acceleration = 720, jerk = 7200 }
 //!     "#,
 //! )?;
-//! let mut source = open(&config.source)?;
-//! let sample = source.sample(Span::from_secs(5));
-//! let modulo = config.modulo.map(|modulo| modulo.get());
-//! let axis = axis_struct(config.id.get(), modulo, &sample);
+//! let mut axis = SourceAxis::open(&config)?;
+//! let (_, axis) = axis.at(Span::from_secs(5));
 //! assert_eq!((axis.set_position, axis.set_velocity), (450.0, 90.0));
 //! assert_eq!((axis.modulo_set_turns, axis.modulo_set_position), (1, 90.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -41,6 +40,7 @@
 //! | `MC_Halt` | Tc2_MC2 | [`StepConfig::Halt`](config::StepConfig::Halt) |
 //! | `NCTOPLC_AXLESTRUCT` | TS5066 | [`axis_struct()`] |
 
+mod axis;
 mod axis_struct;
 pub mod config;
 mod encoder;
@@ -50,6 +50,7 @@ mod program;
 mod replay;
 mod source;
 
+pub use axis::SourceAxis;
 pub use axis_struct::axis_struct;
 pub use encoder::Encoder;
 pub use open::open;

@@ -1,0 +1,45 @@
+//! An axis of a config, opened.
+
+use coaxle_axis::NcToPlcAxis;
+use coaxle_clock::Span;
+
+use crate::axis_struct::axis_struct;
+use crate::config::AxisConfig;
+use crate::open::open;
+use crate::replay::ReplayError;
+use crate::source::{AxisSample, Source};
+
+/// An axis of a config with the source that moves it.
+#[derive(Debug)]
+pub struct SourceAxis {
+    id: u32,
+    modulo: Option<f64>,
+    source: Box<dyn Source>,
+}
+
+impl SourceAxis {
+    /// Opens the axis that a config describes; reads the file of a replay.
+    ///
+    /// # Errors
+    /// [`ReplayError`] where that file cannot be replayed.
+    pub fn open(config: &AxisConfig) -> Result<Self, ReplayError> {
+        Ok(Self {
+            id: config.id.get(),
+            modulo: config.modulo.map(|modulo| modulo.get()),
+            source: open(&config.source)?,
+        })
+    }
+
+    /// The axis id.
+    #[must_use]
+    pub const fn id(&self) -> u32 {
+        self.id
+    }
+
+    /// What it does so long after the start of its node, which must not go back, and how it shows that.
+    pub fn at(&mut self, since_start: Span) -> (AxisSample, NcToPlcAxis) {
+        let sample = self.source.sample(since_start);
+        let shown = axis_struct(self.id, self.modulo, &sample);
+        (sample, shown)
+    }
+}
