@@ -65,7 +65,9 @@ fn recorded_arrivals_are_followed() {
             );
             let claims = run.observer.claims.as_ref().unwrap();
             assert_eq!(claims.shifts, 0, "{name}, {seed}");
-            assert!(claims.within >= 0.97, "{name}, {seed}: {}", claims.within);
+            let (offset, drift) = (claims.within, claims.drift_within);
+            assert!(offset >= 0.97, "{name}, {seed}: {offset}");
+            assert!(drift >= 0.97, "{name}, {seed}: {drift}");
         }
     }
 }

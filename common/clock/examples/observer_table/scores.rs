@@ -101,6 +101,8 @@ pub(crate) struct Claims {
     /// Not finite if never.
     pub(crate) synced_after: f64,
     pub(crate) worst_drift_ppm: f64,
+    /// Part of the cycles of the steady part whose drift is within three standard deviations.
+    pub(crate) drift_within: f64,
     pub(crate) lead: f64,
 }
 
@@ -110,6 +112,7 @@ struct Said {
     synced: bool,
     three_sigma: f64,
     drift_error_ppm: f64,
+    drift_three_sigma_ppm: f64,
 }
 
 struct Trace {
@@ -164,6 +167,7 @@ fn said(output: &ObserverOutput, run: &Run, cycle: &Cycle) -> Said {
         synced: output.state == ObserverState::Synced,
         three_sigma: 3.0 * output.offset_sigma.0,
         drift_error_ppm: (output.drift_ppm - run.drift_ppm(cycle.now)).abs(),
+        drift_three_sigma_ppm: 3.0 * output.drift_sigma_ppm,
     }
 }
 
@@ -180,6 +184,8 @@ impl Trace {
         };
         let first_synced = self.said.iter().position(|said| said.synced);
         let drifts = self.said[scope.steady.start..].iter();
+        let drift_is_within = |said: &&Said| said.drift_error_ppm <= said.drift_three_sigma_ppm;
+        let drifts_within = drifts.clone().filter(drift_is_within).count();
         Claims {
             shifts: last.shifts,
             within: within as f64 / scope.scored.len() as f64,
@@ -190,6 +196,7 @@ impl Trace {
                 .map(|(e, said)| e / said.three_sigma)
                 .fold(0.0, f64::max),
             synced_after: first_synced.map_or(f64::INFINITY, |k| k as f64 * self.cycle),
+            drift_within: drifts_within as f64 / drifts.len() as f64,
             worst_drift_ppm: drifts.map(|said| said.drift_error_ppm).fold(0.0, f64::max),
             lead: last.lead.0,
         }

@@ -94,7 +94,6 @@ impl PhaseObserver {
             let estimate = followed.estimate;
             let drift_variance = estimate.drift_variance + dt * walk;
             output.drift_ppm = (1.0 / (1.0 + self.drift()) - 1.0) * 1e6;
-            output.drift_sigma_ppm = libm::sqrt(drift_variance) * 1e6;
             let mut variance = estimate.offset_variance_after(dt, walk);
             if stream.choice.is_edge() {
                 output.line = ObserverLine::LowerEdge;
@@ -102,6 +101,9 @@ impl PhaseObserver {
                 variance += line.bank.bias_variance();
             }
             let sigma = stream.choice.sigma(variance);
+            // What the filter does not know of the offset it does not know of the drift either.
+            let doubt = sigma / libm::sqrt(variance);
+            output.drift_sigma_ppm = doubt * libm::sqrt(drift_variance) * 1e6;
             output.offset_sigma = Seconds(libm::hypot(sigma, self.unseen(now)));
             output.random_walk_ppm = line.bank.random_walk_ppm();
             output.lead = Seconds(self.jitter.moved());
