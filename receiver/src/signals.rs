@@ -125,6 +125,8 @@ signals! {
         late: u64 [""] last,
         /// Messages too old to use so far.
         stale: u64 [""] last,
+        /// Messages that have come and are not due yet: they came after the cycle ideally began.
+        waiting: u32 [""],
         /// Messages dropped so far because more waited than there is room for.
         overflow: u64 [""],
         /// New runs of the node so far.

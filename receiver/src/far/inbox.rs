@@ -132,6 +132,7 @@ impl Inbox {
         signals.duplicates = counters.duplicates;
         signals.late = counters.late;
         signals.stale = counters.stale;
+        signals.waiting = self.waiting.len() as u32;
         signals.overflow = counters.overflow;
         signals.restarts = counters.restarts;
         let of = |reason| counters.rejected.of(reason);
