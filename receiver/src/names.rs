@@ -1,7 +1,7 @@
 //! The words of states, as traces, status and reports spell them.
 
 use coaxle_axis::drive::{DriveKind, DriveState};
-use coaxle_remote::FilterState;
+use coaxle_remote::{ContinuityState, FilterState};
 use serde::{Deserialize, Serialize};
 
 use crate::config::Mode;
@@ -72,6 +72,19 @@ named! {
 }
 
 named! {
+    /// Whether the set values of a far axis are its master's.
+    ContinuityName {
+        /// They are.
+        #[default]
+        Following = "following",
+        /// Nothing has come for too long: it is braked, or at rest.
+        Braking = "braking",
+        /// It is brought back to its master.
+        Rejoining = "rejoining",
+    }
+}
+
+named! {
     /// The node's own opinion of itself.
     HealthName {
         /// Nothing heard of the master.
@@ -118,6 +131,16 @@ impl From<FilterState> for StateName {
             FilterState::Sync => Self::Sync,
             FilterState::Time => Self::Time,
             FilterState::Observer => Self::Observer,
+        }
+    }
+}
+
+impl From<ContinuityState> for ContinuityName {
+    fn from(state: ContinuityState) -> Self {
+        match state {
+            ContinuityState::Following => Self::Following,
+            ContinuityState::Braking => Self::Braking,
+            ContinuityState::Rejoining => Self::Rejoining,
         }
     }
 }

@@ -7,7 +7,7 @@ use coaxle_node::signals;
 use coaxle_slave::CouplingPhase;
 use coaxle_source::Activity;
 
-use crate::names::{DriveKindName, DriveStateName, HealthName, StateName};
+use crate::names::{ContinuityName, DriveKindName, DriveStateName, HealthName, StateName};
 use crate::program::ProgramState;
 
 signals! {
@@ -159,6 +159,8 @@ signals! {
     pub struct FarAxisSignals of FarAxis {
         /// The mode that made the set values (`eFilterState`); none before the first message.
         state: Option<StateName> [""],
+        /// Whether they are those of the axis, or still on the way there.
+        continuity: ContinuityName [""],
         /// Whether they are synchronised (`bSynced`).
         synced: bool [""],
         /// The error of the axis, or of its node's clock (`iErrorId`), 0: none.

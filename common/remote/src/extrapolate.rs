@@ -288,9 +288,10 @@ impl AxisExtrapolate {
         self.carries_on = true;
     }
 
-    /// What comes next has nothing to do with what was.
-    pub(super) const fn do_not_carry_on(&mut self) {
-        self.carries_on = false;
+    /// Begins anew with an axis that may be moving: nothing is blended from, and the filter has settled.
+    pub(super) fn begin_anew(&mut self) {
+        self.restart();
+        self.pt1.restart_settled(self.task_cycle_time);
     }
 
     /// At rest again, as it was started.

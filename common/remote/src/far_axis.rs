@@ -106,9 +106,10 @@ impl FarAxis {
         self.extrapolate.carry_on();
     }
 
-    /// Where the set values were says nothing of where they are next.
-    pub const fn do_not_carry_on(&mut self) {
-        self.extrapolate.do_not_carry_on();
+    /// Where the set values were says nothing of where they are next: no mode is blended from, and the filter
+    /// has settled there. An error that is latched stays.
+    pub fn begin_anew(&mut self) {
+        self.extrapolate.begin_anew();
     }
 
     /// Changes the parameters while running; the set values go on from where they are.

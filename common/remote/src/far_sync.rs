@@ -28,6 +28,8 @@ pub struct FarCorrection {
     pub time_sync: TimeSyncOutput,
     /// Whether the far clock is known and corrected.
     pub synced: bool,
+    /// Its data have stayed away for longer than `age_of_data_limit`.
+    pub is_silent: bool,
     /// The error of the clock.
     pub error: Option<SyncError>,
     /// The warning that is worth telling.
@@ -86,6 +88,7 @@ impl FarCorrection {
                 diagnostic: TimeSyncDiagnostic::default(),
             },
             synced: false,
+            is_silent: false,
             error: None,
             warning: None,
             mode: ExtrapolateMode::Bypass,
@@ -122,6 +125,7 @@ impl FarCorrection {
     /// The same for an axis of which nothing has come for too long, though its node goes on.
     pub fn for_silent(&self) -> Self {
         Self {
+            is_silent: true,
             error: self.error.or(Some(SyncError::MaxDataAgeExceeded)),
             mode: match self.on_position_error {
                 OnPositionError::KeepMode => self.mode,
@@ -196,6 +200,7 @@ impl FarSync {
         };
         FarCorrection {
             synced: time.state == TimeSyncState::Synced,
+            is_silent: self.is_silent(),
             error,
             warning: time.warning,
             mode,
@@ -225,10 +230,10 @@ impl FarSync {
             // It only bridges: whatever it lost, it starts over.
             self.time_sync.restart(index);
         }
-        let limit = self.age_limit();
-        let silent = limit.is_some_and(|limit| self.silence.cycles > limit);
+        let silent = self.is_silent();
         FarCorrection {
             synced: clock.is_some(),
+            is_silent: silent,
             error: silent.then_some(SyncError::MaxDataAgeExceeded),
             // What the beats say of the drift is nothing new to who knows it better.
             warning: time.warning.filter(|_| clock.is_none()),
@@ -246,6 +251,11 @@ impl FarSync {
             on_position_error: OnPositionError::Forget,
             time_sync: time,
         }
+    }
+
+    fn is_silent(&self) -> bool {
+        let limit = self.age_limit();
+        limit.is_some_and(|limit| self.silence.cycles > limit)
     }
 
     fn mode(

@@ -4,7 +4,8 @@
 //! clocks from the cycle indices ([`coaxle_clock::time_sync`]) and moves the set values in time, so
 //! that they fit the cycles of this one; [`AxisExtrapolate`] moves them by a correction time that
 //! comes from elsewhere. Where one clock has many axes, one [`FarSync`] serves as many [`FarAxis`]:
-//! the two halves that [`AxisSync`] is made of.
+//! the two halves that [`AxisSync`] is made of. [`Continuity`] takes away the steps that these leave when a node
+//! falls silent, comes back or begins anew.
 //!
 //! ```
 //! use coaxle_axis::NcToPlcAxis;
@@ -48,6 +49,7 @@ extern crate std;
 
 mod axis_sync;
 mod changes;
+mod continuity;
 mod extrapolate;
 mod far_axis;
 mod far_sync;
@@ -56,6 +58,7 @@ mod pt1;
 
 pub use axis_sync::{AxisSync, AxisSyncDiagnostic, AxisSyncOutput};
 pub use changes::{AxisSyncChanges, ExtrapolateChanges, TimeSyncChanges};
+pub use continuity::{Continuity, ContinuityState};
 pub use extrapolate::{
     AxisExtrapolate, ExtrapolateDiagnostic, ExtrapolateMode, ExtrapolateOutput,
     ExtrapolateParameters, FallBackMode,

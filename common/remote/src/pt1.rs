@@ -8,6 +8,8 @@ pub(super) struct Pt1 {
     /// The shares of a step that are made in one cycle, as most take one.
     shares: (f64, f64),
     value: Option<(f64, f64)>,
+    /// Seconds of a cycle, if its first input is taken for one of many of the same velocity.
+    settled: Option<f64>,
 }
 
 impl Pt1 {
@@ -18,6 +20,7 @@ impl Pt1 {
             factor_velocity,
             shares: (share(factor_position, 1), share(factor_velocity, 1)),
             value: None,
+            settled: None,
         }
     }
 
@@ -25,6 +28,7 @@ impl Pt1 {
     pub(super) fn set(&mut self, factor_position: f64, factor_velocity: f64) {
         *self = Self {
             value: self.value,
+            settled: self.settled,
             ..Self::new(factor_position, factor_velocity)
         };
     }
@@ -32,11 +36,21 @@ impl Pt1 {
     /// The next input is its first.
     pub(super) const fn restart(&mut self) {
         self.value = None;
+        self.settled = None;
+    }
+
+    /// The next input is its first, but it lags behind as if it had had that velocity for long. A cycle takes so
+    /// many seconds.
+    pub(super) const fn restart_settled(&mut self, cycle_time: f64) {
+        self.value = None;
+        self.settled = Some(cycle_time);
     }
 
     /// One step of `elapsed` cycles; starts at its first input. Gives position and velocity.
     pub(super) fn update(&mut self, position: f64, velocity: f64, elapsed: u32) -> (f64, f64) {
-        let (old_position, old_velocity) = self.value.unwrap_or((position, velocity));
+        let (old_position, old_velocity) = self
+            .value
+            .unwrap_or_else(|| (self.first(position, velocity, elapsed), velocity));
         let (of_position, of_velocity) = match elapsed {
             1 => self.shares,
             _ => (
@@ -50,6 +64,16 @@ impl Pt1 {
         );
         self.value = Some(value);
         value
+    }
+
+    /// Where it was before its first input. Behind a ramp it is by a cycle's way over its share.
+    fn first(&self, position: f64, velocity: f64, elapsed: u32) -> f64 {
+        let Some(cycle_time) = self.settled else {
+            return position;
+        };
+        let (share, _) = self.shares;
+        let behind = cycle_time * velocity / share;
+        position - behind - cycle_time * velocity * f64::from(elapsed.saturating_sub(1))
     }
 }
 

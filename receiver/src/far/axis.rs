@@ -4,7 +4,8 @@ use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Remote, Seconds};
 use coaxle_node::{AxisSample, FrameHeader};
 use coaxle_remote::{
-    AxisSyncParameters, CheckedParameters, FarAxis, FarAxisOutput, FarCorrection, FilterState,
+    AxisSyncParameters, CheckedParameters, Continuity, ContinuityState, FarAxis, FarAxisOutput,
+    FarCorrection, FilterState,
 };
 
 use super::micros;
@@ -15,6 +16,7 @@ use crate::slaves::Master;
 #[derive(Debug)]
 pub(super) struct Axis {
     block: FarAxis,
+    continuity: Continuity,
     /// None until it comes.
     sample: Option<AxisSample>,
     /// The sender's cycle count that it came with.
@@ -32,6 +34,7 @@ impl Axis {
     ) -> Result<Self, WrongParameter> {
         Ok(Self {
             block: FarAxis::start(cycle_time.span(), parameters)?,
+            continuity: Continuity::new(cycle_time.span(), parameters.extrapolate.blending_time),
             sample: None,
             count: 0,
             missing_cycles: 0,
@@ -43,12 +46,14 @@ impl Axis {
     /// Its node's clock was started anew.
     pub(super) fn restart(&mut self) {
         self.block.restart();
+        self.continuity.rejoin();
     }
 
-    /// Another run of its node: what it was before says nothing any more.
-    pub(super) const fn forget(&mut self) {
+    /// Another run of its node: what it was before says nothing of where it is now.
+    pub(super) fn forget(&mut self) {
         self.sample = None;
-        self.block.do_not_carry_on();
+        self.block.begin_anew();
+        self.continuity.rejoin();
     }
 
     /// Its node's clock starts anew by an order; the set values go on from where they are.
@@ -104,14 +109,18 @@ impl Axis {
         }
     }
 
-    /// One cycle; none as long as it has not come.
+    /// One cycle; none as long as it has not come. Without news for too long it `is_lost`.
     pub(super) fn cycle(
         &mut self,
         header: &FrameHeader,
         correction: &FarCorrection,
         elapsed: u32,
+        is_lost: bool,
         signals: &mut FarAxisSignals,
     ) -> Option<Master> {
+        if !is_lost && self.continuity.state() == ContinuityState::Braking {
+            self.block.begin_anew();
+        }
         let Some(sample) = &self.sample else {
             *signals = FarAxisSignals {
                 missing: self.missing,
@@ -119,7 +128,13 @@ impl Axis {
             };
             return None;
         };
-        let moved = self.block.update(&sample.set, correction, elapsed);
+        let mut moved = self.block.update(&sample.set, correction, elapsed);
+        moved.set = match is_lost {
+            true => self.continuity.brake(elapsed).unwrap_or(moved.set),
+            false => self.continuity.follow(&moved.set, elapsed),
+        };
+        let continuity = self.continuity.state();
+        moved.synced &= continuity == ContinuityState::Following;
         self.error = moved.error;
         *signals = self.show(header, sample, &moved);
         let error = moved.error.map_or(0, |error| error.code().into());
@@ -145,6 +160,7 @@ impl Axis {
     ) -> FarAxisSignals {
         FarAxisSignals {
             state: Some(moved.state.into()),
+            continuity: self.continuity.state().into(),
             synced: moved.synced,
             error: moved.error.map_or(0, |error| error.code()),
             age_cycles: 0,

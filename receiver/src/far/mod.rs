@@ -192,7 +192,8 @@ impl FarNode {
                 own = axis.catch_up(correction, header, tick.elapsed, age_limit);
                 (axis.missing_cycles(), &own)
             };
-            *master = axis.cycle(header, correction, tick.elapsed, signals);
+            let is_lost = correction.is_silent || age > longest;
+            *master = axis.cycle(header, correction, tick.elapsed, is_lost, signals);
             signals.age_cycles = age;
             if let Some(master) = master {
                 master.is_sound &= age <= longest;

@@ -5,8 +5,8 @@ use coaxle_clock::CycleTime;
 use coaxle_curve::profile::Kinematics;
 use coaxle_receiver::signals::{FarNodeSignals, SlaveSignals};
 use coaxle_receiver::{
-    DriveStateName, Health, ProgramSnapshot, ReceiverSnapshot, RefusedCommand, SlaveFaults,
-    StateName,
+    ContinuityName, DriveStateName, Health, ProgramSnapshot, ReceiverSnapshot, RefusedCommand,
+    SlaveFaults, StateName,
 };
 use coaxle_slave::{CouplingPhase, SlaveError};
 
@@ -32,6 +32,7 @@ pub(crate) struct MasterShown {
     pub(crate) received: Moving,
     pub(crate) corrected: Moving,
     pub(crate) state: StateName,
+    pub(crate) continuity: ContinuityName,
     pub(crate) synced: bool,
     pub(crate) drift_ppm: f64,
 }
@@ -107,6 +108,7 @@ fn master(snapshot: &ReceiverSnapshot) -> Option<MasterShown> {
         received: moving(axis.received_position, axis.received_velocity)?,
         corrected: moving(axis.corrected_position, axis.corrected_velocity)?,
         state: axis.state?,
+        continuity: axis.continuity,
         synced: axis.synced,
         drift_ppm: far.drift_ppm.unwrap_or_default(),
     })

@@ -1,0 +1,289 @@
+//! Set values without steps, whatever happens to the node that they come from.
+//!
+//! The blocks of TS5066 freeze an axis whose data stay away, and jump to where it is when they are back. Here it
+//! is braked instead, and brought back along a curve: positions, velocities and accelerations are continuous.
+//! As long as nothing happens set values pass through as they are, to the bit. Not in the manual.
+
+use coaxle_clock::{Seconds, Span};
+use coaxle_curve::profile::Kinematics;
+
+/// An axis without data comes to rest within this time, s.
+const BRAKING: f64 = 0.5;
+/// While it is brought back it is at most so much of its greatest velocity so far faster or slower than its
+/// master, …
+const FASTER: f64 = 0.5;
+/// … but it is there after so many seconds, however far it is and however slow it was.
+const LONGEST: f64 = 30.0;
+/// Set values whose positions move otherwise than their velocity says, by so much of the greatest velocity so far,
+/// are taken by their positions: those of a mode that shows every beat, or that stand still without news.
+const CONTRADICTION: f64 = 0.05;
+/// Largest slope of the curve that the way back is gone by.
+const STEEPEST: f64 = 1.875;
+
+/// Keeps the set values of an axis continuous.
+#[derive(Clone, Debug)]
+pub struct Continuity {
+    cycle_time: f64,
+    /// Seconds that bringing back takes at least.
+    shortest: f64,
+    /// The newest set values, with what their positions say of the velocity.
+    last: Option<(Kinematics, f64)>,
+    /// The greatest velocity of the master so far, u/s.
+    fastest: f64,
+    motion: Motion,
+}
+
+/// What the axis does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ContinuityState {
+    /// Its set values are its master's.
+    #[default]
+    Following,
+    /// There is none: it is braked, or at rest.
+    Braking,
+    /// It is brought back to its master.
+    Rejoining,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Motion {
+    Following,
+    Braking {
+        braking: Braking,
+        since: f64,
+    },
+    /// The next set values of the master are the first to be brought to.
+    Returning,
+    Rejoining(Rejoin),
+}
+
+impl Continuity {
+    /// For an axis of a node with this cycle time. Bringing back takes `shortest` or longer.
+    #[must_use]
+    pub fn new(cycle_time: Span, shortest: Seconds) -> Self {
+        Self {
+            cycle_time: cycle_time.as_secs_f64(),
+            shortest: shortest.0,
+            last: None,
+            fastest: 0.0,
+            motion: Motion::Following,
+        }
+    }
+
+    /// A cycle in which the master has set values: those of the axis.
+    ///
+    /// `elapsed` counts the own cycles since the previous call.
+    pub fn follow(&mut self, master: &Kinematics, elapsed: u32) -> Kinematics {
+        let passed = self.cycle_time * f64::from(elapsed);
+        self.fastest = self.fastest.max(master.velocity.abs());
+        let set = match (&mut self.motion, &self.last) {
+            (Motion::Following, _) | (_, None) => {
+                self.motion = Motion::Following;
+                *master
+            }
+            (Motion::Rejoining(rejoin), _) => {
+                rejoin.since += passed;
+                rejoin.over(master)
+            }
+            (Motion::Braking { .. } | Motion::Returning, Some(_)) => {
+                let standing = self
+                    .moving()
+                    .map_or(*master, |last| moved_on(&last, passed));
+                let rejoin = self.rejoin_from(&standing, master);
+                self.motion = Motion::Rejoining(rejoin);
+                rejoin.over(master)
+            }
+        };
+        if let Motion::Rejoining(rejoin) = &self.motion
+            && rejoin.since >= rejoin.length
+        {
+            self.motion = Motion::Following;
+        }
+        self.keep(set, passed);
+        set
+    }
+
+    /// A cycle in which nobody knows where the master is; none before it was ever known.
+    pub fn brake(&mut self, elapsed: u32) -> Option<Kinematics> {
+        let passed = self.cycle_time * f64::from(elapsed);
+        let last = self.moving()?;
+        let (braking, since) = match self.motion {
+            Motion::Braking { braking, since } => (braking, since + passed),
+            Motion::Following | Motion::Returning | Motion::Rejoining(_) => {
+                let length = BRAKING;
+                (Braking { from: last, length }, passed)
+            }
+        };
+        self.motion = Motion::Braking { braking, since };
+        let set = braking.at(since);
+        self.keep(set, passed);
+        Some(set)
+    }
+
+    /// The next set values of the master have nothing to do with those before: the axis is brought there.
+    pub const fn rejoin(&mut self) {
+        self.motion = Motion::Returning;
+    }
+
+    /// What the axis does.
+    #[must_use]
+    pub const fn state(&self) -> ContinuityState {
+        match self.motion {
+            Motion::Following => ContinuityState::Following,
+            Motion::Braking { .. } => ContinuityState::Braking,
+            Motion::Returning | Motion::Rejoining(_) => ContinuityState::Rejoining,
+        }
+    }
+
+    fn keep(&mut self, set: Kinematics, passed: f64) {
+        let by_positions = match &self.last {
+            Some((last, _)) if passed > 0.0 => (set.position - last.position) / passed,
+            _ => set.velocity,
+        };
+        self.last = Some((set, by_positions));
+    }
+
+    /// How the axis really moves.
+    fn moving(&self) -> Option<Kinematics> {
+        let (last, by_positions) = self.last?;
+        let contradiction = (last.velocity - by_positions).abs();
+        if contradiction <= CONTRADICTION * self.fastest {
+            return Some(last);
+        }
+        Some(Kinematics {
+            velocity: by_positions,
+            acceleration: 0.0,
+            ..last
+        })
+    }
+
+    fn rejoin_from(&self, standing: &Kinematics, master: &Kinematics) -> Rejoin {
+        let ahead = Kinematics {
+            position: standing.position - master.position,
+            velocity: standing.velocity - master.velocity,
+            acceleration: standing.acceleration - master.acceleration,
+        };
+        let share = if self.fastest > 0.0 {
+            (ahead.velocity.abs() / self.fastest).min(1.0)
+        } else {
+            1.0
+        };
+        let slowing = Braking {
+            from: Kinematics {
+                position: 0.0,
+                ..ahead
+            },
+            length: (BRAKING * share).max(self.shortest),
+        };
+        let way = ahead.position + slowing.way();
+        let faster = (FASTER * self.fastest).max(STEEPEST * way.abs() / LONGEST);
+        let for_way = if faster > 0.0 {
+            STEEPEST * way.abs() / faster
+        } else {
+            0.0
+        };
+        Rejoin {
+            slowing,
+            way,
+            length: for_way.max(slowing.length),
+            since: 0.0,
+        }
+    }
+}
+
+/// A difference that goes to zero: that of the velocity soon, that of the position as the way asks for.
+#[derive(Clone, Copy, Debug)]
+struct Rejoin {
+    slowing: Braking,
+    /// The difference of the position once that of the velocity is gone, u.
+    way: f64,
+    /// s.
+    length: f64,
+    since: f64,
+}
+
+impl Rejoin {
+    /// The master, with what is left of the difference on top.
+    fn over(&self, master: &Kinematics) -> Kinematics {
+        if self.since >= self.length {
+            return *master;
+        }
+        let slowing = self.slowing.at(self.since);
+        let left = self.way_left();
+        Kinematics {
+            position: master.position + (slowing.position - self.slowing.way() + left.position),
+            velocity: master.velocity + slowing.velocity + left.velocity,
+            acceleration: master.acceleration + slowing.acceleration + left.acceleration,
+        }
+    }
+
+    /// What is left of the way: the quintic from it to nothing, at rest at both ends.
+    fn way_left(&self) -> Kinematics {
+        let (way, t) = (self.way, self.length);
+        let x = self.since / t;
+        let y = 1.0 - x;
+        Kinematics {
+            position: way * y * y * y * (1.0 + x * (3.0 + 6.0 * x)),
+            velocity: -30.0 * way * x * x * y * y / t,
+            acceleration: -60.0 * way * x * y * (1.0 - 2.0 * x) / (t * t),
+        }
+    }
+}
+
+/// A motion that comes to rest: the quartic whose velocity and acceleration go to zero together.
+#[derive(Clone, Copy, Debug)]
+struct Braking {
+    from: Kinematics,
+    /// s, above 0.
+    length: f64,
+}
+
+impl Braking {
+    /// So many seconds after it began.
+    fn at(&self, since: f64) -> Kinematics {
+        let x = since / self.length;
+        if x >= 1.0 {
+            return Kinematics::at_rest(self.from.position + self.way());
+        }
+        let (v, a) = self.scaled();
+        let (c2, c3, c4) = (0.5 * a, -v - 2.0 / 3.0 * a, 0.5 * v + 0.25 * a);
+        let velocity = v + x * (2.0 * c2 + x * (3.0 * c3 + x * 4.0 * c4));
+        let acceleration = 2.0 * c2 + x * (6.0 * c3 + x * 12.0 * c4);
+        Kinematics {
+            position: self.from.position + x * (v + x * (c2 + x * (c3 + x * c4))),
+            velocity: velocity / self.length,
+            acceleration: acceleration / (self.length * self.length),
+        }
+    }
+
+    /// How far it goes, u.
+    fn way(&self) -> f64 {
+        let (v, a) = self.scaled();
+        0.5 * v + a / 12.0
+    }
+
+    /// Velocity and acceleration at first, as ways.
+    fn scaled(&self) -> (f64, f64) {
+        let Kinematics {
+            velocity,
+            acceleration,
+            ..
+        } = self.from;
+        (
+            velocity * self.length,
+            acceleration * self.length * self.length,
+        )
+    }
+}
+
+/// Where an axis is that moved on as it did.
+fn moved_on(last: &Kinematics, passed: f64) -> Kinematics {
+    Kinematics {
+        position: last.position + (last.velocity + 0.5 * last.acceleration * passed) * passed,
+        velocity: last.velocity + last.acceleration * passed,
+        acceleration: last.acceleration,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,171 @@
+use super::*;
+use proptest::prelude::*;
+use std::vec::Vec;
+
+const CYCLE: f64 = 1e-3;
+
+fn continuity() -> Continuity {
+    Continuity::new(Span::from_millis(1), Seconds(0.06))
+}
+
+fn steady(position: f64, velocity: f64) -> Kinematics {
+    Kinematics {
+        position,
+        velocity,
+        acceleration: 0.0,
+    }
+}
+
+/// The master in a cycle: 500 u/s, with a ripple.
+fn master(cycle: u32) -> Kinematics {
+    let t = CYCLE * f64::from(cycle);
+    Kinematics {
+        position: 500.0 * t + libm::sin(10.0 * t),
+        velocity: 500.0 + 10.0 * libm::cos(10.0 * t),
+        acceleration: -100.0 * libm::sin(10.0 * t),
+    }
+}
+
+/// The largest velocity and acceleration by the differences of positions, and the largest of what the fields say
+/// otherwise of the velocity in the middle.
+fn differences(sets: &[Kinematics]) -> (f64, f64, f64) {
+    let velocity = |w: &[Kinematics]| (w[1].position - w[0].position) / CYCLE;
+    let velocities: Vec<f64> = sets.windows(2).map(velocity).collect();
+    let accelerations = velocities.windows(2).map(|w| (w[1] - w[0]) / CYCLE);
+    let contradiction = sets
+        .windows(2)
+        .map(|w| (velocity(w) - 0.5 * (w[0].velocity + w[1].velocity)).abs());
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |m, v| v.abs().max(m));
+    (
+        largest(&mut velocities.iter().copied()),
+        largest(&mut { accelerations }),
+        largest(&mut { contradiction }),
+    )
+}
+
+#[test]
+fn as_long_as_nothing_happens_set_values_pass_as_they_are() {
+    let mut axis = continuity();
+    for cycle in 0..1_000 {
+        assert_eq!(axis.follow(&master(cycle), 1), master(cycle));
+        assert_eq!(axis.state(), ContinuityState::Following);
+    }
+}
+
+#[test]
+fn nothing_is_braked_that_never_moved() {
+    let mut axis = continuity();
+    assert_eq!(axis.brake(1), None);
+    assert_eq!(axis.follow(&master(0), 1), master(0));
+}
+
+#[test]
+fn without_a_master_it_is_braked_and_back_with_it_again() {
+    let mut axis = continuity();
+    let mut sets: Vec<Kinematics> = (0..100).map(|n| axis.follow(&master(n), 1)).collect();
+    sets.extend((100..1_000).map(|_| axis.brake(1).unwrap()));
+    assert_eq!(axis.state(), ContinuityState::Braking);
+    let rest = sets[999];
+    assert_eq!((rest.velocity, rest.acceleration), (0.0, 0.0));
+    assert!(
+        (rest.position - sets[99].position - 0.25 * 510.0).abs() < 5.0,
+        "{rest:?}"
+    );
+    let mut cycles = 1_000..10_000;
+    while axis.state() != ContinuityState::Following {
+        sets.push(axis.follow(&master(cycles.next().unwrap()), 1));
+    }
+    let next = cycles.next().unwrap();
+    assert_eq!(axis.follow(&master(next), 1), master(next), "to the bit");
+    let (velocity, acceleration, contradiction) = differences(&sets);
+    assert!(velocity < 1.6 * 510.0, "{velocity}");
+    assert!(acceleration < 4_000.0, "{acceleration}");
+    assert!(contradiction < 0.02, "{contradiction}");
+    assert!(next < 5_000, "{next}");
+}
+
+#[test]
+fn another_run_is_joined_from_where_the_last_one_was() {
+    let mut axis = continuity();
+    let mut sets: Vec<Kinematics> = (0..1_500).map(|n| axis.follow(&master(n), 1)).collect();
+    axis.rejoin();
+    sets.extend((0..9_000).map(|n| axis.follow(&master(n), 1)));
+    assert_eq!(axis.state(), ContinuityState::Following);
+    let (velocity, acceleration, _) = differences(&sets);
+    assert!(velocity < 1.6 * 510.0, "{velocity}");
+    assert!(acceleration < 2_000.0, "{acceleration}");
+}
+
+#[test]
+fn a_master_at_rest_is_joined_too() {
+    let mut axis = continuity();
+    let _ = axis.follow(&steady(100.0, 0.0), 1);
+    axis.rejoin();
+    let sets: Vec<Kinematics> = (0..31_000)
+        .map(|_| axis.follow(&steady(0.0, 0.0), 1))
+        .collect();
+    assert_eq!(axis.state(), ContinuityState::Following);
+    let (velocity, acceleration, _) = differences(&sets);
+    assert!(
+        velocity < 7.0 && acceleration < 1.0,
+        "{velocity}, {acceleration}"
+    );
+}
+
+#[test]
+fn skipped_cycles_change_nothing_of_the_curve() {
+    let run = |step: u32| -> Vec<Kinematics> {
+        let mut axis = continuity();
+        let _ = axis.follow(&master(0), 1);
+        let braked = (0..60 / step).map(|_| axis.brake(step).unwrap()).last();
+        let back = (0..600 / step).map(|n| axis.follow(&master(61 + n * step), step));
+        let back: Vec<Kinematics> = back.collect();
+        braked
+            .into_iter()
+            .chain(back.into_iter().step_by(6 / step as usize))
+            .collect()
+    };
+    for (one, three) in run(1).iter().zip(&run(3)) {
+        assert!(
+            (one.position - three.position).abs() < 2.0,
+            "{one:?} {three:?}"
+        );
+    }
+}
+
+proptest! {
+    /// Whatever comes and goes, in whatever order and however soon after each other.
+    #[test]
+    fn nothing_is_a_step(
+        parts in prop::collection::vec((0..3_u8, 1..400_u32, -1_000.0..1_000.0_f64), 1..20),
+    ) {
+        let mut axis = continuity();
+        let mut sets = Vec::new();
+        let (mut cycle, mut offset) = (0, 0.0);
+        for (what, cycles, by) in parts {
+            match what {
+                0 => {}
+                1 => {
+                    offset += by;
+                    axis.rejoin();
+                }
+                _ => {
+                    for _ in 0..cycles {
+                        sets.extend(axis.brake(1));
+                        cycle += 1;
+                    }
+                }
+            }
+            for _ in 0..cycles {
+                cycle += 1;
+                let mut master = master(cycle);
+                master.position += offset;
+                sets.push(axis.follow(&master, 1));
+            }
+        }
+        let (velocity, acceleration, contradiction) = differences(&sets);
+        prop_assert!(velocity < 20_000.0, "{velocity}");
+        prop_assert!(acceleration < 200_000.0, "{acceleration}");
+        prop_assert!(contradiction < 0.5, "{contradiction}");
+    }
+}
