@@ -25,6 +25,30 @@
 //! # Ok::<(), coaxle_clock::time_sync::WrongParameter>(())
 //! ```
 //!
+//! A far axis that is only measured comes in increments: an [`EncoderMaster`] makes a smooth master of their counts, with
+//! limited jerk and acceleration, a compensated lag and a direction that is certain. It takes the place of the
+//! extrapolation: the correction time is its horizon.
+//!
+//! ```
+//! use coaxle_clock::{Seconds, Span};
+//! use coaxle_remote::{EncoderMaster, EncoderParameters, EncoderSample, TravelDirection};
+//!
+//! let parameters = EncoderParameters { increment: 0.01, ..EncoderParameters::default() };
+//! let mut master = EncoderMaster::new(&parameters.checked(Span::from_millis(1))?);
+//! for cycle in 0..=1_000 {
+//!     let counted = 0.01 * (0.3 * f64::from(cycle) / 0.01_f64).floor();
+//!     let sample = EncoderSample::next_position(counted, parameters.increment);
+//!     let output = master.update(sample, Seconds(2e-3), 1);
+//!     if cycle == 1_000 {
+//!         let wanted = 300.0 + 300.0 * 2e-3;
+//!         assert!((output.set.position - wanted).abs() < 0.01);
+//!         assert!((output.set.velocity - 300.0).abs() < 1.0, "differences jump by 10");
+//!         assert_eq!(output.direction, Some(TravelDirection::Forward));
+//!     }
+//! }
+//! # Ok::<(), coaxle_clock::time_sync::WrongParameter>(())
+//! ```
+//!
 //! | PLC name | TS5066 | here |
 //! |--|--|--|
 //! | `FB_AxisSync` | 3.1 | [`AxisSync`] |
@@ -50,6 +74,7 @@ extern crate std;
 mod axis_sync;
 mod changes;
 mod continuity;
+mod encoder;
 mod extrapolate;
 mod far_axis;
 mod far_sync;
@@ -59,6 +84,10 @@ mod pt1;
 pub use axis_sync::{AxisSync, AxisSyncDiagnostic, AxisSyncOutput};
 pub use changes::{AxisSyncChanges, ExtrapolateChanges, TimeSyncChanges};
 pub use continuity::{Continuity, ContinuityState};
+pub use encoder::{
+    COARSE_INCREMENT_MM, CheckedEncoder, EncoderMaster, EncoderOutput, EncoderParameters,
+    EncoderSample, Smoothing, TravelDirection,
+};
 pub use extrapolate::{
     AxisExtrapolate, ExtrapolateDiagnostic, ExtrapolateMode, ExtrapolateOutput,
     ExtrapolateParameters, FallBackMode,

@@ -1,0 +1,202 @@
+//! Position, velocity and acceleration from edges, and from the absence of edges.
+//!
+//! An α-β-γ loop that corrects when a count says something new. While the axis passes at least a third of an
+//! increment per sample, every count does, and the middle of its increment is the best guess of the position.
+//! Slower, only an edge does, but that to a part of an increment; between edges the estimate does not leave the
+//! increment that the count shows.
+
+use coaxle_curve::profile::Kinematics;
+
+use super::gains::Gains;
+use super::gate::{Edge, Passage, TravelDirection};
+use super::parameters::CheckedEncoder;
+
+/// The loop. Its positions count from the first increment, so that none is too large for its fraction.
+#[derive(Clone, Debug)]
+pub(super) struct Estimator {
+    increment: f64,
+    /// The first count.
+    origin: i64,
+    bandwidth: f64,
+    sampling: f64,
+    /// Those of one sampling time, as most corrections take them.
+    gains: Gains,
+    state: Kinematics,
+    direction: TravelDirection,
+    /// The lower border of the increment that was entered last.
+    cell: f64,
+    since_edge: f64,
+    since_correction: f64,
+    standstill: bool,
+}
+
+/// Without an edge for so long the axis stands, s.
+pub(super) const STANDSTILL_AFTER: f64 = 0.25;
+/// From so many increments per sampling time on every count is a correction.
+const FAST: f64 = 0.3;
+/// A correction from standstill is as strong as after this long, in time constants: nothing is known
+/// of when the motion began.
+const FROM_STANDSTILL: f64 = 0.6;
+
+impl Estimator {
+    /// An axis that stands.
+    pub(super) fn new(checked: &CheckedEncoder, count: i64) -> Self {
+        let increment = checked.given.increment;
+        Self {
+            increment,
+            origin: count,
+            bandwidth: checked.bandwidth,
+            sampling: checked.sampling,
+            gains: Gains::new(checked.bandwidth, checked.sampling),
+            state: Kinematics::at_rest(0.5 * increment),
+            direction: TravelDirection::Forward,
+            cell: 0.0,
+            since_edge: 0.0,
+            since_correction: 0.0,
+            standstill: true,
+        }
+    }
+
+    /// The axis at the last count.
+    pub(super) const fn state(&self) -> &Kinematics {
+        &self.state
+    }
+
+    /// Seconds since the axis entered its increment.
+    pub(super) const fn since_edge(&self) -> f64 {
+        self.since_edge
+    }
+
+    pub(super) const fn is_standstill(&self) -> bool {
+        self.standstill
+    }
+
+    /// Nothing is known but where the axis is and how fast it was on the way there, `gap` seconds.
+    pub(super) fn restart(&mut self, edge: &Edge, gap: f64) {
+        let way = edge.counts as f64 * self.increment * edge.direction.sign();
+        self.direction = edge.direction;
+        self.cell = self.border(edge.cell);
+        self.state = Kinematics {
+            velocity: way / gap,
+            ..Kinematics::at_rest(self.cell + 0.5 * self.increment)
+        };
+        self.since_edge = 0.0;
+        self.since_correction = 0.0;
+        self.standstill = false;
+    }
+
+    /// Takes what a count says, `gap` seconds after the last one.
+    pub(super) fn update(&mut self, passage: Passage, gap: f64) {
+        self.predict(gap);
+        match passage {
+            Passage::Edge(edge) => self.enter(&edge, gap),
+            Passage::SameCell if self.is_fast() => {
+                self.correct_by_gap(self.cell + 0.5 * self.increment);
+            }
+            Passage::SameCell | Passage::Retreated => self.stay_in_cell(),
+        }
+    }
+
+    fn predict(&mut self, gap: f64) {
+        self.since_edge += gap;
+        self.since_correction += gap;
+        if !self.standstill {
+            let Kinematics {
+                velocity: v,
+                acceleration: a,
+                ..
+            } = self.state;
+            self.state.position += (v + 0.5 * a * gap) * gap;
+            self.state.velocity += a * gap;
+        }
+    }
+
+    /// Whether every count is a correction.
+    pub(super) fn is_fast(&self) -> bool {
+        let speed = self.state.velocity * self.direction.sign();
+        !self.standstill && speed * self.sampling >= FAST * self.increment
+    }
+
+    /// Where the increment of a count begins.
+    fn border(&self, count: i64) -> f64 {
+        count.wrapping_sub(self.origin) as f64 * self.increment
+    }
+
+    fn enter(&mut self, edge: &Edge, gap: f64) {
+        let cell = self.border(edge.cell);
+        let middle = cell + 0.5 * self.increment;
+        let reversed = edge.direction != self.direction;
+        self.direction = edge.direction;
+        self.cell = cell;
+        if reversed && !self.standstill {
+            self.state = Kinematics::at_rest(middle);
+            self.since_correction = 0.0;
+        } else if self.is_fast() {
+            self.correct_by_gap(middle);
+        } else {
+            self.correct_by_edge(self.crossing(edge, gap).unwrap_or(middle));
+        }
+        self.since_edge = 0.0;
+        self.standstill = false;
+    }
+
+    /// Where the axis is, if it passed one edge since the last count, on a way that is known to be short.
+    fn crossing(&self, edge: &Edge, gap: f64) -> Option<f64> {
+        let way = self.state.velocity.abs() * gap;
+        let border = match edge.direction {
+            TravelDirection::Forward => self.cell,
+            TravelDirection::Backward => self.cell + self.increment,
+        };
+        let is_short = edge.counts == 1 && way < self.increment;
+        is_short.then_some(border + 0.5 * way * edge.direction.sign())
+    }
+
+    fn correct_by_edge(&mut self, measured: f64) {
+        let time = if self.standstill {
+            self.since_edge.min(FROM_STANDSTILL / self.bandwidth)
+        } else {
+            self.since_edge
+        };
+        self.correct(measured, &Gains::new(self.bandwidth, time));
+    }
+
+    fn correct_by_gap(&mut self, measured: f64) {
+        let usual = self.since_correction <= 1.001 * self.sampling;
+        let gains = if usual {
+            self.gains
+        } else {
+            Gains::new(self.bandwidth, self.since_correction)
+        };
+        self.correct(measured, &gains);
+    }
+
+    fn correct(&mut self, measured: f64, gains: &Gains) {
+        let error = measured - self.state.position;
+        self.state.position += gains.position * error;
+        self.state.velocity += gains.velocity * error;
+        self.state.acceleration += gains.acceleration * error;
+        self.since_correction = 0.0;
+    }
+
+    /// No edge is news as well: the axis is still in its increment, and cannot be faster than that allows.
+    fn stay_in_cell(&mut self) {
+        if self.since_edge >= STANDSTILL_AFTER {
+            self.standstill = true;
+        }
+        let (low, high) = (self.cell, self.cell + self.increment);
+        let state = &mut self.state;
+        let predicted = state.position;
+        state.position = predicted.clamp(low, high);
+        if self.standstill {
+            *state = Kinematics::at_rest(state.position);
+            return;
+        }
+        let most = self.increment / self.since_edge;
+        state.velocity = state.velocity.clamp(-most, most);
+        let sign = self.direction.sign();
+        if (predicted - state.position) * sign > 0.0 {
+            // It would be out at the other end already.
+            state.acceleration = sign * (sign * state.acceleration).min(0.0);
+        }
+    }
+}

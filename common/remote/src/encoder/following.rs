@@ -1,0 +1,156 @@
+//! The way of a count: gate, estimate, extrapolation, tracker.
+
+use coaxle_curve::profile::Kinematics;
+
+use super::estimate::Estimator;
+use super::gate::{Edge, Gate, Passage, TravelDirection};
+use super::parameters::CheckedEncoder;
+use super::tracker::{Tracker, moved};
+use super::uncertainty::Uncertainty;
+
+/// What there is from the first sample on. Positions count from the lower border of the first increment.
+#[derive(Clone, Debug)]
+pub(super) struct Following {
+    gate: Gate,
+    estimator: Estimator,
+    tracker: Tracker,
+    /// Where the axis stands while no motion is certain.
+    held: f64,
+    /// Seconds until the estimate has settled.
+    acquiring: f64,
+}
+
+/// Time constants until an estimate has settled.
+const ACQUISITION: f64 = 12.0;
+/// Without a sample for so long nothing is known any more, s.
+const SAMPLES_LOST_AFTER: f64 = 0.25;
+/// An acceleration is believed for so long after the last sample, s.
+const ACCELERATION_LASTS: f64 = 0.02;
+/// And fades for so long, s.
+const ACCELERATION_FADES: f64 = 0.1;
+
+impl Following {
+    pub(super) fn new(checked: &CheckedEncoder, first: i64) -> Self {
+        let estimator = Estimator::new(checked, first);
+        let held = estimator.state().position;
+        Self {
+            gate: Gate::new(checked.hysteresis, first),
+            tracker: Tracker::new(checked, held),
+            estimator,
+            held,
+            acquiring: ACQUISITION / checked.bandwidth,
+        }
+    }
+
+    /// The set values.
+    pub(super) const fn set(&self) -> &Kinematics {
+        self.tracker.state()
+    }
+
+    /// What the axis is believed to do.
+    pub(super) const fn velocity(&self) -> f64 {
+        self.estimator.state().velocity
+    }
+
+    pub(super) const fn direction(&self) -> Option<TravelDirection> {
+        self.gate.direction()
+    }
+
+    pub(super) const fn is_standstill(&self) -> bool {
+        !self.gate.is_released()
+    }
+
+    pub(super) const fn is_trimming(&self) -> bool {
+        self.tracker.is_walking()
+    }
+
+    pub(super) fn is_acquired(&self) -> bool {
+        self.acquiring <= 0.0
+    }
+
+    /// Standard deviations of position and velocity.
+    pub(super) fn sigmas(&self, uncertainty: &Uncertainty, horizon: f64) -> (f64, f64) {
+        if self.is_standstill() {
+            uncertainty.standing(self.estimator.since_edge())
+        } else {
+            uncertainty.moving(horizon)
+        }
+    }
+
+    /// Takes a count some seconds after the last one.
+    pub(super) fn take(&mut self, count: i64, gap: f64) {
+        match self.gate.update(count) {
+            Passage::Edge(edge) if self.starts_anew(&edge, gap) => {
+                self.estimator.restart(&edge, gap);
+            }
+            passage => self.estimator.update(passage, gap),
+        }
+        if self.estimator.is_standstill() && self.gate.is_released() {
+            self.gate.rest(count);
+            self.held = self.estimator.state().position;
+        }
+    }
+
+    /// What the axis did before says nothing of what it does now: samples stayed away for long, or it
+    /// moved already when the first one came.
+    fn starts_anew(&self, edge: &Edge, gap: f64) -> bool {
+        let moved_before = !self.is_acquired() && self.estimator.is_standstill() && edge.counts > 1;
+        gap > SAMPLES_LOST_AFTER || moved_before
+    }
+
+    /// Moves the set values for so many cycles, to the instant `horizon` seconds after the newest count.
+    pub(super) fn advance(&mut self, horizon: f64, elapsed: u32, cycle: f64) {
+        let direction = self.gate.direction();
+        match self.goal(horizon) {
+            None => self.tracker.stop(direction, elapsed),
+            Some(goal) if self.is_acquired() => self.tracker.follow(&goal, direction, elapsed),
+            Some(goal) => {
+                self.acquiring -= f64::from(elapsed) * cycle;
+                self.tracker.jump(&goal);
+            }
+        }
+    }
+
+    /// Where the axis is by then; none where nobody can tell any more.
+    fn goal(&self, horizon: f64) -> Option<Kinematics> {
+        if !self.gate.is_released() {
+            return Some(Kinematics::at_rest(self.held));
+        }
+        if horizon >= SAMPLES_LOST_AFTER {
+            return None;
+        }
+        let last = self.estimator.state();
+        let then = extrapolated(last, horizon);
+        let sign = self.gate.direction().map_or(0.0, TravelDirection::sign);
+        if then.velocity * sign < 0.0 {
+            // It moves this way, or not at all: an estimate that says otherwise is noise.
+            return Some(Kinematics::at_rest(last.position));
+        }
+        Some(then)
+    }
+}
+
+/// Where a motion goes on, in so many seconds.
+fn extrapolated(last: &Kinematics, horizon: f64) -> Kinematics {
+    let accelerated = moved(last, horizon.min(ACCELERATION_LASTS));
+    if horizon <= ACCELERATION_LASTS {
+        return accelerated;
+    }
+    let later = horizon - ACCELERATION_LASTS;
+    let fading = later.min(ACCELERATION_FADES);
+    let jerk = -last.acceleration / ACCELERATION_FADES;
+    let faded = moved(&accelerated, fading);
+    let faded = Kinematics {
+        position: faded.position + jerk * fading * fading * fading / 6.0,
+        velocity: faded.velocity + 0.5 * jerk * fading * fading,
+        acceleration: faded.acceleration + jerk * fading,
+    };
+    if later < ACCELERATION_FADES {
+        return faded;
+    }
+    let coasting = Kinematics {
+        acceleration: 0.0,
+        ..faded
+    };
+    moved(&coasting, later - fading)
+}

@@ -1,0 +1,266 @@
+//! The direction gate: which counts are progress, in integers only.
+//!
+//! A count that trembles about the border of an increment is no motion, and no velocity that was estimated
+//! decides about a direction. What decides is how far the counts have been:
+//!
+//! * Running, a new extreme is an edge; a retreat from it by the hysteresis is a reversal.
+//! * Resting, all counts since then make a range. A range that grows is an edge, but a tentative one;
+//!   a range as wide as the hysteresis is a motion, in the direction in which it grew.
+
+/// Where an axis goes, or went last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TravelDirection {
+    /// To larger positions.
+    Forward,
+    /// To smaller ones.
+    Backward,
+}
+
+impl TravelDirection {
+    /// 1 or -1.
+    #[must_use]
+    pub const fn sign(self) -> f64 {
+        match self {
+            Self::Forward => 1.0,
+            Self::Backward => -1.0,
+        }
+    }
+
+    const fn opposite(self) -> Self {
+        match self {
+            Self::Forward => Self::Backward,
+            Self::Backward => Self::Forward,
+        }
+    }
+
+    /// How far it is from one count to another this way.
+    const fn progress(self, from: i64, to: i64) -> i64 {
+        match self {
+            Self::Forward => to.wrapping_sub(from),
+            Self::Backward => from.wrapping_sub(to),
+        }
+    }
+}
+
+/// An increment was entered that is further than all before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Edge {
+    pub(super) direction: TravelDirection,
+    /// The count of that increment.
+    pub(super) cell: i64,
+    /// How many edges were passed at once; 1 or more.
+    pub(super) counts: i64,
+}
+
+/// What a count says of the motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Passage {
+    Edge(Edge),
+    /// It is that of the last edge.
+    SameCell,
+    /// It is behind that, by less than the hysteresis.
+    Retreated,
+}
+
+/// Lets edges pass.
+#[derive(Clone, Debug)]
+pub(super) struct Gate {
+    hysteresis: i64,
+    direction: Option<TravelDirection>,
+    extreme: i64,
+    /// The lowest and the highest count since it rests.
+    resting: Option<(i64, i64)>,
+}
+
+impl Gate {
+    /// A gate on an axis that rests.
+    pub(super) const fn new(hysteresis: i64, count: i64) -> Self {
+        Self {
+            hysteresis,
+            direction: None,
+            extreme: count,
+            resting: Some((count, count)),
+        }
+    }
+
+    /// The direction of the newest motion that is certain; none before the first.
+    pub(super) const fn direction(&self) -> Option<TravelDirection> {
+        self.direction
+    }
+
+    /// Whether the axis is certain to have moved since it rested.
+    pub(super) const fn is_released(&self) -> bool {
+        self.resting.is_none()
+    }
+
+    /// The axis came to rest; this is its count.
+    pub(super) fn rest(&mut self, count: i64) {
+        let to = self.extreme;
+        self.resting = self.resting.or(Some((count.min(to), count.max(to))));
+    }
+
+    pub(super) fn update(&mut self, count: i64) -> Passage {
+        match (self.resting, self.direction) {
+            (None, Some(direction)) => self.run(direction, count),
+            (Some((low, high)), _) => self.leave(low, high, count),
+            (None, None) => {
+                self.rest(count);
+                Passage::SameCell
+            }
+        }
+    }
+
+    fn run(&mut self, direction: TravelDirection, count: i64) -> Passage {
+        let progress = direction.progress(self.extreme, count);
+        if progress > 0 {
+            self.pass(direction, count, progress)
+        } else if progress <= -self.hysteresis {
+            self.direction = Some(direction.opposite());
+            self.pass(direction.opposite(), count, -progress)
+        } else if progress == 0 {
+            Passage::SameCell
+        } else {
+            Passage::Retreated
+        }
+    }
+
+    fn leave(&mut self, low: i64, high: i64, count: i64) -> Passage {
+        let (low_now, high_now) = (low.min(count), high.max(count));
+        let (direction, counts) = if count > high {
+            (TravelDirection::Forward, count.wrapping_sub(high))
+        } else if count < low {
+            (TravelDirection::Backward, low.wrapping_sub(count))
+        } else if count == self.extreme {
+            return Passage::SameCell;
+        } else {
+            return Passage::Retreated;
+        };
+        self.resting = Some((low_now, high_now));
+        if high_now.wrapping_sub(low_now) >= self.hysteresis {
+            self.resting = None;
+            self.direction = Some(direction);
+        }
+        self.pass(direction, count, counts)
+    }
+
+    const fn pass(&mut self, direction: TravelDirection, cell: i64, counts: i64) -> Passage {
+        self.extreme = cell;
+        Passage::Edge(Edge {
+            direction,
+            cell,
+            counts,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use TravelDirection::{Backward, Forward};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn after(hysteresis: i64, counts: &[i64]) -> Gate {
+        let mut gate = Gate::new(hysteresis, 0);
+        for &count in counts {
+            let _ = gate.update(count);
+        }
+        gate
+    }
+
+    fn edge(direction: TravelDirection, cell: i64, counts: i64) -> Passage {
+        Passage::Edge(Edge {
+            direction,
+            cell,
+            counts,
+        })
+    }
+
+    #[test]
+    fn the_first_edge_from_rest_is_tentative_and_the_second_a_motion() {
+        let mut gate = Gate::new(2, 0);
+        assert_eq!(gate.update(1), edge(Forward, 1, 1));
+        assert_eq!((gate.direction(), gate.is_released()), (None, false));
+        assert_eq!(gate.update(2), edge(Forward, 2, 1));
+        assert_eq!(
+            (gate.direction(), gate.is_released()),
+            (Some(Forward), true)
+        );
+    }
+
+    #[test]
+    fn running_extremes_are_edges_and_a_long_retreat_is_a_reversal() {
+        let mut gate = after(2, &[1, 2]);
+        assert_eq!(gate.update(5), edge(Forward, 5, 3));
+        assert_eq!(gate.update(5), Passage::SameCell);
+        assert_eq!(gate.update(4), Passage::Retreated);
+        assert_eq!(gate.direction(), Some(Forward));
+        assert_eq!(gate.update(3), edge(Backward, 3, 2));
+        assert_eq!(gate.direction(), Some(Backward));
+        assert_eq!(gate.update(2), edge(Backward, 2, 1));
+    }
+
+    #[test]
+    fn a_start_from_a_trembling_rest_is_known_by_its_range() {
+        for (counts, direction) in [([1, 0, 1, 2], Forward), ([1, 0, 0, -1], Backward)] {
+            let gate = after(2, &counts);
+            assert_eq!(gate.direction(), Some(direction));
+            assert!(gate.is_released());
+        }
+    }
+
+    #[test]
+    fn rest_keeps_the_direction_and_holds_the_output() {
+        let mut gate = after(2, &[1, 2, 3]);
+        gate.rest(2);
+        assert_eq!(
+            (gate.direction(), gate.is_released()),
+            (Some(Forward), false)
+        );
+        let _ = gate.update(3);
+        assert!(!gate.is_released(), "that far it was before");
+        let _ = gate.update(1);
+        assert_eq!(
+            (gate.direction(), gate.is_released()),
+            (Some(Backward), true)
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn what_stays_within_the_hysteresis_never_moves(
+            hysteresis in 2_i64..20,
+            counts in prop::collection::vec(0.0..1.0, 1..300),
+            runs_first in any::<bool>(),
+        ) {
+            let mut gate = after(hysteresis, if runs_first { &[-20, 0] } else { &[] });
+            let before = gate.direction();
+            let start = if runs_first { hysteresis - 1 } else { 0 };
+            for share in counts {
+                let count = (share * hysteresis as f64) as i64 - start;
+                let _ = gate.update(count);
+                prop_assert_eq!(gate.direction(), before);
+            }
+        }
+
+        #[test]
+        fn a_direction_is_that_of_a_way_as_long_as_the_hysteresis(
+            hysteresis in 2_i64..6,
+            steps in prop::collection::vec(-3_i64..=3, 1..300),
+        ) {
+            let mut gate = Gate::new(hysteresis, 0);
+            let (mut count, mut low, mut high) = (0, 0, 0);
+            for step in steps {
+                count += step;
+                (low, high) = (low.min(count), high.max(count));
+                let before = gate.direction();
+                let _ = gate.update(count);
+                if gate.direction() != before {
+                    let way = if gate.direction() == Some(Forward) { count - low } else { high - count };
+                    prop_assert!(way >= hysteresis);
+                    (low, high) = (count, count);
+                }
+            }
+        }
+    }
+}

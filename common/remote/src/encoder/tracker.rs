@@ -1,0 +1,276 @@
+//! A jerk-limited tracker: set values that follow an estimate, whatever that does.
+//!
+//! A third-order loop whose bandwidth falls where its errors ask for more than the jerk limit, so that it never
+//! runs into that limit; without it the loop diverges in ramps. It never moves against the direction of the axis:
+//! it brakes so that its velocity reaches 0 without undershoot.
+
+use coaxle_curve::profile::Kinematics;
+
+use super::gate::TravelDirection;
+use super::parameters::CheckedEncoder;
+use super::smoothing::LEAST_BANDWIDTH;
+use super::walk::Walk;
+
+/// Set values and what follows them up.
+#[derive(Clone, Debug)]
+pub(super) struct Tracker {
+    /// rad/s
+    bandwidth: f64,
+    jerk: f64,
+    acceleration: f64,
+    trim_speed: f64,
+    /// What is too far ahead at rest, u.
+    ahead: f64,
+    cycle: f64,
+    /// Parts of an error that are made good in a cycle at full bandwidth.
+    part: f64,
+    state: Kinematics,
+    /// How long it has not moved, s.
+    rest: f64,
+    walk: Option<Walk>,
+    /// The newest step was one of a walk, or the end of one that was broken off.
+    walked: bool,
+}
+
+/// What each error for itself may ask for, in jerk limits. Together they mostly ask for less; one that asks
+/// for more is of a motion that changes too fast to be caught up with at once.
+const EACH: f64 = 2.0;
+/// Steps in which the bandwidth is found that keeps the jerk limit.
+const BISECTIONS: u32 = 8;
+/// At rest for so long it may walk back, s.
+const REST_BEFORE_WALK: f64 = 0.05;
+/// More cycles than this at once are made in longer steps.
+const MOST_STEPS: u32 = 8;
+
+impl Tracker {
+    /// At rest at a position.
+    pub(super) fn new(checked: &CheckedEncoder, position: f64) -> Self {
+        let given = &checked.given;
+        Self {
+            bandwidth: checked.bandwidth,
+            jerk: given.jerk_limit,
+            acceleration: given.acceleration_limit,
+            trim_speed: given.trim_speed,
+            ahead: 0.5 * given.increment,
+            cycle: checked.cycle,
+            part: part(checked.bandwidth, checked.cycle),
+            state: Kinematics::at_rest(position),
+            rest: 0.0,
+            walk: None,
+            walked: false,
+        }
+    }
+
+    pub(super) const fn state(&self) -> &Kinematics {
+        &self.state
+    }
+
+    pub(super) const fn is_walking(&self) -> bool {
+        self.walked
+    }
+
+    /// Is at the goal at once.
+    pub(super) fn jump(&mut self, goal: &Kinematics) {
+        self.state = *goal;
+        self.rest = 0.0;
+        self.walk = None;
+        self.walked = false;
+    }
+
+    /// Moves for `elapsed` cycles, after which the axis is at the goal.
+    pub(super) fn follow(
+        &mut self,
+        goal: &Kinematics,
+        direction: Option<TravelDirection>,
+        elapsed: u32,
+    ) {
+        let (steps, time) = self.steps(elapsed);
+        for left in (0..steps).rev() {
+            self.walk_if_ahead(goal, direction);
+            self.walked = self.walk.is_some() || (self.walked && self.is_against(direction));
+            let now = moved(goal, -f64::from(left + 1) * time);
+            self.step(&now, direction, time);
+        }
+    }
+
+    /// Comes to rest, wherever that is.
+    pub(super) fn stop(&mut self, direction: Option<TravelDirection>, elapsed: u32) {
+        self.walk = None;
+        let (steps, time) = self.steps(elapsed);
+        for _ in 0..steps {
+            self.walked = self.walked && self.is_against(direction);
+            let here = Kinematics::at_rest(self.state.position);
+            self.step(&here, direction, time);
+        }
+    }
+
+    /// In how many steps so many cycles are made, and how long one is.
+    fn steps(&self, elapsed: u32) -> (u32, f64) {
+        let steps = elapsed.clamp(1, MOST_STEPS);
+        let whole = f64::from(elapsed.max(1)) * self.cycle;
+        (steps, whole / f64::from(steps))
+    }
+
+    /// One step; `goal` is where the axis is at its beginning.
+    fn step(&mut self, goal: &Kinematics, direction: Option<TravelDirection>, time: f64) {
+        match &mut self.walk {
+            Some(walk) => {
+                self.state = walk.advance(time);
+                if walk.is_done() {
+                    self.walk = None;
+                    self.rest = 0.0;
+                }
+            }
+            None => {
+                let jerk = self.jerk(goal, direction, time);
+                self.move_by(jerk, time);
+            }
+        }
+    }
+
+    fn is_against(&self, direction: Option<TravelDirection>) -> bool {
+        direction.is_some_and(|direction| self.state.velocity * direction.sign() < 0.0)
+    }
+
+    fn walk_if_ahead(&mut self, goal: &Kinematics, direction: Option<TravelDirection>) {
+        if let Some(walk) = &self.walk {
+            let is_left = (goal.position - walk.target()).abs() > self.ahead;
+            if is_left {
+                self.walk = None;
+            }
+            return;
+        }
+        let sign = direction.map_or(0.0, TravelDirection::sign);
+        let ahead = (self.state.position - goal.position) * sign;
+        if self.rest >= REST_BEFORE_WALK && ahead > self.ahead && goal.velocity == 0.0 {
+            let limits = (self.trim_speed, self.acceleration, self.jerk);
+            self.walk = Some(Walk::new(self.state.position, goal.position, limits));
+        }
+    }
+
+    /// The jerk until the end of the step.
+    fn jerk(&self, goal: &Kinematics, direction: Option<TravelDirection>, time: f64) -> f64 {
+        let wanted = self.wanted_jerk(goal, time);
+        let now = self.state.acceleration;
+        let limited = wanted.clamp(-self.jerk, self.jerk);
+        let next = (now + limited * time).clamp(-self.acceleration, self.acceleration);
+        let next = match direction {
+            Some(direction) => self.without_undershoot(next, direction.sign(), time),
+            None => next,
+        };
+        ((next - now) / time).clamp(-self.jerk, self.jerk)
+    }
+
+    /// That of the largest bandwidth at which it keeps the limit.
+    fn wanted_jerk(&self, goal: &Kinematics, time: f64) -> f64 {
+        let errors = Kinematics {
+            position: goal.position - self.state.position,
+            velocity: goal.velocity - self.state.velocity,
+            acceleration: goal.acceleration - self.state.acceleration,
+        };
+        let most = self.part_for_each(&errors, time);
+        let jerk = jerk_for(&errors, most, time);
+        if jerk.abs() <= self.jerk {
+            return jerk;
+        }
+        let (mut low, mut high) = (part(LEAST_BANDWIDTH, time).min(most), most);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if jerk_for(&errors, middle, time).abs() <= self.jerk {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        jerk_for(&errors, low, time)
+    }
+
+    /// The part of the errors that is made good in one step, so that none for itself asks for too much.
+    fn part_for_each(&self, errors: &Kinematics, time: f64) -> f64 {
+        let limit = EACH * self.jerk;
+        let position = errors.position.abs();
+        let velocity = errors.velocity.abs();
+        let acceleration = errors.acceleration.abs();
+        let full = self.bandwidth;
+        let mut bandwidth = full;
+        if position * full * full * full > limit {
+            bandwidth = libm::cbrt(limit / position);
+        }
+        if velocity * bandwidth * bandwidth > limit {
+            bandwidth = libm::sqrt(limit / velocity);
+        }
+        if acceleration * bandwidth > limit {
+            bandwidth = limit / acceleration;
+        }
+        if bandwidth == full && time == self.cycle {
+            return self.part;
+        }
+        part(bandwidth.max(LEAST_BANDWIDTH), time)
+    }
+
+    /// The acceleration at the end of a step, bounded so that the velocity can still reach 0 without changing
+    /// its sign, with jerks that are constant over steps.
+    ///
+    /// Braking that ends in n steps with the acceleration falling evenly takes the velocity a·n·T/2.
+    fn without_undershoot(&self, next: f64, sign: f64, time: f64) -> f64 {
+        let (velocity, now) = (self.state.velocity * sign, self.state.acceleration * sign);
+        if velocity < 0.0 {
+            return next;
+        }
+        let step = self.jerk * time;
+        let left = (2.0 * velocity / time + now).max(0.0);
+        if next * sign >= 0.0 && left > 0.0 {
+            return next;
+        }
+        let steps = libm::floor(0.5 * (libm::sqrt(1.0 + 4.0 * left / step) - 1.0));
+        let most = (steps * step).max(left / (steps + 2.0));
+        sign * (next * sign).max(-most)
+    }
+
+    fn move_by(&mut self, jerk: f64, time: f64) {
+        let Kinematics {
+            position,
+            velocity,
+            acceleration,
+        } = self.state;
+        self.state = Kinematics {
+            position: position
+                + time * (velocity + time * (0.5 * acceleration + time * jerk / 6.0)),
+            velocity: velocity + time * (acceleration + 0.5 * time * jerk),
+            acceleration: acceleration + time * jerk,
+        };
+        // What rounding leaves of a velocity of 0 is no motion.
+        let least = 1e-9 * self.jerk * time * time;
+        if self.state.velocity.abs() <= least && self.state.acceleration.abs() * time <= least {
+            self.state = Kinematics::at_rest(self.state.position);
+            self.rest += time;
+        } else {
+            self.rest = 0.0;
+        }
+    }
+}
+
+/// What part of an error is made good in a time.
+fn part(bandwidth: f64, time: f64) -> f64 {
+    -libm::expm1(-bandwidth * time)
+}
+
+/// The jerk that makes good a part of the errors in a step: it places all three poles of the loop at 1 − `part`.
+fn jerk_for(errors: &Kinematics, part: f64, time: f64) -> f64 {
+    let d = part;
+    let rate = 1.0 / time;
+    let by_acceleration = d * (3.0 + d * (d / 3.0 - 1.5));
+    let by_velocity = d * d * (3.0 - d);
+    let by_position = d * d * d;
+    rate * (by_acceleration * errors.acceleration
+        + rate * (by_velocity * errors.velocity + rate * by_position * errors.position))
+}
+
+/// Where a motion of constant acceleration is after a time.
+pub(super) fn moved(state: &Kinematics, time: f64) -> Kinematics {
+    Kinematics {
+        position: state.position + time * (state.velocity + 0.5 * time * state.acceleration),
+        velocity: state.velocity + time * state.acceleration,
+        acceleration: state.acceleration,
+    }
+}

@@ -1,0 +1,39 @@
+//! How sure an estimate is.
+
+use super::parameters::CheckedEncoder;
+
+/// Standard deviations of the loop in its steady state.
+///
+/// Of a third-order loop at its Riccati bound: with a bandwidth ω and a noise r the variances are 2ωr of
+/// the position, 3ω³r of the velocity and 2ω²r of both together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Uncertainty {
+    position: f64,
+    both: f64,
+    velocity: f64,
+    /// Of a position that is anywhere in an increment.
+    in_increment: f64,
+}
+
+impl Uncertainty {
+    pub(super) fn new(checked: &CheckedEncoder) -> Self {
+        let (w, r) = (checked.bandwidth, checked.noise);
+        Self {
+            position: 2.0 * w * r,
+            both: 2.0 * w * w * r,
+            velocity: 3.0 * w * w * w * r,
+            in_increment: checked.given.increment / libm::sqrt(12.0),
+        }
+    }
+
+    /// Of position, u, and velocity, u/s, of a moving axis some seconds after the last sample.
+    pub(super) fn moving(&self, horizon: f64) -> (f64, f64) {
+        let position = self.position + horizon * (2.0 * self.both + horizon * self.velocity);
+        (libm::sqrt(position), libm::sqrt(self.velocity))
+    }
+
+    /// The same of one that stands since so many seconds.
+    pub(super) fn standing(&self, since: f64) -> (f64, f64) {
+        (self.in_increment, self.in_increment / since)
+    }
+}
