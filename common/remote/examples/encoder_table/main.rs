@@ -15,7 +15,7 @@ mod world;
 
 use figures::{Figures, all};
 use peers::{AlphaBeta, Conditioned, Differences, Follower, Pt1, parameters};
-use world::{Case, INCREMENTS, PROFILES, Profile, SPEEDS, SPREAD};
+use world::{Case, INCREMENTS, PROFILES, Profile, SPEEDS};
 
 type Make = dyn Fn(&Case) -> Box<dyn Follower> + Sync;
 
@@ -64,13 +64,7 @@ fn methods() -> Vec<(&'static str, Box<Make>)> {
 fn worst(profile: Profile, increment: f64, first: u64, runs: u64, make: &Make) -> Vec<Figures> {
     let of = |speed: f64| {
         let cases: Vec<_> = (first..first + runs)
-            .map(|seed| Case {
-                profile,
-                increment,
-                speed,
-                spread: SPREAD,
-                seed,
-            })
+            .map(|seed| Case::new(profile, increment, speed, seed))
             .collect();
         let figures = all(&cases, make);
         figures

@@ -3,7 +3,7 @@
 use coaxle_clock::{Seconds, Span};
 use coaxle_remote::{EncoderMaster, EncoderOutput, EncoderParameters, EncoderSample};
 
-use crate::world::{CYCLE, Case, Profile, VIBRATION};
+use crate::world::{CYCLE, Case};
 
 /// Makes a position of counts.
 pub trait Follower {
@@ -18,15 +18,10 @@ pub trait Follower {
 
 /// What a user says of a run: the increment, how fast it is, and that it trembles where it does.
 pub fn parameters(case: &Case) -> EncoderParameters {
-    let trembles = matches!(case.profile, Profile::Flicker | Profile::Backward);
     EncoderParameters {
         increment: case.increment,
         max_speed: 2_100.0,
-        vibration: if trembles {
-            VIBRATION * case.increment
-        } else {
-            0.0
-        },
+        vibration: case.vibration * case.increment,
         ..EncoderParameters::default()
     }
 }

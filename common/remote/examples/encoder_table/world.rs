@@ -15,8 +15,8 @@ pub const HORIZON: f64 = 2e-3;
 const TIMING: f64 = 2e-7;
 /// So many of the samples are lost.
 const LOSS: f64 = 0.01;
-/// Where it trembles, the standard deviation of that, in increments.
-pub const VIBRATION: f64 = 0.1;
+/// What it trembles at rest, in increments.
+const VIBRATION: f64 = 0.1;
 /// It rests before it moves, s.
 pub const START: f64 = 0.5;
 
@@ -25,7 +25,7 @@ pub const INCREMENTS: [f64; 4] = [0.001, 0.01, 0.05, 0.1];
 /// Its speeds, mm/s.
 pub const SPEEDS: [f64; 4] = [5.0, 50.0, 500.0, 2_000.0];
 /// Each run takes one that is off by up to this part.
-pub const SPREAD: f64 = 0.04;
+const SPREAD: f64 = 0.04;
 
 /// What an axis does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -73,6 +73,8 @@ pub struct Case {
     pub speed: f64,
     /// How far the speed of a run may be off, as a part.
     pub spread: f64,
+    /// Standard deviation of what it trembles, in increments.
+    pub vibration: f64,
     pub seed: u64,
 }
 
@@ -118,6 +120,19 @@ impl Random {
 }
 
 impl Case {
+    /// The case as the table has it.
+    pub fn new(profile: Profile, increment: f64, speed: f64, seed: u64) -> Self {
+        let trembles = matches!(profile, Profile::Flicker | Profile::Backward);
+        Self {
+            profile,
+            increment,
+            speed,
+            spread: SPREAD,
+            vibration: if trembles { VIBRATION } else { 0.0 },
+            seed,
+        }
+    }
+
     pub fn run(&self) -> Run {
         let mut random = Random(Xoshiro256PlusPlus::seed_from_u64(self.seed));
         let start = random.between(-50.0, 50.0) * self.increment;
@@ -138,11 +153,10 @@ impl Case {
             motion.end()
         });
         let motion = if stops { motion.hold(0.8) } else { motion };
-        let trembles = matches!(self.profile, Profile::Flicker | Profile::Backward);
         Run {
             motion,
             increment: q,
-            vibration: if trembles { VIBRATION * q } else { 0.0 },
+            vibration: self.vibration * q,
             bursts: self.profile == Profile::BurstLoss,
             burst_left: 0,
             cycle: 0,

@@ -21,6 +21,8 @@ pub(super) struct Estimator {
     sampling: f64,
     /// Those of one sampling time, as most corrections take them.
     gains: Gains,
+    /// It trembles so much that every count says something of the position, at any speed.
+    dithered: bool,
     state: Kinematics,
     direction: TravelDirection,
     /// The lower border of the increment that was entered last.
@@ -34,6 +36,11 @@ pub(super) struct Estimator {
 pub(super) const STANDSTILL_AFTER: f64 = 0.25;
 /// From so many increments per sampling time on every count is a correction.
 const FAST: f64 = 0.3;
+/// From so many increments of vibration on every count is one at any speed: the edge that was passed last says
+/// little of a shaft that trembles across it.
+const DITHER: f64 = 0.25;
+/// What a count adds to the mean of those at rest.
+const AT_REST: f64 = 0.05;
 /// A correction from standstill is as strong as after this long, in time constants: nothing is known
 /// of when the motion began.
 const FROM_STANDSTILL: f64 = 0.6;
@@ -48,6 +55,7 @@ impl Estimator {
             bandwidth: checked.bandwidth,
             sampling: checked.sampling,
             gains: Gains::new(checked.bandwidth, checked.sampling),
+            dithered: checked.given.vibration >= DITHER * increment,
             state: Kinematics::at_rest(0.5 * increment),
             direction: TravelDirection::Forward,
             cell: 0.0,
@@ -86,10 +94,14 @@ impl Estimator {
     }
 
     /// Takes what a count says, `gap` seconds after the last one.
-    pub(super) fn update(&mut self, passage: Passage, gap: f64) {
+    pub(super) fn update(&mut self, count: i64, passage: Passage, gap: f64) {
         self.predict(gap);
         match passage {
             Passage::Edge(edge) => self.enter(&edge, gap),
+            Passage::SameCell | Passage::Retreated if self.stands() => self.rest(count),
+            Passage::SameCell | Passage::Retreated if self.dithered => {
+                self.correct_by_gap(self.border(count) + 0.5 * self.increment);
+            }
             Passage::SameCell if self.is_fast() => {
                 self.correct_by_gap(self.cell + 0.5 * self.increment);
             }
@@ -112,7 +124,7 @@ impl Estimator {
     }
 
     /// Whether every count is a correction.
-    pub(super) fn is_fast(&self) -> bool {
+    fn is_fast(&self) -> bool {
         let speed = self.state.velocity * self.direction.sign();
         !self.standstill && speed * self.sampling >= FAST * self.increment
     }
@@ -131,7 +143,7 @@ impl Estimator {
         if reversed && !self.standstill {
             self.state = Kinematics::at_rest(middle);
             self.since_correction = 0.0;
-        } else if self.is_fast() {
+        } else if self.is_fast() || self.dithered {
             self.correct_by_gap(middle);
         } else {
             self.correct_by_edge(self.crossing(edge, gap).unwrap_or(middle));
@@ -152,11 +164,7 @@ impl Estimator {
     }
 
     fn correct_by_edge(&mut self, measured: f64) {
-        let time = if self.standstill {
-            self.since_edge.min(FROM_STANDSTILL / self.bandwidth)
-        } else {
-            self.since_edge
-        };
+        let time = self.known_since(self.since_edge);
         self.correct(measured, &Gains::new(self.bandwidth, time));
     }
 
@@ -165,9 +173,18 @@ impl Estimator {
         let gains = if usual {
             self.gains
         } else {
-            Gains::new(self.bandwidth, self.since_correction)
+            Gains::new(self.bandwidth, self.known_since(self.since_correction))
         };
         self.correct(measured, &gains);
+    }
+
+    /// The time for which a correction makes up, of the time since the last one.
+    fn known_since(&self, last: f64) -> f64 {
+        if self.standstill {
+            last.min(FROM_STANDSTILL / self.bandwidth)
+        } else {
+            last
+        }
     }
 
     fn correct(&mut self, measured: f64, gains: &Gains) {
@@ -178,23 +195,36 @@ impl Estimator {
         self.since_correction = 0.0;
     }
 
+    fn stands(&self) -> bool {
+        self.standstill || self.since_edge >= STANDSTILL_AFTER
+    }
+
+    fn rest(&mut self, count: i64) {
+        let position = self.state.position;
+        let position = if self.dithered {
+            let middle = self.border(count) + 0.5 * self.increment;
+            position + AT_REST * (middle - position)
+        } else {
+            self.in_cell(position)
+        };
+        self.state = Kinematics::at_rest(position);
+        self.standstill = true;
+    }
+
+    fn in_cell(&self, position: f64) -> f64 {
+        position.clamp(self.cell, self.cell + self.increment)
+    }
+
     /// No edge is news as well: the axis is still in its increment, and cannot be faster than that allows.
     fn stay_in_cell(&mut self) {
-        if self.since_edge >= STANDSTILL_AFTER {
-            self.standstill = true;
-        }
-        let (low, high) = (self.cell, self.cell + self.increment);
-        let state = &mut self.state;
-        let predicted = state.position;
-        state.position = predicted.clamp(low, high);
-        if self.standstill {
-            *state = Kinematics::at_rest(state.position);
-            return;
-        }
+        let predicted = self.state.position;
+        let position = self.in_cell(predicted);
         let most = self.increment / self.since_edge;
-        state.velocity = state.velocity.clamp(-most, most);
         let sign = self.direction.sign();
-        if (predicted - state.position) * sign > 0.0 {
+        let state = &mut self.state;
+        state.position = position;
+        state.velocity = state.velocity.clamp(-most, most);
+        if (predicted - position) * sign > 0.0 {
             // It would be out at the other end already.
             state.acceleration = sign * (sign * state.acceleration).min(0.0);
         }

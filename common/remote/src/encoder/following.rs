@@ -83,10 +83,13 @@ impl Following {
             Passage::Edge(edge) if self.starts_anew(&edge, gap) => {
                 self.estimator.restart(&edge, gap);
             }
-            passage => self.estimator.update(passage, gap),
+            passage => self.estimator.update(count, passage, gap),
         }
         if self.estimator.is_standstill() && self.gate.is_released() {
             self.gate.rest(count);
+            self.held = self.estimator.state().position;
+        }
+        if !self.gate.is_released() && !self.is_acquired() {
             self.held = self.estimator.state().position;
         }
     }
