@@ -80,6 +80,15 @@ fn a_soft_ramp_is_followed() {
     assert_largest(Profile::SoftRamp, &SPEEDS, [35.0, 110.0, 340.0, 570.0]);
 }
 
+/// At constant speed. In ramps the errors are those of what cannot be known yet.
+#[test]
+fn the_uncertainty_is_that_of_the_errors() {
+    for increment in INCREMENTS {
+        let sigmas = worst(&cases(Profile::Constant, increment, &SPEEDS, SEEDS)).sigmas;
+        assert!((0.2..4.0).contains(&sigmas), "{increment}: {sigmas}");
+    }
+}
+
 /// An axis with the same jerk limit cannot be caught up with while it uses it.
 #[test]
 fn stop_and_go_with_all_the_jerk_there_is_is_followed_roughly() {

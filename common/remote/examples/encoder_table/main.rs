@@ -1,6 +1,7 @@
 //! Prints how well an encoder master and simpler methods follow an axis, in virtual time.
 //!
-//! `cargo run --release -p coaxle-remote --example encoder_table -- [RUNS] [FIRST-SEED]`
+//! `cargo run --release -p coaxle-remote --example encoder_table -- [RUNS] [FIRST-SEED] [METHODS]`: so many runs of each
+//! case, 10; from which seed on, 1000; of so many methods, 4, the first of which is the encoder master.
 #![allow(
     missing_docs,
     unreachable_pub,

@@ -25,14 +25,16 @@ pub struct EncoderParameters {
     /// that is refused.
     pub max_speed: f64,
     /// Standard deviation of what the shaft trembles, u; at least 0. A reversal counts as one from
-    /// 1 + ⌈10 · vibration / increment⌉ counts on, at least from 2.
+    /// 1 + ⌈10 · vibration / increment⌉ counts on, at least from 2. From a quarter of an increment on
+    /// the counts are averaged instead of waiting for edges.
     pub vibration: f64,
     /// Standard deviation of the instants at which the counter is read, s; at least 0.
     #[cfg_attr(feature = "serde", serde(rename = "timing-sigma-s"))]
     pub timing_sigma: Seconds,
     /// Largest acceleration of the set values, u/s²; above 0. That of the axis must be below it.
     pub acceleration_limit: f64,
-    /// Largest jerk of the set values, u/s³; above 0.
+    /// Largest jerk of the set values, u/s³; above 0. Several times that of the axis: set values with no
+    /// more jerk than the axis has cannot catch up with it while it uses that.
     pub jerk_limit: f64,
     /// Largest speed at which a master that came to rest too far ahead walks back, u/s; above 0.
     pub trim_speed: f64,

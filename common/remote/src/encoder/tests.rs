@@ -56,6 +56,20 @@ fn before_the_first_sample_there_is_nothing() {
 }
 
 #[test]
+fn whatever_the_horizon_all_values_are_finite() {
+    for horizon in [f64::NAN, f64::INFINITY, -0.01, 0.0, 1e9] {
+        let mut master = master(parameters());
+        for cycle in 0..500 {
+            let new = Some(sample(0.2 * f64::from(cycle)));
+            let output = master.update(new, Seconds(horizon), 1);
+            let set = output.set;
+            assert!(set.position.is_finite() && set.velocity.is_finite());
+            assert!(output.position_sigma.is_finite() && output.velocity_sigma.is_finite());
+        }
+    }
+}
+
+#[test]
 fn an_axis_at_rest_is_in_the_middle_of_its_increment() {
     let output = drive(&mut master(parameters()), -4.003, 0.0, 400);
     assert!((output.set.position + 4.005).abs() < 1e-9);

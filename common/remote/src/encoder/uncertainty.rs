@@ -11,18 +11,22 @@ pub(super) struct Uncertainty {
     position: f64,
     both: f64,
     velocity: f64,
-    /// Of a position that is anywhere in an increment.
-    in_increment: f64,
+    /// Of a position that is anywhere in an increment and trembles.
+    at_rest: f64,
+    sampling: f64,
 }
 
 impl Uncertainty {
     pub(super) fn new(checked: &CheckedEncoder) -> Self {
         let (w, r) = (checked.bandwidth, checked.noise);
+        let given = &checked.given;
+        let variance = given.increment * given.increment / 12.0 + given.vibration * given.vibration;
         Self {
             position: 2.0 * w * r,
             both: 2.0 * w * w * r,
             velocity: 3.0 * w * w * w * r,
-            in_increment: checked.given.increment / libm::sqrt(12.0),
+            at_rest: libm::sqrt(variance),
+            sampling: checked.sampling,
         }
     }
 
@@ -34,6 +38,6 @@ impl Uncertainty {
 
     /// The same of one that stands since so many seconds.
     pub(super) fn standing(&self, since: f64) -> (f64, f64) {
-        (self.in_increment, self.in_increment / since)
+        (self.at_rest, self.at_rest / since.max(self.sampling))
     }
 }
