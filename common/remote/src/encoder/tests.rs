@@ -121,6 +121,30 @@ fn a_slower_counter_is_as_good_as_one_of_the_own_cycle() {
     }
 }
 
+/// Once in a while a cycle brings no sample, or two at once of which the newer counts.
+#[test]
+fn beats_with_a_drifting_sender_leave_no_trace() {
+    for drift in [-2e-4, 2e-4] {
+        let mut master = master(parameters());
+        let sampling = CYCLE * (1.0 + drift);
+        let mut taken = -1;
+        for cycle in 0..20_000 {
+            let now = f64::from(cycle) * CYCLE + 0.3e-3;
+            let index = libm::floor(now / sampling) as i32;
+            let at = f64::from(index) * sampling;
+            let cycles = (index - taken) as u32;
+            taken = index;
+            let new = (cycles > 0).then(|| sample(600.3 * at).after(cycles));
+            let set = master.update(new, Seconds(now - at), 1).set;
+            let error = set.position - 600.3 * now;
+            assert!(
+                cycle < 500 || error.abs() < 0.02,
+                "{drift}, {cycle}: {error}"
+            );
+        }
+    }
+}
+
 #[test]
 fn cycles_that_were_skipped_are_made_at_once() {
     let mut master = master(parameters());
