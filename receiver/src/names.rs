@@ -98,6 +98,8 @@ named! {
         Ok = "ok",
         /// Nothing new for too long.
         MasterSilent = "master-silent",
+        /// A second node has the name of one that is followed.
+        TwoSenders = "two-senders",
         /// An error is latched.
         Error = "error",
         /// The cycle times do not fit.

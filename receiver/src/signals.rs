@@ -131,6 +131,10 @@ signals! {
         overflow: u64 [""],
         /// New runs of the node so far.
         restarts: u64 [""] last,
+        /// Frames of other runs so far that were not followed: strays, or those of a second node of the same name.
+        foreign_frames: u64 [""] last "frames of others",
+        /// The run of a second node of the same name, while one is heard.
+        rival_epoch: Option<u64> [""],
         /// Refused frames so far.
         rejected: u64 [""] last,
         /// Refused so far: frames of another format version.

@@ -256,6 +256,8 @@ pub enum Health {
     Ok,
     /// Nothing new from the master for too long.
     MasterSilent,
+    /// A second node of the same name publishes the same axes; the first one is followed.
+    TwoSenders,
     /// A synchronisation error is latched.
     Error(SyncError),
     /// The master's cycle time does not fit the own one: 0x4b56.
@@ -284,6 +286,7 @@ impl Health {
             Self::Disabled => HealthName::Disabled,
             Self::Ok => HealthName::Ok,
             Self::MasterSilent => HealthName::MasterSilent,
+            Self::TwoSenders => HealthName::TwoSenders,
             Self::Error(_) => HealthName::Error,
             Self::CycleTimesDoNotFit => HealthName::CycleTimesDoNotFit,
             Self::DriveTripped => HealthName::DriveTripped,
@@ -300,9 +303,10 @@ impl Health {
             Self::Disabled => 2,
             Self::WaitingForMaster => 3,
             Self::MasterSilent => 4,
-            Self::Error(_) => 5,
-            Self::CycleTimesDoNotFit => 6,
-            Self::CommandRefused { .. } | Self::SlaveFailed { .. } | Self::DriveTripped => 7,
+            Self::TwoSenders => 5,
+            Self::Error(_) => 6,
+            Self::CycleTimesDoNotFit => 7,
+            Self::CommandRefused { .. } | Self::SlaveFailed { .. } | Self::DriveTripped => 8,
         }
     }
 }

@@ -113,7 +113,7 @@ fn a_sender_that_is_started_anew_is_no_step() {
     }
 }
 
-/// Where the way back is long it takes its five seconds, whatever that asks for.
+/// The way back is long: from 2 500 u.
 fn check_far(mode: &str, near: &Near) {
     let (velocities, accelerations) = differences(near);
     let (least, most) = velocities

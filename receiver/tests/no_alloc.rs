@@ -83,7 +83,7 @@ fn several_far_nodes_and_a_slave_of_several_masters_do_not_allocate() {
     let sum = receiver.slave_number("sum").expect("a slave");
     let (mut in_sync, mut stopped) = (0, 0);
     assert_no_alloc(|| {
-        for (until_s, silent, epoch) in [(4, false, 1), (6, true, 1), (9, false, 2)] {
+        for (until_s, silent, epoch) in [(4, false, 1), (6, true, 1), (19, false, 2)] {
             (far[1].silent, far[1].epoch) = (silent, epoch);
             nodes::run(&mut receiver, &mut far, until_s * SECOND, |row, _| {
                 let slave = &row.slaves[1];
@@ -94,7 +94,7 @@ fn several_far_nodes_and_a_slave_of_several_masters_do_not_allocate() {
         let _ = receiver.command(sum, &Command::Reset {});
         let _ = receiver.command(sum, &gear(2.0));
         for n in 0..1_000 {
-            let until = 10 * SECOND + n * MILLISECOND;
+            let until = 20 * SECOND + n * MILLISECOND;
             nodes::run(&mut receiver, &mut far, until, |_, _| {});
             // Another ratio in every cycle.
             let _ = receiver.command(sum, &gear(2.0 + 1e-4 * n as f64));

@@ -171,11 +171,11 @@ fn a_slave_goes_over_from_a_far_axis_to_the_shaft_and_back_in_motion() {
     assert_eq!(receiver.command(mixer, &back), Err(Refusal::NoMaster));
     far[0].silent = false;
     far[0].epoch = 2;
-    run(&mut receiver, &mut far, 11_000 * MILLISECOND, |row, _| {
+    run(&mut receiver, &mut far, 21_000 * MILLISECOND, |row, _| {
         differences.keep(&row.slaves[0]);
     });
     assert!(receiver.command(mixer, &back).is_ok());
-    run(&mut receiver, &mut far, 12_000 * MILLISECOND, |row, _| {
+    run(&mut receiver, &mut far, 22_000 * MILLISECOND, |row, _| {
         differences.keep(&row.slaves[0]);
     });
     assert!((velocity(&receiver) - BELT).abs() < 0.1);
@@ -185,7 +185,7 @@ fn a_slave_goes_over_from_a_far_axis_to_the_shaft_and_back_in_motion() {
         dynamics: Dynamics::default(),
     };
     assert!(receiver.command(mixer, &halt).is_ok());
-    run(&mut receiver, &mut far, 13_000 * MILLISECOND, |row, _| {
+    run(&mut receiver, &mut far, 23_000 * MILLISECOND, |row, _| {
         differences.keep(&row.slaves[0]);
     });
     let slave = receiver.snapshot().signals.slaves[0];

@@ -29,6 +29,8 @@ pub(super) struct ClockSetup {
 pub(super) struct Clock {
     setup: ClockSetup,
     enabled: bool,
+    /// Of the run that is followed.
+    epoch: Option<u64>,
     state: State,
 }
 
@@ -85,8 +87,21 @@ impl Clock {
         Ok(Self {
             setup,
             enabled: true,
+            epoch: None,
             state: State::Waiting,
         })
+    }
+
+    /// Another run of the node begins, with this message. What tells its counts from those of the run before is
+    /// the epoch; where that is the same nothing that was learnt holds any more.
+    pub(super) fn begin_run(&mut self, header: &FrameHeader) {
+        if let State::Running(running) = &self.state
+            && self.epoch == Some(header.epoch)
+            && running.data == header.cycle_time
+        {
+            self.start_with(header.cycle_time);
+        }
+        self.epoch = Some(header.epoch);
     }
 
     /// A message that arrived at `at`. Gives whether the clock was started by it, or started anew.

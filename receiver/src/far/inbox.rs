@@ -10,6 +10,7 @@ use coaxle_clock::{Age, AgeGate, Instant, Local, Span};
 use coaxle_node::{AxisSample, Frame, FrameHeader, Rejection, RejectionCounters};
 
 use super::frames::Frames;
+use super::run::{Admission, RunChoice};
 use crate::arrivals::INBOX_CAPACITY;
 use crate::signals::FarNodeSignals;
 
@@ -32,6 +33,10 @@ pub(crate) struct Inbox {
     waiting: VecDeque<(Instant<Local>, FrameHeader)>,
     frames: Frames,
     age_limit: Option<Span>,
+    choice: RunChoice,
+    /// How many runs have been followed.
+    runs: u64,
+    run_of_image: u64,
     sender: Option<Sender>,
     image: Option<FrameHeader>,
     counters: Counters,
@@ -42,7 +47,6 @@ pub(crate) struct Inbox {
 /// The run of the sender that is being followed.
 #[derive(Debug)]
 struct Sender {
-    epoch: u64,
     gate: Option<AgeGate>,
     sequence: Sequence,
 }
@@ -55,6 +59,9 @@ impl Inbox {
             waiting: VecDeque::with_capacity(INBOX_CAPACITY),
             frames: Frames::new(frames, axes),
             age_limit,
+            choice: RunChoice::default(),
+            runs: 0,
+            run_of_image: 0,
             sender: None,
             image: None,
             counters: Counters::default(),
@@ -87,25 +94,38 @@ impl Inbox {
             self.counters.overflow += 1;
         }
         self.waiting.push_back((at, frame.header));
-        self.frames.keep(at, frame, due);
+        // Whatever else comes must not take the place of what is followed.
+        if self.choice.can_be_followed(at, &frame.header) {
+            self.frames.keep(at, frame, due);
+        }
     }
 
     /// The input image of the cycle that ideally begins at `cycle_start`; none as long as nothing
     /// has come.
     ///
-    /// Every message that is taken in and young enough is shown to `received`, with its arrival.
+    /// Every message that is taken in and young enough is shown to `received`, with its arrival and whether
+    /// another run begins with it.
     pub(crate) fn image(
         &mut self,
         cycle_start: Instant<Local>,
-        mut received: impl FnMut(Instant<Local>, &FrameHeader),
+        mut received: impl FnMut(Instant<Local>, &FrameHeader, bool),
     ) -> Option<FrameHeader> {
         for _ in 0..self.waiting.len() {
             let Some((at, header)) = self.waiting.pop_front() else {
                 break;
             };
             if at <= cycle_start {
-                if self.take(at, &header, cycle_start) {
-                    received(at, &header);
+                match self.choice.judge(at, &header) {
+                    Admission::Foreign => {}
+                    Admission::Begins => {
+                        self.follow(at, &header, cycle_start);
+                        received(at, &header, true);
+                    }
+                    Admission::Followed => {
+                        if self.take(at, &header, cycle_start) {
+                            received(at, &header, false);
+                        }
+                    }
                 }
             } else {
                 self.waiting.push_back((at, header));
@@ -124,6 +144,16 @@ impl Inbox {
         self.frames.forget_until(cycle_start);
     }
 
+    /// The run of a second node of the same name, if one is heard.
+    pub(crate) fn rival(&self, now: Instant<Local>) -> Option<u64> {
+        self.choice.rival(now)
+    }
+
+    /// Which of the runs that have been followed the image is of, by its number.
+    pub(crate) const fn run_of_image(&self) -> u64 {
+        self.run_of_image
+    }
+
     /// What signals say of the messages.
     pub(crate) fn show(&self, signals: &mut FarNodeSignals) {
         let counters = self.counters();
@@ -135,6 +165,7 @@ impl Inbox {
         signals.waiting = self.waiting.len() as u32;
         signals.overflow = counters.overflow;
         signals.restarts = counters.restarts;
+        signals.foreign_frames = self.choice.foreign();
         let of = |reason| counters.rejected.of(reason);
         signals.rejected = counters.rejected.total();
         signals.rejected_wrong_version = of(Rejection::WrongVersion);
@@ -159,34 +190,30 @@ impl Inbox {
     /// Whether the message is new and young enough.
     fn take(&mut self, at: Instant<Local>, header: &FrameHeader, now: Instant<Local>) -> bool {
         let count = header.count;
-        match &mut self.sender {
-            Some(sender) if sender.epoch == header.epoch => {
-                let place = sender.sequence.place(count);
-                match place {
-                    Place::Repeated => self.counters.duplicates += 1,
-                    Place::Overtaken => self.counters.late += 1,
-                    Place::Newest => {}
-                }
-                let gate = &mut sender.gate;
-                let stale = |gate: &mut AgeGate| gate.judge(count, at, now) == Age::Stale;
-                if gate.as_mut().is_some_and(stale) {
-                    self.counters.stale += 1;
-                    return false;
-                }
-                if place == Place::Newest {
-                    self.renew(header);
-                }
-                place != Place::Repeated
-            }
-            _ => {
-                self.follow(at, header, now);
-                true
-            }
+        let Some(sender) = &mut self.sender else {
+            return false;
+        };
+        let place = sender.sequence.place(count);
+        match place {
+            Place::Repeated => self.counters.duplicates += 1,
+            Place::Overtaken => self.counters.late += 1,
+            Place::Newest => {}
         }
+        let gate = &mut sender.gate;
+        let stale = |gate: &mut AgeGate| gate.judge(count, at, now) == Age::Stale;
+        if gate.as_mut().is_some_and(stale) {
+            self.counters.stale += 1;
+            return false;
+        }
+        if place == Place::Newest {
+            self.renew(header);
+        }
+        place != Place::Repeated
     }
 
-    /// The first message of a run of the sender.
+    /// The first message of a run that is followed from now on.
     fn follow(&mut self, at: Instant<Local>, header: &FrameHeader, now: Instant<Local>) {
+        self.runs += 1;
         if let Some(before) = &self.sender {
             self.counters.restarts += 1;
             self.lost_before = self.lost_before.saturating_add(before.sequence.missing());
@@ -198,7 +225,6 @@ impl Inbox {
             let _ = gate.judge(header.count, at, now);
         }
         self.sender = Some(Sender {
-            epoch: header.epoch,
             gate,
             sequence: Sequence::starting_at(header.count),
         });
@@ -209,6 +235,7 @@ impl Inbox {
     fn renew(&mut self, header: &FrameHeader) {
         if self.frames.find(header).is_some() {
             self.image = Some(*header);
+            self.run_of_image = self.runs;
         }
     }
 }
@@ -302,7 +329,7 @@ mod tests {
     }
 
     fn image(inbox: &mut Inbox, cycle_start: Instant<Local>) -> Option<FrameHeader> {
-        let image = inbox.image(cycle_start, |_, _| {});
+        let image = inbox.image(cycle_start, |_, _, _| {});
         inbox.end_cycle(cycle_start);
         image
     }
@@ -344,25 +371,37 @@ mod tests {
     }
 
     #[test]
-    fn a_new_run_of_the_sender_is_followed_at_once() {
+    fn a_new_run_of_the_sender_is_followed_when_the_one_before_is_silent() {
         let mut inbox = inbox();
         store(&mut inbox, at(0), 1, 70_000);
         store(&mut inbox, at(1_000), 1, 70_003);
-        store(&mut inbox, at(2_000), 2, 0);
-        assert_eq!(count_of(image(&mut inbox, at(2_000))), Some(0));
+        for count in 0..20 {
+            let now = at(2_000 + 1_000 * count);
+            store(&mut inbox, now, 2, count as u64);
+            let expected = if count > 9 { count as u64 } else { 70_003 };
+            assert_eq!(count_of(image(&mut inbox, now)), Some(expected));
+        }
         let counters = inbox.counters();
         assert_eq!((counters.restarts, counters.lost), (1, 2));
+        // What is left of the run before moves nothing, and does not take it back.
+        store(&mut inbox, at(22_000), 1, 70_004);
+        assert_eq!(count_of(image(&mut inbox, at(22_000))), Some(19));
+        assert_eq!(inbox.counters().restarts, 1);
     }
 
     #[test]
-    fn counts_at_the_end_of_their_range_are_only_counted() {
+    fn stray_frames_move_nothing_and_push_out_nothing() {
         let mut inbox = inbox();
-        for epoch in 1..=3 {
-            store(&mut inbox, at(0), epoch, 0);
-            store(&mut inbox, at(0), epoch, u64::MAX);
-        }
+        store(&mut inbox, at(0), 1, 0);
         let _ = image(&mut inbox, at(0));
-        assert_eq!(inbox.counters().lost, u64::MAX);
+        store(&mut inbox, at(500), 1, 1);
+        for stray in 0..50 {
+            store(&mut inbox, at(600), 9, stray);
+            store(&mut inbox, at(600), 1, u64::MAX - stray);
+        }
+        assert_eq!(count_of(image(&mut inbox, at(1_000))), Some(1));
+        assert_eq!(inbox.counters().lost, 0);
+        assert_eq!(inbox.choice.foreign(), 100);
     }
 
     #[test]

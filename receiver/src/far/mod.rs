@@ -5,6 +5,7 @@ mod clock;
 mod frames;
 mod inbox;
 mod orders;
+mod run;
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::delay::TimeResponse;
@@ -31,11 +32,13 @@ pub(crate) struct FarNode {
     inbox: Inbox,
     clock: Clock,
     axes: Box<[Axis]>,
-    /// The newest frame that was used, and own cycles since.
+    /// The newest frame that was used, by its run and count, and own cycles since.
     last: Option<(u64, u64)>,
     age_cycles: u32,
     /// Whether its clock was known in the newest cycle.
     synced: bool,
+    /// The run of a second node of the same name.
+    rival: Option<u64>,
     orders: OrderCounters,
 }
 
@@ -83,6 +86,7 @@ impl FarNode {
             last: None,
             age_cycles: 0,
             synced: false,
+            rival: None,
             orders: OrderCounters::default(),
         })
     }
@@ -116,6 +120,7 @@ impl FarNode {
         out: FarOutputs<'_>,
     ) -> Health {
         let image = self.take_messages(tick, arrivals);
+        self.rival = self.inbox.rival(tick.ideal_start);
         let followed = image.and_then(|header| {
             let following = self.clock.cycle(&header, tick, |at, response| {
                 arrivals.exchange(at, response);
@@ -148,20 +153,23 @@ impl FarNode {
         let Self {
             inbox, clock, axes, ..
         } = self;
-        let image = inbox.image(tick.ideal_start, |at, header| {
+        let image = inbox.image(tick.ideal_start, |at, header, begins| {
             arrivals.message(at, header);
+            if begins {
+                clock.begin_run(header);
+            }
             if clock.message(at, header) {
                 axes.iter_mut().for_each(Axis::restart);
             }
         })?;
-        let this = (image.epoch, image.count);
+        let this = (inbox.run_of_image(), image.count);
         let before = self.last.replace(this);
         if before == Some(this) {
             self.age_cycles = self.age_cycles.saturating_add(tick.elapsed);
             return Some(image);
         }
         self.age_cycles = 0;
-        let is_new_run = before.is_some_and(|(epoch, _)| epoch != image.epoch);
+        let is_new_run = before.is_some_and(|(run, _)| run != inbox.run_of_image());
         let samples = inbox.fresh_axes().unwrap_or_default();
         for (n, axis) in axes.iter_mut().enumerate() {
             if is_new_run {
@@ -212,6 +220,9 @@ impl FarNode {
         if self.silence() > SILENCE {
             return Health::MasterSilent;
         }
+        if self.rival.is_some() {
+            return Health::TwoSenders;
+        }
         if !self.clock.is_enabled() {
             return Health::Disabled;
         }
@@ -254,6 +265,7 @@ impl FarNode {
         signals.cycle_time_us = cycle_time.map(|time| time.span().as_micros_f64());
         signals.enabled = self.clock.is_enabled();
         signals.mode = self.clock.mode().into();
+        signals.rival_epoch = self.rival;
         self.orders.show(signals);
         self.inbox.show(signals);
     }

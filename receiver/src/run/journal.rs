@@ -242,6 +242,10 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
             );
             Note::new(Level::Warning, text)
         }
+        (Health::TwoSenders, _) => Note::new(
+            Level::Error,
+            "a second node of the same name publishes the same axes: the first one is followed, as long as it is heard",
+        ),
         (health, _) => match Fault::of_far(now, n) {
             Some(fault) => means(fault, state),
             None => Note::new(Level::Info, health.name().as_str()),

@@ -1,0 +1,343 @@
+//! Which run of a far node is followed: one decision, which inbox, clock and axes obey.
+//!
+//! A run is a start of the far node, told by its epoch, with one cycle time and a count that keeps pace with
+//! the own clock. The first one is followed at once, and kept as long as it is heard. Another one takes over only
+//! when it has come regularly and the one before is silent; and an ended run never comes back. So a stray
+//! frame, a second node of the same name, or a frame that was on its way for long, moves nothing.
+
+use coaxle_clock::{CycleTime, Instant, Local, Span};
+use coaxle_node::FrameHeader;
+
+/// Its count may run ahead of the own clock, or a delay shrink, by so much.
+const AHEAD: Span = Span::from_secs(1);
+/// Another run must have come with so many frames …
+const REGULAR: u32 = 5;
+/// … and the one that is followed be silent for so many of its cycles, and for so long, …
+const SILENT_CYCLES: i64 = 4;
+const SILENT: Span = Span::from_millis(10);
+/// … or for so long, if both were heard at the same time: then it may be but a bad link.
+const SILENT_RIVAL: Span = Span::from_secs(1);
+/// One that has not been heard for so long is no rival any more.
+const FORGOTTEN: Span = Span::from_secs(1);
+/// So many ended runs are remembered.
+const ENDED: usize = 8;
+
+/// What a frame is to its receiver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Admission {
+    /// One of the run that is followed.
+    Followed,
+    /// The first of a run that is followed from now on.
+    Begins,
+    /// One of another run.
+    Foreign,
+}
+
+/// The decision.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RunChoice {
+    followed: Option<Run>,
+    other: Option<Other>,
+    ended: [Option<u64>; ENDED],
+    next_ended: usize,
+    foreign: u64,
+}
+
+/// A run, and its newest frame.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    epoch: u64,
+    cycle_time: CycleTime,
+    count: u64,
+    at: Instant<Local>,
+}
+
+/// A run that is not followed, but might be.
+#[derive(Clone, Copy, Debug)]
+struct Other {
+    run: Run,
+    since: Instant<Local>,
+    frames: u32,
+    /// The run that is followed was heard since.
+    is_rival: bool,
+}
+
+impl Run {
+    fn of(at: Instant<Local>, header: &FrameHeader) -> Self {
+        Self {
+            epoch: header.epoch,
+            cycle_time: header.cycle_time,
+            count: header.count,
+            at,
+        }
+    }
+
+    /// Whether a frame can be one of it: not ahead of its time. One that is late may be on its way for long.
+    fn has(&self, at: Instant<Local>, header: &FrameHeader) -> bool {
+        let same = self.epoch == header.epoch && self.cycle_time == header.cycle_time;
+        same && self.ahead(at, header) <= AHEAD.as_secs_f64()
+    }
+
+    /// Whether it also keeps pace.
+    fn goes_on_with(&self, at: Instant<Local>, header: &FrameHeader) -> bool {
+        self.has(at, header) && self.ahead(at, header) >= -AHEAD.as_secs_f64()
+    }
+
+    /// By how much the count is ahead of the time that has passed, s.
+    fn ahead(&self, at: Instant<Local>, header: &FrameHeader) -> f64 {
+        let counted = header.count as f64 - self.count as f64;
+        counted * self.cycle_time.as_secs_f64() - (at - self.at).as_secs_f64()
+    }
+
+    fn take(&mut self, at: Instant<Local>, header: &FrameHeader) {
+        self.at = self.at.max(at);
+        self.count = self.count.max(header.count);
+    }
+}
+
+impl RunChoice {
+    /// What a frame is that arrived at `at`.
+    pub(super) fn judge(&mut self, at: Instant<Local>, header: &FrameHeader) -> Admission {
+        let Some(followed) = &mut self.followed else {
+            self.followed = Some(Run::of(at, header));
+            return Admission::Begins;
+        };
+        if followed.goes_on_with(at, header) {
+            followed.take(at, header);
+            if let Some(other) = &mut self.other {
+                other.is_rival = true;
+            }
+            return Admission::Followed;
+        }
+        let is_late = followed.has(at, header);
+        if self.takes_over(at, header) {
+            self.follow(at, header);
+            return Admission::Begins;
+        }
+        if is_late {
+            // A backlog of it, which whoever judges ages counts.
+            return Admission::Followed;
+        }
+        self.foreign = self.foreign.saturating_add(1);
+        Admission::Foreign
+    }
+
+    /// Whether a frame that arrives at `at` can be one of the run that is followed now.
+    pub(super) fn can_be_followed(&self, at: Instant<Local>, header: &FrameHeader) -> bool {
+        self.followed
+            .is_none_or(|followed| followed.has(at, header))
+    }
+
+    /// Frames of other runs so far that were not followed.
+    pub(super) const fn foreign(&self) -> u64 {
+        self.foreign
+    }
+
+    /// Another run that is heard besides the one that is followed: a second node of the same name.
+    pub(super) fn rival(&self, now: Instant<Local>) -> Option<u64> {
+        let other = self.other.filter(|other| {
+            other.is_rival && other.frames >= REGULAR && now - other.run.at <= FORGOTTEN
+        })?;
+        Some(other.run.epoch)
+    }
+
+    /// Notes a frame of another run; whether that is the one to follow now.
+    fn takes_over(&mut self, at: Instant<Local>, header: &FrameHeader) -> bool {
+        let (Some(followed), false) = (self.followed, self.has_ended(header.epoch)) else {
+            return false;
+        };
+        let other = self.note(at, header);
+        let regular = other.frames >= REGULAR
+            && at - other.since >= other.run.cycle_time.span() * i64::from(REGULAR - 1) / 2;
+        let longest = if other.is_rival {
+            SILENT_RIVAL
+        } else {
+            SILENT.max(followed.cycle_time.span() * SILENT_CYCLES)
+        };
+        regular && at - followed.at >= longest
+    }
+
+    fn note(&mut self, at: Instant<Local>, header: &FrameHeader) -> Other {
+        let new = Other {
+            run: Run::of(at, header),
+            since: at,
+            frames: 1,
+            is_rival: false,
+        };
+        let other = match self.other {
+            Some(mut other) if other.run.goes_on_with(at, header) => {
+                other.run.take(at, header);
+                other.frames = other.frames.saturating_add(1);
+                other
+            }
+            // One that is heard is not given up for a stray frame of a third.
+            Some(other) if at - other.run.at < other.run.cycle_time.span() * SILENT_CYCLES => other,
+            _ => new,
+        };
+        self.other = Some(other);
+        other
+    }
+
+    fn follow(&mut self, at: Instant<Local>, header: &FrameHeader) {
+        let before = self.followed.replace(Run::of(at, header));
+        self.other = None;
+        if let Some(before) = before.filter(|before| before.epoch != header.epoch) {
+            self.ended[self.next_ended] = Some(before.epoch);
+            self.next_ended = (self.next_ended + 1) % ENDED;
+        }
+    }
+
+    fn has_ended(&self, epoch: u64) -> bool {
+        self.ended.contains(&Some(epoch))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Admission::{Begins, Followed, Foreign};
+    use coaxle_clock::CycleIndex;
+
+    fn header(epoch: u64, count: u64) -> FrameHeader {
+        with_cycle_time(epoch, count, 1)
+    }
+
+    fn with_cycle_time(epoch: u64, count: u64, millis: i64) -> FrameHeader {
+        FrameHeader {
+            sender: 1,
+            epoch,
+            index: CycleIndex::of_count(count),
+            count,
+            cycle_time: CycleTime::new(Span::from_millis(millis)).unwrap(),
+            send_stamp: None,
+        }
+    }
+
+    fn at(millis: i64) -> Instant<Local> {
+        Instant::EPOCH + Span::from_millis(millis)
+    }
+
+    /// A run from its count 0 at `start` on, a frame per millisecond; what its frames were.
+    fn run(choice: &mut RunChoice, epoch: u64, start: i64, from: i64, to: i64) -> Vec<Admission> {
+        let judged = (from..to).map(|now| {
+            let header = header(epoch, (now - start) as u64);
+            choice.judge(at(now), &header)
+        });
+        judged.collect()
+    }
+
+    #[test]
+    fn the_first_run_is_followed_at_once() {
+        let mut choice = RunChoice::default();
+        let judged = run(&mut choice, 1, 0, 0, 100);
+        assert_eq!(judged[0], Begins);
+        assert!(judged[1..].iter().all(|one| *one == Followed));
+    }
+
+    #[test]
+    fn a_new_run_takes_over_when_the_one_before_is_silent() {
+        let mut choice = RunChoice::default();
+        run(&mut choice, 1, 0, 0, 100);
+        let judged = run(&mut choice, 2, 100, 100, 200);
+        let begins = judged.iter().position(|one| *one == Begins);
+        assert_eq!(begins, Some(9), "silent for 10 ms");
+        assert!(judged[10..].iter().all(|one| *one == Followed));
+        // What is left of the first one on its way.
+        assert_eq!(choice.judge(at(200), &header(1, 99)), Foreign);
+        assert_eq!(choice.rival(at(200)), None);
+    }
+
+    #[test]
+    fn a_second_node_is_named_and_not_followed_until_the_first_is_silent() {
+        let mut choice = RunChoice::default();
+        run(&mut choice, 1, 0, 0, 100);
+        for now in 100..3_000 {
+            assert_eq!(choice.judge(at(now), &header(1, now as u64)), Followed);
+            assert_eq!(choice.judge(at(now), &header(7, now as u64 + 50)), Foreign);
+        }
+        assert_eq!(choice.rival(at(3_000)), Some(7));
+        let judged = run(&mut choice, 7, -50, 3_000, 5_000);
+        let begins = judged.iter().position(|one| *one == Begins);
+        assert_eq!(begins, Some(999), "after a second");
+        // The first one is back: as a rival, but an ended one.
+        assert_eq!(choice.judge(at(5_000), &header(1, 5_000)), Foreign);
+        assert_eq!(choice.judge(at(5_000), &header(7, 5_050)), Followed);
+    }
+
+    #[test]
+    fn a_second_node_that_falls_silent_is_forgotten() {
+        let mut choice = RunChoice::default();
+        for now in 0..100 {
+            choice.judge(at(now), &header(1, now as u64));
+            choice.judge(at(now), &header(7, now as u64));
+        }
+        assert_eq!(choice.rival(at(1_000)), Some(7));
+        assert_eq!(choice.rival(at(1_200)), None);
+    }
+
+    #[test]
+    fn stray_frames_move_nothing() {
+        let mut choice = RunChoice::default();
+        run(&mut choice, 1, 0, 0, 100);
+        for stray in [
+            header(3, 5),
+            header(1, 1_000_000_000_000),
+            header(1, u64::MAX),
+            with_cycle_time(1, 100, 2),
+        ] {
+            assert_eq!(choice.judge(at(100), &stray), Foreign);
+        }
+        assert_eq!(choice.judge(at(100), &header(1, 100)), Followed);
+        // One while the node is silent for a while.
+        assert_eq!(choice.judge(at(900), &header(3, 6)), Foreign);
+        assert_eq!(choice.judge(at(901), &header(1, 901)), Followed);
+    }
+
+    #[test]
+    fn a_backlog_is_left_to_who_judges_ages() {
+        let mut choice = RunChoice::default();
+        run(&mut choice, 1, 0, 0, 100);
+        for count in 100..3_000 {
+            assert_eq!(choice.judge(at(3_100), &header(1, count)), Followed);
+        }
+        assert_eq!(choice.judge(at(3_100), &header(1, 3_100)), Followed);
+    }
+
+    #[test]
+    fn another_cycle_time_or_count_is_followed_once_it_is_regular() {
+        for first in [5_000_000, 5] {
+            let mut choice = RunChoice::default();
+            let far = run(&mut choice, 1, -3_000_000, 0, 100);
+            assert_eq!(far[99], Followed);
+            let judged = run(&mut choice, 1, -first, 100, 200);
+            assert_eq!(judged.iter().filter(|one| **one == Begins).count(), 1);
+            assert_eq!(judged[99], Followed);
+        }
+        let mut choice = RunChoice::default();
+        run(&mut choice, 1, 0, 0, 100);
+        let judged = (0..50).map(|n| {
+            let header = with_cycle_time(1, 50 + n as u64, 2);
+            choice.judge(at(100 + 2 * n), &header)
+        });
+        let judged: Vec<_> = judged.collect();
+        assert_eq!(judged.iter().filter(|one| **one == Begins).count(), 1);
+        assert_eq!(judged[49], Followed);
+    }
+
+    #[test]
+    fn of_two_others_the_one_that_is_heard_takes_over() {
+        let mut choice = RunChoice::default();
+        run(&mut choice, 1, 0, 0, 100);
+        let mut begun = 0;
+        for now in 100..200 {
+            for epoch in [4, 5] {
+                let judged = choice.judge(at(now), &header(epoch, now as u64));
+                begun += u32::from(judged == Begins);
+            }
+        }
+        assert_eq!(begun, 1);
+        let now = at(200);
+        assert!(choice.can_be_followed(now, &header(4, 200)));
+        assert!(!choice.can_be_followed(now, &header(5, 200)));
+    }
+}
