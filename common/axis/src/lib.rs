@@ -4,7 +4,9 @@
 //!   memory of a PLC ([`ImageLayout`]).
 //! * Its life: the PLCopen state diagram as a table, [`AxisStatus::after`] a [`Transition`]; a
 //!   [`StateMachine`] knows no other way to change a state.
-//! * What its set values never leave: the [`guard`].
+//! * What its set values never leave: the [`guard`] checks motions before and while they are made, the
+//!   [`set_value_guard`] keeps velocity, acceleration, jerk and software limits on the positions that leave
+//!   the axis, whatever moves it.
 //! * How far a command to it is ([`CommandState`]), which one that is ([`Job`]), and how far a coupling
 //!   of it is ([`CouplingPhase`]).
 //! * What ties it to its [`Masters`]: a [`Coupling`] of whatever kind. Each kind is a crate, which
@@ -39,6 +41,7 @@
 //! |--|--|--|
 //! | `NCTOPLC_AXLESTRUCT`, `NCTOPLC_AXIS_REF` | TS5066 | [`NcToPlcAxis`], [`ImageLayout`] |
 //! | `nStateDWord`, `nAxisState`, `nCoupleState` | TS5066 | [`StateWord`], [`AxisState`], [`CoupleState`] |
+//! | `VELOSYNC`, `POSSYNC1` | Tc2_MC2 | [`set_value_guard::DistancePolicy`] |
 //! | the PLCopen state diagram, `MC_ReadStatus` | PLCopen part 1 | [`AxisStatus`] |
 //!
 //! The crate is `no_std`, allocates nothing and asks no machine for the time.
@@ -60,6 +63,7 @@ mod job;
 mod masters;
 mod nc_to_plc;
 mod plcopen;
+pub mod set_value_guard;
 mod state;
 
 pub use awaits::Awaits;

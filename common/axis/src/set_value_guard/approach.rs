@@ -1,0 +1,65 @@
+//! Which acceleration the next cycle would have, if no limit but those of jerk and acceleration was near.
+//!
+//! All in units of the closed forms.
+
+use super::closed_forms::{acceleration_to_gain, stop_way};
+use super::differences::Differences;
+use super::envelope::{Envelope, Scaled};
+use super::root::last_not_above;
+use super::target::Course;
+
+/// A target that is accelerated is approached with this part of the jerk: the rest is for what it does
+/// meanwhile.
+const JERK_SHARE: f64 = 0.5;
+
+/// From this part of the highest acceleration on a target counts as accelerated.
+const ACCELERATED: f64 = 1e-3;
+
+/// At least this part of the highest acceleration is used towards a target that uses all of it.
+const LEAST: f64 = 0.05;
+
+/// Towards a target that is at `position` at the end of the cycle: the acceleration from which a stop,
+/// relative to the target, ends at the target.
+pub(super) fn towards_position(
+    envelope: &Envelope,
+    set: &Differences,
+    position: f64,
+    course: &Course,
+) -> f64 {
+    let Scaled { w, b, .. } = envelope.scaled(set);
+    let target = scaled_course(envelope, position, course);
+    let distance = envelope.scaled_way(set.position - position);
+    let most = envelope.acceleration;
+    let accelerated = target.b.abs() > ACCELERATED * most;
+    let share = if accelerated { JERK_SHARE } else { 1.0 };
+    let upper = (most - target.b).max(LEAST * most) / share;
+    let lower = (most + target.b).max(LEAST * most) / share;
+    last_not_above(b - 1.0, b + 1.0, |next| {
+        let speed = (w + next - target.w) / share;
+        let acceleration = (next - target.b) / share;
+        distance + w + next + share * stop_way(speed, acceleration, upper, lower)
+    })
+}
+
+/// Towards the velocity of a target, wherever it is.
+pub(super) fn towards_velocity(envelope: &Envelope, set: &Differences, course: &Course) -> f64 {
+    let Scaled { w, .. } = envelope.scaled(set);
+    let target = scaled_course(envelope, set.position, course);
+    target.b - acceleration_to_gain(w - (target.w - target.b))
+}
+
+/// Towards standstill.
+pub(super) fn stopping(envelope: &Envelope, set: &Differences) -> f64 {
+    -acceleration_to_gain(envelope.scaled(set).w)
+}
+
+/// A target that is faster than the axis can be is followed as fast as that.
+fn scaled_course(envelope: &Envelope, position: f64, course: &Course) -> Scaled {
+    let fastest = envelope.highest_velocity();
+    let velocity = course.velocity.max(-fastest).min(fastest);
+    envelope.scaled(&Differences::each_cycle(
+        position,
+        velocity,
+        course.acceleration,
+    ))
+}

@@ -1,0 +1,70 @@
+//! What a series of positions says of its velocity, acceleration and jerk.
+
+use coaxle_curve::profile::Kinematics;
+
+/// The last position of a series, and its differences.
+///
+/// Between positions that are not one cycle apart these are divided differences, times 1, 2 and 6. Each is
+/// a weighted mean of the derivative over the time that it spans: a motion that keeps a limit keeps it in
+/// them too, whenever it is looked at.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Differences {
+    /// u.
+    pub(super) position: f64,
+    /// Between the last two positions, u/s.
+    pub(super) velocity: f64,
+    /// Of the last three, u/s².
+    pub(super) acceleration: f64,
+    /// Of the last four, u/s³.
+    pub(super) jerk: f64,
+    /// How many cycles lie between the last two positions, and between the two before.
+    cycles: f64,
+    cycles_before: f64,
+}
+
+impl Differences {
+    /// Those of a motion of constant acceleration that has come to a state.
+    pub(super) fn up_to(state: &Kinematics, cycle_time: f64) -> Self {
+        Self::each_cycle(
+            state.position,
+            state.velocity - state.acceleration * cycle_time / 2.0,
+            state.acceleration,
+        )
+    }
+
+    /// Those of positions one cycle apart.
+    pub(super) const fn each_cycle(position: f64, velocity: f64, acceleration: f64) -> Self {
+        Self {
+            position,
+            velocity,
+            acceleration,
+            jerk: 0.0,
+            cycles: 1.0,
+            cycles_before: 1.0,
+        }
+    }
+
+    /// With the next position, so many cycles later.
+    #[inline]
+    pub(super) fn then(&self, position: f64, cycles: f64, cycle_time: f64) -> Self {
+        let velocity = (position - self.position) / (cycles * cycle_time);
+        let two = (cycles + self.cycles) / 2.0;
+        let acceleration = (velocity - self.velocity) / (two * cycle_time);
+        let three = (cycles + self.cycles + self.cycles_before) / 3.0;
+        let jerk = (acceleration - self.acceleration) / (three * cycle_time);
+        Self {
+            position,
+            velocity,
+            acceleration,
+            jerk,
+            cycles,
+            cycles_before: self.cycles,
+        }
+    }
+
+    /// The mean velocity of the last cycle, u/s.
+    #[inline]
+    pub(super) fn velocity_of_cycle(&self, cycle_time: f64) -> f64 {
+        self.velocity + self.acceleration * cycle_time * ((self.cycles - 1.0) / 2.0)
+    }
+}

@@ -1,0 +1,315 @@
+//! The last stage of an axis: limits that hold on the positions that leave it, whatever moves it.
+//!
+//! A [`SetValueGuard`] gets a target per cycle and gives the set values of the drive. A target that keeps
+//! the limits passes with its own bits and without lag. From any other the guard departs as little and as
+//! briefly as it can, and lands on it again exactly. It is no filter: noise is smoothed before, and the
+//! limits of the guard lie some 20 % above those that a motion is planned with, or nothing is left to
+//! catch up with.
+//!
+//! ```
+//! use coaxle_axis::set_value_guard::{GuardState, SetValueGuard};
+//! use coaxle_clock::Seconds;
+//! use coaxle_curve::profile::{Kinematics, Limits};
+//!
+//! let limits = Limits::new(100.0, 1_000.0, 1_000.0, 50_000.0)?;
+//! let start = Kinematics::at_rest(0.0);
+//! let mut guard = SetValueGuard::new(&limits, -1e3, 1e3, Seconds(0.001), &start)?;
+//!
+//! // The target jumps by 2 mm: the axis goes there within its limits, and is there exactly.
+//! let target = Kinematics::at_rest(2.0);
+//! let mut cycles = 0;
+//! while guard.update(&target, 1).state != GuardState::Tracking {
+//!     cycles += 1;
+//! }
+//! assert_eq!(guard.update(&target, 1).set, target);
+//! assert!((100..130).contains(&cycles));
+//! # Ok::<(), coaxle_curve::profile::InvalidLimit>(())
+//! ```
+//!
+//! # What is kept
+//!
+//! The differences of the positions: velocity is the difference of two over the cycle time, acceleration
+//! that of two velocities, jerk that of two accelerations. A motion that keeps a limit keeps it in its
+//! differences too, so nothing is added to a limit but what rounding may: with `δ = 4ε·max(|p|, vmax·1 s)`,
+//! `δ/T` on the velocity, `2δ/T²` on the acceleration, `4δ/T³` on the jerk, and 1e-9 of each. Beyond some
+//! 1e4 u that becomes noticeable; a modulo position or an offset helps.
+//!
+//! Of acceleration and deceleration the larger holds, either way: which of the two applies turns on the
+//! direction of the motion, and a motion that keeps both keeps that one.
+//!
+//! Software limits come before the velocity, after jerk and acceleration: where the axis cannot stop any
+//! more, because limits were lowered or because it began too fast, it passes them as little as it can.
+//! From beyond one it may come back or stay, but go no farther.
+//!
+//! # How
+//!
+//! There is no plan that could go stale. In each cycle the next acceleration is chosen such that a stop
+//! from there, relative to the target, ends just at the target (see `closed_forms`), within what jerk,
+//! acceleration, walls and velocity admit. The positions of a target decide about everything; what it
+//! states of its velocity and acceleration only predicts where it goes while its positions jump.
+
+mod approach;
+mod closed_forms;
+mod differences;
+mod envelope;
+mod guarded;
+mod range;
+mod root;
+mod target;
+
+#[cfg(test)]
+mod tests;
+
+use coaxle_clock::Seconds;
+use coaxle_curve::profile::{InvalidLimit, Kinematics, Limits};
+
+pub use self::guarded::{DistancePolicy, GuardState, Guarded};
+
+use self::approach::{stopping, towards_position, towards_velocity};
+use self::differences::Differences;
+use self::envelope::Envelope;
+use self::target::{Course, Target};
+
+/// Keeps the set values of an axis within its limits.
+#[derive(Clone, Copy, Debug)]
+pub struct SetValueGuard {
+    envelope: Envelope,
+    policy: DistancePolicy,
+    /// What has left it.
+    set: Differences,
+    target: Target,
+    /// How far the positions to follow are from those of the target, u.
+    offset: f64,
+    /// How many targets in a row have passed, up to [`LANDED`].
+    passed: u8,
+}
+
+/// From so many targets in a row on, the differences of the set values are those of the target.
+const LANDED: u8 = 3;
+
+/// Where more cycles were skipped, the axis goes on as if it had been so many: the time that an update
+/// takes is bounded.
+const MOST_CYCLES: u32 = 100;
+
+impl SetValueGuard {
+    /// The guard of an axis that is in the state `here`, as [`start`](Self::start) takes it.
+    ///
+    /// Limits in u/s, u/s² and u/s³; software limits `min` and `max` in u, infinite where there is none.
+    ///
+    /// # Errors
+    /// [`InvalidLimit`] unless the cycle time is a finite number above zero.
+    pub fn new(
+        limits: &Limits,
+        min: f64,
+        max: f64,
+        cycle_time: Seconds,
+        here: &Kinematics,
+    ) -> Result<Self, InvalidLimit> {
+        let received = cycle_time.0;
+        if !(received.is_finite() && received > 0.0) {
+            let field = "cycle time";
+            return Err(InvalidLimit { field, received });
+        }
+        let here = finite(here, 0.0);
+        Ok(Self {
+            envelope: Envelope::new(limits, min, max, received),
+            policy: DistancePolicy::default(),
+            set: Differences::up_to(&here, received),
+            target: Target::at(&here, received),
+            offset: 0.0,
+            passed: LANDED,
+        })
+    }
+
+    /// Begins anew at a state, without history: after power on, homing or setting a position, and to resume
+    /// from a motion. The step to it is not guarded. What is no number counts as zero, a position as the
+    /// last one.
+    pub fn start(&mut self, here: &Kinematics) {
+        let here = finite(here, self.set.position);
+        let cycle_time = self.envelope.cycle_time;
+        self.set = Differences::up_to(&here, cycle_time);
+        self.target = Target::at(&here, cycle_time);
+        self.offset = 0.0;
+        self.passed = LANDED;
+    }
+
+    /// Other limits from the next cycle on, in u/s, u/s² and u/s³. The jerk keeps them at once; acceleration
+    /// and velocity come back within them as fast as that allows, and stay.
+    pub fn set_limits(&mut self, limits: &Limits) {
+        self.envelope = self.envelope.with_limits(limits);
+    }
+
+    /// Other software limits from the next cycle on, u; infinite where there is none.
+    pub fn set_software_limits(&mut self, min: f64, max: f64) {
+        self.envelope = self.envelope.with_walls(min, max);
+    }
+
+    /// What becomes of a distance left behind, from the next cycle on. Without
+    /// [`DistancePolicy::VeloSync`], one that has stayed is caught up.
+    pub fn set_distance_policy(&mut self, policy: DistancePolicy) {
+        self.policy = policy;
+        if policy != DistancePolicy::VeloSync {
+            self.offset = 0.0;
+        }
+    }
+
+    /// One cycle: the set values for a target, in u, u/s and u/s².
+    ///
+    /// `elapsed` is how many cycles the last update is ago: 1, or more where cycles were skipped. Positions
+    /// further apart in time are judged by their divided differences, which a motion that keeps the limits
+    /// keeps whatever was skipped; where the guard moves the axis itself, it goes through the skipped cycles
+    /// one by one, along the way that the target has come, and gives the last. (The closed forms know steps of
+    /// one length only.) A gap hides the last of how a target brakes: from one that
+    /// uses all of its limits the guard may depart there, for a moment, before the highest velocity or a
+    /// software limit.
+    ///
+    /// A target with anything that is not a finite number is not followed; the axis comes to a stop.
+    pub fn update(&mut self, target: &Kinematics, elapsed: u32) -> Guarded {
+        let elapsed = elapsed.max(1);
+        let cycles = f64::from(elapsed);
+        self.target = self.target.then(target, cycles, self.envelope.cycle_time);
+        let state = if is_finite(target) {
+            self.follow(target, elapsed)
+        } else {
+            self.stop(elapsed)
+        };
+        Guarded {
+            set: self.set_values(target, state),
+            state,
+            distance: self.set.position - self.target.last_position(),
+        }
+    }
+
+    fn follow(&mut self, target: &Kinematics, elapsed: u32) -> GuardState {
+        let wanted = self.position_to_follow(target);
+        let cycle_time = self.envelope.cycle_time;
+        let next = self.set.then(wanted, f64::from(elapsed), cycle_time);
+        let course = self.target.course(&self.envelope);
+        if self.passes(&next, &course) {
+            self.set = next;
+            self.passed = LANDED.min(self.passed + 1);
+            GuardState::Tracking
+        } else {
+            self.depart(wanted, &course, elapsed)
+        }
+    }
+
+    fn position_to_follow(&self, target: &Kinematics) -> f64 {
+        // Adding zero would change the sign of a zero.
+        if self.offset == 0.0 {
+            target.position
+        } else {
+            target.position + self.offset
+        }
+    }
+
+    fn passes(&self, next: &Differences, course: &Course) -> bool {
+        self.envelope.keeps(next, self.set.position)
+            && (self.passed >= LANDED || self.passes_next(next, course))
+    }
+
+    /// Whether the next two targets will pass too, if this one does and its course goes on: without that,
+    /// the axis would touch the target and leave it again.
+    fn passes_next(&self, next: &Differences, course: &Course) -> bool {
+        let cycle_time = self.envelope.cycle_time;
+        let (mut from, mut course) = (*next, *course);
+        (1..LANDED).all(|_| {
+            course = course.later(1.0, cycle_time);
+            let position = from.position + course.velocity * cycle_time;
+            let to = from.then(position, 1.0, cycle_time);
+            let kept = self.envelope.keeps(&to, from.position);
+            from = to;
+            kept
+        })
+    }
+
+    fn depart(&mut self, wanted: f64, course: &Course, elapsed: u32) -> GuardState {
+        // It may be one bad target: the axis waits a cycle for the next, and is less disturbed by far.
+        let waits = self.passed >= LANDED;
+        self.passed = 0;
+        self.go_on(wanted, course, elapsed, waits);
+        if self.policy == DistancePolicy::VeloSync && !waits {
+            self.offset = self.set.position - self.target.last_position();
+        }
+        let possible =
+            self.envelope.allows_velocity(course.velocity) && self.envelope.allows_position(wanted);
+        match (possible, waits) {
+            (false, _) => GuardState::Cannot,
+            (true, true) => GuardState::Coasting,
+            (true, false) => GuardState::CatchingUp,
+        }
+    }
+
+    /// Cycle by cycle along the way of the target.
+    fn go_on(&mut self, wanted: f64, course: &Course, elapsed: u32, waits: bool) {
+        let cycle_time = self.envelope.cycle_time;
+        let cycles = elapsed.min(MOST_CYCLES);
+        for left in (0..cycles).rev() {
+            if waits && left + 1 == cycles {
+                self.advance(self.envelope.scaled(&self.set).b);
+                continue;
+            }
+            let left = f64::from(left);
+            let course_then = course.later(-left, cycle_time);
+            let wanted_then = wanted - course.way_of_last(left, cycle_time);
+            self.advance(match self.policy {
+                DistancePolicy::VeloSync => {
+                    towards_velocity(&self.envelope, &self.set, &course_then)
+                }
+                DistancePolicy::PosSync1 => {
+                    towards_position(&self.envelope, &self.set, wanted_then, &course_then)
+                }
+            });
+        }
+    }
+
+    fn stop(&mut self, elapsed: u32) -> GuardState {
+        self.passed = 0;
+        for _ in 0..elapsed.min(MOST_CYCLES) {
+            self.advance(stopping(&self.envelope, &self.set));
+        }
+        GuardState::Coasting
+    }
+
+    /// One cycle of an acceleration, or of the nearest that is possible, in units of the closed forms.
+    fn advance(&mut self, acceleration: f64) {
+        let possible = self.envelope.next_accelerations(&self.set);
+        self.set = self
+            .envelope
+            .after(&self.set, possible.nearest(acceleration));
+    }
+
+    fn set_values(&self, target: &Kinematics, state: GuardState) -> Kinematics {
+        let own = self.envelope.state_now(&self.set);
+        if state != GuardState::Tracking {
+            return own;
+        }
+        // A drive feeds these forward: what no motion within the limits has is not passed on.
+        let (velocity, acceleration) = (target.velocity, target.acceleration);
+        let (v, a) = (
+            self.envelope.allows_velocity(velocity),
+            self.envelope.allows_acceleration(acceleration),
+        );
+        Kinematics {
+            position: self.set.position,
+            velocity: if v { velocity } else { own.velocity },
+            acceleration: if a { acceleration } else { own.acceleration },
+        }
+    }
+}
+
+fn is_finite(state: &Kinematics) -> bool {
+    [state.position, state.velocity, state.acceleration]
+        .iter()
+        .all(|value| value.is_finite())
+}
+
+/// What of a state is a number.
+fn finite(state: &Kinematics, position: f64) -> Kinematics {
+    let or = |value: f64, other: f64| if value.is_finite() { value } else { other };
+    Kinematics {
+        position: or(state.position, position),
+        velocity: or(state.velocity, 0.0),
+        acceleration: or(state.acceleration, 0.0),
+    }
+}

@@ -1,0 +1,14 @@
+//! The guard against brute force, and against streams of every kind. Positions are judged by their
+//! differences, never by what is stated beside them.
+
+mod behaviour;
+mod closed_forms;
+mod identity;
+mod limits;
+mod motion;
+mod random;
+mod rejoin;
+mod root;
+mod streams;
+mod trouble;
+mod watch;

@@ -1,0 +1,166 @@
+//! Targets that do not keep the limits.
+
+use coaxle_curve::profile::Kinematics;
+
+use super::motion::{Axis, Motion};
+use super::random::Random;
+
+/// What happens to a target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Trouble {
+    /// It stands still at once, and is back where it would be.
+    Stop,
+    /// It goes back the way it came.
+    Reverse,
+    /// It is extrapolated for a while.
+    Outage,
+    /// From now on it is another motion.
+    HandOver,
+    /// Single positions are wrong,
+    Spikes,
+    /// and by far.
+    FarSpikes,
+    /// It jumps, and stays there.
+    Step,
+    /// Its positions are those of a coarse encoder.
+    Quantised,
+    Noise,
+    /// It goes back and forth at the highest velocity.
+    Hammer,
+    NotANumber,
+    /// What it states of its velocity and acceleration is wrong, while its positions jump.
+    Liar,
+    /// Cycles are skipped, while other things happen.
+    Skipped,
+}
+
+pub(super) const TROUBLES: [Trouble; 13] = [
+    Trouble::Stop,
+    Trouble::Reverse,
+    Trouble::Outage,
+    Trouble::HandOver,
+    Trouble::Spikes,
+    Trouble::FarSpikes,
+    Trouble::Step,
+    Trouble::Quantised,
+    Trouble::Noise,
+    Trouble::Hammer,
+    Trouble::NotANumber,
+    Trouble::Liar,
+    Trouble::Skipped,
+];
+
+/// A motion that keeps limits, until something happens to it.
+pub(super) struct Troubled {
+    trouble: Trouble,
+    motion: Motion,
+    axis: Axis,
+    cycle: u32,
+    begin: u32,
+    end: u32,
+    /// How far things jump, u.
+    size: f64,
+    shift: f64,
+    frozen: Kinematics,
+}
+
+impl Troubled {
+    pub(super) fn new(trouble: Trouble, axis: &Axis, motion: Motion, random: &mut Random) -> Self {
+        let begin = 300 + random.below(1_000);
+        Self {
+            trouble,
+            axis: *axis,
+            cycle: 0,
+            begin,
+            end: begin + 1 + random.below(300),
+            size: axis.limits.velocity() * axis.cycle_time * random.decades(1e-2, 1e3),
+            shift: 0.0,
+            frozen: motion.here,
+            motion,
+        }
+    }
+
+    /// The next target, and how many cycles it comes after the last.
+    pub(super) fn next(&mut self, random: &mut Random) -> (Kinematics, u32) {
+        let skips = self.trouble == Trouble::Skipped && random.percent(10);
+        let elapsed = if skips { 2 + random.below(9) } else { 1 };
+        let mut target = self.motion.here;
+        for _ in 0..elapsed {
+            self.cycle += 1;
+            target = self.motion.next(random, self.axis.cycle_time);
+            if self.cycle == self.begin {
+                self.frozen = target;
+                target = self.begins(target, random);
+            }
+        }
+        if (self.begin..self.end).contains(&self.cycle) {
+            target = self.during(target, random);
+        }
+        target.position += self.shift;
+        (target, elapsed)
+    }
+
+    /// Nothing more happens to it, and it goes on at half its velocity or less.
+    pub(super) fn calm_down(&mut self, random: &mut Random) {
+        self.trouble = Trouble::Stop;
+        self.end = self.begin;
+        self.motion.cruise(random.between(-0.5, 0.5));
+    }
+
+    fn begins(&mut self, target: Kinematics, random: &mut Random) -> Kinematics {
+        match self.trouble {
+            Trouble::Step => self.shift = self.size,
+            Trouble::HandOver | Trouble::Skipped => {
+                self.motion.jump(self.size, random.between(-1.0, 1.0));
+                return self.motion.here;
+            }
+            _ => {}
+        }
+        target
+    }
+
+    fn during(&mut self, target: Kinematics, random: &mut Random) -> Kinematics {
+        let since = f64::from(self.cycle - self.begin) * self.axis.cycle_time;
+        let Self { frozen, size, .. } = *self;
+        let shifted = |by: f64| Kinematics {
+            position: target.position + by,
+            ..target
+        };
+        let going = |velocity: f64| Kinematics {
+            position: frozen.position + velocity * since,
+            velocity,
+            acceleration: 0.0,
+        };
+        let by_chance = random.between(-1.0, 1.0);
+        match self.trouble {
+            Trouble::Stop => Kinematics::at_rest(frozen.position),
+            Trouble::Reverse => going(-frozen.velocity),
+            Trouble::Outage => going(frozen.velocity),
+            Trouble::Spikes if random.percent(5) => shifted(size * by_chance),
+            Trouble::FarSpikes if random.percent(5) => shifted(1e15 * by_chance),
+            Trouble::Quantised => Kinematics {
+                position: libm::round(target.position / size * 100.0) * size / 100.0,
+                ..target
+            },
+            Trouble::Noise => shifted(1e-2 * size * by_chance),
+            Trouble::Hammer => {
+                let sign = if (self.cycle / 20).is_multiple_of(2) {
+                    1.0
+                } else {
+                    -1.0
+                };
+                going(sign * self.axis.limits.velocity())
+            }
+            Trouble::NotANumber => {
+                let nothing = [f64::NAN, f64::INFINITY][random.below(2) as usize];
+                shifted(nothing)
+            }
+            Trouble::Liar => Kinematics {
+                position: target.position + size * by_chance,
+                velocity: 100.0 * by_chance * self.axis.limits.velocity(),
+                acceleration: by_chance * self.axis.limits.acceleration(),
+            },
+            _ => target,
+        }
+    }
+}
