@@ -44,21 +44,33 @@ impl Differences {
         }
     }
 
-    /// With the next position, so many cycles later.
+    /// With the next position, so many cycles later; `rate` is how many of them there are per second.
     #[inline]
-    pub(super) fn then(&self, position: f64, cycles: f64, cycle_time: f64) -> Self {
-        let velocity = (position - self.position) / (cycles * cycle_time);
-        let two = (cycles + self.cycles) / 2.0;
-        let acceleration = (velocity - self.velocity) / (two * cycle_time);
-        let three = (cycles + self.cycles + self.cycles_before) / 3.0;
-        let jerk = (acceleration - self.acceleration) / (three * cycle_time);
+    pub(super) fn then(&self, position: f64, cycles: f64, rate: f64) -> Self {
+        let [first, second, third] = self.rates(cycles, rate);
+        let velocity = (position - self.position) * first;
+        let acceleration = (velocity - self.velocity) * second;
         Self {
             position,
             velocity,
             acceleration,
-            jerk,
+            jerk: (acceleration - self.acceleration) * third,
             cycles,
             cycles_before: self.cycles,
+        }
+    }
+
+    /// One over the times that the first, second and third difference are divided by.
+    #[inline]
+    fn rates(&self, cycles: f64, rate: f64) -> [f64; 3] {
+        let (two, three) = (
+            cycles + self.cycles,
+            cycles + self.cycles + self.cycles_before,
+        );
+        if three == 3.0 {
+            [rate; 3]
+        } else {
+            [rate / cycles, 2.0 * rate / two, 3.0 * rate / three]
         }
     }
 

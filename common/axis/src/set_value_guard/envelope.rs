@@ -30,6 +30,8 @@ pub(super) struct Envelope {
     min: f64,
     max: f64,
     pub(super) cycle_time: f64,
+    /// Cycles per second.
+    pub(super) rate: f64,
     /// `1/(j·T)`, `1/(j·T²)` and `1/(j·T³)`.
     per_acceleration: f64,
     per_velocity: f64,
@@ -60,6 +62,7 @@ impl Envelope {
             min,
             max,
             cycle_time,
+            rate: 1.0 / cycle_time,
             per_acceleration,
             per_velocity,
             per_position: per_velocity / cycle_time,
@@ -117,7 +120,7 @@ impl Envelope {
     /// Whether a series that has come from a position keeps every limit, and can go on doing so.
     #[inline]
     pub(super) fn keeps(&self, series: &Differences, from: f64) -> bool {
-        let rounding = self.rounding(from, series.position) / self.cycle_time;
+        let rounding = self.rounding(from, series.position) * self.rate;
         series.velocity.abs() <= self.limits.velocity() * (1.0 + RELATIVE) + rounding
             && self.is_smooth(series, from)
             && self.can_keep_velocity(series)
@@ -127,11 +130,11 @@ impl Envelope {
     /// Whether acceleration and jerk of a series keep their limits.
     #[inline]
     pub(super) fn is_smooth(&self, series: &Differences, from: f64) -> bool {
-        let t = self.cycle_time;
-        let rounding = self.rounding(from, series.position) / (t * t);
+        let rounding = self.rounding(from, series.position) * self.rate * self.rate;
         let highest = highest_acceleration(&self.limits);
         series.acceleration.abs() <= highest * (1.0 + RELATIVE) + 2.0 * rounding
-            && series.jerk.abs() <= self.limits.jerk() * (1.0 + RELATIVE) + 4.0 * rounding / t
+            && series.jerk.abs()
+                <= self.limits.jerk() * (1.0 + RELATIVE) + 4.0 * rounding * self.rate
     }
 
     /// Whether the speed stays within its limit while the acceleration is led to zero.

@@ -167,7 +167,7 @@ impl SetValueGuard {
     pub fn update(&mut self, target: &Kinematics, elapsed: u32) -> Guarded {
         let elapsed = elapsed.max(1);
         let cycles = f64::from(elapsed);
-        self.target = self.target.then(target, cycles, self.envelope.cycle_time);
+        self.target = self.target.then(target, cycles, self.envelope.rate);
         let state = if is_finite(target) {
             self.follow(target, elapsed)
         } else {
@@ -182,15 +182,14 @@ impl SetValueGuard {
 
     fn follow(&mut self, target: &Kinematics, elapsed: u32) -> GuardState {
         let wanted = self.position_to_follow(target);
-        let cycle_time = self.envelope.cycle_time;
-        let next = self.set.then(wanted, f64::from(elapsed), cycle_time);
-        let course = self.target.course(&self.envelope);
-        if self.passes(&next, &course) {
+        let rate = self.envelope.rate;
+        let next = self.set.then(wanted, f64::from(elapsed), rate);
+        if self.passes(&next) {
             self.set = next;
             self.passed = LANDED.min(self.passed + 1);
             GuardState::Tracking
         } else {
-            self.depart(wanted, &course, elapsed)
+            self.depart(wanted, elapsed)
         }
     }
 
@@ -203,31 +202,32 @@ impl SetValueGuard {
         }
     }
 
-    fn passes(&self, next: &Differences, course: &Course) -> bool {
+    fn passes(&self, next: &Differences) -> bool {
         self.envelope.keeps(next, self.set.position)
-            && (self.passed >= LANDED || self.passes_next(next, course))
+            && (self.passed >= LANDED || self.passes_next(next))
     }
 
     /// Whether the next two targets will pass too, if this one does and its course goes on: without that,
     /// the axis would touch the target and leave it again.
-    fn passes_next(&self, next: &Differences, course: &Course) -> bool {
+    fn passes_next(&self, next: &Differences) -> bool {
         let cycle_time = self.envelope.cycle_time;
-        let (mut from, mut course) = (*next, *course);
+        let (mut from, mut course) = (*next, self.target.course(&self.envelope));
         (1..LANDED).all(|_| {
             course = course.later(1.0, cycle_time);
             let position = from.position + course.velocity * cycle_time;
-            let to = from.then(position, 1.0, cycle_time);
+            let to = from.then(position, 1.0, self.envelope.rate);
             let kept = self.envelope.keeps(&to, from.position);
             from = to;
             kept
         })
     }
 
-    fn depart(&mut self, wanted: f64, course: &Course, elapsed: u32) -> GuardState {
+    fn depart(&mut self, wanted: f64, elapsed: u32) -> GuardState {
+        let course = self.target.course(&self.envelope);
         // It may be one bad target: the axis waits a cycle for the next, and is less disturbed by far.
         let waits = self.passed >= LANDED;
         self.passed = 0;
-        self.go_on(wanted, course, elapsed, waits);
+        self.go_on(wanted, &course, elapsed, waits);
         if self.policy == DistancePolicy::VeloSync && !waits {
             self.offset = self.set.position - self.target.last_position();
         }

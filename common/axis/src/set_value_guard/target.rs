@@ -34,14 +34,14 @@ impl Target {
 
     /// The next one, so many cycles later. After one that is no number it takes three more until the
     /// differences are numbers again.
-    pub(super) fn then(&self, next: &Kinematics, cycles: f64, cycle_time: f64) -> Self {
+    pub(super) fn then(&self, next: &Kinematics, cycles: f64, rate: f64) -> Self {
         let last_position = if next.position.is_finite() {
             next.position
         } else {
             self.last_position
         };
         Self {
-            series: self.series.then(next.position, cycles, cycle_time),
+            series: self.series.then(next.position, cycles, rate),
             from: self.series.position,
             stated: *next,
             last_position,

@@ -84,7 +84,8 @@ impl Watch {
         let t = self.cycle_time;
         let (v, a) = ((p3 - p2) / t, (p3 - 2.0 * p2 + p1) / (t * t));
         let gained = a * a.abs() / (2.0 * self.limits.jerk());
-        (v + gained).abs().max(v.abs()) <= self.limits.velocity() * (1.0 + 1e-9)
+        let rounding = self.rounding() / t;
+        (v + gained).abs().max(v.abs()) <= self.limits.velocity() * (1.0 + 1e-9) + rounding
     }
 
     fn rounding(&self) -> f64 {
