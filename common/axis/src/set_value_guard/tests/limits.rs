@@ -10,13 +10,14 @@ use super::watch::{Used, Watch};
 
 /// What was over its limit when that was lowered, and is not any more.
 #[derive(Default)]
-struct Settled {
+pub(super) struct Settled {
     acceleration: bool,
     velocity: bool,
 }
 
 impl Settled {
-    fn see(&mut self, used: Used, watch: &Watch) -> bool {
+    /// Whether everything holds that may be expected of this cycle.
+    pub(super) fn see(&mut self, used: Used, watch: &Watch) -> bool {
         let holds = used.jerk <= 1.0
             && !(self.acceleration && used.acceleration > 1.0)
             && !(self.velocity && used.velocity > 1.0);

@@ -4,6 +4,7 @@
 mod behaviour;
 mod closed_forms;
 mod identity;
+mod interruptions;
 mod limits;
 mod motion;
 mod random;

@@ -1,6 +1,6 @@
 //! Whether positions keep limits: nothing but the positions is looked at.
 
-use coaxle_curve::profile::Limits;
+use coaxle_curve::profile::{Kinematics, Limits};
 
 /// The last four positions of an axis, and when they were there, in cycles.
 #[derive(Clone, Debug)]
@@ -34,6 +34,15 @@ impl Watch {
             times: [-3.0, -2.0, -1.0, 0.0],
             positions: [position; 4],
         }
+    }
+
+    /// Anew, from a motion of constant acceleration.
+    pub(super) fn start(&mut self, here: &Kinematics) {
+        self.times = [-3.0, -2.0, -1.0, 0.0];
+        self.positions = self.times.map(|cycles| {
+            let t = cycles * self.cycle_time;
+            here.position + t * (here.velocity + t * here.acceleration / 2.0)
+        });
     }
 
     /// The last position, u.
@@ -82,6 +91,10 @@ impl Watch {
     pub(super) fn can_keep_velocity(&self) -> bool {
         let [_, p1, p2, p3] = self.positions;
         let t = self.cycle_time;
+        if self.times[3] - self.times[1] > 2.0 {
+            // Over a gap that cannot be said.
+            return false;
+        }
         let (v, a) = ((p3 - p2) / t, (p3 - 2.0 * p2 + p1) / (t * t));
         let gained = a * a.abs() / (2.0 * self.limits.jerk());
         let rounding = self.rounding() / t;
