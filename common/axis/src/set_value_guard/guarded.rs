@@ -20,6 +20,8 @@ pub struct Guarded {
 
 /// How an axis follows its target. A window of the distance and a time make a fault of what lasts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum GuardState {
     /// The target passes as it is.
     Tracking,
@@ -37,6 +39,8 @@ pub enum GuardState {
 /// Named as the modes of a multi-master gear of Tc2_MC2. Its third mode, `POSSYNC2`, catches up what changes of the
 /// ratio leave behind, too; the guard sees positions and knows no ratio, so for it that is `PosSync1`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum DistancePolicy {
     /// The distance stays: only the velocity of the target is followed.
     #[doc(alias = "VELOSYNC")]

@@ -24,7 +24,7 @@ impl Axis {
         let origin = if random.percent(50) {
             0.0
         } else {
-            random.decades(1.0, 1e4)
+            random.decades(1.0, 1e6)
         };
         Self {
             limits: Limits::new(velocity, acceleration, acceleration, jerk).unwrap(),

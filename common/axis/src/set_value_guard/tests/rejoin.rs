@@ -29,7 +29,9 @@ struct Arrival {
 
 impl Way {
     fn by_chance(random: &mut Random) -> Self {
-        let axis = Axis::by_chance(random);
+        let mut axis = Axis::by_chance(random);
+        // Farther out it is rounding that turns the jerk to and fro.
+        axis.origin = axis.origin.min(1e4);
         let planned = scaled(&axis.limits, 1.0 / 1.2);
         let speed = planned.velocity();
         let size = 0.5 * speed * axis.ramp() * random.decades(1e-4, 5.0);
