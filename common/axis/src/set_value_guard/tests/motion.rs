@@ -15,12 +15,23 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// From drives that reach their acceleration within a cycle to such that need hundreds.
+    /// From drives that have their acceleration within a small part of a cycle, and their velocity in one,
+    /// to such that need hundreds.
     pub(super) fn by_chance(random: &mut Random) -> Self {
+        Self::that_needs(1e-3, 0.1, random)
+    }
+
+    /// The same, but no drive that is at its limits within a cycle.
+    pub(super) fn usual(random: &mut Random) -> Self {
+        Self::that_needs(0.3, 2.0, random)
+    }
+
+    /// At least so many cycles to its acceleration, and with that to its velocity.
+    fn that_needs(to_acceleration: f64, to_velocity: f64, random: &mut Random) -> Self {
         let cycle_time = random.decades(0.25e-3, 4e-3);
         let jerk = random.decades(1e3, 1e8);
-        let acceleration = jerk * random.decades(0.3 * cycle_time, 0.1_f64.max(cycle_time));
-        let velocity = acceleration * random.decades(2.0 * cycle_time, 0.5);
+        let acceleration = jerk * random.decades(to_acceleration * cycle_time, 0.1);
+        let velocity = acceleration * random.decades(to_velocity * cycle_time, 0.5);
         let origin = if random.percent(50) {
             0.0
         } else {

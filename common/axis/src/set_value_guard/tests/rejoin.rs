@@ -29,7 +29,7 @@ struct Arrival {
 
 impl Way {
     fn by_chance(random: &mut Random) -> Self {
-        let mut axis = Axis::by_chance(random);
+        let mut axis = Axis::usual(random);
         // Farther out it is rounding that turns the jerk to and fro.
         axis.origin = axis.origin.min(1e4);
         let planned = scaled(&axis.limits, 1.0 / 1.2);

@@ -28,7 +28,11 @@ struct Stream {
 impl Stream {
     fn by_chance(seed: u64, walls: bool) -> Self {
         let mut random = Random::seeded(seed);
-        let axis = Axis::by_chance(&mut random);
+        let mut axis = Axis::by_chance(&mut random);
+        if walls {
+            // Farther out rounding hides more of how far it is to them.
+            axis.origin = axis.origin.min(1e4);
+        }
         let trouble = TROUBLES[(seed % TROUBLES.len() as u64) as usize];
         let start = Kinematics::at_rest(axis.origin);
         let (min, max) = if walls {
