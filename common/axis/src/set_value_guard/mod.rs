@@ -39,7 +39,7 @@
 //!
 //! Software limits come before the velocity, after jerk and acceleration: where the axis cannot stop any
 //! more, because limits were lowered or because it began too fast, it passes them as little as it can.
-//! From beyond one it may come back or stay, but go no farther.
+//! From beyond one it may come back or stay, but go no farther. Rounding may add `128ε·max(|p|, vmax·1 s)`.
 //!
 //! # How
 //!
