@@ -41,6 +41,8 @@ pub(super) struct Envelope {
     pub(super) acceleration: f64,
     /// The most that is used to stop at a wall: harder, the velocity limit could not be kept afterwards.
     hardest: f64,
+    /// No stop from within the limits takes a longer way.
+    longest_stop: f64,
 }
 
 /// Velocity and acceleration of a cycle in units of the closed forms, and what rounding may add to both.
@@ -57,6 +59,7 @@ impl Envelope {
         let per_velocity = per_acceleration / cycle_time;
         let velocity = limits.velocity() * per_velocity;
         let acceleration = highest_acceleration(limits) * per_acceleration;
+        let fastest = velocity + acceleration;
         Self {
             limits: *limits,
             min,
@@ -69,6 +72,7 @@ impl Envelope {
             velocity,
             acceleration,
             hardest: acceleration.min(acceleration_to_gain(velocity)),
+            longest_stop: fastest + stop_way(fastest, acceleration, acceleration, acceleration),
         }
     }
 
@@ -150,14 +154,20 @@ impl Envelope {
     fn can_keep_walls(&self, series: &Differences, from: f64) -> bool {
         let at = series.position;
         let Scaled { w, b, slack } = self.scaled(series);
-        let peak = |w: f64, b: f64| {
-            least_peak(w - slack, b - 2.0 * slack, self.hardest) / self.per_position
+        let stops = |wall: f64, from: f64, at: f64, w: f64, b: f64| {
+            if self.is_far((wall - at) * self.per_position, w, b) {
+                return true;
+            }
+            let way = least_peak(w - slack, b - 2.0 * slack, self.hardest) / self.per_position;
+            at + way <= (wall + WALL_ROUNDING * wall.abs().max(at.abs())).max(from)
         };
-        let rounding = |wall: f64| WALL_ROUNDING * wall.abs().max(at.abs());
-        let before_max = || at + peak(w, b) <= (self.max + rounding(self.max)).max(from);
-        let before_min = || at - peak(-w, -b) >= (self.min - rounding(self.min)).min(from);
-        (self.max == f64::INFINITY || before_max())
-            && (self.min == f64::NEG_INFINITY || before_min())
+        stops(self.max, from, at, w, b) && stops(-self.min, -from, -at, -w, -b)
+    }
+
+    /// Whether a wall is farther away than any motion needs that goes no faster than the limits.
+    #[inline]
+    fn is_far(&self, room: f64, w: f64, b: f64) -> bool {
+        room > self.longest_stop && w <= self.velocity && b <= self.acceleration
     }
 
     /// The accelerations that the next cycle may have. Of two limits that cannot be kept together, the one
@@ -190,10 +200,10 @@ impl Envelope {
         way: impl Fn(f64, f64) -> f64,
     ) -> Range {
         let before_wall = |range: Range, w: f64, room: f64| {
-            if room == f64::INFINITY {
+            let room = room * self.per_position;
+            if self.is_far(room, w, range.high()) {
                 return range;
             }
-            let room = room * self.per_position;
             let low = range.nearest(-hardest);
             let beyond = |b: f64| w + b + way(w + b, b) - room;
             range.up_to(last_not_above(low, range.high(), beyond))
