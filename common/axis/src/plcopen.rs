@@ -21,7 +21,7 @@ pub enum AxisStatus {
     ContinuousMotion,
     /// Coupled to a master.
     SynchronizedMotion,
-    /// Stopping; nothing can interrupt that.
+    /// Stopping; nothing can interrupt that but a harder stop, and the loss of power.
     Stopping,
     /// In error, until reset.
     ErrorStop,
@@ -57,8 +57,10 @@ impl AxisStatus {
 
     /// What becomes of the axis; none where the diagram has no such arrow.
     ///
-    /// One deliberate deviation: an axis that loses its power while it moves is stopped first
-    /// (`Stopping`) and is disabled at rest, where PLCopen has it disabled at once.
+    /// Two deliberate deviations: an axis that loses its power while it moves is stopped first
+    /// (`Stopping`) and is disabled at rest, where PLCopen has it disabled at once; and `MC_Stop` can
+    /// be given again while the axis stops, where PLCopen lets nothing but the loss of power abort it.
+    /// Whether the second stop is harder than the first, the axis decides.
     #[must_use]
     pub const fn after(self, transition: Transition) -> Option<Self> {
         use AxisStatus::{
@@ -88,7 +90,7 @@ impl AxisStatus {
             (Homing | DiscreteMotion | ContinuousMotion | Stopping, T::Finished { .. }) => {
                 Some(Standstill)
             }
-            (Standstill | Homing, T::Stop) => Some(Stopping),
+            (Standstill | Homing | Stopping, T::Stop) => Some(Stopping),
 
             (SynchronizedMotion, T::Released { at_rest: true }) => Some(Standstill),
             (SynchronizedMotion, T::Released { at_rest: false }) => Some(ContinuousMotion),
@@ -233,7 +235,7 @@ mod tests {
         "Mo:  Mo  --  Sp  Mo  Mo  --  Mo  Co  Sy  --  --  --  --  --  Mo  Mo  Sp  St  St  Er",
         "Co:  Co  --  Sp  Co  Co  --  Mo  Co  Sy  --  --  --  --  --  Co  Mo  Sp  St  St  Er",
         "Sy:  Sy  --  Sp  Sy  Sy  --  Mo  Co  Sy  Co  Co  St  Mo  Sy  Sy  Mo  Sp  --  --  Er",
-        "Sp:  Sp  --  Sp  Sp  Sp  --  --  --  --  --  --  --  --  --  --  --  --  St  Di  Er",
+        "Sp:  Sp  --  Sp  Sp  Sp  --  --  --  --  --  --  --  --  --  --  --  Sp  St  Di  Er",
         "Er:  Er  --  Er  St  Di  --  --  --  --  --  --  --  --  --  --  --  --  --  --  Er",
     ];
 

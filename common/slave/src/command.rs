@@ -77,7 +77,7 @@ pub enum Command {
         #[cfg_attr(feature = "serde", serde(default))]
         dynamics: Dynamics,
     },
-    /// `MC_Stop`: comes to rest; nothing can take over meanwhile.
+    /// `MC_Stop`: comes to rest; nothing can take over meanwhile but a stop that ends earlier.
     #[doc(alias = "MC_Stop")]
     Stop {
         /// How it gets there.

@@ -58,6 +58,11 @@ impl Planned {
         self.since >= self.profile.duration()
     }
 
+    /// How long it still takes, s.
+    pub(super) fn left(&self) -> f64 {
+        (self.profile.duration().0 - self.since.0).max(0.0)
+    }
+
     /// What the whole of it takes.
     pub(super) fn extremes(&self) -> ProfileExtremes {
         ProfileExtremes::of(&self.profile)

@@ -20,6 +20,18 @@ pub enum Refusal {
         /// The state of the axis.
         status: AxisStatus,
     },
+    /// The axis stops already, and this stop would not end earlier.
+    #[error(
+        "{:#06x}: MC_Stop: the stop would take {received} s, expected less than the {left} s that are left of the \
+         one under way: give it more deceleration or jerk",
+        self.code()
+    )]
+    WeakerStop {
+        /// What the stop would take, s.
+        received: f64,
+        /// What is left of the one under way, s.
+        left: f64,
+    },
     /// The axis has to be at rest first.
     #[error("{:#06x}: velocity of the axis: received {velocity}, expected 0", self.code())]
     NotAtRest {
@@ -78,6 +90,7 @@ impl Refusal {
                 (_, Transition::Uncouple | Transition::Phase) => 0x424d,
                 _ => 0x4b05,
             },
+            Self::WeakerStop { .. } => 0x42ef,
             Self::NotAtRest { .. } => 0x425a,
             Self::Guard(refusal) => refusal.code(),
             Self::NoMaster | Self::DriveElsewhere { .. } => 0x4b09,

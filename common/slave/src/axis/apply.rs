@@ -124,12 +124,8 @@ impl SlaveAxis {
             || before == AxisStatus::Disabled && !is_off
         {
             self.switch_off();
-        } else if !on
-            && !matches!(
-                before,
-                AxisStatus::Disabled | AxisStatus::ErrorStop | AxisStatus::Stopping
-            )
-        {
+        } else if !on && !matches!(before, AxisStatus::Disabled | AxisStatus::ErrorStop) {
+            // As fast as the axis can, whatever stops it already.
             let brake = self.guard.brake(&self.free());
             self.run(brake);
             self.jobs.set(CommandState::Aborted);
@@ -179,6 +175,8 @@ impl SlaveAxis {
     }
 
     pub(super) fn run(&mut self, profile: Profile) {
+        // Whoever held the axis in `Stopping` did so for another motion.
+        self.stop_held = false;
         self.set = self.free();
         self.move_by(Motion::Own(Planned::new(profile)));
     }

@@ -134,7 +134,6 @@ impl SlaveAxis {
         self.phasing.drop(failed, &mut self.jobs);
         self.superimposed.drop(failed, &mut self.jobs);
         self.run(brake);
-        self.stop_held = false;
         self.state.follow(Transition::Fault);
         self.jobs.set(failed);
     }

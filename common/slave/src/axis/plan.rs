@@ -1,6 +1,6 @@
 //! What a command would come to. Nothing changes here.
 
-use coaxle_axis::guard::check_number;
+use coaxle_axis::guard::{ROUNDING, check_number};
 use coaxle_axis::{Awaits, AxisStatus, Dynamics, NotPlanned, PlanInputs, Planned};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Limits, Profile, ProfileExtremes, to_position, to_velocity};
@@ -63,9 +63,8 @@ impl SlaveAxis {
                 velocity,
                 ref dynamics,
             } => self.plan_velocity(velocity, dynamics),
-            Command::Halt { ref dynamics } | Command::Stop { ref dynamics } => {
-                self.plan_stop(dynamics)
-            }
+            Command::Halt { ref dynamics } => self.plan_halt(dynamics).map(Effect::Run),
+            Command::Stop { ref dynamics } => self.plan_stop(dynamics),
             Command::PhasingAbsolute {
                 shift,
                 velocity,
@@ -183,9 +182,23 @@ impl SlaveAxis {
         Ok(Effect::Run(profile))
     }
 
-    fn plan_stop(&self, dynamics: &Dynamics) -> Result<Effect, Refusal> {
+    fn plan_halt(&self, dynamics: &Dynamics) -> Result<Profile, Refusal> {
         let start = self.free();
-        let profile = self.profile(None, dynamics, |limits| to_velocity(&start, 0.0, limits))?;
+        self.profile(None, dynamics, |limits| to_velocity(&start, 0.0, limits))
+    }
+
+    /// While the axis stops, a stop takes over that ends earlier, and no other.
+    fn plan_stop(&self, dynamics: &Dynamics) -> Result<Effect, Refusal> {
+        let profile = self.plan_halt(dynamics)?;
+        match &self.motion {
+            Motion::Own(stop) if self.status() == AxisStatus::Stopping => {
+                let (received, left) = (profile.duration().0, stop.left());
+                if received >= left * (1.0 - ROUNDING) {
+                    return Err(Refusal::WeakerStop { received, left });
+                }
+            }
+            _ => {}
+        }
         Ok(Effect::Run(profile))
     }
 

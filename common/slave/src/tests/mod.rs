@@ -2,6 +2,7 @@
 
 mod cams;
 mod coupled;
+mod differences;
 mod drives;
 mod dry_run;
 mod invariants;
@@ -11,12 +12,14 @@ mod multi_master;
 mod phasing;
 mod saw_rollback;
 mod saws;
+mod stops;
 mod superimposed;
 
 use std::boxed::Box;
 
 use coaxle_clock::{CycleTime, Seconds, Span};
 
+use self::differences::Differences;
 use super::{Command, Dynamics, OnMasterLoss, SlaveAxis, SlaveParameters};
 use coaxle_axis::Job;
 use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
@@ -125,40 +128,3 @@ const OWN: Dynamics = Dynamics {
 
 const HALT: Command = Command::Halt { dynamics: OWN };
 const STOP: Command = Command::Stop { dynamics: OWN };
-
-/// The set positions of an axis, differenced from cycle to cycle.
-struct Differences {
-    last: [f64; 4],
-    seen: usize,
-}
-
-impl Differences {
-    fn of(axis: &SlaveAxis) -> Self {
-        Self {
-            last: [axis.set().position; 4],
-            seen: 0,
-        }
-    }
-
-    /// One cycle more: velocity, acceleration and jerk stay within those of the parameters, and these
-    /// of whatever else moves the axis.
-    fn keep(&mut self, axis: &SlaveAxis, parameters: &SlaveParameters) {
-        self.last.rotate_left(1);
-        self.last[3] = axis.set().position;
-        self.seen += 1;
-        let [p0, p1, p2, p3] = self.last;
-        let dt = CYCLE.0;
-        let velocity = (p3 - p2) / dt;
-        let acceleration = (p3 - 2.0 * p2 + p1) / (dt * dt);
-        let jerk = (p3 - 3.0 * p2 + 3.0 * p1 - p0) / (dt * dt * dt);
-        let most = parameters
-            .acceleration
-            .max(parameters.deceleration.unwrap_or(0.0));
-        let slack = 1.0 + 1e-6;
-        if self.seen > 3 {
-            assert!(velocity.abs() <= parameters.velocity * slack, "{velocity}");
-            assert!(acceleration.abs() <= most * slack + 1e-3, "{acceleration}");
-            assert!(jerk.abs() <= parameters.jerk * slack + 1.0, "{jerk}");
-        }
-    }
-}

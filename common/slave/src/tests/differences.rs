@@ -1,0 +1,77 @@
+//! Set positions, differenced from cycle to cycle: what a drive makes of them.
+
+use super::{CYCLE, SlaveAxis, SlaveParameters};
+
+/// The set positions of the last cycles of an axis.
+pub(super) struct Differences {
+    last: [f64; 4],
+    /// Of how many cycles in a row they are, since something that counts began.
+    seen: usize,
+}
+
+impl Differences {
+    pub(super) fn of(axis: &SlaveAxis) -> Self {
+        Self {
+            last: [axis.set().position; 4],
+            seen: 0,
+        }
+    }
+
+    /// One cycle more: velocity, acceleration and jerk stay within those of the parameters, and these
+    /// of whatever else moves the axis.
+    pub(super) fn keep(&mut self, axis: &SlaveAxis, parameters: &SlaveParameters) {
+        if let Err(why) = self.check(axis, parameters) {
+            panic!("{why}: {:?} {:?}", self.last, axis.set());
+        }
+    }
+
+    /// Of what was so far nobody promises anything: the next cycles count anew.
+    pub(super) const fn forget(&mut self) {
+        self.seen = 0;
+    }
+
+    /// As [`keep`](Self::keep), and what is not kept.
+    pub(super) fn check(
+        &mut self,
+        axis: &SlaveAxis,
+        parameters: &SlaveParameters,
+    ) -> Result<(), std::string::String> {
+        self.take(axis);
+        self.seen += 1;
+        if self.seen <= 3 {
+            return Ok(());
+        }
+        let [p0, p1, p2, p3] = self.last;
+        let dt = CYCLE.0;
+        let most = parameters
+            .acceleration
+            .max(parameters.deceleration.unwrap_or(0.0));
+        // Positions are rounded to their last digit.
+        let digits = 4.0 * f64::EPSILON * p3.abs().max(p0.abs());
+        for (quantity, received, limit, rounding) in [
+            ("velocity", (p3 - p2) / dt, parameters.velocity, digits / dt),
+            (
+                "acceleration",
+                (p3 - 2.0 * p2 + p1) / (dt * dt),
+                most,
+                digits / (dt * dt),
+            ),
+            (
+                "jerk",
+                (p3 - 3.0 * p2 + 3.0 * p1 - p0) / (dt * dt * dt),
+                parameters.jerk,
+                digits / (dt * dt * dt),
+            ),
+        ] {
+            if received.abs() > limit * (1.0 + 1e-6) + rounding {
+                return Err(std::format!("{quantity} {received}, at most {limit}"));
+            }
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, axis: &SlaveAxis) {
+        self.last.rotate_left(1);
+        self.last[3] = axis.set().position;
+    }
+}
