@@ -200,7 +200,8 @@ impl Guard {
         }
     }
 
-    /// The same for a state that a coupling asks for.
+    /// The same for a state that a coupling asks for, of which the axis brakes as it is
+    /// [taken over](Self::taken_over).
     ///
     /// # Errors
     /// [`GuardFault::SoftwareLimit`].
@@ -208,7 +209,7 @@ impl Guard {
         if self.is_far_from_limits(next) {
             Ok(())
         } else {
-            self.check_brake(here, &self.settled(next))
+            self.check_brake(here, &self.taken_over(next))
         }
     }
 
@@ -236,10 +237,27 @@ impl Guard {
         speed * (2.0 * ramp + speed / dec.min(self.limits.acceleration()))
     }
 
-    /// A coupled state as the axis can leave it at once: it drops an acceleration that makes it
-    /// faster, and keeps no more deceleration than can be led to zero before it stands.
+    /// A coupled state as a motion of the axis's own takes it over: as it is, so that neither position
+    /// nor velocity nor acceleration jump.
+    ///
+    /// Two limits come before that of the jerk. An acceleration that would lead the axis beyond its
+    /// highest velocity, even if it were led to zero at once, is cut to what does not. And an axis that
+    /// could stop within its software limits only without its acceleration, drops it.
     #[must_use]
-    pub fn settled(&self, coupled: &Kinematics) -> Kinematics {
+    pub fn taken_over(&self, coupled: &Kinematics) -> Kinematics {
+        let as_it_is = self.limits.without_overspeed(coupled);
+        let stops = self.is_far_from_limits(&as_it_is)
+            || self.check_brake(coupled.position, &as_it_is).is_ok();
+        if stops {
+            as_it_is
+        } else {
+            self.settled(coupled)
+        }
+    }
+
+    /// The state without an acceleration that makes it faster, and with no more deceleration than can
+    /// be led to zero before it stands.
+    fn settled(&self, coupled: &Kinematics) -> Kinematics {
         let Kinematics {
             velocity,
             acceleration,
@@ -257,6 +275,17 @@ impl Guard {
             acceleration: kept,
             ..*coupled
         }
+    }
+
+    /// The acceleration that the axis has at `next`, `dt` seconds after `here`: as that states it where
+    /// the velocities bear it out, otherwise as they say. A master may state none, or any.
+    #[must_use]
+    pub fn acceleration_at(&self, here: &Kinematics, next: &Kinematics, dt: f64) -> f64 {
+        let seen = (next.velocity - here.velocity) / dt;
+        let stated = next.acceleration;
+        let is_borne_out = (stated - seen).abs() <= self.limits.jerk() * dt;
+        let most = self.limits.acceleration().max(self.limits.deceleration());
+        if is_borne_out { stated } else { seen }.clamp(-most, most)
     }
 
     /// Whether the axis can follow a coupling from `here` to `next` in `dt` seconds.

@@ -7,12 +7,15 @@ use coaxle_axis::{
 use coaxle_curve::profile::{Kinematics, Limits};
 
 use super::linear::{LinearGear, RatioZero};
-use super::ramp::Ramp;
+use super::ramp::{Ramp, ramp_limits};
+
+/// Which part of what the jerk can do in a cycle is taken for none.
+const NEARLY: f64 = 0.05;
 
 /// `MC_GearIn`: couples the slave by a constant ratio.
 ///
-/// The slave is led to the velocity of the gear by a ramp; where they meet is where it happens to be.
-/// If its velocity is that of the gear already, but for what it can change in a cycle, it is coupled
+/// The slave is led to the velocity of the gear by a ramp, from whatever velocity and acceleration it
+/// has; where they meet is where it happens to be. If it moves as the gear does already, it is coupled
 /// at once.
 #[doc(alias = "MC_GearIn")]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,9 +69,9 @@ enum State {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ramping {
     ratio: f64,
+    /// Of the slave's own, whatever the master's positions do meanwhile.
     ramp: Ramp,
-    /// The slave, and its master, in the last cycle.
-    position: f64,
+    /// The master in the last cycle.
     master: Kinematics,
 }
 
@@ -103,10 +106,8 @@ impl Engage for Gear {
         let gear = LinearGear::new(ratio, offset).map_err(NotPlanned::Own)?;
         let coupled = ratio * master.velocity;
         inputs.guard.check_speed(coupled)?;
-        let ramp = inputs.guard.limits_of(None, &command.dynamics)?;
-        let own = inputs.guard.limits();
-        let in_a_cycle = own.acceleration().min(own.deceleration()) * inputs.cycle.0;
-        let state = if (coupled - slave.velocity).abs() <= in_a_cycle {
+        let ramp = ramp_limits(&command.dynamics, inputs)?;
+        let state = if moves_as(slave, &gear.slave_of(master), inputs) {
             State::Rigid(gear)
         } else {
             State::Ramping(Ramping::new(ratio, ramp, slave, master))
@@ -121,6 +122,14 @@ impl Engage for Gear {
     fn apply(&mut self, change: &GearChange, _: Job) {
         self.state = change.state;
     }
+}
+
+/// Whether the slave moves as its gear has it, but for a small part of what its jerk can do in a cycle.
+fn moves_as(slave: &Kinematics, gear: &Kinematics, inputs: &PlanInputs) -> bool {
+    let cycle = inputs.cycle.0;
+    let jerk = NEARLY * inputs.guard.limits().jerk();
+    (gear.velocity - slave.velocity).abs() <= jerk * cycle * cycle
+        && (gear.acceleration - slave.acceleration).abs() <= jerk * cycle
 }
 
 impl Coupling for Gear {
@@ -167,28 +176,20 @@ impl Ramping {
         Self {
             ratio,
             ramp: Ramp::new(slave, ratio * master.velocity, limits),
-            position: slave.position,
             master: *master,
         }
     }
 
     fn update(&mut self, master: &Kinematics, dt: f64) -> Kinematics {
-        let (ratio, before) = (self.ratio, self.master);
-        let missed = self.ramp.velocity() - ratio * before.velocity;
-        let target = ratio * master.velocity;
-        self.ramp.step(target, ratio * master.acceleration, dt);
-        let misses = self.ramp.velocity() - target;
-        self.position += ratio * (master.position - before.position) + 0.5 * (missed + misses) * dt;
+        let ratio = self.ratio;
+        self.ramp
+            .step(ratio * master.velocity, ratio * master.acceleration, dt);
         self.master = *master;
-        Kinematics {
-            position: self.position,
-            velocity: self.ramp.velocity(),
-            acceleration: self.ramp.acceleration(),
-        }
+        *self.ramp.slave()
     }
 
     /// The gear as it is where the slave is now.
     fn gear(&self) -> LinearGear {
-        LinearGear::through(self.ratio, self.position, self.master.position)
+        LinearGear::through(self.ratio, self.ramp.slave().position, self.master.position)
     }
 }

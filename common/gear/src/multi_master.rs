@@ -6,7 +6,7 @@ use coaxle_axis::{
 };
 use coaxle_curve::profile::{Kinematics, Limits};
 
-use super::ramp::Ramp;
+use super::ramp::{Ramp, ramp_limits};
 
 /// `MC_GearInMultiMaster`: couples the slave to the sum of up to four masters.
 ///
@@ -152,10 +152,6 @@ pub struct MultiMasterGear {
 struct Engaged {
     ratios: Ratios,
     ramp: Ramp,
-    /// The slave in the last cycle.
-    position: f64,
-    /// The sum of the masters in the last cycle, by these ratios.
-    masters: Kinematics,
     /// The slave's position less that of the masters' sum, once it is there.
     offset: Option<f64>,
 }
@@ -185,7 +181,7 @@ impl Engage for MultiMasterGear {
         ratios.check().map_err(NotPlanned::Own)?;
         let masters = ratios.sum(&inputs.masters).ok_or(NotPlanned::NoMaster)?;
         inputs.guard.check_speed(masters.velocity)?;
-        let limits = inputs.guard.limits_of(None, &command.dynamics)?;
+        let limits = ramp_limits(&command.dynamics, inputs)?;
         Ok(Planned {
             change: MultiMasterChange {
                 ratios,
@@ -209,59 +205,45 @@ impl Engage for MultiMasterGear {
             masters,
             slave,
         } = *change;
-        let position = slave.position;
         let fresh = Engaged {
             ratios,
             ramp: Ramp::new(&slave, masters.velocity, limits),
-            position,
-            masters,
             offset: None,
         };
         self.engaged = Some(match self.engaged {
             None => fresh,
-            Some(engaged) => engaged.with(ratios, limits, masters),
+            Some(engaged) => engaged.with(ratios, limits),
         });
     }
 }
 
 impl Engaged {
     /// With other ratios, from where it is.
-    fn with(self, ratios: Ratios, limits: Limits, masters: Kinematics) -> Self {
+    fn with(self, ratios: Ratios, limits: Limits) -> Self {
         let mut ramp = self.ramp;
         ramp.limit(limits);
         Self {
             ratios,
             ramp,
-            masters,
             offset: self.offset.filter(|_| ratios == self.ratios),
-            ..self
         }
     }
 
     fn update(&mut self, masters: Kinematics, dt: f64) -> Kinematics {
         if let Some(offset) = self.offset {
-            self.ramp.follow(masters.velocity, dt);
-            self.position = masters.position + offset;
-            self.masters = masters;
-            return Kinematics {
-                position: self.position,
+            let led = Kinematics {
+                position: masters.position + offset,
                 ..masters
             };
+            self.ramp.follow(&led, dt);
+            return led;
         }
-        let missed = self.ramp.velocity() - self.masters.velocity;
         self.ramp.step(masters.velocity, masters.acceleration, dt);
-        let misses = self.ramp.velocity() - masters.velocity;
-        let way = masters.position - self.masters.position;
-        self.position += way + 0.5 * (missed + misses) * dt;
-        self.masters = masters;
+        let slave = *self.ramp.slave();
         if self.ramp.is_there() {
-            self.offset = Some(self.position - masters.position);
+            self.offset = Some(slave.position - masters.position);
         }
-        Kinematics {
-            position: self.position,
-            velocity: self.ramp.velocity(),
-            acceleration: self.ramp.acceleration(),
-        }
+        slave
     }
 }
 

@@ -1,19 +1,30 @@
-//! The way of a velocity to one that moves itself.
+//! The way of a slave to a velocity that moves itself.
 
+use coaxle_axis::guard::GuardRefusal;
+use coaxle_axis::{Dynamics, PlanInputs};
 use coaxle_curve::profile::{Kinematics, Limits};
 
-/// Leads a velocity to a target that may move in every cycle, within velocity, acceleration,
-/// deceleration and jerk, and lands on it exactly.
+/// By which part of what the jerk can do in a cycle the acceleration may be off its target's as the
+/// velocity lands on that, to go on with it: with the full jerk before it and a quarter after it, the
+/// differences of the positions still keep the limit.
+const LANDING: f64 = 0.25;
+
+/// Which part of that is left in the next cycle of a target that moves on by jerks: it fades, and does
+/// not swing to and fro.
+const FADING: f64 = 0.75;
+
+/// Leads a slave to a velocity that may move in every cycle, within velocity, acceleration,
+/// deceleration and jerk, and lands on it exactly. It goes on from the slave's own acceleration.
 ///
-/// It works in differences from cycle to cycle, and relative to the target: with the jerk limit j and
-/// the cycle T, `w` is the missing velocity in units of jT² and `b` the acceleration in units of jT.
-/// A cycle is `b' = b + u, |u| ≤ 1`, `w' = w + b'`, so that the fastest way to `w = b = 0` has a closed
-/// form, and nothing that was planned can go stale when the target moves.
+/// In a cycle of T the jerk is constant, so that the positions keep the limits too when they are
+/// differenced. Relative to the target, with the jerk limit j, let `b` be the acceleration in units of
+/// jT, and `w` what the velocity comes to if the acceleration is led to zero evenly within a cycle,
+/// in units of jT². Then a cycle is `b' = b + u, |u| ≤ 1`, `w' = w + b'`, so that the fastest way to
+/// `w = b = 0` has a closed form, and nothing that was planned can go stale when the target moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ramp {
     limits: Limits,
-    velocity: f64,
-    acceleration: f64,
+    slave: Kinematics,
     target: f64,
 }
 
@@ -22,18 +33,14 @@ impl Ramp {
     pub(super) const fn new(slave: &Kinematics, target: f64, limits: Limits) -> Self {
         Self {
             limits,
-            velocity: slave.velocity,
-            acceleration: slave.acceleration,
+            slave: *slave,
             target,
         }
     }
 
-    pub(super) const fn velocity(&self) -> f64 {
-        self.velocity
-    }
-
-    pub(super) const fn acceleration(&self) -> f64 {
-        self.acceleration
+    /// The slave in the last cycle.
+    pub(super) const fn slave(&self) -> &Kinematics {
+        &self.slave
     }
 
     /// Other limits from now on.
@@ -43,73 +50,139 @@ impl Ramp {
 
     /// Whether the velocity is the target's.
     pub(super) fn is_there(&self) -> bool {
-        self.velocity == self.target
+        self.slave.velocity == self.target
     }
 
-    /// One cycle with the target's own velocity, whatever the limits say.
-    pub(super) fn follow(&mut self, target: f64, dt: f64) {
-        self.acceleration = (target - self.velocity) / dt;
-        self.velocity = target;
-        self.target = target;
+    /// One cycle in which something else leads the slave, whatever the limits say.
+    pub(super) fn follow(&mut self, led: &Kinematics, dt: f64) {
+        let acceleration = self.acceleration_of(led.velocity, led.acceleration, dt);
+        self.target = led.velocity;
+        self.slave = Kinematics {
+            acceleration,
+            ..*led
+        };
     }
 
     /// One cycle towards a target, which says how it accelerates.
     pub(super) fn step(&mut self, target: f64, stated_acceleration: f64, dt: f64) {
         let fastest = self.limits.velocity();
         let reachable = target.max(-fastest).min(fastest);
-        let at = self.acceleration_of(reachable, stated_acceleration, dt);
-        let (per_cycle, unit) = (self.limits.jerk() * dt, self.limits.jerk() * dt * dt);
-        let before = self.velocity - (reachable - at * dt);
-        let b = (self.acceleration - at) / per_cycle;
+        let seen = (reachable - self.target) / dt;
+        let (before, was_there) = (self.slave, self.is_there());
+        let landing = 2.0 * (reachable - before.velocity) / dt - before.acceleration;
+        if self.can_follow(seen) && self.can_land(landing, seen, dt) {
+            self.go(landing, dt);
+            self.slave.velocity = reachable;
+            if was_there {
+                self.slave.acceleration = seen + FADING * (landing - seen);
+            }
+        } else {
+            let at = self.acceleration_of(reachable, stated_acceleration, dt);
+            self.go(self.towards(reachable, at, dt), dt);
+            self.slave.velocity = self.slave.velocity.max(-fastest).min(fastest);
+        }
+        self.target = target;
+    }
+
+    /// A cycle of constant jerk that ends with this acceleration.
+    fn go(&mut self, acceleration: f64, dt: f64) {
+        let before = self.slave;
+        let change = acceleration - before.acceleration;
+        self.slave = Kinematics {
+            position: before.position
+                + dt * (before.velocity + dt * (before.acceleration / 2.0 + change / 6.0)),
+            velocity: before.velocity + dt * (before.acceleration + change / 2.0),
+            acceleration,
+        };
+    }
+
+    /// Whether this acceleration at the end of the cycle, which brings the velocity to its target, is
+    /// within the limits, and so near to how the target accelerates that the slave can go on with it.
+    fn can_land(&self, landing: f64, at: f64, dt: f64) -> bool {
+        let per_cycle = self.limits.jerk() * dt;
         let (lowest, highest) = self.bounds(dt);
-        let wanted = (-optimal(before / unit))
+        let rounding = 1e-9 * per_cycle;
+        (landing - self.slave.acceleration).abs() <= per_cycle + rounding
+            && (landing - at).abs() <= LANDING * per_cycle + rounding
+            && landing >= lowest * per_cycle - rounding
+            && landing <= highest * per_cycle + rounding
+    }
+
+    /// The acceleration at the end of this cycle on the fastest way to a target.
+    fn towards(&self, reachable: f64, at: f64, dt: f64) -> f64 {
+        let (per_cycle, unit) = (self.limits.jerk() * dt, self.limits.jerk() * dt * dt);
+        let b = (self.slave.acceleration - at) / per_cycle;
+        let w = (self.slave.velocity - (reachable - at * dt)) / unit + b / 2.0;
+        let (lowest, highest) = self.bounds(dt);
+        let wanted = (-optimal(w))
             .max(lowest - at / per_cycle)
             .min(highest - at / per_cycle)
             .max(b - 1.0)
             .min(b + 1.0);
-        let mut acceleration = at + wanted * per_cycle;
-        let mut velocity = self.velocity + acceleration * dt;
-        let rounding = 1e-12 * fastest;
-        if (velocity - reachable).abs() <= rounding && wanted.abs() <= 1.0 + 1e-9 {
-            acceleration = (reachable - self.velocity) / dt;
-            velocity = reachable;
-        }
-        self.acceleration = acceleration;
-        self.velocity = velocity;
-        self.target = target;
+        at + wanted * per_cycle
     }
 
     /// How the target accelerates: as its velocities say; if they jump, as it says itself.
     fn acceleration_of(&self, target: f64, stated: f64, dt: f64) -> f64 {
-        let most = self.limits.acceleration().min(self.limits.deceleration());
         let seen = (target - self.target) / dt;
         [seen, stated]
             .into_iter()
-            .find(|acceleration| acceleration.abs() <= most)
+            .find(|acceleration| self.can_follow(*acceleration))
             .unwrap_or(0.0)
     }
 
-    /// The lowest and the highest acceleration, per jT.
+    /// Whether a target that accelerates so can be followed.
+    fn can_follow(&self, acceleration: f64) -> bool {
+        let most = self.limits.acceleration().min(self.limits.deceleration());
+        acceleration.abs() <= most
+    }
+
+    /// The lowest and the highest acceleration at the end of a cycle, per jT.
     fn bounds(&self, dt: f64) -> (f64, f64) {
         let (per_cycle, unit) = (self.limits.jerk() * dt, self.limits.jerk() * dt * dt);
+        let Kinematics {
+            velocity,
+            acceleration,
+            ..
+        } = self.slave;
+        let (v, b) = (velocity / unit, acceleration / per_cycle);
         let faster = self.limits.acceleration() / per_cycle;
         // A deceleration has to be an acceleration by the time the direction changes.
-        let in_time = optimal(self.velocity.abs() / unit + faster + gained(faster));
+        let left = (v.abs() - b.abs() - 1.0).max(0.0);
+        let in_time = optimal(left + faster + gained(faster));
         let slower = (self.limits.deceleration() / per_cycle).min(in_time);
         // From any of these the acceleration can be led to zero before the velocity is beyond its limit,
         // even if the target stops to accelerate at once.
-        let fastest = self.limits.velocity();
-        let up = optimal((fastest - self.velocity) / unit);
-        let down = optimal((fastest + self.velocity) / unit);
-        let (downwards, upwards) = if self.velocity > 0.0 {
+        let fastest = self.limits.velocity() / unit;
+        let up = optimal(fastest - v - b / 2.0);
+        let down = optimal(fastest + v + b / 2.0);
+        let (downwards, upwards) = if velocity > 0.0 {
             (slower, faster)
-        } else if self.velocity < 0.0 {
+        } else if velocity < 0.0 {
             (faster, slower)
         } else {
             (faster, faster)
         };
         (-downwards.min(down), upwards.min(up))
     }
+}
+
+/// The limits of a ramp with these dynamics, or the slave's own where those are too slow to keep the
+/// highest velocity from the acceleration that it has.
+///
+/// # Errors
+/// [`GuardRefusal`]: more than the slave can do, or no limit.
+pub(super) fn ramp_limits(
+    dynamics: &Dynamics,
+    inputs: &PlanInputs,
+) -> Result<Limits, GuardRefusal> {
+    let asked = inputs.guard.limits_of(None, dynamics)?;
+    let keeps_velocity = asked.without_overspeed(&inputs.slave) == inputs.slave;
+    Ok(if keeps_velocity {
+        asked
+    } else {
+        *inputs.guard.limits()
+    })
 }
 
 /// What the velocity still gains, in units of jT², while an acceleration b is led to zero.
@@ -151,14 +224,14 @@ mod tests {
         // 500/5000 s, and 5000/100000 s for the jerk.
         let mut ramp = Ramp::new(&moving(0.0, 0.0), 0.0, limits(5e3, 5e3, 1e5));
         let mut cycles = 0;
-        while !(ramp.velocity() == 500.0) {
+        while !(ramp.slave().velocity == 500.0) {
             ramp.step(500.0, 0.0, DT);
             cycles += 1;
             assert!(cycles < 1_000);
         }
         assert!((149..=151).contains(&cycles), "{cycles}");
         ramp.step(500.0, 0.0, DT);
-        assert_eq!((ramp.velocity(), ramp.is_there()), (500.0, true));
+        assert_eq!((ramp.slave().velocity, ramp.is_there()), (500.0, true));
     }
 
     #[test]
@@ -169,7 +242,7 @@ mod tests {
             target += 2_000.0 * DT;
             ramp.step(target, 2_000.0, DT);
         }
-        assert_eq!(ramp.velocity(), target);
+        assert_eq!(ramp.slave().velocity, target);
     }
 
     #[test]
@@ -177,9 +250,13 @@ mod tests {
         let mut ramp = Ramp::new(&moving(900.0, 0.0), 900.0, limits(5e3, 5e3, 1e5));
         for _ in 0..500 {
             ramp.step(1_500.0, 0.0, DT);
-            assert!(ramp.velocity() <= 1_000.0, "{}", ramp.velocity());
+            assert!(
+                ramp.slave().velocity <= 1_000.0,
+                "{}",
+                ramp.slave().velocity
+            );
         }
-        assert_eq!((ramp.velocity(), ramp.is_there()), (1_000.0, false));
+        assert_eq!((ramp.slave().velocity, ramp.is_there()), (1_000.0, false));
     }
 
     #[test]
@@ -192,18 +269,19 @@ mod tests {
             }
             ramp.step(target, pull, DT);
             assert!(
-                ramp.velocity() >= -1_000.0 * (1.0 + 1e-12),
+                ramp.slave().velocity >= -1_000.0 * (1.0 + 1e-12),
                 "{}",
-                ramp.velocity()
+                ramp.slave().velocity
             );
         }
-        assert_eq!(ramp.velocity(), target);
+        assert_eq!(ramp.slave().velocity, target);
     }
 
     proptest! {
         #[test]
         fn differences_keep_the_limits_and_land(
             (velocity, target) in (-900.0..900.0, -900.0..900.0),
+            pushed in -1.0..1.0,
             (acceleration, deceleration) in (500.0..8e3, 500.0..8e3),
             exponent in 4.0..6.5,
             drift in -1.0..1.0,
@@ -211,7 +289,8 @@ mod tests {
         ) {
             let jerk = libm::pow(10.0, exponent);
             let limits = limits(acceleration, deceleration, jerk);
-            let mut ramp = Ramp::new(&moving(velocity, 0.0), target, limits);
+            let start = limits.without_overspeed(&moving(velocity, pushed * acceleration.min(deceleration)));
+            let mut ramp = Ramp::new(&start, target, limits);
             let most = acceleration.min(deceleration);
             let (mut target, pull) = (target, drift * 0.1 * most);
             for cycle in 0..6_000 {
@@ -223,21 +302,21 @@ mod tests {
                 if next.abs() < 950.0 && cycle < 3_000 {
                     target = next;
                 }
-                let (before, was) = (ramp.velocity(), ramp.acceleration());
+                let (before, was) = (ramp.slave().velocity, ramp.slave().acceleration);
                 ramp.step(target, pull, DT);
-                let now = (ramp.velocity() - before) / DT;
-                let allowed = if before * ramp.velocity() < 0.0 {
+                let now = (ramp.slave().velocity - before) / DT;
+                let allowed = if before * ramp.slave().velocity < 0.0 {
                     acceleration.max(deceleration)
-                } else if ramp.velocity().abs() > before.abs() {
+                } else if ramp.slave().velocity.abs() > before.abs() {
                     acceleration
                 } else {
                     deceleration
                 };
                 prop_assert!(now.abs() <= allowed * (1.0 + 1e-9) + 1e-6, "{now} {allowed}");
                 prop_assert!((now - was).abs() <= jerk * DT * (1.0 + 1e-6) + 1e-6, "{now} {was}");
-                prop_assert!(ramp.velocity().abs() <= 1_000.0 * (1.0 + 1e-12));
+                prop_assert!(ramp.slave().velocity.abs() <= 1_000.0 * (1.0 + 1e-12));
             }
-            prop_assert_eq!(ramp.velocity(), target);
+            prop_assert_eq!(ramp.slave().velocity, target);
         }
     }
 }

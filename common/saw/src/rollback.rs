@@ -2,7 +2,7 @@
 
 use coaxle_clock::Seconds;
 
-use coaxle_curve::profile::Kinematics;
+use coaxle_curve::profile::{Kinematics, Limits, Profile, to_velocity};
 
 use super::SyncMask;
 use super::piece::Piece;
@@ -44,17 +44,27 @@ impl RollbackReaction {
     }
 }
 
-/// The stop from the coupling position: a symmetric ramp of the velocity to zero, over time.
-///
-/// The ramp starts and ends without acceleration, whatever the slave's was.
+/// The stop from the coupling position: a symmetric ramp of the velocity to zero, over time, which
+/// starts and ends without acceleration. A slave that accelerates is stopped by phases of constant
+/// jerk, which start with its acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RollbackStop {
-    ramp: Piece,
+    course: Course,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it lives in place: nothing is allocated on the cycle path"
+)]
+enum Course {
+    Ramp(Piece),
+    Phases(Profile),
 }
 
 impl RollbackStop {
-    /// The shortest stop within deceleration (u/s²) and jerk (u/s³), both above zero, of a slave
-    /// that is at the coupling position.
+    /// The shortest stop by a ramp within deceleration (u/s²) and jerk (u/s³), both above zero, of a
+    /// slave that is at the coupling position, and does not accelerate.
     #[must_use]
     pub fn plan(slave: &Kinematics, deceleration: f64, jerk: f64) -> Self {
         let bounds = RampBounds {
@@ -63,34 +73,62 @@ impl RollbackStop {
             jerk,
         };
         let duration = shortest_ramp(slave.velocity, 0.0, &bounds);
-        Self {
-            ramp: Piece::ramp(0.0, duration, slave.position, slave.velocity, 0.0),
-        }
+        let ramp = Piece::ramp(0.0, duration, slave.position, slave.velocity, 0.0);
+        let course = Course::Ramp(ramp);
+        Self { course }
+    }
+
+    /// The shortest stop of a slave that accelerates.
+    pub(super) fn from_acceleration(slave: &Kinematics, limits: &Limits) -> Self {
+        let course = Course::Phases(stop_from(slave, limits));
+        Self { course }
     }
 
     /// How long it takes.
     #[must_use]
     pub const fn duration(&self) -> Seconds {
-        Seconds(self.ramp.length)
+        match &self.course {
+            Course::Ramp(ramp) => Seconds(ramp.length),
+            Course::Phases(profile) => profile.duration(),
+        }
     }
 
     /// Where the slave comes to rest, u.
     #[must_use]
     pub fn end_position(&self) -> f64 {
-        self.ramp.position() + self.ramp.distance()
+        match &self.course {
+            Course::Ramp(ramp) => ramp.position() + ramp.distance(),
+            Course::Phases(profile) => profile.end().position,
+        }
     }
 
     /// The slave, a while after its master passed the coupling position.
     #[must_use]
     pub fn at(&self, since: Seconds) -> Kinematics {
-        if since.0 >= self.ramp.length {
-            return Kinematics::at_rest(self.end_position());
-        }
-        let motion = self.ramp.at(since.0.max(0.0));
-        Kinematics {
-            position: motion.position,
-            velocity: motion.velocity,
-            acceleration: motion.acceleration,
+        match &self.course {
+            Course::Phases(profile) => profile.at(since),
+            Course::Ramp(ramp) if since.0 >= ramp.length => {
+                Kinematics::at_rest(self.end_position())
+            }
+            Course::Ramp(ramp) => {
+                let motion = ramp.at(since.0.max(0.0));
+                Kinematics {
+                    position: motion.position,
+                    velocity: motion.velocity,
+                    acceleration: motion.acceleration,
+                }
+            }
         }
     }
+}
+
+/// The stop of a slave that goes on from its acceleration. What a master that jumped has led it to
+/// beyond its limits, it drops at once.
+pub(super) fn stop_from(slave: &Kinematics, limits: &Limits) -> Profile {
+    let most = limits.acceleration().max(limits.deceleration());
+    let start = limits.without_overspeed(&Kinematics {
+        acceleration: slave.acceleration.clamp(-most, most),
+        ..*slave
+    });
+    to_velocity(&start, 0.0, limits)
 }

@@ -46,6 +46,9 @@ pub struct SlaveAxis {
     /// `MC_Stop` is still executed: the axis stays in `Stopping`.
     stop_held: bool,
     set: Kinematics,
+    /// What a motion of its own takes over from a coupling, u/s²: the acceleration that the set
+    /// velocities bear out.
+    acceleration: f64,
     motion: Motion,
     couplings: Couplings,
     /// What is added to the first master as the coupling sees it.
@@ -85,6 +88,7 @@ impl SlaveAxis {
             homed: false,
             stop_held: false,
             set: Kinematics::at_rest(here),
+            acceleration: 0.0,
             motion: Motion::Own(Planned::rest(here, &guard)),
             couplings: Couplings::new(guard.limits().velocity() * cycle_time, parameters.saw()?),
             phasing: Shift::NONE,
@@ -316,11 +320,14 @@ impl SlaveAxis {
         }
     }
 
-    /// The state that a motion of the axis's own starts from.
+    /// The state that another motion starts from.
     fn free(&self) -> Kinematics {
         match self.motion {
             Motion::Own(_) => self.set,
-            Motion::Coupled(_) => self.guard.settled(&self.set),
+            Motion::Coupled(_) => self.guard.taken_over(&Kinematics {
+                acceleration: self.acceleration,
+                ..self.set
+            }),
         }
     }
 

@@ -134,7 +134,7 @@ pub enum Command {
         #[cfg_attr(feature = "serde", serde(default))]
         dynamics: Dynamics,
     },
-    /// `MC_GearOut`: uncouples. The velocity is kept, the acceleration removed.
+    /// `MC_GearOut`: uncouples. The velocity is kept, the acceleration led to zero within the jerk.
     #[doc(alias = "MC_GearOut")]
     GearOut {},
     /// `MC_FlyingGear`: waits for the master and is coupled and released on the fly. The slave must

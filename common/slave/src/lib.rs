@@ -78,9 +78,19 @@
 //! * the position never steps by more than the highest velocity allows, the velocity never by more
 //!   than the highest acceleration or deceleration, but for the stop within one cycle that
 //!   `GearInSync_OpMask_InstantStopOnRollback` asks for;
+//! * the positions, differenced from cycle to cycle, keep the jerk too wherever a motion is the axis's
+//!   own or leads it to its master, and where any of them takes over from any other: it goes on from
+//!   position, velocity and acceleration as they are. A slave in sync does what its master does, and a
+//!   plate what its laws ask for, jerk and all;
 //! * an axis within its software limits stays there: a motion that would leave them is refused, and
 //!   one without an end, or a coupling, is braked in time and ends in an error stop;
 //! * an error stop lasts until it is reset, and nothing couples the axis again by itself.
+//!
+//! Some reactions come before the jerk, and drop an acceleration within a cycle: the instant stop above,
+//! [`OnMasterLoss::QuickStop`], a coupling whose acceleration would lead the axis beyond its highest
+//! velocity or past a software limit if it were not dropped as the axis leaves it, and a jump that a
+//! cam command allows. Where a plan cannot start from an acceleration, none is made: a flying gear, and
+//! a cam plate that waits for its activation, begin at rest; a flying saw has P5 then, and no P1.
 //!
 //! A flying saw whose master runs back past the coupling position ends as TS5055 8 has it: its
 //! command is aborted and the axis comes to rest. Of the states meanwhile the manual says nothing;

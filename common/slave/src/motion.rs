@@ -40,13 +40,10 @@ impl Planned {
         Self::new(guard.brake(&Kinematics::at_rest(position)))
     }
 
-    /// Keeping a velocity.
+    /// Keeping a velocity: an acceleration is led to zero within the jerk, and what the velocity changes
+    /// meanwhile is made up for.
     pub(super) fn keep_velocity(from: &Kinematics, guard: &Guard) -> Self {
-        let free = Kinematics {
-            acceleration: 0.0,
-            ..*from
-        };
-        Self::new(to_velocity(&free, free.velocity, guard.limits()))
+        Self::new(to_velocity(from, from.velocity, guard.limits()))
     }
 
     pub(super) fn advance(&mut self, elapsed: Seconds) -> Kinematics {

@@ -1,5 +1,7 @@
 //! What a profile must keep within.
 
+use super::phases::Kinematics;
+
 /// Limits of a motion, all finite and above zero.
 ///
 /// `acceleration` bounds what makes the axis faster, `deceleration` what makes it slower. A change
@@ -38,6 +40,19 @@ impl Limits {
     pub fn with_velocity(self, velocity: f64) -> Result<Self, InvalidLimit> {
         let velocity = checked("velocity", velocity)?;
         Ok(Self { velocity, ..self })
+    }
+
+    /// A state with no more acceleration than can be led to zero, within the jerk, before the axis is
+    /// faster than it may be: a motion that goes on from there keeps the velocity limit.
+    #[must_use]
+    pub fn without_overspeed(&self, state: &Kinematics) -> Kinematics {
+        let along = state.velocity * state.acceleration.signum();
+        let room = (self.velocity - along).max(0.0);
+        let most = libm::sqrt(2.0 * self.jerk * room);
+        Kinematics {
+            acceleration: state.acceleration.clamp(-most, most),
+            ..*state
+        }
     }
 
     /// Highest speed, u/s.
@@ -102,6 +117,24 @@ mod tests {
             );
             assert_eq!(Limits::new(1.0, 1.0, 1.0, bad).unwrap_err().field, "jerk");
         }
+    }
+
+    #[test]
+    fn an_acceleration_that_would_lead_beyond_the_velocity_is_cut() {
+        let limits = Limits::new(100.0, 500.0, 500.0, 5_000.0).unwrap();
+        let cut = |velocity, acceleration| {
+            let state = Kinematics {
+                position: 1.0,
+                velocity,
+                acceleration,
+            };
+            limits.without_overspeed(&state).acceleration
+        };
+        // 100² / (2·5000) u/s more.
+        assert_eq!(cut(99.0, 400.0), 100.0);
+        assert_eq!(cut(-99.0, -400.0), -100.0);
+        assert_eq!(cut(99.0, -400.0), -400.0);
+        assert_eq!((cut(120.0, 1.0), cut(120.0, -1.0)), (0.0, -1.0));
     }
 
     #[test]

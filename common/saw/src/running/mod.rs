@@ -15,11 +15,14 @@ use super::SyncMask;
 use super::moment::{CouplingMoment, EncoderMaster, SlaveLimits};
 use super::plan::{SawPlan, SyncLine};
 use super::refusal::SawRefusal;
-use super::rollback::{RollbackReaction, RollbackStop};
+use super::rollback::{RollbackReaction, RollbackStop, stop_from};
 use super::task::NEGLIGIBLE;
 
 pub use self::coupling::Saw;
 pub use self::settings::{SawCommand, SawFault, SawTolerances};
+
+/// Which part of what the jerk can do in a cycle counts as no acceleration.
+const HARDLY: f64 = 0.05;
 
 /// A slave coupled by the universal flying saw.
 ///
@@ -51,8 +54,8 @@ pub struct SawCoupling {
 /// What the slave is led by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// Itself, at its velocity, until the master has come near.
-    Prephase,
+    /// Itself, at its velocity, until the master has come near, so far into it.
+    Prephase { profile: Profile, since: f64 },
     /// The profile over the master's position.
     OverMaster,
     /// The profile over time, so far into it.
@@ -63,8 +66,8 @@ enum Phase {
     RollbackStop { stop: RollbackStop, since: f64 },
     /// A stop within the axis's own limits, so far into it.
     Brake { profile: Profile, since: f64 },
-    /// Nothing: it keeps its velocity.
-    Free,
+    /// Nothing: it keeps its velocity, so far into it.
+    Free { profile: Profile, since: f64 },
 }
 
 impl SawCoupling {
@@ -90,7 +93,10 @@ impl SawCoupling {
             farthest_back: f64::MIN,
             noise: tolerances.master_noise,
             line: *plan.line(),
-            phase: Phase::Prephase,
+            phase: Phase::Prephase {
+                profile: keeping_velocity(&moment.slave, &moment.axis),
+                since: 0.0,
+            },
             state: CommandState::Waiting,
             rollback: None,
             master_position: moment.master.position,
@@ -111,28 +117,29 @@ impl SawCoupling {
             Phase::Synchronous => self.synchronous(master, before, dt),
             Phase::OverMaster => self.over_master(master, before, dt),
             Phase::OverTime { .. } => self.over_time(master, before, dt),
-            Phase::Prephase => self.wait(master, dt),
+            Phase::Prephase { .. } => self.wait(master, dt),
             Phase::RollbackStop { stop, since } => {
                 *since += dt;
                 self.slave = stop.at(Seconds(*since));
             }
-            Phase::Brake { profile, since } => {
+            Phase::Brake { profile, since } | Phase::Free { profile, since } => {
                 *since += dt;
                 self.slave = profile.at(Seconds(*since));
             }
-            Phase::Free => self.keep_velocity(dt),
         }
         self.slave
     }
 
-    /// `MC_GearOut`: the slave goes on at its velocity, its acceleration is removed. What was
-    /// stopping already goes on doing so.
+    /// `MC_GearOut`: the slave goes on at its velocity, its acceleration is led to zero within its
+    /// axis's jerk. What was stopping already goes on doing so.
     #[doc(alias = "MC_GearOut")]
     pub fn gear_out(&mut self) -> Kinematics {
         if self.is_coupled() {
-            self.phase = Phase::Free;
+            self.phase = Phase::Free {
+                profile: keeping_velocity(&self.slave, &self.axis),
+                since: 0.0,
+            };
             self.state = CommandState::Aborted;
-            self.slave.acceleration = 0.0;
         }
         self.slave
     }
@@ -156,7 +163,10 @@ impl SawCoupling {
     pub const fn is_coupled(&self) -> bool {
         matches!(
             self.phase,
-            Phase::Prephase | Phase::OverMaster | Phase::OverTime { .. } | Phase::Synchronous
+            Phase::Prephase { .. }
+                | Phase::OverMaster
+                | Phase::OverTime { .. }
+                | Phase::Synchronous
         )
     }
 
@@ -165,12 +175,12 @@ impl SawCoupling {
     #[must_use]
     pub fn axis_state(&self) -> AxisState {
         match self.phase {
-            Phase::Prephase => AxisState::SlavePrephase,
+            Phase::Prephase { .. } => AxisState::SlavePrephase,
             Phase::OverMaster | Phase::OverTime { .. } => AxisState::SlaveSynchronizing,
             Phase::Synchronous => AxisState::SlaveSynchronous,
             _ if self.slave.velocity == 0.0 => AxisState::Inactive,
             Phase::RollbackStop { .. } | Phase::Brake { .. } => AxisState::Decelerating,
-            Phase::Free => AxisState::ConstantVelocity,
+            Phase::Free { .. } => AxisState::ConstantVelocity,
         }
     }
 
@@ -293,8 +303,12 @@ impl SawCoupling {
 
     /// Until the master is near, the slave goes on as it does.
     fn wait(&mut self, master: &Kinematics, dt: f64) {
+        let Phase::Prephase { profile, since } = &mut self.phase else {
+            return;
+        };
         let before = self.slave;
-        self.keep_velocity(dt);
+        *since += dt;
+        self.slave = profile.at(Seconds(*since));
         let moment = CouplingMoment {
             master: *master,
             encoder: self.encoder,
@@ -311,11 +325,6 @@ impl SawCoupling {
             self.slave = before;
             self.break_off(SawFault::Refused(refusal), dt);
         });
-    }
-
-    fn keep_velocity(&mut self, dt: f64) {
-        self.slave.position += self.slave.velocity * dt;
-        self.slave.acceleration = 0.0;
     }
 
     /// Whether the slave's set values are the gear's, up to rounding.
@@ -356,8 +365,17 @@ impl SawCoupling {
         if reaction == RollbackReaction::Instant {
             slave = Kinematics::at_rest(slave.position);
         }
-        let stop = RollbackStop::plan(&slave, self.limits.deceleration(), self.limits.jerk());
-        let since = (1.0 - part) * dt;
+        let accelerates =
+            |slave: &Kinematics| slave.acceleration.abs() > HARDLY * self.limits.jerk() * dt;
+        let (stop, since) = if accelerates(&slave) {
+            // When exactly the master passed, its mean velocity does not tell then.
+            let stop = RollbackStop::from_acceleration(&self.slave, &self.limits);
+            (stop, dt)
+        } else {
+            let (deceleration, jerk) = (self.limits.deceleration(), self.limits.jerk());
+            let stop = RollbackStop::plan(&slave, deceleration, jerk);
+            (stop, (1.0 - part) * dt)
+        };
         let next = stop.at(Seconds(since));
         if !self.watch.lets_step(&self.slave, &next, dt) {
             return self.refuse_to_lead(&next, master, dt);
@@ -389,17 +407,17 @@ impl SawCoupling {
     /// Stops the slave within its axis's limits, from its set values of the last cycle.
     #[cold]
     fn break_off(&mut self, fault: SawFault, dt: f64) {
-        let mut from = self.slave;
-        // An acceleration that the plan was allowed may be more than the axis's jerk can lead back
-        // before the slave is too fast: it ends at once.
-        if from.acceleration * from.velocity > 0.0 {
-            from.acceleration = 0.0;
-        }
-        let profile = to_velocity(&from, 0.0, &self.axis.dynamics);
+        let profile = stop_from(&self.slave, &self.axis.dynamics);
         self.state = CommandState::Failed(fault);
         self.slave = profile.at(Seconds(dt));
         self.phase = Phase::Brake { profile, since: dt };
     }
+}
+
+/// A slave on its own that keeps its velocity: an acceleration is led to zero within the jerk, and what
+/// the velocity changes meanwhile is made up for.
+fn keeping_velocity(slave: &Kinematics, axis: &SlaveLimits) -> Profile {
+    to_velocity(slave, slave.velocity, &axis.dynamics)
 }
 
 /// 1, −1, or 0 for nothing.

@@ -6,7 +6,10 @@ use crate::plan::SawPlan;
 use crate::refusal::{SawRefusal, Violation};
 use crate::remedy::SawRemedy;
 use crate::sync_mode::SyncMask;
+use coaxle_clock::Seconds;
 use coaxle_curve::profile::Limits;
+
+use super::keeping_velocity;
 
 /// What a [`SawCoupling`](super::SawCoupling) is started with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,8 +149,8 @@ pub(super) fn prephase(
     let mut expected = *moment;
     expected.master.position += early;
     if moment.master.velocity != 0.0 {
-        expected.slave.position += moment.slave.velocity * early / moment.master.velocity;
-        expected.slave.acceleration = 0.0;
+        let wait = Seconds(early / moment.master.velocity);
+        expected.slave = keeping_velocity(&moment.slave, &moment.axis).at(wait);
     }
     Ok(Some(expected))
 }

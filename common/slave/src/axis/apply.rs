@@ -183,6 +183,7 @@ impl SlaveAxis {
 
     /// From now on this coupling moves the axis, even where one of its kind did.
     fn engage(&mut self, engagement: &Engagement, job: Job) {
+        self.acceleration = self.free().acceleration;
         self.end_coupling();
         self.superimposed
             .drop(CommandState::Aborted, &mut self.jobs);
@@ -210,7 +211,6 @@ impl SlaveAxis {
 
     /// The axis is on its own, at the velocity that it has.
     fn keep_velocity(&mut self) {
-        // A deceleration is still there for a stop in this very cycle.
         self.set = self.free();
         let keeps = Planned::keep_velocity(&self.set, &self.guard);
         self.move_by(Motion::Own(keeps));
@@ -224,8 +224,9 @@ impl SlaveAxis {
 
     /// The arrow that a coupling leaves by.
     pub(super) fn released(&self) -> Transition {
+        let free = self.free();
         Transition::Released {
-            at_rest: self.set.velocity == 0.0,
+            at_rest: free.velocity == 0.0 && free.acceleration == 0.0,
         }
     }
 }

@@ -77,8 +77,15 @@ impl SlaveAxis {
     fn go_to(&mut self, next: Kinematics, elapsed: Seconds) -> Result<(), GuardFault> {
         let next = plus(next, self.added());
         self.guard.check_step(&self.set, &next, elapsed.0)?;
-        self.guard.check_coupled_stop(self.set.position, &next)?;
+        let acceleration = self.guard.acceleration_at(&self.set, &next, elapsed.0);
+        let taken_over = Kinematics {
+            acceleration,
+            ..next
+        };
+        self.guard
+            .check_coupled_stop(self.set.position, &taken_over)?;
         self.set = next;
+        self.acceleration = acceleration;
         Ok(())
     }
 
@@ -94,6 +101,7 @@ impl SlaveAxis {
             self.guard.check_instant_step(&self.set, &next, elapsed.0)?;
             self.guard.check_coupled_stop(self.set.position, &next)?;
             self.set = next;
+            self.acceleration = next.acceleration;
         } else {
             self.go_to(next, elapsed)?;
         }

@@ -119,7 +119,7 @@ impl SlaveAxis {
     pub(super) fn plan_inputs(&self, kind: Kind) -> PlanInputs {
         PlanInputs {
             masters: self.seen_masters(),
-            slave: self.set,
+            slave: self.free(),
             guard: self.guard,
             cycle: Seconds(self.cycle_time),
             is_engaged: matches!(self.motion, Motion::Coupled(engaged) if engaged == kind),

@@ -25,11 +25,6 @@ impl Differences {
         }
     }
 
-    /// Of what was so far nobody promises anything: the next cycles count anew.
-    pub(super) const fn forget(&mut self) {
-        self.seen = 0;
-    }
-
     /// As [`keep`](Self::keep), and what is not kept.
     pub(super) fn check(
         &mut self,

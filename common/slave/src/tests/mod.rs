@@ -5,6 +5,8 @@ mod coupled;
 mod differences;
 mod drives;
 mod dry_run;
+mod hand_over;
+mod hand_over_random;
 mod invariants;
 mod life_cycle;
 mod moves;
@@ -101,6 +103,20 @@ impl Master {
             self.0.position += self.0.velocity * CYCLE.0;
             axis.update(Some(&self.0), CYCLE);
         }
+    }
+
+    /// One cycle in which it is led towards an acceleration by at most so much jerk.
+    fn accelerate(&mut self, axis: &mut SlaveAxis, acceleration: f64, jerk: f64) {
+        let (dt, before) = (CYCLE.0, self.0);
+        let most = jerk * dt;
+        let change = (acceleration - before.acceleration).clamp(-most, most);
+        self.0 = Kinematics {
+            position: before.position
+                + dt * (before.velocity + dt * (before.acceleration / 2.0 + change / 6.0)),
+            velocity: before.velocity + dt * (before.acceleration + change / 2.0),
+            acceleration: before.acceleration + change,
+        };
+        axis.update(Some(&self.0), CYCLE);
     }
 }
 

@@ -125,3 +125,32 @@ fn a_rollback_stop_can_be_taken_over() {
     assert_eq!(axis.progress(home), CommandState::Done);
     assert_eq!(axis.set(), Kinematics::at_rest(0.0));
 }
+
+#[test]
+fn a_rollback_stop_goes_on_from_the_acceleration_of_the_slave() {
+    for turned in [400, 500, 700, 900] {
+        for mask in [SyncMask::empty(), SyncMask::ROLLBACK_LOCK] {
+            let (mut axis, mut master) = beside(&PARAMETERS, 500.0);
+            start(&mut axis, &move_velocity(250.0));
+            master.lead(&mut axis, 1_000);
+            let sync = (master.0.position + 1_000.0, axis.set().position + 1_100.0);
+            start(&mut axis, &Command::GearInPos(to_position(sync, mask)));
+            master.lead(&mut axis, turned);
+            // The master is led back with little jerk, so that the slave follows within its own.
+            let mut differences = Differences::of(&axis);
+            let mut coupled = true;
+            for _ in 0..3_000 {
+                let pull = if master.0.velocity > -900.0 {
+                    -800.0
+                } else {
+                    0.0
+                };
+                master.accelerate(&mut axis, pull, 4_000.0);
+                differences.keep(&axis, &PARAMETERS);
+                coupled &= axis.status() == AxisStatus::SynchronizedMotion;
+            }
+            assert!(!coupled && axis.error().is_none(), "{:?}", axis.error());
+            assert_eq!(axis.set().velocity, 0.0);
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Random commands at random moments: in its differences the axis keeps its limits, whatever takes
+//! over from whatever.
+//!
+//! What is promised: no position differs from the ones before by more than velocity, acceleration and
+//! jerk of the limits allow, as long as the motion is the axis's own or leads it to its master; with a
+//! synchronous slave its master's own motion counts, by the ratio, so that master keeps them here too.
+
+use proptest::prelude::*;
+
+use super::*;
+use coaxle_axis::AxisStatus;
+use coaxle_curve::profile::{Limits, Profile, to_velocity};
+use coaxle_gear::{GearInMultiMaster, Ratios};
+use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode};
+
+/// What is commanded; positions count from where the axes are.
+#[derive(Clone, Debug)]
+enum Event {
+    Command(Command),
+    Pos {
+        ratio: f64,
+        way: f64,
+        share: f64,
+        start_distance: Option<f64>,
+        mask: SyncMask,
+    },
+    /// The master heads for a velocity.
+    Master(f64),
+}
+
+fn dynamics() -> impl Strategy<Value = Dynamics> {
+    let at_most = |most: f64| proptest::option::of((0.1..1.0).prop_map(move |x: f64| x * x * most));
+    (at_most(5_000.0), at_most(4_000.0), at_most(100_000.0)).prop_map(
+        |(acceleration, deceleration, jerk)| Dynamics {
+            acceleration,
+            deceleration,
+            jerk,
+        },
+    )
+}
+
+/// The ratios keep a master within `MASTER` such that its slave is within its own limits.
+fn ratio() -> impl Strategy<Value = f64> {
+    prop_oneof![-1.5..-0.1, 0.1..1.5]
+}
+
+fn masks() -> impl Strategy<Value = SyncMask> {
+    prop_oneof![
+        Just(SyncMask::MAX_DYNAMICS),
+        Just(SyncMask::MAX_DYNAMICS | SyncMask::PREFER_CONST_VELO),
+        Just(SyncMask::MAX_DYNAMICS | SyncMask::OVERSHOOT_VELO),
+    ]
+}
+
+fn events() -> impl Strategy<Value = (Event, u32)> {
+    let gear = (ratio(), dynamics()).prop_map(|(ratio, dynamics)| GearIn { ratio, dynamics });
+    let to_velocity = (ratio(), masks(), any::<bool>()).prop_map(|(ratio, mask, time_based)| {
+        Command::GearInVelo(GearInVelo {
+            ratio: Ratio::of(ratio),
+            sync_mode: if time_based {
+                SyncMode::time_based(mask)
+            } else {
+                SyncMode::position_based(mask)
+            },
+            limits: SyncLimits::default(),
+        })
+    });
+    let to_position = (
+        (ratio(), 20.0..900.0, 0.2..1.5),
+        proptest::option::of(20.0..400.0),
+        masks(),
+    )
+        .prop_map(|((ratio, way, share), start_distance, mask)| Event::Pos {
+            ratio,
+            way,
+            share,
+            start_distance,
+            mask,
+        });
+    let command = prop_oneof![
+        2 => (-900.0..900.0, dynamics()).prop_map(|(distance, dynamics)| Command::MoveRelative {
+            distance,
+            velocity: None,
+            dynamics,
+        }),
+        1 => (-900.0..900.0).prop_map(move_absolute),
+        2 => (-900.0..900.0, dynamics())
+            .prop_map(|(velocity, dynamics)| Command::MoveVelocity { velocity, dynamics }),
+        2 => dynamics().prop_map(|dynamics| Command::Halt { dynamics }),
+        1 => dynamics().prop_map(|dynamics| Command::Stop { dynamics }),
+        1 => Just(Command::GearOut {}),
+        4 => gear.prop_map(Command::GearIn),
+        2 => (ratio(), dynamics()).prop_map(|(ratio, dynamics)| {
+            let ratios = Ratios::new(&[ratio]).expect("a ratio");
+            Command::GearInMultiMaster(GearInMultiMaster { ratios, dynamics })
+        }),
+        4 => to_velocity,
+    ];
+    let event = prop_oneof![
+        6 => command.prop_map(Event::Command),
+        3 => to_position,
+        1 => (-400.0..400.0).prop_map(Event::Master),
+    ];
+    (event, 1_u32..400)
+}
+
+/// A master that keeps limits: by 1.5 still less than what the slave can.
+struct Smooth {
+    master: Master,
+    profile: Profile,
+    since: Seconds,
+}
+
+impl Smooth {
+    fn at(velocity: f64) -> Self {
+        let master = Master::at(0.0, velocity);
+        Self {
+            master,
+            profile: to_velocity(&master.0, velocity, &Self::limits()),
+            since: Seconds::ZERO,
+        }
+    }
+
+    fn limits() -> Limits {
+        Limits::new(500.0, 500.0, 500.0, 5_000.0).expect("above zero")
+    }
+
+    fn head(&mut self, velocity: f64) {
+        self.profile = to_velocity(&self.master.0, velocity, &Self::limits());
+        self.since = Seconds::ZERO;
+    }
+
+    fn lead(&mut self, axis: &mut SlaveAxis) {
+        self.since = self.since + CYCLE;
+        self.master.0 = self.profile.at(self.since);
+        axis.update(Some(&self.master.0), CYCLE);
+    }
+
+    /// A saw is planned for a master that keeps its velocity.
+    fn is_steady(&self) -> bool {
+        self.master.0.acceleration == 0.0
+    }
+}
+
+/// The command of an event; none where it is one for the master, or does not go with it.
+fn command_of(event: &Event, master: &Smooth, axis: &SlaveAxis) -> Option<Command> {
+    let here = master.master.0;
+    match event {
+        Event::Command(Command::GearInVelo(_)) if !master.is_steady() => None,
+        Event::Command(command) => Some(*command),
+        Event::Pos {
+            ratio,
+            way,
+            share,
+            start_distance,
+            mask,
+        } if master.is_steady() => {
+            let way = way.copysign(here.velocity);
+            Some(Command::GearInPos(GearInPos {
+                ratio: Ratio::of(*ratio),
+                master_sync_position: here.position + way,
+                slave_sync_position: axis.set().position + ratio * way * share,
+                master_start_distance: *start_distance,
+                sync_mode: SyncMode::position_based(*mask),
+                limits: SyncLimits::default(),
+            }))
+        }
+        Event::Pos { .. } | Event::Master(_) => None,
+    }
+}
+
+proptest! {
+
+
+    #[test]
+    fn whatever_takes_over_keeps_the_limits_in_its_differences(
+        events in proptest::collection::vec(events(), 1..20),
+        velocity in -400.0..400.0,
+    ) {
+        let mut axis = powered(&PARAMETERS);
+        let mut master = Smooth::at(velocity);
+        let mut differences = Differences::of(&axis);
+        master.lead(&mut axis);
+        for (event, cycles) in events {
+            if let Some(command) = command_of(&event, &master, &axis) {
+                let _ = axis.command(&command);
+            }
+            if let Event::Master(velocity) = event && axis.status() != AxisStatus::SynchronizedMotion {
+                master.head(velocity);
+            }
+            for _ in 0..cycles {
+                master.lead(&mut axis);
+                if let Err(why) = differences.check(&axis, &PARAMETERS) {
+                    prop_assert!(false, "{:?}: {} {:?}", event, why, axis.set());
+                }
+                prop_assert_eq!(axis.error(), None, "{:?}", event);
+            }
+        }
+    }
+}
