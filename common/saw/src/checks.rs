@@ -52,12 +52,12 @@ impl Checklist {
     pub(super) fn of_axis(&self, own: &Limits) -> Self {
         let details = self.mask & SyncMask::DETAILED_ERROR_CODES;
         let positions = SyncMask::MIN_POS | SyncMask::MAX_POS;
-        let dynamics = SyncMask::MAX_VELO | SyncMask::MAX_ACC | SyncMask::MAX_DEC;
         Self {
-            mask: details | positions | dynamics,
+            mask: details | positions | SyncMask::MAX_DYNAMICS,
             velocity: own.velocity(),
             acceleration: own.acceleration(),
             deceleration: own.deceleration(),
+            jerk: own.jerk(),
             ..*self
         }
     }

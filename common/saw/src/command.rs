@@ -5,7 +5,8 @@ use super::SyncMode;
 /// `MC_GearInPos`: the slave runs at the gear's velocity from a given pair of positions on, at the
 /// latest. TS5055 12.1.2, TF5055 4.2.
 ///
-/// Limits that are not given are the axis's own; they bind only where `sync_mode` checks them. The
+/// Limits that are not given are the axis's own; they bind only where `sync_mode` checks them. An axis
+/// with a [`LimitGuard`](super::LimitGuard) keeps its own in any case, and refuses what does not. The
 /// bounds of a synchronisation with two ramps use acceleration and deceleration in any case.
 #[doc(alias = "MC_GearInPos")]
 #[derive(Clone, Copy, Debug, PartialEq)]

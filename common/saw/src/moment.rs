@@ -26,7 +26,7 @@ pub struct SlaveLimits {
     pub min_position: Option<f64>,
     /// Upper software limit of its position, u.
     pub max_position: Option<f64>,
-    /// Given if the axis never leaves its limits of position, velocity and acceleration, whatever
+    /// Given if the axis never leaves its limits of position, velocity, acceleration and jerk, whatever
     /// is commanded. A synchronisation that would is refused then, whether the sync mode checks it
     /// or not. The original lets the slave do what it has planned.
     pub guard: Option<LimitGuard>,
@@ -50,6 +50,15 @@ impl SlaveLimits {
             (Some(given), _) => given,
             (None, Some(guard)) => (own * (1.0 - guard.reserve)).max(now.abs().min(own)),
             (None, None) => own,
+        }
+    }
+
+    /// The same for the jerk, of which a master that ripples is left nothing.
+    pub(super) fn jerk_in_force(&self, given: Option<f64>) -> f64 {
+        let own = self.dynamics.jerk();
+        match (given, self.guard) {
+            (Some(given), Some(_)) => given.min(own),
+            (given, _) => given.unwrap_or(own),
         }
     }
 }

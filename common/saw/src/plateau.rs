@@ -1,6 +1,5 @@
 //! A phase of constant velocity between the shortest ramps that the limits allow.
 
-use super::SyncMask;
 use super::ramp::{RampBounds, shortest_ramp};
 use super::span::Span;
 use super::task::Task;
@@ -96,13 +95,7 @@ impl PlateauProblem<'_> {
     }
 
     fn bounds(&self) -> RampBounds {
-        let checklist = &self.task.checklist;
-        let jerk = if checklist.mask.contains(SyncMask::MAX_JERK) {
-            checklist.jerk
-        } else {
-            f64::INFINITY
-        };
-        self.task.ramp_bounds(jerk)
+        self.task.ramp_bounds(self.task.checked_jerk())
     }
 }
 

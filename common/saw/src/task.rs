@@ -55,7 +55,7 @@ impl Task {
             axis.in_force(limits.velocity, own.velocity(), velocity),
             axis.in_force(limits.acceleration, own.acceleration(), acceleration),
             axis.in_force(limits.deceleration, own.deceleration(), acceleration),
-            limits.jerk.unwrap_or(own.jerk()),
+            axis.jerk_in_force(limits.jerk),
         )?;
         let ignoring = |ignored: SyncMask, value: f64| {
             if mask.contains(ignored) { 0.0 } else { value }
@@ -108,6 +108,16 @@ impl Task {
         match &self.guard {
             Some(guard) => guard.pass(demands, ends),
             None => Ok(()),
+        }
+    }
+
+    /// The jerk that a profile has to keep, u/s³; infinite if that is not checked.
+    pub(super) fn checked_jerk(&self) -> f64 {
+        let checked = self.checklist.mask.contains(SyncMask::MAX_JERK);
+        if checked || self.guard.is_some() {
+            self.checklist.jerk
+        } else {
+            f64::INFINITY
         }
     }
 

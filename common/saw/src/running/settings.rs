@@ -166,6 +166,6 @@ pub(super) fn limits(
         own.velocity() * (1.0 + tolerances.velocity_margin),
         axis.in_force(given.acceleration, own.acceleration(), 0.0),
         axis.in_force(given.deceleration, own.deceleration(), 0.0),
-        given.jerk.unwrap_or(own.jerk()),
+        axis.jerk_in_force(given.jerk),
     )?)
 }

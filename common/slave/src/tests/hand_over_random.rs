@@ -46,9 +46,10 @@ fn ratio() -> impl Strategy<Value = f64> {
 
 fn masks() -> impl Strategy<Value = SyncMask> {
     prop_oneof![
+        Just(SyncMask::empty()),
+        Just(SyncMask::PREFER_CONST_VELO),
+        Just(SyncMask::OVERSHOOT_VELO),
         Just(SyncMask::MAX_DYNAMICS),
-        Just(SyncMask::MAX_DYNAMICS | SyncMask::PREFER_CONST_VELO),
-        Just(SyncMask::MAX_DYNAMICS | SyncMask::OVERSHOOT_VELO),
     ]
 }
 

@@ -251,3 +251,41 @@ fn an_encoders_noise_is_no_acceleration_of_the_master() {
     assert_eq!(plan(Some(0.001)), Some(SawForm::LineQuintic));
     assert_ne!(plan(None), Some(SawForm::LineQuintic));
 }
+
+#[test]
+fn a_saw_keeps_the_limits_of_the_axis_whatever_is_checked() {
+    let prefer = SyncMask::PREFER_CONST_VELO;
+    let masks = [
+        SyncMask::empty(),
+        prefer,
+        prefer | SyncMask::MAX_VELO,
+        SyncMask::OVERSHOOT_VELO,
+        SyncMask::MAX_VELO,
+    ];
+    let mut accepted = 0;
+    for mask in masks {
+        for (way, share) in [(60.0, 0.5), (100.0, 0.5), (150.0, 1.3), (400.0, 0.4)] {
+            for limits in [None, Some(1e7)] {
+                let (mut axis, mut master) = beside(&PARAMETERS, 400.0);
+                let sync = (master.0.position + way, axis.set().position + share * way);
+                let mut command = to_position(sync, mask);
+                command.limits.jerk = limits;
+                let command = Command::GearInPos(command);
+                let mut differences = Differences::of(&axis);
+                for _ in 0..5 {
+                    differences.keep(&axis, &PARAMETERS);
+                }
+                match axis.command(&command) {
+                    Ok(_) => accepted += 1,
+                    Err(refusal) => assert_eq!(refusal.code(), 0x42df, "{refusal}"),
+                }
+                for _ in 0..2_000 {
+                    master.lead(&mut axis, 1);
+                    differences.keep(&axis, &PARAMETERS);
+                }
+                assert_eq!(axis.error(), None);
+            }
+        }
+    }
+    assert!(accepted > 10, "{accepted}");
+}
