@@ -4,10 +4,12 @@ use coaxle_axis::CouplingPhase;
 use coaxle_curve::profile::Kinematics;
 
 mod coupling;
+mod demands;
 mod error;
 mod window;
 
-pub use coupling::FlyingGearCoupling;
+pub use coupling::{FlyingGearChange, FlyingGearCoupling};
+use demands::Ability;
 pub use error::FlyingGearError;
 use window::{Course, Window};
 
@@ -188,6 +190,17 @@ impl FlyingGear {
                 start: self.start_position(),
             })
         }
+    }
+
+    /// Whether a slave can follow while its master runs at this speed, u/s, and keeps it.
+    fn check_demands(
+        &self,
+        ability: &Ability,
+        speed: f64,
+        cycle: f64,
+    ) -> Result<(), FlyingGearError> {
+        ability.check(&self.engaging, speed, cycle)?;
+        ability.check(&self.releasing, speed, cycle)
     }
 
     /// Where the master begins to engage the gear, master u.

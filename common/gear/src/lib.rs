@@ -44,7 +44,8 @@ mod multi_master;
 mod ramp;
 
 pub use flying::{
-    FlyingGear, FlyingGearCoupling, FlyingGearError, FlyingGearParameters, FlyingGearPhase,
+    FlyingGear, FlyingGearChange, FlyingGearCoupling, FlyingGearError, FlyingGearParameters,
+    FlyingGearPhase,
 };
 pub use gear_in::{Gear, GearChange, GearIn};
 pub use linear::{LinearGear, RatioZero};

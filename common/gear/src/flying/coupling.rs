@@ -4,18 +4,38 @@ use coaxle_axis::{
     Awaits, Coupling, CouplingPhase, Engage, Job, Manner, NoFault, NotPlanned, PlanInputs, Planned,
     Scan, Step,
 };
+use coaxle_curve::profile::Kinematics;
 
-use super::{FlyingGear, FlyingGearError, FlyingGearParameters, FlyingGearPhase};
+use super::{Ability, FlyingGear, FlyingGearError, FlyingGearParameters, FlyingGearPhase};
 
 /// The coupling by a [`FlyingGear`].
+///
+/// A gear is refused that asks more of its slave's velocity, acceleration or jerk than that can do at
+/// the speed of the master: of the command, and again where the master has it engaged.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlyingGearCoupling {
-    gear: Option<FlyingGear>,
+    state: State,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum State {
+    #[default]
+    Idle,
+    Enabled(FlyingGearChange),
+    /// When it was due.
+    Refused(FlyingGearError),
+}
+
+/// What a command to a flying gear comes to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlyingGearChange {
+    gear: FlyingGear,
+    ability: Ability,
 }
 
 impl Engage for FlyingGearCoupling {
     type Command = FlyingGearParameters;
-    type Change = FlyingGear;
+    type Change = FlyingGearChange;
     type Refusal = FlyingGearError;
     type Fault = NoFault;
 
@@ -23,42 +43,89 @@ impl Engage for FlyingGearCoupling {
         &self,
         command: &FlyingGearParameters,
         inputs: &PlanInputs,
-    ) -> Result<Planned<FlyingGear>, NotPlanned<FlyingGearError>> {
+    ) -> Result<Planned<FlyingGearChange>, NotPlanned<FlyingGearError>> {
         let master = inputs.master()?;
         inputs.check_rest()?;
         let gear =
             FlyingGear::enable(command, master, inputs.slave.position).map_err(NotPlanned::Own)?;
+        for (field, position) in [
+            ("slave-sync-position", command.slave_sync_position),
+            ("slave-desync-position", command.slave_desync_position),
+            ("slave-stop-position", command.slave_stop_position),
+        ] {
+            inputs.guard.check_target(field, position)?;
+        }
+        let ability = Ability::of(inputs.guard.limits());
+        gear.check_demands(&ability, master.velocity.abs(), inputs.cycle.0)
+            .map_err(NotPlanned::Own)?;
         Ok(Planned {
-            change: gear,
-            awaits: Awaits::empty(),
+            change: FlyingGearChange { gear, ability },
+            awaits: Awaits::LIMITS,
             manner: Manner::Engage,
         })
     }
 
-    fn apply(&mut self, change: &FlyingGear, _: Job) {
-        self.gear = Some(*change);
+    fn apply(&mut self, change: &FlyingGearChange, _: Job) {
+        self.state = State::Enabled(*change);
+    }
+
+    fn refusal(&self) -> Option<FlyingGearError> {
+        match self.state {
+            State::Refused(refusal) => Some(refusal),
+            State::Idle | State::Enabled(_) => None,
+        }
     }
 }
 
 impl Coupling for FlyingGearCoupling {
     fn update(&mut self, scan: &Scan) -> Step {
-        match (&mut self.gear, scan.masters.first()) {
-            (_, None) => Step::MasterLost,
-            (None, _) => Step::Failed,
-            (Some(gear), Some(master)) => Step::Set(gear.update(master)),
+        let Some(master) = scan.masters.first() else {
+            return Step::MasterLost;
+        };
+        let State::Enabled(change) = &mut self.state else {
+            return Step::Failed;
+        };
+        match change.update(master, scan.elapsed.0) {
+            Ok(slave) => Step::Set(slave),
+            Err(refusal) => {
+                self.state = State::Refused(refusal);
+                Step::Refused
+            }
         }
     }
 
     fn phase(&self) -> Option<CouplingPhase> {
-        Some(self.gear?.phase().into())
+        Some(self.gear()?.phase().into())
     }
 
     fn end(&mut self) {
-        self.gear = None;
+        self.state = State::Idle;
     }
 
     fn gain(&self) -> Option<f64> {
-        let gear = self.gear?;
+        let gear = self.gear()?;
         (gear.phase() == FlyingGearPhase::Engaged).then(|| gear.ratio())
+    }
+}
+
+impl FlyingGearCoupling {
+    const fn gear(&self) -> Option<&FlyingGear> {
+        match &self.state {
+            State::Enabled(change) => Some(&change.gear),
+            State::Idle | State::Refused(_) => None,
+        }
+    }
+}
+
+impl FlyingGearChange {
+    /// One cycle; where the gear begins to be engaged, the master may have become too fast.
+    fn update(&mut self, master: &Kinematics, cycle: f64) -> Result<Kinematics, FlyingGearError> {
+        let waited = self.gear.phase() == FlyingGearPhase::Waiting;
+        let slave = self.gear.update(master);
+        if waited && self.gear.phase() != FlyingGearPhase::Waiting {
+            let speed = master.velocity.abs();
+            self.gear.check_demands(&self.ability, speed, cycle)?;
+        }
+        Ok(slave)
     }
 }

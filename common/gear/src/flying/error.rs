@@ -27,6 +27,24 @@ pub enum FlyingGearError {
         /// Where it must not be past, master u.
         start: f64,
     },
+    /// At the master's speed the slave would have to do more than it can.
+    #[error(
+        "{:#06x}: {quantity}: received {received}, expected at most {limit}, with a master at {speed} u/s: lead it \
+         at up to {fastest} u/s, or give the slave longer ways to its sync and its stop position",
+        self.code()
+    )]
+    TooFast {
+        /// Which limit.
+        quantity: &'static str,
+        /// What would be needed.
+        received: f64,
+        /// What the slave can do.
+        limit: f64,
+        /// How fast the master is, master u/s.
+        speed: f64,
+        /// How fast it may be, master u/s.
+        fastest: f64,
+    },
 }
 
 impl FlyingGearError {
@@ -37,6 +55,7 @@ impl FlyingGearError {
             Self::Ratio { .. } => 0x421b,
             Self::WrongParameter { .. } => 0x425b,
             Self::MasterPastStart { .. } => 0x421a,
+            Self::TooFast { .. } => 0x42dd,
         }
     }
 }

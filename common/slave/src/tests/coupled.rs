@@ -1,7 +1,7 @@
 //! The axis as a slave.
 
 use super::*;
-use crate::{CouplingPhase, Refusal, SlaveError};
+use crate::{CouplingPhase, JobError, Refusal, SlaveError};
 use coaxle_axis::guard::GuardFault;
 use coaxle_axis::{AxisState, AxisStatus, CommandState, CoupleState};
 use coaxle_gear::FlyingGearParameters;
@@ -262,4 +262,71 @@ fn a_flying_gear_needs_a_slave_at_rest() {
     };
     let refused = axis.command(&Command::FlyingGear(gear)).unwrap_err();
     assert_eq!(refused, Refusal::NotAtRest { velocity: 200.0 });
+}
+
+/// The window of 20 u of the slave, at a ratio of 1: 40 u of the master.
+const SHORT: FlyingGearParameters = FlyingGearParameters {
+    ratio: 1.0,
+    master_sync_position: 500.0,
+    slave_sync_position: 20.0,
+    slave_desync_position: 120.0,
+    slave_stop_position: 140.0,
+    default_slave_negative: false,
+};
+
+#[test]
+fn a_flying_gear_that_its_slave_cannot_follow_is_refused() {
+    // At 300 u/s: 1.5·300²/40 = 3375 u/s², and 6·300³/40² = 101 250 u/s³.
+    for (velocity, passes) in [(200.0, true), (298.0, true), (300.0, false), (900.0, false)] {
+        let mut axis = powered(&PARAMETERS);
+        let mut master = Master::at(0.0, velocity);
+        let mut differences = Differences::of(&axis);
+        master.lead(&mut axis, 5);
+        let planned = axis.plan(&Command::FlyingGear(SHORT));
+        assert_eq!(planned.is_ok(), passes, "{velocity}");
+        if let Err(refusal) = planned {
+            assert_eq!(refusal.code(), 0x42dd);
+            let text = std::string::ToString::to_string(&refusal);
+            assert!(text.contains("lead it at up to 298.7"), "{text}");
+            continue;
+        }
+        let job = start(&mut axis, &Command::FlyingGear(SHORT));
+        while axis.coupling_phase() != Some(CouplingPhase::Released) {
+            master.lead(&mut axis, 1);
+            differences.keep(&axis, &PARAMETERS);
+        }
+        assert_eq!(axis.progress(job), CommandState::Waiting);
+        assert_eq!(axis.set(), Kinematics::at_rest(140.0));
+    }
+}
+
+#[test]
+fn a_master_that_comes_too_fast_finds_the_flying_gear_refused() {
+    let mut axis = powered(&PARAMETERS);
+    let mut master = Master::at(0.0, 200.0);
+    master.lead(&mut axis, 1);
+    let job = start(&mut axis, &Command::FlyingGear(SHORT));
+    master.0.velocity = 400.0;
+    master.lead(&mut axis, 2_000);
+    let CommandState::Failed(JobError::Refused(refusal)) = axis.progress(job) else {
+        panic!("{:?}", axis.progress(job));
+    };
+    assert_eq!(refusal.code(), 0x42dd);
+    assert_eq!(
+        (axis.status(), axis.error()),
+        (AxisStatus::Standstill, None)
+    );
+    assert_eq!(axis.set(), Kinematics::at_rest(0.0));
+}
+
+#[test]
+fn a_flying_gear_beyond_the_software_limits_is_refused() {
+    let mut axis = powered(&LIMITED);
+    Master::at(0.0, 0.0).lead(&mut axis, 1);
+    let far = FlyingGearParameters {
+        slave_stop_position: 1_001.0,
+        ..SHORT
+    };
+    let refused = axis.command(&Command::FlyingGear(far)).unwrap_err();
+    assert_eq!(refused.code(), 0x4229);
 }

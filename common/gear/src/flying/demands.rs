@@ -1,0 +1,85 @@
+//! What the windows of a flying gear demand of the slave.
+
+use coaxle_curve::profile::Limits;
+
+use super::error::FlyingGearError;
+use super::window::Window;
+
+/// Slack for rounding, relative to the limit.
+const ROUNDING: f64 = 1e-9;
+
+/// What the slave can do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ability {
+    velocity: f64,
+    /// Either way: a master that turns round in a window makes of one the other.
+    acceleration: f64,
+    jerk: f64,
+}
+
+impl Ability {
+    pub(super) fn of(limits: &Limits) -> Self {
+        Self {
+            velocity: limits.velocity(),
+            acceleration: limits.acceleration().min(limits.deceleration()),
+            jerk: limits.jerk(),
+        }
+    }
+
+    /// Whether the slave can follow a window, in cycles of so many seconds, while its master runs at
+    /// this speed, u/s.
+    ///
+    /// # Errors
+    /// [`FlyingGearError::TooFast`].
+    pub(super) fn check(
+        &self,
+        window: &Window,
+        speed: f64,
+        cycle: f64,
+    ) -> Result<(), FlyingGearError> {
+        for (quantity, received, limit) in self.demands(window, speed, cycle) {
+            if received > limit * (1.0 + ROUNDING) {
+                return Err(FlyingGearError::TooFast {
+                    quantity,
+                    received,
+                    limit,
+                    speed,
+                    fastest: self.fastest(window, cycle),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// What a window demands, and what the slave can do. The slope runs along 3x² − 2x³: its
+    /// acceleration is highest half way, its jerk at both ends. Without a length it is a step, which
+    /// takes a cycle.
+    fn demands(&self, window: &Window, speed: f64, cycle: f64) -> [(&'static str, f64, f64); 3] {
+        let (slope, length) = (window.slope, window.master_length);
+        let velocity = slope * speed;
+        let (acceleration, jerk) = if length > 0.0 {
+            let rate = speed / length;
+            (1.5 * velocity * rate, 6.0 * velocity * rate * rate)
+        } else {
+            (velocity / cycle, 0.0)
+        };
+        [
+            ("velocity", velocity, self.velocity),
+            ("acceleration", acceleration, self.acceleration),
+            ("jerk", jerk, self.jerk),
+        ]
+    }
+
+    /// The master's highest speed at which the slave can follow, u/s.
+    fn fastest(&self, window: &Window, cycle: f64) -> f64 {
+        let (slope, length) = (window.slope, window.master_length);
+        let by_velocity = self.velocity / slope;
+        if length > 0.0 {
+            let by_acceleration = libm::sqrt(self.acceleration * length / (1.5 * slope));
+            let by_jerk = libm::cbrt(self.jerk * length * length / (6.0 * slope));
+            by_velocity.min(by_acceleration).min(by_jerk)
+        } else {
+            by_velocity.min(self.acceleration * cycle / slope)
+        }
+    }
+}
