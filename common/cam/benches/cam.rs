@@ -3,7 +3,9 @@
 
 use std::hint::black_box;
 
-use coaxle_cam::{CamCoupling, CamInV2, CamRequest, CouplingParameters, JumpHandling, Tables};
+use coaxle_cam::{
+    CamCoupling, CamInV2, CamLimits, CamRequest, CouplingParameters, JumpHandling, Tables,
+};
 use coaxle_curve::law::{Motion, MotionLaw};
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::{
@@ -101,7 +103,13 @@ fn coupled(plates: u32) -> (Tables, CamCoupling) {
     let mut coupling = CamCoupling::new(CouplingParameters {
         master_axis_id: 1,
         slave_axis_id: 2,
-        jump_limit: 0.0,
+        limits: CamLimits {
+            velocity: 1e3,
+            acceleration: 1e4,
+            deceleration: 1e4,
+            jerk: 1e6,
+            cycle: 1e-3,
+        },
     })
     .expect("the parameters are right");
     for table in 1..=plates {

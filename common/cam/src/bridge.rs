@@ -1,39 +1,53 @@
 //! From the old course to the new one: what the slave does where they meet, and whether it may.
 
+use super::course::Course;
 use super::error::CouplingError;
 use super::machine::CamCoupling;
 use super::modes::JumpHandling;
 use super::moment::Moment;
-use super::placement::Path;
+use super::placement::{Path, Placed};
 use super::ramp::Ramp;
 use super::tables::Tables;
+use coaxle_curve::profile::Kinematics;
+
+/// What a change makes of the slave's course, and where.
+#[derive(Clone, Copy)]
+pub(super) struct Crossing<'a> {
+    pub(super) moment: &'a Moment,
+    /// The place that changes, and the plate in it from then on.
+    pub(super) index: usize,
+    pub(super) next: Option<Placed<'a>>,
+    /// The old course less the new one.
+    pub(super) gap: Path,
+    pub(super) jump: &'a JumpHandling,
+}
 
 impl CamCoupling {
-    /// Lets the slave over the gap between its old course and the new one, or refuses to.
+    /// The ramp that the slave is on once it is over the gap between its old course and the new one, if
+    /// it is on any; or why it may not get there.
     pub(super) fn bridge(
-        &mut self,
+        &self,
         tables: &Tables,
-        moment: &Moment,
-        gap: Path,
-        jump: &JumpHandling,
-    ) -> Result<(), CouplingError> {
+        to: &Crossing<'_>,
+    ) -> Result<Option<Ramp>, CouplingError> {
+        let Crossing {
+            moment,
+            index,
+            next,
+            gap,
+            jump,
+        } = *to;
         let finite = [gap.position, gap.slope, gap.curvature]
             .iter()
             .all(|value| value.is_finite());
         if !finite {
             return Err(CouplingError::NotFinite);
         }
-        match *jump {
-            JumpHandling::Allow => Ok(()),
+        let ramp = match *jump {
+            JumpHandling::Allow => return Ok(self.ramp),
             JumpHandling::Refuse => {
-                let allowed = self.parameters.jump_limit;
-                let rounding = 1e-12 * self.position_at(tables, moment)?.abs();
-                let distance = -gap.position;
-                if distance.abs() <= allowed + rounding {
-                    Ok(())
-                } else {
-                    Err(CouplingError::Jump { distance, allowed })
-                }
+                self.check_jump(tables, to)?;
+                self.ramp
             }
             JumpHandling::RampIn { master_length } => {
                 let moving = self.slave.velocity;
@@ -41,10 +55,46 @@ impl CamCoupling {
                     return Err(CouplingError::SlaveMoving { velocity: moving });
                 }
                 let gap = gap + self.ramp_at(moment);
-                self.ramp = Some(Ramp::new(moment.master, master_length, gap));
-                Ok(())
+                Some(Ramp::new(moment.master, master_length, gap))
             }
+        };
+        let master = Kinematics {
+            position: moment.master,
+            ..self.master
+        };
+        let course = Course {
+            coupling: self,
+            tables,
+            index,
+            next,
+            ramp,
+        };
+        course.check(&master, &self.parameters.limits)?;
+        Ok(ramp)
+    }
+
+    /// Whether the slave can change its course within a cycle.
+    fn check_jump(&self, tables: &Tables, to: &Crossing<'_>) -> Result<(), CouplingError> {
+        let limits = &self.parameters.limits;
+        let allowed = limits.farthest();
+        let rounding = 1e-12 * self.position_at(tables, to.moment)?.abs();
+        let distance = -to.gap.position;
+        if distance.abs() > allowed + rounding {
+            return Err(CouplingError::Jump { distance, allowed });
         }
+        let allowed = limits.fastest_change();
+        let moves = self.is_coupled() || self.master.velocity != 0.0;
+        // The course of a slave says nothing of its velocity beside a master that stands.
+        let change = if moves {
+            -to.gap.slope * self.master.velocity
+        } else {
+            -self.slave.velocity
+        };
+        let rounding = 1e-9 * limits.velocity;
+        if change.abs() > allowed + rounding {
+            return Err(CouplingError::VelocityJump { change, allowed });
+        }
+        Ok(())
     }
 
     /// What the plate in a place gives, or has to give so that the slave does not jump.

@@ -3,8 +3,8 @@
 use alloc::boxed::Box;
 
 use crate::{
-    CamChange, CamCoupling, CamIn, CamInfo, CamRequest, CouplingError, CouplingParameters,
-    CouplingState, JumpHandling, OnlineChangeMode, TableId, Tables,
+    CamChange, CamCoupling, CamIn, CamInfo, CamLimits, CamRequest, CouplingError,
+    CouplingParameters, CouplingState, JumpHandling, OnlineChangeMode, TableId, Tables,
 };
 use coaxle_axis::{
     CommandState, Coupling, CouplingPhase, Engage, Job, Manner, NotPlanned, PlanInputs, Planned,
@@ -15,9 +15,8 @@ use coaxle_plate::MotionPoint;
 
 /// The cam plates of an axis and its coupling by them, which is idle as long as something else moves
 /// the axis. Without plates it can only refuse, and takes next to no memory.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Cam {
-    jump_limit: f64,
     plates: Option<Box<Plates>>,
 }
 
@@ -28,23 +27,23 @@ struct Plates {
 }
 
 impl Cam {
-    /// Without plates. `jump_limit` is how far the axis can go in a cycle, u: above 0.
-    #[must_use]
-    pub const fn new(jump_limit: f64) -> Self {
-        Self {
-            jump_limit,
-            plates: None,
-        }
-    }
-
-    /// `MC_CamTableSelect`: these plates, with the ids of master and slave for `MC_CamInfo`. Any
-    /// coupling has ended. This allocates.
+    /// `MC_CamTableSelect`: these plates, for a slave that can do so much, with the ids of master and
+    /// slave for `MC_CamInfo`. Any coupling has ended. This allocates.
     ///
     /// # Errors
-    /// 0x4A1C if the jump limit is not a finite number.
+    /// 0x4A1C if the limits are not finite numbers above 0.
     #[doc(alias = "MC_CamTableSelect")]
-    pub fn select(&mut self, tables: Tables, axes: [u32; 2]) -> Result<(), CouplingError> {
-        let coupling = coupling(axes, self.jump_limit)?;
+    pub fn select(
+        &mut self,
+        tables: Tables,
+        limits: CamLimits,
+        [master_axis_id, slave_axis_id]: [u32; 2],
+    ) -> Result<(), CouplingError> {
+        let coupling = CamCoupling::new(CouplingParameters {
+            master_axis_id,
+            slave_axis_id,
+            limits,
+        })?;
         self.plates = Some(Box::new(Plates { tables, coupling }));
         Ok(())
     }
@@ -157,7 +156,7 @@ impl Cam {
             Some(plates) => ask(plates),
             None => ask(&Plates {
                 tables: Tables::new(0),
-                coupling: coupling([0, 0], self.jump_limit)?,
+                coupling: CamCoupling::new(NONE)?,
             }),
         }
     }
@@ -175,17 +174,7 @@ impl Plates {
             return self.coupling.plan(&self.tables, command, master, slave);
         }
         // One that broke off is kept to be asked about, until another begins.
-        let CouplingParameters {
-            master_axis_id,
-            slave_axis_id,
-            jump_limit,
-        } = *self.coupling.parameters();
-        coupling([master_axis_id, slave_axis_id], jump_limit)?.plan(
-            &self.tables,
-            command,
-            master,
-            slave,
-        )
+        CamCoupling::new(*self.coupling.parameters())?.plan(&self.tables, command, master, slave)
     }
 }
 
@@ -301,13 +290,15 @@ impl Coupling for Cam {
     }
 }
 
-fn coupling(
-    [master_axis_id, slave_axis_id]: [u32; 2],
-    jump_limit: f64,
-) -> Result<CamCoupling, CouplingError> {
-    CamCoupling::new(CouplingParameters {
-        master_axis_id,
-        slave_axis_id,
-        jump_limit,
-    })
-}
+/// Of a coupling without plates, which can only refuse.
+const NONE: CouplingParameters = CouplingParameters {
+    master_axis_id: 0,
+    slave_axis_id: 0,
+    limits: CamLimits {
+        velocity: 1.0,
+        acceleration: 1.0,
+        deceleration: 1.0,
+        jerk: 1.0,
+        cycle: 1.0,
+    },
+};

@@ -1,5 +1,6 @@
 //! Carrying out what is due.
 
+use super::bridge::Crossing;
 use super::command::ScalingData;
 use super::error::CouplingError;
 use super::layer::{CouplingStart, Layer, Pending, Undo};
@@ -7,6 +8,7 @@ use super::machine::{CamCoupling, MOST_PLATES};
 use super::modes::JumpHandling;
 use super::moment::{Moment, Step};
 use super::placement::{Placed, Placement, Situation};
+use super::ramp::Ramp;
 use super::rules::Operation;
 use super::tables::{TableRef, Tables};
 use super::trigger::due;
@@ -122,25 +124,15 @@ impl CamCoupling {
         table: TableRef,
         moment: &Moment,
     ) -> Result<(), CouplingError> {
-        let before = self.layers[index];
-        let reference = self.reference(tables, index, moment)?;
-        let plate = tables.versions(&table)?.plate();
-        let placement = Placement::settle(
-            &pending.scaling,
-            plate,
-            &Situation {
-                moment: *moment,
-                before: before
-                    .as_ref()
-                    .map(|layer| layer.placed(tables))
-                    .transpose()?,
-                strokes: 0.0,
-                reference: reference.position,
-            },
-        );
-        let gap = reference - placement.at(plate, moment.master);
+        let (placement, ramp) = self.placing(
+            tables,
+            index,
+            (&pending.scaling, &pending.jump),
+            table,
+            moment,
+        )?;
         let slave = self.position_at(tables, moment)?;
-        self.bridge(tables, moment, gap, &pending.jump)?;
+        self.ramp = ramp;
         self.clear_for_another(tables, index);
         self.keep_or_drop(tables, index, pending, moment);
         self.layers[index] = Some(Layer {
@@ -159,6 +151,63 @@ impl CamCoupling {
         Ok(())
     }
 
+    /// How another plate lies in a place, and the ramp onto it.
+    pub(super) fn placing(
+        &self,
+        tables: &Tables,
+        index: usize,
+        (scaling, jump): (&ScalingData, &JumpHandling),
+        table: TableRef,
+        moment: &Moment,
+    ) -> Result<(Placement, Option<Ramp>), CouplingError> {
+        let before = self.layers[index];
+        let reference = self.reference(tables, index, moment)?;
+        let plate = tables.versions(&table)?.plate();
+        let situation = Situation {
+            moment: *moment,
+            before: before
+                .as_ref()
+                .map(|layer| layer.placed(tables))
+                .transpose()?,
+            strokes: 0.0,
+            reference: reference.position,
+        };
+        let placement = Placement::settle(scaling, plate, &situation);
+        let next = Placed {
+            placement: &placement,
+            plate,
+        };
+        let ramp = self.bridge(
+            tables,
+            &Crossing {
+                moment,
+                index,
+                next: Some(next),
+                gap: reference - placement.at(plate, moment.master),
+                jump,
+            },
+        )?;
+        Ok((placement, ramp))
+    }
+
+    /// The ramp of a slave that goes on without the plate in a place, which is not the last.
+    pub(super) fn removing(
+        &self,
+        tables: &Tables,
+        index: usize,
+        jump: &JumpHandling,
+        moment: &Moment,
+    ) -> Result<Option<Ramp>, CouplingError> {
+        let crossing = Crossing {
+            moment,
+            index,
+            next: None,
+            gap: self.reference(tables, index, moment)?,
+            jump,
+        };
+        self.bridge(tables, &crossing)
+    }
+
     fn remove(
         &mut self,
         tables: &mut Tables,
@@ -175,8 +224,7 @@ impl CamCoupling {
             }
             self.leave_slave_at(tables, moment)?;
         } else {
-            let reference = self.reference(tables, index, moment)?;
-            self.bridge(tables, moment, reference, &pending.jump)?;
+            self.ramp = self.removing(tables, index, &pending.jump, moment)?;
         }
         self.clear_for_another(tables, index);
         self.keep_or_drop(tables, index, pending, moment);
@@ -200,7 +248,9 @@ impl CamCoupling {
                 table: before.table.id,
             });
         }
-        let placement = self.scaled(tables, index, &pending.scaling, &pending.jump, moment)?;
+        let (placement, ramp) =
+            self.scaled(tables, index, &pending.scaling, &pending.jump, moment)?;
+        self.ramp = ramp;
         if pending.is_once() {
             self.queues[index].undo = Some(Undo {
                 job: pending.job,
@@ -221,22 +271,44 @@ impl CamCoupling {
         Ok(())
     }
 
-    /// The present plate in the place that `scaling` asks for, and the way there.
+    /// The present plate in the place that `scaling` asks for, and the ramp there.
     pub(super) fn scaled(
-        &mut self,
+        &self,
         tables: &Tables,
         index: usize,
         scaling: &ScalingData,
         jump: &JumpHandling,
         moment: &Moment,
-    ) -> Result<Placement, CouplingError> {
+    ) -> Result<(Placement, Option<Ramp>), CouplingError> {
         let layer = self.layers[index].ok_or(CouplingError::NotCoupled)?;
         let placed = layer.placed(tables)?;
         let placement = self.moved(tables, index, scaling, placed, placed.plate, moment)?;
+        let next = Placed {
+            placement: &placement,
+            plate: placed.plate,
+        };
+        let ramp = self.moving(tables, index, next, jump, moment)?;
+        Ok((placement, ramp))
+    }
+
+    /// The ramp of a slave whose plate in a place goes on like that.
+    pub(super) fn moving(
+        &self,
+        tables: &Tables,
+        index: usize,
+        next: Placed<'_>,
+        jump: &JumpHandling,
+        moment: &Moment,
+    ) -> Result<Option<Ramp>, CouplingError> {
         let reference = self.reference(tables, index, moment)?;
-        let gap = reference - placement.at(placed.plate, moment.master);
-        self.bridge(tables, moment, gap, jump)?;
-        Ok(placement)
+        let crossing = Crossing {
+            moment,
+            index,
+            next: Some(next),
+            gap: reference - next.placement.at(next.plate, moment.master),
+            jump,
+        };
+        self.bridge(tables, &crossing)
     }
 
     /// A plate that goes on in another place, or as another version of itself, with its strokes.

@@ -2,6 +2,7 @@
 
 use super::modes::ActivationMode;
 use super::rules::Operation;
+use coaxle_curve::law::Quantity;
 use coaxle_plate::CamError;
 
 /// `MC_CAM_ID`, TF5050 chapter 8.1: the number of a plate, 1 to 255.
@@ -140,12 +141,45 @@ pub enum CouplingError {
         table: TableId,
     },
     /// 0x421A: the slave would jump.
-    #[error("{:#06x}: the slave would jump by {distance} u, expected at most {allowed} u", self.code())]
+    #[error(
+        "{:#06x}: the slave would jump by {distance} u, expected at most {allowed} u: move it there, or ramp it in",
+        self.code()
+    )]
     Jump {
         /// How far, u.
         distance: f64,
-        /// How far it may go in a cycle, u.
+        /// How far it may get from where it would be by itself in a cycle, u.
         allowed: f64,
+    },
+    /// 0x421A: the slave's velocity would jump.
+    #[error(
+        "{:#06x}: the slave's velocity would jump by {change} u/s, expected at most {allowed} u/s: ramp it in, or \
+         change where both courses have one velocity, at rest say",
+        self.code()
+    )]
+    VelocityJump {
+        /// By how much, u/s.
+        change: f64,
+        /// How much more than by itself it may change in a cycle, u/s.
+        allowed: f64,
+    },
+    /// 0x42DD: the slave could not follow its new course.
+    #[error(
+        "{:#06x}: {quantity} of the slave: received {received}, expected at most {limit}, with a master at {speed} u/s: \
+         lead it at up to {fastest} u/s, scale the plate down, or take a longer ramp",
+        self.code()
+    )]
+    BeyondLimits {
+        /// Which limit.
+        quantity: Quantity,
+        /// What would be needed.
+        received: f64,
+        /// What the slave can do.
+        limit: f64,
+        /// How fast the master is, u/s.
+        speed: f64,
+        /// How fast it may be there, u/s.
+        fastest: f64,
     },
     /// 0x4A1C: a parameter is out of range.
     #[error("{:#06x}: {name}: received {received}, expected {expected}", self.code())]
@@ -194,7 +228,7 @@ impl CouplingError {
             Self::TableExists { .. } => 0x4063,
             Self::TableUnknown { .. } => 0x4216,
             Self::NoReferencePlate => 0x4219,
-            Self::Jump { .. } => 0x421A,
+            Self::Jump { .. } | Self::VelocityJump { .. } => 0x421A,
             Self::ActivationPosition { .. } => 0x422B,
             Self::ModeNeedsAbsoluteMaster { .. } => 0x4250,
             Self::NotCoupled => 0x4256,
@@ -216,6 +250,7 @@ impl CouplingError {
             Self::Pending { .. } => 0x4287,
             Self::AxisError { .. } => 0x42A0,
             Self::NotFinite => 0x42DC,
+            Self::BeyondLimits { .. } => 0x42DD,
             Self::StoreFull { .. } => 0x4A11,
             Self::Scaling { .. } => 0x4A17,
             Self::Parameter { .. } => 0x4A1C,

@@ -2,7 +2,7 @@
 //!
 //! ```
 //! use coaxle_cam::{
-//!     CamCoupling, CamIn, CamRequest, CouplingParameters, Tables,
+//!     CamCoupling, CamIn, CamLimits, CamRequest, CouplingParameters, Tables,
 //! };
 //! use coaxle_plate::{Course, Interpolation, Plate, PositionTable};
 //! use coaxle_curve::profile::Kinematics;
@@ -15,7 +15,13 @@
 //! let mut coupling = CamCoupling::new(CouplingParameters {
 //!     master_axis_id: 1,
 //!     slave_axis_id: 2,
-//!     jump_limit: 0.5,
+//!     limits: CamLimits {
+//!         velocity: 1_000.0,
+//!         acceleration: 10_000.0,
+//!         deceleration: 10_000.0,
+//!         jerk: 1e6,
+//!         cycle: 1e-3,
+//!     },
 //! })?;
 //! let cam_in = CamRequest::from(CamIn { table: 1, slave_scaling: 2.0, ..CamIn::default() });
 //! let (master, slave) = (Kinematics::at_rest(0.0), Kinematics::at_rest(0.0));
@@ -79,10 +85,13 @@ mod cam;
 mod carry_out;
 mod checks;
 mod command;
+mod course;
 mod ending;
 mod error;
+mod foresee;
 mod info;
 mod layer;
+mod limits;
 mod machine;
 mod modes;
 mod moment;
@@ -107,6 +116,7 @@ pub use command::{
 };
 pub use error::{CouplingError, TableId};
 pub use info::{CamInfo, QueuedChange};
+pub use limits::CamLimits;
 pub use machine::{CamCoupling, CouplingParameters, CouplingState, MOST_PLATES};
 pub use modes::{ActivationMode, JumpHandling, OperationMode, ScalingMode, StartMode};
 pub use plan::CamChange;

@@ -2,6 +2,7 @@
 
 use super::error::CouplingError;
 use super::layer::{Layer, Queue};
+use super::limits::CamLimits;
 use super::moment::Step;
 use super::placement::Path;
 use super::ramp::Ramp;
@@ -28,8 +29,8 @@ pub struct CouplingParameters {
     pub master_axis_id: u32,
     /// Id of the slave axis, for [`CamInfo`](super::CamInfo).
     pub slave_axis_id: u32,
-    /// The farthest a change may make the slave jump, u: its highest velocity times the cycle time.
-    pub jump_limit: f64,
+    /// What the slave can do.
+    pub limits: CamLimits,
 }
 
 /// What [`CamCoupling::state`] and [`CamCoupling::state_of`] answer with.
@@ -81,16 +82,9 @@ impl CamCoupling {
     /// A slave that is not coupled.
     ///
     /// # Errors
-    /// 0x4A1C unless the jump limit is a finite number of 0 or above.
+    /// 0x4A1C unless the limits are finite numbers above 0.
     pub fn new(parameters: CouplingParameters) -> Result<Self, CouplingError> {
-        let received = parameters.jump_limit;
-        if !(received.is_finite() && received >= 0.0) {
-            return Err(CouplingError::Parameter {
-                name: "jump limit",
-                received,
-                expected: "a finite number of 0 or above",
-            });
-        }
+        parameters.limits.check()?;
         Ok(Self {
             parameters,
             kind: None,

@@ -161,8 +161,11 @@ pub enum OperationMode {
     Remove = 3,
 }
 
-/// What to do if the slave is not where a change would have it. Not in the manual: the original
-/// always jumps.
+/// What to do if the slave is not where a change would have it, or not as fast. Not in the manual: the
+/// original always jumps.
+///
+/// Unless it may jump, the slave must be able to follow its new course at the velocity that its
+/// master has; if not, the change is refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -170,10 +173,11 @@ pub enum OperationMode {
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub enum JumpHandling {
-    /// Refuses a jump beyond what the slave can do in one cycle at its highest velocity.
+    /// Refuses a jump of position or velocity beyond what acceleration and jerk of the slave can do in
+    /// one cycle, besides its motion as it is.
     #[default]
     Refuse,
-    /// Jumps, as the original does.
+    /// Jumps, as the original does. What the slave cannot follow then is an error stop of its axis.
     Allow,
     /// Leads the slave to its new course over a distance of the master, without a step in position,
     /// velocity or acceleration.

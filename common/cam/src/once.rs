@@ -6,7 +6,7 @@ use super::layer::{Layer, Pending, Undo};
 use super::machine::CamCoupling;
 use super::modes::ScalingMode;
 use super::moment::{Moment, Step};
-use super::placement::{Path, Placement, Situation};
+use super::placement::{Path, Placed, Placement, Situation};
 use super::tables::Tables;
 use super::trigger::next_cycle;
 use coaxle_axis::CommandState;
@@ -92,7 +92,8 @@ impl CamCoupling {
     ) -> Result<(), CouplingError> {
         let before = undo.before.ok_or(CouplingError::NotCoupled)?.placement;
         let scaling = scaling_back(&undo.scaling, &before);
-        let placement = self.scaled(tables, index, &scaling, &undo.jump, moment)?;
+        let (placement, ramp) = self.scaled(tables, index, &scaling, &undo.jump, moment)?;
+        self.ramp = ramp;
         if let Some(layer) = &mut self.layers[index] {
             layer.placement = placement;
         }
@@ -111,16 +112,14 @@ impl CamCoupling {
             Some(layer) => Some(self.returned(tables, index, undo, layer, reference, moment)?),
             None => None,
         };
-        let after = match (&undo.before, &placement) {
-            (Some(layer), Some(placement)) => {
-                placement.at(tables.versions(&layer.table)?.plate(), moment.master)
-            }
-            _ => Path::default(),
-        };
-        if undo.before.is_none() && self.is_last_plate() {
+        if let (Some(layer), Some(placement)) = (&undo.before, &placement) {
+            let plate = tables.versions(&layer.table)?.plate();
+            let next = Placed { placement, plate };
+            self.ramp = self.moving(tables, index, next, &undo.jump, moment)?;
+        } else if self.is_last_plate() {
             self.leave_slave_at(tables, moment)?;
         } else {
-            self.bridge(tables, moment, reference - after, &undo.jump)?;
+            self.ramp = self.removing(tables, index, &undo.jump, moment)?;
         }
         self.abort_scaling(index);
         if let Some(layer) = self.layers[index].take() {

@@ -47,13 +47,16 @@ impl CamCoupling {
         } = layer.placement;
         let scaling = mode.scaling(master_scaling, slave_scaling);
         let placement = self.moved(tables, index, &scaling, placed, plate, &moment)?;
-        let reference = self.reference(tables, index, &moment)?;
-        let gap = reference - placement.at(plate, moment.master);
-        let jump = mode.jump;
-        if self.bridge(tables, &moment, gap, &jump).is_ok()
+        let next_placed = Placed {
+            placement: &placement,
+            plate,
+        };
+        let ramp = self.moving(tables, index, next_placed, &mode.jump, &moment);
+        if let Ok(ramp) = ramp
             && let (Some(layer), Some(versions)) =
                 (&mut self.layers[index], tables.versions_mut(&layer.table))
         {
+            self.ramp = ramp;
             versions.advance(&mut layer.lease, next);
             layer.placement = placement;
         }

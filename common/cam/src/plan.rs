@@ -84,8 +84,9 @@ impl CamCoupling {
     /// count only while it is not coupled.
     ///
     /// # Errors
-    /// [`CouplingError`]. A jump is found when the change is due: its job is `Failed` then, and
-    /// nothing has changed.
+    /// [`CouplingError`]. Of a change that waits, a jump is found when it is due: its job is `Failed`
+    /// then, and nothing has changed. Whether the slave could follow its new course is looked at here,
+    /// for a master as fast as now, and again when it is due.
     pub fn plan(
         &self,
         tables: &Tables,
@@ -186,6 +187,7 @@ impl CamCoupling {
             return Ok(Change::DeleteQueued { index });
         }
         self.check_terms(tables, index, Operation::Switch, None, terms, master)?;
+        self.foresee_removal(tables, index, &terms)?;
         Ok(Change::Plate {
             index,
             table: None,
@@ -220,8 +222,13 @@ impl CamCoupling {
             if !is_finite(axes.master) || !is_finite(axes.slave) {
                 return Err(CouplingError::AxisError { code: 0 });
             }
-            let velocity = axes.slave.velocity;
-            if mode != ActivationMode::Instantaneous && velocity != 0.0 {
+            let Kinematics {
+                velocity,
+                acceleration,
+                ..
+            } = *axes.slave;
+            let moves = velocity != 0.0 || acceleration != 0.0;
+            if mode != ActivationMode::Instantaneous && moves {
                 return Err(CouplingError::SlaveMoving { velocity });
             }
             first = Some(First {
@@ -230,6 +237,7 @@ impl CamCoupling {
                 slave: *axes.slave,
             });
         }
+        self.foresee_plate(tables, index, table, &terms, first.as_ref())?;
         Ok(Change::Plate {
             index,
             table: Some(table),
@@ -250,6 +258,7 @@ impl CamCoupling {
             return Ok(Change::Nothing);
         }
         self.check_terms(tables, index, Operation::Scale, None, terms, master)?;
+        self.foresee_scaling(tables, index, &terms)?;
         Ok(Change::Scaling { index, terms })
     }
 

@@ -20,6 +20,11 @@ impl Ramp {
         Self { start, length, gap }
     }
 
+    /// How much of the master it takes, u.
+    pub(super) const fn length(&self) -> f64 {
+        self.length
+    }
+
     /// What the slave is off the new course; None once that is reached.
     pub(super) fn at(&self, master: f64) -> Option<Path> {
         let way = master - self.start;

@@ -2,8 +2,9 @@
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use coaxle_cam::{
-    Activation, ActivationMode, CamAdd, CamCoupling, CamExchange, CamInV2, CamOut, CamRemove,
-    CamRequest, CamScalingV2, CouplingParameters, JumpHandling, OnlineChangeMode, Tables,
+    Activation, ActivationMode, CamAdd, CamCoupling, CamExchange, CamInV2, CamLimits, CamOut,
+    CamRemove, CamRequest, CamScalingV2, CouplingParameters, JumpHandling, OnlineChangeMode,
+    Tables,
 };
 use coaxle_curve::law::MotionLaw;
 use coaxle_curve::profile::Kinematics;
@@ -43,7 +44,13 @@ fn commands_writes_and_cycles_do_not_allocate() {
     let mut coupling = CamCoupling::new(CouplingParameters {
         master_axis_id: 1,
         slave_axis_id: 2,
-        jump_limit: 0.0,
+        limits: CamLimits {
+            velocity: 1e9,
+            acceleration: 1e12,
+            deceleration: 1e12,
+            jerk: 6e15,
+            cycle: 1e-6,
+        },
     })
     .expect("the parameters are right");
     let jump = JumpHandling::RampIn { master_length: 9.0 };

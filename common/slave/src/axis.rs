@@ -15,7 +15,7 @@ use coaxle_axis::guard::Guard;
 use coaxle_axis::{
     AxisStatus, CommandState, CouplingPhase, Job, Masters, StateMachine, StateWord, Transition,
 };
-use coaxle_cam::{CamInfo, CouplingError, Tables};
+use coaxle_cam::{CamInfo, CamLimits, CouplingError, Tables};
 use coaxle_curve::profile::Kinematics;
 use coaxle_saw::{CouplingMoment, SawPlan, SawRefusal, saw_table_id};
 
@@ -90,7 +90,7 @@ impl SlaveAxis {
             set: Kinematics::at_rest(here),
             acceleration: 0.0,
             motion: Motion::Own(Planned::rest(here, &guard)),
-            couplings: Couplings::new(guard.limits().velocity() * cycle_time, parameters.saw()?),
+            couplings: Couplings::new(parameters.saw()?),
             phasing: Shift::NONE,
             superimposed: Shift::NONE,
             jobs: Jobs::default(),
@@ -119,9 +119,9 @@ impl SlaveAxis {
             _ => None,
         };
         self.couplings.saw.set_table_in_use(table);
-        self.couplings
-            .cam
-            .select(tables, [master_axis_id, slave_axis_id])
+        let limits = CamLimits::of(self.guard.limits(), self.cycle_time);
+        let axes = [master_axis_id, slave_axis_id];
+        self.couplings.cam.select(tables, limits, axes)
     }
 
     /// One cycle: the set values `elapsed` after the last ones, which the drive then follows.

@@ -169,13 +169,13 @@ couplings! {
 }
 
 impl Couplings {
-    /// None of them engaged. The axis can go so far in a cycle, u, and takes its master so as a saw.
-    pub(super) fn new(jump_limit: f64, saw: Saw) -> Self {
+    /// None of them engaged. The axis takes its master so as a saw.
+    pub(super) fn new(saw: Saw) -> Self {
         Self {
             gear: Gear::default(),
             flying_gear: FlyingGearCoupling::default(),
             multi_master_gear: MultiMasterGear::default(),
-            cam: Cam::new(jump_limit),
+            cam: Cam::default(),
             saw,
         }
     }

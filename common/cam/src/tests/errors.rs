@@ -140,7 +140,10 @@ fn of_axes_that_are_not_fit_for_it() {
         CamCoupling::new(CouplingParameters {
             master_axis_id: 1,
             slave_axis_id: 2,
-            jump_limit: -1.0,
+            limits: CamLimits {
+                jerk: -1.0,
+                ..LIMITS
+            },
         })
         .is_err_and(|error| error.code() == 0x4A1C)
     );
@@ -150,17 +153,11 @@ fn of_axes_that_are_not_fit_for_it() {
 fn of_a_slave_that_moves_while_a_standing_master_should_lead_it() {
     let mut rig = Rig::new();
     rig.slave.velocity = 1.0;
-    let ticket = rig
-        .start(CamRequest::from(CamIn {
-            jump: JumpHandling::RampIn { master_length: 9.0 },
-            ..cam_in(1)
-        }))
-        .unwrap();
-    rig.go(0.0);
-    let CommandState::Failed(error) = rig.state(ticket) else {
-        panic!("{:?}", rig.state(ticket));
-    };
-    is_refused(error, 0x426F, "standstill");
+    let command = CamRequest::from(CamIn {
+        jump: JumpHandling::RampIn { master_length: 9.0 },
+        ..cam_in(1)
+    });
+    is_refused(refused(&mut rig, command), 0x426F, "standstill");
 }
 
 #[test]

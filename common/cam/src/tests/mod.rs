@@ -40,6 +40,15 @@ fn plate(points: &[(f64, f64)], course: Course) -> Plate {
     Plate::from_function(function, course)
 }
 
+/// 1e-3 u of a jump, and whatever velocity.
+const LIMITS: CamLimits = CamLimits {
+    velocity: 1e12,
+    acceleration: 1e24,
+    deceleration: 1e24,
+    jerk: 6e33,
+    cycle: 1e-12,
+};
+
 /// A slave, its coupling and its master.
 struct Rig {
     tables: Tables,
@@ -73,7 +82,7 @@ impl Rig {
         let coupling = CamCoupling::new(CouplingParameters {
             master_axis_id: 7,
             slave_axis_id: 8,
-            jump_limit: 1e-3,
+            limits: LIMITS,
         })
         .expect("parameters");
         Self {

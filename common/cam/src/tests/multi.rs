@@ -81,9 +81,9 @@ fn operations_of_cam_in_v2_do_what_the_blocks_do() {
     };
     rig.start(v2(OperationMode::Additive, SMALL, 0)).unwrap();
     rig.lead(180.0 * 2.0, 1.0);
-    rig.start(v2(OperationMode::Exchange, SPARE, SMALL))
-        .unwrap();
     // Its place in the axes is absolute, so it would jump to where it is after 360.
+    let jumps = rig.start(v2(OperationMode::Exchange, SPARE, SMALL));
+    assert_eq!(jumps.unwrap_err().code(), 0x421A);
     rig.go(360.0);
     let ids = |rig: &Rig| {
         [BACK_AND_FORTH, SMALL, SPARE].map(|id| rig.coupling.info(&rig.tables, id, None).is_ok())
@@ -173,9 +173,8 @@ fn a_plate_is_removed_on_a_ramp() {
             ..CamRemove::default()
         })
     };
-    let refused = rig.start(remove(JumpHandling::Refuse)).unwrap();
+    assert!(rig.start(remove(JumpHandling::Refuse)).is_err());
     rig.go(80.0);
-    assert!(matches!(rig.state(refused), CommandState::Failed(_)));
     rig.start(remove(JumpHandling::RampIn {
         master_length: 40.0,
     }))

@@ -110,7 +110,7 @@ fn every_slave_takes_the_change_at_its_own_moment() {
     let mut other = CamCoupling::new(CouplingParameters {
         master_axis_id: 7,
         slave_axis_id: 9,
-        jump_limit: 1e-3,
+        limits: LIMITS,
     })
     .unwrap();
     // The other slave is half a cycle behind.

@@ -145,7 +145,7 @@ proptest! {
         let steepest = slope_bound(&points).max(slope_bound(&changed));
         let way = if backwards { -3000.0 } else { 3000.0 };
         let largest = rig.lead(start + way, step);
-        let bound = steepest * step + rig.coupling.parameters.jump_limit;
+        let bound = steepest * step + LIMITS.farthest();
         prop_assert!(largest <= bound * (1.0 + 1e-9) + 1e-9, "{largest} over {bound}");
     }
 

@@ -1,5 +1,6 @@
 //! What a slave axis does, and what it never does.
 
+mod cam_limits;
 mod cams;
 mod coupled;
 mod differences;

@@ -1,0 +1,131 @@
+//! The course that a change leads to, looked at ahead of the master: whether the slave can follow.
+
+use super::error::CouplingError;
+use super::limits::CamLimits;
+use super::machine::CamCoupling;
+use super::placement::{Path, Placed};
+use super::ramp::Ramp;
+use super::tables::Tables;
+use coaxle_curve::law::Quantity;
+use coaxle_curve::profile::Kinematics;
+use coaxle_plate::Course as Kind;
+
+/// At so many places of a cycle, and of a ramp, the course is looked at.
+const PLACES: u32 = 128;
+
+/// Slack for rounding, relative to the limit.
+const ROUNDING: f64 = 1e-6;
+
+/// What the slave is led by once a change is in force: all plates, one of them new, and a ramp.
+pub(super) struct Course<'a> {
+    pub(super) coupling: &'a CamCoupling,
+    pub(super) tables: &'a Tables,
+    /// The place that changes, and the plate in it; none if it is taken out.
+    pub(super) index: usize,
+    pub(super) next: Option<Placed<'a>>,
+    pub(super) ramp: Option<Ramp>,
+}
+
+impl Course<'_> {
+    /// Whether the slave can follow it ahead of a master that keeps its velocity: over a cycle of the
+    /// plate that is new, and over the ramp.
+    pub(super) fn check(
+        &self,
+        master: &Kinematics,
+        limits: &CamLimits,
+    ) -> Result<(), CouplingError> {
+        let (from, velocity) = (master.position, master.velocity);
+        if velocity == 0.0 {
+            return Ok(());
+        }
+        for way in [self.way_on_plate(master), self.way_on_ramp(master)] {
+            for place in 0..=PLACES {
+                let master = from + way * f64::from(place) / f64::from(PLACES);
+                self.check_at(master, velocity, limits)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_at(
+        &self,
+        master: f64,
+        master_velocity: f64,
+        limits: &CamLimits,
+    ) -> Result<(), CouplingError> {
+        let path = self.at(master)?;
+        let velocity = path.slope * master_velocity;
+        let acceleration = path.curvature * master_velocity * master_velocity;
+        let push = if velocity * acceleration < 0.0 {
+            limits.deceleration
+        } else {
+            limits.acceleration
+        };
+        let speed = master_velocity.abs();
+        for (quantity, received, limit, part) in [
+            (
+                Quantity::Velocity,
+                velocity.abs(),
+                limits.velocity,
+                limits.velocity / velocity.abs(),
+            ),
+            (
+                Quantity::Acceleration,
+                acceleration.abs(),
+                push,
+                libm::sqrt(push / acceleration.abs()),
+            ),
+        ] {
+            if received > limit * (1.0 + ROUNDING) {
+                return Err(CouplingError::BeyondLimits {
+                    quantity,
+                    received,
+                    limit,
+                    speed,
+                    fastest: speed * part,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn at(&self, master: f64) -> Result<Path, CouplingError> {
+        let mut path = match &self.next {
+            Some(placed) => placed.placement.at(placed.plate, master),
+            None => Path::default(),
+        };
+        let others = self.coupling.layers.iter().enumerate();
+        for (_, layer) in others.filter(|(index, _)| *index != self.index) {
+            if let Some(layer) = layer {
+                path += layer.path_at(self.tables, master)?;
+            }
+        }
+        if let Some(ramp) = &self.ramp {
+            path += ramp.at(master).unwrap_or_default();
+        }
+        Ok(path)
+    }
+
+    /// The master's way over the new plate that lies ahead: a cycle, or what is left of a linear one.
+    fn way_on_plate(&self, master: &Kinematics) -> f64 {
+        let Some(Placed { placement, plate }) = &self.next else {
+            return 0.0;
+        };
+        let (start, end) = plate.master_range();
+        let ahead = |way: f64| way * master.velocity > 0.0;
+        if plate.course() == Kind::Cyclic {
+            let period = placement.on_axis(end) - placement.on_axis(start);
+            return period.abs().copysign(master.velocity);
+        }
+        let ways = [start, end].map(|edge| placement.on_axis(edge) - master.position);
+        ways.into_iter()
+            .filter(|way| ahead(*way))
+            .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+            .unwrap_or(0.0)
+    }
+
+    fn way_on_ramp(&self, master: &Kinematics) -> f64 {
+        self.ramp
+            .map_or(0.0, |ramp| ramp.length().copysign(master.velocity))
+    }
+}

@@ -1,0 +1,120 @@
+//! What of a change can be told before it is due.
+
+use super::bridge::Crossing;
+use super::course::Course;
+use super::error::CouplingError;
+use super::machine::CamCoupling;
+use super::modes::{ActivationMode, JumpHandling};
+use super::moment::Moment;
+use super::placement::{Placed, Placement, Situation};
+use super::plan::First;
+use super::request::Terms;
+use super::tables::{TableRef, Tables};
+use coaxle_plate::Plate;
+
+impl CamCoupling {
+    /// Another plate for a place: as a whole if it comes at once. Otherwise whether the slave could
+    /// follow it, were its master then as fast as it is now.
+    pub(super) fn foresee_plate(
+        &self,
+        tables: &Tables,
+        index: usize,
+        table: TableRef,
+        terms: &Terms,
+        first: Option<&First>,
+    ) -> Result<(), CouplingError> {
+        let mut there = self.clone();
+        if let Some(first) = first {
+            (there.master, there.slave) = (first.master, first.slave);
+        }
+        let Some(now) = there.moment_of_terms(terms) else {
+            let plate = tables.versions(&table)?.plate();
+            return there.foresee_alone(tables, index, Some(plate), terms);
+        };
+        there
+            .placing(tables, index, (&terms.scaling, &terms.jump), table, &now)
+            .map(|_| ())
+    }
+
+    /// The same of a plate that is scaled.
+    pub(super) fn foresee_scaling(
+        &self,
+        tables: &Tables,
+        index: usize,
+        terms: &Terms,
+    ) -> Result<(), CouplingError> {
+        match self.moment_of_terms(terms) {
+            None => self.foresee_alone(tables, index, None, terms),
+            Some(now) => self
+                .scaled(tables, index, &terms.scaling, &terms.jump, &now)
+                .map(|_| ()),
+        }
+    }
+
+    /// The same of a plate that is taken out.
+    pub(super) fn foresee_removal(
+        &self,
+        tables: &Tables,
+        index: usize,
+        terms: &Terms,
+    ) -> Result<(), CouplingError> {
+        match self.moment_of_terms(terms) {
+            Some(now) if !self.is_last_plate() => {
+                let crossing = Crossing {
+                    moment: &now,
+                    index,
+                    next: None,
+                    gap: self.reference(tables, index, &now)?,
+                    jump: &terms.jump,
+                };
+                self.bridge(tables, &crossing).map(|_| ())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Now, for a change that comes with the next cycle, before anything else does.
+    fn moment_of_terms(&self, terms: &Terms) -> Option<Moment> {
+        let at_once = terms.activation.mode == ActivationMode::Instantaneous;
+        (at_once && !self.has_queue).then(|| Moment::at(self.master.position))
+    }
+
+    /// The only plate of a slave, by itself: how it lies when it is due shifts it, and no more.
+    fn foresee_alone(
+        &self,
+        tables: &Tables,
+        index: usize,
+        other: Option<&Plate>,
+        terms: &Terms,
+    ) -> Result<(), CouplingError> {
+        let is_only = self.layers.iter().flatten().count() <= 1;
+        if terms.jump == JumpHandling::Allow || !is_only || self.has_queue {
+            return Ok(());
+        }
+        let moment = Moment::at(self.master.position);
+        let layer = self.layers[index].as_ref();
+        let before = layer.map(|layer| layer.placed(tables)).transpose()?;
+        let Some(plate) = other.or(before.map(|before| before.plate)) else {
+            return Ok(());
+        };
+        let situation = Situation {
+            moment,
+            before,
+            strokes: 0.0,
+            reference: self.slave.position,
+        };
+        let placement = Placement::settle(&terms.scaling, plate, &situation);
+        let next = Some(Placed {
+            placement: &placement,
+            plate,
+        });
+        let course = Course {
+            coupling: self,
+            tables,
+            index,
+            next,
+            ramp: None,
+        };
+        course.check(&self.master, &self.parameters.limits)
+    }
+}
