@@ -264,7 +264,7 @@ fn a_change_that_is_refused_when_it_is_due_stops_the_program_and_not_the_slave()
         "mode = 'bypass'\n[[slave]]\n{LIMITS}\ncouple = {{ cam.table = 1 }}\n{CAM}
         [[slave.step]]
         when = {{ time-s = 1 }}
-        do = {{ cam-scaling = {{ scaling.slave = {{ offset = 500 }} }} }}
+        do = {{ cam-scaling = {{ activation.mode = 'next-cycle', scaling.slave = {{ offset = 500 }} }} }}
         [[slave.step]]
         when = {{ time-s = 9 }}
         "

@@ -28,7 +28,7 @@ pub(super) struct Course<'a> {
 
 impl Course<'_> {
     /// Whether the slave can follow it ahead of a master that keeps its velocity: over a cycle of the
-    /// plate that is new, and over the ramp.
+    /// plate that is new, and over the ramp, whose own jerk counts too.
     pub(super) fn check(
         &self,
         master: &Kinematics,
@@ -44,7 +44,34 @@ impl Course<'_> {
                 self.check_at(master, velocity, limits)?;
             }
         }
-        Ok(())
+        self.check_ramp(master, limits.jerk)
+    }
+
+    /// The ramp's jerk, by the differences of its curvature.
+    fn check_ramp(&self, master: &Kinematics, limit: f64) -> Result<(), CouplingError> {
+        let Some(ramp) = &self.ramp else {
+            return Ok(());
+        };
+        let step = self.way_on_ramp(master) / f64::from(PLACES);
+        let curvature = |place: u32| {
+            let path = ramp.at(master.position + step * f64::from(place));
+            path.unwrap_or_default().curvature
+        };
+        let speed = master.velocity.abs();
+        let steepest = (0..PLACES)
+            .map(|place| (curvature(place + 1) - curvature(place)).abs())
+            .fold(0.0, f64::max);
+        let received = steepest / step.abs() * speed * speed * speed;
+        if received <= limit * (1.0 + ROUNDING) {
+            return Ok(());
+        }
+        Err(CouplingError::BeyondLimits {
+            quantity: Quantity::Jerk,
+            received,
+            limit,
+            speed,
+            fastest: speed * libm::cbrt(limit / received),
+        })
     }
 
     fn check_at(

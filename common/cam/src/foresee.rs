@@ -1,6 +1,5 @@
 //! What of a change can be told before it is due.
 
-use super::bridge::Crossing;
 use super::course::Course;
 use super::error::CouplingError;
 use super::machine::CamCoupling;
@@ -60,14 +59,7 @@ impl CamCoupling {
     ) -> Result<(), CouplingError> {
         match self.moment_of_terms(terms) {
             Some(now) if !self.is_last_plate() => {
-                let crossing = Crossing {
-                    moment: &now,
-                    index,
-                    next: None,
-                    gap: self.reference(tables, index, &now)?,
-                    jump: &terms.jump,
-                };
-                self.bridge(tables, &crossing).map(|_| ())
+                self.removing(tables, index, &terms.jump, &now).map(|_| ())
             }
             _ => Ok(()),
         }

@@ -64,8 +64,8 @@
 //!
 //! Where this is not the original:
 //!
-//! * A plate that would make the slave jump is refused, or approached on a ramp: [`JumpHandling`].
-//!   An online change that would, waits until it does not.
+//! * A plate that would make the slave jump, or that it could not follow, is refused, or approached on a
+//!   ramp: [`JumpHandling`], [`CamLimits`]. An online change that would, waits until it does not.
 //! * `NEXTCYCLEONCE` exists.
 //! * The strokes a cyclic plate with lift has done are kept when it is scaled; the new scaling holds
 //!   for those to come.

@@ -18,8 +18,8 @@ pub struct CamLimits {
     pub acceleration: f64,
     /// Highest deceleration, u/s².
     pub deceleration: f64,
-    /// Highest jerk, u/s³: of a change between two courses. What a plate asks for by itself its slave
-    /// does, whatever the jerk.
+    /// Highest jerk, u/s³: of the way from one course to another. What a plate asks for by itself its
+    /// slave does, whatever the jerk.
     pub jerk: f64,
     /// How long a cycle is, s.
     pub cycle: f64,

@@ -7,8 +7,11 @@
 
 use proptest::prelude::*;
 
+use super::cams::plate;
+use super::invariants::flying_gear;
 use super::*;
 use coaxle_axis::AxisStatus;
+use coaxle_cam::{Activation, ActivationMode, CamIn, JumpHandling, ScalingMode, Tables};
 use coaxle_curve::profile::{Limits, Profile, to_velocity};
 use coaxle_gear::{GearInMultiMaster, Ratios};
 use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode};
@@ -24,6 +27,10 @@ enum Event {
         start_distance: Option<f64>,
         mask: SyncMask,
     },
+    /// A flying gear that begins a little ahead of the master: ratio, the slave's way in and out.
+    Flying(f64, f64, f64),
+    /// A plate, over a ramp or without one, at once or with the next cycle.
+    Cam(CamIn),
     /// The master heads for a velocity.
     Master(f64),
 }
@@ -97,7 +104,30 @@ fn events() -> impl Strategy<Value = (Event, u32)> {
         }),
         4 => to_velocity,
     ];
+    let cam = (
+        1_u32..3,
+        proptest::option::of(20.0..400.0),
+        any::<bool>(),
+        0.2..1.0,
+    )
+        .prop_map(|(table, ramp, at_once, slave_scaling)| CamIn {
+            table,
+            slave_scaling,
+            slave_scaling_mode: ScalingMode::AutoOffset,
+            activation: Activation::new(if at_once {
+                ActivationMode::Instantaneous
+            } else {
+                ActivationMode::NextCycle
+            }),
+            jump: ramp.map_or(JumpHandling::Refuse, |master_length| JumpHandling::RampIn {
+                master_length,
+            }),
+            ..CamIn::default()
+        });
     let event = prop_oneof![
+        2 => cam.prop_map(Event::Cam),
+        2 => (ratio(), 5.0..200.0, -200.0..200.0)
+            .prop_map(|(ratio, way_in, way_out)| Event::Flying(ratio, way_in, way_out)),
         6 => command.prop_map(Event::Command),
         3 => to_position,
         1 => (-400.0..400.0).prop_map(Event::Master),
@@ -143,11 +173,31 @@ impl Smooth {
     }
 }
 
+/// A powered axis with two plates: 8 and 12 u high, over 200 u.
+fn with_plates() -> SlaveAxis {
+    let mut axis = powered(&PARAMETERS);
+    let mut tables = Tables::new(2);
+    for (id, top) in [(1, 8.0), (2, 12.0)] {
+        tables.insert(id, plate(top)).expect("room");
+    }
+    axis.select_cams(tables, 1, 2).expect("limits");
+    axis
+}
+
 /// The command of an event; none where it is one for the master, or does not go with it.
 fn command_of(event: &Event, master: &Smooth, axis: &SlaveAxis) -> Option<Command> {
     let here = master.master.0;
     match event {
+        _ if !master.is_steady() && !matches!(event, Event::Command(_)) => None,
         Event::Command(Command::GearInVelo(_)) if !master.is_steady() => None,
+        Event::Flying(ratio, way_in, way_out) => Some(Command::FlyingGear(flying_gear(
+            &axis.set(),
+            &here,
+            *ratio,
+            *way_in,
+            *way_out,
+        ))),
+        Event::Cam(command) => Some(Command::CamIn(*command)),
         Event::Command(command) => Some(*command),
         Event::Pos {
             ratio,
@@ -155,7 +205,7 @@ fn command_of(event: &Event, master: &Smooth, axis: &SlaveAxis) -> Option<Comman
             share,
             start_distance,
             mask,
-        } if master.is_steady() => {
+        } => {
             let way = way.copysign(here.velocity);
             Some(Command::GearInPos(GearInPos {
                 ratio: Ratio::of(*ratio),
@@ -166,7 +216,7 @@ fn command_of(event: &Event, master: &Smooth, axis: &SlaveAxis) -> Option<Comman
                 limits: SyncLimits::default(),
             }))
         }
-        Event::Pos { .. } | Event::Master(_) => None,
+        Event::Master(_) => None,
     }
 }
 
@@ -178,20 +228,27 @@ proptest! {
         events in proptest::collection::vec(events(), 1..20),
         velocity in -400.0..400.0,
     ) {
-        let mut axis = powered(&PARAMETERS);
+        let mut axis = with_plates();
         let mut master = Smooth::at(velocity);
+        // A plate's own jerk comes on top of that of the ramp onto it.
+        let on_plate = SlaveParameters { jerk: 1.5 * PARAMETERS.jerk, ..PARAMETERS };
+        let (mut rides, mut since_plate) = (false, u32::MAX);
         let mut differences = Differences::of(&axis);
         master.lead(&mut axis);
         for (event, cycles) in events {
-            if let Some(command) = command_of(&event, &master, &axis) {
-                let _ = axis.command(&command);
+            if let Some(command) = command_of(&event, &master, &axis)
+                && axis.command(&command).is_ok()
+            {
+                rides = matches!(command, Command::CamIn(_));
             }
             if let Event::Master(velocity) = event && axis.status() != AxisStatus::SynchronizedMotion {
                 master.head(velocity);
             }
             for _ in 0..cycles {
                 master.lead(&mut axis);
-                if let Err(why) = differences.check(&axis, &PARAMETERS) {
+                since_plate = if rides { 0 } else { since_plate.saturating_add(1) };
+                let limits = if since_plate < 3 { &on_plate } else { &PARAMETERS };
+                if let Err(why) = differences.check(&axis, limits) {
                     prop_assert!(false, "{:?}: {} {:?}", event, why, axis.set());
                 }
                 prop_assert_eq!(axis.error(), None, "{:?}", event);

@@ -200,7 +200,7 @@ impl Conveyor {
 }
 
 /// Engaged over `way_in` in the direction that the master goes, soon released over `way_out`.
-fn flying_gear(
+pub(super) fn flying_gear(
     slave: &Kinematics,
     master: &Kinematics,
     ratio: f64,
