@@ -75,6 +75,16 @@ impl Planned {
             .fold(0.0, f64::max)
     }
 
+    /// The largest jerk from now on. Within a phase it is the same.
+    pub(super) fn largest_jerk_left(&self) -> f64 {
+        let begins = self.profile.phase_begins();
+        let later = begins.filter(|begin| *begin >= self.since);
+        core::iter::once(self.since)
+            .chain(later)
+            .map(|time| self.profile.jerk_at(time).abs())
+            .fold(0.0, f64::max)
+    }
+
     /// Where it ends, or where it passes into a constant velocity.
     pub(super) const fn end(&self) -> Kinematics {
         self.profile.end()

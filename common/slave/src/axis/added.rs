@@ -14,10 +14,12 @@ use crate::shift::sum;
 /// What is left to masters that ripple, of velocity and acceleration.
 const RESERVE: f64 = 0.01;
 
-/// What the motion under way takes of the limits, at most: its speed and its acceleration.
+/// What the motion under way takes of the limits, at most: its speed, its acceleration and its jerk,
+/// as far as that is its own.
 struct Taken {
     velocity: f64,
     acceleration: f64,
+    jerk: f64,
     reserve: f64,
 }
 
@@ -98,6 +100,7 @@ impl SlaveAxis {
         Taken {
             velocity: (self.set.velocity - added.velocity).abs(),
             acceleration: (self.set.acceleration - added.acceleration).abs(),
+            jerk: 0.0,
             reserve: RESERVE,
         }
     }
@@ -120,7 +123,8 @@ impl SlaveAxis {
         };
         let velocity = left("velocity", own.velocity(), taken.velocity, taken.reserve)?;
         let acceleration = left("acceleration", slowest, taken.acceleration, taken.reserve)?;
-        limits([velocity, acceleration, acceleration, own.jerk()].map(|limit| limit / gain))
+        let jerk = left("jerk", own.jerk(), taken.jerk, 0.0)?;
+        limits([velocity, acceleration, acceleration, jerk].map(|limit| limit / gain))
     }
 }
 
@@ -130,12 +134,14 @@ fn taken_by(planned: &Planned) -> Taken {
         return Taken {
             velocity: planned.end().velocity.abs(),
             acceleration: 0.0,
+            jerk: 0.0,
             reserve: 0.0,
         };
     }
     Taken {
         velocity: planned.extremes().speed,
         acceleration: planned.largest_acceleration_left(),
+        jerk: planned.largest_jerk_left(),
         reserve: 0.0,
     }
 }

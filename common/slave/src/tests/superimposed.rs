@@ -132,3 +132,37 @@ fn what_leaves_the_limits_is_refused() {
         0x42ef
     );
 }
+
+#[test]
+fn what_a_motion_of_its_own_leaves_of_the_jerk_is_all_there_is() {
+    let base = |jerk| Command::MoveAbsolute {
+        position: 300.0,
+        velocity: Some(200.0),
+        dynamics: Dynamics {
+            acceleration: Some(1_000.0),
+            deceleration: Some(1_000.0),
+            jerk: Some(jerk),
+        },
+    };
+    for moment in (10..1_500).step_by(89) {
+        let mut axis = powered(&PARAMETERS);
+        start(&mut axis, &base(60_000.0));
+        let mut differences = Differences::of(&axis);
+        for _ in 0..moment {
+            run(&mut axis, 1);
+            differences.keep(&axis, &PARAMETERS);
+        }
+        start(&mut axis, &superimposed(5.0));
+        for _ in 0..1_000 {
+            run(&mut axis, 1);
+            differences.keep(&axis, &PARAMETERS);
+        }
+    }
+    let mut axis = powered(&PARAMETERS);
+    start(&mut axis, &base(100_000.0));
+    run(&mut axis, 10);
+    let refused = axis.plan(&superimposed(5.0)).unwrap_err();
+    assert!(
+        std::string::ToString::to_string(&refused).starts_with("0x42dd: jerk: received 100000")
+    );
+}
