@@ -168,9 +168,14 @@ impl Judge {
             |previous| previous.slave_position,
             record.slave_position(),
         );
+        // What is shown of a run that has ended is no error of the next one's time.
+        let is_heard = self.follows_receiver
+            || self.is_virtual()
+            || epoch.is_some_and(|epoch| record.far.epoch == Some(epoch));
+        let time_error = || time_error_us(&record, clock.as_ref(), master);
         let row = Row {
             t_s: far.time(at),
-            time_error_us: time_error_us(&record, clock.as_ref(), master),
+            time_error_us: is_heard.then(time_error).flatten(),
             record,
             truth: master,
             set_velocity,
@@ -187,8 +192,6 @@ impl Judge {
             self.drift.push(at, clock, own);
         }
         if self.evaluating {
-            let is_heard =
-                self.follows_receiver || epoch.is_some_and(|epoch| record.far.epoch == Some(epoch));
             let settled = self.settling.is_settled(record.axis.synced && is_heard, at);
             self.measure(&row, epoch, settled || !self.synchronises);
             if settled {
