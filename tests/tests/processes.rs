@@ -130,7 +130,8 @@ fn a_sender_that_dies_and_one_that_freezes_are_found_again() {
         &[
             "duration-s=16",
             "sender.master.clock.drift-ppm=2000",
-            "event=[{ at-s = 5, node = \"master\", action = \"restart\", for-s = 0.5 }, { at-s = 10, node = \"master\", action = \"freeze\", for-s = 0.5 }]",
+            // A metre back at 500 mm/s takes the axis some eight seconds.
+            "event=[{ at-s = 2, node = \"master\", action = \"restart\", for-s = 0.5 }, { at-s = 12, node = \"master\", action = \"freeze\", for-s = 0.5 }]",
             "expect=[]",
         ],
     );
