@@ -135,10 +135,11 @@ impl RunChoice {
 
     /// Another run that is heard besides the one that is followed: a second node of the same name.
     pub(super) fn rival(&self, now: Instant<Local>) -> Option<u64> {
-        let other = self.other.filter(|other| {
-            other.is_rival && other.frames >= REGULAR && now - other.run.at <= FORGOTTEN
-        })?;
-        Some(other.run.epoch)
+        let (followed, other) = (self.followed?, self.other?);
+        let is_heard = other.frames >= REGULAR && now - other.run.at <= FORGOTTEN;
+        // A backlog of the run that is followed is no second node.
+        let is_other = other.is_rival && other.run.epoch != followed.epoch;
+        (is_heard && is_other).then_some(other.run.epoch)
     }
 
     /// Notes a frame of another run; whether that is the one to follow now.
@@ -146,7 +147,9 @@ impl RunChoice {
         let (Some(followed), false) = (self.followed, self.has_ended(header.epoch)) else {
             return false;
         };
-        let other = self.note(at, header);
+        let Some(other) = self.note(at, header) else {
+            return false;
+        };
         let regular = other.frames >= REGULAR
             && at - other.since >= other.run.cycle_time.span() * i64::from(REGULAR - 1) / 2;
         let longest = if other.is_rival {
@@ -157,13 +160,8 @@ impl RunChoice {
         regular && at - followed.at >= longest
     }
 
-    fn note(&mut self, at: Instant<Local>, header: &FrameHeader) -> Other {
-        let new = Other {
-            run: Run::of(at, header),
-            since: at,
-            frames: 1,
-            is_rival: false,
-        };
+    /// The run that it is one of; none if another one is noted.
+    fn note(&mut self, at: Instant<Local>, header: &FrameHeader) -> Option<Other> {
         let other = match self.other {
             Some(mut other) if other.run.goes_on_with(at, header) => {
                 other.run.take(at, header);
@@ -171,11 +169,18 @@ impl RunChoice {
                 other
             }
             // One that is heard is not given up for a stray frame of a third.
-            Some(other) if at - other.run.at < other.run.cycle_time.span() * SILENT_CYCLES => other,
-            _ => new,
+            Some(other) if at - other.run.at < other.run.cycle_time.span() * SILENT_CYCLES => {
+                return None;
+            }
+            _ => Other {
+                run: Run::of(at, header),
+                since: at,
+                frames: 1,
+                is_rival: false,
+            },
         };
         self.other = Some(other);
-        other
+        Some(other)
     }
 
     fn follow(&mut self, at: Instant<Local>, header: &FrameHeader) {
@@ -301,6 +306,28 @@ mod tests {
             assert_eq!(choice.judge(at(3_100), &header(1, count)), Followed);
         }
         assert_eq!(choice.judge(at(3_100), &header(1, 3_100)), Followed);
+    }
+
+    #[test]
+    fn a_backlog_is_no_second_node() {
+        let mut choice = RunChoice::default();
+        run(&mut choice, 1, 0, 0, 100);
+        for count in 100..3_000 {
+            choice.judge(at(3_100), &header(1, count));
+        }
+        run(&mut choice, 1, 0, 3_100, 3_200);
+        assert_eq!(choice.rival(at(3_200)), None);
+    }
+
+    #[test]
+    fn a_stray_frame_does_not_take_over_in_place_of_a_new_run() {
+        let mut choice = RunChoice::default();
+        run(&mut choice, 1, 0, 0, 100);
+        let judged = run(&mut choice, 2, 100, 100, 109);
+        assert!(judged.iter().all(|one| *one == Foreign), "not yet");
+        // Now the first run is silent for long enough.
+        assert_eq!(choice.judge(at(110), &header(3, 7)), Foreign);
+        assert_eq!(choice.judge(at(110), &header(2, 10)), Begins);
     }
 
     #[test]
