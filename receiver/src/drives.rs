@@ -49,7 +49,7 @@ impl Drives {
     }
 
     /// # Errors
-    /// [`WrongSlave`]: a drive is for nobody, two are for one slave, or its slave has no limits.
+    /// [`WrongSlave`]: a drive is for nobody, two are for one slave, or the config of its slave has no limits.
     pub(crate) fn check(&self, config: &ReceiverConfig) -> Result<(), WrongSlave> {
         for (n, (name, _)) in self.given.iter().enumerate() {
             let wrong = |reason| {
@@ -89,13 +89,9 @@ impl Drives {
                 slave.drive.kind(),
                 slave.name.as_str()
             )),
-            (None, _) => Ok(Box::new(self.simulate(slave)?)),
+            (None, _) => SimulatedDrive::new(slave.drive.simulated())
+                .map(|drive| Box::new(drive) as Box<dyn Drive>)
+                .map_err(|error| error.to_string()),
         }
-    }
-
-    /// # Errors
-    /// The constant that no drive can have.
-    pub(crate) fn simulate(&self, slave: &SlaveConfig) -> Result<SimulatedDrive, String> {
-        SimulatedDrive::new(slave.drive.simulated()).map_err(|error| error.to_string())
     }
 }

@@ -37,7 +37,9 @@ pub use config::{
     DelayConfig, FarChannel, FarConfig, MasterRef, Mode, ReceiverConfig, SlaveConfig, WrongSlave,
 };
 pub use drives::Drives;
-pub use names::{ContinuityName, DriveKindName, DriveStateName, HealthName, StateName};
+pub use names::{
+    ContinuityName, DriveKindName, DriveStateName, GuardStateName, HealthName, StateName,
+};
 pub use node::{Receiver, ReceiverError};
 pub use program::{ProgramSnapshot, ProgramState, StepConfig, When, WrongStep};
 pub use slaves::SlaveNumber;

@@ -1,6 +1,7 @@
 //! The words of states, as traces, status and reports spell them.
 
 use coaxle_axis::drive::{DriveKind, DriveState};
+use coaxle_axis::set_value_guard::GuardState;
 use coaxle_remote::{ContinuityState, FilterState};
 use serde::{Deserialize, Serialize};
 
@@ -85,6 +86,22 @@ named! {
 }
 
 named! {
+    /// Whether the set values of a slave are what is asked for.
+    GuardStateName {
+        /// They are, to the bit.
+        #[default]
+        Tracking = "tracking",
+        /// For a cycle it goes on with its acceleration, after something that its limits do not admit; or it comes
+        /// to a stop, after something that is no number.
+        Coasting = "coasting",
+        /// Its limits have left it behind, and it is on its way.
+        CatchingUp = "catching-up",
+        /// What is asked for is faster than it can be, or beyond a software limit.
+        Cannot = "cannot",
+    }
+}
+
+named! {
     /// The node's own opinion of itself.
     HealthName {
         /// Nothing heard of the master.
@@ -143,6 +160,17 @@ impl From<ContinuityState> for ContinuityName {
             ContinuityState::Following => Self::Following,
             ContinuityState::Braking => Self::Braking,
             ContinuityState::Rejoining => Self::Rejoining,
+        }
+    }
+}
+
+impl From<GuardState> for GuardStateName {
+    fn from(state: GuardState) -> Self {
+        match state {
+            GuardState::Tracking => Self::Tracking,
+            GuardState::Coasting => Self::Coasting,
+            GuardState::CatchingUp => Self::CatchingUp,
+            GuardState::Cannot => Self::Cannot,
         }
     }
 }

@@ -147,7 +147,7 @@ impl Receiver {
     ///
     /// # Errors
     /// As [`new`](Self::new), and [`ReceiverError::Slave`] for a drive that is for none of the slaves, or
-    /// for one without limits.
+    /// for one whose config has no limits.
     pub fn with_drives(
         config: &ReceiverConfig,
         drives: Drives,

@@ -7,7 +7,9 @@ use coaxle_node::signals;
 use coaxle_slave::CouplingPhase;
 use coaxle_source::Activity;
 
-use crate::names::{ContinuityName, DriveKindName, DriveStateName, HealthName, StateName};
+use crate::names::{
+    ContinuityName, DriveKindName, DriveStateName, GuardStateName, HealthName, StateName,
+};
 use crate::program::ProgramState;
 
 signals! {
@@ -223,12 +225,16 @@ signals! {
 signals! {
     /// A slave. Positions are in its units.
     pub struct SlaveSignals of Slave {
-        /// Set position; none until it is coupled, if it only follows its gear.
+        /// Set position, as the drive gets it; none until it is coupled, if it is to be from the start.
         position: Option<f64> ["u"] last,
         /// Set velocity.
         velocity: Option<f64> ["u/s"],
         /// Set acceleration.
         acceleration: Option<f64> ["u/s²"],
+        /// Whether its set values are what its motion or its coupling asks for, or what its limits leave of that.
+        guard: GuardStateName [""],
+        /// How far its set position is from what is asked for.
+        distance: f64 ["u"],
         /// Its state in the PLCopen diagram.
         state: AxisStatus [""] last,
         /// How far its coupling is; none without one.

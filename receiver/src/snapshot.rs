@@ -11,7 +11,7 @@ use coaxle_slave::{Refusal, SlaveError};
 use serde::Serialize;
 
 use crate::config::ReceiverConfig;
-use crate::names::{HealthName, StateName};
+use crate::names::{ContinuityName, HealthName, StateName};
 use crate::signals::{
     FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals, VirtualAxisSignals,
 };
@@ -201,6 +201,13 @@ impl ReceiverSnapshot {
     pub fn state_of(&self, far: usize) -> Option<StateName> {
         let first = *self.first_axes.get(far)?;
         self.signals.axes.get(first)?.state
+    }
+
+    /// Whether the first axis of a far node is its master's, braked, or brought back.
+    #[must_use]
+    pub fn continuity_of(&self, far: usize) -> Option<ContinuityName> {
+        let first = *self.first_axes.get(far)?;
+        Some(self.signals.axes.get(first)?.continuity)
     }
 
     /// Bytes of memory that it takes.

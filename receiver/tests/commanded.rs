@@ -110,12 +110,18 @@ fn an_order_is_executed_and_answered_with_the_slave_as_it_is_then() {
 }
 
 #[test]
-fn a_slave_without_limits_takes_no_orders() {
+fn a_slave_without_limits_takes_orders_as_any_other() {
     let mut receiver = receiver();
     cycles(&mut receiver, 2);
-    let outcome = receiver.execute(&order("follower", Command::Power(true)));
-    let (refusal, _) = refused(&outcome);
-    assert!(matches!(refusal, Refusal::NoLimits { .. }), "{refusal}");
+    accepted(&receiver.execute(&order("follower", Command::Power(true))));
+    cycles(&mut receiver, 1);
+    // Those of its drive hold.
+    let beyond = Command::MoveVelocity {
+        velocity: 1e5,
+        dynamics: Dynamics::default(),
+    };
+    let outcome = receiver.execute(&order("follower", beyond));
+    assert_eq!(refused(&outcome).0.code(), 0x42dd);
 }
 
 #[test]

@@ -277,52 +277,11 @@ impl Guard {
         }
     }
 
-    /// The acceleration that the axis has at `next`, `dt` seconds after `here`: as that states it where
-    /// the velocities bear it out, otherwise as they say. A master may state none, or any.
-    #[must_use]
-    pub fn acceleration_at(&self, here: &Kinematics, next: &Kinematics, dt: f64) -> f64 {
-        let seen = (next.velocity - here.velocity) / dt;
-        let stated = next.acceleration;
-        let is_borne_out = (stated - seen).abs() <= self.limits.jerk() * dt;
-        let most = self.limits.acceleration().max(self.limits.deceleration());
-        if is_borne_out { stated } else { seen }.clamp(-most, most)
-    }
-
-    /// Whether the axis can follow a coupling from `here` to `next` in `dt` seconds.
+    /// Whether any axis can have the set values of a coupling.
     ///
     /// # Errors
-    /// [`GuardFault`]: a set value that no axis can have, or that this one cannot follow.
-    pub fn check_step(
-        &self,
-        here: &Kinematics,
-        next: &Kinematics,
-        dt: f64,
-    ) -> Result<(), GuardFault> {
-        self.check_instant_step(here, next, dt)?;
-        let (from, to) = (here.velocity, next.velocity);
-        let (faster, slower) = (self.limits.acceleration(), self.limits.deceleration());
-        let push = if from * to < 0.0 {
-            // It slows down first, then speeds up the other way.
-            faster.max(slower)
-        } else if to.abs() > from.abs() {
-            faster
-        } else {
-            slower
-        };
-        let digits = 8.0 * f64::EPSILON * self.limits.velocity();
-        within("acceleration", (to - from).abs() / dt, push, digits / dt)
-    }
-
-    /// The same for a step that may change the velocity at once.
-    ///
-    /// # Errors
-    /// [`GuardFault`].
-    pub fn check_instant_step(
-        &self,
-        here: &Kinematics,
-        next: &Kinematics,
-        dt: f64,
-    ) -> Result<(), GuardFault> {
+    /// [`GuardFault::OutOfRange`].
+    pub fn check_values(&self, next: &Kinematics) -> Result<(), GuardFault> {
         for (quantity, received) in [
             ("set position", next.position),
             ("set velocity", next.velocity),
@@ -332,11 +291,21 @@ impl Guard {
                 return Err(GuardFault::OutOfRange { quantity, received });
             }
         }
-        let fastest = self.limits.velocity();
-        let step = (next.position - here.position).abs();
-        let digits = 8.0 * f64::EPSILON * here.position.abs().max(next.position.abs());
-        within("velocity", next.velocity.abs(), fastest, 0.0)?;
-        within("step", step / dt, fastest, digits / dt)
+        Ok(())
+    }
+
+    /// Whether a coupling has the axis within its software limits.
+    ///
+    /// # Errors
+    /// [`GuardFault::SoftwareLimit`].
+    pub fn check_position(&self, here: f64, position: f64) -> Result<(), GuardFault> {
+        let at_rest = ProfileExtremes {
+            low: position,
+            high: position,
+            speed: 0.0,
+        };
+        self.check_extremes(here, &at_rest, self.slack(here))
+            .map_err(|Passed { reached, limit }| GuardFault::SoftwareLimit { reached, limit })
     }
 }
 
@@ -422,22 +391,5 @@ fn at_most(field: &'static str, asked: Option<f64>, limit: f64) -> Result<f64, G
         })
     } else {
         check_limit(field, received).map(|()| received)
-    }
-}
-
-fn within(
-    quantity: &'static str,
-    received: f64,
-    limit: f64,
-    digits: f64,
-) -> Result<(), GuardFault> {
-    if received <= limit * (1.0 + ROUNDING) + digits {
-        Ok(())
-    } else {
-        Err(GuardFault::BeyondLimit {
-            quantity,
-            received,
-            limit,
-        })
     }
 }

@@ -64,15 +64,17 @@ pub enum GuardFault {
         /// Its value.
         received: f64,
     },
-    /// A set value of the coupling that this axis cannot follow.
-    #[error("{:#06x}: {quantity} of the coupling: received {received}, expected at most {limit}", self.code())]
-    BeyondLimit {
-        /// Which limit.
-        quantity: &'static str,
-        /// What the coupling asks for.
-        received: f64,
-        /// What the axis can do.
-        limit: f64,
+    /// The limits of the axis have left it away from where its coupling has it, for too long.
+    #[error(
+        "{:#06x}: the axis is {distance} away from where its coupling has it, which asks for more than the axis \
+         can do; expected at most {window} for that long",
+        self.code()
+    )]
+    LeftBehind {
+        /// How far from there, u.
+        distance: f64,
+        /// What it may be, u.
+        window: f64,
     },
 }
 
@@ -83,7 +85,7 @@ impl GuardFault {
         match self {
             Self::SoftwareLimit { .. } => 0x4229,
             Self::OutOfRange { .. } => 0x42d5,
-            Self::BeyondLimit { .. } => 0x42dd,
+            Self::LeftBehind { .. } => 0x42dd,
         }
     }
 }

@@ -65,6 +65,7 @@ mod nc_to_plc;
 mod plcopen;
 pub mod set_value_guard;
 mod state;
+mod window_monitor;
 
 pub use awaits::Awaits;
 pub use command_state::CommandState;
@@ -79,3 +80,4 @@ pub use masters::Masters;
 pub use nc_to_plc::NcToPlcAxis;
 pub use plcopen::{AxisStatus, StateMachine, Transition};
 pub use state::{AxisState, CoupleState, StateWord};
+pub use window_monitor::WindowMonitor;

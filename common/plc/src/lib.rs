@@ -8,19 +8,9 @@
 //! use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 //! use coaxle_clock::{CycleTime, Seconds, Span};
 //! use coaxle_plc::{CommandBlock, Outputs, Power};
-//! use coaxle_slave::{Command, Dynamics, JobError, OnMasterLoss, SlaveAxis, SlaveParameters};
+//! use coaxle_slave::{Command, Dynamics, JobError, SlaveAxis, SlaveParameters};
 //!
-//! let parameters = SlaveParameters {
-//!     velocity: 100.0,
-//!     acceleration: 1_000.0,
-//!     deceleration: None,
-//!     jerk: 20_000.0,
-//!     min_position: None,
-//!     max_position: None,
-//!     on_master_loss: OnMasterLoss::Stop,
-//!     master_noise: None,
-//!     master_increment: None,
-//! };
+//! let parameters = SlaveParameters::new(100.0, 1_000.0, 20_000.0);
 //! let drive = Box::new(SimulatedDrive::new(DriveParameters::default())?);
 //! let cycle = CycleTime::new(Span::from_millis(1))?;
 //! let mut axis = SlaveAxis::new(&parameters, drive, cycle)?;

@@ -6,22 +6,16 @@ use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_plc::ReadFlyingSawCharacteristicsBlock;
 use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode};
-use coaxle_slave::{Command, Dynamics, OnMasterLoss, SlaveAxis, SlaveParameters};
+use coaxle_slave::{Command, Dynamics, SlaveAxis, SlaveParameters};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
 
 fn axis() -> SlaveAxis {
     let parameters = SlaveParameters {
-        velocity: 2_000.0,
-        acceleration: 20_000.0,
-        deceleration: None,
-        jerk: 1e6,
         min_position: Some(-10_000.0),
         max_position: Some(10_000.0),
-        on_master_loss: OnMasterLoss::Stop,
-        master_noise: None,
-        master_increment: None,
+        ..SlaveParameters::new(2_000.0, 20_000.0, 1e6)
     };
     let drive =
         SimulatedDrive::new(DriveParameters::default()).expect("the constants are in range");
@@ -109,8 +103,10 @@ fn a_flying_saw_does_not_allocate() {
             // Back past the coupling position, where it is stopped.
             lead(&mut axis, -10.0, 10_000);
             let _ = axis.command(&Command::Reset {});
-            let _ = axis.command(&Command::GearOut {});
-            lead(&mut axis, 500.0, 1);
+            let _ = axis.command(&Command::Halt {
+                dynamics: Dynamics::default(),
+            });
+            lead(&mut axis, 500.0, 1_000);
         }
         coupled
     });

@@ -10,7 +10,7 @@ use coaxle_axis::{CommandState, Job, Origin};
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_saw::{GearInPos, Ratio, SyncLimits, SyncMode};
-use coaxle_slave::{Command, Dynamics, OnMasterLoss, Refusal, SlaveAxis, SlaveParameters};
+use coaxle_slave::{Command, Dynamics, Refusal, SlaveAxis, SlaveParameters};
 
 /// The pieces are so long, mm.
 const LENGTH: f64 = 1_000.0;
@@ -51,15 +51,9 @@ impl Station {
     /// What no axis can be.
     pub(crate) fn new(cycle: CycleTime) -> Result<Self, Box<dyn std::error::Error>> {
         let parameters = SlaveParameters {
-            velocity: 2_000.0,
-            acceleration: 10_000.0,
-            deceleration: None,
-            jerk: 500_000.0,
             min_position: Some(-10.0),
             max_position: Some(900.0),
-            on_master_loss: OnMasterLoss::Stop,
-            master_noise: None,
-            master_increment: None,
+            ..SlaveParameters::new(2_000.0, 10_000.0, 500_000.0)
         };
         let drive = Box::new(SimulatedDrive::new(DriveParameters::default())?);
         let mut axis = SlaveAxis::new(&parameters, drive, cycle)?;

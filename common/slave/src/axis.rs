@@ -12,8 +12,10 @@ use coaxle_clock::{CycleTime, Seconds};
 
 use coaxle_axis::drive::{Actual, Drive, DriveState};
 use coaxle_axis::guard::Guard;
+use coaxle_axis::set_value_guard::{GuardState, SetValueGuard};
 use coaxle_axis::{
     AxisStatus, CommandState, CouplingPhase, Job, Masters, StateMachine, StateWord, Transition,
+    WindowMonitor,
 };
 use coaxle_cam::{CamInfo, CamLimits, CouplingError, Tables};
 use coaxle_curve::profile::Kinematics;
@@ -33,7 +35,16 @@ pub use start::CoupledStart;
 /// A slave axis with its drive.
 #[derive(Debug)]
 pub struct SlaveAxis {
+    /// What motions are checked against before they begin.
     guard: Guard,
+    /// The last stage: what keeps the limits on the set positions, whatever moves the axis.
+    last_stage: SetValueGuard,
+    /// How the axis followed what moves it in the newest cycle, and how far it is from there, u.
+    tracking: GuardState,
+    distance: f64,
+    window: WindowMonitor,
+    /// The motion under way has limits of its own: a stop that is to be instant, or without regard to jerk.
+    exempt: bool,
     on_master_loss: OnMasterLoss,
     cycle_time: f64,
     drive: DrivePort,
@@ -46,9 +57,6 @@ pub struct SlaveAxis {
     /// `MC_Stop` is still executed: the axis stays in `Stopping`.
     stop_held: bool,
     set: Kinematics,
-    /// What a motion of its own takes over from a coupling, u/s²: the acceleration that the set
-    /// velocities bear out.
-    acceleration: f64,
     motion: Motion,
     couplings: Couplings,
     /// What is added to the first master as the coupling sees it.
@@ -75,21 +83,24 @@ impl SlaveAxis {
     ) -> Result<Self, WrongSlaveParameter> {
         let guard = parameters.guard()?;
         let drive = DrivePort::new(drive);
-        let here = drive.actual().position;
-        let cycle_time = cycle_time.as_secs_f64();
+        let here = Kinematics::at_rest(drive.actual().position);
         Ok(Self {
             guard,
+            last_stage: parameters.set_value_guard(cycle_time, &here)?,
+            tracking: GuardState::Tracking,
+            distance: 0.0,
+            window: parameters.window_monitor()?,
+            exempt: false,
             on_master_loss: parameters.on_master_loss,
-            cycle_time,
+            cycle_time: cycle_time.as_secs_f64(),
             drive,
             drive_zero: 0.0,
             state: StateMachine::default(),
             powered: false,
             homed: false,
             stop_held: false,
-            set: Kinematics::at_rest(here),
-            acceleration: 0.0,
-            motion: Motion::Own(Planned::rest(here, &guard)),
+            set: here,
+            motion: Motion::Own(Planned::rest(here.position, &guard)),
             couplings: Couplings::new(parameters.saw()?),
             phasing: Shift::NONE,
             superimposed: Shift::NONE,
@@ -250,6 +261,19 @@ impl SlaveAxis {
         self.set
     }
 
+    /// Whether the set values are what the motion under way asks for, or what the limits of the axis leave
+    /// of that.
+    #[must_use]
+    pub const fn tracking(&self) -> GuardState {
+        self.tracking
+    }
+
+    /// How far the set position is from what the motion under way asks for, u.
+    #[must_use]
+    pub const fn distance(&self) -> f64 {
+        self.distance
+    }
+
     /// The actual position, u.
     #[must_use]
     pub const fn actual_position(&self) -> f64 {
@@ -324,10 +348,7 @@ impl SlaveAxis {
     fn free(&self) -> Kinematics {
         match self.motion {
             Motion::Own(_) => self.set,
-            Motion::Coupled(_) => self.guard.taken_over(&Kinematics {
-                acceleration: self.acceleration,
-                ..self.set
-            }),
+            Motion::Coupled(_) => self.guard.taken_over(&self.last_stage.borne_out(&self.set)),
         }
     }
 

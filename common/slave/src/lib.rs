@@ -11,19 +11,9 @@
 //! use coaxle_clock::{CycleTime, Seconds, Span};
 //! use coaxle_curve::profile::Kinematics;
 //! use coaxle_saw::{GearInVelo, Ratio, SyncLimits, SyncMode};
-//! use coaxle_slave::{Command, OnMasterLoss, SlaveAxis, SlaveParameters};
+//! use coaxle_slave::{Command, SlaveAxis, SlaveParameters};
 //!
-//! let parameters = SlaveParameters {
-//!     velocity: 1_000.0,
-//!     acceleration: 5_000.0,
-//!     deceleration: None,
-//!     jerk: 100_000.0,
-//!     min_position: None,
-//!     max_position: None,
-//!     on_master_loss: OnMasterLoss::Stop,
-//!     master_noise: None,
-//!     master_increment: None,
-//! };
+//! let parameters = SlaveParameters::new(1_000.0, 5_000.0, 100_000.0);
 //! let drive = Box::new(SimulatedDrive::new(DriveParameters::default())?);
 //! let cycle = CycleTime::new(Span::from_millis(1))?;
 //! let mut axis = SlaveAxis::new(&parameters, drive, cycle)?;
@@ -75,21 +65,19 @@
 //! What the set values keep, whatever is commanded and whatever the master does:
 //!
 //! * they are finite;
-//! * the position never steps by more than the highest velocity allows, the velocity never by more
-//!   than the highest acceleration or deceleration, but for the stop within one cycle that
-//!   `GearInSync_OpMask_InstantStopOnRollback` asks for;
-//! * the positions, differenced from cycle to cycle, keep the jerk too wherever a motion is the axis's
-//!   own or leads it to its master, and where any of them takes over from any other: it goes on from
-//!   position, velocity and acceleration as they are. A slave in sync does what its master does, and a
-//!   plate what its laws ask for, jerk and all;
+//! * the positions, differenced from cycle to cycle, keep velocity, acceleration (or deceleration, whichever is
+//!   larger) and jerk: a last stage, [`SetValueGuard`](coaxle_axis::set_value_guard::SetValueGuard), lets through to
+//!   the bit what keeps them, and departs as little as it can from what does not. [`SlaveAxis::tracking`] and
+//!   [`SlaveAxis::distance`] tell, and a distance that is too large for too long
+//!   ([`DistanceParameters`]) ends in an error stop;
+//! * where a motion takes over from any other it goes on from position, velocity and acceleration as they are;
 //! * an axis within its software limits stays there: a motion that would leave them is refused, and
 //!   one without an end, or a coupling, is braked in time and ends in an error stop;
 //! * an error stop lasts until it is reset, and nothing couples the axis again by itself.
 //!
-//! Some reactions come before the jerk, and drop an acceleration within a cycle: the instant stop above,
-//! [`OnMasterLoss::QuickStop`], a coupling whose acceleration would lead the axis beyond its highest
-//! velocity or past a software limit if it were not dropped as the axis leaves it, and a jump that a
-//! cam command allows. Where a plan cannot start from an acceleration, none is made: a flying gear, and
+//! Two reactions have limits of their own: the stop within one cycle that
+//! `GearInSync_OpMask_InstantStopOnRollback` asks for, and [`OnMasterLoss::QuickStop`], which keeps velocity and
+//! deceleration and not the jerk. Where a plan cannot start from an acceleration, none is made: a flying gear, and
 //! a cam plate that waits for its activation, begin at rest; a flying saw has P5 then, and no P1.
 //!
 //! A flying saw whose master runs back past the coupling position ends as TS5055 8 has it: its
@@ -147,5 +135,5 @@ pub use command::Command;
 pub use couplings::{CouplingFault, CouplingRefusal};
 pub use error::SlaveError;
 pub use job::{EndedJob, JobError, JobState};
-pub use parameters::{OnMasterLoss, SlaveParameters, WrongSlaveParameter};
+pub use parameters::{DistanceParameters, OnMasterLoss, SlaveParameters, WrongSlaveParameter};
 pub use refusal::Refusal;

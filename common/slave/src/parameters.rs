@@ -1,7 +1,10 @@
 //! What a slave axis can do and may do.
 
+use coaxle_axis::WindowMonitor;
 use coaxle_axis::guard::{EXPECTED_LIMIT, Guard, is_limit};
-use coaxle_curve::profile::{InvalidLimit, Limits};
+use coaxle_axis::set_value_guard::{DistancePolicy, SetValueGuard};
+use coaxle_clock::{CycleTime, Seconds};
+use coaxle_curve::profile::{InvalidLimit, Kinematics, Limits};
 use coaxle_saw::{Saw, SawTolerances};
 
 /// Limits of a slave axis.
@@ -19,7 +22,7 @@ pub struct SlaveParameters {
     /// Highest deceleration, u/s². The same as the acceleration by default.
     #[cfg_attr(feature = "serde", serde(default))]
     pub deceleration: Option<f64>,
-    /// Highest jerk of its own motions, u/s³.
+    /// Highest jerk, u/s³.
     pub jerk: f64,
     /// Lower software limit, u.
     #[cfg_attr(feature = "serde", serde(default))]
@@ -30,6 +33,9 @@ pub struct SlaveParameters {
     /// What it does when it is coupled and its master is lost or in error.
     #[cfg_attr(feature = "serde", serde(default))]
     pub on_master_loss: OnMasterLoss,
+    /// What becomes of a distance that the limits have left between the axis and where its coupling has it.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub distance: DistanceParameters,
     /// How far its master may be back behind the coupling position of a flying saw before that
     /// counts as running back, u of the master. 0.001 by default.
     #[cfg_attr(feature = "serde", serde(default))]
@@ -40,20 +46,103 @@ pub struct SlaveParameters {
     pub master_increment: Option<f64>,
 }
 
-/// How a coupled slave stops when its master is lost or in error. It is in error stop afterwards.
+/// What a coupled slave does when its master is lost or in error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum OnMasterLoss {
-    /// Within its limits of deceleration and jerk.
+    /// It stops within its limits of deceleration and jerk, and is in error stop.
     #[default]
     Stop,
-    /// With its full deceleration from the next cycle on, whatever the jerk.
+    /// It stops with its full deceleration from the next cycle on, whatever the jerk, and is in error stop.
     QuickStop,
+    /// It goes on following: a far axis that is lost is braked, and brought back when it returns. It is
+    /// coupled from the start as soon as there is a master, even before its clock is known.
+    Follow,
 }
 
+/// What becomes of a distance that the limits have left between the axis and where its coupling has it, and
+/// from when on it is a fault.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default, rename_all = "kebab-case", deny_unknown_fields)
+)]
+pub struct DistanceParameters {
+    /// Whether it is caught up, or stays.
+    pub policy: DistancePolicy,
+    /// How far the axis may be left behind, u; 0: not watched. By default as far as it goes in 0.1 s at its
+    /// highest velocity. A distance that the policy lets stay is not watched.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub window: Option<f64>,
+    /// How long it may be farther than that, s. 0.1 by default.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub time_s: Option<f64>,
+}
+
+/// The default window is the way of so many seconds at the highest velocity,
+const WINDOW: f64 = 0.1;
+/// and may be left for so many.
+const WINDOW_TIME: f64 = 0.1;
+
 impl SlaveParameters {
-    /// What keeps the axis within them.
+    /// What they say of the dynamics, and nothing else: no software limits, the defaults for the rest.
+    /// In u/s, u/s² (up and down alike) and u/s³.
+    #[must_use]
+    pub const fn new(velocity: f64, acceleration: f64, jerk: f64) -> Self {
+        Self {
+            velocity,
+            acceleration,
+            deceleration: None,
+            jerk,
+            min_position: None,
+            max_position: None,
+            on_master_loss: OnMasterLoss::Stop,
+            distance: DistanceParameters {
+                policy: DistancePolicy::PosSync1,
+                window: None,
+                time_s: None,
+            },
+            master_noise: None,
+            master_increment: None,
+        }
+    }
+
+    /// What keeps the set values within them, whatever moves the axis, from `here` on.
+    pub(super) fn set_value_guard(
+        &self,
+        cycle_time: CycleTime,
+        here: &Kinematics,
+    ) -> Result<SetValueGuard, WrongSlaveParameter> {
+        let (min, max) = self.range()?;
+        let cycle = Seconds(cycle_time.as_secs_f64());
+        let guard = SetValueGuard::new(&self.limits()?, min, max, cycle, here);
+        let mut guard =
+            guard.map_err(|InvalidLimit { field, received }| wrong_limit(field, received))?;
+        guard.set_distance_policy(self.distance.policy);
+        Ok(guard)
+    }
+
+    /// What watches how far the axis is left behind.
+    pub(super) fn window_monitor(&self) -> Result<WindowMonitor, WrongSlaveParameter> {
+        let DistanceParameters { window, time_s, .. } = self.distance;
+        for (parameter, received) in [("distance.window", window), ("distance.time-s", time_s)] {
+            if let Some(received) = received.filter(|given| !(*given >= 0.0 && given.is_finite())) {
+                return Err(WrongSlaveParameter {
+                    parameter,
+                    received,
+                    expected: "a finite number of at least 0",
+                });
+            }
+        }
+        Ok(WindowMonitor::new(
+            window.unwrap_or(WINDOW * self.velocity),
+            time_s.unwrap_or(WINDOW_TIME),
+        ))
+    }
+
+    /// What motions are checked against before they begin.
     pub(super) fn guard(&self) -> Result<Guard, WrongSlaveParameter> {
         let (min, max) = self.range()?;
         Ok(Guard::new(self.limits()?, min, max))

@@ -56,12 +56,6 @@ pub enum Refusal {
     /// The slave has had no flying saw yet, and so no characteristic values.
     #[error("{:#06x}: the slave has had no flying saw, expected one before", self.code())]
     NoCharacteristics,
-    /// The slave has no limits: it follows its gear, and nothing else.
-    #[error("{:#06x}: {command}: the slave has no limits, expected some: it follows its gear only", self.code())]
-    NoLimits {
-        /// The command, by its PLC name.
-        command: &'static str,
-    },
     /// The axis was to be coupled from the start, and its drive is not there, or does not follow at once.
     #[error(
         "{:#06x}: the drive has the axis at {received}, expected it to follow at {expected} at once, where the \
@@ -97,7 +91,6 @@ impl Refusal {
             Self::Coupling(refusal) => refusal.code(),
             Self::NotGiven { .. } => 0x4b06,
             Self::NoCharacteristics => 0x4216,
-            Self::NoLimits { .. } => 0x4b05,
         }
     }
 }

@@ -306,7 +306,6 @@ fn refusals() -> Vec<Refusal> {
         coupling(CouplingError::TableUnknown { table: 9 }),
         coupling(SawRefusal::TimeBasedPosition),
         Refusal::NoCharacteristics,
-        Refusal::NoLimits { command },
     ]
 }
 
@@ -355,10 +354,9 @@ fn faults() {
             received: 1e13,
         }
         .into(),
-        GuardFault::BeyondLimit {
-            quantity: "velocity",
-            received: 900.0,
-            limit: 500.0,
+        GuardFault::LeftBehind {
+            distance: -12.5,
+            window: 10.0,
         }
         .into(),
         CouplingFault::Cam(CouplingError::NotCoupled).into(),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use coaxle_cam::CamIn;
 use coaxle_node::config::{Positive, Unit};
 use coaxle_node::keys::NodeName;
-use coaxle_slave::SlaveParameters;
+use coaxle_slave::{DistanceParameters, OnMasterLoss, SlaveParameters};
 use serde::{Deserialize, Serialize};
 
 use super::drive::DriveConfig;
@@ -33,7 +33,8 @@ pub struct SlaveConfig {
     /// Up to three more, named likewise, for couplings to several masters: their numbers 2 to 4.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub further_masters: Vec<String>,
-    /// What it can do. Without, nothing is watched: it follows its gear, and takes no commands.
+    /// What it can do. Without, as much as its simulated drive, and it follows its master whatever becomes of
+    /// that: see [`SlaveConfig::limits`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<SlaveParameters>,
     /// What follows its set values.
@@ -88,7 +89,36 @@ impl Default for SlaveConfig {
     }
 }
 
+/// What a simulated drive can do that is not told its highest velocity, u/s.
+const FASTEST: f64 = 10_000.0;
+/// The shortest lag of a drive that makes a difference, s.
+const SHORTEST_LAG: f64 = 1e-4;
+
 impl SlaveConfig {
+    /// What it can do. Where the config does not say: as much as its drive. A velocity controller with a lag
+    /// turns its highest velocity round with twice that per lag, and the acceleration likewise; it goes on following
+    /// a master that is lost or in error, and the drive's window of the following error is the only one.
+    #[must_use]
+    pub fn limits(&self) -> SlaveParameters {
+        self.limits.unwrap_or_else(|| {
+            let drive = self.drive.simulated();
+            let velocity = match drive.max_velocity {
+                0.0 => FASTEST,
+                most => most,
+            };
+            let turns = 2.0 / drive.velocity_lag.max(SHORTEST_LAG);
+            let acceleration = turns * velocity;
+            SlaveParameters {
+                on_master_loss: OnMasterLoss::Follow,
+                distance: DistanceParameters {
+                    window: Some(0.0),
+                    ..DistanceParameters::default()
+                },
+                ..SlaveParameters::new(velocity, acceleration, turns * acceleration)
+            }
+        })
+    }
+
     /// What couples it from the start.
     #[must_use]
     pub fn couple(&self) -> CoupleConfig {

@@ -8,7 +8,7 @@ use coaxle_node::keys::NodeName;
 
 use super::fault::Fault;
 use crate::config::ReceiverConfig;
-use crate::names::StateName;
+use crate::names::{ContinuityName, StateName};
 use crate::signals::FarNodeSignals;
 use crate::snapshot::{Health, ReceiverSnapshot};
 
@@ -247,7 +247,7 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
             "a second node of the same name publishes the same axes: the first one is followed, as long as it is heard",
         ),
         (health, _) => match Fault::of_far(now, n) {
-            Some(fault) => means(fault, state),
+            Some(fault) => means(fault, now, n),
             None => Note::new(Level::Info, health.name().as_str()),
         },
     }
@@ -255,21 +255,23 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
 
 /// What is wrong with a slave.
 fn failure(now: &ReceiverSnapshot, fault: Option<Fault>) -> Note {
-    let state = now.state_of(0).map(StateName::as_str);
     match fault {
         // There is no mode where nothing far is followed.
         Some(fault) if now.signals.far.is_empty() => {
             Note::new(Level::Error, format!("error {fault}"))
         }
-        Some(fault) => means(fault, state),
+        Some(fault) => means(fault, now, 0),
         None => Note::new(Level::Info, now.health.name().as_str()),
     }
 }
 
-fn means(fault: Fault, state: Option<&'static str>) -> Note {
-    let means = match state {
-        Some(state) => format!("set values in {state} mode"),
-        None => "no set values".to_owned(),
+/// A fault, and what the axes of a far node do.
+fn means(fault: Fault, now: &ReceiverSnapshot, far: usize) -> Note {
+    let means = match (now.continuity_of(far), now.state_of(far)) {
+        (Some(ContinuityName::Braking), _) => "the axis is braked, or at rest".to_owned(),
+        (Some(ContinuityName::Rejoining), _) => "the axis is brought back".to_owned(),
+        (_, Some(state)) => format!("set values in {} mode", state.as_str()),
+        (_, None) => "no set values".to_owned(),
     };
     Note::new(Level::Error, format!("error {fault}; {means}"))
 }

@@ -10,8 +10,7 @@ use coaxle_node::frame::MAX_AXES;
 use coaxle_slave::{CoupledStart, SlaveAxis};
 
 use super::Slaves;
-use super::follower::Follower;
-use super::slave::{Body, Slave};
+use super::slave::{Slave, SlaveParts};
 use super::tool::Tool;
 use crate::config::{CamSource, CoupleConfig, MasterRef, ReceiverConfig, SlaveConfig, WrongSlave};
 use crate::drives::Drives;
@@ -143,59 +142,53 @@ fn slave(
     let slave = &config.slaves[n];
     let gear = LinearGear::new(slave.gear.ratio, slave.gear.offset)
         .map_err(|error| wrong(n, "gear", error))?;
-    let wrong_drive = |error| wrong(n, "drive", error);
     if drives.has_real(slave) {
         check_real_drive(slave, n)?;
     }
     let id = config.slave_id(n);
-    let body = match &slave.limits {
-        None => {
-            check_follower(slave, n)?;
-            let drive = drives.simulate(slave).map_err(wrong_drive)?;
-            Body::Follower(Follower::new(gear, drive))
-        }
-        Some(limits) => {
-            let cycle_time: CycleTime = config.cycle_time_us.0;
-            let drive = drives.take(slave).map_err(wrong_drive)?;
-            let mut axis = SlaveAxis::new(limits, drive, cycle_time)
-                .map_err(|error| wrong(n, "limits", error))?;
-            let master_id = match sources[0] {
-                MasterRef::Far(axis) => config
-                    .far_axes()
-                    .nth(axis)
-                    .map_or(0, |(_, _, axis)| axis.id),
-                MasterRef::Virtual(axis) => config.virtual_axes[axis].id.get(),
-                MasterRef::Slave(master) => config.slave_id(master),
-            };
-            if !slave.cams.is_empty() {
-                axis.select_cams(tables(slave, n)?, master_id, id)
-                    .map_err(|error| wrong(n, "limits", error))?;
-            }
-            let start = match slave.couple() {
-                CoupleConfig::Off => None,
-                CoupleConfig::Gear => Some(CoupledStart::Gear(gear)),
-                CoupleConfig::Cam(cam_in) => {
-                    check_plate(&axis, cam_in.table)
-                        .map_err(|error| wrong(n, "couple.cam.table", error))?;
-                    Some(CoupledStart::Cam(cam_in))
-                }
-            };
-            Body::Axis {
-                axis: Box::new(axis),
-                start,
-            }
+    let limits = slave.limits();
+    let cycle_time: CycleTime = config.cycle_time_us.0;
+    let drive = drives
+        .take(slave)
+        .map_err(|error| wrong(n, "drive", error))?;
+    let mut axis =
+        SlaveAxis::new(&limits, drive, cycle_time).map_err(|error| wrong(n, "limits", error))?;
+    if !slave.cams.is_empty() {
+        axis.select_cams(tables(slave, n)?, id_of_master(config, sources[0]), id)
+            .map_err(|error| wrong(n, "limits", error))?;
+    }
+    let start = match slave.couple() {
+        CoupleConfig::Off => None,
+        CoupleConfig::Gear => Some(CoupledStart::Gear(gear)),
+        CoupleConfig::Cam(cam_in) => {
+            check_plate(&axis, cam_in.table)
+                .map_err(|error| wrong(n, "couple.cam.table", error))?;
+            Some(CoupledStart::Cam(cam_in))
         }
     };
     check_cutting(slave, n)?;
     let program = Program::new(&slave.steps, slave.marks.as_ref())
         .map_err(|error| wrong(n, &error.field, &error.reason))?;
-    Ok(Slave::new(
+    Ok(Slave::new(SlaveParts {
         id,
-        sources.into(),
-        body,
-        Tool::new(&slave.tool),
+        sources: sources.into(),
+        axis: Box::new(axis),
+        start,
+        on_master_loss: limits.on_master_loss,
+        tool: Tool::new(&slave.tool),
         program,
-    ))
+    }))
+}
+
+fn id_of_master(config: &ReceiverConfig, master: MasterRef) -> u32 {
+    match master {
+        MasterRef::Far(axis) => config
+            .far_axes()
+            .nth(axis)
+            .map_or(0, |(_, _, axis)| axis.id),
+        MasterRef::Virtual(axis) => config.virtual_axes[axis].id.get(),
+        MasterRef::Slave(master) => config.slave_id(master),
+    }
 }
 
 fn check_plate(axis: &SlaveAxis, table: TableId) -> Result<(), CouplingError> {
@@ -208,8 +201,7 @@ fn check_plate(axis: &SlaveAxis, table: TableId) -> Result<(), CouplingError> {
 /// A drive that is not simulated is watched, and is where it is: no coupling can have it anywhere at once.
 fn check_real_drive(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
     if slave.limits.is_none() {
-        let reason =
-            "received none, expected some: a slave whose drive is not simulated is watched";
+        let reason = "received none, expected some: only a simulated drive says what it can do";
         return Err(wrong(n, "limits", reason));
     }
     if slave.couple() != CoupleConfig::Off {
@@ -218,23 +210,6 @@ fn check_real_drive(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
         return Err(wrong(n, "couple", reason));
     }
     Ok(())
-}
-
-/// A slave without limits does nothing but follow its gear.
-fn check_follower(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
-    let needs = if !slave.steps.is_empty() {
-        "a program"
-    } else if !slave.cams.is_empty() {
-        "cams"
-    } else if slave.couple() != CoupleConfig::Gear {
-        "a coupling other than the gear"
-    } else if !slave.further_masters.is_empty() {
-        "further masters"
-    } else {
-        return Ok(());
-    };
-    let reason = format!("received none, expected some: a slave with {needs} is watched");
-    Err(wrong(n, "limits", reason))
 }
 
 fn check_cutting(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {

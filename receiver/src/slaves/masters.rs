@@ -37,6 +37,11 @@ impl SlaveMasters {
         all.all(|master| master.is_some_and(|master| master.is_ready))
     }
 
+    /// All that there is anything of, be it lost or in error.
+    pub(super) fn all(&self) -> Masters {
+        Masters::of(self.all.map(|master| Some(master?.set)))
+    }
+
     /// As couplings see them: none where one is lost or in error.
     pub(super) fn sound(&self) -> Masters {
         Masters::of(self.all.map(|master| {

@@ -1,7 +1,6 @@
 //! The slaves of a receiver: each follows far axes, virtual axes, or other slaves.
 
 mod build;
-mod follower;
 mod masters;
 mod slave;
 mod tool;
@@ -91,15 +90,16 @@ impl Slaves {
     pub(crate) fn axes(&mut self) -> &[NcToPlcAxis] {
         self.axes.clear();
         for n in &self.by_id {
-            if let Some(mut axis) = self.slaves[*n].axis_struct() {
-                if self.leads[*n] {
-                    axis.couple_state = match axis.couple_state {
-                        CoupleState::Slave => CoupleState::MasterSlave,
-                        _ => CoupleState::Master,
-                    };
-                }
-                self.axes.push(axis);
+            let Some(mut axis) = self.slaves[*n].axis_struct() else {
+                continue;
+            };
+            if self.leads[*n] {
+                axis.couple_state = match axis.couple_state {
+                    CoupleState::Slave => CoupleState::MasterSlave,
+                    _ => CoupleState::Master,
+                };
             }
+            self.axes.push(axis);
         }
         &self.axes
     }

@@ -1,19 +1,18 @@
 //! One slave: program, commands, coupling and life cycle, drive.
 
-use coaxle_axis::drive::{Actual, DriveKind};
-use coaxle_axis::{AxisStatus, CommandState, Job, NcToPlcAxis, Origin};
+use coaxle_axis::drive::DriveKind;
+use coaxle_axis::{AxisStatus, CommandState, Job, Masters, NcToPlcAxis, Origin, StateWord};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::CommandOutcome;
 use coaxle_node::command::{SawView, SlaveOrder, SlaveView};
 use coaxle_saw::CouplingMoment;
 use coaxle_slave::{
-    Change, Command, CoupledStart, CouplingPhase, CouplingRefusal, EndedJob, JobError, Refusal,
-    SlaveAxis, SlaveError,
+    Change, Command, CoupledStart, CouplingPhase, CouplingRefusal, EndedJob, JobError,
+    OnMasterLoss, Refusal, SlaveAxis, SlaveError,
 };
 
 use super::Master;
-use super::follower::Follower;
 use super::masters::SlaveMasters;
 use super::tool::Tool;
 use crate::config::MasterRef;
@@ -27,7 +26,12 @@ pub(super) struct Slave {
     id: u32,
     /// Its masters, at least one.
     sources: Box<[MasterRef]>,
-    body: Body,
+    axis: Box<SlaveAxis>,
+    /// What couples it as soon as there is a master.
+    start: Option<CoupledStart>,
+    /// It goes on following a master that is lost or in error, whose error it passes on.
+    follows: bool,
+    error_of_master: u32,
     drive_kind: DriveKind,
     tool: Tool,
     program: Option<Program>,
@@ -37,49 +41,29 @@ pub(super) struct Slave {
     start_refused: bool,
 }
 
-/// What moves.
-#[derive(Debug)]
-pub(super) enum Body {
-    Follower(Follower),
-    Axis {
-        axis: Box<SlaveAxis>,
-        /// What couples it as soon as there is a master.
-        start: Option<CoupledStart>,
-    },
-}
-
-impl Body {
-    fn drive_kind(&self) -> DriveKind {
-        match self {
-            Self::Follower(_) => DriveKind::Simulated,
-            Self::Axis { axis, .. } => axis.drive().kind(),
-        }
-    }
-
-    /// Of the plate that couples it; 1 without one.
-    fn master_scaling(&self) -> f64 {
-        match self {
-            Self::Follower(_) => 1.0,
-            Self::Axis { axis, .. } => axis.master_scaling(),
-        }
-    }
+/// What a slave consists of.
+pub(super) struct SlaveParts {
+    pub(super) id: u32,
+    pub(super) sources: Box<[MasterRef]>,
+    pub(super) axis: Box<SlaveAxis>,
+    pub(super) start: Option<CoupledStart>,
+    pub(super) on_master_loss: OnMasterLoss,
+    pub(super) tool: Tool,
+    pub(super) program: Option<Program>,
 }
 
 impl Slave {
-    pub(super) fn new(
-        id: u32,
-        sources: Box<[MasterRef]>,
-        body: Body,
-        tool: Tool,
-        program: Option<Program>,
-    ) -> Self {
+    pub(super) fn new(parts: SlaveParts) -> Self {
         Self {
-            id,
-            sources,
-            drive_kind: body.drive_kind(),
-            body,
-            tool,
-            program,
+            id: parts.id,
+            sources: parts.sources,
+            drive_kind: parts.axis.drive().kind(),
+            axis: parts.axis,
+            start: parts.start,
+            follows: parts.on_master_loss == OnMasterLoss::Follow,
+            error_of_master: 0,
+            tool: parts.tool,
+            program: parts.program,
             refusal: None,
             start_refused: false,
         }
@@ -91,21 +75,26 @@ impl Slave {
         if self.start(masters) {
             return;
         }
-        match &mut self.body {
-            Body::Follower(follower) => follower.update(masters.first(), elapsed),
-            Body::Axis { axis, .. } => {
-                axis.update(masters.sound(), elapsed);
-                self.take_ended_jobs();
-            }
+        self.error_of_master = match masters.first() {
+            Some(master) if self.follows => master.error_code,
+            _ => 0,
+        };
+        self.axis.update(self.followed(masters), elapsed);
+        self.take_ended_jobs();
+    }
+
+    /// The masters as its axis sees them.
+    fn followed(&self, masters: &SlaveMasters) -> Masters {
+        if self.follows {
+            masters.all()
+        } else {
+            masters.sound()
         }
     }
 
     /// What became of jobs that have come to their end: some are refused only when they are due.
     fn take_ended_jobs(&mut self) {
-        let Body::Axis { axis, .. } = &mut self.body else {
-            return;
-        };
-        while let Some(EndedJob { job, state }) = axis.take_ended() {
+        while let Some(EndedJob { job, state }) = self.axis.take_ended() {
             let CommandState::Failed(JobError::Refused(refusal)) = state else {
                 continue;
             };
@@ -119,30 +108,19 @@ impl Slave {
     /// After each cycle: whether its tool cut.
     pub(super) fn watch_tool(&mut self) {
         let in_sync = self.phase() == Some(CouplingPhase::InSync);
-        let set = self.set().filter(|_| in_sync);
-        self.tool.is_at(set.map(|set| set.position));
+        self.tool.is_at(in_sync.then(|| self.axis.set().position));
     }
 
     /// The one way for commands, whoever gives them.
     pub(super) fn command(&mut self, command: &Command, origin: Origin) -> Result<Job, Refusal> {
-        let change = self.plan(command);
+        let change = self.axis.plan(command);
         self.apply(change, origin)
     }
 
-    fn plan(&self, command: &Command) -> Result<Change, Refusal> {
-        match &self.body {
-            Body::Follower(_) => Err(no_limits(command)),
-            Body::Axis { axis, .. } => axis.plan(command),
-        }
-    }
-
     fn apply(&mut self, change: Result<Change, Refusal>, origin: Origin) -> Result<Job, Refusal> {
-        let applied = change.and_then(|change| match &mut self.body {
-            Body::Follower(_) => Err(Refusal::NoMaster),
-            Body::Axis { axis, start } => {
-                *start = None;
-                Ok(axis.apply(change, origin))
-            }
+        let applied = change.map(|change| {
+            self.start = None;
+            self.axis.apply(change, origin)
         });
         self.refusal = match applied {
             Ok(_) => self.refusal,
@@ -158,8 +136,8 @@ impl Slave {
         };
         let ready = masters.first().filter(|master| master.is_ready);
         program.advance(elapsed, ready.map(|master| master.set.position));
-        let body = &self.body;
-        let Some(command) = program.due(&situation, || body.master_scaling()) else {
+        let axis = &self.axis;
+        let Some(command) = program.due(&situation, || axis.master_scaling()) else {
             return;
         };
         let answer = match command {
@@ -175,7 +153,7 @@ impl Slave {
         Situation {
             status: self.status(),
             phase: self.phase(),
-            set: self.set().unwrap_or_default(),
+            set: self.axis.set(),
             master: masters.first().map(|master| master.set.position),
             master_ready: masters.are_ready(),
         }
@@ -184,16 +162,15 @@ impl Slave {
     /// Couples it from the start, once there is its first master: then it is where it should be
     /// already.
     fn start(&mut self, masters: &SlaveMasters) -> bool {
-        let Body::Axis { axis, start } = &mut self.body else {
-            return false;
-        };
-        if !masters.first().is_some_and(|master| master.is_ready) {
+        let is_there = |master: &Master| master.is_ready || self.follows;
+        if !masters.first().is_some_and(is_there) {
             return false;
         }
-        let Some(start) = start.take() else {
+        let Some(start) = self.start.take() else {
             return false;
         };
-        if let Err(refusal) = axis.switch_on_coupled(&start, masters.sound()) {
+        let followed = self.followed(masters);
+        if let Err(refusal) = self.axis.switch_on_coupled(&start, followed) {
             self.refusal = Some(refusal.into());
             self.start_refused = true;
         }
@@ -204,33 +181,30 @@ impl Slave {
         &self.sources
     }
 
-    /// As the master of another slave.
+    /// As the master of another slave; none until it is coupled, if it is to be from the start.
     pub(super) fn as_master(&self) -> Option<Master> {
         let error = self.error();
-        let is_operational = match &self.body {
-            Body::Follower(_) => error.is_none(),
-            Body::Axis { axis, .. } => axis.is_operational(),
-        };
         Some(Master {
             set: self.set()?,
             is_sound: error.is_none(),
-            is_ready: is_operational,
-            error_code: error.map_or(0, |error| error.code()),
+            is_ready: self.axis.is_operational(),
+            error_code: error.map_or(self.error_of_master, |error| error.code()),
         })
     }
 
+    /// None until it is coupled, if it is to be from the start: it has nothing to say before.
     pub(super) fn axis_struct(&self) -> Option<NcToPlcAxis> {
-        match &self.body {
-            Body::Follower(follower) => follower.axis_struct(self.id),
-            Body::Axis { axis, .. } => Some(axis.axis_struct(self.id)),
+        let _ = self.set()?;
+        let mut axis = self.axis.axis_struct(self.id);
+        if axis.error_code == 0 && self.error_of_master != 0 {
+            axis.error_code = self.error_of_master;
+            axis.state_word.insert(StateWord::ERROR);
         }
+        Some(axis)
     }
 
-    pub(super) fn error(&self) -> Option<SlaveError> {
-        match &self.body {
-            Body::Follower(follower) => follower.error(),
-            Body::Axis { axis, .. } => axis.error(),
-        }
+    pub(super) const fn error(&self) -> Option<SlaveError> {
+        self.axis.error()
     }
 
     /// Whether what its config has it do was refused.
@@ -240,7 +214,7 @@ impl Slave {
 
     /// An order of somebody in the network. A dry run is a plan that is not applied.
     pub(super) fn execute(&mut self, order: &SlaveOrder) -> CommandOutcome {
-        let planned = self.plan(&order.command);
+        let planned = self.axis.plan(&order.command);
         let (job, planned) = match planned {
             Ok(change) if !order.dry_run => {
                 let at_once = change.is_done_at_once();
@@ -277,18 +251,13 @@ impl Slave {
 
     /// What a flying saw that is refused would have been planned from.
     fn coupling_moment(&self, refusal: &Refusal) -> Option<CouplingMoment> {
-        match (&self.body, refusal) {
-            (Body::Axis { axis, .. }, Refusal::Coupling(CouplingRefusal::Saw(_))) => {
-                axis.coupling_moment()
-            }
-            _ => None,
-        }
+        let is_saw = matches!(refusal, Refusal::Coupling(CouplingRefusal::Saw(_)));
+        is_saw.then(|| self.axis.coupling_moment()).flatten()
     }
 
     /// As the answer to a command shows it.
     fn view(&self) -> SlaveView {
-        let here = || Kinematics::at_rest(self.actual_position());
-        let set = self.set().unwrap_or_else(here);
+        let set = self.axis.set();
         SlaveView {
             status: self.status(),
             coupling: self.phase(),
@@ -305,13 +274,15 @@ impl Slave {
     }
 
     pub(super) fn signals(&self, faults: &SlaveFaults) -> SlaveSignals {
-        let (drive, set) = (self.actual(), self.set());
+        let (drive, set) = (self.axis.actual(), self.set());
         let attachment = drive.attachment;
         let program = self.program.as_ref().map(Program::snapshot);
         SlaveSignals {
             position: set.map(|set| set.position),
             velocity: set.map(|set| set.velocity),
             acceleration: set.map(|set| set.acceleration),
+            guard: self.axis.tracking().into(),
+            distance: self.axis.distance(),
             state: self.status(),
             phase: self.phase(),
             error: faults.error.map_or(0, |error| error.code()),
@@ -323,50 +294,22 @@ impl Slave {
             drive_attached: attachment.map(|attachment| attachment.attached),
             drive_heartbeat_age: attachment.and_then(|attachment| attachment.heartbeat_age),
             drive_state: drive.state.into(),
-            drive_position: self.actual_position(),
+            drive_position: self.axis.actual_position(),
             drive_velocity: drive.velocity,
             following_error: drive.following_error,
         }
     }
 
-    fn status(&self) -> AxisStatus {
-        match &self.body {
-            Body::Follower(follower) => follower.status(),
-            Body::Axis { axis, .. } => axis.status(),
-        }
+    /// None until it is coupled, if it is to be from the start: only then it is known where it is.
+    fn set(&self) -> Option<Kinematics> {
+        self.start.is_none().then(|| self.axis.set())
+    }
+
+    const fn status(&self) -> AxisStatus {
+        self.axis.status()
     }
 
     fn phase(&self) -> Option<CouplingPhase> {
-        match &self.body {
-            Body::Follower(follower) => follower.set().map(|_| CouplingPhase::InSync),
-            Body::Axis { axis, .. } => axis.coupling_phase(),
-        }
-    }
-
-    fn set(&self) -> Option<Kinematics> {
-        match &self.body {
-            Body::Follower(follower) => follower.set(),
-            Body::Axis { axis, .. } => Some(axis.set()),
-        }
-    }
-
-    fn actual(&self) -> &Actual {
-        match &self.body {
-            Body::Follower(follower) => follower.actual(),
-            Body::Axis { axis, .. } => axis.actual(),
-        }
-    }
-
-    fn actual_position(&self) -> f64 {
-        match &self.body {
-            Body::Follower(follower) => follower.actual().position,
-            Body::Axis { axis, .. } => axis.actual_position(),
-        }
-    }
-}
-
-const fn no_limits(command: &Command) -> Refusal {
-    Refusal::NoLimits {
-        command: command.name(),
+        self.axis.coupling_phase()
     }
 }

@@ -5,8 +5,8 @@ use coaxle_clock::CycleTime;
 use coaxle_curve::profile::Kinematics;
 use coaxle_receiver::signals::{FarNodeSignals, SlaveSignals};
 use coaxle_receiver::{
-    ContinuityName, DriveStateName, Health, ProgramSnapshot, ReceiverSnapshot, RefusedCommand,
-    SlaveFaults, StateName,
+    ContinuityName, DriveStateName, GuardStateName, Health, ProgramSnapshot, ReceiverSnapshot,
+    RefusedCommand, SlaveFaults, StateName,
 };
 use coaxle_slave::{CouplingPhase, SlaveError};
 
@@ -52,6 +52,8 @@ pub(crate) struct SlaveShown {
     pub(crate) error: Option<SlaveError>,
     pub(crate) refusal: Option<RefusedCommand>,
     pub(crate) set: Option<Kinematics>,
+    pub(crate) guard: GuardStateName,
+    pub(crate) distance: f64,
     pub(crate) program: Option<ProgramSnapshot>,
     pub(crate) drive: DriveShown,
 }
@@ -129,6 +131,8 @@ impl SlaveShown {
             error: faults.error,
             refusal: faults.refusal,
             set: signals.position.and_then(set),
+            guard: signals.guard,
+            distance: signals.distance,
             program: signals
                 .program
                 .zip(signals.program_step)

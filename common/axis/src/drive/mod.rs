@@ -43,7 +43,6 @@
 
 mod actual;
 mod fault;
-mod monitor;
 mod process;
 mod simulated;
 

@@ -5,8 +5,8 @@ use core::fmt;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 
-use super::monitor::FollowingErrorMonitor;
 use super::{Actual, Attachment, Drive, DriveFault, DriveKind, DriveState, WrongDriveParameter};
+use crate::window_monitor::WindowMonitor;
 
 /// What carries values between a node and the process of a drive. Called in the cycle: it must not wait.
 pub trait DriveLink: fmt::Debug + Send {
@@ -150,7 +150,7 @@ pub struct ProcessDrive<L> {
     link: L,
     kind: DriveKind,
     parameters: ProcessDriveParameters,
-    monitor: FollowingErrorMonitor,
+    monitor: WindowMonitor,
     state: DriveState,
     fault: Option<DriveFault>,
     /// What the process said last.
@@ -184,7 +184,7 @@ impl<L: DriveLink> ProcessDrive<L> {
             link,
             kind,
             parameters,
-            monitor: FollowingErrorMonitor::new(window, time),
+            monitor: WindowMonitor::new(window, time),
             state: DriveState::Off,
             fault: None,
             reply: None,

@@ -7,14 +7,14 @@
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 
-use super::monitor::FollowingErrorMonitor;
 use super::{Actual, Drive, DriveFault, DriveKind, DriveState};
+use crate::window_monitor::WindowMonitor;
 
 /// The drive.
 #[derive(Clone, Copy, Debug)]
 pub struct SimulatedDrive {
     parameters: DriveParameters,
-    monitor: FollowingErrorMonitor,
+    monitor: WindowMonitor,
     state: DriveState,
     position: f64,
     velocity: f64,
@@ -114,7 +114,7 @@ impl SimulatedDrive {
         } = parameters;
         Ok(Self {
             parameters,
-            monitor: FollowingErrorMonitor::new(window, time),
+            monitor: WindowMonitor::new(window, time),
             state: DriveState::Off,
             position: 0.0,
             velocity: 0.0,

@@ -100,6 +100,12 @@ impl Envelope {
         acceleration.abs() <= highest_acceleration(&self.limits) * (1.0 + RELATIVE)
     }
 
+    /// Whether a motion within the jerk limit can differ by so much from what its last positions say of its
+    /// velocity and acceleration.
+    pub(super) fn is_between_samples(&self, velocity: f64, acceleration: f64) -> bool {
+        acceleration * self.per_acceleration <= 1.0 && velocity * self.per_velocity <= 0.5
+    }
+
     /// In units of the closed forms.
     pub(super) fn scaled(&self, series: &Differences) -> Scaled {
         let rounding = self.rounding(series.position, series.position);

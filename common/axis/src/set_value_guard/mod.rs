@@ -180,6 +180,26 @@ impl SetValueGuard {
         }
     }
 
+    /// The set values that left last, as another motion takes them over: velocity and acceleration as they
+    /// state them where their positions bear that out, to what a motion within the jerk limit can differ
+    /// from its differences, and else as the positions say.
+    #[must_use]
+    pub fn borne_out(&self, set: &Kinematics) -> Kinematics {
+        let seen = self.envelope.state_now(&self.set);
+        let (velocity, acceleration) = (
+            (set.velocity - seen.velocity).abs(),
+            (set.acceleration - seen.acceleration).abs(),
+        );
+        if self.envelope.is_between_samples(velocity, acceleration) {
+            *set
+        } else {
+            Kinematics {
+                position: set.position,
+                ..seen
+            }
+        }
+    }
+
     fn follow(&mut self, target: &Kinematics, elapsed: u32) -> GuardState {
         let wanted = self.position_to_follow(target);
         let rate = self.envelope.rate;

@@ -11,20 +11,13 @@ use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 use coaxle_axis::{Dynamics, Job};
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
-use coaxle_slave::{Command, JobError, OnMasterLoss, SlaveAxis, SlaveParameters};
+use coaxle_slave::{Command, JobError, SlaveAxis, SlaveParameters};
 
 const CYCLE: Seconds = Seconds(1e-3);
 
 const PARAMETERS: SlaveParameters = SlaveParameters {
-    velocity: 1_000.0,
-    acceleration: 5_000.0,
     deceleration: Some(4_000.0),
-    jerk: 100_000.0,
-    min_position: None,
-    max_position: None,
-    on_master_loss: OnMasterLoss::Stop,
-    master_noise: None,
-    master_increment: None,
+    ..SlaveParameters::new(1_000.0, 5_000.0, 100_000.0)
 };
 
 fn cycle_time() -> CycleTime {

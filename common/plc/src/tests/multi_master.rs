@@ -16,14 +16,17 @@ fn gear(ratio: f64) -> GearInMultiMaster {
 #[test]
 fn ratios_are_read_in_every_scan_and_the_falling_edge_uncouples() {
     let mut axis = powered(&PARAMETERS);
-    let masters = Masters::of([100.0, 50.0].map(|velocity| Some(Master::at(0.0, velocity).0)));
-    axis.update(masters, CYCLE);
+    let masters = |scan: u32| {
+        let at = |velocity: f64| Master::at(velocity * CYCLE.0 * f64::from(scan), velocity);
+        Masters::of([100.0, 50.0].map(|velocity| Some(at(velocity).0)))
+    };
+    axis.update(masters(0), CYCLE);
     let mut block = EnableMultiMasterGear::default();
     let outputs = block.scan(true, &gear(1.0), &mut axis);
     assert!(outputs.busy && !outputs.in_sync);
     for scan in 0..600 {
         let ratio = if scan < 300 { 1.0 } else { 2.0 };
-        axis.update(masters, CYCLE);
+        axis.update(masters(scan + 1), CYCLE);
         block.scan(true, &gear(ratio), &mut axis);
     }
     let outputs = block.scan(true, &gear(2.0), &mut axis);

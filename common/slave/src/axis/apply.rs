@@ -170,7 +170,7 @@ impl SlaveAxis {
     }
 
     fn stand_at(&mut self, position: f64) {
-        self.set = Kinematics::at_rest(position);
+        self.place(&Kinematics::at_rest(position));
         self.move_by(Motion::Own(Planned::rest(position, &self.guard)));
     }
 
@@ -183,7 +183,7 @@ impl SlaveAxis {
 
     /// From now on this coupling moves the axis, even where one of its kind did.
     fn engage(&mut self, engagement: &Engagement, job: Job) {
-        self.acceleration = self.free().acceleration;
+        self.exempt = false;
         self.end_coupling();
         self.superimposed
             .drop(CommandState::Aborted, &mut self.jobs);
@@ -193,6 +193,7 @@ impl SlaveAxis {
 
     /// From now on this moves the axis, and nothing else does.
     pub(super) fn move_by(&mut self, motion: Motion) {
+        self.exempt = false;
         self.end_coupling();
         self.phasing.drop(CommandState::Aborted, &mut self.jobs);
         self.superimposed

@@ -4,6 +4,7 @@ use coaxle_clock::Seconds;
 
 use coaxle_axis::drive::{DriveFault, DriveState};
 use coaxle_axis::guard::GuardFault;
+use coaxle_axis::set_value_guard::{GuardState, Guarded};
 use coaxle_axis::{AxisStatus, CommandState, CouplingPhase, Scan, Step, Transition};
 use coaxle_curve::profile::{Kinematics, to_velocity};
 
@@ -29,7 +30,7 @@ impl SlaveAxis {
                 if self.status() == AxisStatus::ContinuousMotion {
                     self.guard.check_stop(here.position, &next)?;
                 }
-                self.set = self.guard.confined(here.position, &next);
+                self.move_to(&self.guard.confined(here.position, &next), elapsed);
                 Ok(())
             }
             Motion::Coupled(kind) => {
@@ -76,17 +77,63 @@ impl SlaveAxis {
 
     fn go_to(&mut self, next: Kinematics, elapsed: Seconds) -> Result<(), GuardFault> {
         let next = plus(next, self.added());
-        self.guard.check_step(&self.set, &next, elapsed.0)?;
-        let acceleration = self.guard.acceleration_at(&self.set, &next, elapsed.0);
-        let taken_over = Kinematics {
-            acceleration,
-            ..next
-        };
-        self.guard
-            .check_coupled_stop(self.set.position, &taken_over)?;
-        self.set = next;
-        self.acceleration = acceleration;
+        self.guard.check_values(&next)?;
+        let here = self.set.position;
+        let mut stage = self.last_stage;
+        let guarded = stage.update(&next, self.cycles(elapsed));
+        let left = stage.borne_out(&guarded.set);
+        self.guard.check_coupled_stop(here, &left)?;
+        if guarded.state != GuardState::Tracking {
+            self.guard.check_position(here, next.position)?;
+        }
+        self.check_distance(&guarded, elapsed)?;
+        self.last_stage = stage;
+        self.leave(&guarded);
         Ok(())
+    }
+
+    /// A distance that the limits leave is a fault where it is too far for too long.
+    fn check_distance(&mut self, guarded: &Guarded, elapsed: Seconds) -> Result<(), GuardFault> {
+        let left_behind = match guarded.state {
+            GuardState::Tracking => 0.0,
+            GuardState::Coasting | GuardState::CatchingUp | GuardState::Cannot => guarded.distance,
+        };
+        if self.window.trips(left_behind, elapsed) {
+            let (distance, window) = (left_behind, self.window.window());
+            return Err(GuardFault::LeftBehind { distance, window });
+        }
+        Ok(())
+    }
+
+    /// Set values of a motion of its own, through the last stage.
+    fn move_to(&mut self, target: &Kinematics, elapsed: Seconds) {
+        if self.exempt {
+            self.place(target);
+            return;
+        }
+        let cycles = self.cycles(elapsed);
+        let guarded = self.last_stage.update(target, cycles);
+        self.leave(&guarded);
+    }
+
+    const fn leave(&mut self, guarded: &Guarded) {
+        self.set = guarded.set;
+        self.tracking = guarded.state;
+        self.distance = guarded.distance;
+    }
+
+    /// The axis is here from now on, whatever was before: nothing limits the step to it.
+    pub(super) fn place(&mut self, here: &Kinematics) {
+        self.last_stage.start(here);
+        self.set = *here;
+        self.tracking = GuardState::Tracking;
+        self.distance = 0.0;
+        self.window.forget();
+    }
+
+    /// So many cycles have passed.
+    fn cycles(&self, elapsed: Seconds) -> u32 {
+        (elapsed.0 / self.cycle_time + 0.5) as u32
     }
 
     /// The masters have turned back, and the coupling brings the axis to rest.
@@ -98,10 +145,9 @@ impl SlaveAxis {
     ) -> Result<(), GuardFault> {
         if instant {
             let next = plus(next, self.added());
-            self.guard.check_instant_step(&self.set, &next, elapsed.0)?;
+            self.guard.check_values(&next)?;
             self.guard.check_coupled_stop(self.set.position, &next)?;
-            self.set = next;
-            self.acceleration = next.acceleration;
+            self.place(&next);
         } else {
             self.go_to(next, elapsed)?;
         }
@@ -121,17 +167,21 @@ impl SlaveAxis {
         let added = self.added();
         if let Motion::Own(planned) = &mut self.motion {
             let next = plus(planned.advance(elapsed), added);
-            self.set = self.guard.confined(self.set.position, &next);
+            let confined = self.guard.confined(self.set.position, &next);
+            self.move_to(&confined, elapsed);
         }
     }
 
     /// To error stop, within the limits.
     pub(super) fn fail(&mut self, error: SlaveError) {
-        let limits = match (error, self.on_master_loss) {
-            (SlaveError::MasterLost, OnMasterLoss::QuickStop) => {
-                self.guard.without_jerk_limit(self.cycle_time)
-            }
-            _ => *self.guard.limits(),
+        let quick = matches!(
+            (error, self.on_master_loss),
+            (SlaveError::MasterLost, OnMasterLoss::QuickStop)
+        );
+        let limits = if quick {
+            self.guard.without_jerk_limit(self.cycle_time)
+        } else {
+            *self.guard.limits()
         };
         let brake = to_velocity(&self.free(), 0.0, &limits);
         if let Motion::Coupled(kind) = self.motion {
@@ -142,6 +192,7 @@ impl SlaveAxis {
         self.phasing.drop(failed, &mut self.jobs);
         self.superimposed.drop(failed, &mut self.jobs);
         self.run(brake);
+        self.exempt = quick;
         self.state.follow(Transition::Fault);
         self.jobs.set(failed);
     }
@@ -149,6 +200,7 @@ impl SlaveAxis {
     /// What follows from the motion having come to its end, and how far the command is.
     pub(super) fn finish(&mut self) {
         let over = matches!(&self.motion, Motion::Own(planned) if planned.is_over())
+            && self.tracking == GuardState::Tracking
             && !self.superimposed.is_under_way();
         if over && self.status() != AxisStatus::ContinuousMotion {
             self.jobs.set(CommandState::Done);

@@ -66,8 +66,7 @@ impl SlaveAxis {
         }
         self.powered = true;
         self.masters = masters;
-        self.set = set;
-        self.acceleration = set.acceleration;
+        self.place(&set);
         self.motion = Motion::Coupled(kind);
         self.state.follow(Transition::PowerOnCoupled);
         self.jobs.replace(job, CommandState::Active);

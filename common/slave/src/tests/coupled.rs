@@ -1,8 +1,9 @@
 //! The axis as a slave.
 
 use super::*;
-use crate::{CouplingPhase, JobError, Refusal, SlaveError};
+use crate::{CouplingPhase, DistanceParameters, JobError, Refusal, SlaveError};
 use coaxle_axis::guard::GuardFault;
+use coaxle_axis::set_value_guard::{DistancePolicy, GuardState};
 use coaxle_axis::{AxisState, AxisStatus, CommandState, CoupleState};
 use coaxle_gear::FlyingGearParameters;
 
@@ -55,9 +56,7 @@ fn a_gear_that_couples_nothing_or_too_fast_is_refused() {
 fn gear_out_keeps_the_velocity_and_leads_the_acceleration_to_zero() {
     let (mut axis, mut master) = coupled(&PARAMETERS, 200.0);
     for _ in 0..50 {
-        master.0.acceleration = 1_000.0;
-        master.0.velocity += 1.0;
-        master.lead(&mut axis, 1);
+        master.accelerate(&mut axis, 1_000.0, 80_000.0);
     }
     let gear = axis.job().0;
     let out = start(&mut axis, &Command::GearOut {});
@@ -126,68 +125,146 @@ fn a_lost_master_does_not_matter_to_an_axis_that_is_not_coupled() {
 
 /// What the master does next, and the code of the error that follows.
 #[test]
-fn set_values_that_the_axis_cannot_follow_are_an_error_stop() {
-    let next = |position: f64, velocity: f64, acceleration: f64| Kinematics {
-        position,
-        velocity,
-        acceleration,
-    };
-    type Step = fn(&Kinematics) -> Kinematics;
-    let steps: [(Step, u32); 6] = [
-        (
-            |m| Kinematics {
-                position: f64::NAN,
-                ..*m
-            },
-            0x42d5,
-        ),
-        (
-            |m| Kinematics {
-                position: 1e13,
-                ..*m
-            },
-            0x42d5,
-        ),
-        (
-            |m| Kinematics {
-                acceleration: f64::INFINITY,
-                ..*m
-            },
-            0x42d5,
-        ),
-        (
-            |m| Kinematics {
-                position: m.position + 2.0,
-                ..*m
-            },
-            0x42dd,
-        ),
-        (
-            |m| Kinematics {
-                velocity: m.velocity + 6.0,
-                ..*m
-            },
-            0x42dd,
-        ),
-        (
-            |m| Kinematics {
-                velocity: m.velocity - 5.0,
-                ..*m
-            },
-            0x42dd,
-        ),
+fn set_values_that_no_axis_can_have_are_an_error_stop() {
+    type Step = fn(&mut Kinematics);
+    let steps: [Step; 3] = [
+        |m| m.position = f64::NAN,
+        |m| m.position = 1e13,
+        |m| m.acceleration = f64::INFINITY,
     ];
-    for (step, code) in steps {
+    for step in steps {
         let (mut axis, mut master) = coupled(&PARAMETERS, 200.0);
-        master.lead(&mut axis, 10);
-        let before = axis.set();
-        let m = master.0;
-        let ahead = next(m.position + 0.2, m.velocity, m.acceleration);
-        let set = axis.update(Some(&step(&ahead)), CYCLE);
+        let mut differences = Differences::of(&axis);
+        for _ in 0..10 {
+            master.lead(&mut axis, 1);
+            differences.keep(&axis, &PARAMETERS);
+        }
+        let mut wrong = master.0;
+        step(&mut wrong);
+        for _ in 0..200 {
+            axis.update(Some(&wrong), CYCLE);
+            differences.keep(&axis, &PARAMETERS);
+        }
         assert_eq!(axis.status(), AxisStatus::ErrorStop);
-        assert_eq!(axis.error().map(|error| error.code()), Some(code));
-        assert!((set.position - before.position - 0.2).abs() < 0.01);
-        assert!((set.velocity - before.velocity).abs() < 4.0);
+        assert_eq!(axis.error().map(|error| error.code()), Some(0x42d5));
+        assert_eq!(axis.set().velocity, 0.0);
+    }
+}
+
+/// What the axis does with a master that steps once by a position and a velocity, then goes on evenly.
+fn stepped(parameters: &SlaveParameters, position: f64, velocity: f64) -> (SlaveAxis, u32) {
+    let (mut axis, mut master) = coupled(parameters, 200.0);
+    master.lead(&mut axis, 10);
+    let apart = axis.set().position - master.0.position;
+    let mut differences = Differences::of(&axis);
+    master.0.position += position;
+    master.0.velocity += velocity;
+    let mut off = 0;
+    for _ in 0..3_000 {
+        master.lead(&mut axis, 1);
+        differences.keep(&axis, parameters);
+        off += u32::from(axis.tracking() != GuardState::Tracking);
+    }
+    if axis.status() == AxisStatus::SynchronizedMotion {
+        assert_eq!(axis.tracking(), GuardState::Tracking);
+        assert_eq!(axis.set().velocity, master.0.velocity);
+        let off = axis.set().position - master.0.position - apart - axis.distance();
+        assert!(off.abs() < 1e-9, "{off}");
+    }
+    (axis, off)
+}
+
+#[test]
+fn a_master_that_steps_is_caught_up_within_the_limits() {
+    // A beat either way, an encoder's step, the return from an outage.
+    for (position, velocity) in [
+        (0.2, 0.0),
+        (-0.2, 0.0),
+        (0.0, 6.0),
+        (0.0, -10.0),
+        (80.0, 0.0),
+    ] {
+        let (axis, off) = stepped(&PARAMETERS, position, velocity);
+        assert_eq!(axis.status(), AxisStatus::SynchronizedMotion);
+        assert_eq!(axis.error(), None);
+        assert_eq!(axis.distance(), 0.0);
+        assert!(
+            (3..600).contains(&off),
+            "{position} {velocity}: {off} cycles"
+        );
+    }
+}
+
+#[test]
+fn with_velo_sync_the_distance_stays() {
+    let parameters = SlaveParameters {
+        distance: DistanceParameters {
+            policy: DistancePolicy::VeloSync,
+            ..DistanceParameters::default()
+        },
+        ..PARAMETERS
+    };
+    let (axis, off) = stepped(&parameters, 80.0, 0.0);
+    assert_eq!(axis.status(), AxisStatus::SynchronizedMotion);
+    // Most of the step: it lasts but a moment until the velocity is that of the master again.
+    assert!((axis.distance() + 80.0).abs() < 1.0, "{}", axis.distance());
+    assert!(off < 100, "{off} cycles");
+}
+
+#[test]
+fn a_master_that_is_too_fast_or_too_far_is_a_fault_after_its_time() {
+    let narrow = SlaveParameters {
+        distance: DistanceParameters {
+            window: Some(1.0),
+            time_s: Some(0.05),
+            ..DistanceParameters::default()
+        },
+        ..PARAMETERS
+    };
+    let watched = SlaveParameters {
+        distance: DistanceParameters {
+            window: Some(0.0),
+            ..DistanceParameters::default()
+        },
+        ..PARAMETERS
+    };
+    for (parameters, position, velocity, expected) in [
+        (&narrow, 20.0, 0.0, true),
+        (&narrow, 0.2, 0.0, false),
+        (&PARAMETERS, 0.0, 900.0, true),
+        (&PARAMETERS, 500.0, 0.0, true),
+        (&watched, 500.0, 0.0, false),
+    ] {
+        let (axis, _) = stepped(parameters, position, velocity);
+        let failed = axis.status() == AxisStatus::ErrorStop;
+        assert_eq!(failed, expected, "{position} {velocity}");
+        let left_behind = matches!(
+            axis.error(),
+            Some(SlaveError::Guard(GuardFault::LeftBehind { .. }))
+        );
+        assert_eq!(left_behind, expected);
+    }
+}
+
+#[test]
+fn a_distance_is_dropped_by_whatever_takes_over() {
+    for command in [HALT, STOP, move_velocity(-100.0), move_absolute(-50.0)] {
+        let (mut axis, mut master) = coupled(&PARAMETERS, 200.0);
+        let mut differences = Differences::of(&axis);
+        master.0.position += 50.0;
+        for _ in 0..100 {
+            master.lead(&mut axis, 1);
+            differences.keep(&axis, &PARAMETERS);
+        }
+        assert_eq!(axis.tracking(), GuardState::CatchingUp);
+        assert!(axis.distance() < -10.0);
+        start(&mut axis, &command);
+        for _ in 0..1_500 {
+            master.lead(&mut axis, 1);
+            differences.keep(&axis, &PARAMETERS);
+        }
+        assert_eq!(axis.tracking(), GuardState::Tracking);
+        assert!(axis.distance().abs() < 1e-9);
     }
 }
 

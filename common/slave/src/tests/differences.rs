@@ -5,16 +5,29 @@ use super::{CYCLE, SlaveAxis, SlaveParameters};
 /// The set positions of the last cycles of an axis.
 pub(super) struct Differences {
     last: [f64; 4],
+    /// From one to the next, s.
+    dt: f64,
     /// Of how many cycles in a row they are, since something that counts began.
     seen: usize,
 }
 
 impl Differences {
     pub(super) fn of(axis: &SlaveAxis) -> Self {
+        Self::every(axis, CYCLE.0)
+    }
+
+    /// Of an axis that has a cycle only every `dt` seconds.
+    pub(super) fn every(axis: &SlaveAxis, dt: f64) -> Self {
         Self {
             last: [axis.set().position; 4],
+            dt,
             seen: 0,
         }
+    }
+
+    /// Something has put the axis where it is that is no motion.
+    pub(super) const fn begin_anew(&mut self) {
+        self.seen = 0;
     }
 
     /// One cycle more: velocity, acceleration and jerk stay within those of the parameters, and these
@@ -37,25 +50,26 @@ impl Differences {
             return Ok(());
         }
         let [p0, p1, p2, p3] = self.last;
-        let dt = CYCLE.0;
+        let dt = self.dt;
         let most = parameters
             .acceleration
             .max(parameters.deceleration.unwrap_or(0.0));
-        // Positions are rounded to their last digit.
-        let digits = 4.0 * f64::EPSILON * p3.abs().max(p0.abs());
+        // What rounding may add, as the guard of the set values says.
+        let largest = p3.abs().max(p0.abs()).max(parameters.velocity);
+        let digits = 4.0 * f64::EPSILON * largest;
         for (quantity, received, limit, rounding) in [
             ("velocity", (p3 - p2) / dt, parameters.velocity, digits / dt),
             (
                 "acceleration",
                 (p3 - 2.0 * p2 + p1) / (dt * dt),
                 most,
-                digits / (dt * dt),
+                2.0 * digits / (dt * dt),
             ),
             (
                 "jerk",
                 (p3 - 3.0 * p2 + 3.0 * p1 - p0) / (dt * dt * dt),
                 parameters.jerk,
-                digits / (dt * dt * dt),
+                4.0 * digits / (dt * dt * dt),
             ),
         ] {
             if received.abs() > limit * (1.0 + 1e-6) + rounding {

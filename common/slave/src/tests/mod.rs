@@ -32,15 +32,8 @@ use coaxle_gear::GearIn;
 const CYCLE: Seconds = Seconds(1e-3);
 
 const PARAMETERS: SlaveParameters = SlaveParameters {
-    velocity: 1_000.0,
-    acceleration: 5_000.0,
     deceleration: Some(4_000.0),
-    jerk: 100_000.0,
-    min_position: None,
-    max_position: None,
-    on_master_loss: OnMasterLoss::Stop,
-    master_noise: None,
-    master_increment: None,
+    ..SlaveParameters::new(1_000.0, 5_000.0, 100_000.0)
 };
 
 const LIMITED: SlaveParameters = SlaveParameters {
