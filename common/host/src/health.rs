@@ -17,6 +17,8 @@ pub enum Health {
     NoData,
     /// There is no counterpart.
     Waiting,
+    /// Another node of the same name is there.
+    NameTaken,
     /// The node has ended.
     Stopped,
 }
@@ -29,6 +31,7 @@ impl Health {
             Self::Ok => "ok",
             Self::NoData => "no-data",
             Self::Waiting => "waiting",
+            Self::NameTaken => "name-taken",
             Self::Stopped => "stopped",
         }
     }

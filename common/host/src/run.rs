@@ -156,7 +156,7 @@ where
     orders.attach(server.thread().clone());
     requests.attach(server.thread().clone());
 
-    let mut session = Session::open(transport, &setup.name)?;
+    let mut session = Session::open(transport, &setup.name, epoch)?;
     let channels = session.publish(&setup.wiring.publications, setup.seed)?;
     for (subscription, inbox) in setup.wiring.subscriptions.iter().zip(inboxes) {
         session.subscribe(subscription, setup.seed, inbox, Arc::clone(&counters))?;

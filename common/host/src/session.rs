@@ -1,8 +1,9 @@
 //! What a node has on its transport: its channels, its status, its presence, and the way in for
 //! frames and requests.
 
-use std::sync::Arc;
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::command::BadOrder;
@@ -17,7 +18,7 @@ use crate::faults::Faults;
 use crate::machine::Machine;
 use crate::mailbox::Inbox;
 use crate::publisher::PublishedChannel;
-use crate::transport::{Declared, Publisher, Transport, Urgency};
+use crate::transport::{Declared, PresenceHandler, Publisher, Transport, Urgency};
 
 /// A node on its transport, with everything it declared there.
 pub(crate) struct Session {
@@ -28,6 +29,8 @@ pub(crate) struct Session {
     declared: Vec<Declared>,
     /// Of each node whose axes this one follows.
     contacts: Vec<Arc<Contact>>,
+    /// Other runs under the name of this node.
+    namesakes: Arc<Mutex<BTreeSet<String>>>,
 }
 
 /// What is known of a source, written by the transport's threads.
@@ -60,20 +63,35 @@ impl Contact {
 }
 
 impl Session {
-    /// Announces the node.
+    /// Announces the node, and this run of it; from then on other runs under its name are noticed.
     ///
     /// # Errors
     /// The transport refuses.
-    pub(crate) fn open(transport: Arc<dyn Transport>, name: &NodeName) -> anyhow::Result<Self> {
+    pub(crate) fn open(
+        transport: Arc<dyn Transport>,
+        name: &NodeName,
+        epoch: u64,
+    ) -> anyhow::Result<Self> {
         let status = transport.publisher(&name.status_key(), Urgency::Ordinary)?;
         let alive = transport.announce(&name.alive_key())?;
+        let run = transport.announce(&name.run_key(epoch))?;
+        let namesakes = Arc::default();
+        let on_change = on_namesakes(Arc::clone(&namesakes), name.run_key(epoch));
+        let watched = transport.watch(&name.runs_key(), on_change)?;
         Ok(Self {
             transport,
             axes: Vec::new(),
             status,
-            declared: vec![alive],
+            declared: vec![alive, run, watched],
             contacts: Vec::new(),
+            namesakes,
         })
+    }
+
+    /// How many other nodes of the same name this one can see: no network forwards between two peers.
+    pub(crate) fn namesakes(&self) -> usize {
+        let namesakes = self.namesakes.lock();
+        namesakes.unwrap_or_else(PoisonError::into_inner).len()
     }
 
     /// Declares the channels that the node publishes.
@@ -154,7 +172,7 @@ impl Session {
     }
 
     fn watch(&mut self, source: &NodeName, contact: Arc<Contact>) -> anyhow::Result<()> {
-        let on_change = move |alive| contact.alive.store(alive, Ordering::Relaxed);
+        let on_change = move |_: &str, alive| contact.alive.store(alive, Ordering::Relaxed);
         let watched = self
             .transport
             .watch(&source.alive_key(), Box::new(on_change))?;
@@ -188,6 +206,18 @@ impl Session {
     pub(crate) fn close(&self) {
         self.transport.close();
     }
+}
+
+/// Keeps which runs other than the own one are there. A run may be told of more than once.
+fn on_namesakes(namesakes: Arc<Mutex<BTreeSet<String>>>, own: String) -> PresenceHandler {
+    Box::new(move |run, is_there| {
+        let mut namesakes = namesakes.lock().unwrap_or_else(PoisonError::into_inner);
+        if run != own && is_there {
+            namesakes.insert(run.to_owned());
+        } else {
+            namesakes.remove(run);
+        }
+    })
 }
 
 /// The way in for the frames of one key: checked, put through the faults, into the mailbox.

@@ -55,7 +55,10 @@ impl Reporter {
     /// Publishes the status at `now`, with what the recorder adds to it.
     pub(crate) fn report(&mut self, now: Instant<Machine>, details: Map<String, Value>) {
         let (evidence, source) = self.evidence(now);
-        let health = judge(evidence);
+        let health = match self.session.namesakes() {
+            0 => judge(evidence),
+            _ => Health::NameTaken,
+        };
         self.log_health(now, health, (evidence, source), &details);
         self.publish(now, health, details);
     }
@@ -79,7 +82,7 @@ impl Reporter {
         let how_well = |evidence| match judge(evidence) {
             Health::Ok => 2,
             Health::NoData => 1,
-            Health::Waiting | Health::Stopped => 0,
+            Health::Waiting | Health::NameTaken | Health::Stopped => 0,
         };
         let worst = evidence
             .zip(0..)
@@ -105,6 +108,7 @@ impl Reporter {
             "uptime_s",
             json!((now - self.started).as_nanos() as f64 / 1e9),
         );
+        put("namesakes", json!(self.session.namesakes()));
         put("cycles", json!(read(&counters.cycles)));
         put(
             "telemetry_dropped",
@@ -147,6 +151,11 @@ impl Reporter {
         let node = &self.identity.name;
         let wanted = self.wanted(evidence);
         match note {
+            _ if health == Health::NameTaken => tracing::error!(
+                %node,
+                "another node is called {node:?} too: whoever follows it keeps to the one that was there first; \
+                 give one of them another name, or end it"
+            ),
             Note::Changed if health == Health::Ok => tracing::info!(%node, "health is {word}"),
             Note::Changed => tracing::warn!(%node, "health is {word}: needs {wanted}"),
             Note::StillWaiting => tracing::warn!(%node, "still {word}: needs {wanted}"),

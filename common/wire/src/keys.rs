@@ -58,6 +58,18 @@ impl NodeName {
     pub fn alive_key(&self) -> String {
         format!("coaxle/{self}/alive")
     }
+
+    /// The key of the liveliness token of one run of it.
+    #[must_use]
+    pub fn run_key(&self, epoch: u64) -> String {
+        format!("coaxle/{self}/runs/{epoch:016x}")
+    }
+
+    /// The keys of all of its runs. More than one at a time are nodes of the same name.
+    #[must_use]
+    pub fn runs_key(&self) -> String {
+        format!("coaxle/{self}/runs/*")
+    }
 }
 
 impl fmt::Display for NodeName {
@@ -106,6 +118,8 @@ mod tests {
         assert_eq!(name.command_key(), "coaxle/saw-1/command");
         assert_eq!(name.status_key(), "coaxle/saw-1/status");
         assert_eq!(name.alive_key(), "coaxle/saw-1/alive");
+        assert_eq!(name.run_key(0xab), "coaxle/saw-1/runs/00000000000000ab");
+        assert_eq!(name.runs_key(), "coaxle/saw-1/runs/*");
     }
 
     #[test]

@@ -94,7 +94,7 @@ impl Stepped {
     ) -> Self {
         let node = name(node);
         let counters = Arc::new(Counters::default());
-        let mut session = Session::open(Arc::new(network.transport.clone()), &node).unwrap();
+        let mut session = Session::open(Arc::new(network.transport.clone()), &node, 0xab).unwrap();
         let channels = session.publish(publishes, 1).unwrap();
         let mut mailboxes = Vec::new();
         for subscription in subscriptions {
@@ -333,7 +333,7 @@ fn every_field_of_the_status_has_its_own_number() {
         }
     }
     let expected = serde_json::json!({
-        "node": "belt", "role": "toy", "epoch": "00000000000000ab", "uptime_s": 1.5, "health": "ok",
+        "node": "belt", "role": "toy", "epoch": "00000000000000ab", "uptime_s": 1.5, "health": "ok", "namesakes": 0,
         "cycles": 10, "telemetry_dropped": 90, "exchange_refused": 70,
         "published": 20, "publish_dropped": 30, "publish_failed": 40, "followed": true,
     });
@@ -342,12 +342,33 @@ fn every_field_of_the_status_has_its_own_number() {
     network.set(frame_at);
     belt.step(frame_at);
     let expected = serde_json::json!({
-        "node": "saw", "role": "toy", "epoch": "00000000000000ab", "uptime_s": 1.5, "health": "ok",
+        "node": "saw", "role": "toy", "epoch": "00000000000000ab", "uptime_s": 1.5, "health": "ok", "namesakes": 0,
         "cycles": 10, "telemetry_dropped": 90, "exchange_refused": 70,
         "sources": { "belt": { "alive": true, "frame_age_ms": 100.0 } },
         "received": 51, "refused": 60, "mailbox_dropped": 80, "arrivals_dropped": 100,
     });
     assert_eq!(saw.status(at(1_500)), expected);
+}
+
+#[test]
+fn two_nodes_of_one_name_notice_each_other() {
+    let network = Network::new();
+    let open = |node: &str, epoch| {
+        Session::open(Arc::new(network.transport.clone()), &name(node), epoch).unwrap()
+    };
+    let first = open("belt", 1);
+    let other = open("saw", 3);
+    assert_eq!(first.namesakes(), 0);
+    let second = open("belt", 2);
+    assert_eq!((first.namesakes(), second.namesakes()), (1, 1));
+    drop(second);
+    assert_eq!((first.namesakes(), other.namesakes()), (0, 0));
+
+    let mut belt = Stepped::sending("belt", &network);
+    assert_eq!(belt.health(at(1)), "name-taken");
+    assert_eq!(belt.status(at(2))["namesakes"], 1);
+    drop(first);
+    assert_eq!(belt.health(at(3)), "waiting");
 }
 
 #[test]

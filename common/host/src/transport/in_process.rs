@@ -87,9 +87,27 @@ impl InProcess {
     }
 
     fn tell_watchers(&self, key: &str, is_there: bool) {
-        for on_change in self.all(key, |hub| &mut hub.watchers) {
-            on_change(is_there);
+        let parent = key
+            .rsplit_once('/')
+            .map(|(parent, _)| format!("{parent}/*"));
+        for watched in [Some(key), parent.as_deref()].into_iter().flatten() {
+            for on_change in self.all(watched, |hub| &mut hub.watchers) {
+                on_change(key, is_there);
+            }
         }
+    }
+
+    /// What is announced, of a key or of all that a key that ends in `/*` stands for.
+    fn announced(&self, key: &str) -> Vec<String> {
+        let is_meant = |announced: &str| match key.strip_suffix('*') {
+            Some(parent) => announced
+                .strip_prefix(parent)
+                .is_some_and(|part| !part.contains('/')),
+            None => announced == key,
+        };
+        let hub = self.hub();
+        let announced = hub.announcements.keys().map(|(key, _)| key.clone());
+        announced.filter(|key| is_meant(key)).collect()
     }
 }
 
@@ -148,8 +166,8 @@ impl Transport for InProcess {
     }
 
     fn watch(&self, key: &str, on_change: PresenceHandler) -> anyhow::Result<Declared> {
-        if self.is_announced(key) {
-            on_change(true);
+        for announced in self.announced(key) {
+            on_change(&announced, true);
         }
         Ok(Box::new(
             self.declare(key, on_change, |hub| &mut hub.watchers),

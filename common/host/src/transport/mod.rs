@@ -39,7 +39,8 @@ pub trait Transport: Send + Sync {
     /// The transport refuses.
     fn announce(&self, key: &str) -> anyhow::Result<Declared>;
 
-    /// Tells `on_change` whenever the announcement of `key` comes or goes, until the result is dropped.
+    /// Tells `on_change` whenever the announcement of `key` comes or goes, until the result is dropped. A key
+    /// that ends in `/*` stands for all that have one part more in its place.
     ///
     /// # Errors
     /// The transport refuses.
@@ -67,8 +68,8 @@ pub trait Transport: Send + Sync {
 /// Takes what was published, with the instant of its arrival.
 pub type BytesHandler = Box<dyn FnMut(Instant<Machine>, &[u8]) + Send>;
 
-/// Takes whether an announcement is there.
-pub type PresenceHandler = Box<dyn Fn(bool) + Send + Sync>;
+/// Takes the key of an announcement, and whether it is there.
+pub type PresenceHandler = Box<dyn Fn(&str, bool) + Send + Sync>;
 
 /// Takes a request, with the instant of its arrival.
 pub type RequestHandler = Box<dyn Fn(Instant<Machine>, Box<dyn Request>) + Send + Sync>;

@@ -125,7 +125,10 @@ impl Transport for OverZenoh {
             .liveliness()
             .declare_subscriber(key)
             .history(true)
-            .callback(move |sample| on_change(sample.kind() == SampleKind::Put))
+            .callback(move |sample| {
+                let is_there = sample.kind() == SampleKind::Put;
+                on_change(sample.key_expr().as_str(), is_there);
+            })
             .wait()
             .map_err(zenoh_error)
             .with_context(|| format!("cannot watch {key}"))?;
