@@ -71,6 +71,19 @@ pub struct SlaveAxis {
     revision: u32,
 }
 
+/// What becomes of the motion of an axis if nobody commands anything.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outlook {
+    /// It stands, and stays there.
+    AtRest,
+    /// It keeps this velocity, u/s.
+    ConstantVelocity(f64),
+    /// A motion of its own is under way, to one of the above.
+    UnderWay,
+    /// A coupling leads it, or brings it to rest.
+    Led,
+}
+
 impl SlaveAxis {
     /// An axis without power, where its drive is.
     ///
@@ -196,6 +209,13 @@ impl SlaveAxis {
         }
     }
 
+    /// Whether a job was aborted because the master of its flying saw ran back past the coupling
+    /// position. Of such jobs the last one is remembered.
+    #[must_use]
+    pub const fn was_rolled_back(&self, job: Job) -> bool {
+        self.jobs.was_rolled_back(job)
+    }
+
     /// The next job that has come to its end, each of them once. Few are kept: ask in every cycle.
     pub fn take_ended(&mut self) -> Option<EndedJob> {
         self.jobs.take_ended().or_else(|| {
@@ -209,6 +229,27 @@ impl SlaveAxis {
     #[must_use]
     pub const fn job(&self) -> (Option<Job>, JobState) {
         self.jobs.motion()
+    }
+
+    /// What becomes of the motion if nobody commands anything.
+    #[must_use]
+    pub fn outlook(&self) -> Outlook {
+        match &self.motion {
+            Motion::Coupled(_) => Outlook::Led,
+            Motion::Own(planned) if !planned.is_over() || self.superimposed.is_under_way() => {
+                Outlook::UnderWay
+            }
+            Motion::Own(planned) => match planned.end().velocity {
+                0.0 => Outlook::AtRest,
+                velocity => Outlook::ConstantVelocity(velocity),
+            },
+        }
+    }
+
+    /// What `MC_Power` asks for; the axis has power once its drive follows.
+    #[must_use]
+    pub const fn is_power_on(&self) -> bool {
+        self.powered
     }
 
     /// How far the coupling is; none without one.

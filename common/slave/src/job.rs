@@ -60,6 +60,8 @@ pub(super) struct Jobs {
     next: usize,
     /// How many of them nobody has taken.
     untaken: usize,
+    /// The number of the last one that was aborted because its master ran back; 0: none was.
+    rolled_back: u32,
 }
 
 impl Jobs {
@@ -108,6 +110,19 @@ impl Jobs {
         {
             self.end(job, state);
         }
+    }
+
+    /// The job that moves the axis is aborted, for its master has run back; unless it has already ended.
+    pub(super) fn roll_back(&mut self) {
+        if self.is_busy() {
+            self.rolled_back = self.motion.map_or(0, |job| job.number);
+            self.set(CommandState::Aborted);
+        }
+    }
+
+    /// Whether a job was aborted so.
+    pub(super) const fn was_rolled_back(&self, job: Job) -> bool {
+        job.number != 0 && self.rolled_back == job.number
     }
 
     /// A job has come to its end.

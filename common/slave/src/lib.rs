@@ -127,7 +127,7 @@ mod shift;
 #[cfg(test)]
 mod tests;
 
-pub use axis::{CoupledStart, SlaveAxis};
+pub use axis::{CoupledStart, Outlook, SlaveAxis};
 pub use cam_points::{CamPoints, WrongNumberOfPoints};
 pub use change::Change;
 pub use coaxle_axis::{CouplingPhase, Dynamics};

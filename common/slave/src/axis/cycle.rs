@@ -152,7 +152,7 @@ impl SlaveAxis {
             self.go_to(next, elapsed)?;
         }
         self.state.follow(Transition::RolledBack);
-        self.jobs.set(CommandState::Aborted);
+        self.jobs.roll_back();
         Ok(())
     }
 

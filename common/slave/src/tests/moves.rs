@@ -1,7 +1,7 @@
 //! Motions of the axis's own.
 
 use super::*;
-use crate::{Refusal, SlaveError};
+use crate::{Outlook, Refusal, SlaveError};
 use coaxle_axis::drive::Drive;
 use coaxle_axis::guard::{GuardFault, GuardRefusal};
 use coaxle_axis::{AxisState, AxisStatus, CommandState, CoupleState, StateWord};
@@ -51,9 +51,34 @@ fn a_command_takes_over_from_a_moving_state() {
         },
     );
     assert_eq!(axis.progress(first), CommandState::Aborted);
+    assert!(!axis.was_rolled_back(first));
     run(&mut axis, 3_000);
     assert_eq!(axis.progress(second), CommandState::Done);
     assert!((axis.set().position - (moving.position + 100.0)).abs() < 1e-9);
+}
+
+#[test]
+fn what_becomes_of_a_motion_is_known() {
+    let mut axis = powered(&PARAMETERS);
+    assert_eq!(axis.outlook(), Outlook::AtRest);
+    start(&mut axis, &move_velocity(-250.0));
+    assert_eq!(axis.outlook(), Outlook::UnderWay);
+    run(&mut axis, 1_000);
+    assert_eq!(axis.outlook(), Outlook::ConstantVelocity(-250.0));
+    let mut master = Master::at(0.0, 100.0);
+    master.lead(&mut axis, 1);
+    start(&mut axis, &Command::GearIn(GearIn::of(1.0)));
+    assert_eq!(axis.outlook(), Outlook::Led);
+    start(&mut axis, &Command::GearOut {});
+    master.lead(&mut axis, 1_000);
+    assert!(matches!(axis.outlook(), Outlook::ConstantVelocity(_)));
+    start(&mut axis, &HALT);
+    assert_eq!(axis.outlook(), Outlook::UnderWay);
+    run(&mut axis, 1_000);
+    assert_eq!(axis.outlook(), Outlook::AtRest);
+    assert!(axis.is_power_on());
+    start(&mut axis, &Command::Power(false));
+    assert!(!axis.is_power_on());
 }
 
 #[test]

@@ -58,10 +58,12 @@ fn the_eight_cases_of_a_rollback() {
         assert_eq!(axis.error(), None, "case {number}");
         if reached && !mask.contains(lock) {
             assert_eq!(axis.progress(job), CommandState::InSync, "case {number}");
+            assert!(!axis.was_rolled_back(job), "case {number}");
             assert_eq!(axis.set().velocity, -500.0, "case {number}");
             continue;
         }
         assert_eq!(axis.progress(job), CommandState::Aborted, "case {number}");
+        assert!(axis.was_rolled_back(job), "case {number}");
         assert_eq!(axis.status(), AxisStatus::Standstill, "case {number}");
         assert_eq!(axis.axis_struct(1).axis_state, AxisState::Inactive);
         // Where the slave is as its master passes the coupling position, and how fast.
