@@ -41,6 +41,9 @@ pub use names::{
     ContinuityName, DriveKindName, DriveStateName, GuardStateName, HealthName, StateName,
 };
 pub use node::{Receiver, ReceiverError};
-pub use program::{ProgramSnapshot, ProgramState, StepConfig, When, WrongStep};
+pub use program::{
+    BlockedProgram, Otherwise, Outcome, ProgramSnapshot, ProgramState, StepConfig, Trouble,
+    WaitsFor, When, WrongStep,
+};
 pub use slaves::SlaveNumber;
 pub use snapshot::{Health, ReceiverSnapshot, RefusedCommand, SignalRow, SlaveFaults};

@@ -127,6 +127,8 @@ named! {
         SlaveFailed = "slave-failed",
         /// What its config has a slave do was refused.
         CommandRefused = "command-refused",
+        /// A slave's program waits for what cannot come, or has waited for too long.
+        ProgramBlocked = "program-blocked",
     }
 }
 

@@ -10,7 +10,7 @@ use coaxle_source::Activity;
 use crate::names::{
     ContinuityName, DriveKindName, DriveStateName, GuardStateName, HealthName, StateName,
 };
-use crate::program::ProgramState;
+use crate::program::{Outcome, ProgramState, WaitsFor};
 
 signals! {
     /// The receiver itself.
@@ -247,6 +247,10 @@ signals! {
         program: Option<ProgramState> [""] last,
         /// The step that its program waits for, or ended with, from 1.
         program_step: Option<u16> [""] last,
+        /// What that step waits for, if it does: the field of it that is hardest to come by.
+        program_waits_for: Option<WaitsFor> [""] last,
+        /// What became of its program's last command; none while that is under way.
+        program_outcome: Option<Outcome> [""] last,
         /// Cuts done so far, by its tool or by steps of its program.
         cuts: u64 [""],
         /// What kind of drive it has.

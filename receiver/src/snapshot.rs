@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use crate::config::ReceiverConfig;
 use crate::names::{ContinuityName, HealthName, StateName};
+use crate::program::BlockedProgram;
 use crate::signals::{
     FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals, VirtualAxisSignals,
 };
@@ -140,6 +141,8 @@ pub struct SlaveFaults {
     pub error: Option<SlaveError>,
     /// The command that was refused last.
     pub refusal: Option<RefusedCommand>,
+    /// Its program waits for what cannot come, or has waited for too long.
+    pub blocked: Option<BlockedProgram>,
 }
 
 /// A command that was refused.
@@ -281,6 +284,11 @@ pub enum Health {
         /// Its place in the config.
         slave: usize,
     },
+    /// The program of a slave waits for what cannot come, or has waited for too long.
+    ProgramBlocked {
+        /// Its place in the config.
+        slave: usize,
+    },
 }
 
 impl Health {
@@ -299,6 +307,7 @@ impl Health {
             Self::DriveTripped => HealthName::DriveTripped,
             Self::SlaveFailed { .. } => HealthName::SlaveFailed,
             Self::CommandRefused { .. } => HealthName::CommandRefused,
+            Self::ProgramBlocked { .. } => HealthName::ProgramBlocked,
         }
     }
 
@@ -313,7 +322,10 @@ impl Health {
             Self::TwoSenders => 5,
             Self::Error(_) => 6,
             Self::CycleTimesDoNotFit => 7,
-            Self::CommandRefused { .. } | Self::SlaveFailed { .. } | Self::DriveTripped => 8,
+            Self::ProgramBlocked { .. }
+            | Self::CommandRefused { .. }
+            | Self::SlaveFailed { .. }
+            | Self::DriveTripped => 8,
         }
     }
 }

@@ -1,11 +1,12 @@
-//! Whether the condition of a step holds.
+//! What of the condition of a step is not the case yet.
 
-use coaxle_axis::AxisStatus;
+use coaxle_axis::{AxisStatus, Job};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
-use coaxle_slave::CouplingPhase;
+use coaxle_slave::{CouplingPhase, Outlook};
 
 use super::config::When;
+use super::outcome::Outcome;
 
 /// What a condition can ask about: slave and master as they were after the last cycle.
 #[derive(Clone, Copy, Debug)]
@@ -13,9 +14,19 @@ pub(crate) struct Situation {
     pub(crate) status: AxisStatus,
     pub(crate) phase: Option<CouplingPhase>,
     pub(crate) set: Kinematics,
+    /// What becomes of the set values if nobody commands anything.
+    pub(crate) outlook: Outlook,
+    /// The job that moves the slave, or did so last.
+    pub(crate) motion: Option<Job>,
+    /// It is coupled as soon as its master is there.
+    pub(crate) starts_coupled: bool,
+    /// It is to have power, and its drive does not follow yet.
+    pub(crate) is_switching_on: bool,
     /// Position of the master; none without one.
     pub(crate) master: Option<f64>,
-    /// The master is there, without error, and its clock is known.
+    /// The master whose position that is, is there, without error, and its clock is known.
+    pub(crate) first_master_ready: bool,
+    /// So are all masters.
     pub(crate) master_ready: bool,
 }
 
@@ -26,33 +37,92 @@ pub(super) struct Passed {
     pub(super) since_step: Seconds,
     /// There is a mark to be used.
     pub(super) mark_seen: bool,
+    /// What became of the command given last.
+    pub(super) outcome: Option<Outcome>,
+    /// A step waited for too long, and no command was given since.
+    pub(super) timed_out: bool,
+}
+
+/// A part of a condition, with what it asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Part {
+    Time,
+    After,
+    AtMark,
+    MarkSeen(bool),
+    InSync(bool),
+    Standstill(bool),
+    MasterReady(bool),
+    MasterAbove,
+    MasterBelow,
+    PositionAbove,
+    PositionBelow,
+    State(AxisStatus),
+    ErrorStop(bool),
+    Outcome(Outcome, bool),
+    TimedOut(bool),
 }
 
 impl When {
-    pub(super) fn holds(&self, now: &Situation, passed: &Passed) -> bool {
+    /// The parts that do not hold, in the order of the fields.
+    pub(super) fn unmet(
+        &self,
+        now: &Situation,
+        passed: &Passed,
+    ) -> impl Iterator<Item = Part> + use<> {
         let in_sync = now.phase == Some(CouplingPhase::InSync);
         let standstill = now.set.velocity == 0.0 && now.set.acceleration == 0.0;
+        let error_stop = now.status == AxisStatus::ErrorStop;
         let master = now.master.unwrap_or(f64::NAN);
         let position = now.set.position;
+        // Nothing is above or below what is no number.
+        let lacks = |holds: bool, part: Part| (!holds).then_some(part);
+        let differs = |asked: Option<bool>, is: bool| asked.filter(|asked| *asked != is);
+        let outcome = |asked: Option<bool>, outcome| {
+            let part = |asked| Part::Outcome(outcome, asked);
+            differs(asked, passed.outcome == Some(outcome)).map(part)
+        };
         [
             self.time_s
-                .is_none_or(|time| passed.since_start.0 >= time.get()),
+                .and_then(|time| lacks(passed.since_start.0 >= time.get(), Part::Time)),
             self.after_s
-                .is_none_or(|time| passed.since_step.0 >= time.get()),
-            self.mark_seen.is_none_or(|asked| passed.mark_seen == asked),
-            self.in_sync.is_none_or(|asked| in_sync == asked),
-            self.standstill.is_none_or(|asked| standstill == asked),
-            self.master_ready
-                .is_none_or(|asked| now.master_ready == asked),
-            self.master_above.is_none_or(|limit| master > limit.get()),
-            self.master_below.is_none_or(|limit| master < limit.get()),
+                .and_then(|time| lacks(passed.since_step.0 >= time.get(), Part::After)),
+            differs(self.mark_seen, passed.mark_seen).map(Part::MarkSeen),
+            differs(self.in_sync, in_sync).map(Part::InSync),
+            differs(self.standstill, standstill).map(Part::Standstill),
+            differs(self.master_ready, now.master_ready).map(Part::MasterReady),
+            self.master_above
+                .and_then(|limit| lacks(master > limit.get(), Part::MasterAbove)),
+            self.master_below
+                .and_then(|limit| lacks(master < limit.get(), Part::MasterBelow)),
             self.position_above
-                .is_none_or(|limit| position > limit.get()),
+                .and_then(|limit| lacks(position > limit.get(), Part::PositionAbove)),
             self.position_below
-                .is_none_or(|limit| position < limit.get()),
-            self.state.is_none_or(|state| now.status == state),
+                .and_then(|limit| lacks(position < limit.get(), Part::PositionBelow)),
+            self.state
+                .and_then(|state| lacks(now.status == state, Part::State(state))),
+            differs(self.error_stop, error_stop).map(Part::ErrorStop),
+            outcome(self.done, Outcome::Done),
+            outcome(self.aborted, Outcome::Aborted),
+            outcome(self.failed, Outcome::Failed),
+            outcome(self.refused, Outcome::Refused),
+            outcome(self.rolled_back, Outcome::RolledBack),
+            differs(self.timed_out, passed.timed_out).map(Part::TimedOut),
         ]
         .into_iter()
-        .all(|holds| holds)
+        .flatten()
+    }
+
+    /// Whether it asks for something that went wrong: what is done then, the step says itself.
+    pub(super) fn asks_for_trouble(&self) -> bool {
+        [
+            self.error_stop,
+            self.aborted,
+            self.failed,
+            self.refused,
+            self.rolled_back,
+            self.timed_out,
+        ]
+        .contains(&Some(true))
     }
 }

@@ -1,10 +1,11 @@
 //! `[[slave.step]]`
 
 use coaxle_axis::AxisStatus;
-use coaxle_node::config::{AtLeastZero, Finite};
+use coaxle_node::config::{AtLeastZero, Finite, Positive};
 use coaxle_slave::Command;
 use serde::{Deserialize, Serialize};
 
+use super::branches::Branches;
 use super::{Step, at_mark};
 
 /// Most steps of a program.
@@ -14,7 +15,7 @@ const MOST_STEPS: usize = 1_000;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct StepConfig {
-    /// A name, to repeat from here.
+    /// A name, to go on from here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
     /// What has to be the case before the step is taken. Nothing by default.
@@ -38,7 +39,16 @@ pub struct StepConfig {
     pub cut: bool,
     /// The label of the step to go on with. The next one by default.
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub go_to: Option<String>,
+    /// Another word for [`go_to`](Self::go_to), where that is further up.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub repeat_from: Option<String>,
+    /// How long the step may wait, s since the step before. As long as it takes by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timeout_s: Option<Positive>,
+    /// Where the program goes on if the wait for this step is cut short, or its command refused.
+    #[serde(skip_serializing_if = "Otherwise::is_empty")]
+    pub otherwise: Otherwise,
     /// The code with which the command shall be refused.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expect_refusal: Option<u32>,
@@ -46,6 +56,33 @@ pub struct StepConfig {
 
 fn is_false(flag: &bool) -> bool {
     !flag
+}
+
+/// Where a program goes on if a step cannot be taken: labels of steps.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct Otherwise {
+    /// The program's command was cut short by something else: an order, or the loss of power.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aborted: Option<String>,
+    /// The slave came to an error stop.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failed: Option<String>,
+    /// The step's command was refused, or, while the step waits, one before when it was due.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refused: Option<String>,
+    /// The master of the program's flying saw ran back past the coupling position.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rolled_back: Option<String>,
+    /// The step has waited for `timeout-s`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timed_out: Option<String>,
+}
+
+impl Otherwise {
+    fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// A condition; everything that is given has to hold.
@@ -85,6 +122,27 @@ pub struct When {
     /// The slave is in this state of the PLCopen diagram.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub state: Option<AxisStatus>,
+    /// The slave is in error stop, or is not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_stop: Option<bool>,
+    /// The program's last command has come to its end, or has not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub done: Option<bool>,
+    /// It was cut short by something else, or was not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aborted: Option<bool>,
+    /// The slave came to an error stop since the program's last command, or did not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failed: Option<bool>,
+    /// The program's last command was refused, or was not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refused: Option<bool>,
+    /// It was a flying saw whose master ran back past the coupling position, or was not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rolled_back: Option<bool>,
+    /// A step has waited for its `timeout-s` since the program's last command, or none has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timed_out: Option<bool>,
 }
 
 impl When {
@@ -105,55 +163,128 @@ pub struct WrongStep {
 
 /// The steps with their labels resolved.
 pub(super) fn checked(steps: &[StepConfig], has_marks: bool) -> Result<Vec<Step>, WrongStep> {
-    let wrong = |field: String, reason: String| WrongStep { field, reason };
     if steps.len() > MOST_STEPS {
         let reason = format!(
             "received {} steps, expected at most {MOST_STEPS}",
             steps.len()
         );
-        return Err(wrong("step".to_owned(), reason));
+        let field = "step".to_owned();
+        return Err(WrongStep { field, reason });
     }
-    let labelled = |label: &str| {
-        let is_it = |step: &StepConfig| step.label.as_deref() == Some(label);
-        steps.iter().position(is_it)
-    };
+    let labels = Labels(steps);
     steps
         .iter()
         .enumerate()
         .map(|(n, step)| {
-            if let Some(label) = &step.label
-                && labelled(label) != Some(n)
-            {
-                let reason = format!("received {label:?} twice, expected a label of its own");
-                return Err(wrong(format!("step[{n}].label"), reason));
-            }
-            if step.expect_refusal.is_some() && step.command.is_none() {
-                let reason = "expected a command that can be refused".to_owned();
-                return Err(wrong(format!("step[{n}].do"), reason));
-            }
             check_marks(step, has_marks)
-                .map_err(|(field, reason)| wrong(format!("step[{n}].{field}"), reason))?;
-            let next = match &step.repeat_from {
-                None => n + 1,
-                Some(label) => labelled(label).ok_or_else(|| {
-                    let reason = format!("received {label:?}, expected the label of a step");
-                    wrong(format!("step[{n}].repeat-from"), reason)
-                })?,
-            };
-            Ok(Step {
-                when: step.when,
-                command: step.command,
-                at_mark: step.at_mark,
-                cut: step.cut,
-                expected: step.expect_refusal,
-                next,
-            })
+                .and_then(|()| resolved(n, step, &labels))
+                .map_err(|(field, reason)| WrongStep {
+                    field: format!("step[{n}].{field}"),
+                    reason,
+                })
         })
         .collect()
 }
 
-/// What a step needs to ask for marks. Gives the wrong field and the reason.
-fn check_marks(step: &StepConfig, has_marks: bool) -> Result<(), (&'static str, String)> {
+/// The wrong field of a step, and the reason.
+type Wrong = (&'static str, String);
+
+/// Step `n`, with its labels resolved.
+fn resolved(n: usize, step: &StepConfig, labels: &Labels<'_>) -> Result<Step, Wrong> {
+    if let Some(label) = &step.label
+        && labels.place(label) != Some(n)
+    {
+        let reason = format!("received {label:?} twice, expected a label of its own");
+        return Err(("label", reason));
+    }
+    check_command(step)?;
+    let next = [
+        labels.resolve("go-to", step.go_to.as_ref())?,
+        labels.resolve("repeat-from", step.repeat_from.as_ref())?,
+    ];
+    if let [Some(_), Some(_)] = next {
+        let reason = "received one beside repeat-from, expected one of them".to_owned();
+        return Err(("go-to", reason));
+    }
+    Ok(Step {
+        when: step.when,
+        command: step.command,
+        at_mark: step.at_mark,
+        cut: step.cut,
+        expected: step.expect_refusal,
+        next: next[0].or(next[1]).unwrap_or(n + 1),
+        timeout: step.timeout_s,
+        otherwise: branches(step, labels)?,
+    })
+}
+
+/// What needs a command that can be refused, or a time.
+fn check_command(step: &StepConfig) -> Result<(), Wrong> {
+    let otherwise = &step.otherwise;
+    if step.expect_refusal.is_some() && step.command.is_none() {
+        return Err(("do", "expected a command that can be refused".to_owned()));
+    }
+    if step.expect_refusal.is_some() && otherwise.refused.is_some() {
+        let reason = "received one beside expect-refusal, expected one of them".to_owned();
+        return Err(("otherwise.refused", reason));
+    }
+    if otherwise.timed_out.is_some() && step.timeout_s.is_none() {
+        return Err((
+            "timeout-s",
+            "expected one for otherwise.timed-out".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+fn branches(step: &StepConfig, labels: &Labels<'_>) -> Result<Branches, Wrong> {
+    let Otherwise {
+        aborted,
+        failed,
+        refused,
+        rolled_back,
+        timed_out,
+    } = &step.otherwise;
+    Ok(Branches {
+        aborted: labels.resolve("otherwise.aborted", aborted.as_ref())?,
+        failed: labels.resolve("otherwise.failed", failed.as_ref())?,
+        refused: labels.resolve("otherwise.refused", refused.as_ref())?,
+        rolled_back: labels.resolve("otherwise.rolled-back", rolled_back.as_ref())?,
+        timed_out: labels.resolve("otherwise.timed-out", timed_out.as_ref())?,
+    })
+}
+
+/// The labels of all steps.
+struct Labels<'a>(&'a [StepConfig]);
+
+impl Labels<'_> {
+    fn place(&self, label: &str) -> Option<usize> {
+        let is_it = |step: &StepConfig| step.label.as_deref() == Some(label);
+        self.0.iter().position(is_it)
+    }
+
+    /// The step that a field names, if it names one.
+    fn resolve(&self, field: &'static str, label: Option<&String>) -> Result<Option<usize>, Wrong> {
+        let Some(label) = label else {
+            return Ok(None);
+        };
+        let unknown = || {
+            let known: Vec<_> = self
+                .0
+                .iter()
+                .filter_map(|step| step.label.as_ref())
+                .collect();
+            (
+                field,
+                format!("received {label:?}, expected the label of a step, one of {known:?}"),
+            )
+        };
+        self.place(label).map(Some).ok_or_else(unknown)
+    }
+}
+
+/// What a step needs to ask for marks.
+fn check_marks(step: &StepConfig, has_marks: bool) -> Result<(), Wrong> {
     let asks = [
         ("when.mark-seen", step.when.mark_seen.is_some()),
         ("at-mark", step.at_mark),

@@ -1,23 +1,37 @@
 //! The program of a slave: a sequence of steps, each with a condition and a command, as a PLC has it.
 //!
-//! One step at most in a cycle. A step is taken when all of its condition holds; a command that is
-//! refused ends the program, unless the step expects just that.
+//! One step at most in a cycle. A step is taken when all of its condition holds. What went wrong with a
+//! command leads to the step that `otherwise` names for it. Without one, a refusal ends the program, unless
+//! the step expects just that; of anything else the program goes on waiting for its step, and says so as
+//! soon as that can no longer come.
 
 mod at_mark;
+mod branches;
+mod commanded;
 mod condition;
 mod config;
+mod outcome;
+mod prospect;
 mod sensor;
+mod state;
 
+use coaxle_axis::Job;
 use coaxle_clock::Seconds;
+use coaxle_node::config::Positive;
 use coaxle_slave::{Command, Refusal};
-use serde::{Deserialize, Serialize};
 
 use crate::marks::MarksConfig;
-use sensor::Sensor;
+use branches::Branches;
+use commanded::Commanded;
+use condition::{Part, Passed};
+use prospect::Prospect;
+use sensor::{Mark, Sensor};
 
-use condition::Passed;
 pub(crate) use condition::Situation;
-pub use config::{StepConfig, When, WrongStep};
+pub use config::{Otherwise, StepConfig, When, WrongStep};
+pub use outcome::{Outcome, Trouble};
+pub use prospect::WaitsFor;
+pub use state::{BlockedProgram, ProgramSnapshot, ProgramState};
 
 /// A program, and how far it is.
 #[derive(Clone, Debug)]
@@ -28,6 +42,11 @@ pub(crate) struct Program {
     /// The step that is waited for.
     at: usize,
     state: ProgramState,
+    /// What it waits for, if it does.
+    waits_for: Option<WaitsFor>,
+    commanded: Commanded,
+    /// A step waited for too long, and no command was given since.
+    timed_out: bool,
     since_start: Seconds,
     since_step: Seconds,
     /// Cuts done.
@@ -47,29 +66,28 @@ struct Step {
     expected: Option<u32>,
     /// The step to go on with.
     next: usize,
+    /// How long it may be waited for since the step before.
+    timeout: Option<Positive>,
+    /// The steps to go on with if it cannot be taken.
+    otherwise: Branches,
 }
 
-/// How far a program is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ProgramSnapshot {
-    /// Whether it goes on.
-    pub state: ProgramState,
-    /// The step that it waits for, or that it ended with, from 1.
-    pub step: u16,
-}
+impl Step {
+    /// What has to be the case yet before it is taken.
+    fn unmet(&self, now: &Situation, passed: &Passed) -> impl Iterator<Item = Part> + use<> {
+        let mark = (self.at_mark && !passed.mark_seen).then_some(Part::AtMark);
+        self.when.unmet(now, passed).chain(mark)
+    }
 
-/// Whether a program goes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ProgramState {
-    /// It waits for its next step.
-    Running,
-    /// Its last step was taken.
-    Finished,
-    /// A command was refused.
-    Refused,
-    /// A command was accepted that should have been refused, or refused for another reason.
-    NotAsExpected,
+    /// Its command, with its positions at the mark if that is asked for.
+    fn placed(&self, mark: Option<&Mark>, master_scaling: impl FnOnce() -> f64) -> Option<Command> {
+        match (mark, &self.command) {
+            (Some(mark), Some(command)) if self.at_mark => {
+                Some(at_mark::placed(command, mark, master_scaling()))
+            }
+            _ => self.command,
+        }
+    }
 }
 
 impl Program {
@@ -89,6 +107,9 @@ impl Program {
             sensor: marks.copied().map(Sensor::new),
             at: 0,
             state: ProgramState::Running,
+            waits_for: None,
+            commanded: Commanded::default(),
+            timed_out: false,
             since_start: Seconds::ZERO,
             since_step: Seconds::ZERO,
             cuts: 0,
@@ -105,36 +126,91 @@ impl Program {
         }
     }
 
+    /// What became of its commands. `end_of` is asked for the end of a job, if it has come to one.
+    pub(crate) fn look(&mut self, now: &Situation, end_of: impl Fn(Job) -> Option<Outcome>) {
+        let waited_for_order = self.state == ProgramState::WaitingForOrder;
+        self.commanded.look(now, waited_for_order, end_of);
+    }
+
     /// Whether the next step is to be taken now, and the command to give if it has one.
     /// `master_scaling` is asked for the scaling of the plate that couples the slave.
     pub(crate) fn due(
-        &self,
-        situation: &Situation,
+        &mut self,
+        now: &Situation,
         master_scaling: impl FnOnce() -> f64,
     ) -> Option<Option<Command>> {
-        if self.state != ProgramState::Running {
+        if self.state.is_end() || self.turns_off() {
             return None;
         }
         let step = self.steps.get(self.at)?;
         let mark = self.sensor.as_ref().and_then(Sensor::mark);
-        let passed = Passed {
+        let passed = self.passed(mark.as_ref());
+        let hardest = prospect::hardest(step.unmet(now, &passed), now, self.commanded.is_busy());
+        let Some((part, prospect)) = hardest else {
+            return Some(step.placed(mark.as_ref(), master_scaling));
+        };
+        self.wait(part, prospect);
+        None
+    }
+
+    /// Goes on elsewhere, or ends, if something went wrong and the step says so.
+    fn turns_off(&mut self) -> bool {
+        let Some(trouble) = self.commanded.trouble() else {
+            return false;
+        };
+        let Some(step) = self.steps.get(self.at) else {
+            return false;
+        };
+        let is_refusal = trouble == Trouble::Outcome(Outcome::Refused);
+        if let Some(to) = step.otherwise.of(trouble) {
+            self.commanded.handled();
+            self.go_on(to);
+        } else if is_refusal && step.when.refused != Some(true) {
+            self.end(ProgramState::Refused);
+        } else {
+            return false;
+        }
+        true
+    }
+
+    fn passed(&self, mark: Option<&Mark>) -> Passed {
+        Passed {
             since_start: self.since_start,
             since_step: self.since_step,
             mark_seen: mark.is_some(),
-        };
-        if !step.when.holds(situation, &passed) {
-            return None;
+            outcome: self.commanded.outcome(),
+            timed_out: self.timed_out,
         }
-        if step.at_mark {
-            let mark = mark?;
-            let place = |command| at_mark::placed(command, &mark, master_scaling());
-            return Some(step.command.as_ref().map(place));
-        }
-        Some(step.command)
     }
 
-    /// The step was taken, and its command answered so.
-    pub(crate) fn take(&mut self, answer: Result<(), Refusal>) {
+    /// The step cannot be taken yet.
+    fn wait(&mut self, part: Part, prospect: Prospect) {
+        self.waits_for = Some(part.name());
+        let has_trouble = self.commanded.trouble().is_some();
+        self.state = match prospect {
+            Prospect::ByItself => ProgramState::Running,
+            Prospect::ByMaster => ProgramState::WaitingForMaster,
+            Prospect::ByOrder if !has_trouble => ProgramState::WaitingForOrder,
+            Prospect::ByOrder | Prospect::Never => ProgramState::Blocked,
+        };
+        let Some(step) = self.steps.get(self.at) else {
+            return;
+        };
+        let is_too_long = |timeout: Positive| self.since_step.0 >= timeout.get();
+        if !step.timeout.is_some_and(is_too_long) {
+            return;
+        }
+        match step.otherwise.of(Trouble::TimedOut) {
+            Some(to) => {
+                self.timed_out = true;
+                self.go_on(to);
+            }
+            None => self.state = ProgramState::TimedOut,
+        }
+    }
+
+    /// The step was taken, and its command, if it has one, answered so.
+    pub(crate) fn take(&mut self, answer: Result<Option<Job>, Refusal>) {
         let Some(step) = self.steps.get(self.at) else {
             return;
         };
@@ -142,29 +218,77 @@ impl Program {
             sensor.use_up();
         }
         self.cuts += u64::from(step.cut && answer.is_ok());
-        self.state = match (answer, step.expected) {
-            (Ok(()), None) => ProgramState::Running,
-            (Err(refusal), Some(code)) if refusal.code() == code => ProgramState::Running,
-            (Err(_), None) => ProgramState::Refused,
-            (Ok(()), Some(_)) | (Err(_), Some(_)) => ProgramState::NotAsExpected,
+        let next = match answer {
+            Ok(job) => self.accepted(job),
+            Err(refusal) => self.refused(&refusal),
         };
-        if self.state != ProgramState::Running {
-            return;
+        match next {
+            Ok(to) => self.go_on(to),
+            Err(state) => self.end(state),
         }
-        if step.next < self.steps.len() {
-            self.at = step.next;
+    }
+
+    /// The step to go on with, or how the program ends.
+    fn accepted(&mut self, job: Option<Job>) -> Result<usize, ProgramState> {
+        let step = &self.steps[self.at];
+        if let (Some(command), Some(job)) = (&step.command, job) {
+            self.commanded.accepted(command, job);
+            self.timed_out = false;
+        }
+        if step.when.asks_for_trouble() {
+            self.commanded.handled();
+        }
+        match step.expected {
+            None => Ok(step.next),
+            Some(_) => Err(ProgramState::NotAsExpected),
+        }
+    }
+
+    /// The same where the command of the step was refused.
+    fn refused(&mut self, refusal: &Refusal) -> Result<usize, ProgramState> {
+        let step = &self.steps[self.at];
+        match (step.expected, step.otherwise.refused) {
+            (Some(code), _) if refusal.code() == code => Ok(step.next),
+            (Some(_), _) => Err(ProgramState::NotAsExpected),
+            (None, Some(to)) => {
+                self.commanded.refused();
+                self.commanded.handled();
+                Ok(to)
+            }
+            (None, None) => Err(ProgramState::Refused),
+        }
+    }
+
+    fn go_on(&mut self, to: usize) {
+        self.waits_for = None;
+        if to < self.steps.len() {
+            self.at = to;
             self.since_step = Seconds::ZERO;
+            self.state = ProgramState::Running;
         } else {
             self.state = ProgramState::Finished;
         }
     }
 
-    /// One of its commands was refused after it had been accepted.
-    pub(crate) const fn refused_late(&mut self) {
-        self.state = ProgramState::Refused;
+    const fn end(&mut self, state: ProgramState) {
+        self.waits_for = None;
+        self.state = state;
     }
 
-    /// Whether it ended otherwise than it should.
+    /// The slave was coupled from the start, by this job.
+    pub(crate) const fn started(&mut self, job: Job) {
+        self.commanded.started(job);
+    }
+
+    /// One of its commands was refused after it had been accepted.
+    pub(crate) fn refused_late(&mut self) {
+        match self.state {
+            ProgramState::Finished => self.end(ProgramState::Refused),
+            _ => self.commanded.refused(),
+        }
+    }
+
+    /// Whether it ended by a refusal, or for want of one.
     pub(crate) const fn is_refused(&self) -> bool {
         matches!(
             self.state,
@@ -172,15 +296,35 @@ impl Program {
         )
     }
 
+    /// What keeps it from going on, if nothing of its own can change that.
+    pub(crate) fn blocked(&self) -> Option<BlockedProgram> {
+        let trouble = match self.state {
+            ProgramState::Blocked => (self.commanded.trouble()).unwrap_or(Trouble::NothingUnderWay),
+            ProgramState::TimedOut => Trouble::TimedOut,
+            _ => return None,
+        };
+        Some(BlockedProgram {
+            step: self.step(),
+            waits_for: self.waits_for?,
+            trouble,
+        })
+    }
+
     /// Cuts done by its steps.
     pub(crate) const fn cuts(&self) -> u64 {
         self.cuts
     }
 
+    const fn step(&self) -> u16 {
+        self.at as u16 + 1
+    }
+
     pub(crate) const fn snapshot(&self) -> ProgramSnapshot {
         ProgramSnapshot {
             state: self.state,
-            step: self.at as u16 + 1,
+            step: self.step(),
+            waits_for: self.waits_for,
+            outcome: self.commanded.outcome(),
         }
     }
 }

@@ -1,7 +1,10 @@
+mod outcomes;
+mod prospects;
+
 use coaxle_axis::AxisStatus;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::parse;
-use coaxle_slave::CouplingPhase;
+use coaxle_slave::{CouplingPhase, Outlook};
 use serde::Deserialize;
 
 use super::*;
@@ -29,7 +32,12 @@ const NOW: Situation = Situation {
         velocity: 0.0,
         acceleration: 0.0,
     },
+    outlook: Outlook::AtRest,
+    motion: None,
+    starts_coupled: false,
+    is_switching_on: false,
     master: None,
+    first_master_ready: false,
     master_ready: false,
 };
 
@@ -43,10 +51,10 @@ const REFUSAL: Refusal = Refusal::NoMaster;
 fn steps_are_taken_one_after_the_other_and_the_last_ends_it() {
     let mut program = program("[[step]]\ndo = { power = true }\n[[step]]\ndo = { reset = {} }");
     assert_eq!(program.due(&NOW, scaling), Some(Some(Command::Power(true))));
-    program.take(Ok(()));
+    program.take(Ok(None));
     assert_eq!(program.snapshot().step, 2);
     assert_eq!(program.due(&NOW, scaling), Some(Some(Command::Reset {})));
-    program.take(Ok(()));
+    program.take(Ok(None));
     assert_eq!(program.due(&NOW, scaling), None);
     assert_eq!(program.snapshot().state, ProgramState::Finished);
 }
@@ -119,7 +127,7 @@ fn every_part_of_a_condition_has_to_hold() {
         ),
     ];
     for (when, not_yet) in cases {
-        let program = program(&format!("[[step]]\nwhen = {{ {when} }}"));
+        let mut program = program(&format!("[[step]]\nwhen = {{ {when} }}"));
         assert_eq!(program.due(&not_yet, scaling), None, "{when}");
         assert_eq!(program.due(&NOW, scaling), Some(None), "{when}");
     }
@@ -127,7 +135,7 @@ fn every_part_of_a_condition_has_to_hold() {
 
 #[test]
 fn a_position_of_the_master_needs_a_master() {
-    let program = program("[[step]]\nwhen = { master-above = -1e9, master-below = 1e9 }");
+    let mut program = program("[[step]]\nwhen = { master-above = -1e9, master-below = 1e9 }");
     assert_eq!(program.due(&NOW, scaling), None);
     let with_master = Situation {
         master: Some(0.0),
@@ -144,7 +152,7 @@ fn times_count_from_the_start_and_from_the_step_before() {
         program.advance(half, None);
         assert_eq!(program.due(&NOW, scaling).is_some(), due);
     }
-    program.take(Ok(()));
+    program.take(Ok(None));
     for due in [false, true] {
         program.advance(half, None);
         assert_eq!(program.due(&NOW, scaling).is_some(), due);
@@ -152,15 +160,25 @@ fn times_count_from_the_start_and_from_the_step_before() {
 }
 
 #[test]
-fn a_program_can_repeat_from_a_label() {
-    let mut program =
-        program("[[step]]\n[[step]]\nlabel = 'cycle'\n[[step]]\nrepeat-from = 'cycle'");
-    let mut seen = Vec::new();
-    for _ in 0..6 {
-        seen.push(program.snapshot().step);
-        program.take(Ok(()));
+fn a_program_goes_on_from_a_label() {
+    for (text, expected) in [
+        (
+            "[[step]]\n[[step]]\nlabel = 'cycle'\n[[step]]\nrepeat-from = 'cycle'",
+            [1, 2, 3, 2, 3, 2],
+        ),
+        (
+            "[[step]]\ngo-to = 'on'\n[[step]]\nlabel = 'back'\n[[step]]\nlabel = 'on'\ngo-to = 'back'",
+            [1, 3, 2, 3, 2, 3],
+        ),
+    ] {
+        let mut program = program(text);
+        let seen = expected.map(|_| {
+            let step = program.snapshot().step;
+            program.take(Ok(None));
+            step
+        });
+        assert_eq!(seen, expected);
     }
-    assert_eq!(seen, [1, 2, 3, 2, 3, 2]);
 }
 
 #[test]
@@ -171,7 +189,7 @@ fn a_refusal_ends_the_program_unless_it_is_expected() {
     for (text, answer, state) in [
         ("[[step]]\n[[step]]", Err(REFUSAL), ProgramState::Refused),
         (&expecting, Err(REFUSAL), ProgramState::Running),
-        (&expecting, Ok(()), ProgramState::NotAsExpected),
+        (&expecting, Ok(None), ProgramState::NotAsExpected),
         (
             &expecting,
             Err(Refusal::NotAtRest { velocity: 1.0 }),
@@ -207,21 +225,21 @@ fn a_step_at_a_mark_waits_for_one_and_uses_it_up() {
         "[[step]]\nlabel = 'next'\nat-mark = true\ndo = { cam-in = { table = 1 } }\n\
          repeat-from = 'next'",
     );
-    let offset = |program: &Program| match program.due(&NOW, scaling)? {
+    let offset = |program: &mut Program| match program.due(&NOW, scaling)? {
         Some(Command::CamIn(cam_in)) => Some(cam_in.master_offset),
         other => panic!("expected a plate, received {other:?}"),
     };
     let cycle = Seconds(0.001);
     program.advance(cycle, None);
-    assert_eq!(offset(&program), None);
+    assert_eq!(offset(&mut program), None);
     program.advance(cycle, Some(290.0));
-    assert_eq!(offset(&program), None);
+    assert_eq!(offset(&mut program), None);
     program.advance(cycle, Some(301.0));
-    assert_eq!(offset(&program), Some(-1000.0));
-    program.take(Ok(()));
-    assert_eq!(offset(&program), None);
+    assert_eq!(offset(&mut program), Some(-1000.0));
+    program.take(Ok(None));
+    assert_eq!(offset(&mut program), None);
     program.advance(cycle, Some(901.0));
-    assert_eq!(offset(&program), Some(-1600.0));
+    assert_eq!(offset(&mut program), Some(-1600.0));
 }
 
 #[test]
@@ -251,7 +269,12 @@ fn points_are_put_by_the_distance_of_marks_and_the_scaling_of_the_plate() {
 fn a_step_cuts_when_it_is_taken_unless_it_is_refused() {
     let text = "[[step]]\ncut = true\n[[step]]\n[[step]]\ncut = true\n[[step]]\ncut = true";
     let mut program = program(text);
-    for (answer, cuts) in [(Ok(()), 1), (Ok(()), 1), (Ok(()), 2), (Err(REFUSAL), 2)] {
+    for (answer, cuts) in [
+        (Ok(None), 1),
+        (Ok(None), 1),
+        (Ok(None), 2),
+        (Err(REFUSAL), 2),
+    ] {
         program.take(answer);
         assert_eq!(program.cuts(), cuts);
     }
@@ -297,7 +320,27 @@ fn wrong_steps_are_named() {
         ),
         (
             "[[step]]\nrepeat-from = 'b'",
-            "step[0].repeat-from: received \"b\", expected the label of a step",
+            "step[0].repeat-from: received \"b\", expected the label of a step, one of []",
+        ),
+        (
+            "[[step]]\nlabel = 'a'\ngo-to = 'b'\n[[step]]\nlabel = 'c'",
+            "step[0].go-to: received \"b\", expected the label of a step, one of [\"a\", \"c\"]",
+        ),
+        (
+            "[[step]]\nlabel = 'a'\ngo-to = 'a'\nrepeat-from = 'a'",
+            "step[0].go-to: received one beside repeat-from",
+        ),
+        (
+            "[[step]]\nlabel = 'a'\n[[step]]\notherwise = { rolled-back = 'b' }",
+            "step[1].otherwise.rolled-back: received \"b\", expected the label of a step, one of [\"a\"]",
+        ),
+        (
+            "[[step]]\nlabel = 'a'\notherwise = { timed-out = 'a' }",
+            "step[0].timeout-s: expected one for otherwise.timed-out",
+        ),
+        (
+            "[[step]]\nlabel = 'a'\ndo = { power = true }\nexpect-refusal = 1\notherwise = { refused = 'a' }",
+            "step[0].otherwise.refused: received one beside expect-refusal",
         ),
         (
             "[[step]]\nexpect-refusal = 1",

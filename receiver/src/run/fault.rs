@@ -8,6 +8,7 @@ use coaxle_clock::time_sync::{SyncError, SyncWarning};
 use coaxle_slave::SlaveError;
 use serde::Serialize;
 
+use crate::program::BlockedProgram;
 use crate::snapshot::{Health, ReceiverSnapshot, RefusedCommand, SlaveFaults};
 
 /// An error or a warning.
@@ -26,6 +27,7 @@ impl Fault {
             Health::DriveTripped => Self::tripped(snapshot),
             Health::SlaveFailed { slave } => Self::of_slave(&snapshot.faults[slave]),
             Health::CommandRefused { slave } => Self::of_refusal(&snapshot.faults[slave]),
+            Health::ProgramBlocked { slave } => Self::of_program(&snapshot.faults[slave]),
             worst => {
                 let far = snapshot
                     .far_health
@@ -91,6 +93,12 @@ impl Fault {
                 ..fault
             },
         })
+    }
+
+    /// Why the program of a slave does not go on.
+    pub(super) fn of_program(faults: &SlaveFaults) -> Option<Self> {
+        let blocked = faults.blocked?;
+        Some(Self::new(BlockedProgram::CODE, &blocked.to_string()))
     }
 
     /// A text that begins with its code.

@@ -9,6 +9,7 @@ use coaxle_node::keys::NodeName;
 use super::fault::Fault;
 use crate::config::ReceiverConfig;
 use crate::names::{ContinuityName, StateName};
+use crate::program::ProgramState;
 use crate::signals::FarNodeSignals;
 use crate::snapshot::{Health, ReceiverSnapshot};
 
@@ -19,6 +20,8 @@ pub(super) struct Journal {
     far: Vec<String>,
     /// Those of the virtual axes.
     virtual_axes: Vec<String>,
+    /// Those of the slaves.
+    slaves: Vec<String>,
     before: Option<ReceiverSnapshot>,
     window: Option<Window>,
 }
@@ -54,6 +57,11 @@ impl Journal {
         Self {
             far: config.far.iter().map(|far| far.node.to_string()).collect(),
             virtual_axes: config.virtual_axis_names(),
+            slaves: config
+                .slaves
+                .iter()
+                .map(|slave| slave.name.to_string())
+                .collect(),
             before: None,
             window: None,
         }
@@ -65,6 +73,7 @@ impl Journal {
             Some(before) => {
                 let mut notes = changes(before, now, &self.far);
                 notes.extend(of_virtual_axes(before, now, &self.virtual_axes));
+                notes.extend(of_programs(before, now, &self.slaves));
                 before.clone_from(now);
                 notes
             }
@@ -161,10 +170,31 @@ fn of_virtual_axes(
     changed.collect()
 }
 
+/// That programs wait for somebody.
+fn of_programs(before: &ReceiverSnapshot, now: &ReceiverSnapshot, names: &[String]) -> Vec<Note> {
+    let of = |snapshot: &ReceiverSnapshot, n: usize| {
+        let slave = &snapshot.signals.slaves[n];
+        let waits = slave.program == Some(ProgramState::WaitingForOrder);
+        let waits_for = slave.program_waits_for.filter(|_| waits)?;
+        Some((slave.program_step?, waits_for))
+    };
+    let begun = names.iter().enumerate().filter_map(|(n, name)| {
+        let (step, waits_for) = of(now, n).filter(|waits| of(before, n) != Some(*waits))?;
+        let text = format!(
+            "{name}: step {step} of the program waits for {waits_for}, which only an order can bring"
+        );
+        Some(Note::new(Level::Info, text))
+    });
+    begun.collect()
+}
+
 const fn is_of_a_slave(health: Health) -> bool {
     matches!(
         health,
-        Health::DriveTripped | Health::SlaveFailed { .. } | Health::CommandRefused { .. }
+        Health::DriveTripped
+            | Health::SlaveFailed { .. }
+            | Health::CommandRefused { .. }
+            | Health::ProgramBlocked { .. }
     )
 }
 
@@ -297,6 +327,8 @@ mod tests {
     use coaxle_node::config::parse;
     use coaxle_slave::SlaveError;
 
+    use crate::program::{BlockedProgram, Outcome, Trouble, WaitsFor};
+
     fn config() -> ReceiverConfig {
         parse(
             "r",
@@ -383,6 +415,53 @@ mod tests {
                     Level::Error,
                     "error 0x4550: the drive tripped: its following error was too large for too \
                      long; set values in time mode"
+                ),
+            ]
+        );
+    }
+
+    #[test]
+    fn what_a_program_waits_for_in_vain_or_of_somebody_is_told() {
+        let with = |program, health, trouble: Option<Trouble>| {
+            let mut snapshot = following(health, StateName::Time);
+            let slave = &mut snapshot.signals.slaves[0];
+            slave.program = Some(program);
+            slave.program_step = Some(3);
+            slave.program_waits_for = Some(WaitsFor::InSync);
+            snapshot.faults[0].blocked = trouble.map(|trouble| BlockedProgram {
+                step: 3,
+                waits_for: WaitsFor::InSync,
+                trouble,
+            });
+            snapshot
+        };
+        let life = [
+            with(ProgramState::Running, Health::Ok, None),
+            with(ProgramState::WaitingForOrder, Health::Ok, None),
+            with(
+                ProgramState::Blocked,
+                Health::ProgramBlocked { slave: 0 },
+                Some(Trouble::Outcome(Outcome::RolledBack)),
+            ),
+        ];
+        let mut journal = Journal::new(&config());
+        let mut told = Vec::new();
+        for (k, snapshot) in (0..).zip(&life) {
+            told.extend(journal.take(at(1_000 * k), snapshot));
+            assert_eq!(journal.take(at(1_000 * k + 1), snapshot), []);
+        }
+        let told: Vec<_> = told.iter().map(|n| (n.level, n.text.as_str())).collect();
+        assert_eq!(
+            told,
+            [
+                (
+                    Level::Info,
+                    "slave: step 3 of the program waits for in-sync, which only an order can bring"
+                ),
+                (
+                    Level::Error,
+                    "error 0x4b07: step 3 of the program waits for in-sync, which cannot come by \
+                     itself: its flying saw was rolled back; set values in time mode"
                 ),
             ]
         );

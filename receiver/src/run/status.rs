@@ -56,6 +56,7 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
         put(status, "id", json!(config.slave_id(n)));
         put(status, "error", json!(Fault::of_slave(faults)));
         put(status, "refusal", json!(Fault::of_refusal(faults)));
+        put(status, "program_error", json!(Fault::of_program(faults)));
         let step = snapshot.signals.slaves[n].program_step.unwrap_or_default();
         let step = config.slaves[n]
             .steps

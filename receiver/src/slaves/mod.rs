@@ -1,6 +1,7 @@
 //! The slaves of a receiver: each follows far axes, virtual axes, or other slaves.
 
 mod build;
+mod for_program;
 mod masters;
 mod slave;
 mod tool;
@@ -124,7 +125,14 @@ impl Slaves {
                 .is_refused()
                 .then_some(Health::CommandRefused { slave: n })
         };
+        let blocked = |(n, slave): (usize, &Slave)| {
+            let health = Health::ProgramBlocked { slave: n };
+            slave.blocked_program().map(|_| health)
+        };
         let all = || self.slaves.iter().enumerate();
-        all().find_map(failed).or_else(|| all().find_map(refused))
+        all()
+            .find_map(failed)
+            .or_else(|| all().find_map(refused))
+            .or_else(|| all().find_map(blocked))
     }
 }

@@ -13,10 +13,11 @@ use coaxle_slave::{
 };
 
 use super::Master;
+use super::for_program::{end_of, situation};
 use super::masters::SlaveMasters;
 use super::tool::Tool;
 use crate::config::MasterRef;
-use crate::program::{Program, Situation};
+use crate::program::{BlockedProgram, Program};
 use crate::signals::SlaveSignals;
 use crate::snapshot::{RefusedCommand, SlaveFaults};
 
@@ -130,32 +131,22 @@ impl Slave {
     }
 
     fn run_program(&mut self, masters: &SlaveMasters, elapsed: Seconds) {
-        let situation = self.situation(masters);
-        let Some(program) = &mut self.program else {
+        let (axis, Some(program)) = (&self.axis, &mut self.program) else {
             return;
         };
+        let situation = situation(axis, self.start.is_some(), masters);
+        program.look(&situation, |job| end_of(axis, job));
         let ready = masters.first().filter(|master| master.is_ready);
         program.advance(elapsed, ready.map(|master| master.set.position));
-        let axis = &self.axis;
         let Some(command) = program.due(&situation, || axis.master_scaling()) else {
             return;
         };
         let answer = match command {
-            Some(command) => self.command(&command, Origin::Program).map(drop),
-            None => Ok(()),
+            Some(command) => self.command(&command, Origin::Program).map(Some),
+            None => Ok(None),
         };
         if let Some(program) = &mut self.program {
             program.take(answer);
-        }
-    }
-
-    fn situation(&self, masters: &SlaveMasters) -> Situation {
-        Situation {
-            status: self.status(),
-            phase: self.phase(),
-            set: self.axis.set(),
-            master: masters.first().map(|master| master.set.position),
-            master_ready: masters.are_ready(),
         }
     }
 
@@ -170,9 +161,16 @@ impl Slave {
             return false;
         };
         let followed = self.followed(masters);
-        if let Err(refusal) = self.axis.switch_on_coupled(&start, followed) {
-            self.refusal = Some(refusal.into());
-            self.start_refused = true;
+        match (
+            self.axis.switch_on_coupled(&start, followed),
+            &mut self.program,
+        ) {
+            (Ok(job), Some(program)) => program.started(job),
+            (Ok(_), None) => {}
+            (Err(refusal), _) => {
+                self.refusal = Some(refusal.into());
+                self.start_refused = true;
+            }
         }
         !self.start_refused
     }
@@ -210,6 +208,11 @@ impl Slave {
     /// Whether what its config has it do was refused.
     pub(super) fn is_refused(&self) -> bool {
         self.start_refused || self.program.as_ref().is_some_and(Program::is_refused)
+    }
+
+    /// Its program, if that waits for what cannot come, or has waited for too long.
+    pub(super) fn blocked_program(&self) -> Option<BlockedProgram> {
+        self.program.as_ref()?.blocked()
     }
 
     /// An order of somebody in the network. A dry run is a plan that is not applied.
@@ -270,6 +273,7 @@ impl Slave {
         SlaveFaults {
             error: self.error(),
             refusal: self.refusal,
+            blocked: self.blocked_program(),
         }
     }
 
@@ -289,6 +293,8 @@ impl Slave {
             refusal: faults.refusal.map_or(0, |refusal| refusal.code()),
             program: program.map(|program| program.state),
             program_step: program.map(|program| program.step),
+            program_waits_for: program.and_then(|program| program.waits_for),
+            program_outcome: program.and_then(|program| program.outcome),
             cuts: self.tool.cuts() + self.program.as_ref().map_or(0, Program::cuts),
             drive_kind: self.drive_kind.into(),
             drive_attached: attachment.map(|attachment| attachment.attached),

@@ -5,8 +5,8 @@ use coaxle_clock::CycleTime;
 use coaxle_curve::profile::Kinematics;
 use coaxle_receiver::signals::{FarNodeSignals, SlaveSignals};
 use coaxle_receiver::{
-    ContinuityName, DriveStateName, GuardStateName, Health, ProgramSnapshot, ReceiverSnapshot,
-    RefusedCommand, SlaveFaults, StateName,
+    BlockedProgram, ContinuityName, DriveStateName, GuardStateName, Health, ProgramSnapshot,
+    ReceiverSnapshot, RefusedCommand, SlaveFaults, StateName,
 };
 use coaxle_slave::{CouplingPhase, SlaveError};
 
@@ -55,6 +55,7 @@ pub(crate) struct SlaveShown {
     pub(crate) guard: GuardStateName,
     pub(crate) distance: f64,
     pub(crate) program: Option<ProgramSnapshot>,
+    pub(crate) blocked: Option<BlockedProgram>,
     pub(crate) drive: DriveShown,
 }
 
@@ -136,7 +137,13 @@ impl SlaveShown {
             program: signals
                 .program
                 .zip(signals.program_step)
-                .map(|(state, step)| ProgramSnapshot { state, step }),
+                .map(|(state, step)| ProgramSnapshot {
+                    state,
+                    step,
+                    waits_for: signals.program_waits_for,
+                    outcome: signals.program_outcome,
+                }),
+            blocked: faults.blocked,
             drive: DriveShown {
                 state: signals.drive_state,
                 position: signals.drive_position,

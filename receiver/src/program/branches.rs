@@ -1,0 +1,26 @@
+//! Where a program goes on if a step cannot be taken.
+
+use super::outcome::{Outcome, Trouble};
+
+/// The steps that it goes on with; the program decides by itself where there is none.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Branches {
+    pub(super) aborted: Option<usize>,
+    pub(super) failed: Option<usize>,
+    pub(super) refused: Option<usize>,
+    pub(super) rolled_back: Option<usize>,
+    pub(super) timed_out: Option<usize>,
+}
+
+impl Branches {
+    pub(super) const fn of(&self, trouble: Trouble) -> Option<usize> {
+        match trouble {
+            Trouble::Outcome(Outcome::Aborted) => self.aborted,
+            Trouble::Outcome(Outcome::Failed) => self.failed,
+            Trouble::Outcome(Outcome::Refused) => self.refused,
+            Trouble::Outcome(Outcome::RolledBack) => self.rolled_back,
+            Trouble::TimedOut => self.timed_out,
+            Trouble::Outcome(Outcome::Done) | Trouble::TakenOver | Trouble::NothingUnderWay => None,
+        }
+    }
+}

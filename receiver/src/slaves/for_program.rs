@@ -1,0 +1,44 @@
+//! What a program sees of its slave.
+
+use coaxle_axis::{AxisStatus, CommandState, Job};
+use coaxle_slave::{JobError, SlaveAxis};
+
+use super::masters::SlaveMasters;
+use crate::program::{Outcome, Situation};
+
+/// What a program can ask about its slave.
+pub(super) fn situation(
+    axis: &SlaveAxis,
+    starts_coupled: bool,
+    masters: &SlaveMasters,
+) -> Situation {
+    let status = axis.status();
+    let first = masters.first();
+    Situation {
+        status,
+        phase: axis.coupling_phase(),
+        set: axis.set(),
+        outlook: axis.outlook(),
+        motion: axis.job().0,
+        starts_coupled,
+        is_switching_on: status == AxisStatus::Disabled && axis.is_power_on(),
+        master: first.map(|master| master.set.position),
+        first_master_ready: first.is_some_and(|master| master.is_ready),
+        master_ready: masters.are_ready(),
+    }
+}
+
+/// The end of a job, as a program tells them apart.
+pub(super) fn end_of(axis: &SlaveAxis, job: Job) -> Option<Outcome> {
+    match axis.progress(job) {
+        CommandState::Idle
+        | CommandState::Waiting
+        | CommandState::Active
+        | CommandState::InSync => None,
+        CommandState::Done => Some(Outcome::Done),
+        CommandState::Aborted if axis.was_rolled_back(job) => Some(Outcome::RolledBack),
+        CommandState::Aborted => Some(Outcome::Aborted),
+        CommandState::Failed(JobError::Refused(_)) => Some(Outcome::Refused),
+        CommandState::Failed(JobError::Failed(_)) => Some(Outcome::Failed),
+    }
+}
