@@ -38,6 +38,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "sender-stop-resume",
     "cam-tables",
     "rotary-knife",
+    "saw-recovery",
     "flying-gear-1",
     "flying-gear-2",
     "flying-gear-3",
