@@ -34,6 +34,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "zero-lag",
     "orders",
     "delay-step",
+    "delay-step-large",
     "drift-step",
     "sender-stop-resume",
     "cam-tables",

@@ -90,6 +90,15 @@ pub struct FarClockOutput {
     pub is_sure: bool,
 }
 
+impl FarClockOutput {
+    /// Whether the corrections of messages have nothing to do with those of the cycle before: the sender stood
+    /// still and its counts mean other instants now. Far time itself goes on.
+    #[must_use]
+    pub const fn is_mapped_anew(&self) -> bool {
+        self.is_sure && self.observer.rebased
+    }
+}
+
 /// Far time at a local instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FarReading {
@@ -168,6 +177,8 @@ impl FarClock {
         if self.delay == DelaySource::Measured {
             self.measure(now, used);
         }
+        let measures = self.delay == DelaySource::Measured;
+        (self.observer).leave_steps_to_exchanges(measures && self.exchange.can_attribute(now));
         self.observer.set_delay(self.delay_in_force());
         let observer = self.observer.cycle(now);
         self.is_sure = is_sure(observer.state, self.is_sure);
@@ -254,6 +265,10 @@ impl FarClock {
                     Ok(()) | Err(_) => used(arrived, &response),
                 }
             }
+        }
+        if let Some(step) = self.exchange.step_of_sender() {
+            let mapped = self.observer.attribute_step_to_sender(step);
+            self.exchange.map_step_of_sender(mapped);
         }
     }
 

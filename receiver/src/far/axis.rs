@@ -49,6 +49,11 @@ impl Axis {
         self.continuity.rejoin();
     }
 
+    /// What its node's clock says next has nothing to do with what it said: the axis is brought there.
+    pub(super) const fn rejoin(&mut self) {
+        self.continuity.rejoin();
+    }
+
     /// Another run of its node: what it was before says nothing of where it is now.
     pub(super) fn forget(&mut self) {
         self.sample = None;
@@ -173,7 +178,9 @@ impl Axis {
             position_diff: Some(moved.diagnostic.position_diff),
             velocity_diff: Some(moved.diagnostic.velocity_diff),
             correction_us: micros(moved.correction_time),
-            far_time_ns: far_time(header, self.count, moved).map(Instant::as_nanos),
+            far_time_ns: far_time(header, self.count, moved)
+                .filter(|_| self.continuity.state() == ContinuityState::Following)
+                .map(Instant::as_nanos),
         }
     }
 }

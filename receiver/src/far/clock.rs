@@ -62,6 +62,8 @@ pub(super) struct Following {
     /// None where no observer runs.
     pub(super) observed: Option<FarClockOutput>,
     enabled: bool,
+    /// The correction has nothing to do with that of the cycle before.
+    pub(super) is_mapped_anew: bool,
 }
 
 impl ClockSetup {
@@ -147,6 +149,7 @@ impl Clock {
                 correction: FarCorrection::disabled(),
                 observed: None,
                 enabled: false,
+                is_mapped_anew: false,
             });
         }
         let State::Running(Running { sync, observed, .. }) = &mut self.state else {
@@ -160,10 +163,12 @@ impl Clock {
             }
             (mode, _) => sync.update(index, mode.into(), elapsed),
         };
+        let by_observer = self.setup.mode == Mode::Observer;
         Some(Following {
             correction,
             observed: output,
             enabled: true,
+            is_mapped_anew: by_observer && output.is_some_and(|output| output.is_mapped_anew()),
         })
     }
 

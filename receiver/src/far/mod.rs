@@ -133,6 +133,9 @@ impl FarNode {
                 self.without_master(out.axes)
             }
             Some((header, following)) => {
+                if following.is_mapped_anew {
+                    self.axes.iter_mut().for_each(Axis::rejoin);
+                }
                 let correction = &following.correction;
                 let error = self.correct_axes(header, correction, tick, out.masters, out.axes);
                 self.health(correction, error)

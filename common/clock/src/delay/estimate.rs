@@ -13,6 +13,11 @@ const LASTING: u32 = 64;
 /// … or at once if it is so far off that it cannot be chance.
 const BEYOND_CHANCE: f64 = 20.0;
 
+/// An exchange that spans a jump of so much, s, is off by far more than jitter, and by half of it: more than
+/// this part.
+const WORTH_A_LOOK: f64 = 1e-3;
+const SPANNING: f64 = 0.25;
+
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Estimate {
     pub(super) delay: f64,
@@ -41,6 +46,15 @@ impl Estimate {
             measured,
             count: 1,
             contradictions: 0,
+        }
+    }
+
+    /// The same where the two ways differ by twice this more than they did.
+    pub(super) fn beside(self, asymmetry: f64) -> Self {
+        Self {
+            delay: self.delay + asymmetry,
+            uncertainty: self.uncertainty + libm::fabs(asymmetry),
+            ..self
         }
     }
 
@@ -80,6 +94,21 @@ impl Estimate {
     pub(super) fn follow_jump(&mut self, jump: f64) {
         self.delay += jump;
         self.uncertainty += libm::fabs(jump);
+    }
+
+    /// An exchange that spans a jump is off by half of it, and may have been believed for a moment: then what
+    /// exchanges usually said holds, s.
+    pub(super) fn forget_spanning(&mut self, jump: f64, usual: f64) {
+        let jump = libm::fabs(jump);
+        if jump >= WORTH_A_LOOK && libm::fabs(self.delay - usual) > SPANNING * jump {
+            self.delay = usual;
+        }
+    }
+
+    /// So much of a jump was not the path's, s.
+    pub(super) fn take_back(&mut self, jump: f64) {
+        self.delay -= jump;
+        self.uncertainty = (self.uncertainty - libm::fabs(jump)).max(0.0);
     }
 
     /// The next one that is measured replaces it, whatever it says.

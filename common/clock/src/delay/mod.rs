@@ -26,6 +26,7 @@
 
 mod estimate;
 mod outcome;
+mod step;
 #[cfg(test)]
 mod tests;
 mod window;
@@ -35,6 +36,7 @@ pub use outcome::{DelayOutput, DelayState, Refusal};
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::FarLine;
 use estimate::Estimate;
+use step::{Cause, Step, TELLING, Ways};
 use window::{Exchange, Stamps, Window};
 
 /// Between two requests as long as little is known …
@@ -84,6 +86,8 @@ pub struct DelayExchange {
     run: u64,
     /// The number of the next request.
     next: u32,
+    /// The first request of the window: what was asked before it spans an event.
+    first: u32,
     /// Bit n: request `next − 1 − n` waits for its response.
     open: u64,
     next_request: Instant<Local>,
@@ -92,6 +96,13 @@ pub struct DelayExchange {
     window: Window,
     sender: Option<Sender>,
     estimate: Option<Estimate>,
+    /// A step of the line of which nobody knows yet whose it was.
+    step: Option<Step>,
+    /// One that was the sender's, until it is asked for, s.
+    step_of_sender: Option<Seconds>,
+    /// By how much half of the difference of the two ways has changed since the start, by steps that were the
+    /// path's, s.
+    asymmetry: f64,
     exchanges: u64,
     refused: u64,
 }
@@ -114,12 +125,16 @@ impl DelayExchange {
         Self {
             run,
             next: 0,
+            first: 0,
             open: 0,
             next_request: Instant::from_nanos(i64::MIN),
             hasty: 0,
             window: Window::new(),
             sender: None,
             estimate: None,
+            step: None,
+            step_of_sender: None,
+            asymmetry: 0.0,
             exchanges: 0,
             refused: 0,
         }
@@ -133,7 +148,8 @@ impl DelayExchange {
 
     /// Looks at what became of the line. A new run of the sender: all is forgotten. A jump is taken
     /// for the path's doing, so that the sender's time stays where it was, until the next exchanges
-    /// say otherwise; it is returned, and [`PhaseObserver::attribute_step_to_path`] is to be told.
+    /// say otherwise (see [`step_of_sender`](Self::step_of_sender)); it is returned, and
+    /// [`PhaseObserver::attribute_step_to_path`] is to be told.
     ///
     /// [`PhaseObserver::attribute_step_to_path`]: crate::PhaseObserver::attribute_step_to_path
     pub fn follow(&mut self, line: &FarLine) -> Option<Seconds> {
@@ -153,22 +169,31 @@ impl DelayExchange {
             }
         };
         let jump = now.jumped - before.jumped;
-        if jump != Seconds::ZERO {
-            self.start_over();
-            let estimate = self.estimate.as_mut()?;
-            estimate.follow_jump(jump.0);
-            return Some(jump);
-        }
         let corrected = now.corrected - before.corrected;
+        let is_rebased = now.rebases != before.rebases;
+        if jump != Seconds::ZERO {
+            let usual = self.window.usual(line);
+            let step = self.step_of(jump, usual).filter(|_| !is_rebased);
+            self.start_over();
+            self.step = step;
+            let estimate = self.estimate.as_mut()?;
+            if let Some(usual) = usual {
+                estimate.forget_spanning(jump.0, usual.delay() + self.asymmetry);
+            }
+            estimate.follow_jump(jump.0);
+            estimate.delay += corrected.0;
+            return Some(jump + corrected);
+        }
         if corrected != Seconds::ZERO {
             // The exchanges are corrected with the line: the sender's time stays where it was.
             let estimate = self.estimate.as_mut()?;
             estimate.delay += corrected.0;
             return Some(corrected);
         }
-        if now.rebases != before.rebases || now.relocks != before.relocks {
+        if is_rebased || now.relocks != before.relocks {
             // What was measured against a line that is gone is no help any more.
             self.start_over();
+            self.asymmetry = 0.0;
         } else if now.synced && !before.synced {
             self.measure_again(line);
             if let Some(estimate) = &self.estimate {
@@ -205,9 +230,12 @@ impl DelayExchange {
     ) -> Result<(), Refusal> {
         let checked = self.check(response, arrived, line);
         match checked {
+            // Its request left before the event, and its response after it: it fits neither line.
+            Ok(_) if (response.number.wrapping_sub(self.first) as i32) < 0 => {}
             Ok(exchange) => {
                 self.exchanges = self.exchanges.saturating_add(1);
                 self.window.push(exchange);
+                self.attribute(&exchange);
                 if !line.synced {
                     self.measure_again(line);
                 }
@@ -216,6 +244,35 @@ impl DelayExchange {
             Err(_) => self.refused = self.refused.saturating_add(1),
         }
         checked.map(|_| ())
+    }
+
+    /// Whether exchanges will tell of a step of the line at `now` whether it was the path's or the sender's.
+    #[must_use]
+    pub fn can_attribute(&self, now: Instant<Local>) -> bool {
+        let is_fresh = |estimate: &Estimate| now - estimate.newest <= STALE_AFTER;
+        let compares = self.step.is_some() || self.window.len() >= TELLING;
+        compares && self.estimate.as_ref().is_some_and(is_fresh)
+    }
+
+    /// A step of the line that was taken for the path's until exchanges said that the sender's clock stood
+    /// still for so long, or leapt; each once. [`PhaseObserver::attribute_step_to_sender`] is to be told, and
+    /// what that says goes to [`map_step_of_sender`](Self::map_step_of_sender).
+    ///
+    /// [`PhaseObserver::attribute_step_to_sender`]: crate::PhaseObserver::attribute_step_to_sender
+    pub const fn step_of_sender(&mut self) -> Option<Seconds> {
+        self.step_of_sender.take()
+    }
+
+    /// So much of a step of the sender went into the map from counts to far time; the rest is slewed.
+    pub fn map_step_of_sender(&mut self, mapped: Span) {
+        let (Some(estimate), Some(sender)) = (&mut self.estimate, &mut self.sender) else {
+            return;
+        };
+        if mapped != Span::ZERO {
+            estimate.take_back(mapped.as_secs_f64());
+            // The sender moved with the line, so what was measured against it holds.
+            sender.rebases = sender.rebases.saturating_add(1);
+        }
     }
 
     /// The delay, once there is one: how far the sender's time is ahead of the line.
@@ -297,11 +354,34 @@ impl DelayExchange {
             return;
         };
         let enough = self.window.len() >= ENOUGH;
-        let seen = Estimate::of(&there, &back, now, enough);
+        let seen = Estimate::of(&there, &back, now, enough).beside(self.asymmetry);
         self.estimate = Some(match &self.estimate {
             Some(before) => before.after(seen),
             None => seen,
         });
+    }
+
+    /// A step of the line that exchanges will tell of, if enough came before it.
+    fn step_of(&self, jump: Seconds, usual: Option<Ways>) -> Option<Step> {
+        match &self.step {
+            Some(step) => Some(step.again(jump.0)),
+            None => Some(Step::new(jump.0, usual?)),
+        }
+    }
+
+    /// What an exchange says of whose the last step was.
+    fn attribute(&mut self, exchange: &Exchange) {
+        let ways = Ways {
+            there: exchange.there,
+            back: exchange.back,
+        };
+        let cause = self.step.as_mut().and_then(|step| step.take(ways));
+        match cause {
+            None => return,
+            Some(Cause::Sender(step)) => self.step_of_sender = Some(Seconds(step)),
+            Some(Cause::Path { asymmetry }) => self.asymmetry += asymmetry,
+        }
+        self.step = None;
     }
 
     /// While the line is unsure it moves under what was measured against it.
@@ -320,6 +400,8 @@ impl DelayExchange {
     /// The window begins anew, and is filled in haste.
     fn start_over(&mut self) {
         self.window.clear();
+        self.first = self.next;
+        self.step = None;
         self.hurry();
         if let Some(estimate) = &mut self.estimate {
             estimate.be_replaced();
@@ -329,6 +411,8 @@ impl DelayExchange {
     fn forget(&mut self) {
         self.start_over();
         self.estimate = None;
+        self.step_of_sender = None;
+        self.asymmetry = 0.0;
         self.open = 0;
     }
 }

@@ -1,6 +1,7 @@
 //! The last exchanges.
 
 use super::LONGEST_AGE;
+use super::step::{TELLING, Ways, median};
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::FarLine;
 
@@ -130,17 +131,35 @@ impl Window {
         Some((there, back))
     }
 
+    /// What the ways usually are, whatever became of the last few; none of too few exchanges.
+    pub(super) fn usual(&self, line: &FarLine) -> Option<Ways> {
+        (self.len >= TELLING).then(|| Ways {
+            there: self.median_of(|exchange| exchange.there(line)),
+            back: self.median_of(|exchange| exchange.back(line)),
+        })
+    }
+
     const fn drop_oldest(&mut self) {
         self.oldest = (self.oldest + 1) % KEPT;
         self.len -= 1;
     }
 
-    fn early_of(&self, way: impl Fn(&Exchange) -> f64) -> Option<Early> {
+    /// All of them, in the first places.
+    fn ways(&self, way: impl Fn(&Exchange) -> f64) -> [f64; KEPT] {
         let mut ways = [0.0; KEPT];
-        let ways = &mut ways[..self.len];
-        for (n, place) in ways.iter_mut().enumerate() {
+        for (n, place) in ways[..self.len].iter_mut().enumerate() {
             *place = way(&self.kept[(self.oldest + n) % KEPT]);
         }
+        ways
+    }
+
+    fn median_of(&self, way: impl Fn(&Exchange) -> f64) -> f64 {
+        median(&mut self.ways(way)[..self.len])
+    }
+
+    fn early_of(&self, way: impl Fn(&Exchange) -> f64) -> Option<Early> {
+        let mut ways = self.ways(way);
+        let ways = &mut ways[..self.len];
         let least = ways.iter().copied().reduce(f64::min)?;
         let rank = (self.len / PART).max(1);
         let next = (2 * rank).min(self.len) - 1;

@@ -64,6 +64,33 @@ impl PhaseObserver {
         self.delay.shift(jump.0 * 1e9);
     }
 
+    /// From now on steps of the line are the path's until
+    /// [`attribute_step_to_sender`](Self::attribute_step_to_sender) says otherwise, as time responses will tell
+    /// whose they are. Else it goes by what the messages themselves say.
+    pub const fn leave_steps_to_exchanges(&mut self, they_tell: bool) {
+        self.exchanges_tell = they_tell;
+    }
+
+    /// A step that was attributed to the path was the sender's clock, which stood still for so long, or leapt.
+    /// Gives what of it now goes into the map from counts to far time: whole cycles, if it was so long that
+    /// slewing it would take too long. The far time itself goes on as it did.
+    pub fn attribute_step_to_sender(&mut self, step: Seconds) -> Span {
+        let Some(stream) = &mut self.stream else {
+            return Span::ZERO;
+        };
+        if libm::fabs(step.0) * 1e3 < self.parameters.smallest_skip_ms {
+            return Span::ZERO;
+        }
+        let cycles = libm::round(step.0 / self.seconds_per_count) as i64;
+        let mapped = self.data_cycle_time * cycles;
+        if cycles != 0 {
+            stream.origin += mapped;
+            self.delay.shift(-(mapped.as_nanos() as f64));
+            self.events.rebase();
+        }
+        mapped
+    }
+
     /// The line as it is now; none until there is one.
     #[must_use]
     pub fn line(&self) -> Option<FarLine> {

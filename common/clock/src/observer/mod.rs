@@ -60,7 +60,7 @@ use output::Shown;
 use path_delay::PathDelay;
 use progress::{Events, Progress};
 use resolution::Resolution;
-use shift::ShiftDetector;
+use shift::{Evidence, ShiftDetector};
 use stream::{BLOCK, Line, Residual, Stream};
 
 /// So many seconds after the start the drift is trusted, whatever the offset does.
@@ -113,6 +113,10 @@ pub struct PhaseObserver {
     jitter: Jitter,
     detector: ShiftDetector,
     events: Events,
+    /// Exchanges tell whose steps are.
+    exchanges_tell: bool,
+    /// The newest message said how late it was sent.
+    is_stamped: bool,
 }
 
 impl PhaseObserver {
@@ -143,6 +147,8 @@ impl PhaseObserver {
             jitter: Jitter::new(),
             detector: ShiftDetector::new(),
             events: Events::default(),
+            exchanges_tell: false,
+            is_stamped: false,
         })
     }
 
@@ -166,6 +172,7 @@ impl PhaseObserver {
         let Some(stream) = &mut self.stream else {
             return;
         };
+        self.is_stamped = send_stamp.is_some();
         let gap = arrived - stream.newest_arrival;
         stream.newest_arrival = stream.newest_arrival.max(arrived);
         self.progress.heard(arrived, &mut self.events);
@@ -400,8 +407,20 @@ impl PhaseObserver {
         (self.progress).judge(arrived, sigma, jitter, longest, &self.parameters);
     }
 
+    /// What there is to tell a longer path from a sender that stood still.
+    const fn evidence(&self) -> Evidence {
+        if self.exchanges_tell {
+            Evidence::Exchanges
+        } else if self.is_stamped {
+            Evidence::SendStamps
+        } else {
+            Evidence::Nothing
+        }
+    }
+
     /// The phase jumped. Whole cycles of a sender that stood still go into the index map.
     fn follow_shift(&mut self, arrived: Instant<Local>, newest: i64) {
+        let evidence = self.evidence();
         let Some(stream) = &mut self.stream else {
             return;
         };
@@ -429,7 +448,8 @@ impl PhaseObserver {
         };
         stream.filled = 0;
         self.detector.clear();
-        let cycles = shift::skipped_cycles(shift, self.seconds_per_count, &self.parameters);
+        let cycles =
+            shift::skipped_cycles(shift, self.seconds_per_count, evidence, &self.parameters);
         let size = libm::fabs(shift);
         let skip = cycles != 0 || size * 1e3 >= self.parameters.smallest_skip_ms;
         let time = newest as f64 * self.seconds_per_count;

@@ -40,11 +40,12 @@ pub struct ObserverParameters {
     /// Lateness that is over sooner is no shift: a link that keeps the order holds up everything
     /// behind one late message, ms. At least 0, at most 1000.
     pub shortest_shift_ms: f64,
-    /// A shift of at least this much that is a whole number of sender cycles is a sender that
-    /// stood still, not a slower network, ms. Above 0.
+    /// Without time responses and send stamps a shift of at least this much that is a whole number of sender
+    /// cycles is a sender that stood still, not a slower network, ms. Where time responses say that it was the
+    /// sender, from this much on whole cycles go into the index map. Above 0.
     pub smallest_skip_ms: f64,
-    /// A shift of more than this (and of ten sender cycles) is no delay either: whole cycles go
-    /// into the index map, only the rest is slewed, ms. Above 0.
+    /// Without time responses a shift of at least this much (and of more than ten sender cycles) is no delay
+    /// either: whole cycles go into the index map, only the rest is slewed, ms. Above 0.
     pub largest_slewed_shift_ms: f64,
     /// Without a message for this long (but at least for four sender cycles) the observer is in
     /// holdover, ms. Above 0.

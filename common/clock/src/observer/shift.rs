@@ -178,23 +178,43 @@ impl ShiftDetector {
     }
 }
 
+/// What there is to tell a longer delay from a sender that stood still.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Evidence {
+    /// Only the shift itself.
+    Nothing,
+    /// Messages say how late they were sent. A sender that begins its cycles late is seen by that and is no
+    /// shift, so what is one was the path, or a clock that stopped.
+    SendStamps,
+    /// Time responses will tell, soon.
+    Exchanges,
+}
+
 /// The whole cycles in a shift that is no change of the delay, but a sender that stood still (or
 /// leapt): 0 if the delay may well have changed by so much.
-pub(super) fn skipped_cycles(shift: f64, cycle: f64, parameters: &ObserverParameters) -> i64 {
+pub(super) fn skipped_cycles(
+    shift: f64,
+    cycle: f64,
+    evidence: Evidence,
+    parameters: &ObserverParameters,
+) -> i64 {
     let cycles = libm::round(shift / cycle);
     let rest = shift - cycles * cycle;
     let ms = libm::fabs(shift) * 1e3;
     let whole = ms >= parameters.smallest_skip_ms && libm::fabs(rest) < WHOLE * cycle;
     let beyond_delays = ms >= parameters.largest_slewed_shift_ms && libm::fabs(cycles) > 10.0;
-    if whole || beyond_delays {
-        cycles as i64
-    } else {
-        0
-    }
+    let is_skip = match evidence {
+        Evidence::Nothing => whole || beyond_delays,
+        Evidence::SendStamps => beyond_delays,
+        Evidence::Exchanges => libm::fabs(shift) > LONGEST_MEASURED,
+    };
+    if is_skip { cycles as i64 } else { 0 }
 }
 
 /// A shift this near to whole cycles, in cycles, is one.
 const WHOLE: f64 = 0.0625;
+/// Exchanges whose ways seem to be longer by more are not believed, s.
+const LONGEST_MEASURED: f64 = 0.5;
 
 #[cfg(test)]
 mod tests {
@@ -203,13 +223,19 @@ mod tests {
     #[test]
     fn only_long_or_whole_shifts_are_skips() {
         let parameters = ObserverParameters::default();
-        let skipped = |ms: f64| skipped_cycles(ms * 1e-3, 1e-3, &parameters);
-        assert_eq!([0.2, -0.2, 2.0, -2.0, 7.4].map(skipped), [0; 5]);
-        assert_eq!(
-            [7.01, -7.01, 60.4, -3000.3].map(skipped),
-            [7, -7, 60, -3000]
-        );
-        assert_eq!(skipped_cycles(0.06, 0.1, &parameters), 0);
+        let skipped = |evidence, ms: f64| skipped_cycles(ms * 1e-3, 1e-3, evidence, &parameters);
+        let small = [0.2, -0.2, 2.0, -2.0, 7.4];
+        let large = [7.01, -7.01, 60.4, -3000.3];
+        for (evidence, expected) in [
+            (Evidence::Nothing, [7, -7, 60, -3000]),
+            (Evidence::SendStamps, [0, 0, 60, -3000]),
+            (Evidence::Exchanges, [0, 0, 0, -3000]),
+        ] {
+            assert_eq!(small.map(|ms| skipped(evidence, ms)), [0; 5]);
+            assert_eq!(large.map(|ms| skipped(evidence, ms)), expected);
+        }
+        let long = skipped_cycles(0.06, 0.1, Evidence::Nothing, &parameters);
+        assert_eq!(long, 0);
     }
 
     #[test]

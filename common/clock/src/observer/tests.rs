@@ -26,6 +26,8 @@ struct World {
     /// On top of the jitter, ns.
     extra: Option<Correlated>,
     silent: bool,
+    /// Messages say how late they were sent: not at all.
+    stamped: bool,
     outputs: Vec<ObserverOutput>,
     /// When they were asked for, ns.
     asked: Vec<i64>,
@@ -51,6 +53,7 @@ impl World {
             exponential: TAU,
             extra: None,
             silent: false,
+            stamped: false,
             outputs: Vec::new(),
             asked: Vec::new(),
         }
@@ -71,7 +74,8 @@ impl World {
         let arrived: Instant<Local> = Instant::from_nanos((self.due + self.delay + jitter) as i64);
         let lost = self.random.uniform() < 0.01;
         if !self.silent && !lost {
-            self.observer.observe(self.epoch, self.count, arrived, None);
+            let stamp = self.stamped.then_some(Span::ZERO);
+            (self.observer).observe(self.epoch, self.count, arrived, stamp);
         }
         self.count += 1;
         self.due += self.cycle.as_nanos() as f64 * (1.0 + self.drift);
@@ -295,6 +299,50 @@ fn a_sender_that_stood_still_changes_the_index_map() {
         let output = world.run(5.0);
         assert_eq!(output.state, ObserverState::Synced);
         assert!(world.error().abs() < 5e-6, "{}", world.error());
+        assert!(world.is_monotone());
+    }
+}
+
+#[test]
+fn steps_that_exchanges_tell_of_are_the_paths_until_they_say_otherwise() {
+    for (cycles, rest) in [(7.0, 0.0), (60.0, 0.0), (12.0, 0.3)] {
+        let mut world = World::new(millis(1), 30.0);
+        let _ = world.run(20.0);
+        world.observer.leave_steps_to_exchanges(true);
+        world.due += 1e6 * (1.0 + world.drift) * (cycles + rest);
+        let mut jumped = None;
+        while jumped.is_none() {
+            let _ = world.step();
+            let jump = world.observer.line().unwrap().jumped;
+            jumped = (jump != Seconds::ZERO).then_some(jump);
+        }
+        let step = jumped.unwrap();
+        assert!((step.0 - 1e-3 * (cycles + rest)).abs() < 5e-5, "{step:?}");
+        world.observer.attribute_step_to_path(step);
+        let held = world.run(0.2);
+        assert_eq!((held.shifts, held.rebases), (1, 0), "{cycles}");
+        assert!(held.slew_remaining.as_micros().abs() < 40.0, "it is held");
+        let mapped = world.observer.attribute_step_to_sender(step);
+        assert_eq!(mapped, millis(cycles as i64));
+        let told = world.step();
+        assert!(told.rebased && told.rebases == 1);
+        assert!(told.slew_remaining.as_micros().abs() < 40.0);
+        assert!(world.is_monotone());
+        // What can be slewed is.
+        let small = world.observer.attribute_step_to_sender(Seconds(3e-3));
+        assert_eq!(small, Span::ZERO);
+    }
+}
+
+#[test]
+fn whole_cycles_of_a_stamped_sender_are_slewed() {
+    for (cycles, rebases) in [(7.0, 0), (60.0, 1)] {
+        let mut world = World::new(millis(1), 30.0);
+        world.stamped = true;
+        let _ = world.run(20.0);
+        world.due += 1e6 * (1.0 + world.drift) * cycles;
+        let output = world.run(0.2);
+        assert_eq!((output.shifts, output.rebases), (1, rebases), "{cycles}");
         assert!(world.is_monotone());
     }
 }
