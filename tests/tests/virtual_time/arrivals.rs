@@ -59,7 +59,8 @@ fn an_observer_that_is_given_the_arrivals_finds_the_same_to_the_bit() {
             let sigma = shown(seen.offset_sigma.as_micros());
             assert_eq!(line["far.offset_sigma_us"], sigma, "cycle {cycle}");
             assert_eq!(line["far.shifts"], seen.shifts.to_string(), "cycle {cycle}");
-            if line["axis.state"] == "observer" {
+            // While it is brought back its set values stand for no instant.
+            if line["axis.state"] == "observer" && line["axis.continuity"] == "following" {
                 let count: u64 = line["far.count"].parse().expect("a number");
                 let far_time = replay.far_time_ns(&seen, count);
                 assert_eq!(
