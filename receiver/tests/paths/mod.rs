@@ -29,7 +29,7 @@ pub(crate) struct Paths {
     pub(crate) response: i64,
 }
 
-/// One cycle of the receiver, as its slave sees it.
+/// One cycle of the receiver, as slaves of the axis see it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     /// True time, which is the receiver's, ns.
@@ -183,7 +183,7 @@ impl World {
         } else {
             0
         };
-        if let Some(position) = row.slaves[0].position {
+        if let Some(position) = axis.corrected_position {
             self.seen.push(Seen {
                 at: now,
                 position,

@@ -428,9 +428,11 @@ impl PhaseObserver {
             return;
         };
         let age = (arrived - self.progress.since).as_secs_f64();
-        let young = age < DRIFT_IS_KNOWN_AFTER;
-        let shift = if young {
-            // Soon after the start: the line was wrong in more than its offset.
+        let moved = self.jitter.moved();
+        let shift = self.jitter.locate(self.detector.recent(), 1e20).most_likely - moved;
+        let is_small = libm::fabs(shift) * 1e3 < self.parameters.smallest_skip_ms;
+        let shift = if age < DRIFT_IS_KNOWN_AFTER && is_small {
+            // Soon after the start: the line was wrong in more than its offset. By no more than that, though.
             let drift = self.parameters.expected_drift_ppm * 1e-6;
             let before = line.bank.combined().offset;
             let mut recent = *self.detector.recent();
@@ -440,8 +442,6 @@ impl PhaseObserver {
             *line = Line::first(newest, &recent, &mut self.jitter, drift);
             line.bank.combined().offset - before
         } else {
-            let moved = self.jitter.moved();
-            let shift = self.jitter.locate(self.detector.recent(), 1e20).most_likely - moved;
             line.bank.shift(shift, self.jitter.variance());
             line.bounds = Line::bounds(&line.bank, &self.jitter);
             shift
