@@ -10,7 +10,7 @@ use coaxle_clock::Instant;
 use coaxle_node::config::parse;
 use coaxle_node::frame::decode;
 use coaxle_receiver::{Health, ProgramState, Receiver, ReceiverConfig};
-use coaxle_slave::{Command, CouplingPhase, Refusal};
+use coaxle_slave::{Command, CouplingPhase};
 
 const LIMITS: &str = "limits = { velocity = 2000, acceleration = 100000, jerk = 1e7 }";
 
