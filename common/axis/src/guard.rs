@@ -303,6 +303,8 @@ impl Guard {
             low: position,
             high: position,
             speed: 0.0,
+            slowest: 0.0,
+            fastest: 0.0,
         };
         self.check_extremes(here, &at_rest, self.slack(here))
             .map_err(|Passed { reached, limit }| GuardFault::SoftwareLimit { reached, limit })

@@ -13,6 +13,10 @@ pub struct ProfileExtremes {
     pub high: f64,
     /// The highest speed, u/s.
     pub speed: f64,
+    /// The lowest velocity, u/s.
+    pub slowest: f64,
+    /// The highest velocity, u/s.
+    pub fastest: f64,
 }
 
 impl ProfileExtremes {
@@ -25,6 +29,8 @@ impl ProfileExtremes {
             low: end.position,
             high: end.position,
             speed: end.velocity.abs(),
+            slowest: end.velocity,
+            fastest: end.velocity,
         };
         for begin in profile.phase_begins() {
             let from = profile.at(begin);
@@ -44,6 +50,8 @@ impl ProfileExtremes {
         self.low = self.low.min(state.position);
         self.high = self.high.max(state.position);
         self.speed = self.speed.max(state.velocity.abs());
+        self.slowest = self.slowest.min(state.velocity);
+        self.fastest = self.fastest.max(state.velocity);
     }
 }
 

@@ -17,16 +17,24 @@
 //!
 //! Positions are in user units (u, say mm or degrees), time in seconds.
 
+mod band;
+mod bracket;
 mod extremes;
 mod limits;
+mod line;
 mod phases;
 mod plan;
 mod velocity_change;
 
 #[cfg(test)]
+mod line_tests;
+#[cfg(test)]
 mod properties;
 
+pub use band::Band;
+pub use bracket::{Bracket, bracket};
 pub use extremes::ProfileExtremes;
 pub use limits::{InvalidLimit, Limits};
+pub use line::{to_line, towards};
 pub use phases::{Kinematics, Profile};
 pub use plan::{to_position, to_velocity};

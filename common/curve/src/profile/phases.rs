@@ -24,9 +24,9 @@ impl Kinematics {
         }
     }
 
-    /// The state after `duration` seconds of constant jerk.
+    /// The state after `duration` seconds of constant jerk, u/s³; before it where that is negative.
     #[must_use]
-    pub(super) fn after(&self, duration: f64, jerk: f64) -> Self {
+    pub fn after(&self, duration: f64, jerk: f64) -> Self {
         let Self {
             position,
             velocity,

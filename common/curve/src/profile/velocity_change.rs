@@ -1,5 +1,6 @@
 //! The building block of every profile: the shortest change from one velocity to another.
 
+use super::band::Band;
 use super::limits::Limits;
 use super::phases::{Kinematics, Profile};
 
@@ -25,17 +26,35 @@ struct Ramp {
 impl VelocityChange {
     /// The change from `start` to the velocity `target`.
     pub(super) fn new(start: &Kinematics, target: f64, limits: &Limits) -> Self {
+        let bound = |from, to| acceleration_limit(from, to, limits);
+        Self::within(start, target, limits.jerk(), bound, bound)
+    }
+
+    /// The same within limits by direction.
+    pub(super) fn directed(start: &Kinematics, target: f64, band: &Band) -> Self {
+        Self::within(start, target, band.jerk, |_, _| band.up, |_, _| band.down)
+    }
+
+    /// What bounds a push up, and one down, is said of the velocities between which it happens; those of
+    /// a push down with the other sign.
+    fn within(
+        start: &Kinematics,
+        target: f64,
+        jerk: f64,
+        up: impl Fn(f64, f64) -> f64,
+        down: impl Fn(f64, f64) -> f64,
+    ) -> Self {
         // The velocity that would be reached by leading the acceleration to zero at once decides
         // which way the axis must be pushed.
         let a0 = start.acceleration;
-        let coasting = start.velocity + a0 * a0.abs() / (2.0 * limits.jerk());
+        let coasting = start.velocity + a0 * a0.abs() / (2.0 * jerk);
         if target >= coasting {
             Self {
-                ramps: push_up(start, coasting, target, limits),
+                ramps: push_up(start, coasting, target, jerk, up),
                 target,
             }
         } else {
-            let mut ramps = push_up(&start.mirrored(), -coasting, -target, limits);
+            let mut ramps = push_up(&start.mirrored(), -coasting, -target, jerk, down);
             for ramp in &mut ramps {
                 ramp.jerk = -ramp.jerk;
                 ramp.acceleration = -ramp.acceleration;
@@ -57,6 +76,19 @@ impl VelocityChange {
         profile.settle_velocity(self.target);
     }
 
+    /// Appends the change as one in a frame that moves as `frame` does where the change ends: so much
+    /// acceleration comes to every ramp.
+    pub(super) fn append_to_moving(&self, profile: &mut Profile, frame: &Kinematics) {
+        for ramp in &self.ramps {
+            profile.push(
+                ramp.jerk,
+                ramp.duration,
+                ramp.acceleration + frame.acceleration,
+            );
+        }
+        profile.settle_velocity(frame.velocity);
+    }
+
     /// Appends no more than the first `duration` seconds of it.
     pub(super) fn append_first(&self, duration: f64, profile: &mut Profile) {
         let mut left = duration;
@@ -72,12 +104,17 @@ impl VelocityChange {
 }
 
 /// The ramps of a change towards larger velocities, where `target` is at least `coasting`.
-fn push_up(start: &Kinematics, coasting: f64, target: f64, limits: &Limits) -> [Ramp; 3] {
-    let jerk = limits.jerk();
+fn push_up(
+    start: &Kinematics,
+    coasting: f64,
+    target: f64,
+    jerk: f64,
+    bound: impl Fn(f64, f64) -> f64,
+) -> [Ramp; 3] {
     let a0 = start.acceleration;
     // Where the axis begins to be pushed: a negative acceleration is led to zero before that.
     let pushed_from = if a0 < 0.0 { coasting } else { start.velocity };
-    let limit = acceleration_limit(pushed_from, target, limits);
+    let limit = bound(pushed_from, target);
 
     // A triangle of acceleration from a0 over its peak to zero spans (2·peak² − a0²)/2j.
     let span = target - start.velocity;

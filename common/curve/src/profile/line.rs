@@ -1,0 +1,146 @@
+//! The way to a line that moves: where a slave has to be is a matter of where its master is.
+
+use super::band::Band;
+use super::bracket::bracket;
+use super::phases::{Kinematics, Profile};
+use super::velocity_change::VelocityChange;
+
+/// Doublings of the time for which the axis heads for its velocity limit: beyond, the line gets away.
+const DOUBLINGS: usize = 40;
+
+/// The fastest way from a state onto a line that moves as `line` does, of the same moment as `start`:
+/// at the end position, velocity and acceleration are those of the line. None if the line is too fast to
+/// be caught, or changes its velocity faster than the axis can.
+///
+/// As long as the line keeps its velocity, which has to lie within the band, no motion within the band is
+/// there earlier. A line that accelerates is taken to do so until the end.
+#[must_use]
+pub fn to_line(start: &Kinematics, line: &Kinematics, band: &Band) -> Option<Profile> {
+    // Distances, not positions: far from zero a position has few digits left.
+    let here = Kinematics {
+        position: start.position - line.position,
+        ..*start
+    };
+    let chase = Chase {
+        line: at_zero(line),
+        band: *band,
+    };
+    let profile = chase.fastest(&here)?;
+    let mut profile = profile.shifted(line.position);
+    let end = chase.line.after(profile.duration().0, 0.0);
+    profile.settle_position(line.position + end.position);
+    Some(profile)
+}
+
+/// The fastest change to a velocity within a band, which then goes on for ever.
+#[must_use]
+pub fn towards(start: &Kinematics, velocity: f64, band: &Band) -> Profile {
+    let mut profile = Profile::starting_from(start);
+    VelocityChange::directed(start, velocity, band).append_to(&mut profile);
+    profile
+}
+
+const fn at_zero(line: &Kinematics) -> Kinematics {
+    Kinematics {
+        position: 0.0,
+        ..*line
+    }
+}
+
+/// A line that is at 0 now, and what the axis can do.
+struct Chase {
+    line: Kinematics,
+    band: Band,
+}
+
+impl Chase {
+    fn mirrored(&self) -> Self {
+        Self {
+            line: self.line.mirrored(),
+            band: self.band.mirrored(),
+        }
+    }
+
+    fn fastest(&self, start: &Kinematics) -> Option<Profile> {
+        let at_once = self.matched(Profile::starting_from(start))?;
+        let ahead = self.ahead(&at_once);
+        if ahead == 0.0 {
+            Some(at_once)
+        } else if ahead < 0.0 {
+            self.upwards(start, ahead)
+        } else {
+            let seen = self.mirrored().upwards(&start.mirrored(), -ahead)?;
+            Some(seen.mirrored())
+        }
+    }
+
+    /// Heads for the velocity limit first, for as long as it takes to make up what is missing when the
+    /// line's motion is taken up at once. The longer, the farther the axis gets.
+    fn upwards(&self, start: &Kinematics, ahead: f64) -> Option<Profile> {
+        let heading = VelocityChange::directed(start, self.band.highest, &self.band);
+        let lasting = |time: f64| {
+            let mut profile = Profile::starting_from(start);
+            heading.append_first(time, &mut profile);
+            if time > heading.duration() {
+                profile.push(0.0, time - heading.duration(), 0.0);
+            }
+            self.matched(profile)
+        };
+        let gap = |time: f64| lasting(time).map_or(f64::NAN, |profile| self.ahead(&profile));
+
+        let whole = heading.duration();
+        let at_limit = gap(whole);
+        if at_limit < 0.0 && self.line.acceleration == 0.0 {
+            let faster = self.band.highest - self.line.velocity;
+            let cruise = -at_limit / faster;
+            return (faster > 0.0 && cruise.is_finite())
+                .then(|| lasting(whole + cruise))
+                .flatten();
+        }
+        let mut far = (whole, at_limit);
+        let mut near = (0.0, ahead);
+        for _ in 0..DOUBLINGS {
+            if far.1 >= 0.0 {
+                break;
+            }
+            let later = 2.0 * far.0 + f64::EPSILON;
+            near = far;
+            far = (later, gap(later));
+        }
+        (far.1 >= 0.0)
+            .then(|| lasting(bracket(near, far, gap).below))
+            .flatten()
+    }
+
+    /// Takes up the line's motion from the end of a profile, wherever that is; none if the line is out of
+    /// reach.
+    fn matched(&self, mut profile: Profile) -> Option<Profile> {
+        let (end, line) = (profile.end(), self.line_after(&profile));
+        let relative = Kinematics {
+            position: 0.0,
+            velocity: end.velocity - line.velocity,
+            acceleration: end.acceleration - line.acceleration,
+        };
+        let band = Band {
+            up: self.band.up - line.acceleration,
+            down: self.band.down + line.acceleration,
+            ..self.band
+        };
+        if !(band.up > 0.0 && band.down > 0.0) {
+            return None;
+        }
+        let change = VelocityChange::directed(&relative, 0.0, &band);
+        let end = line.after(change.duration(), 0.0);
+        change.append_to_moving(&mut profile, &end);
+        Some(profile)
+    }
+
+    /// How far the end of a profile is ahead of the line.
+    fn ahead(&self, profile: &Profile) -> f64 {
+        profile.end().position - self.line_after(profile).position
+    }
+
+    fn line_after(&self, profile: &Profile) -> Kinematics {
+        self.line.after(profile.duration().0, 0.0)
+    }
+}
