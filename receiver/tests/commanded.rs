@@ -186,6 +186,7 @@ fn gear_in_pos(master_sync_position: f64) -> Command {
         master_sync_position,
         slave_sync_position: 150.0,
         master_start_distance: None,
+        strategy: None,
         sync_mode: SyncMode::default(),
         limits: SyncLimits::default(),
     })

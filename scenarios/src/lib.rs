@@ -30,6 +30,7 @@ pub mod scenario;
 mod signals;
 pub mod summary;
 pub mod sweep;
+mod sync_flags;
 pub mod table;
 mod timeline;
 mod topology;

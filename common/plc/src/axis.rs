@@ -157,7 +157,7 @@ impl EnableFlyingGear {
         let shown = Outputs::of(&state, JobError::code);
         let phase = axis.coupling_phase().filter(|_| shown.busy);
         FlyingGearOutputs {
-            start_sync: phase == Some(CouplingPhase::Synchronizing),
+            start_sync: phase.is_some_and(CouplingPhase::is_synchronizing),
             in_sync: shown.in_sync,
             busy: shown.busy,
             active: shown.active,

@@ -5,7 +5,7 @@ use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_plc::ReadFlyingSawCharacteristicsBlock;
-use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode};
+use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode, SyncStrategy};
 use coaxle_slave::{Command, Dynamics, SlaveAxis, SlaveParameters};
 
 #[global_allocator]
@@ -42,6 +42,7 @@ fn gear_in_pos(
             master_sync_position: master + ahead,
             slave_sync_position: slave + 0.6 * ahead,
             master_start_distance: start_distance,
+            strategy: None,
             sync_mode: SyncMode::position_based(mask),
             limits: SyncLimits::default(),
         })
@@ -65,6 +66,16 @@ fn a_flying_saw_does_not_allocate() {
         master.position
     };
     let all = SyncMask::CHECKS - SyncMask::MAX_JERK;
+    let by = |strategy| {
+        move |master, slave| match gear_in_pos(300.0, SyncMask::empty(), None)(master, slave) {
+            Command::GearInPos(command) => Command::GearInPos(GearInPos {
+                strategy: Some(strategy),
+                ..command
+            }),
+            other => other,
+        }
+    };
+    let strategies = SyncStrategy::ALL.map(by);
     let saws = [
         gear_in_pos(200.0, SyncMask::empty(), None),
         gear_in_pos(300.0, SyncMask::OVERSHOOT_VELO | SyncMask::MAX_JERK, None),
@@ -76,6 +87,7 @@ fn a_flying_saw_does_not_allocate() {
     let mut read = ReadFlyingSawCharacteristicsBlock::default();
     let coupled = assert_no_alloc(|| {
         let mut coupled = [false; 8];
+        let mut by_strategy = [false; 3];
         let _ = axis.command(&Command::Power(true));
         let mut at = lead(&mut axis, 500.0, 1);
         for (n, saw) in saws.iter().enumerate() {
@@ -94,6 +106,21 @@ fn a_flying_saw_does_not_allocate() {
             });
             at = lead(&mut axis, 500.0, 1_500);
         }
+        for (n, saw) in strategies.iter().enumerate() {
+            by_strategy[n] = axis.command(&saw(at, axis.set().position)).is_ok();
+            // Early is planned anew as its master changes its velocity.
+            let swing = if n == 2 { 5.0 } else { 0.0 };
+            for velocity in [500.0, 500.0 + swing, 500.0 - swing, 500.0] {
+                lead(&mut axis, velocity, 200);
+            }
+            let _ = axis.command(&Command::MoveAbsolute {
+                position: 0.0,
+                velocity: None,
+                dynamics: Dynamics::default(),
+            });
+            at = lead(&mut axis, 500.0, 1_500);
+        }
+        assert!(by_strategy == [true; 3]);
         for (n, sync_mode) in [SyncMode::default(), SyncMode::time_based(all)]
             .into_iter()
             .enumerate()

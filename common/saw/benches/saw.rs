@@ -43,6 +43,7 @@ fn to_position(mask: SyncMask) -> GearInPos {
         master_sync_position: 1_000.0,
         slave_sync_position: 1_000.0,
         master_start_distance: None,
+        strategy: None,
         sync_mode: SyncMode::position_based(mask),
         limits: SyncLimits {
             velocity: Some(550.0),

@@ -1,13 +1,14 @@
 //! The inputs of the two blocks.
 
-use super::SyncMode;
+use super::{SyncMode, SyncStrategy};
 
 /// `MC_GearInPos`: the slave runs at the gear's velocity from a given pair of positions on, at the
 /// latest. TS5055 12.1.2, TF5055 4.2.
 ///
 /// Limits that are not given are the axis's own; they bind only where `sync_mode` checks them. An axis
 /// with a [`LimitGuard`](super::LimitGuard) keeps its own in any case, and refuses what does not. The
-/// bounds of a synchronisation with two ramps use acceleration and deceleration in any case.
+/// bounds of a synchronisation with two ramps use acceleration and deceleration in any case, and with a
+/// strategy the limits shape the profile and are kept in any case.
 #[doc(alias = "MC_GearInPos")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -30,6 +31,11 @@ pub struct GearInPos {
     #[doc(alias = "MasterStartDistance")]
     #[cfg_attr(feature = "serde", serde(default))]
     pub master_start_distance: Option<f64>,
+    /// When and how hard the slave is synchronised, within its limits. If not given, by the profiles of
+    /// TS5055 7 over the whole way.
+    #[doc(alias = "SyncStrategy")]
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub strategy: Option<SyncStrategy>,
     /// Checks and ways of operation. Position-based only.
     #[cfg_attr(feature = "serde", serde(default))]
     pub sync_mode: SyncMode,

@@ -30,6 +30,7 @@
 //!     master_sync_position: 1_000.0,
 //!     slave_sync_position: 1_000.0,
 //!     master_start_distance: None,
+//!     strategy: None,
 //!     sync_mode: SyncMode::position_based(SyncMask::OVERSHOOT_VELO | SyncMask::MAX_ACC),
 //!     limits: SyncLimits::default(),
 //! };
@@ -59,6 +60,8 @@
 //! | `ST_GearInPosOptions`, `ST_GearInVeloOptions` | TF5055 5.4, 5.5 | [`SyncLimits::min_position`], [`SyncLimits::max_position`] |
 //! | `RatioNumerator`, `RatioDenominator` | TS5055 12.1 | [`Ratio`]; for a diagonal saw [`diagonal_ratio`] |
 //! | `MasterStartDistance` | TS5055 12.1.2 | [`GearInPos::master_start_distance`]: implemented |
+//! | `MC_SYNC_STRATEGY` of `MC_GearInPosCA` | TF5410, `MC_SYNC_STRATEGY` | [`SyncStrategy`] |
+//! | `EGearInPosSyncState` of MC3's `MC_GearInPos` | TF5500, MC3 | [`CouplingPhase`](coaxle_axis::CouplingPhase), with a strategy |
 //! | `BufferMode` | TS5055 12.1 | none: a command acts at once, as in the original |
 //! | `nAxisState` 11, 12, 13 | TS5055 10 | [`SawCoupling::axis_state`] |
 //! | `StartSync` | TS5055 12.1 | [`SawCoupling::has_started_sync`] |
@@ -99,9 +102,11 @@ extern crate alloc;
 extern crate std;
 
 mod characteristics;
+mod chase;
 mod checks;
 mod command;
 mod diagonal;
+mod limited;
 mod moment;
 mod piece;
 mod plan;
@@ -113,6 +118,7 @@ mod remedy;
 mod rollback;
 mod running;
 mod span;
+mod strategy;
 #[cfg(feature = "serde")]
 mod sync_mask_names;
 mod sync_mode;
@@ -129,6 +135,7 @@ pub use refusal::{Check, SawRefusal, Violation};
 pub use remedy::SawRemedy;
 pub use rollback::{RollbackReaction, RollbackStop};
 pub use running::{Saw, SawCommand, SawCoupling, SawFault, SawTolerances};
+pub use strategy::SyncStrategy;
 pub use sync_mode::{GearInSyncMode, SyncMask, SyncMode};
 
 #[cfg(test)]

@@ -100,6 +100,15 @@ impl Piece {
         Self::new(begin, length, position, way)
     }
 
+    /// The same course over another stretch of the master (or the time).
+    pub(super) const fn spread(self, begin: f64, length: f64) -> Self {
+        Self {
+            begin,
+            length,
+            ..self
+        }
+    }
+
     fn new(begin: f64, length: f64, position: f64, way: [f64; 6]) -> Self {
         Self {
             begin,
@@ -242,7 +251,7 @@ impl Piece {
         }
     }
 
-    fn is_line(&self) -> bool {
+    pub(super) fn is_line(&self) -> bool {
         self.way.0[2..].iter().all(|&c| c == 0.0)
     }
 

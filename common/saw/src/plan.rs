@@ -38,7 +38,7 @@ pub enum SawForm {
     QuinticLineQuintic,
     /// The shortest ramp to the synchronous velocity.
     Ramp,
-    /// Phases of constant jerk over time.
+    /// Phases of constant jerk, over time or, as the master runs at its velocity, over its position.
     JerkPhases,
     /// Nothing to do: the slave is synchronous already.
     Synchronous,
@@ -46,10 +46,6 @@ pub enum SawForm {
 
 /// The slave's way, by what it depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "plans are made in the cycle, where nothing allocates"
-)]
 enum SawProfile {
     Nothing,
     OverMaster(Way),
@@ -175,9 +171,14 @@ impl SawPlan {
     /// phase if the last piece is part of that line already.
     pub(super) fn joins_line_at(&self) -> f64 {
         match &self.profile {
-            SawProfile::OverMaster(way) if self.form == SawForm::QuinticLine => way.last().begin,
+            SawProfile::OverMaster(way) if self.ends_on_line(way) => way.last().begin,
             _ => self.line.master,
         }
+    }
+
+    fn ends_on_line(&self, way: &Way) -> bool {
+        let by_form = self.form == SawForm::QuinticLine;
+        by_form || self.form == SawForm::JerkPhases && way.last().is_line()
     }
 
     /// The slave at a master position and its derivatives with respect to it: along the profile

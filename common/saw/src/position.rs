@@ -16,7 +16,7 @@ impl GearInPos {
     /// The synchronisation that this command asks for, from this coupling moment: a dry run, as it
     /// moves nothing. `MasterStartDistance` is left to [`super::SawCoupling`].
     ///
-    /// Tried in this order, and the first that passes all checks is taken:
+    /// With a [strategy](super::SyncStrategy) it is made of phases of constant jerk. Otherwise tried in this order, and the first that passes all checks is taken:
     /// 1. P1+P5 or P5+P1, free of velocity over- and undershoot, if either is checked;
     /// 2. P5+P1+P5 at the limits of acceleration, if constant velocity is preferred or the slave
     ///    already has the synchronous velocity but is not in place;
@@ -31,7 +31,11 @@ impl GearInPos {
         if self.sync_mode.base == GearInSyncMode::TimeBased {
             return Err(SawRefusal::TimeBasedPosition);
         }
+        if let Some(strategy) = self.strategy {
+            return self.plan_by(strategy, moment);
+        }
         let task = Task::new(&self.ratio, &self.sync_mode, &self.limits, moment)?;
+        task.check_master()?;
         let span = Span::new(&task, self)?;
         let (form, way) = span.best_way()?;
         let line = SyncLine {

@@ -30,12 +30,13 @@ pub enum SawRefusal {
         /// What was given; expected is a finite number above 0.
         received: f64,
     },
-    /// The gear would take the slave beyond its axis's own highest velocity: 0x42DD.
-    #[error("{:#06x}: synchronous velocity {velocity} u/s, the axis's highest is {limit} u/s", self.code())]
+    /// The gear would take the slave beyond its axis's own highest velocity, or, by a strategy, beyond that
+    /// of the command: 0x42DD.
+    #[error("{:#06x}: synchronous velocity {velocity} u/s, the highest allowed is {limit} u/s", self.code())]
     SyncVelocity {
         /// The synchronous velocity, u/s.
         velocity: f64,
-        /// The axis's highest, u/s.
+        /// The highest, u/s.
         limit: f64,
     },
     /// A time-based profile to a position: 0x4B04, as in the manual.
@@ -68,6 +69,25 @@ pub enum SawRefusal {
         slave_velocity: f64,
         /// The slave's acceleration, u/s².
         slave_acceleration: f64,
+    },
+    /// The master stands, and the strategy needs one that moves: 0x426E.
+    #[error("{:#06x}: the master stands, expected it to move towards its synchronisation position; \"early\" needs no master that moves", self.code())]
+    MasterStands,
+    /// The slave cannot be there in time within its limits, by a strategy: 0x42DF.
+    #[error("{:#06x}: the slave needs {needed} s within its limits, its master is there in {available} s", self.code())]
+    TooShort {
+        /// The least that it takes, s.
+        needed: f64,
+        /// How long the master takes, s.
+        available: f64,
+    },
+    /// The gear is as fast as the slave may be, or the checks leave it no other velocity: 0x42DD.
+    #[error("{:#06x}: synchronous velocity {velocity} u/s where {limit} u/s is allowed: nothing is left to make up the distance", self.code())]
+    NothingLeft {
+        /// The synchronous velocity, u/s.
+        velocity: f64,
+        /// The highest that is allowed, u/s.
+        limit: f64,
     },
     /// A start distance of the master that is none: 0x4B06.
     #[error("{:#06x}: master-start-distance: received {received}, expected a finite number above 0", self.code())]
@@ -244,11 +264,11 @@ impl SawRefusal {
         match self {
             Self::RatioZero { .. } => 0x421b,
             Self::DenominatorZero | Self::NotFinite { .. } | Self::StartDistance { .. } => 0x4b06,
-            Self::Limit { .. } | Self::SyncVelocity { .. } => 0x42dd,
+            Self::Limit { .. } | Self::SyncVelocity { .. } | Self::NothingLeft { .. } => 0x42dd,
             Self::TimeBasedPosition => 0x4b04,
             Self::MasterNotAhead { .. } | Self::SlaveNotAhead { .. } => 0x42de,
-            Self::MasterAtRest { .. } => 0x426e,
-            Self::NoRamp { .. } => 0x42df,
+            Self::MasterAtRest { .. } | Self::MasterStands => 0x426e,
+            Self::NoRamp { .. } | Self::TooShort { .. } => 0x42df,
             Self::TableInUse { .. } => 0x4063,
             Self::NoTable { .. } => 0x4a00,
             Self::Violation(violation) => violation.code(),

@@ -2,6 +2,8 @@
 
 use super::command::{GearInPos, GearInVelo};
 use super::moment::CouplingMoment;
+use super::running::starts;
+use super::{SawCommand, SyncMask, SyncStrategy};
 
 /// Each try is this much away from the one before.
 const STEP: f64 = 1.02;
@@ -9,6 +11,16 @@ const STEP: f64 = 1.02;
 const TRIES: usize = 350;
 /// Halvings of the step in which the verdict changes.
 const HALVINGS: usize = 24;
+/// The flags that have a profile tried which is not tried without them. What makes planning ignore an
+/// acceleration is none of them: the slave would make a step of it.
+const FLAGS: [SyncMask; 4] = [
+    SyncMask::PREFER_CONST_VELO,
+    SyncMask::OVERSHOOT_VELO,
+    SyncMask::UNDERSHOOT_VELO,
+    SyncMask::MAX_VELO,
+];
+/// The strategies, those that keep the synchronisation positions first.
+const STRATEGIES: [SyncStrategy; 3] = [SyncStrategy::Slow, SyncStrategy::Late, SyncStrategy::Early];
 
 /// What would have passed, all else unchanged. Found by trial: planning again with other values,
 /// and halving the step in which the verdict changes.
@@ -22,12 +34,52 @@ pub struct SawRemedy {
     pub master_distance: Option<f64>,
     /// The master's largest speed below the given one that passes, u/s. None if no speed helps.
     pub master_speed: Option<f64>,
+    /// Flags of the sync mode; any one of them, given too, makes it pass.
+    pub flags: SyncMask,
+    /// The first strategy of slow, late and early that makes it pass. None if none does, or the command
+    /// has no choice of one.
+    pub strategy: Option<SyncStrategy>,
+}
+
+impl SawRemedy {
+    /// Whether nothing has been found to pass.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 impl GearInPos {
     /// What would make a refused command pass. It plans some hundred times: not for the cycle.
     #[must_use]
     pub fn remedy(&self, moment: &CouplingMoment) -> SawRemedy {
+        let starts = |command: Self| starts(&SawCommand::GearInPos(command), moment);
+        let with_flag = |flag: SyncMask| {
+            let mut command = *self;
+            command.sync_mode.mask |= flag;
+            starts(command)
+        };
+        // Where there is a strategy, it says which profile is tried.
+        let flags = FLAGS.into_iter().filter(|flag| {
+            self.strategy.is_none() && !self.sync_mode.mask.contains(*flag) && with_flag(*flag)
+        });
+        let with_strategy = |strategy: &SyncStrategy| {
+            let strategy = Some(*strategy);
+            self.strategy != strategy && starts(Self { strategy, ..*self })
+        };
+        SawRemedy {
+            flags: flags.collect(),
+            strategy: STRATEGIES.into_iter().find(with_strategy),
+            ..self.other_motion_of_the_master(moment)
+        }
+    }
+
+    /// Not where the slave would wait for a start distance: distance and speed of the master then belong
+    /// to a later moment.
+    fn other_motion_of_the_master(&self, moment: &CouplingMoment) -> SawRemedy {
+        if self.master_start_distance.is_some() {
+            return SawRemedy::default();
+        }
         let master = moment.master.position;
         let distance = self.master_sync_position - master;
         let at_distance = |distance: f64| {
@@ -43,6 +95,7 @@ impl GearInPos {
                 .or_else(|| nearest(distance, 1.0 / STEP, at_distance))
                 .map(f64::abs),
             master_speed: speed(moment, |moment| self.plan(moment).is_ok()),
+            ..SawRemedy::default()
         }
     }
 }
@@ -52,8 +105,8 @@ impl GearInVelo {
     #[must_use]
     pub fn remedy(&self, moment: &CouplingMoment) -> SawRemedy {
         SawRemedy {
-            master_distance: None,
             master_speed: speed(moment, |moment| self.plan(moment).is_ok()),
+            ..SawRemedy::default()
         }
     }
 }

@@ -20,10 +20,28 @@ pub(super) struct Span<'a> {
 }
 
 impl<'a> Span<'a> {
+    /// # Errors
+    /// Positions that are no numbers, or not ahead of master and slave.
     pub(super) fn new(task: &'a Task, command: &GearInPos) -> Result<Self, SawRefusal> {
+        let span = Self::of_master(task, command)?;
+        let direction = task.ratio.signum() * span.master.signum();
+        if span.slave * direction <= 0.0 {
+            return Err(SawRefusal::SlaveNotAhead {
+                position: task.slave_position,
+                sync_position: span.sync.1,
+                direction,
+            });
+        }
+        Ok(span)
+    }
+
+    /// The same where the slave may come from anywhere.
+    ///
+    /// # Errors
+    /// Positions that are no numbers, or not ahead of the master.
+    pub(super) fn of_master(task: &'a Task, command: &GearInPos) -> Result<Self, SawRefusal> {
+        check_positions(command)?;
         let sync = (command.master_sync_position, command.slave_sync_position);
-        finite("master-sync-position", sync.0)?;
-        finite("slave-sync-position", sync.1)?;
         let master = sync.0 - task.master_position;
         let slave = sync.1 - task.slave_position;
         if master == 0.0 || master * task.master_velocity < 0.0 {
@@ -31,14 +49,6 @@ impl<'a> Span<'a> {
                 position: task.master_position,
                 velocity: task.master_velocity,
                 sync_position: sync.0,
-            });
-        }
-        let direction = task.ratio.signum() * master.signum();
-        if slave * direction <= 0.0 {
-            return Err(SawRefusal::SlaveNotAhead {
-                position: task.slave_position,
-                sync_position: sync.1,
-                direction,
             });
         }
         Ok(Self {
@@ -50,4 +60,11 @@ impl<'a> Span<'a> {
             sync,
         })
     }
+}
+
+/// # Errors
+/// A synchronisation position that is no number.
+pub(super) fn check_positions(command: &GearInPos) -> Result<(), SawRefusal> {
+    finite("master-sync-position", command.master_sync_position)?;
+    finite("slave-sync-position", command.slave_sync_position)
 }

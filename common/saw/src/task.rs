@@ -93,7 +93,7 @@ impl Task {
             checklist,
             guard: axis.guard.map(|_| checklist.of_axis(own)),
         };
-        task.check_coupling(own.velocity())?;
+        task.check_sync_velocity(own.velocity())?;
         Ok(task)
     }
 
@@ -109,6 +109,12 @@ impl Task {
             Some(guard) => guard.pass(demands, ends),
             None => Ok(()),
         }
+    }
+
+    /// The limits in force, with the velocity that the command may have.
+    pub(super) fn limits_in_force(&self) -> Limits {
+        let checked = self.limits.with_velocity(self.checklist.velocity);
+        checked.unwrap_or(self.limits)
     }
 
     /// The jerk that a profile has to keep, u/s³; infinite if that is not checked.
@@ -162,7 +168,11 @@ impl Task {
         }
     }
 
-    fn check_coupling(&self, highest: f64) -> Result<(), SawRefusal> {
+    /// Over the position of a master that stands, a slave can do nothing but stand.
+    ///
+    /// # Errors
+    /// [`SawRefusal::MasterAtRest`].
+    pub(super) fn check_master(&self) -> Result<(), SawRefusal> {
         let slave_moves = self.slave_velocity != 0.0 || self.slave_acceleration != 0.0;
         if self.master_velocity == 0.0 && slave_moves {
             return Err(SawRefusal::MasterAtRest {
@@ -170,6 +180,12 @@ impl Task {
                 slave_acceleration: self.slave_acceleration,
             });
         }
+        Ok(())
+    }
+
+    /// # Errors
+    /// [`SawRefusal::SyncVelocity`].
+    pub(super) fn check_sync_velocity(&self, highest: f64) -> Result<(), SawRefusal> {
         let velocity = self.sync_velocity();
         if velocity.abs() > highest * (1.0 + NEGLIGIBLE) {
             return Err(SawRefusal::SyncVelocity {

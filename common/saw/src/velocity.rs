@@ -31,6 +31,7 @@ impl GearInVelo {
     /// [`SawRefusal`].
     pub fn plan(&self, moment: &CouplingMoment) -> Result<SawPlan, SawRefusal> {
         let task = Task::new(&self.ratio, &self.sync_mode, &self.limits, moment)?;
+        task.check_master()?;
         match self.sync_mode.base {
             GearInSyncMode::PositionBased => over_master(&task),
             GearInSyncMode::TimeBased => over_time_of(&task),

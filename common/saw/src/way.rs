@@ -4,8 +4,8 @@ use coaxle_curve::law::Motion;
 
 use super::piece::{Demands, Piece};
 
-/// P5, P1, P5 is the longest there is; three phases of jerk as well.
-const MAX_PIECES: usize = 3;
+/// Three phases of jerk to a velocity, one at it, three to the synchronous one, and what is left.
+const MAX_PIECES: usize = 8;
 
 /// At least one piece, following each other without a gap.
 #[derive(Clone, Copy, Debug, PartialEq)]

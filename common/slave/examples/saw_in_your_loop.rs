@@ -90,6 +90,7 @@ impl Station {
                     slave_sync_position: SYNCHRONOUS,
                     // So far ahead the ramp is symmetric, and the saw never runs backwards.
                     master_start_distance: Some(2.0 * SYNCHRONOUS - HOME),
+                    strategy: None,
                     sync_mode: SyncMode::default(),
                     limits: SyncLimits::default(),
                 });

@@ -41,10 +41,8 @@ impl SlaveAxis {
         let set = self.set();
         match self.coupling_phase() {
             Some(CouplingPhase::Waiting | CouplingPhase::Released) => AxisState::SlavePrephase,
-            Some(CouplingPhase::Synchronizing | CouplingPhase::Releasing) => {
-                AxisState::SlaveSynchronizing
-            }
-            Some(CouplingPhase::InSync) => AxisState::SlaveSynchronous,
+            Some(phase) if phase.is_in_sync() => AxisState::SlaveSynchronous,
+            Some(_) => AxisState::SlaveSynchronizing,
             None => AxisState::of_motion(set.velocity, set.acceleration),
         }
     }

@@ -157,6 +157,11 @@ const SYNC_POSITIONS: &[Field] = &[
         "master-start-distance",
         "How far before that the synchronisation begins, master u",
     ),
+    inner(
+        "strategy",
+        "strategy",
+        "late, slow or early, instead of the profiles of TS5055",
+    ),
 ];
 
 const SYNC_MODE: &[Field] = &[

@@ -3,6 +3,7 @@
 use coaxle_node::command::{SawFigures, SawRefused};
 
 use crate::inspect::{name, shown};
+use crate::sync_flags::any_of;
 
 /// What it comes to.
 pub(super) fn accepted(saw: &SawFigures) -> String {
@@ -46,14 +47,27 @@ pub(super) fn refused(saw: &SawRefused) -> String {
         .remedy
         .master_speed
         .map(|speed| format!("; would pass with the master at most {speed} fast"));
-    [distance, speed].into_iter().flatten().collect()
+    let flags = (!saw.remedy.flags.is_empty()).then(|| {
+        format!(
+            "; would pass with {} in the mask too",
+            any_of(saw.remedy.flags)
+        )
+    });
+    let strategy = saw
+        .remedy
+        .strategy
+        .map(|strategy| format!("; would pass with strategy {}", name(&strategy)));
+    [distance, speed, flags, strategy]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use coaxle_node::command::NamedValue;
-    use coaxle_saw::{SawForm, SawRemedy};
+    use coaxle_saw::{SawForm, SawRemedy, SyncMask, SyncStrategy};
 
     #[test]
     fn what_a_saw_comes_to_is_said() {
@@ -92,6 +106,7 @@ mod tests {
         let remedy = SawRemedy {
             master_distance: Some(120.5),
             master_speed: Some(80.0),
+            ..SawRemedy::default()
         };
         let refusal = SawRefused {
             violation: None,
@@ -100,5 +115,18 @@ mod tests {
         let words = refused(&refusal);
         assert!(words.contains("the master 120.5 before"), "{words}");
         assert!(words.ends_with("at most 80 fast"), "{words}");
+        let refusal = SawRefused {
+            violation: None,
+            remedy: SawRemedy {
+                flags: SyncMask::PREFER_CONST_VELO | SyncMask::MAX_VELO,
+                strategy: Some(SyncStrategy::Slow),
+                ..SawRemedy::default()
+            },
+        };
+        assert_eq!(
+            refused(&refusal),
+            "; would pass with max-velo or prefer-const-velo in the mask too; would pass with \
+             strategy slow"
+        );
     }
 }

@@ -53,6 +53,15 @@ impl Way {
     }
 }
 
+/// A slave is in sync, or on its way there, before the synchronisation position of its master as after it.
+const fn wherever_the_master_is(phase: CouplingPhase) -> CouplingPhase {
+    match phase {
+        CouplingPhase::InSyncBeforeSyncPosition => CouplingPhase::InSync,
+        CouplingPhase::SynchronizingAfterSyncPosition => CouplingPhase::Synchronizing,
+        _ => phase,
+    }
+}
+
 impl CouplingJudge {
     /// The next cycle; `master` is where the slave has its master.
     pub(super) fn push(&mut self, at_ns: i64, master: Option<f64>, slave: &SlaveSignals) {
@@ -62,7 +71,7 @@ impl CouplingJudge {
         let now = Moment {
             at_ns,
             has_power: slave.state != AxisStatus::Disabled,
-            phase: slave.phase,
+            phase: slave.phase.map(wherever_the_master_is),
             master,
             slave: position,
         };

@@ -54,7 +54,7 @@ impl SlaveJudge {
         let at_ns = record.at_ns;
         let before = self.previous.replace((at_ns, *slave));
         self.cycles += 1;
-        self.in_sync_cycles += u64::from(slave.phase == Some(CouplingPhase::InSync));
+        self.in_sync_cycles += u64::from(slave.phase.is_some_and(CouplingPhase::is_in_sync));
         self.note_events(before.map(|(_, before)| before).as_ref(), slave);
         if let Some((before_ns, before)) = before {
             let passed = Span::from_nanos(at_ns - before_ns).as_secs_f64();

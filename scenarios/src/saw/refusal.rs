@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use coaxle_node::saw_file::SawFile;
-use coaxle_saw::{Check, SawCommand, SawRefusal, Violation};
+use coaxle_saw::{Check, SawCommand, SawRefusal, SyncMask, SyncStrategy, Violation};
 use serde_json::{Value, json};
 
 use super::text::{command_name, unit};
-use crate::inspect::{QUANTITIES, shown};
+use crate::inspect::{QUANTITIES, name, shown};
+use crate::sync_flags::{any_of, flag_name};
 
 /// The refusal for people: what and where, and what would have passed.
 pub(super) fn in_words(file: &Path, saw: &SawFile, refusal: &SawRefusal) -> String {
@@ -16,9 +17,12 @@ pub(super) fn in_words(file: &Path, saw: &SawFile, refusal: &SawRefusal) -> Stri
     let remedy = Remedy::of(saw);
     lines.extend(remedy.distance_in_words(saw));
     lines.extend(remedy.speed_in_words(saw));
+    lines.extend(remedy.flags_in_words());
+    lines.extend(remedy.strategy_in_words());
     if refusal.violation().is_some() && remedy.is_missing(saw) {
         lines.push(
-            "no other distance and no lower speed of the master was found to pass".to_owned(),
+            "no other distance, lower speed of the master, flag or strategy was found to pass"
+                .to_owned(),
         );
     }
     lines.join("\n")
@@ -28,7 +32,7 @@ fn details(saw: &SawFile, violation: &Violation) -> String {
     let check = violation.check;
     format!(
         "checked by {}, detailed code {:#06x}: {} {} beyond the limit",
-        flag_name(check),
+        flag_name(check.flag()),
         check.code(),
         shown(violation.excess()),
         unit(saw, quantity(check)),
@@ -48,12 +52,14 @@ pub(super) fn json_of(saw: &SawFile, refusal: &SawRefusal) -> Value {
         "remedy": {
             "master_distance": remedy.master_distance,
             "master_speed": remedy.master_speed,
+            "flags": remedy.flags,
+            "strategy": remedy.strategy,
         },
     });
     if let Some(violation) = refusal.violation() {
         let quantity = quantity(violation.check);
         json["violation"] = json!({
-            "checked_by": flag_name(violation.check),
+            "checked_by": flag_name(violation.check.flag()),
             "detailed_code": violation.check.code(),
             "quantity": QUANTITIES[quantity],
             "unit": unit(saw, quantity),
@@ -78,6 +84,8 @@ struct Remedy {
     given_distance: Option<f64>,
     master_distance: Option<f64>,
     master_speed: Option<f64>,
+    flags: SyncMask,
+    strategy: Option<SyncStrategy>,
 }
 
 impl Remedy {
@@ -92,6 +100,8 @@ impl Remedy {
             },
             master_distance: remedy.master_distance,
             master_speed: remedy.master_speed,
+            flags: remedy.flags,
+            strategy: remedy.strategy,
         }
     }
 
@@ -100,6 +110,8 @@ impl Remedy {
         saw.command.looks_for_a_remedy()
             && self.master_distance.is_none()
             && self.master_speed.is_none()
+            && self.flags.is_empty()
+            && self.strategy.is_none()
     }
 
     fn distance_in_words(&self, saw: &SawFile) -> Option<String> {
@@ -116,6 +128,17 @@ impl Remedy {
         ))
     }
 
+    fn flags_in_words(&self) -> Option<String> {
+        let flags = self.flags;
+        (!flags.is_empty())
+            .then(|| format!("would pass with {} in sync-mode.mask too", any_of(flags)))
+    }
+
+    fn strategy_in_words(&self) -> Option<String> {
+        let strategy = name(&self.strategy?);
+        Some(format!("would pass with strategy = \"{strategy}\""))
+    }
+
     fn speed_in_words(&self, saw: &SawFile) -> Option<String> {
         let passing = rounded(self.master_speed?, f64::floor);
         let (given, unit) = (shown(saw.moment.master.velocity.abs()), &saw.master_unit);
@@ -130,14 +153,6 @@ fn rounded(value: f64, to_passing_side: fn(f64) -> f64) -> String {
     let digits = 5 - value.log10().floor() as i32;
     let scale = 10_f64.powi(digits);
     shown(to_passing_side(value * scale) / scale)
-}
-
-/// The flag that asks for the check, as files spell it.
-fn flag_name(check: Check) -> String {
-    let names: Vec<String> = serde_json::to_value(check.flag())
-        .and_then(serde_json::from_value)
-        .unwrap_or_default();
-    names.concat()
 }
 
 /// Which of the [`QUANTITIES`] a check is about.

@@ -93,13 +93,14 @@ fn a_plan_in_words_has_the_phases_and_all_values() {
 fn a_refusal_in_words_says_what_would_pass() {
     let text = answer("too-close.toml", false);
     let lines: Vec<_> = text.lines().collect();
-    assert_eq!(lines.len(), 4, "{text}");
+    assert_eq!(lines.len(), 5, "{text}");
     assert!(lines[0].contains("too-close.toml: refused: 0x42df: "));
     assert!(lines[1].starts_with("checked by max-acc, detailed code 0x4388: "));
     assert!(lines[2].starts_with("would pass with the master at least "));
     assert!(lines[2].ends_with("not 200 mm"));
     assert!(lines[3].starts_with("would pass with the master at most "));
     assert!(lines[3].ends_with("mm/s fast, not 500 mm/s"));
+    assert_eq!(lines[4], "would pass with strategy = \"early\"");
 
     let text = answer("saw-position-2-checked.toml", false);
     assert!(text.trim_end().ends_with("was found to pass"), "{text}");

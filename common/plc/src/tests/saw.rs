@@ -22,6 +22,7 @@ fn to_position(sync: (f64, f64), mask: SyncMask) -> GearInPos {
         master_sync_position: sync.0,
         slave_sync_position: sync.1,
         master_start_distance: None,
+        strategy: None,
         sync_mode: SyncMode::position_based(mask),
         limits: SyncLimits::default(),
     }

@@ -165,10 +165,15 @@ impl Coupling for Saw {
         if !self.moves {
             return None;
         }
-        match self.saw.as_ref()?.state() {
-            CommandState::Waiting => Some(CouplingPhase::Waiting),
-            CommandState::Active => Some(CouplingPhase::Synchronizing),
-            CommandState::InSync => Some(CouplingPhase::InSync),
+        let saw = self.saw.as_ref()?;
+        match (saw.state(), saw.is_past_sync_position()) {
+            (CommandState::Waiting, _) => Some(CouplingPhase::Waiting),
+            (CommandState::Active, Some(true)) => {
+                Some(CouplingPhase::SynchronizingAfterSyncPosition)
+            }
+            (CommandState::Active, _) => Some(CouplingPhase::Synchronizing),
+            (CommandState::InSync, Some(false)) => Some(CouplingPhase::InSyncBeforeSyncPosition),
+            (CommandState::InSync, _) => Some(CouplingPhase::InSync),
             _ => None,
         }
     }

@@ -1,6 +1,8 @@
 //! A slave that runs with its master: synchronising, synchronous, stopped by a rollback.
 
 mod coupling;
+mod early;
+mod pursuit;
 mod settings;
 mod watch;
 
@@ -9,7 +11,8 @@ use coaxle_clock::Seconds;
 use coaxle_axis::{AxisState, CommandState};
 use coaxle_curve::profile::{Kinematics, Limits, Profile, to_velocity};
 
-use self::settings::{limits, prephase};
+use self::pursuit::Pursuit;
+use self::settings::{limits, prephase, waits};
 use self::watch::Watch;
 use super::SyncMask;
 use super::moment::{CouplingMoment, EncoderMaster, SlaveLimits};
@@ -19,6 +22,7 @@ use super::rollback::{RollbackReaction, RollbackStop, stop_from};
 use super::task::NEGLIGIBLE;
 
 pub use self::coupling::Saw;
+pub(super) use self::settings::starts;
 pub use self::settings::{SawCommand, SawFault, SawTolerances};
 
 /// Which part of what the jerk can do in a cycle counts as no acceleration.
@@ -60,6 +64,8 @@ enum Phase {
     OverMaster,
     /// The profile over time, so far into it.
     OverTime { profile: Profile, since: f64 },
+    /// A profile over time onto the line, planned anew wherever the master does not do what was expected.
+    Early(Pursuit),
     /// The line.
     Synchronous,
     /// The stop after a rollback, so far into it.
@@ -89,7 +95,7 @@ impl SawCoupling {
             axis: moment.axis,
             limits: limits(&command, &moment.axis, &tolerances)?,
             plan,
-            direction: 0.0,
+            direction: command.direction(moment),
             farthest_back: f64::MIN,
             noise: tolerances.master_noise,
             line: *plan.line(),
@@ -117,6 +123,7 @@ impl SawCoupling {
             Phase::Synchronous => self.synchronous(master, before, dt),
             Phase::OverMaster => self.over_master(master, before, dt),
             Phase::OverTime { .. } => self.over_time(master, before, dt),
+            Phase::Early(_) => self.pursue(master, dt),
             Phase::Prephase { .. } => self.wait(master, dt),
             Phase::RollbackStop { stop, since } => {
                 *since += dt;
@@ -144,6 +151,13 @@ impl SawCoupling {
         self.slave
     }
 
+    /// Whether the master has passed its synchronisation position, where the command has a strategy.
+    #[must_use]
+    pub fn is_past_sync_position(&self) -> Option<bool> {
+        let position = self.command.strategic_sync_position()?;
+        Some((self.master_position - position) * self.direction >= 0.0)
+    }
+
     /// What has become of the command. In sync means that the slave's set values are those of the
     /// gear in this cycle.
     #[must_use]
@@ -166,6 +180,7 @@ impl SawCoupling {
             Phase::Prephase { .. }
                 | Phase::OverMaster
                 | Phase::OverTime { .. }
+                | Phase::Early(_)
                 | Phase::Synchronous
         )
     }
@@ -176,7 +191,9 @@ impl SawCoupling {
     pub fn axis_state(&self) -> AxisState {
         match self.phase {
             Phase::Prephase { .. } => AxisState::SlavePrephase,
-            Phase::OverMaster | Phase::OverTime { .. } => AxisState::SlaveSynchronizing,
+            Phase::OverMaster | Phase::OverTime { .. } | Phase::Early(_) => {
+                AxisState::SlaveSynchronizing
+            }
             Phase::Synchronous => AxisState::SlaveSynchronous,
             _ if self.slave.velocity == 0.0 => AxisState::Inactive,
             Phase::RollbackStop { .. } | Phase::Brake { .. } => AxisState::Decelerating,
@@ -216,12 +233,23 @@ impl SawCoupling {
     fn follow(&mut self, plan: SawPlan) {
         self.plan = plan;
         self.line = *plan.line();
+        self.state = CommandState::Active;
+        if let Some((master, slave)) = self.command.early_positions() {
+            let ratio = self.line.ratio;
+            self.line = SyncLine {
+                ratio,
+                master,
+                slave,
+            };
+            // Wherever the master goes, the slave comes along.
+            self.farthest_back = f64::MIN;
+            return self.set_out(&plan);
+        }
         self.direction = match plan.master_end() - plan.master_start() {
             0.0 => sign(plan.master_velocity()),
             distance => sign(distance),
         };
         self.farthest_back = self.direction * plan.master_start() - self.noise;
-        self.state = CommandState::Active;
         self.phase = match plan.time_profile() {
             Some(profile) => Phase::OverTime {
                 profile: *profile,
@@ -315,9 +343,9 @@ impl SawCoupling {
             slave: self.slave,
             axis: self.axis,
         };
-        match prephase(&self.command, &moment) {
-            Ok(Some(_)) => return,
-            Ok(None) => self.command.plan(&moment),
+        match waits(&self.command, &moment, self.direction, dt) {
+            Ok(true) => return,
+            Ok(false) => self.command.plan(&moment),
             Err(refusal) => Err(refusal),
         }
         .map(|plan| self.follow(plan))

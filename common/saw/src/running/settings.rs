@@ -1,15 +1,17 @@
 //! What a coupling is started with, and how it may fail.
 
+use crate::chase::Chase;
 use crate::command::{GearInPos, GearInVelo, SyncLimits};
 use crate::moment::{CouplingMoment, SlaveLimits};
 use crate::plan::SawPlan;
 use crate::refusal::{SawRefusal, Violation};
 use crate::remedy::SawRemedy;
+use crate::strategy::SyncStrategy;
 use crate::sync_mode::SyncMask;
 use coaxle_clock::Seconds;
-use coaxle_curve::profile::Limits;
+use coaxle_curve::profile::{Kinematics, Limits};
 
-use super::keeping_velocity;
+use super::{keeping_velocity, sign};
 
 /// What a [`SawCoupling`](super::SawCoupling) is started with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,16 +47,62 @@ impl SawCommand {
         }
     }
 
-    /// Whether a remedy is looked for: not where the slave would wait for a start distance, as
-    /// distance and speed of the master then belong to a later moment, and not for a position that
-    /// is no number.
+    /// Whether a remedy is looked for: not for a position that is no number.
     #[must_use]
     pub const fn looks_for_a_remedy(&self) -> bool {
         match self {
-            Self::GearInPos(command) => {
-                command.master_start_distance.is_none() && command.master_sync_position.is_finite()
-            }
+            Self::GearInPos(command) => command.master_sync_position.is_finite(),
             Self::GearInVelo(_) => true,
+        }
+    }
+
+    /// Which way its master has to go to its synchronisation position: 1 or −1, 0 where that does not matter.
+    pub(super) fn direction(&self, moment: &CouplingMoment) -> f64 {
+        let Self::GearInPos(command) = self else {
+            return 0.0;
+        };
+        let CouplingMoment { master, .. } = moment;
+        match command.strategy {
+            None => 0.0,
+            Some(SyncStrategy::Early) if master.velocity != 0.0 => master.velocity.signum(),
+            Some(_) => sign(command.master_sync_position - master.position),
+        }
+    }
+
+    /// Where its master is to be synchronous, if it has a strategy, u.
+    pub(super) fn strategic_sync_position(&self) -> Option<f64> {
+        match self {
+            Self::GearInPos(command) => {
+                let position = command.master_sync_position;
+                command.strategy.map(|_| position)
+            }
+            Self::GearInVelo(_) => None,
+        }
+    }
+
+    /// The pair of positions that the line of an early synchronisation goes through.
+    pub(super) fn early_positions(&self) -> Option<(f64, f64)> {
+        match self {
+            Self::GearInPos(command) if command.strategy == Some(SyncStrategy::Early) => {
+                Some((command.master_sync_position, command.slave_sync_position))
+            }
+            _ => None,
+        }
+    }
+
+    /// What the slave may do on its way onto a line.
+    pub(super) fn chase(&self, axis: &SlaveLimits, slave: &Kinematics) -> Chase {
+        let (given, own) = (self.limits(), &axis.dynamics);
+        let limits = Limits::new(
+            axis.in_force(given.velocity, own.velocity(), slave.velocity),
+            axis.in_force(given.acceleration, own.acceleration(), slave.acceleration),
+            axis.in_force(given.deceleration, own.deceleration(), slave.acceleration),
+            axis.jerk_in_force(given.jerk),
+        );
+        Chase {
+            limits: limits.unwrap_or(*own),
+            fastest_line: given.velocity.unwrap_or(own.velocity()).min(own.velocity()),
+            mask: self.mask(),
         }
     }
 
@@ -124,9 +172,62 @@ impl SawFault {
     }
 }
 
+/// The coupling moment as it is to be expected, if that is later: the master is still farther away than
+/// its start distance, or the slave is synchronised as late as possible.
+pub(super) fn prephase(
+    command: &SawCommand,
+    moment: &CouplingMoment,
+) -> Result<Option<CouplingMoment>, SawRefusal> {
+    let expected = before_start_distance(command, moment)?;
+    let SawCommand::GearInPos(gear_in_pos) = command else {
+        return Ok(expected);
+    };
+    if gear_in_pos.strategy != Some(SyncStrategy::Late) {
+        return Ok(expected);
+    }
+    let from = expected.unwrap_or(*moment);
+    let latest = gear_in_pos.latest(&from)?;
+    Ok(if latest == from {
+        expected
+    } else {
+        Some(latest)
+    })
+}
+
+/// Whether a coupling would start from a moment, at once or after a wait.
+pub(crate) fn starts(command: &SawCommand, moment: &CouplingMoment) -> bool {
+    prephase(command, moment)
+        .and_then(|expected| command.plan(expected.as_ref().unwrap_or(moment)))
+        .is_ok()
+}
+
+/// Whether the slave goes on as it does for one more cycle. `direction` is the one in which the master
+/// was to go.
+pub(super) fn waits(
+    command: &SawCommand,
+    moment: &CouplingMoment,
+    direction: f64,
+    dt: f64,
+) -> Result<bool, SawRefusal> {
+    if before_start_distance(command, moment)?.is_some() {
+        return Ok(true);
+    }
+    let SawCommand::GearInPos(command) = command else {
+        return Ok(false);
+    };
+    let CouplingMoment { master, .. } = moment;
+    let ahead = (command.master_sync_position - master.position) * direction;
+    match command.strategy {
+        // It stands, or goes away: there is time.
+        Some(SyncStrategy::Late) if ahead > 0.0 && master.velocity * direction <= 0.0 => Ok(true),
+        Some(SyncStrategy::Late) => command.can_wait(moment, Seconds(dt)),
+        _ => Ok(false),
+    }
+}
+
 /// The coupling moment as it is to be expected if the master is still farther away than its start
 /// distance.
-pub(super) fn prephase(
+fn before_start_distance(
     command: &SawCommand,
     moment: &CouplingMoment,
 ) -> Result<Option<CouplingMoment>, SawRefusal> {

@@ -7,6 +7,7 @@ mod properties;
 mod refusals;
 mod remedy;
 mod steps;
+mod strategies;
 mod worked;
 
 use coaxle_clock::Seconds;
@@ -63,6 +64,7 @@ pub(super) fn to_position(
         master_sync_position: sync.0,
         slave_sync_position: sync.1,
         master_start_distance: None,
+        strategy: None,
         sync_mode,
         limits,
     }

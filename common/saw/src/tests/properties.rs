@@ -203,7 +203,7 @@ fn assert_smooth(
 }
 
 /// Starts as the slave moves and ends on the line, with its slope and without curvature.
-fn assert_ends(plan: &SawPlan, moment: &CouplingMoment) -> Result<(), TestCaseError> {
+pub(super) fn assert_ends(plan: &SawPlan, moment: &CouplingMoment) -> Result<(), TestCaseError> {
     let near = |a: f64, b: f64, size: f64| (a - b).abs() <= SLACK * size;
     let start = plan.at(Seconds(0.0));
     let velocity = moment.slave.velocity;

@@ -1,6 +1,6 @@
 //! What would have passed does, and hardly more does.
 
-use super::super::SawRefusal;
+use super::super::{SawCommand, SawCoupling, SawRefusal, SawTolerances, SyncMask, SyncStrategy};
 use super::properties::{gear_in_pos, gear_in_velo};
 use super::*;
 use proptest::prelude::*;
@@ -23,6 +23,18 @@ proptest! {
                 let towards = if distance > given { 0.999 } else { 1.001 };
                 let beyond = (distance / given).max(given / distance) < 1.001;
                 prop_assert!(beyond || verdict(distance * towards).is_err());
+            }
+            for flag in remedy.flags.iter() {
+                let mut flagged = command;
+                prop_assert!(!flagged.sync_mode.mask.contains(flag));
+                flagged.sync_mode.mask |= flag;
+                prop_assert!(flagged.plan(&moment).is_ok(), "{flag:?}");
+            }
+            if let Some(strategy) = remedy.strategy {
+                let other = GearInPos { strategy: Some(strategy), ..command };
+                let other = SawCommand::GearInPos(other);
+                let started = SawCoupling::start(other, &moment, SawTolerances::default());
+                prop_assert!(started.is_ok(), "{strategy:?}");
             }
             if let Some(speed) = remedy.master_speed {
                 let verdict = |speed: f64| {
@@ -58,4 +70,56 @@ proptest! {
             prop_assert!(beyond || !passes(speed * 1.001));
         }
     }
+}
+
+/// Of random commands that are refused, a good part passes with another flag: so the refusal says so.
+#[test]
+fn flags_and_strategies_that_help_are_named() {
+    use proptest::strategy::ValueTree;
+    use proptest::test_runner::TestRunner;
+
+    let mut runner = TestRunner::deterministic();
+    let (mut refused, mut by_flag, mut by_strategy) = (0, 0, 0);
+    while refused < 300 {
+        let (mut command, mut moment) = gear_in_pos()
+            .new_tree(&mut runner)
+            .expect("a command")
+            .current();
+        command.sync_mode.mask = SyncMask::MAX_ACC | SyncMask::MAX_DEC | SyncMask::MAX_JERK;
+        (moment.master.acceleration, moment.slave.acceleration) = (0.0, 0.0);
+        let Err(SawRefusal::Violation(_)) = command.plan(&moment) else {
+            continue;
+        };
+        refused += 1;
+        let remedy = command.remedy(&moment);
+        by_flag += u32::from(!remedy.flags.is_empty());
+        by_strategy += u32::from(remedy.strategy.is_some());
+        let mut preferred = command;
+        preferred.sync_mode.mask |= SyncMask::PREFER_CONST_VELO;
+        let helps = preferred.plan(&moment).is_ok();
+        assert_eq!(remedy.flags.contains(SyncMask::PREFER_CONST_VELO), helps);
+    }
+    assert!(
+        by_flag >= 10 && by_strategy > by_flag,
+        "{by_flag} {by_strategy}"
+    );
+}
+
+#[test]
+fn a_strategy_is_a_remedy_of_another_one() {
+    let command = GearInPos {
+        strategy: Some(SyncStrategy::Slow),
+        ..to_position(
+            1.0,
+            (100.0, 50.0),
+            SyncMode::default(),
+            dynamics(2_000.0, 20_000.0),
+        )
+    };
+    let start = moment((0.0, 500.0), (0.0, 0.0));
+    let remedy = command.remedy(&start);
+    assert_eq!(remedy.strategy, Some(SyncStrategy::Early));
+    assert_eq!(remedy.flags, SyncMask::empty());
+    let farther = remedy.master_distance.expect("farther away there is time");
+    assert!(farther > 100.0 && remedy.master_speed.is_some());
 }

@@ -234,10 +234,8 @@ impl SlaveAxis {
             Motion::Coupled(kind) => match self.couplings.get(*kind).phase() {
                 None => CommandState::Done,
                 Some(CouplingPhase::Waiting | CouplingPhase::Released) => CommandState::Waiting,
-                Some(CouplingPhase::Synchronizing | CouplingPhase::Releasing) => {
-                    CommandState::Active
-                }
-                Some(CouplingPhase::InSync) => CommandState::InSync,
+                Some(phase) if phase.is_in_sync() => CommandState::InSync,
+                Some(_) => CommandState::Active,
             },
         }
     }

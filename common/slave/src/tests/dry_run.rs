@@ -31,6 +31,7 @@ fn saw_ahead(master_sync_position: f64, slave_sync_position: f64) -> Command {
         master_sync_position,
         slave_sync_position,
         master_start_distance: None,
+        strategy: None,
         sync_mode: SyncMode::default(),
         limits: SyncLimits::default(),
     })

@@ -4,9 +4,9 @@ use super::saws::{beside, to_position};
 use super::*;
 use coaxle_axis::{AxisStatus, CommandState};
 use coaxle_gear::{GearInMultiMaster, Ratios};
-use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode};
+use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode, SyncStrategy};
 
-const SUCCESSORS: usize = 12;
+const SUCCESSORS: usize = 15;
 
 /// What takes over from a saw.
 fn successors(master: &Master, axis: &SlaveAxis) -> [Command; SUCCESSORS] {
@@ -14,6 +14,12 @@ fn successors(master: &Master, axis: &SlaveAxis) -> [Command; SUCCESSORS] {
     let further = GearInPos {
         ratio: Ratio::of(1.0),
         ..to_position((here.0 + 600.0, here.1 + 600.0), SyncMask::empty())
+    };
+    let by = |strategy| {
+        Command::GearInPos(GearInPos {
+            strategy: Some(strategy),
+            ..further
+        })
     };
     let to_velocity = |sync_mode| {
         Command::GearInVelo(GearInVelo {
@@ -43,6 +49,9 @@ fn successors(master: &Master, axis: &SlaveAxis) -> [Command; SUCCESSORS] {
             master_start_distance: Some(500.0),
             ..further
         }),
+        by(SyncStrategy::Late),
+        by(SyncStrategy::Slow),
+        by(SyncStrategy::Early),
         to_velocity(SyncMode::position_based(SyncMask::empty())),
         to_velocity(SyncMode::time_based(SyncMask::empty())),
     ]

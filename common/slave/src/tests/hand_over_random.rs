@@ -14,7 +14,7 @@ use coaxle_axis::AxisStatus;
 use coaxle_cam::{Activation, ActivationMode, CamIn, JumpHandling, ScalingMode, Tables};
 use coaxle_curve::profile::{Limits, Profile, to_velocity};
 use coaxle_gear::{GearInMultiMaster, Ratios};
-use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode};
+use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode, SyncStrategy};
 
 /// What is commanded; positions count from where the axes are.
 #[derive(Clone, Debug)]
@@ -26,6 +26,7 @@ enum Event {
         share: f64,
         start_distance: Option<f64>,
         mask: SyncMask,
+        strategy: Option<SyncStrategy>,
     },
     /// A flying gear that begins a little ahead of the master: ratio, the slave's way in and out.
     Flying(f64, f64, f64),
@@ -60,6 +61,10 @@ fn masks() -> impl Strategy<Value = SyncMask> {
     ]
 }
 
+fn strategies() -> impl Strategy<Value = Option<SyncStrategy>> {
+    proptest::option::of(prop::sample::select(SyncStrategy::ALL.as_slice()))
+}
+
 fn events() -> impl Strategy<Value = (Event, u32)> {
     let gear = (ratio(), dynamics()).prop_map(|(ratio, dynamics)| GearIn { ratio, dynamics });
     let to_velocity = (ratio(), masks(), any::<bool>()).prop_map(|(ratio, mask, time_based)| {
@@ -76,15 +81,18 @@ fn events() -> impl Strategy<Value = (Event, u32)> {
     let to_position = (
         (ratio(), 20.0..900.0, 0.2..1.5),
         proptest::option::of(20.0..400.0),
-        masks(),
+        (masks(), strategies()),
     )
-        .prop_map(|((ratio, way, share), start_distance, mask)| Event::Pos {
-            ratio,
-            way,
-            share,
-            start_distance,
-            mask,
-        });
+        .prop_map(
+            |((ratio, way, share), start_distance, (mask, strategy))| Event::Pos {
+                ratio,
+                way,
+                share,
+                start_distance,
+                mask,
+                strategy,
+            },
+        );
     let command = prop_oneof![
         2 => (-900.0..900.0, dynamics()).prop_map(|(distance, dynamics)| Command::MoveRelative {
             distance,
@@ -205,6 +213,7 @@ fn command_of(event: &Event, master: &Smooth, axis: &SlaveAxis) -> Option<Comman
             share,
             start_distance,
             mask,
+            strategy,
         } => {
             let way = way.copysign(here.velocity);
             Some(Command::GearInPos(GearInPos {
@@ -212,6 +221,7 @@ fn command_of(event: &Event, master: &Smooth, axis: &SlaveAxis) -> Option<Comman
                 master_sync_position: here.position + way,
                 slave_sync_position: axis.set().position + ratio * way * share,
                 master_start_distance: *start_distance,
+                strategy: *strategy,
                 sync_mode: SyncMode::position_based(*mask),
                 limits: SyncLimits::default(),
             }))

@@ -7,7 +7,7 @@ use super::*;
 use coaxle_axis::AxisStatus;
 use coaxle_axis::drive::DriveState;
 use coaxle_gear::FlyingGearParameters;
-use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode};
+use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode, SyncStrategy};
 
 /// What happens before a cycle.
 #[derive(Clone, Debug)]
@@ -143,20 +143,22 @@ fn gear_in_velo(parameters: &SlaveParameters) -> impl Strategy<Value = Event> + 
 fn gear_in_pos(parameters: &SlaveParameters) -> impl Strategy<Value = Event> + use<> {
     let ahead = (1.0..200.0, 0.1..1.5);
     let start = proptest::option::of(1.0..200.0);
+    let strategy = proptest::option::of(prop::sample::select(SyncStrategy::ALL.as_slice()));
     (
         -3.0..3.0,
         sync_mode(false),
         sync_limits(parameters),
         ahead,
-        start,
+        (start, strategy),
     )
         .prop_map(
-            |(ratio, sync_mode, limits, (master, share), master_start_distance)| {
+            |(ratio, sync_mode, limits, (master, share), (master_start_distance, strategy))| {
                 let command = GearInPos {
                     ratio: Ratio::of(ratio),
                     master_sync_position: 0.0,
                     slave_sync_position: 0.0,
                     master_start_distance,
+                    strategy,
                     sync_mode,
                     limits,
                 };

@@ -16,6 +16,7 @@ mod phasing;
 mod saw_rollback;
 mod saws;
 mod stops;
+mod strategies;
 mod superimposed;
 
 use std::boxed::Box;

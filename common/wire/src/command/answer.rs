@@ -281,6 +281,13 @@ impl Figures {
             SawRefusal::NoRamp { slave_acceleration } => {
                 Self::new("acceleration", slave_acceleration, None)
             }
+            SawRefusal::MasterStands => Self::new("master-velocity", 0.0, None),
+            SawRefusal::TooShort { needed, available } => {
+                Self::new("duration", needed, Some(available))
+            }
+            SawRefusal::NothingLeft { velocity, limit } => {
+                Self::new("velocity", velocity, Some(limit.copysign(velocity)))
+            }
             SawRefusal::TableInUse { table } => Self::new("table", table.into(), None),
             SawRefusal::NoTable { axis_id } => Self::new("axis-id", axis_id.into(), None),
             SawRefusal::Violation(violation) => Self::new(

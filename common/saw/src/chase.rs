@@ -1,0 +1,192 @@
+//! The fastest way of a slave onto the line of its gear, within its limits.
+
+use core::convert::Infallible;
+
+use coaxle_curve::profile::{Band, Kinematics, Limits, Profile, ProfileExtremes, to_line, towards};
+
+use super::SyncMask;
+
+/// So much of every limit is left to rounding, relatively.
+const ROUNDING: f64 = 1e-9;
+
+/// What the slave may do on its way to the line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Chase {
+    /// The limits in force.
+    pub(super) limits: Limits,
+    /// The highest velocity of a line that the slave may follow, u/s: at least that of the limits.
+    pub(super) fastest_line: f64,
+    /// Which velocities are not passed on the way, beside the limit.
+    pub(super) mask: SyncMask,
+}
+
+/// Velocities from one to another.
+type Window = (f64, f64);
+
+impl Chase {
+    /// The fastest profile onto a line that passes, with `share` of acceleration, deceleration and jerk.
+    /// None if nothing leads there; otherwise why none passes, of the fastest.
+    ///
+    /// Limits by faster and slower become limits by direction: a slave that does not turn round speeds
+    /// up one way and slows down the other. One that does keeps to the smaller limit all the way.
+    pub(super) fn fastest<E>(
+        &self,
+        (start, line): (&Kinematics, &Kinematics),
+        share: f64,
+        check: impl Fn(&Profile) -> Result<(), E>,
+    ) -> Option<Result<Profile, E>> {
+        let window = self.window(start.velocity, line.velocity);
+        let (up, down) = (self.limits.acceleration(), self.limits.deceleration());
+        let either = up.min(down);
+        let turning = self.way((start, line), window, (either, either), share);
+        let turning = turning.map(|profile| check(&profile).map(|()| profile));
+        // Nothing is faster than what may do all that others may.
+        if up == down && matches!(turning, Some(Ok(_))) {
+            return turning;
+        }
+        let onward = self
+            .onward((start, line), window, (up, down), share)
+            .map(|profile| check(&profile).map(|()| profile));
+        faster(turning, onward)
+    }
+
+    /// The way of a slave that goes the way of the line only, or stands until it comes. One that goes the
+    /// other way stops first.
+    fn onward(
+        &self,
+        (start, line): (&Kinematics, &Kinematics),
+        (lowest, highest): Window,
+        (faster, slower): (f64, f64),
+        share: f64,
+    ) -> Option<Profile> {
+        let (ahead, is_up) = (start.velocity * line.velocity, line.velocity >= 0.0);
+        let window = if is_up {
+            (lowest.max(0.0), highest)
+        } else {
+            (lowest, highest.min(0.0))
+        };
+        let either = faster.min(slower);
+        let pushes = match (ahead >= 0.0, is_up) {
+            (false, _) => (either, either),
+            (true, true) => (faster, slower),
+            (true, false) => (slower, faster),
+        };
+        let profile = self.way((start, line), window, pushes, share)?;
+        let extremes = ProfileExtremes::of(&profile);
+        let slack = ROUNDING * self.limits.velocity();
+        let turns = if is_up {
+            extremes.slowest < -slack
+        } else {
+            extremes.fastest > slack
+        };
+        (!turns || faster == slower || ahead < 0.0).then_some(profile)
+    }
+
+    fn way(
+        &self,
+        (start, line): (&Kinematics, &Kinematics),
+        window: Window,
+        pushes: (f64, f64),
+        share: f64,
+    ) -> Option<Profile> {
+        if line.velocity.abs() > self.fastest_line * (1.0 + ROUNDING) {
+            return None;
+        }
+        let profile = to_line(start, line, &self.band(window, pushes, share))?;
+        let end = profile.end();
+        let numbers = [profile.duration().0, end.position, end.velocity];
+        numbers.iter().all(|n| n.is_finite()).then_some(profile)
+    }
+
+    /// The fastest profile onto a line; none if nothing leads there.
+    pub(super) fn onto(&self, start: &Kinematics, line: &Kinematics) -> Option<Profile> {
+        let unchecked = |_: &Profile| Ok::<(), Infallible>(());
+        self.fastest((start, line), 1.0, unchecked)?.ok()
+    }
+
+    /// Where the slave comes to rest with a share of its acceleration, deceleration and jerk, u.
+    pub(super) fn stop(&self, start: &Kinematics, share: f64) -> f64 {
+        let push = self.limits.acceleration().min(self.limits.deceleration());
+        let limit = self.limits.velocity();
+        let band = self.band((-limit, limit), (push, push), share);
+        towards(start, 0.0, &band).end().position
+    }
+
+    /// Where the line cannot be caught, as fast as possible towards it; along with one that is too fast.
+    pub(super) fn towards(&self, start: &Kinematics, line: &Kinematics) -> Profile {
+        let window = self.window(start.velocity, line.velocity);
+        let push = self.limits.acceleration().min(self.limits.deceleration());
+        let band = self.band(window, (push, push), 1.0);
+        let velocity = if line.velocity.abs() > self.fastest_line {
+            line.velocity.clamp(band.lowest, band.highest)
+        } else if line.position > start.position {
+            band.highest
+        } else {
+            band.lowest
+        };
+        towards(start, velocity, &band)
+    }
+
+    fn band(&self, (lowest, highest): Window, (up, down): (f64, f64), share: f64) -> Band {
+        let part = share * (1.0 - ROUNDING);
+        Band {
+            lowest,
+            highest,
+            up: up * part,
+            down: down * part,
+            jerk: self.limits.jerk() * part,
+        }
+    }
+
+    /// The velocities from `from` to `to` that the limit and the mask allow.
+    fn window(&self, from: f64, to: f64) -> Window {
+        let limit = self.limits.velocity() * (1.0 - ROUNDING);
+        let reached = if to.abs() <= self.fastest_line {
+            to
+        } else {
+            0.0
+        };
+        let (mut lowest, mut highest) = ((-limit).min(reached), limit.max(reached));
+        let (least, most) = (from.min(to), from.max(to));
+        let not_above = [
+            (SyncMask::OVERSHOOT_VELO, most),
+            (
+                SyncMask::OVERSHOOT_VELO_ZERO,
+                if most <= 0.0 { 0.0 } else { highest },
+            ),
+        ];
+        let not_below = [
+            (SyncMask::UNDERSHOOT_VELO, least),
+            (
+                SyncMask::UNDERSHOOT_VELO_ZERO,
+                if least >= 0.0 { 0.0 } else { lowest },
+            ),
+        ];
+        for (flag, bound) in not_above {
+            if self.mask.contains(flag) {
+                highest = highest.min(bound);
+            }
+        }
+        for (flag, bound) in not_below {
+            if self.mask.contains(flag) {
+                lowest = lowest.max(bound);
+            }
+        }
+        (lowest, highest)
+    }
+}
+
+/// Of two ways the faster one that passes; if neither does, the first one's reason.
+fn faster<E>(
+    first: Option<Result<Profile, E>>,
+    second: Option<Result<Profile, E>>,
+) -> Option<Result<Profile, E>> {
+    match (first, second) {
+        (Some(Ok(first)), Some(Ok(second))) if second.duration() < first.duration() => {
+            Some(Ok(second))
+        }
+        (Some(Ok(first)), _) => Some(Ok(first)),
+        (_, Some(Ok(second))) => Some(Ok(second)),
+        (first, second) => first.or(second),
+    }
+}

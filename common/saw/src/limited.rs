@@ -1,0 +1,364 @@
+//! Planning `MC_GearInPos` with a strategy: phases of constant jerk within the limits in force.
+
+use core::convert::Infallible;
+
+use coaxle_clock::Seconds;
+use coaxle_curve::profile::{Kinematics, Profile, ProfileExtremes, bracket, to_velocity};
+
+use super::SyncStrategy;
+use super::chase::Chase;
+use super::checks::Ends;
+use super::command::GearInPos;
+use super::moment::CouplingMoment;
+use super::piece::{Demands, Piece};
+use super::plan::{SawForm, SawPlan, SyncLine, over_time};
+use super::refusal::{SawRefusal, Violation};
+use super::span::{Span, check_positions};
+use super::task::Task;
+use super::way::Way;
+
+/// A synchronisation as late as possible is to need no more than this part of acceleration, deceleration
+/// and jerk when it begins: a master that ripples does not turn the last moment into one too late.
+const LATE: f64 = 0.99;
+/// The least part of them that a synchronisation is stretched to.
+const LEAST: f64 = 1e-9;
+/// By so much more than the least share, relatively, a way keeps off a limit of position.
+const HAIR: f64 = 1e-6;
+/// What is relatively less than this is no phase.
+const NO_PHASE: f64 = 1e-12;
+
+impl GearInPos {
+    /// The synchronisation by a strategy, from this moment on: the wait of [`SyncStrategy::Late`] is left
+    /// to [`super::SawCoupling`], as that for the start distance is.
+    pub(super) fn plan_by(
+        &self,
+        strategy: SyncStrategy,
+        moment: &CouplingMoment,
+    ) -> Result<SawPlan, SawRefusal> {
+        let task = self.limited_task(moment)?;
+        match strategy {
+            SyncStrategy::Early => self.plan_early(&task),
+            SyncStrategy::Slow | SyncStrategy::Late => {
+                Pursuit::new(&task, self)?.stretched().map(|way| {
+                    let line = SyncLine {
+                        ratio: task.ratio,
+                        master: self.master_sync_position,
+                        slave: self.slave_sync_position,
+                    };
+                    SawPlan::over_master(&task, SawForm::JerkPhases, way, line)
+                })
+            }
+        }
+    }
+
+    /// A command whose velocity is kept, in sync too.
+    fn limited_task(&self, moment: &CouplingMoment) -> Result<Task, SawRefusal> {
+        let task = Task::new(&self.ratio, &self.sync_mode, &self.limits, moment)?;
+        match self.limits.velocity {
+            Some(limit) => task.check_sync_velocity(limit).map(|()| task),
+            None => Ok(task),
+        }
+    }
+
+    fn plan_early(&self, task: &Task) -> Result<SawPlan, SawRefusal> {
+        check_positions(self)?;
+        let line = Kinematics {
+            position: self.slave_sync_position
+                + task.ratio * (task.master_position - self.master_sync_position),
+            velocity: task.sync_velocity(),
+            acceleration: 0.0,
+        };
+        let start = Kinematics {
+            position: task.slave_position,
+            velocity: task.slave_velocity,
+            acceleration: task.slave_acceleration,
+        };
+        let check = |profile: &Profile| check_over_time(task, profile);
+        let profile = chase(task)
+            .fastest((&start, &line), 1.0, check)
+            .ok_or(nothing_left(task))??;
+        let duration = profile.duration().0;
+        if duration == 0.0 {
+            return Ok(SawPlan::synchronous(task));
+        }
+        let line = SyncLine {
+            ratio: task.ratio,
+            master: task.master_position + task.master_velocity * duration,
+            slave: profile.end().position,
+        };
+        Ok(SawPlan::over_time(task, profile, line))
+    }
+
+    /// How long the slave can go on as it does until it has to be synchronised, and how it moves then.
+    ///
+    /// # Errors
+    /// [`SawRefusal`] if it cannot be synchronised at all.
+    pub(super) fn latest(&self, moment: &CouplingMoment) -> Result<CouplingMoment, SawRefusal> {
+        let available = self.time_left(moment)?;
+        let at = |wait: f64| advanced(moment, wait);
+        let late_by = |wait: f64| match self.arrival(&at(wait)) {
+            Ok(Some(takes)) => wait + takes - available,
+            _ => f64::INFINITY,
+        };
+        let now = late_by(0.0);
+        if now >= 0.0 {
+            return Ok(*moment);
+        }
+        let latest = bracket((0.0, now), (available, late_by(available)), late_by);
+        Ok(at(latest.below))
+    }
+
+    /// Whether the slave can go on as it does for `elapsed` more, and be synchronised then.
+    ///
+    /// # Errors
+    /// [`SawRefusal`] if it cannot be synchronised at all.
+    pub(super) fn can_wait(
+        &self,
+        moment: &CouplingMoment,
+        elapsed: Seconds,
+    ) -> Result<bool, SawRefusal> {
+        let next = advanced(moment, elapsed.0);
+        let available = self.time_left(moment)? - elapsed.0;
+        let takes = if available > 0.0 {
+            self.arrival(&next)?
+        } else {
+            None
+        };
+        Ok(takes.is_some_and(|takes| takes <= available))
+    }
+
+    /// How long the master takes to its synchronisation position, s.
+    fn time_left(&self, moment: &CouplingMoment) -> Result<f64, SawRefusal> {
+        let task = self.limited_task(moment)?;
+        Ok(Pursuit::new(&task, self)?.available())
+    }
+
+    /// How long the slave takes until it is on the line of its gear, s, with nearly all of its dynamics;
+    /// none if it could not stop within its software limits any more.
+    fn arrival(&self, moment: &CouplingMoment) -> Result<Option<f64>, SawRefusal> {
+        let task = self.limited_task(moment)?;
+        // Where the master is at its synchronisation position already, there is no time left.
+        let Ok(pursuit) = Pursuit::new(&task, self) else {
+            return Ok(None);
+        };
+        if !pursuit.can_stop(moment) {
+            return Ok(None);
+        }
+        Ok(pursuit.fastest(LATE).map(|profile| profile.duration().0))
+    }
+}
+
+/// The axes `wait` seconds later, if the slave keeps its velocity, and so does the master.
+fn advanced(moment: &CouplingMoment, wait: f64) -> CouplingMoment {
+    let dynamics = &moment.axis.dynamics;
+    let keeping = to_velocity(&moment.slave, moment.slave.velocity, dynamics);
+    let master = Kinematics {
+        acceleration: 0.0,
+        ..moment.master
+    };
+    CouplingMoment {
+        master: if wait == 0.0 {
+            moment.master
+        } else {
+            master.after(wait, 0.0)
+        },
+        slave: keeping.at(Seconds(wait)),
+        ..*moment
+    }
+}
+
+fn chase(task: &Task) -> Chase {
+    Chase {
+        limits: task.limits_in_force(),
+        // It has been checked already.
+        fastest_line: task.sync_velocity().abs(),
+        mask: task.checklist.mask,
+    }
+}
+
+fn nothing_left(task: &Task) -> SawRefusal {
+    SawRefusal::NothingLeft {
+        velocity: task.sync_velocity(),
+        limit: task.checklist.velocity,
+    }
+}
+
+fn check_over_time(task: &Task, profile: &Profile) -> Result<(), Violation> {
+    let Some(way) = over_time(profile) else {
+        return Ok(());
+    };
+    let places = |time| task.master_position + task.master_velocity * time;
+    let demands = way.demands(1.0).with_places(places);
+    check(task, demands, profile.end().position)
+}
+
+fn check(task: &Task, demands: Demands, sync_position: f64) -> Result<(), Violation> {
+    task.check(
+        &demands,
+        &Ends {
+            start: (task.slave_position, task.slave_velocity),
+            sync: (sync_position, task.sync_velocity()),
+        },
+    )
+}
+
+/// The way to the synchronisation positions: over time, as the master runs at its present velocity.
+struct Pursuit<'a> {
+    span: Span<'a>,
+    chase: Chase,
+}
+
+impl<'a> Pursuit<'a> {
+    fn new(task: &'a Task, command: &GearInPos) -> Result<Self, SawRefusal> {
+        if task.master_velocity == 0.0 {
+            return Err(SawRefusal::MasterStands);
+        }
+        Ok(Self {
+            span: Span::of_master(task, command)?,
+            chase: chase(task),
+        })
+    }
+
+    /// How long the master takes, s.
+    fn available(&self) -> f64 {
+        self.span.master / self.span.task.master_velocity
+    }
+
+    fn can_stop(&self, moment: &CouplingMoment) -> bool {
+        let CouplingMoment { slave, axis, .. } = moment;
+        let stop = self.chase.stop(slave, LATE);
+        let (low, high) = (stop.min(slave.position), stop.max(slave.position));
+        axis.min_position.is_none_or(|min| low >= min)
+            && axis.max_position.is_none_or(|max| high <= max)
+    }
+
+    fn ends(&self) -> (Kinematics, Kinematics) {
+        let span = &self.span;
+        let velocity = span.task.master_velocity;
+        let start = Kinematics {
+            position: span.task.slave_position,
+            velocity: span.task.slave_velocity,
+            acceleration: span.curvature * velocity * velocity,
+        };
+        let line = Kinematics {
+            position: span.sync.1 - span.task.ratio * span.master,
+            velocity: span.task.sync_velocity(),
+            acceleration: 0.0,
+        };
+        (start, line)
+    }
+
+    fn fastest(&self, share: f64) -> Option<Profile> {
+        let unchecked = |_: &Profile| Ok::<(), Infallible>(());
+        let (start, line) = self.ends();
+        let way = self.chase.fastest((&start, &line), share, unchecked)?;
+        way.ok()
+    }
+
+    fn fastest_checked(&self, share: f64) -> Option<Result<Profile, Violation>> {
+        let (start, line) = self.ends();
+        let check = |profile: &Profile| self.check(&self.way(profile));
+        self.chase.fastest((&start, &line), share, check)
+    }
+
+    /// The way with the least part of acceleration, deceleration and jerk that is there in time.
+    fn stretched(&self) -> Result<Way, SawRefusal> {
+        let way = self.way(&self.gentlest(|share| self.fastest(share))?);
+        match self.check(&way) {
+            Ok(()) => Ok(way),
+            // Another way may pass, say one that does not turn round.
+            Err(violation) => self
+                .gentlest(|share| self.fastest_checked(share)?.ok())
+                .map(|profile| self.way(&profile))
+                .map_err(|_| violation.into()),
+        }
+    }
+
+    fn gentlest(&self, fastest: impl Fn(f64) -> Option<Profile>) -> Result<Profile, SawRefusal> {
+        let available = self.available();
+        let fast = fastest(1.0).ok_or(nothing_left(self.span.task))?;
+        let needed = fast.duration().0;
+        if needed > available {
+            return Err(SawRefusal::TooShort { needed, available });
+        }
+        // With less jerk, the acceleration that there is would add more to the velocity.
+        let speed = |profile: &Profile| ProfileExtremes::of(profile).speed;
+        let most = speed(&fast).max(self.chase.limits.velocity());
+        // Durations go with powers of the share.
+        let late_by = |gentle: f64| match fastest(libm::exp(-gentle)) {
+            Some(profile) if speed(&profile) <= most => profile.duration().0 - available,
+            _ => f64::INFINITY,
+        };
+        let gentlest = -libm::log(LEAST);
+        let at_least = late_by(gentlest);
+        let gentle = if at_least <= 0.0 {
+            gentlest
+        } else {
+            let from = (0.0, needed - available);
+            let found = bracket(from, (gentlest, at_least), late_by).below;
+            // Where a check is what ends the search, a hair from what it allows.
+            if late_by(found) < -NO_PHASE * available {
+                (found - HAIR).max(0.0)
+            } else {
+                found
+            }
+        };
+        Ok(fastest(libm::exp(-gentle)).unwrap_or(fast))
+    }
+
+    /// A profile over the master's position. What it leaves of the way, the slave is synchronous.
+    fn way(&self, profile: &Profile) -> Way {
+        let span = &self.span;
+        let (start, end) = (span.task.master_position, span.sync.0);
+        let (duration, available) = (profile.duration().0, self.available());
+        let is_exact = available - duration <= NO_PHASE * available;
+        let whole = if is_exact { duration } else { available };
+        let place = |time: f64| {
+            if time == whole {
+                end
+            } else {
+                start + span.master * (time / whole)
+            }
+        };
+        let least = NO_PHASE * whole;
+        let begins = profile.phase_begins().map(|begin| begin.0);
+        let ends = profile.phase_begins().skip(1).map(|begin| begin.0);
+        let phases = begins
+            .zip(ends.chain([duration]))
+            .filter(|(begin, end)| end - begin > least);
+        let pieces = phases.map(|(begin, end)| {
+            let state = profile.at(Seconds(begin));
+            let constants = (
+                state.velocity,
+                state.acceleration,
+                profile.jerk_at(Seconds(begin)),
+            );
+            let piece = Piece::phase(begin, end - begin, state.position, constants);
+            // A short phase is not the difference of two places, which have few digits left for it.
+            piece.spread(place(begin), span.master * ((end - begin) / whole))
+        });
+        let rest = (!is_exact || duration == 0.0).then(|| {
+            let begin = if is_exact { start } else { place(duration) };
+            let left = end - begin;
+            let position = span.sync.1 - span.task.ratio * left;
+            Piece::line(begin, left, position, span.task.ratio)
+        });
+        pieces
+            .chain(rest)
+            .map(Way::of)
+            .reduce(|way, next| way.then(*next.first()))
+            .unwrap_or_else(|| {
+                Way::of(Piece::line(
+                    start,
+                    span.master,
+                    span.task.slave_position,
+                    span.task.ratio,
+                ))
+            })
+    }
+
+    fn check(&self, way: &Way) -> Result<(), Violation> {
+        let task = self.span.task;
+        check(task, way.demands(task.master_velocity), self.span.sync.1)
+    }
+}

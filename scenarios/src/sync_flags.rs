@@ -1,0 +1,16 @@
+//! The flags of a sync mode in words.
+
+use coaxle_saw::SyncMask;
+
+/// Flags as files spell them, of which one is enough.
+pub(crate) fn any_of(flags: SyncMask) -> String {
+    flags.iter().map(flag_name).collect::<Vec<_>>().join(" or ")
+}
+
+/// A flag as files spell it.
+pub(crate) fn flag_name(flag: SyncMask) -> String {
+    let names: Vec<String> = serde_json::to_value(flag)
+        .and_then(serde_json::from_value)
+        .unwrap_or_default();
+    names.concat()
+}
