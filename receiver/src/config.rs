@@ -2,6 +2,7 @@
 
 mod axes;
 mod drive;
+mod encoders;
 mod far;
 mod form;
 mod masters;
@@ -21,6 +22,7 @@ use serde::{Deserialize, Serialize};
 pub use crate::marks::{MarksConfig, SpacingSwing, WrongMarks};
 pub use axes::{AxisList, FarAxisConfig, WrongAxes};
 pub use drive::{DriveConfig, SharedMemoryConfig};
+pub use encoders::WrongEncoder;
 pub use far::{DelayConfig, FarChannel, FarConfig, Mode};
 pub use masters::{MasterRef, WrongSlave};
 pub use publish::{PublishFarAxes, WrongPublished};

@@ -39,6 +39,7 @@ pub use config::{
 pub use drives::Drives;
 pub use names::{
     ContinuityName, DriveKindName, DriveStateName, GuardStateName, HealthName, StateName,
+    TravelName,
 };
 pub use node::{Receiver, ReceiverError};
 pub use program::{

@@ -1,5 +1,6 @@
 //! The words of states, as traces, status and reports spell them.
 
+use coaxle_axis::TravelDirection;
 use coaxle_axis::drive::{DriveKind, DriveState};
 use coaxle_axis::set_value_guard::GuardState;
 use coaxle_remote::{ContinuityState, FilterState};
@@ -102,6 +103,17 @@ named! {
 }
 
 named! {
+    /// Where an axis goes that is measured in increments.
+    TravelName {
+        /// To larger positions.
+        #[default]
+        Forward = "forward",
+        /// To smaller ones.
+        Backward = "backward",
+    }
+}
+
+named! {
     /// The node's own opinion of itself.
     HealthName {
         /// Nothing heard of the master.
@@ -173,6 +185,15 @@ impl From<GuardState> for GuardStateName {
             GuardState::Coasting => Self::Coasting,
             GuardState::CatchingUp => Self::CatchingUp,
             GuardState::Cannot => Self::Cannot,
+        }
+    }
+}
+
+impl From<TravelDirection> for TravelName {
+    fn from(travel: TravelDirection) -> Self {
+        match travel {
+            TravelDirection::Forward => Self::Forward,
+            TravelDirection::Backward => Self::Backward,
         }
     }
 }

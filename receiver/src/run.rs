@@ -42,6 +42,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut config: ReceiverConfig = node.load()?;
     config.relative_to(node.folder());
     config.transport = node.transport(&config.transport)?;
+    for note in config.notes() {
+        tracing::warn!("{}: {note}", node.file());
+    }
     if node.check {
         build(
             &node.file(),

@@ -9,6 +9,7 @@ use coaxle_source::Activity;
 
 use crate::names::{
     ContinuityName, DriveKindName, DriveStateName, GuardStateName, HealthName, StateName,
+    TravelName,
 };
 use crate::program::{Outcome, ProgramState, WaitsFor};
 
@@ -193,6 +194,22 @@ signals! {
         correction_us: Option<f64> ["µs"],
         /// The instant of the far node's ideal time that the set values stand for.
         far_time_ns: Option<i64> ["ns"],
+        /// Bandwidth of the smoothing of an axis that is only measured; none of one that is not.
+        encoder_bandwidth: Option<f64> ["rad/s"],
+        /// Standard deviation of the position that its increments say.
+        position_sigma: Option<f64> ["u"] last,
+        /// The same of the velocity.
+        velocity_sigma: Option<f64> ["u/s"] last,
+        /// Where its increments say that it goes, or went last; none before it moved.
+        travel: Option<TravelName> [""],
+        /// Whether its set values have settled since the first increments: it is no master before.
+        acquired: Option<bool> [""],
+        /// Whether it came to rest ahead of its increments and walks back (trim).
+        trimming: Option<bool> [""],
+        /// Counts that no motion explains, refused so far.
+        refused_jumps: Option<u32> [""] last,
+        /// How often its counter was set anew so far.
+        counter_resets: Option<u32> [""],
     }
 }
 

@@ -96,6 +96,7 @@ fn master(axis: &NcToPlcAxis) -> Master {
             velocity: axis.set_velocity,
             acceleration: axis.set_acceleration,
         },
+        travel: None,
         is_sound,
         is_ready: is_sound,
         error_code: axis.error_code,

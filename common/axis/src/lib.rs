@@ -65,6 +65,7 @@ mod nc_to_plc;
 mod plcopen;
 pub mod set_value_guard;
 mod state;
+mod travel_direction;
 mod window_monitor;
 
 pub use awaits::Awaits;
@@ -80,4 +81,5 @@ pub use masters::Masters;
 pub use nc_to_plc::NcToPlcAxis;
 pub use plcopen::{AxisStatus, StateMachine, Transition};
 pub use state::{AxisState, CoupleState, StateWord};
+pub use travel_direction::TravelDirection;
 pub use window_monitor::WindowMonitor;

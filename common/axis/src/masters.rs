@@ -2,12 +2,15 @@
 
 use coaxle_curve::profile::Kinematics;
 
+use crate::travel_direction::TravelDirection;
+
 /// The masters of a slave in one cycle, by their number; none where a master is lost or in error.
 ///
 /// Number 0 is the master of every coupling that has but one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Masters {
     all: [Option<Kinematics>; Masters::MOST],
+    travel: [Option<TravelDirection>; Masters::MOST],
 }
 
 impl Masters {
@@ -21,7 +24,26 @@ impl Masters {
         for (place, master) in all.iter_mut().zip(masters) {
             *place = master;
         }
-        Self { all }
+        Self {
+            all,
+            travel: [None; Self::MOST],
+        }
+    }
+
+    /// The same, with what is known of the direction of those that are measured, by their number.
+    #[must_use]
+    pub fn going(mut self, travel: impl IntoIterator<Item = Option<TravelDirection>>) -> Self {
+        for (place, direction) in self.travel.iter_mut().zip(travel) {
+            *place = direction;
+        }
+        self
+    }
+
+    /// Where a master goes, or went last, if it is measured in increments and these tell: then nothing else
+    /// is to be taken for a reversal. None where its positions are exact.
+    #[must_use]
+    pub fn travel(&self, number: usize) -> Option<TravelDirection> {
+        *self.travel.get(number)?
     }
 
     /// The set values of a master; none if it is lost, or if there is none of that number.
@@ -36,10 +58,13 @@ impl Masters {
         self.all[0].as_ref()
     }
 
-    /// The same with another first.
+    /// The same with the first led to elsewhere. One that is being shifted goes as its positions say.
     #[must_use]
-    pub const fn with_first(mut self, first: Kinematics) -> Self {
+    pub fn with_first(mut self, first: Kinematics, is_shifting: bool) -> Self {
         self.all[0] = Some(first);
+        if is_shifting {
+            self.travel[0] = None;
+        }
         self
     }
 }
@@ -49,6 +74,7 @@ impl From<Option<&Kinematics>> for Masters {
     fn from(master: Option<&Kinematics>) -> Self {
         Self {
             all: [master.copied(), None, None, None],
+            travel: [None; Self::MOST],
         }
     }
 }

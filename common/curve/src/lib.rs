@@ -2,6 +2,7 @@
 //!
 //! * [`profile`]: from one state of an axis to another, over time, within limits of velocity,
 //!   acceleration and jerk.
+//! * [`ramp`]: to a velocity that moves itself, from cycle to cycle.
 //! * [`law`]: how the slave of a cam gets from one point to the next, over the master.
 #![cfg_attr(
     feature = "alloc",
@@ -50,5 +51,6 @@ pub mod curve;
 pub mod law;
 pub mod profile;
 pub mod quadrature;
+pub mod ramp;
 #[cfg(feature = "alloc")]
 pub mod spline;

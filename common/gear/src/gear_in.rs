@@ -5,9 +5,10 @@ use coaxle_axis::{
     PlanInputs, Planned, Scan, Step,
 };
 use coaxle_curve::profile::{Kinematics, Limits};
+use coaxle_curve::ramp::Ramp;
 
 use super::linear::{LinearGear, RatioZero};
-use super::ramp::{Ramp, ramp_limits};
+use super::ramp_limits::ramp_limits;
 
 /// Which part of what the jerk can do in a cycle is taken for none.
 const NEARLY: f64 = 0.05;

@@ -41,7 +41,7 @@ mod flying;
 mod gear_in;
 mod linear;
 mod multi_master;
-mod ramp;
+mod ramp_limits;
 
 pub use flying::{
     FlyingGear, FlyingGearChange, FlyingGearCoupling, FlyingGearError, FlyingGearParameters,

@@ -5,8 +5,9 @@ use coaxle_axis::{
     PlanInputs, Planned, Scan, Step,
 };
 use coaxle_curve::profile::{Kinematics, Limits};
+use coaxle_curve::ramp::Ramp;
 
-use super::ramp::{Ramp, ramp_limits};
+use super::ramp_limits::ramp_limits;
 
 /// `MC_GearInMultiMaster`: couples the slave to the sum of up to four masters.
 ///

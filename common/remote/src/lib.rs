@@ -30,8 +30,9 @@
 //! extrapolation: the correction time is its horizon.
 //!
 //! ```
+//! use coaxle_axis::TravelDirection;
 //! use coaxle_clock::{Seconds, Span};
-//! use coaxle_remote::{EncoderMaster, EncoderParameters, EncoderSample, TravelDirection};
+//! use coaxle_remote::{EncoderMaster, EncoderParameters, EncoderSample};
 //!
 //! let parameters = EncoderParameters { increment: 0.01, ..EncoderParameters::default() };
 //! let mut master = EncoderMaster::new(&parameters.checked(Span::from_millis(1))?);
@@ -86,7 +87,7 @@ pub use changes::{AxisSyncChanges, ExtrapolateChanges, TimeSyncChanges};
 pub use continuity::{Continuity, ContinuityState};
 pub use encoder::{
     COARSE_INCREMENT_MM, CheckedEncoder, EncoderMaster, EncoderOutput, EncoderParameters,
-    EncoderSample, Smoothing, TravelDirection,
+    EncoderSample, Smoothing,
 };
 pub use extrapolate::{
     AxisExtrapolate, ExtrapolateDiagnostic, ExtrapolateMode, ExtrapolateOutput,

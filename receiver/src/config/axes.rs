@@ -1,13 +1,15 @@
-//! `axes` of a far node: `[1, 2]`, `["1-32"]`, `[{ id = 3, name = "belt", unit = "mm" }]`, in any mixture.
+//! `axes` of a far node: `[1, 2]`, `["1-32"]`, `[{ id = 3, name = "belt", unit = "mm", encoder = { … } }]`, in any
+//! mixture.
 
 use coaxle_node::config::Unit;
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
+use coaxle_remote::EncoderParameters;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
 /// An axis that is followed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FarAxisConfig {
     /// Its axis id.
     pub id: u32,
@@ -15,6 +17,8 @@ pub struct FarAxisConfig {
     pub name: Option<NodeName>,
     /// What its position is in.
     pub unit: Option<Unit>,
+    /// Given if it is only measured, in increments: how they are smoothed.
+    pub encoder: Option<EncoderParameters>,
 }
 
 impl FarAxisConfig {
@@ -25,12 +29,13 @@ impl FarAxisConfig {
             id,
             name: None,
             unit: None,
+            encoder: None,
         }
     }
 }
 
 /// The axes of a far node that are followed, at least one, each once.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Value>", into = "Vec<Value>")]
 pub struct AxisList(Vec<FarAxisConfig>);
 
@@ -54,11 +59,13 @@ pub enum WrongAxes {
     },
     /// No axis at all.
     #[error(
-        "received {received}, expected an id, a range such as \"1-32\", or {{ id = 1, name = \"belt\" }}"
+        "received {received}, expected an id, a range such as \"1-32\", or {{ id = 1, name = \"belt\" }}{reason}"
     )]
     NotAnAxis {
         /// What was there.
         received: String,
+        /// What is wrong with it, if more can be said.
+        reason: String,
     },
 }
 
@@ -81,10 +88,10 @@ impl AxisList {
         Ok(Self(axes))
     }
 
-    /// One axis, under its id.
+    /// But one.
     #[must_use]
-    pub fn one(id: u32) -> Self {
-        Self(vec![FarAxisConfig::with_id(id)])
+    pub fn one(axis: FarAxisConfig) -> Self {
+        Self(vec![axis])
     }
 
     /// The axes, in their order.
@@ -112,7 +119,7 @@ impl AxisList {
 
 impl Default for AxisList {
     fn default() -> Self {
-        Self::one(1)
+        Self::one(FarAxisConfig::with_id(1))
     }
 }
 
@@ -125,6 +132,8 @@ struct Described {
     name: Option<NodeName>,
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<Unit>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    encoder: Option<EncoderParameters>,
 }
 
 impl TryFrom<Vec<Value>> for AxisList {
@@ -133,8 +142,8 @@ impl TryFrom<Vec<Value>> for AxisList {
         let mut axes = Vec::new();
         for entry in entries {
             let received = entry.to_string();
-            let wrong = || WrongAxes::NotAnAxis { received };
-            axes.extend(axes_of(entry).ok_or_else(wrong)?);
+            let wrong = |reason| WrongAxes::NotAnAxis { received, reason };
+            axes.extend(axes_of(entry).map_err(wrong)?);
             if axes.len() > 2 * MAX_AXES {
                 break;
             }
@@ -143,7 +152,29 @@ impl TryFrom<Vec<Value>> for AxisList {
     }
 }
 
-fn axes_of(entry: Value) -> Option<Vec<FarAxisConfig>> {
+/// The axes of an entry; otherwise what more there is to say.
+fn axes_of(entry: Value) -> Result<Vec<FarAxisConfig>, String> {
+    match entry {
+        described @ Value::Table(_) => {
+            let described = described.try_into();
+            let Described {
+                id,
+                name,
+                unit,
+                encoder,
+            } = described.map_err(|error: toml::de::Error| format!(": {}", error.message()))?;
+            Ok(vec![FarAxisConfig {
+                id,
+                name,
+                unit,
+                encoder,
+            }])
+        }
+        entry => ids_of(entry).ok_or_else(String::new),
+    }
+}
+
+fn ids_of(entry: Value) -> Option<Vec<FarAxisConfig>> {
     match entry {
         Value::Integer(id) => Some(vec![FarAxisConfig::with_id(u32::try_from(id).ok()?)]),
         Value::String(range) => {
@@ -153,24 +184,33 @@ fn axes_of(entry: Value) -> Option<Vec<FarAxisConfig>> {
             let last = last.min(first.saturating_add(2 * MAX_AXES as u32));
             (first <= last).then(|| (first..=last).map(FarAxisConfig::with_id).collect())
         }
-        described @ Value::Table(_) => {
-            let Described { id, name, unit } = described.try_into().ok()?;
-            Some(vec![FarAxisConfig { id, name, unit }])
-        }
         _ => None,
     }
 }
 
 impl From<AxisList> for Vec<Value> {
     fn from(axes: AxisList) -> Self {
-        let entry = |FarAxisConfig { id, name, unit }| match (name, unit) {
-            (None, None) => Value::Integer(id.into()),
-            (name, unit) => {
-                let id = ("id", Value::Integer(id.into()));
-                let name = name.map(|name| ("name", Value::String(name.into())));
-                let unit = unit.map(|unit| ("unit", Value::String(unit.into())));
-                let fields = [Some(id), name, unit].into_iter().flatten();
-                Value::Table(fields.map(|(key, value)| (key.to_owned(), value)).collect())
+        let entry = |axis| match axis {
+            FarAxisConfig {
+                id,
+                name: None,
+                unit: None,
+                encoder: None,
+            } => Value::Integer(id.into()),
+            FarAxisConfig {
+                id,
+                name,
+                unit,
+                encoder,
+            } => {
+                let described = Described {
+                    id,
+                    name,
+                    unit,
+                    encoder,
+                };
+                // There is nothing in it that TOML has not.
+                Value::try_from(described).unwrap_or(Value::Integer(id.into()))
             }
         };
         axes.0.into_iter().map(entry).collect()
@@ -194,9 +234,10 @@ mod tests {
 
     #[test]
     fn ids_ranges_and_names_mix() {
-        let text = "[7, \"1-3\", { id = 5, name = \"belt\" }, { id = 9, unit = \"mm\" }]";
+        let text = "[7, \"1-3\", { id = 5, name = \"belt\" }, { id = 9, unit = \"mm\" }, \
+            { id = 11, encoder = { increment = 0.05, smoothing = 0.02 } }]";
         let list = axes(text).unwrap();
-        assert_eq!(list.ids(), [7, 1, 2, 3, 5, 9]);
+        assert_eq!(list.ids(), [7, 1, 2, 3, 5, 9, 11]);
         let units: Vec<_> = list.iter().filter_map(|axis| axis.unit.clone()).collect();
         assert_eq!(units, [Unit::new("mm").unwrap()]);
         let names: Vec<_> = list.iter().filter_map(|axis| axis.name.clone()).collect();
@@ -225,6 +266,15 @@ mod tests {
             ("[-1]", "received -1, expected an id, a range"),
             ("[\"belt\"]", "received \"belt\", expected an id, a range"),
             ("[{ id = 1, nam = \"x\" }]", "expected an id, a range"),
+            ("[{ id = 1, nam = \"x\" }]", "unknown field `nam`"),
+            (
+                "[{ id = 1, encoder = { increments = 1 } }]",
+                "unknown field `increments`, expected one of `increment`",
+            ),
+            (
+                "[{ id = 1, encoder = { increment = 1, smoothing = \"some\" } }]",
+                "\"auto\" or a time in seconds",
+            ),
         ] {
             let error = axes(text).unwrap_err();
             assert!(error.contains(expected), "{text}: {error}");

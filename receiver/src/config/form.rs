@@ -8,13 +8,13 @@ use coaxle_node::config::{
     ClockConfig, CycleMicros, LinkConfig, RealTimeConfig, TransportConfig, Unit,
 };
 use coaxle_node::keys::NodeName;
-use coaxle_remote::AxisSyncParameters;
+use coaxle_remote::{AxisSyncParameters, EncoderParameters};
 use coaxle_source::config::AxisConfig;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    AxisList, DelayConfig, FarChannel, FarConfig, Mode, PublishFarAxes, ReceiverConfig,
-    SlaveConfig, WrongPublished, WrongVirtualAxis,
+    AxisList, DelayConfig, FarAxisConfig, FarChannel, FarConfig, Mode, PublishFarAxes,
+    ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished, WrongVirtualAxis,
 };
 
 /// A receiver's file as it is written.
@@ -64,6 +64,17 @@ struct Master {
     axis: u32,
     /// What its position is in.
     unit: Option<Unit>,
+    /// Given if it is only measured, in increments: how they are smoothed.
+    encoder: Option<EncoderParameters>,
+}
+
+impl Master {
+    fn axis(&self) -> FarAxisConfig {
+        FarAxisConfig {
+            encoder: self.encoder,
+            ..FarAxisConfig::with_id(self.axis)
+        }
+    }
 }
 
 const fn first_axis() -> u32 {
@@ -85,6 +96,8 @@ pub(super) enum WrongForm {
     SameName(String),
     /// An axis of the receiver's own.
     VirtualAxis(WrongVirtualAxis),
+    /// An encoder that smooths nothing.
+    Encoder(WrongEncoder),
     /// What is to be published of the far axes.
     Published(WrongPublished),
 }
@@ -98,6 +111,7 @@ impl fmt::Display for WrongForm {
                  is for"
             ),
             Self::VirtualAxis(wrong) => wrong.fmt(f),
+            Self::Encoder(wrong) => wrong.fmt(f),
             Self::Published(wrong) => write!(f, "publish-far-axes: {wrong}"),
             Self::Nothing => f.write_str(
                 "far: received no [[far]], expected at least one, such as node = \"conveyor\" with axes \
@@ -132,9 +146,9 @@ impl TryFrom<Form> for ReceiverConfig {
                 return Err(WrongForm::Nothing);
             }
             Some(master) => vec![FarConfig {
+                axes: AxisList::one(master.axis()),
                 node: master.node,
                 channel: master.channel,
-                axes: AxisList::one(master.axis),
                 unit: master.unit,
                 mode: form.mode.unwrap_or_default(),
                 sync: form.sync.unwrap_or_default(),
@@ -185,6 +199,8 @@ impl TryFrom<Form> for ReceiverConfig {
         if let Some(name) = same_name(&config) {
             return Err(WrongForm::SameName(name));
         }
+        let encoders = config.check_encoders(is_short);
+        encoders.map_err(WrongForm::Encoder)?;
         let axes = config.check_virtual_axes();
         axes.map_err(WrongForm::VirtualAxis)?;
         let published = config.check_published();

@@ -1,13 +1,15 @@
 //! One far axis: its newest values, moved in time by what the clock of its node says.
 
+use coaxle_axis::TravelDirection;
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Remote, Seconds};
 use coaxle_node::{AxisSample, FrameHeader};
 use coaxle_remote::{
-    AxisSyncParameters, CheckedParameters, Continuity, ContinuityState, FarAxis, FarAxisOutput,
-    FarCorrection, FilterState,
+    AxisSyncParameters, CheckedParameters, Continuity, ContinuityState, EncoderParameters,
+    ExtrapolateDiagnostic, FarAxis, FarAxisOutput, FarCorrection, FilterState,
 };
 
+use super::encoder::Encoder;
 use super::micros;
 use crate::signals::FarAxisSignals;
 use crate::slaves::Master;
@@ -16,6 +18,10 @@ use crate::slaves::Master;
 #[derive(Debug)]
 pub(super) struct Axis {
     block: FarAxis,
+    /// Of an axis that is only measured.
+    encoder: Option<Box<Encoder>>,
+    /// Nothing of it, or of its node, came for too long in the newest cycle.
+    is_lost: bool,
     continuity: Continuity,
     /// None until it comes.
     sample: Option<AxisSample>,
@@ -31,8 +37,12 @@ impl Axis {
     pub(super) fn new(
         cycle_time: CycleTime,
         parameters: &AxisSyncParameters,
+        encoder: Option<EncoderParameters>,
     ) -> Result<Self, WrongParameter> {
+        let encoder = encoder.map(|encoder| Encoder::new(cycle_time, encoder).map(Box::new));
         Ok(Self {
+            encoder: encoder.transpose()?,
+            is_lost: false,
             block: FarAxis::start(cycle_time.span(), parameters)?,
             continuity: Continuity::new(cycle_time.span(), parameters.extrapolate.blending_time),
             sample: None,
@@ -43,9 +53,12 @@ impl Axis {
         })
     }
 
-    /// Its node's clock was started anew.
-    pub(super) fn restart(&mut self) {
+    /// Its node's clock was started anew, for cycles of this length.
+    pub(super) fn restart(&mut self, data: CycleTime) {
         self.block.restart();
+        if let Some(encoder) = &mut self.encoder {
+            encoder.restart(data);
+        }
         self.continuity.rejoin();
     }
 
@@ -57,8 +70,15 @@ impl Axis {
     /// Another run of its node: what it was before says nothing of where it is now.
     pub(super) fn forget(&mut self) {
         self.sample = None;
-        self.block.begin_anew();
+        self.begin_anew();
         self.continuity.rejoin();
+    }
+
+    fn begin_anew(&mut self) {
+        self.block.begin_anew();
+        if let Some(encoder) = &mut self.encoder {
+            encoder.forget();
+        }
     }
 
     /// Its node's clock starts anew by an order; the set values go on from where they are.
@@ -77,9 +97,12 @@ impl Axis {
     }
 
     /// What the newest frame, with this count, says of it.
-    pub(super) const fn take(&mut self, sample: Option<AxisSample>, count: u64) {
-        if sample.is_some() {
-            self.sample = sample;
+    pub(super) fn take(&mut self, sample: Option<AxisSample>, count: u64) {
+        if let Some(sample) = sample {
+            if let Some(encoder) = &mut self.encoder {
+                encoder.take(&sample.set, count);
+            }
+            self.sample = Some(sample);
             self.count = count;
             self.missing_cycles = 0;
         } else {
@@ -123,10 +146,11 @@ impl Axis {
         is_lost: bool,
         signals: &mut FarAxisSignals,
     ) -> Option<Master> {
-        if !is_lost && self.continuity.state() == ContinuityState::Braking {
-            self.block.begin_anew();
+        if self.is_lost && !is_lost {
+            self.begin_anew();
         }
-        let Some(sample) = &self.sample else {
+        self.is_lost = is_lost;
+        let Some(sample) = self.sample else {
             *signals = FarAxisSignals {
                 missing: self.missing,
                 ..FarAxisSignals::default()
@@ -134,22 +158,55 @@ impl Axis {
             return None;
         };
         let mut moved = self.block.update(&sample.set, correction, elapsed);
-        moved.set = match is_lost {
-            true => self.continuity.brake(elapsed).unwrap_or(moved.set),
-            false => self.continuity.follow(&moved.set, elapsed),
+        self.condition(&sample, &mut moved, elapsed);
+        let is_known = self.has_settled();
+        let set = match is_known && !is_lost {
+            true => Some(self.continuity.follow(&moved.set, elapsed)),
+            false => self.continuity.brake(elapsed),
         };
-        let continuity = self.continuity.state();
-        moved.synced &= continuity == ContinuityState::Following;
+        // One that was never known stands where it was received, unless that is noise.
+        let set = set.or(is_known.then_some(moved.set));
+        moved.set = set.unwrap_or(moved.set);
+        moved.synced &= is_known && self.continuity.state() == ContinuityState::Following;
         self.error = moved.error;
-        *signals = self.show(header, sample, &moved);
+        *signals = self.show(header, &sample, &moved);
+        set?;
         let error = moved.error.map_or(0, |error| error.code().into());
         let error_code = if error == 0 { sample.error_code } else { error };
         Some(Master {
             set: moved.set,
+            travel: self.travel(),
             is_sound: error_code == 0,
             is_ready: false,
             error_code: error,
         })
+    }
+
+    /// Set values of an axis that is only measured come from its increments, moved by the same correction.
+    fn condition(&mut self, sample: &AxisSample, moved: &mut FarAxisOutput, elapsed: u32) {
+        let Some(encoder) = &mut self.encoder else {
+            return;
+        };
+        encoder.update(moved.correction_time, elapsed);
+        if let Some(set) = encoder.set() {
+            moved.set = set;
+            moved.diagnostic = ExtrapolateDiagnostic {
+                position_diff: sample.set.position - set.position,
+                velocity_diff: sample.set.velocity - set.velocity,
+            };
+        }
+    }
+
+    /// Whether its increments say where it is.
+    fn has_settled(&self) -> bool {
+        (self.encoder.as_ref()).is_none_or(|encoder| encoder.set().is_some())
+    }
+
+    /// Where its increments say that it goes, as long as it goes where they say.
+    fn travel(&self) -> Option<TravelDirection> {
+        let encoder = self.encoder.as_ref()?;
+        let follows = self.continuity.state() == ContinuityState::Following;
+        encoder.travel().filter(|_| follows)
     }
 
     /// Its error in the newest cycle, its clock's included.
@@ -163,7 +220,7 @@ impl Axis {
         sample: &AxisSample,
         moved: &FarAxisOutput,
     ) -> FarAxisSignals {
-        FarAxisSignals {
+        let mut signals = FarAxisSignals {
             state: Some(moved.state.into()),
             continuity: self.continuity.state().into(),
             synced: moved.synced,
@@ -181,7 +238,12 @@ impl Axis {
             far_time_ns: far_time(header, self.count, moved)
                 .filter(|_| self.continuity.state() == ContinuityState::Following)
                 .map(Instant::as_nanos),
+            ..FarAxisSignals::default()
+        };
+        if let Some(encoder) = &self.encoder {
+            encoder.show(&mut signals);
         }
+        signals
     }
 }
 

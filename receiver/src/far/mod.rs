@@ -2,6 +2,7 @@
 
 mod axis;
 mod clock;
+mod encoder;
 mod frames;
 mod inbox;
 mod orders;
@@ -16,7 +17,7 @@ use coaxle_node::{Frame, FrameHeader, Rejection};
 use coaxle_remote::{AxisSyncParameters, FarCorrection};
 
 use crate::arrivals::Arrivals;
-use crate::config::FarConfig;
+use crate::config::{FarAxisConfig, FarConfig};
 use crate::signals::{FarAxisSignals, FarNodeSignals};
 use crate::slaves::Master;
 use crate::snapshot::Health;
@@ -72,7 +73,7 @@ impl FarNode {
         } else {
             FRAMES_OF_FAULTS
         };
-        let axis = |_| Axis::new(cycle_time, &config.sync);
+        let axis = |axis: &FarAxisConfig| Axis::new(cycle_time, &config.sync, axis.encoder);
         let setup = ClockSetup::of(config, cycle_time, run);
         Ok(Self {
             cycle_time,
@@ -162,7 +163,7 @@ impl FarNode {
                 clock.begin_run(header);
             }
             if clock.message(at, header) {
-                axes.iter_mut().for_each(Axis::restart);
+                (axes.iter_mut()).for_each(|axis| axis.restart(header.cycle_time));
             }
         })?;
         let this = (inbox.run_of_image(), image.count);

@@ -44,9 +44,8 @@ impl SlaveMasters {
 
     /// As couplings see them: none where one is lost or in error.
     pub(super) fn sound(&self) -> Masters {
-        Masters::of(self.all.map(|master| {
-            let sound = master.filter(|master| master.is_sound)?;
-            Some(sound.set)
-        }))
+        let sound = self.all.map(|master| master.filter(|one| one.is_sound));
+        let travel = sound.map(|master| master?.travel);
+        Masters::of(sound.map(|master| Some(master?.set))).going(travel)
     }
 }

@@ -6,7 +6,7 @@ mod masters;
 mod slave;
 mod tool;
 
-use coaxle_axis::{CoupleState, Job, NcToPlcAxis, Origin};
+use coaxle_axis::{CoupleState, Job, NcToPlcAxis, Origin, TravelDirection};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::CommandOutcome;
@@ -37,6 +37,8 @@ pub(crate) struct Slaves {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Master {
     pub(crate) set: Kinematics,
+    /// Where its increments say that it goes; none where its positions are exact.
+    pub(crate) travel: Option<TravelDirection>,
     /// It is there, without an error.
     pub(crate) is_sound: bool,
     /// So it is, and its clock is known.

@@ -184,6 +184,7 @@ impl Slave {
         let error = self.error();
         Some(Master {
             set: self.set()?,
+            travel: None,
             is_sound: error.is_none(),
             is_ready: self.axis.is_operational(),
             error_code: error.map_or(self.error_of_master, |error| error.code()),

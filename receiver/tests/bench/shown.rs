@@ -3,7 +3,7 @@
 use coaxle_axis::AxisStatus;
 use coaxle_clock::CycleTime;
 use coaxle_curve::profile::Kinematics;
-use coaxle_receiver::signals::{FarNodeSignals, SlaveSignals};
+use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, SlaveSignals};
 use coaxle_receiver::{
     BlockedProgram, ContinuityName, DriveStateName, GuardStateName, Health, ProgramSnapshot,
     ReceiverSnapshot, RefusedCommand, SlaveFaults, StateName,
@@ -19,6 +19,7 @@ pub(crate) struct Shown {
     pub(crate) counters: FarNodeSignals,
     pub(crate) data_cycle_time: Option<CycleTime>,
     pub(crate) master: Option<MasterShown>,
+    pub(crate) axis: FarAxisSignals,
     pub(crate) slaves: Vec<SlaveShown>,
 }
 
@@ -78,6 +79,7 @@ impl Shown {
             counters: signals.far[0],
             data_cycle_time: snapshot.data_cycle_times[0],
             master: master(snapshot),
+            axis: signals.axes[0],
             slaves: slaves
                 .map(|(s, faults)| SlaveShown::of(s, faults))
                 .collect(),

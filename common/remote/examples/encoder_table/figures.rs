@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use coaxle_remote::TravelDirection;
+use coaxle_axis::TravelDirection;
 
 use crate::peers::Follower;
 use crate::world::{CYCLE, Case, HORIZON, START};

@@ -5,10 +5,11 @@
 //! Slower, only an edge does, but that to a part of an increment; between edges the estimate does not leave the
 //! increment that the count shows.
 
+use coaxle_axis::TravelDirection;
 use coaxle_curve::profile::Kinematics;
 
 use super::gains::Gains;
-use super::gate::{Edge, Passage, TravelDirection};
+use super::gate::{Edge, Passage};
 use super::parameters::CheckedEncoder;
 
 /// The loop. Its positions count from the first increment, so that none is too large for its fraction.

@@ -1,9 +1,10 @@
 //! The way of a count: gate, estimate, extrapolation, tracker.
 
+use coaxle_axis::TravelDirection;
 use coaxle_curve::profile::Kinematics;
 
 use super::estimate::Estimator;
-use super::gate::{Edge, Gate, Passage, TravelDirection};
+use super::gate::{Edge, Gate, Passage};
 use super::parameters::CheckedEncoder;
 use super::tracker::{Tracker, moved};
 use super::uncertainty::Uncertainty;

@@ -7,40 +7,7 @@
 //! * Resting, all counts since then make a range. A range that grows is an edge, but a tentative one;
 //!   a range as wide as the hysteresis is a motion, in the direction in which it grew.
 
-/// Where an axis goes, or went last.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum TravelDirection {
-    /// To larger positions.
-    Forward,
-    /// To smaller ones.
-    Backward,
-}
-
-impl TravelDirection {
-    /// 1 or -1.
-    #[must_use]
-    pub const fn sign(self) -> f64 {
-        match self {
-            Self::Forward => 1.0,
-            Self::Backward => -1.0,
-        }
-    }
-
-    const fn opposite(self) -> Self {
-        match self {
-            Self::Forward => Self::Backward,
-            Self::Backward => Self::Forward,
-        }
-    }
-
-    /// How far it is from one count to another this way.
-    const fn progress(self, from: i64, to: i64) -> i64 {
-        match self {
-            Self::Forward => to.wrapping_sub(from),
-            Self::Backward => from.wrapping_sub(to),
-        }
-    }
-}
+use coaxle_axis::TravelDirection;
 
 /// An increment was entered that is further than all before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,7 +78,7 @@ impl Gate {
     }
 
     fn run(&mut self, direction: TravelDirection, count: i64) -> Passage {
-        let progress = direction.progress(self.extreme, count);
+        let progress = progress(direction, self.extreme, count);
         if progress > 0 {
             self.pass(direction, count, progress)
         } else if progress <= -self.hysteresis {
@@ -150,6 +117,14 @@ impl Gate {
             cell,
             counts,
         })
+    }
+}
+
+/// How far it is from one count to another this way.
+const fn progress(direction: TravelDirection, from: i64, to: i64) -> i64 {
+    match direction {
+        TravelDirection::Forward => to.wrapping_sub(from),
+        TravelDirection::Backward => from.wrapping_sub(to),
     }
 }
 

@@ -40,6 +40,7 @@ mod tracker;
 mod uncertainty;
 mod walk;
 
+use coaxle_axis::TravelDirection;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 
@@ -47,7 +48,6 @@ use counter::Counter;
 use following::Following;
 use uncertainty::Uncertainty;
 
-pub use gate::TravelDirection;
 pub use parameters::{COARSE_INCREMENT_MM, CheckedEncoder, EncoderParameters};
 pub use sample::EncoderSample;
 pub use smoothing::Smoothing;

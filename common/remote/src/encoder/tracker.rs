@@ -4,9 +4,9 @@
 //! runs into that limit; without it the loop diverges in ramps. It never moves against the direction of the axis:
 //! it brakes so that its velocity reaches 0 without undershoot.
 
+use coaxle_axis::TravelDirection;
 use coaxle_curve::profile::Kinematics;
 
-use super::gate::TravelDirection;
 use super::parameters::CheckedEncoder;
 use super::smoothing::LEAST_BANDWIDTH;
 use super::walk::Walk;

@@ -145,6 +145,7 @@ impl Coupling for Saw {
             None if was_stopping => Kinematics::default(),
             None => return Step::MasterLost,
         };
+        saw.set_master_travel(scan.masters.travel(0));
         let set = saw.update(&master, scan.elapsed);
         match *saw.state() {
             CommandState::Failed(SawFault::Refused(_)) => return Step::Refused,

@@ -8,8 +8,9 @@ mod watch;
 
 use coaxle_clock::Seconds;
 
-use coaxle_axis::{AxisState, CommandState};
+use coaxle_axis::{AxisState, CommandState, TravelDirection};
 use coaxle_curve::profile::{Kinematics, Limits, Profile, to_velocity};
+use coaxle_curve::ramp::Ramp;
 
 use self::pursuit::Pursuit;
 use self::settings::{limits, prephase, waits};
@@ -44,6 +45,8 @@ pub struct SawCoupling {
     plan: SawPlan,
     /// Which way the master runs: 1 or −1, or 0 if that does not matter.
     direction: f64,
+    /// Which way its increments say that the master goes; none where its positions are exact.
+    travel: Option<TravelDirection>,
     /// How far the master may run back, along its direction.
     farthest_back: f64,
     noise: f64,
@@ -66,6 +69,8 @@ enum Phase {
     OverTime { profile: Profile, since: f64 },
     /// A profile over time onto the line, planned anew wherever the master does not do what was expected.
     Early(Pursuit),
+    /// The ramp to the velocity of a master that has another one than the profile was planned for.
+    Chasing(Ramp),
     /// The line.
     Synchronous,
     /// The stop after a rollback, so far into it.
@@ -96,6 +101,7 @@ impl SawCoupling {
             limits: limits(&command, &moment.axis, &tolerances)?,
             plan,
             direction: command.direction(moment),
+            travel: None,
             farthest_back: f64::MIN,
             noise: tolerances.master_noise,
             line: *plan.line(),
@@ -114,6 +120,12 @@ impl SawCoupling {
         Ok(coupling)
     }
 
+    /// Says which way the increments of a measured master have it go, for the cycles to come: one that goes on is
+    /// not running back, wherever its position seems to be. None where the positions are exact.
+    pub const fn set_master_travel(&mut self, travel: Option<TravelDirection>) {
+        self.travel = travel;
+    }
+
     /// One cycle of `elapsed`: the master's set values in, the slave's out.
     pub fn update(&mut self, master: &Kinematics, elapsed: Seconds) -> Kinematics {
         let dt = elapsed.0;
@@ -124,6 +136,10 @@ impl SawCoupling {
             Phase::OverMaster => self.over_master(master, before, dt),
             Phase::OverTime { .. } => self.over_time(master, before, dt),
             Phase::Early(_) => self.pursue(master, dt),
+            Phase::Chasing(ramp) => {
+                let ramp = *ramp;
+                self.chase(ramp, master, before, dt);
+            }
             Phase::Prephase { .. } => self.wait(master, dt),
             Phase::RollbackStop { stop, since } => {
                 *since += dt;
@@ -181,6 +197,7 @@ impl SawCoupling {
                 | Phase::OverMaster
                 | Phase::OverTime { .. }
                 | Phase::Early(_)
+                | Phase::Chasing(_)
                 | Phase::Synchronous
         )
     }
@@ -191,7 +208,7 @@ impl SawCoupling {
     pub fn axis_state(&self) -> AxisState {
         match self.phase {
             Phase::Prephase { .. } => AxisState::SlavePrephase,
-            Phase::OverMaster | Phase::OverTime { .. } | Phase::Early(_) => {
+            Phase::OverMaster | Phase::OverTime { .. } | Phase::Early(_) | Phase::Chasing(_) => {
                 AxisState::SlaveSynchronizing
             }
             Phase::Synchronous => AxisState::SlaveSynchronous,
@@ -305,9 +322,10 @@ impl SawCoupling {
             return;
         };
         let target = self.line.ratio * master.velocity;
-        if profile.end().velocity != target {
-            *profile = to_velocity(&self.slave, target, &self.limits);
-            *since = 0.0;
+        let foreseen = profile.end().velocity;
+        if foreseen != target {
+            let ramp = Ramp::new(&self.slave, foreseen, self.limits);
+            return self.chase(ramp, master, before, dt);
         }
         let began = *since;
         *since += dt;
@@ -319,14 +337,39 @@ impl SawCoupling {
             });
         }
         let slave = profile.at(Seconds(since));
-        // The highest velocity that is tolerated may be less than the target.
-        let reached = since >= profile.duration().0 && profile.end().velocity == target;
-        if reached {
-            self.line.master = master.position;
-            self.line.slave = slave.position;
-            self.become_synchronous();
+        if since >= profile.duration().0 {
+            self.anchor(&slave, master);
         }
         self.lead_to(slave, master, dt);
+    }
+
+    /// A master whose velocity changes is chased cycle by cycle: a profile planned for any of its velocities would
+    /// be out of date before it ends.
+    fn chase(&mut self, mut ramp: Ramp, master: &Kinematics, before: f64, dt: f64) {
+        let gear = self.line.slave_of(master);
+        if !gear.velocity.is_finite() {
+            return self.refuse_to_lead(&gear, master, dt);
+        }
+        let last = self.slave;
+        ramp.step(gear.velocity, gear.acceleration, dt);
+        self.phase = Phase::Chasing(ramp);
+        if self.is_behind_start(master) {
+            let reaction = RollbackReaction::of(self.command.mask(), false);
+            return self.roll_back(reaction, master, before, dt, |_, part| {
+                between(&last, ramp.slave(), part, dt)
+            });
+        }
+        if ramp.is_there() {
+            self.anchor(ramp.slave(), master);
+        }
+        self.lead_to(*ramp.slave(), master, dt);
+    }
+
+    /// The slave is as fast as the gear has it: from here on that leads it, from where it is.
+    fn anchor(&mut self, slave: &Kinematics, master: &Kinematics) {
+        self.line.master = master.position;
+        self.line.slave = slave.position;
+        self.become_synchronous();
     }
 
     /// Until the master is near, the slave goes on as it does.
@@ -365,7 +408,13 @@ impl SawCoupling {
     /// Whether the master has run back past the coupling position.
     #[inline]
     fn is_behind_start(&self, master: &Kinematics) -> bool {
-        master.position * self.direction < self.farthest_back
+        master.position * self.direction < self.farthest_back && !self.goes_on()
+    }
+
+    /// Whether the increments of the master say that it still goes the way it went.
+    fn goes_on(&self) -> bool {
+        let forward = |travel: TravelDirection| travel.sign() * self.direction > 0.0;
+        self.travel.is_some_and(forward)
     }
 
     /// Stops the slave from the place where its master passed the coupling position within this
@@ -446,6 +495,18 @@ impl SawCoupling {
 /// the velocity changes meanwhile is made up for.
 fn keeping_velocity(slave: &Kinematics, axis: &SlaveLimits) -> Profile {
     to_velocity(slave, slave.velocity, &axis.dynamics)
+}
+
+/// A part of a cycle of constant jerk into it.
+fn between(from: &Kinematics, to: &Kinematics, part: f64, dt: f64) -> Kinematics {
+    let jerk = (to.acceleration - from.acceleration) / dt;
+    let t = part * dt;
+    Kinematics {
+        position: from.position
+            + t * (from.velocity + t * (from.acceleration / 2.0 + t * jerk / 6.0)),
+        velocity: from.velocity + t * (from.acceleration + t * jerk / 2.0),
+        acceleration: from.acceleration + t * jerk,
+    }
 }
 
 /// 1, −1, or 0 for nothing.

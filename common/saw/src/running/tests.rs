@@ -308,6 +308,102 @@ fn time_based_chases_an_accelerating_master() {
     assert_eq!(last.velocity, 300.0);
 }
 
+/// The cycle in which a slave at rest is in sync with a master of this velocity, by the seconds; what its positions
+/// make of acceleration and jerk until then is within 2000 and 50000. Afterwards it is on its line.
+fn in_sync_after(velocity: impl Fn(f64) -> f64) -> Option<u32> {
+    let start = moment((0.0, velocity(0.0)), (0.0, 0.0));
+    let mode = SyncMode::time_based(SyncMask::empty());
+    let command = to_velocity(1.0, mode, dynamics(2_000.0, 50_000.0));
+    let (mut coupling, mut master) = couple(SawCommand::GearInVelo(command), &start);
+    let (mut before, mut was) = (start.slave, [0.0; 2]);
+    let mut in_sync = None;
+    for k in 0..3_000_u32 {
+        let at = |k: u32| velocity(f64::from(k) * CYCLE.0);
+        let (last, now) = (at(k), at(k + 1));
+        master.0.acceleration = (now - last) / CYCLE.0;
+        // Led by its mean velocity, as one is that moves evenly within its cycles.
+        master.0.position += 0.5 * (last + now) * CYCLE.0;
+        master.0.velocity = now;
+        let slave = coupling.update(&master.0, CYCLE);
+        let mean = (slave.position - before.position) / CYCLE.0;
+        let acceleration = (mean - was[0]) / CYCLE.0;
+        let jerk = (acceleration - was[1]) / CYCLE.0;
+        assert!(acceleration.abs() <= 2_000.0 * 1.001, "{k}: {acceleration}");
+        assert!(jerk.abs() <= 50_000.0 * 1.001, "{k}: {jerk}");
+        (before, was) = (slave, [mean, acceleration]);
+        if *coupling.state() == CommandState::InSync {
+            in_sync.get_or_insert(k);
+            assert_eq!(slave.velocity, now);
+        }
+    }
+    in_sync
+}
+
+#[test]
+fn time_based_is_in_sync_with_a_master_that_ripples() {
+    for hertz in [0.5, 2.0, 5.0, 10.0] {
+        let ripple = 0.002 * 300.0;
+        let rippling = |t: f64| 300.0 + ripple * libm::sin(core::f64::consts::TAU * hertz * t);
+        // 0.19 s for a change of 300 with these limits.
+        let cycles = in_sync_after(rippling).expect("in sync");
+        assert!((180..=200).contains(&cycles), "{hertz} Hz: {cycles}");
+    }
+    let one_percent = |t: f64| 300.0 + 3.0 * libm::sin(core::f64::consts::TAU * t);
+    let cycles = in_sync_after(one_percent).expect("in sync");
+    assert!((180..=200).contains(&cycles), "{cycles}");
+}
+
+#[test]
+fn time_based_is_in_sync_with_a_master_that_accelerates() {
+    for acceleration in [100.0, -50.0, 1_000.0] {
+        let cycles = in_sync_after(|t| 200.0 + acceleration * t).expect("in sync");
+        assert!((100..=500).contains(&cycles), "{acceleration}: {cycles}");
+    }
+    // Faster than the slave may: it stays behind, within its limits, and gets there afterwards.
+    let racing = |t: f64| 100.0 + 4_000.0 * t.min(0.2);
+    let cycles = in_sync_after(racing).expect("in sync");
+    assert!((400..=600).contains(&cycles), "{cycles}");
+}
+
+/// A master that goes on by its increments is not running back, wherever its position seems to be.
+#[test]
+fn increments_that_go_on_are_no_rollback() {
+    let (start, command) = (moment((0.0, 10.0), (0.0, 0.0)), SyncMask::ROLLBACK_LOCK);
+    for (travel, runs_back) in [
+        (None, true),
+        (Some(TravelDirection::Forward), false),
+        (Some(TravelDirection::Backward), true),
+    ] {
+        let command = to_position(
+            1.0,
+            (10.0, 5.0),
+            SyncMode::position_based(command),
+            SyncLimits::default(),
+        );
+        let (mut coupling, _) = couple(SawCommand::GearInPos(command), &start);
+        coupling.set_master_travel(travel);
+        for position in [0.02, -0.08] {
+            let master = Kinematics {
+                position,
+                velocity: 10.0,
+                acceleration: 0.0,
+            };
+            let _ = coupling.update(&master, CYCLE);
+        }
+        let was_stopped = *coupling.state() == CommandState::Aborted;
+        assert_eq!(was_stopped, runs_back, "{travel:?}");
+        // A reversal that the increments show comes later, and is one.
+        coupling.set_master_travel(Some(TravelDirection::Backward));
+        let master = Kinematics {
+            position: -0.1,
+            velocity: -10.0,
+            acceleration: 0.0,
+        };
+        let _ = coupling.update(&master, CYCLE);
+        assert_eq!(*coupling.state(), CommandState::Aborted);
+    }
+}
+
 proptest! {
     #[test]
     fn whatever_the_master_does_the_slave_stays_sane(

@@ -28,7 +28,9 @@ impl SlaveAxis {
     pub(super) fn seen_masters(&self) -> Masters {
         match self.masters.first() {
             Some(first) if self.phasing.is_active() => {
-                self.masters.with_first(sum(first, self.phasing.now()))
+                let shift = self.phasing.now();
+                let is_shifting = shift.velocity != 0.0;
+                self.masters.with_first(sum(first, shift), is_shifting)
             }
             _ => self.masters,
         }

@@ -1,8 +1,6 @@
-//! The way of a slave to a velocity that moves itself.
+//! The way of a slave to a velocity that moves itself: decided from cycle to cycle, not planned.
 
-use coaxle_axis::guard::GuardRefusal;
-use coaxle_axis::{Dynamics, PlanInputs};
-use coaxle_curve::profile::{Kinematics, Limits};
+use crate::profile::{Kinematics, Limits};
 
 /// By which part of what the jerk can do in a cycle the acceleration may be off its target's as the
 /// velocity lands on that, to go on with it: with the full jerk before it and a quarter after it, the
@@ -22,7 +20,7 @@ const FADING: f64 = 0.75;
 /// in units of jT². Then a cycle is `b' = b + u, |u| ≤ 1`, `w' = w + b'`, so that the fastest way to
 /// `w = b = 0` has a closed form, and nothing that was planned can go stale when the target moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ramp {
+pub struct Ramp {
     limits: Limits,
     slave: Kinematics,
     target: f64,
@@ -30,7 +28,8 @@ pub(super) struct Ramp {
 
 impl Ramp {
     /// From the slave's motion; `target` is the velocity that it should have at the same moment.
-    pub(super) const fn new(slave: &Kinematics, target: f64, limits: Limits) -> Self {
+    #[must_use]
+    pub const fn new(slave: &Kinematics, target: f64, limits: Limits) -> Self {
         Self {
             limits,
             slave: *slave,
@@ -39,22 +38,24 @@ impl Ramp {
     }
 
     /// The slave in the last cycle.
-    pub(super) const fn slave(&self) -> &Kinematics {
+    #[must_use]
+    pub const fn slave(&self) -> &Kinematics {
         &self.slave
     }
 
     /// Other limits from now on.
-    pub(super) const fn limit(&mut self, limits: Limits) {
+    pub const fn limit(&mut self, limits: Limits) {
         self.limits = limits;
     }
 
     /// Whether the velocity is the target's.
-    pub(super) fn is_there(&self) -> bool {
+    #[must_use]
+    pub fn is_there(&self) -> bool {
         self.slave.velocity == self.target
     }
 
-    /// One cycle in which something else leads the slave, whatever the limits say.
-    pub(super) fn follow(&mut self, led: &Kinematics, dt: f64) {
+    /// One cycle of `dt` seconds in which something else leads the slave, whatever the limits say.
+    pub fn follow(&mut self, led: &Kinematics, dt: f64) {
         let acceleration = self.acceleration_of(led.velocity, led.acceleration, dt);
         self.target = led.velocity;
         self.slave = Kinematics {
@@ -63,8 +64,8 @@ impl Ramp {
         };
     }
 
-    /// One cycle towards a target, which says how it accelerates.
-    pub(super) fn step(&mut self, target: f64, stated_acceleration: f64, dt: f64) {
+    /// One cycle of `dt` seconds towards a target velocity, which says how it accelerates.
+    pub fn step(&mut self, target: f64, stated_acceleration: f64, dt: f64) {
         let fastest = self.limits.velocity();
         let reachable = target.max(-fastest).min(fastest);
         let seen = (reachable - self.target) / dt;
@@ -165,24 +166,6 @@ impl Ramp {
         };
         (-downwards.min(down), upwards.min(up))
     }
-}
-
-/// The limits of a ramp with these dynamics, or the slave's own where those are too slow to keep the
-/// highest velocity from the acceleration that it has.
-///
-/// # Errors
-/// [`GuardRefusal`]: more than the slave can do, or no limit.
-pub(super) fn ramp_limits(
-    dynamics: &Dynamics,
-    inputs: &PlanInputs,
-) -> Result<Limits, GuardRefusal> {
-    let asked = inputs.guard.limits_of(None, dynamics)?;
-    let keeps_velocity = asked.without_overspeed(&inputs.slave) == inputs.slave;
-    Ok(if keeps_velocity {
-        asked
-    } else {
-        *inputs.guard.limits()
-    })
 }
 
 /// What the velocity still gains, in units of jT², while an acceleration b is led to zero.

@@ -1,0 +1,150 @@
+//! `encoder` of a far axis: how the increments of one that is only measured are smoothed.
+
+use coaxle_clock::Seconds;
+use coaxle_clock::time_sync::WrongParameter;
+use coaxle_remote::{COARSE_INCREMENT_MM, EncoderParameters};
+
+use super::ReceiverConfig;
+
+/// An encoder with a parameter out of its range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{field}: received {}, expected {}", .wrong.received, .wrong.expected)]
+pub struct WrongEncoder {
+    /// The field of the config.
+    pub field: String,
+    /// What is wrong with it.
+    pub wrong: WrongParameter,
+}
+
+/// In the short form there is but one axis.
+const SHORT: &str = "master.encoder";
+
+impl ReceiverConfig {
+    /// What is worth a word to whoever runs the node, though it can be run: a line each.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        let axes = self.encoders().filter(|(axis, _, encoder)| {
+            self.far_axis_unit(*axis).as_str() == "mm" && encoder.increment > COARSE_INCREMENT_MM
+        });
+        let note = |(_, field, encoder): (usize, String, &EncoderParameters)| {
+            format!(
+                "{field}.increment: received {} mm, recommended at most {COARSE_INCREMENT_MM} mm: the master is \
+                 wrong by up to two increments in ripple, and by tenths of a millimetre in ramps",
+                encoder.increment
+            )
+        };
+        axes.map(note).collect()
+    }
+
+    pub(super) fn check_encoders(&self, is_short: bool) -> Result<(), WrongEncoder> {
+        let cycle = self.cycle_time_us.0.span();
+        for (_, field, encoder) in self.encoders() {
+            let field = if is_short { SHORT.to_owned() } else { field };
+            check(encoder)
+                .and_then(|()| encoder.checked(cycle).map(drop))
+                .map_err(|wrong| WrongEncoder {
+                    field: format!("{field}.{}", wrong.parameter),
+                    wrong,
+                })?;
+        }
+        Ok(())
+    }
+
+    /// The encoders, with the number of their axis among all far ones and the field that has them.
+    fn encoders(&self) -> impl Iterator<Item = (usize, String, &EncoderParameters)> {
+        let axes = self.far_axes().enumerate();
+        axes.filter_map(|(number, (n, _, axis))| {
+            let place = number - self.first_axis_of(n);
+            let field = format!("far[{n}].axes[{place}].encoder");
+            Some((number, field, axis.encoder.as_ref()?))
+        })
+    }
+}
+
+/// How often the counter is read is how often the far node has a cycle.
+fn check(encoder: &EncoderParameters) -> Result<(), WrongParameter> {
+    match encoder.sampling_time {
+        Seconds::ZERO => Ok(()),
+        Seconds(received) => Err(WrongParameter {
+            parameter: "sampling-time-s",
+            received,
+            expected: "none: the frames of the far node say how long its cycles are",
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config(rest: &str) -> Result<ReceiverConfig, String> {
+        let text = format!("name = 'r'\ncycle-time-us = 1000\n{rest}");
+        coaxle_node::config::parse("r.toml", &text).map_err(|error| error.to_string())
+    }
+
+    fn long(encoder: &str) -> String {
+        format!("[[far]]\nnode = 'a'\naxes = [4, {{ id = 1, unit = 'mm', encoder = {encoder} }}]")
+    }
+
+    #[test]
+    fn the_short_form_has_it_too() {
+        let short = config("slave = []\nmaster = { node = 'a', encoder = { increment = 0.01 } }");
+        let text =
+            "slave = []\n[[far]]\nnode = 'a'\naxes = [{ id = 1, encoder = { increment = 0.01 } }]";
+        assert_eq!(short, config(text));
+        let written = toml::to_string(&short.clone().unwrap()).unwrap();
+        let read = coaxle_node::config::parse("r.toml", &written).map_err(|e| e.to_string());
+        assert_eq!(read, short);
+    }
+
+    #[test]
+    fn what_smooths_nothing_is_refused_by_name() {
+        let field = "far[0].axes[1].encoder";
+        for (encoder, expected) in [
+            (
+                "{}",
+                "increment: received 0, expected a finite number above 0",
+            ),
+            (
+                "{ increment = 0.05, smoothing = 1 }",
+                "smoothing: received 1, expected \"auto\", or",
+            ),
+            (
+                "{ increment = 0.05, max-speed = 0 }",
+                "max-speed: received 0, expected",
+            ),
+            (
+                "{ increment = 0.05, vibration = -1 }",
+                "vibration: received -1, expected",
+            ),
+            (
+                "{ increment = 0.05, sampling-time-s = 0.002 }",
+                "sampling-time-s: received 0.002, expected none: the frames",
+            ),
+        ] {
+            let error = config(&long(encoder)).unwrap_err();
+            assert!(
+                error.contains(&format!("{field}.{expected}")),
+                "{encoder}: {error}"
+            );
+        }
+        let error = config("master = { node = 'a', encoder = { increment = -1 } }").unwrap_err();
+        assert!(
+            error.contains("master.encoder.increment: received -1"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_coarse_increment_in_millimetres_is_worth_a_note() {
+        let notes = |text: &str| config(text).unwrap().notes();
+        let coarse = notes(&long("{ increment = 0.05 }"));
+        assert_eq!(coarse.len(), 1);
+        let expected =
+            "far[0].axes[1].encoder.increment: received 0.05 mm, recommended at most 0.02 mm";
+        assert!(coarse[0].starts_with(expected), "{coarse:?}");
+        assert!(notes(&long("{ increment = 0.02 }")).is_empty());
+        assert!(notes(&long("{ increment = 0.05 }").replace("'mm'", "'m'")).is_empty());
+        assert!(notes("master.node = 'a'").is_empty());
+    }
+}

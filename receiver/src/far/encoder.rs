@@ -1,0 +1,130 @@
+//! A far axis that is only measured: its increments made a smooth master, in place of the extrapolation.
+
+use coaxle_axis::TravelDirection;
+use coaxle_clock::time_sync::WrongParameter;
+use coaxle_clock::{CycleTime, Seconds};
+use coaxle_curve::profile::Kinematics;
+use coaxle_remote::{
+    CheckedEncoder, EncoderMaster, EncoderOutput, EncoderParameters, EncoderSample, Smoothing,
+};
+
+use crate::signals::FarAxisSignals;
+
+/// The conditioning of one far axis.
+#[derive(Debug)]
+pub(super) struct Encoder {
+    own: CycleTime,
+    parameters: EncoderParameters,
+    checked: CheckedEncoder,
+    master: EncoderMaster,
+    /// What came and was not taken in yet, with its count.
+    fresh: Option<(Kinematics, u64)>,
+    /// The count of the newest sample that was.
+    count: Option<u64>,
+    /// Own cycles since that.
+    cycles: u32,
+    output: EncoderOutput,
+}
+
+impl Encoder {
+    /// `own` is the receiver's cycle time; the far node's is known when its first frame comes.
+    pub(super) fn new(
+        own: CycleTime,
+        parameters: EncoderParameters,
+    ) -> Result<Self, WrongParameter> {
+        let checked = parameters.checked(own.span())?;
+        Ok(Self {
+            own,
+            parameters,
+            checked,
+            master: EncoderMaster::new(&checked),
+            fresh: None,
+            count: None,
+            cycles: 0,
+            output: EncoderOutput::default(),
+        })
+    }
+
+    /// The far node reads its counter in cycles of this length: the next sample is the first.
+    pub(super) fn restart(&mut self, sampled_every: CycleTime) {
+        self.checked = self.for_samples(sampled_every);
+        self.master = EncoderMaster::new(&self.checked);
+        self.forget();
+    }
+
+    /// A time of smoothing that is too short for samples that come so seldom gives way to the automatic one.
+    fn for_samples(&self, every: CycleTime) -> CheckedEncoder {
+        let sampled = EncoderParameters {
+            sampling_time: Seconds(every.as_secs_f64()),
+            ..self.parameters
+        };
+        let automatic = EncoderParameters {
+            smoothing: Smoothing::Auto,
+            ..sampled
+        };
+        let task = self.own.span();
+        sampled
+            .checked(task)
+            .or_else(|_| automatic.checked(task))
+            .unwrap_or(self.checked)
+    }
+
+    /// Where the axis was says nothing of where it is next: the next sample is the first.
+    pub(super) fn forget(&mut self) {
+        self.master.restart();
+        self.count = None;
+        self.output = EncoderOutput {
+            refused_jumps: self.output.refused_jumps,
+            counter_resets: self.output.counter_resets,
+            ..EncoderOutput::default()
+        };
+    }
+
+    /// What the newest frame, with this count, says of the axis.
+    pub(super) const fn take(&mut self, set: &Kinematics, count: u64) {
+        self.fresh = Some((*set, count));
+    }
+
+    /// One cycle. `age` is how old the newest sample is in the mode that is in force; none where the axis is to
+    /// be as it came: then a sample is new in the cycle that it came in.
+    pub(super) fn update(&mut self, age: Option<Seconds>, elapsed: u32) {
+        self.cycles = self.cycles.saturating_add(elapsed);
+        let sample = self.sample();
+        let since = f64::from(self.cycles) * self.own.as_secs_f64();
+        let horizon = age.unwrap_or(Seconds(since));
+        self.output = self.master.update(sample, horizon, elapsed);
+    }
+
+    fn sample(&mut self) -> Option<EncoderSample> {
+        let (set, count) = self.fresh.take()?;
+        let sample = EncoderSample::next_position(set.position, self.parameters.increment)?;
+        let behind = self
+            .count
+            .replace(count)
+            .map_or(1, |last| count - last.min(count));
+        self.cycles = 0;
+        Some(sample.after(u32::try_from(behind).unwrap_or(u32::MAX)))
+    }
+
+    /// The set values; none until they have settled.
+    pub(super) fn set(&self) -> Option<Kinematics> {
+        self.output.acquired.then_some(self.output.set)
+    }
+
+    /// Where the increments say that the axis goes, or went last.
+    pub(super) const fn travel(&self) -> Option<TravelDirection> {
+        self.output.direction
+    }
+
+    pub(super) fn show(&self, signals: &mut FarAxisSignals) {
+        let output = &self.output;
+        signals.encoder_bandwidth = Some(self.checked.bandwidth());
+        signals.position_sigma = Some(output.position_sigma);
+        signals.velocity_sigma = Some(output.velocity_sigma);
+        signals.travel = output.direction.map(Into::into);
+        signals.acquired = Some(output.acquired);
+        signals.trimming = Some(output.trimming);
+        signals.refused_jumps = Some(output.refused_jumps);
+        signals.counter_resets = Some(output.counter_resets);
+    }
+}
