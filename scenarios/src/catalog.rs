@@ -21,6 +21,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "beat-sender-fast",
     "cycle-ratio",
     "encoder-master",
+    "measuring-wheel",
     "jitter",
     "loss",
     "drift-change",

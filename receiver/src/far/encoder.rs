@@ -15,6 +15,8 @@ use crate::signals::FarAxisSignals;
 pub(super) struct Encoder {
     own: CycleTime,
     parameters: EncoderParameters,
+    /// How often the far node reads its counter; none before its first frame.
+    sampled_every: Option<CycleTime>,
     checked: CheckedEncoder,
     master: EncoderMaster,
     /// What came and was not taken in yet, with its count.
@@ -36,6 +38,7 @@ impl Encoder {
         Ok(Self {
             own,
             parameters,
+            sampled_every: None,
             checked,
             master: EncoderMaster::new(&checked),
             fresh: None,
@@ -47,8 +50,10 @@ impl Encoder {
 
     /// The far node reads its counter in cycles of this length: the next sample is the first.
     pub(super) fn restart(&mut self, sampled_every: CycleTime) {
-        self.checked = self.for_samples(sampled_every);
-        self.master = EncoderMaster::new(&self.checked);
+        if self.sampled_every.replace(sampled_every) != Some(sampled_every) {
+            self.checked = self.for_samples(sampled_every);
+            self.master = EncoderMaster::new(&self.checked);
+        }
         self.forget();
     }
 
