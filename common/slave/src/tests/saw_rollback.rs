@@ -4,7 +4,7 @@ use std::vec::Vec;
 
 use super::saws::{beside, to_position};
 use super::*;
-use coaxle_axis::{AxisState, AxisStatus, CommandState};
+use coaxle_axis::{AxisState, AxisStatus, CommandState, Masters, TravelDirection};
 use coaxle_saw::SyncMask;
 
 /// Couples at 0, and turns the master round before or after the slave is synchronous.
@@ -154,5 +154,42 @@ fn a_rollback_stop_goes_on_from_the_acceleration_of_the_slave() {
             assert!(!coupled && axis.error().is_none(), "{:?}", axis.error());
             assert_eq!(axis.set().velocity, 0.0);
         }
+    }
+}
+
+/// A measured master that goes on by its increments is not back, wherever its position is; unless it is shifted back.
+#[test]
+fn increments_that_go_on_are_no_rollback() {
+    for (shift, stops) in [(0.0, false), (-300.0, true)] {
+        let (mut axis, mut master) = beside(&PARAMETERS, 100.0);
+        let sync = (master.0.position + 200.0, axis.set().position + 100.0);
+        let saw = Command::GearInPos(to_position(sync, SyncMask::ROLLBACK_LOCK));
+        start(&mut axis, &saw);
+        let mut lead = |axis: &mut SlaveAxis, step: f64| {
+            master.0.position += step;
+            let forward = [Some(TravelDirection::Forward)];
+            axis.update(Masters::of([Some(master.0)]).going(forward), CYCLE);
+        };
+        lead(&mut axis, 0.1);
+        lead(&mut axis, -0.15);
+        assert_eq!(axis.status(), AxisStatus::SynchronizedMotion);
+        let shifting = Command::PhasingRelative {
+            shift,
+            velocity: Some(200.0),
+            dynamics: Dynamics {
+                acceleration: Some(1_000.0),
+                deceleration: None,
+                jerk: Some(1e5),
+            },
+        };
+        if shift != 0.0 {
+            start(&mut axis, &shifting);
+        }
+        for _ in 0..4_000 {
+            lead(&mut axis, 0.1);
+        }
+        assert_eq!(axis.error(), None);
+        let was_stopped = axis.status() != AxisStatus::SynchronizedMotion;
+        assert_eq!(was_stopped, stops, "shifted by {shift}");
     }
 }
