@@ -204,7 +204,7 @@ axes = ['1-2']
 delay = 'off'
 [[far]]
 node = 'b'
-axes = [{ id = 1, name = 'belt' }]
+axes = [{ id = 1, name = 'belt', encoder = { increment = 0.01 } }]
 delay = 'off'
 [[far]]
 node = 'c'

@@ -197,7 +197,12 @@ fn check(names: &[String]) -> anyhow::Result<bool> {
         let prepared =
             catalog::find(&name).and_then(|source| sweep::prepare(&source, &[], &[], &[]));
         match prepared {
-            Ok(_) => say(&format!("{name}: ok"))?,
+            Ok(prepared) => {
+                say(&format!("{name}: ok"))?;
+                for note in prepared.notes() {
+                    say(&format!("{name}: note: {note}"))?;
+                }
+            }
             Err(error) => {
                 good = false;
                 say(&format!("{error:#}"))?;

@@ -129,6 +129,20 @@ pub fn prepare(
 }
 
 impl Prepared {
+    /// What is worth a word of its receivers, at the first point of the grid: a line each.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        let first = self.points.first();
+        let receivers = first
+            .into_iter()
+            .flat_map(|(_, scenario)| &scenario.receivers);
+        let notes = receivers.flat_map(|receiver| {
+            let name = &receiver.name;
+            (receiver.notes().into_iter()).map(move |note| format!("receiver {name}: {note}"))
+        });
+        notes.collect()
+    }
+
     /// Runs them all.
     ///
     /// # Errors
