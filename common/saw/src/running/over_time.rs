@@ -1,0 +1,78 @@
+//! Time-based: the slave's own way to the velocity of its gear.
+
+use coaxle_clock::Seconds;
+use coaxle_curve::profile::Kinematics;
+use coaxle_curve::ramp::Ramp;
+
+use super::{Phase, SawCoupling};
+use crate::rollback::RollbackReaction;
+
+impl SawCoupling {
+    /// One cycle of the profile over time, as long as the master has the velocity that it was planned for.
+    pub(super) fn over_time(&mut self, master: &Kinematics, before: f64, dt: f64) {
+        let Phase::OverTime { profile, since } = &mut self.phase else {
+            return;
+        };
+        let target = self.line.ratio * master.velocity;
+        let foreseen = profile.end().velocity;
+        if foreseen != target {
+            let ramp = Ramp::new(&self.slave, foreseen, self.limits);
+            return self.chase(ramp, master, before, dt);
+        }
+        let began = *since;
+        *since += dt;
+        let (profile, since) = (*profile, *since);
+        if self.is_behind_start(master) {
+            let reaction = RollbackReaction::of(self.command.mask(), false);
+            return self.roll_back(reaction, master, before, dt, |_, part| {
+                profile.at(Seconds(began + part * dt))
+            });
+        }
+        let slave = profile.at(Seconds(since));
+        if since >= profile.duration().0 {
+            self.anchor(&slave, master);
+        }
+        self.lead_to(slave, master, dt);
+    }
+
+    /// A master whose velocity changes is chased cycle by cycle: a profile planned for any of its velocities would
+    /// be out of date before it ends.
+    pub(super) fn chase(&mut self, mut ramp: Ramp, master: &Kinematics, before: f64, dt: f64) {
+        let gear = self.line.slave_of(master);
+        if !gear.velocity.is_finite() {
+            return self.refuse_to_lead(&gear, master, dt);
+        }
+        let last = self.slave;
+        ramp.step(gear.velocity, gear.acceleration, dt);
+        self.phase = Phase::Chasing(ramp);
+        if self.is_behind_start(master) {
+            let reaction = RollbackReaction::of(self.command.mask(), false);
+            return self.roll_back(reaction, master, before, dt, |_, part| {
+                between(&last, ramp.slave(), part, dt)
+            });
+        }
+        if ramp.is_there() {
+            self.anchor(ramp.slave(), master);
+        }
+        self.lead_to(*ramp.slave(), master, dt);
+    }
+
+    /// The slave is as fast as the gear has it: from here on that leads it, from where it is.
+    fn anchor(&mut self, slave: &Kinematics, master: &Kinematics) {
+        self.line.master = master.position;
+        self.line.slave = slave.position;
+        self.become_synchronous();
+    }
+}
+
+/// A part of a cycle of constant jerk into it.
+fn between(from: &Kinematics, to: &Kinematics, part: f64, dt: f64) -> Kinematics {
+    let jerk = (to.acceleration - from.acceleration) / dt;
+    let t = part * dt;
+    Kinematics {
+        position: from.position
+            + t * (from.velocity + t * (from.acceleration / 2.0 + t * jerk / 6.0)),
+        velocity: from.velocity + t * (from.acceleration + t * jerk / 2.0),
+        acceleration: from.acceleration + t * jerk,
+    }
+}
