@@ -39,13 +39,15 @@ impl SlaveMasters {
 
     /// All that there is anything of, be it lost or in error.
     pub(super) fn all(&self) -> Masters {
-        Masters::of(self.all.map(|master| Some(master?.set)))
+        as_couplings_see(self.all)
     }
 
     /// As couplings see them: none where one is lost or in error.
     pub(super) fn sound(&self) -> Masters {
-        let sound = self.all.map(|master| master.filter(|one| one.is_sound));
-        let travel = sound.map(|master| master?.travel);
-        Masters::of(sound.map(|master| Some(master?.set))).going(travel)
+        as_couplings_see(self.all.map(|master| master.filter(|one| one.is_sound)))
     }
+}
+
+fn as_couplings_see(all: [Option<Master>; Masters::MOST]) -> Masters {
+    Masters::of(all.map(|master| Some(master?.set))).going(all.map(|master| master?.travel))
 }
