@@ -2,7 +2,8 @@
 //!
 //! A run is a start of the far node, told by its epoch, with one cycle time and a count that keeps pace with
 //! the own clock. The first one is followed at once, and kept as long as it is heard. Another one takes over only
-//! when it has come regularly and the one before is silent; and an ended run never comes back. So a stray
+//! when it has come regularly and the one before is silent. A run that has ended comes back only when nothing
+//! else was heard for long: it may have been taken over from while it was silent itself. So a stray
 //! frame, a second node of the same name, or a frame that was on its way for long, moves nothing.
 
 use coaxle_clock::{CycleTime, Instant, Local, Span};
@@ -17,6 +18,8 @@ const SILENT_CYCLES: i64 = 4;
 const SILENT: Span = Span::from_millis(10);
 /// … or for so long, if both were heard at the same time: then it may be but a bad link.
 const SILENT_RIVAL: Span = Span::from_secs(1);
+/// A run that has ended must have come for so long to be more than what was left of it on its way.
+const BACK: Span = Span::from_secs(1);
 /// One that has not been heard for so long is no rival any more.
 const FORGOTTEN: Span = Span::from_secs(1);
 /// So many ended runs are remembered.
@@ -95,6 +98,13 @@ impl Run {
     }
 }
 
+impl Other {
+    /// Whether it has come for so long that it is no left-over of a run that ended.
+    fn is_back(&self) -> bool {
+        self.run.at - self.since >= BACK
+    }
+}
+
 impl RunChoice {
     /// What a frame is that arrived at `at`.
     pub(super) fn judge(&mut self, at: Instant<Local>, header: &FrameHeader) -> Admission {
@@ -139,12 +149,13 @@ impl RunChoice {
         let is_heard = other.frames >= REGULAR && now - other.run.at <= FORGOTTEN;
         // A backlog of the run that is followed is no second node.
         let is_other = other.is_rival && other.run.epoch != followed.epoch;
-        (is_heard && is_other).then_some(other.run.epoch)
+        let is_left_over = self.has_ended(other.run.epoch) && !other.is_back();
+        (is_heard && is_other && !is_left_over).then_some(other.run.epoch)
     }
 
     /// Notes a frame of another run; whether that is the one to follow now.
     fn takes_over(&mut self, at: Instant<Local>, header: &FrameHeader) -> bool {
-        let (Some(followed), false) = (self.followed, self.has_ended(header.epoch)) else {
+        let Some(followed) = self.followed else {
             return false;
         };
         let Some(other) = self.note(at, header) else {
@@ -152,24 +163,30 @@ impl RunChoice {
         };
         let regular = other.frames >= REGULAR
             && at - other.since >= other.run.cycle_time.span() * i64::from(REGULAR - 1) / 2;
-        let longest = if other.is_rival {
+        let has_ended = self.has_ended(header.epoch);
+        let longest = if other.is_rival || has_ended {
             SILENT_RIVAL
         } else {
             SILENT.max(followed.cycle_time.span() * SILENT_CYCLES)
         };
-        regular && at - followed.at >= longest
+        regular && at - followed.at >= longest && (!has_ended || other.is_back())
     }
 
     /// The run that it is one of; none if another one is noted.
     fn note(&mut self, at: Instant<Local>, header: &FrameHeader) -> Option<Other> {
+        let has_ended = self.has_ended(header.epoch);
         let other = match self.other {
             Some(mut other) if other.run.goes_on_with(at, header) => {
                 other.run.take(at, header);
                 other.frames = other.frames.saturating_add(1);
                 other
             }
-            // One that is heard is not given up for a stray frame of a third.
-            Some(other) if at - other.run.at < other.run.cycle_time.span() * SILENT_CYCLES => {
+            // One that is heard is not given up for a stray frame of a third, but for a new run what is left of
+            // an ended one is.
+            Some(other)
+                if at - other.run.at < other.run.cycle_time.span() * SILENT_CYCLES
+                    && (has_ended || !self.has_ended(other.run.epoch)) =>
+            {
                 return None;
             }
             _ => Other {
@@ -186,6 +203,9 @@ impl RunChoice {
     fn follow(&mut self, at: Instant<Local>, header: &FrameHeader) {
         let before = self.followed.replace(Run::of(at, header));
         self.other = None;
+        for ended in &mut self.ended {
+            *ended = ended.filter(|epoch| *epoch != header.epoch);
+        }
         if let Some(before) = before.filter(|before| before.epoch != header.epoch) {
             self.ended[self.next_ended] = Some(before.epoch);
             self.next_ended = (self.next_ended + 1) % ENDED;
@@ -267,6 +287,45 @@ mod tests {
         // The first one is back: as a rival, but an ended one.
         assert_eq!(choice.judge(at(5_000), &header(1, 5_000)), Foreign);
         assert_eq!(choice.judge(at(5_000), &header(7, 5_050)), Followed);
+    }
+
+    #[test]
+    fn a_run_that_was_taken_over_from_is_followed_again_when_nothing_else_is_heard() {
+        let mut choice = RunChoice::default();
+        run(&mut choice, 1, 0, 0, 100);
+        // It is silent for a while, and a second node takes over, beside which it goes on.
+        assert!(run(&mut choice, 7, 100, 200, 300).contains(&Begins));
+        for now in 300..2_000 {
+            assert_eq!(
+                choice.judge(at(now), &header(7, now as u64 - 100)),
+                Followed
+            );
+            assert_eq!(choice.judge(at(now), &header(1, now as u64)), Foreign);
+        }
+        assert_eq!(choice.rival(at(2_000)), Some(1));
+        let judged = run(&mut choice, 1, 0, 2_000, 4_000);
+        let begins = judged.iter().position(|one| *one == Begins);
+        assert_eq!(begins, Some(999), "after a second");
+        assert!(judged[1_000..].iter().all(|one| *one == Followed));
+        // It is taken over from again as any other.
+        assert!(run(&mut choice, 8, 4_000, 4_010, 4_100).contains(&Begins));
+    }
+
+    #[test]
+    fn what_is_left_of_an_ended_run_keeps_no_new_one_from_taking_over_and_is_no_rival() {
+        let mut choice = RunChoice::default();
+        run(&mut choice, 1, 0, 0, 100);
+        assert!(run(&mut choice, 2, 100, 110, 200).contains(&Begins));
+        // The node is started a third time; frames of its first run come between.
+        let mut begins = None;
+        for now in 300..900 {
+            assert_eq!(choice.judge(at(now), &header(1, now as u64 - 250)), Foreign);
+            if choice.judge(at(now), &header(3, now as u64 - 300)) == Begins {
+                begins = begins.or(Some(now - 300));
+            }
+            assert_eq!(choice.rival(at(now)), None);
+        }
+        assert_eq!(begins, Some(4));
     }
 
     #[test]
