@@ -252,6 +252,8 @@ signals! {
         guard: GuardStateName [""],
         /// How far its set position is from what is asked for.
         distance: f64 ["u"],
+        /// Times its set position was set anew so far, in no step of a motion: switched on, homed, reset.
+        set_anew: u32 [""],
         /// Its state in the PLCopen diagram.
         state: AxisStatus [""] last,
         /// How far its coupling is; none without one.

@@ -67,6 +67,8 @@ pub struct SlaveAxis {
     /// The masters at the last update: of the same moment as the set values.
     masters: Masters,
     error: Option<SlaveError>,
+    /// How often the set position was set anew.
+    set_anew: u32,
     /// Counts whatever happens to the axis, so that no change is applied that was planned before.
     revision: u32,
 }
@@ -120,6 +122,7 @@ impl SlaveAxis {
             jobs: Jobs::default(),
             masters: Masters::default(),
             error: None,
+            set_anew: 0,
             revision: 0,
         })
     }
@@ -313,6 +316,13 @@ impl SlaveAxis {
     #[must_use]
     pub const fn distance(&self) -> f64 {
         self.distance
+    }
+
+    /// How often the set position was set anew so far, wrapping around: where the drive is, where it was
+    /// homed, or where the axis was switched on. It is no step of a motion then.
+    #[must_use]
+    pub const fn times_set_anew(&self) -> u32 {
+        self.set_anew
     }
 
     /// The actual position, u.

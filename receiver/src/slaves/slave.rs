@@ -288,6 +288,7 @@ impl Slave {
             acceleration: set.map(|set| set.acceleration),
             guard: self.axis.tracking().into(),
             distance: self.axis.distance(),
+            set_anew: self.axis.times_set_anew(),
             state: self.status(),
             phase: self.phase(),
             error: faults.error.map_or(0, |error| error.code()),

@@ -171,6 +171,7 @@ impl SlaveAxis {
 
     fn stand_at(&mut self, position: f64) {
         self.place(&Kinematics::at_rest(position));
+        self.set_anew = self.set_anew.wrapping_add(1);
         self.move_by(Motion::Own(Planned::rest(position, &self.guard)));
     }
 

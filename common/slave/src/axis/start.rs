@@ -67,6 +67,7 @@ impl SlaveAxis {
         self.powered = true;
         self.masters = masters;
         self.place(&set);
+        self.set_anew = self.set_anew.wrapping_add(1);
         self.motion = Motion::Coupled(kind);
         self.state.follow(Transition::PowerOnCoupled);
         self.jobs.replace(job, CommandState::Active);
