@@ -25,6 +25,9 @@ pub struct LinkConfig {
     pub reorder: Fraction,
     /// How long an overtaken message is held back at most, µs.
     pub reorder_us: AtLeastZero,
+    /// When loss, duplication, reordering and spikes end, s after the start. Never by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub faults_until_s: Option<AtLeastZero>,
     /// Changes of the latency at set times.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub delay_steps: Vec<DelayStep>,

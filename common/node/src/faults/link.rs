@@ -67,6 +67,7 @@ impl LinkModel {
         let twice = self.random.chance(self.config.duplication.get());
         let held = self.random.chance(self.config.reorder.get());
         let delay = self.delay(since_start);
+        let [lost, twice, held] = [lost, twice, held].map(|it| it && self.is_faulty(since_start));
         if lost || self.is_cut(since_start) {
             return deliveries;
         }
@@ -100,12 +101,23 @@ impl LinkModel {
         let spike = match &self.config.spikes {
             Some(spikes) if self.random.chance(spikes.share.get()) => {
                 let (from, to) = (spikes.from_us.get(), spikes.to_us.get());
-                from + (to - from) * self.random.uniform()
+                let spike = from + (to - from) * self.random.uniform();
+                if self.is_faulty(since_start) {
+                    spike
+                } else {
+                    0.0
+                }
             }
             _ => 0.0,
         };
         let micros = self.config.latency_us.get() + steps + jitter + spike;
         Span::from_micros_f64(micros.max(0.0))
+    }
+
+    /// Whether messages are lost, repeated, held back and hit by spikes yet.
+    fn is_faulty(&self, since_start: Span) -> bool {
+        let until = self.config.faults_until_s;
+        until.is_none_or(|until| since_start < Span::from_secs_f64(until.get()))
     }
 
     fn is_cut(&self, since_start: Span) -> bool {

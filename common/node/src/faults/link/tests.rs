@@ -217,3 +217,21 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn what_goes_wrong_at_random_ends_when_it_is_to_end() {
+    let faults = "latency-us = 100\nloss = 0.3\nduplication = 0.3\nreorder = 0.3\nreorder-us = 5000\n\
+                  spikes = { share = 0.3, from-us = 1000, to-us = 9000 }";
+    let until = COUNT / 2;
+    let endless = offered(faults);
+    let ended = offered(&format!("{faults}\nfaults-until-s = {until}"));
+    let until = until as usize;
+    assert_eq!(ended[..until], endless[..until]);
+    let plain = Deliveries::once(Span::from_micros(100));
+    assert!(ended[until..].iter().all(|deliveries| *deliveries == plain));
+    assert!(
+        endless[until..]
+            .iter()
+            .any(|deliveries| *deliveries != plain)
+    );
+}
