@@ -8,6 +8,7 @@ mod lag;
 mod moments;
 mod settling;
 mod slave;
+mod watch;
 
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_curve::profile::Kinematics;
@@ -17,11 +18,13 @@ use coaxle_sender::signals::{AxisSignals, SenderSignals};
 use coaxle_sim::{Oracle, TruthSample};
 
 use crate::curves::Curves;
+use crate::invariants::InvariantViolation;
 use crate::row::{Reference, RowSink};
 use crate::scenario::Scenario;
 use crate::summary::ReceiverSummary;
 use crate::topology::Topology;
 use judge::Judge;
+use watch::ReceiverWatch;
 
 /// Where an axis of a sender truly was at the ideal start of a cycle, by its signals.
 pub(crate) fn truth_of(
@@ -55,6 +58,17 @@ pub struct Evaluation {
     /// Which of them are the receiver's.
     of_receiver: Vec<std::ops::Range<usize>>,
     clocks: Vec<Clock>,
+    /// One for each receiver.
+    watches: Vec<ReceiverWatch>,
+}
+
+/// What an evaluation comes to.
+#[derive(Debug)]
+pub(crate) struct Evaluated {
+    /// Each receiver, by each of its far or virtual axes.
+    pub(crate) receivers: Vec<(String, ReceiverSummary, Curves)>,
+    /// What did not hold in every cycle.
+    pub(crate) violations: Vec<InvariantViolation>,
 }
 
 /// A receiver as the clock of those who follow it, and of its own virtual axes.
@@ -139,6 +153,9 @@ impl Evaluation {
             judges,
             of_receiver: (0..scenario.receivers.len()).map(of).collect(),
             clocks: scenario.receivers.iter().map(Clock::new).collect(),
+            watches: (scenario.receivers.iter())
+                .map(|receiver| ReceiverWatch::new(receiver, &scenario.events))
+                .collect(),
         }
     }
 
@@ -157,6 +174,8 @@ impl Evaluation {
         sink: &mut impl RowSink,
     ) {
         self.clock_was(receiver, at_ns, signals);
+        let since = Instant::from_nanos(at_ns) - self.start;
+        self.watches[receiver].push(since.as_secs_f64(), signals);
         for view in self.of_receiver[receiver].clone() {
             let judge = &mut self.judges[view];
             judge.take(at_ns, woke_ns, signals);
@@ -194,10 +213,7 @@ impl Evaluation {
     }
 
     /// The run is over: what still waits for the master is judged without it.
-    pub(crate) fn finish(
-        mut self,
-        sink: &mut impl RowSink,
-    ) -> Vec<(String, ReceiverSummary, Curves)> {
+    pub(crate) fn finish(mut self, sink: &mut impl RowSink) -> Evaluated {
         for (n, judge) in self.judges.iter_mut().enumerate() {
             while let Some(record) = judge.waiting.pop_front() {
                 let row = judge.judge(record, &self.masters, self.start);
@@ -205,7 +221,12 @@ impl Evaluation {
                 judge.take_back(row.record);
             }
         }
-        self.judges.into_iter().map(Judge::finish).collect()
+        let watches = &self.watches;
+        let judged = self.judges.into_iter();
+        Evaluated {
+            receivers: judged.map(|judge| judge.finish(watches)).collect(),
+            violations: watches.iter().flat_map(ReceiverWatch::violations).collect(),
+        }
     }
 }
 

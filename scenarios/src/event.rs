@@ -35,7 +35,7 @@ pub struct Event {
     reason = "a scenario has a handful, and plain values are simpler"
 )]
 pub enum Happening {
-    /// It goes away, and comes back.
+    /// It goes away, and comes back; or a second one comes, and goes away.
     Away {
         /// How.
         action: Action,
@@ -54,6 +54,8 @@ pub enum Action {
     Restart,
     /// It stands still, as in a debugger, and then goes on.
     Freeze,
+    /// A second node of the same name and config starts beside it, as by a mistake, and dies afterwards.
+    Twin,
 }
 
 /// A command to a slave, or about a far node. It comes at once in virtual time, and through the network to a process.

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::curves::Curves;
+use crate::evaluate::Evaluated;
+use crate::invariants::InvariantViolation;
 use crate::summary::ReceiverSummary;
 use crate::verdict::Verdict;
 
@@ -23,13 +25,15 @@ pub struct Finished {
     pub(crate) curves: Vec<Curves>,
     /// Whether the commands to slaves had the answers that were expected.
     pub(crate) commands: Vec<Verdict>,
+    /// What did not hold in every cycle.
+    pub(crate) violations: Vec<InvariantViolation>,
 }
 
 impl Finished {
-    pub(crate) fn new(receivers: Vec<(String, ReceiverSummary, Curves)>) -> Self {
+    pub(crate) fn new(evaluated: Evaluated) -> Self {
         let mut figures = BTreeMap::new();
         let mut curves = Vec::new();
-        for (name, summary, drawn) in receivers {
+        for (name, summary, drawn) in evaluated.receivers {
             figures.insert(name, summary);
             curves.push(drawn);
         }
@@ -37,11 +41,24 @@ impl Finished {
             figures,
             curves,
             commands: Vec::new(),
+            violations: evaluated.violations,
         }
     }
 
     pub(crate) fn with_commands(self, commands: Vec<Verdict>) -> Self {
         Self { commands, ..self }
+    }
+
+    /// Each receiver's figures, by its name.
+    #[must_use]
+    pub const fn figures(&self) -> &BTreeMap<String, ReceiverSummary> {
+        &self.figures
+    }
+
+    /// What did not hold in every cycle, whether the scenario means it or not.
+    #[must_use]
+    pub fn violations(&self) -> &[InvariantViolation] {
+        &self.violations
     }
 
     pub(crate) fn into_figures(self) -> Vec<(String, ReceiverSummary)> {

@@ -16,6 +16,7 @@ pub mod event;
 pub mod expect;
 pub mod finished;
 mod inspect;
+pub mod invariants;
 mod number;
 pub mod overrides;
 pub mod processes;

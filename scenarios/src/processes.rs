@@ -58,7 +58,7 @@ pub fn run(
     Ok(finished.with_commands(orders.finish()))
 }
 
-/// Starts every node, lets the events happen, and ends every node.
+/// Starts every node but the twins, lets the events happen, and ends every node.
 fn play(
     scenario: &Scenario,
     topology: &Topology,
@@ -66,7 +66,7 @@ fn play(
     orders: &mut Orders,
     progress: &mut dyn Progress,
 ) -> anyhow::Result<()> {
-    for child in children.iter_mut() {
+    for child in children.iter_mut().take(topology.names().len()) {
         child.start()?;
     }
     let mut changes = changes_of(scenario, topology).into_iter().peekable();

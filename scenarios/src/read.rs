@@ -13,6 +13,7 @@ use coaxle_sender::config::ShownAxes;
 
 use crate::event::{Event, Happening};
 use crate::expect::{Expectation, receiver_of};
+use crate::invariants::Exception;
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, SlaveSummary};
 use crate::topology::{Root, Topology, Viewed};
@@ -36,6 +37,7 @@ pub(crate) fn scenario(file: &str, table: toml::Table) -> Result<Scenario, Confi
     show_followed_axes(&mut scenario, &topology, file)?;
     check_events(&scenario, &topology, file)?;
     check_expectations(&scenario, &topology, file)?;
+    check_exceptions(&scenario, file)?;
     check_nodes(&scenario, file)?;
     Ok(scenario)
 }
@@ -193,6 +195,49 @@ fn check_expectation(
         let reason = "expected at least one of at-most, at-least, equals, at-most-share";
         Err(("field", reason.to_owned()))
     }
+}
+
+fn check_exceptions(scenario: &Scenario, file: &str) -> Result<(), ConfigError> {
+    for (n, exception) in scenario.exceptions.iter().enumerate() {
+        check_exception(exception, scenario).map_err(|(field, reason)| {
+            ConfigError::field(file, format!("exception[{n}].{field}"), reason)
+        })?;
+    }
+    Ok(())
+}
+
+/// Whether it is an exception of anything. Gives the wrong field and the reason.
+fn check_exception(
+    exception: &Exception,
+    scenario: &Scenario,
+) -> Result<(), (&'static str, String)> {
+    let Exception {
+        receiver, of, from, ..
+    } = exception;
+    let unknown = |received: &str, known: Vec<String>| {
+        format!(
+            "received {received:?}, expected one of: {}",
+            known.join(", ")
+        )
+    };
+    let receivers = &scenario.receivers;
+    let Some(config) = receivers
+        .iter()
+        .find(|known| known.name.as_str() == receiver)
+    else {
+        let known = names(receivers.iter().map(|known| &known.name));
+        return Err(("receiver", unknown(receiver, known)));
+    };
+    let mut known = names(config.slaves.iter().map(|slave| &slave.name));
+    known.extend(config.far_axis_names());
+    if !known.contains(of) {
+        return Err(("of", unknown(of, known)));
+    }
+    if from.is_empty() {
+        let reason = "expected at least one of the invariants".to_owned();
+        return Err(("from", reason));
+    }
+    Ok(())
 }
 
 /// Every node must be able to start: its parameters are checked where they are used.

@@ -10,8 +10,9 @@ use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::SenderConfig;
 use serde::{Deserialize, Serialize};
 
-use crate::event::Event;
+use crate::event::{Action, Event, Happening};
 use crate::expect::{Expectation, receiver_of};
+use crate::invariants::Exception;
 
 /// An experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,6 +47,9 @@ pub struct Scenario {
     /// What is expected of the outcome.
     #[serde(rename = "expect", default, skip_serializing_if = "Vec::is_empty")]
     pub expectations: Vec<Expectation>,
+    /// What it means to break of what holds in every run by default.
+    #[serde(rename = "exception", default, skip_serializing_if = "Vec::is_empty")]
+    pub exceptions: Vec<Exception>,
 }
 
 /// A field of the scenario and the values it takes in a sweep.
@@ -63,12 +67,40 @@ const fn first_seed() -> u64 {
 }
 
 impl Scenario {
-    /// What every node publishes and hears: senders first, then receivers.
+    /// What every node publishes and hears: senders first, then receivers, then twins.
     pub(crate) fn wirings(&self) -> Vec<Wiring> {
         let senders = self.senders.iter().map(SenderConfig::wiring);
-        senders
-            .chain(self.receivers.iter().map(ReceiverConfig::wiring))
-            .collect()
+        let receivers = self.receivers.iter().map(ReceiverConfig::wiring);
+        let mut wirings: Vec<_> = senders.chain(receivers).collect();
+        for twin in self.twins() {
+            let original = wirings.iter().find(|wiring| wiring.node == *twin);
+            wirings.extend(original.cloned());
+        }
+        wirings
+    }
+
+    /// The nodes that a second one of the same name comes beside, in the order of the events.
+    pub(crate) fn twins(&self) -> Vec<&NodeName> {
+        let mut twins = Vec::new();
+        for event in &self.events {
+            let is_twin = matches!(
+                event.what,
+                Happening::Away {
+                    action: Action::Twin,
+                    ..
+                }
+            );
+            if is_twin && !twins.contains(&&event.node) {
+                twins.push(&event.node);
+            }
+        }
+        twins
+    }
+
+    /// The number of a node's twin, if it has one: twins come after all nodes.
+    pub(crate) fn twin_of(&self, node: &NodeName) -> Option<usize> {
+        let place = self.twins().iter().position(|twin| *twin == node)?;
+        Some(self.senders.len() + self.receivers.len() + place)
     }
 
     /// The seed of one node, the same in both worlds.
@@ -109,6 +141,7 @@ impl Scenario {
         self.receivers.retain(|r| kept.contains(r.name.as_str()));
         self.expectations
             .retain(|e| e.nodes().all(|name| kept.contains(receiver_of(name))));
+        self.exceptions.retain(|e| kept.contains(&e.receiver));
         self.events.retain(|event| {
             let name = event.node.as_str();
             kept.contains(name) || self.senders.iter().any(|s| s.name.as_str() == name)

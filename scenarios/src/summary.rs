@@ -181,6 +181,12 @@ pub struct SlaveSummary {
     pub velocity_max: f64,
     /// Largest change of the set velocity from cycle to cycle, u/s².
     pub acceleration_max: f64,
+    /// Largest difference of two set positions, as a share of the limit of its velocity.
+    pub velocity_share_max: Option<f64>,
+    /// Likewise the second difference, of the larger of acceleration and deceleration.
+    pub acceleration_share_max: Option<f64>,
+    /// Likewise the third difference, of the jerk.
+    pub jerk_share_max: Option<f64>,
     /// Largest following error of its drive, u.
     pub following_error_max: f64,
     /// How it was coupled and released.

@@ -11,7 +11,7 @@ use crate::topology::Topology;
 pub(crate) struct Change {
     /// When, since the start.
     pub(crate) at: Span,
-    /// Number of the node.
+    /// Number of the node; twins come after all others.
     pub(crate) node: usize,
     /// What.
     pub(crate) what: What,
@@ -22,7 +22,7 @@ pub(crate) struct Change {
 pub(crate) enum What {
     /// It dies at once.
     Kill,
-    /// It starts anew.
+    /// It starts, anew if it was there before.
     Start,
     /// It stands still.
     Stop,
@@ -32,7 +32,7 @@ pub(crate) enum What {
     Command(usize),
 }
 
-/// Every event of the scenario. A node that goes away comes back.
+/// Every event of the scenario. A node that goes away comes back, and a twin goes away.
 pub(crate) fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<Change> {
     let mut changes = Vec::new();
     for (number, event) in scenario.events.iter().enumerate() {
@@ -40,16 +40,20 @@ pub(crate) fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<Change
             continue;
         };
         let from = event.at_s.span();
-        let mut add = |at, what| changes.push(Change { at, node, what });
+        let mut add = |at, node, what| changes.push(Change { at, node, what });
         match event.what {
-            Happening::Command(_) => add(from, What::Command(number)),
+            Happening::Command(_) => add(from, node, What::Command(number)),
             Happening::Away { action, for_s } => {
-                let (away, back) = match action {
-                    Action::Restart => (What::Kill, What::Start),
-                    Action::Freeze => (What::Stop, What::Resume),
+                let (node, first, then) = match action {
+                    Action::Restart => (node, What::Kill, What::Start),
+                    Action::Freeze => (node, What::Stop, What::Resume),
+                    Action::Twin => {
+                        let twin = scenario.twin_of(&event.node).unwrap_or(node);
+                        (twin, What::Start, What::Kill)
+                    }
                 };
-                add(from, away);
-                add(from + for_s.span(), back);
+                add(from, node, first);
+                add(from + for_s.span(), node, then);
             }
         }
     }

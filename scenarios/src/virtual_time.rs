@@ -1,13 +1,16 @@
 //! A scenario in the simulation: virtual time, as fast as it goes.
 
+use anyhow::Context;
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local, Span};
+use coaxle_node::faults::seed_of;
 use coaxle_node::wiring::{self, Subscription, far_link_seed};
 use coaxle_node::{
     Arrival, Channel, CommandAnswer, CommandOrder, CommandOutcome, Message, Node, Outgoing,
 };
-use coaxle_receiver::{Drives, Receiver};
+use coaxle_receiver::{Drives, Receiver, ReceiverConfig};
 use coaxle_sender::Sender;
+use coaxle_sender::config::SenderConfig;
 use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, True, World};
 
 use crate::evaluate::{Evaluation, truth_of};
@@ -32,6 +35,7 @@ pub fn run(
     let mut world = populate(scenario)?;
     let mut watcher = Watcher {
         senders: scenario.senders.len(),
+        receivers: scenario.receivers.len(),
         evaluation: Evaluation::new(scenario, &topology, Instant::EPOCH),
         sink,
         outcomes: vec![None; scenario.events.len()],
@@ -79,43 +83,75 @@ fn judge_commands(scenario: &Scenario, outcomes: &[Option<CommandOutcome>]) -> V
 fn populate(scenario: &Scenario) -> anyhow::Result<World<AnyNode>> {
     let mut world = World::new();
     for config in &scenario.senders {
-        let config = config.clone();
-        // Build once for the error; the factory cannot fail any more.
-        Sender::new(&config, Instant::EPOCH, 0)?;
-        world.add_node(NodeSetup {
-            name: config.name.to_string(),
-            seed: scenario.seed_of(&config.name),
-            clock: config.clock.clone(),
-            send_stamps: config.send_stamps,
-            build: Box::new(move |start, run| {
-                let sender = Sender::new(&config, start, run).expect("was built before");
-                AnyNode::Sender(Box::new(sender))
-            }),
-        });
+        world.add_node(sender(scenario, config)?);
     }
     for config in &scenario.receivers {
-        let config = config.clone();
-        Receiver::with_drives(&config, Drives::simulated(), Instant::EPOCH, 0)?;
-        world.add_node(NodeSetup {
-            name: config.name.to_string(),
-            seed: scenario.seed_of(&config.name),
-            clock: config.clock.clone(),
-            send_stamps: true,
-            build: Box::new(move |start, run| {
-                let drives = Drives::simulated();
-                let receiver =
-                    Receiver::with_drives(&config, drives, start, run).expect("was built before");
-                AnyNode::Receiver(Box::new(receiver))
-            }),
-        });
+        world.add_node(receiver(scenario, config)?);
+    }
+    for name in scenario.twins() {
+        let senders = scenario.senders.iter();
+        let mut setup = match senders.clone().find(|config| config.name == *name) {
+            Some(config) => sender(scenario, config)?,
+            None => {
+                let mut receivers = scenario.receivers.iter();
+                let config = receivers.find(|config| config.name == *name);
+                receiver(scenario, config.context("a twin of no node")?)?
+            }
+        };
+        setup.seed = seed_of(setup.seed, TWIN);
+        let build = setup.build;
+        setup.build = Box::new(move |start, run| build(start, FIRST_RUN_OF_TWIN + run));
+        let twin = world.add_node(setup);
+        // Until its event.
+        world.kill(twin);
     }
     connect(&mut world, scenario);
     Ok(world)
 }
 
+/// The part of a run that twins draw their random numbers for.
+const TWIN: &str = "twin";
+
+/// No original is started so often: its runs are others.
+const FIRST_RUN_OF_TWIN: u64 = 1_000_000;
+
+fn sender(scenario: &Scenario, config: &SenderConfig) -> anyhow::Result<NodeSetup<AnyNode>> {
+    let config = config.clone();
+    // Build once for the error; the factory cannot fail any more.
+    Sender::new(&config, Instant::EPOCH, 0)?;
+    Ok(NodeSetup {
+        name: config.name.to_string(),
+        seed: scenario.seed_of(&config.name),
+        clock: config.clock.clone(),
+        send_stamps: config.send_stamps,
+        build: Box::new(move |start, run| {
+            let sender = Sender::new(&config, start, run).expect("was built before");
+            AnyNode::Sender(Box::new(sender))
+        }),
+    })
+}
+
+fn receiver(scenario: &Scenario, config: &ReceiverConfig) -> anyhow::Result<NodeSetup<AnyNode>> {
+    let config = config.clone();
+    Receiver::with_drives(&config, Drives::simulated(), Instant::EPOCH, 0)?;
+    Ok(NodeSetup {
+        name: config.name.to_string(),
+        seed: scenario.seed_of(&config.name),
+        clock: config.clock.clone(),
+        send_stamps: true,
+        build: Box::new(move |start, run| {
+            let drives = Drives::simulated();
+            let receiver =
+                Receiver::with_drives(&config, drives, start, run).expect("was built before");
+            AnyNode::Receiver(Box::new(receiver))
+        }),
+    })
+}
+
 /// Every way between two nodes: as their wiring says, which real processes subscribe by.
 fn connect(world: &mut World<AnyNode>, scenario: &Scenario) {
     let wirings = scenario.wirings();
+    let first_twin = scenario.senders.len() + scenario.receivers.len();
     for way in wiring::links(&wirings) {
         let (from, to) = (&wirings[way.from], &wirings[way.to]);
         let publication = &from.publications[way.publication];
@@ -131,7 +167,14 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) {
             Channel::TimeRequests => (&from.node, &publication.faults, publication.far),
             _ => (&to.node, &subscription.faults, subscription.far),
         };
-        let seed = |part| far_link_seed(scenario.seed_of(follower), part, *channel, far);
+        let seed = |part| {
+            let seed = far_link_seed(scenario.seed_of(follower), part, *channel, far);
+            if way.from.max(way.to) < first_twin {
+                seed
+            } else {
+                seed_of(seed, TWIN)
+            }
+        };
         world.add_link(LinkSetup {
             from: way.from,
             channel: *channel,
@@ -169,14 +212,25 @@ const PROGRESS_STEP: Span = Span::from_secs(1);
 
 struct Watcher<'a, S> {
     senders: usize,
+    receivers: usize,
     evaluation: Evaluation,
     sink: &'a mut S,
     /// What became of the commands among the scenario's events.
     outcomes: Vec<Option<CommandOutcome>>,
 }
 
+impl<S> Watcher<'_, S> {
+    /// Of a twin nobody asks what it does.
+    const fn is_twin(&self, index: usize) -> bool {
+        index >= self.senders + self.receivers
+    }
+}
+
 impl<S: RowSink> Observer<AnyNode> for Watcher<'_, S> {
     fn cycle_seen(&mut self, seen: &CycleSeen<'_, AnyNode>) {
+        if self.is_twin(seen.index) {
+            return;
+        }
         let at_ns = seen.ideal_start.as_nanos();
         match seen.node {
             AnyNode::Sender(sender) => {
@@ -202,6 +256,9 @@ impl<S: RowSink> Observer<AnyNode> for Watcher<'_, S> {
         tick: &Tick,
         arrival: &Arrival,
     ) {
+        if self.is_twin(index) {
+            return;
+        }
         if let Some(receiver) = index.checked_sub(self.senders) {
             self.sink.arrived(receiver, ideal_start, tick, arrival);
         }

@@ -9,17 +9,21 @@
 //! checked: a node that breaks one ends the run.
 
 mod events;
+mod far_time;
 mod invariants;
 mod link;
 mod observer;
 mod oracle;
+mod set_values;
 mod setup;
 mod true_time;
 mod world;
 
+pub use far_time::{FarTimeCheck, FarTimeFault, LARGEST_RATE_ERROR};
 pub use invariants::{Breach, Violation};
 pub use observer::{CycleSeen, Observer};
 pub use oracle::{Oracle, Truth, TruthSample};
+pub use set_values::{Excess, SetValueBound, SetValueCheck, Shares};
 pub use setup::{Factory, LinkSetup, NodeSetup};
 pub use true_time::True;
 pub use world::World;

@@ -15,6 +15,7 @@ use super::lag::Lag;
 use super::moments::Moments;
 use super::settling::{Settled, Settling};
 use super::slave::SlaveJudge;
+use super::watch::ReceiverWatch;
 use crate::curves::Curves;
 use crate::record::Record;
 use crate::row::{Reference, Row};
@@ -317,7 +318,7 @@ impl Judge {
         }
     }
 
-    pub(super) fn finish(mut self) -> (String, ReceiverSummary, Curves) {
+    pub(super) fn finish(mut self, watches: &[ReceiverWatch]) -> (String, ReceiverSummary, Curves) {
         let summary = &mut self.summary;
         if let Some(last) = &self.last {
             let Record {
@@ -351,7 +352,10 @@ impl Judge {
         summary.corrected_time_error_lock_in_max_us =
             error.locking_in(centre.unwrap_or(error.all.mean));
         self.lag.conclude(summary);
-        summary.slaves = self.slaves.into_iter().map(SlaveJudge::finish).collect();
+        let watch = &watches[self.view.receiver];
+        let shares = self.view.slaves.iter().map(|n| watch.shares(*n));
+        let slaves = self.slaves.into_iter().zip(shares);
+        summary.slaves = slaves.map(|(slave, shares)| slave.finish(shares)).collect();
         (self.curves.name.clone(), self.summary, self.curves)
     }
 }

@@ -5,6 +5,7 @@ use coaxle_clock::Span;
 use coaxle_node::config::Unit;
 use coaxle_receiver::SlaveConfig;
 use coaxle_receiver::signals::SlaveSignals;
+use coaxle_sim::Shares;
 use coaxle_slave::CouplingPhase;
 
 use super::coupling::CouplingJudge;
@@ -114,7 +115,11 @@ impl SlaveJudge {
         summary.acceleration_max = summary.acceleration_max.max(acceleration);
     }
 
-    pub(super) fn finish(mut self) -> (String, SlaveSummary) {
+    /// `shares` is what its set positions had at most of its limits.
+    pub(super) fn finish(mut self, shares: Option<Shares>) -> (String, SlaveSummary) {
+        self.summary.velocity_share_max = shares.map(|shares| shares.velocity);
+        self.summary.acceleration_share_max = shares.map(|shares| shares.acceleration);
+        self.summary.jerk_share_max = shares.map(|shares| shares.jerk);
         if self.cycles > 0 {
             self.summary.in_sync_share = self.in_sync_cycles as f64 / self.cycles as f64;
         }

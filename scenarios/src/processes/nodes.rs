@@ -32,7 +32,7 @@ impl Protocol {
     }
 }
 
-/// The nodes, in the order of the scenario, senders first, with the endpoint each listens on.
+/// The nodes, in the order of the scenario, senders first and twins last, with the endpoint each listens on.
 pub(crate) struct Nodes {
     pub(crate) children: Vec<Child>,
     pub(crate) endpoints: Vec<String>,
@@ -55,7 +55,8 @@ impl Nodes {
         }
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        let endpoints = free_endpoints(topology.names().len(), protocol)?;
+        let count = topology.names().len() + scenario.twins().len();
+        let endpoints = free_endpoints(count, protocol)?;
         let children = write_configs(scenario, topology, folder, &endpoints, of_receivers)?;
         Ok(Self {
             children,
@@ -71,39 +72,38 @@ fn write_configs(
     endpoints: &[String],
     of_receivers: NodeOutput,
 ) -> anyhow::Result<Vec<Child>> {
-    let endpoint = |node: usize| endpoints[node].clone();
-    let mut children = Vec::new();
-    for (n, config) in scenario.senders.iter().enumerate() {
-        let mut config = config.clone();
-        config.seed = scenario.seed_of(&config.name);
-        config.transport = local(&config.transport, endpoint(n), Vec::new());
-        let path = write_toml(folder, config.name.as_str(), &config)?;
-        let name = config.name.as_str();
-        children.push(Child::new(Role::Sender, name, path, NodeOutput::Trace));
-    }
+    let names: Vec<_> = topology.names().iter().chain(scenario.twins()).collect();
     let ways = wiring::links(&scenario.wirings());
-    for (n, config) in scenario.receivers.iter().enumerate() {
-        let mut config = config.clone();
-        let this = scenario.senders.len() + n;
-        let sources: BTreeSet<usize> = (ways.iter())
-            .filter(|way| way.to == this)
-            .map(|way| way.from)
-            .collect();
-        config.seed = scenario.seed_of(&config.name);
-        // Those who ask this one connect to it themselves.
-        let followed = |node: &&usize| {
-            let name = &topology.names()[**node];
-            config.far.iter().any(|far| far.node == *name)
+    let mut children = Vec::new();
+    for (n, name) in names.iter().enumerate() {
+        // Those of one name share a config, but for where they are reached.
+        let file = match n.checked_sub(topology.names().len()) {
+            None => name.to_string(),
+            Some(_) => format!("{name}-twin"),
         };
-        let sources = sources
-            .iter()
-            .filter(followed)
-            .map(|n| endpoint(*n))
-            .collect();
-        config.transport = local(&config.transport, endpoint(this), sources);
-        let path = write_toml(folder, config.name.as_str(), &config)?;
-        let name = config.name.as_str();
-        children.push(Child::new(Role::Receiver, name, path, of_receivers));
+        let listen = || endpoints[n].clone();
+        if let Some(config) = scenario.senders.iter().find(|s| s.name == **name) {
+            let mut config = config.clone();
+            config.seed = scenario.seed_of(&config.name);
+            config.transport = local(&config.transport, listen(), Vec::new());
+            let path = write_toml(folder, &file, &config)?;
+            children.push(Child::new(Role::Sender, &file, path, NodeOutput::Trace));
+        }
+        if let Some(config) = scenario.receivers.iter().find(|r| r.name == **name) {
+            let mut config = config.clone();
+            let sources: BTreeSet<usize> = (ways.iter())
+                .filter(|way| way.to == n)
+                .map(|way| way.from)
+                .collect();
+            config.seed = scenario.seed_of(&config.name);
+            // Those who ask this one connect to it themselves.
+            let followed = |node: &&usize| config.far.iter().any(|far| far.node == *names[**node]);
+            let sources = sources.iter().filter(followed);
+            let connect = sources.map(|n| endpoints[*n].clone()).collect();
+            config.transport = local(&config.transport, listen(), connect);
+            let path = write_toml(folder, &file, &config)?;
+            children.push(Child::new(Role::Receiver, &file, path, of_receivers));
+        }
     }
     Ok(children)
 }

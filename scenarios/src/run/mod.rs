@@ -10,6 +10,7 @@ use anyhow::Context;
 
 use crate::catalog::Source;
 use crate::finished::Progress;
+use crate::invariants;
 use crate::report::{self, Report};
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, Summary, World};
@@ -69,6 +70,8 @@ pub fn run(
     }
     let mut summary = summarise(name, scenario, options.world, finished.figures);
     summary.expectations.extend(finished.commands);
+    let failed = invariants::judge(&scenario.exceptions, &finished.violations, options.world);
+    summary.expectations.extend(failed);
     write_summary(&out.join("summary.json"), &summary)?;
     cuts::write(&out.join("cuts.csv"), &summary)?;
     let report = out.join("report.html");

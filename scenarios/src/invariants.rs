@@ -1,0 +1,299 @@
+//! What must hold in every cycle of every run, and what a scenario means to break.
+
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use crate::number::significant;
+use crate::summary::World;
+use crate::verdict::Verdict;
+
+/// Something that holds in every cycle, in both worlds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Invariant {
+    /// What is shown of a slave or of a far axis are finite numbers.
+    Finite,
+    /// The set positions of a slave keep its velocity in their differences.
+    Velocity,
+    /// Likewise the larger of its acceleration and its deceleration.
+    Acceleration,
+    /// Likewise its jerk.
+    Jerk,
+    /// They keep its software limits; from beyond one, they go no farther.
+    SoftwareLimit,
+    /// The corrected time of a far axis never stands or goes back within a run of its node.
+    FarTime,
+    /// In observer mode no cycle of it gains or loses more than a share of its length. TS5066 has no bound.
+    FarRate,
+}
+
+impl Invariant {
+    /// As scenarios and summaries spell it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Finite => "finite",
+            Self::Velocity => "velocity",
+            Self::Acceleration => "acceleration",
+            Self::Jerk => "jerk",
+            Self::SoftwareLimit => "software-limit",
+            Self::FarTime => "far-time",
+            Self::FarRate => "far-rate",
+        }
+    }
+}
+
+/// What does not hold in every run yet, and why: it is found and counted, but fails no run. Nothing now.
+pub const NOT_YET: &[(Invariant, &str)] = &[];
+
+impl Invariant {
+    /// Whether a run fails that does not keep it.
+    #[must_use]
+    pub fn is_required(self) -> bool {
+        !NOT_YET.iter().any(|(invariant, _)| *invariant == self)
+    }
+}
+
+/// A slave or a far axis of a receiver, by their names.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Watched {
+    /// The receiver.
+    pub receiver: String,
+    /// The slave, or the far axis.
+    pub axis: String,
+}
+
+/// An invariant that did not hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InvariantViolation {
+    /// Of which slave or far axis.
+    pub of: Watched,
+    /// What did not hold.
+    pub invariant: Invariant,
+    /// The first cycle in which it did not.
+    pub first: Broken,
+    /// The worst.
+    pub worst: Broken,
+    /// What was allowed, without what rounding may add.
+    pub limit: f64,
+    /// In how many cycles it did not.
+    pub cycles: u64,
+}
+
+/// A cycle in which an invariant did not hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Broken {
+    /// The receiver's cycle number.
+    pub cycle: u64,
+    /// When, s after the start of the run.
+    pub t_s: f64,
+    /// What there was: u, u/s, u/s² or u/s³ of a slave; of a far time s or a share.
+    pub value: f64,
+}
+
+impl InvariantViolation {
+    fn verdict(&self) -> Verdict {
+        let Self {
+            of,
+            invariant,
+            first,
+            worst,
+            limit,
+            cycles,
+        } = self;
+        let (name, cycle, t_s) = (invariant.name(), first.cycle, first.t_s);
+        let mut expected = match invariant {
+            Invariant::Finite => "a number".to_owned(),
+            Invariant::FarTime => "later than the cycle before".to_owned(),
+            _ => format!("at most {limit}"),
+        };
+        if *cycles > 1 {
+            let (value, when) = (significant(worst.value, 6), significant(worst.t_s, 6));
+            expected += &format!("; so in {cycles} cycles, {value} at {when} s the worst");
+        }
+        Verdict {
+            receiver: of.receiver.clone(),
+            slave: Some(of.axis.clone()),
+            field: format!("{name} at {} s, cycle {cycle},", significant(t_s, 7)),
+            expected,
+            received: json!(first.value),
+            met: false,
+        }
+    }
+}
+
+/// Something that a scenario means to break, and why.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct Exception {
+    /// The receiver.
+    pub receiver: String,
+    /// One of its slaves; of a far time, one of its far axes.
+    pub of: String,
+    /// What does not hold.
+    pub from: Vec<Invariant>,
+    /// Why not.
+    pub reason: String,
+}
+
+impl Exception {
+    fn covers(&self, violation: &InvariantViolation, invariant: Invariant) -> bool {
+        let Watched { receiver, axis } = &violation.of;
+        self.receiver == *receiver && self.of == *axis && violation.invariant == invariant
+    }
+}
+
+/// What failed: what did not hold and is no exception, and in virtual time exceptions that were not needed.
+/// Processes may or may not need theirs.
+pub(crate) fn judge(
+    exceptions: &[Exception],
+    violations: &[InvariantViolation],
+    world: World,
+) -> Vec<Verdict> {
+    let is_meant = |violation: &&InvariantViolation| {
+        let mut all = exceptions.iter();
+        all.any(|one| {
+            one.from
+                .iter()
+                .any(|invariant| one.covers(violation, *invariant))
+        })
+    };
+    let required = violations.iter().filter(|one| one.invariant.is_required());
+    let broken = required.filter(|violation| !is_meant(violation));
+    let mut failed: Vec<_> = broken.map(InvariantViolation::verdict).collect();
+    if world == World::Virtual {
+        failed.extend(exceptions.iter().flat_map(|one| unneeded(one, violations)));
+    }
+    failed
+}
+
+fn unneeded(exception: &Exception, violations: &[InvariantViolation]) -> Vec<Verdict> {
+    let kept = |invariant: &&Invariant| {
+        let mut all = violations.iter();
+        !all.any(|violation| exception.covers(violation, **invariant))
+    };
+    let verdict = |invariant: &Invariant| Verdict {
+        receiver: exception.receiver.clone(),
+        slave: Some(exception.of.clone()),
+        field: invariant.name().to_owned(),
+        expected: "not so, as the scenario has an exception: it is not needed".to_owned(),
+        received: json!("kept in every cycle"),
+        met: false,
+    };
+    let required = exception.from.iter().filter(|one| one.is_required());
+    required.filter(kept).map(verdict).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn violation(invariant: Invariant, cycles: u64) -> InvariantViolation {
+        let broken = |cycle, value| Broken {
+            cycle,
+            t_s: cycle as f64 * 1e-3,
+            value,
+        };
+        InvariantViolation {
+            of: Watched {
+                receiver: "bypass".to_owned(),
+                axis: "saw".to_owned(),
+            },
+            invariant,
+            first: broken(3_214, 7_312.5),
+            worst: broken(4_001, 9_000.0),
+            limit: 5_000.0,
+            cycles,
+        }
+    }
+
+    fn exception(from: &[Invariant]) -> Exception {
+        Exception {
+            receiver: "bypass".to_owned(),
+            of: "saw".to_owned(),
+            from: from.to_vec(),
+            reason: "it shows the beat".to_owned(),
+        }
+    }
+
+    fn lines(
+        exceptions: &[Exception],
+        violations: &[InvariantViolation],
+        world: World,
+    ) -> Vec<String> {
+        let failed = judge(exceptions, violations, world);
+        assert!(failed.iter().all(|verdict| !verdict.met));
+        failed.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn a_violation_says_who_when_what_and_how_much() {
+        let found = [
+            violation(Invariant::Acceleration, 1),
+            violation(Invariant::Velocity, 12),
+        ];
+        assert_eq!(
+            lines(&[], &found, World::Processes),
+            [
+                "bypass.saw.acceleration at 3.214 s, cycle 3214, is 7312.5, expected at most 5000",
+                "bypass.saw.velocity at 3.214 s, cycle 3214, is 7312.5, expected at most 5000; \
+                 so in 12 cycles, 9000 at 4.001 s the worst",
+            ]
+        );
+    }
+
+    #[test]
+    fn what_is_meant_is_no_failure_and_nothing_else_is_covered() {
+        let found = [violation(Invariant::Acceleration, 1)];
+        assert!(
+            lines(
+                &[exception(&[Invariant::Acceleration])],
+                &found,
+                World::Virtual
+            )
+            .is_empty()
+        );
+        for other in [
+            exception(&[Invariant::Velocity]),
+            Exception {
+                of: "knife".to_owned(),
+                ..exception(&[Invariant::Acceleration])
+            },
+            Exception {
+                receiver: "sync".to_owned(),
+                ..exception(&[Invariant::Acceleration])
+            },
+        ] {
+            assert_eq!(lines(&[other], &found, World::Processes).len(), 1);
+        }
+    }
+
+    #[test]
+    fn an_exception_that_is_not_needed_fails_in_virtual_time() {
+        let exceptions = [exception(&[Invariant::Acceleration, Invariant::Velocity])];
+        let found = [violation(Invariant::Acceleration, 1)];
+        assert_eq!(
+            lines(&exceptions, &found, World::Virtual),
+            [
+                "bypass.saw.velocity is \"kept in every cycle\", expected not so, as the scenario has \
+                 an exception: it is not needed"
+            ]
+        );
+        assert!(lines(&exceptions, &found, World::Processes).is_empty());
+    }
+
+    #[test]
+    fn an_exception_is_read_as_scenarios_write_it() {
+        let text = "receiver = 'bypass'\nof = 'saw'\nfrom = ['acceleration', 'software-limit']\nreason = 'x'";
+        let read: Exception = coaxle_node::config::parse("e", text).unwrap();
+        assert_eq!(
+            read.from,
+            [Invariant::Acceleration, Invariant::SoftwareLimit]
+        );
+        for name in ["finite", "velocity", "jerk", "far-time", "far-rate"] {
+            let text = format!("receiver = 'a'\nof = 'b'\nfrom = ['{name}']\nreason = ''");
+            let read: Exception = coaxle_node::config::parse("e", &text).unwrap();
+            assert_eq!(read.from[0].name(), name);
+        }
+    }
+}
