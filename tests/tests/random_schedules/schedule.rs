@@ -1,0 +1,437 @@
+//! A schedule: nodes, what is wrong with their clocks and links, what happens to them and what they are told,
+//! all from one seed, as the text of a scenario. For some seconds everything may go wrong; the rest is quiet.
+
+use std::fmt::Write as _;
+
+use coaxle_node::faults::Random;
+
+/// When the last fault is over, s.
+const QUIET_FROM: f64 = 8.0;
+
+/// How long it is quiet afterwards, s: TS5066 needs some beats, which come at least every 4 s, and an observer that
+/// began to lock while frames came half a second late needs half a minute.
+const QUIET_FOR: f64 = 32.0;
+
+/// A scenario from a seed.
+pub(crate) fn of(seed: u64) -> String {
+    let mut schedule = Schedule {
+        random: Random::new(seed),
+        text: String::new(),
+        events: String::new(),
+    };
+    schedule.write(seed);
+    schedule.text + &schedule.events
+}
+
+struct Schedule {
+    random: Random,
+    text: String,
+    /// Tables of their own, behind those of the nodes.
+    events: String,
+}
+
+impl Schedule {
+    fn write(&mut self, seed: u64) {
+        let duration = QUIET_FROM + QUIET_FOR;
+        let _ = write!(
+            self.text,
+            "title = 'Random schedule {seed}'\nduration-s = {duration}\nseed = {}\n\n[network]\nlatency-us = {}\n\
+             jitter = {{ exponential-us = {} }}\n",
+            1 + seed,
+            self.random.whole(50, 2_000),
+            self.random.whole(1, 200),
+        );
+        let senders = self.random.whole(1, 2);
+        let cycles: Vec<u64> = (0..senders).map(|_| self.cycle_time()).collect();
+        for (sender, cycle) in cycles.iter().enumerate() {
+            self.sender(sender as u64, *cycle);
+        }
+        let receivers = self.random.whole(1, 2);
+        let mut first = 0;
+        for receiver in 0..receivers {
+            let sender = self.random.below(senders);
+            // FB_TimeSync wants one cycle time to be a multiple of the other.
+            let cycle = if receiver == 0 {
+                first = cycles[sender as usize];
+                first
+            } else {
+                cycles[sender as usize]
+            };
+            let follows = if receiver > 0 && self.random.chance(0.4) {
+                Follows::Receiver { cycle: first }
+            } else {
+                Follows::Sender { sender, cycle }
+            };
+            self.receiver(receiver, &follows);
+        }
+    }
+
+    fn add(&mut self, text: &str) {
+        self.text += text;
+    }
+
+    fn cycle_time(&mut self) -> u64 {
+        *self.random.one_of(&[500, 1_000, 1_000, 1_000, 2_000])
+    }
+
+    fn sender(&mut self, sender: u64, cycle: u64) {
+        let name = format!("line{sender}");
+        let drift = self.random.one_of(&[-1.0, 1.0]) * self.random.between(250.0, 800.0);
+        let clock = self.clock(drift);
+        let _ = write!(
+            self.text,
+            "\n[[sender]]\nname = '{name}'\ncycle-time-us = {cycle}\n{clock}"
+        );
+        for axis in 1..=2 {
+            self.axis(axis);
+        }
+        self.life_of(&name, &["restart", "freeze", "twin"]);
+    }
+
+    /// A clock that drifts, and steps while anything may go wrong.
+    fn clock(&mut self, drift: f64) -> String {
+        let mut clock = format!(
+            "clock = {{ drift-ppm = {drift:.1}, start-phase-us = {}, jitter = {{ exponential-us = {} }}",
+            self.random.whole(0, 900),
+            self.random.whole(1, 60),
+        );
+        if self.random.chance(0.3) {
+            let _ = write!(
+                clock,
+                ", random-walk-ppm = {:.2}",
+                self.random.between(0.01, 1.0)
+            );
+        }
+        if self.random.chance(0.4) {
+            let phase = self.random.between(1.0, 50_000.0);
+            let drift = self.random.between(-100.0, 100.0);
+            let _ = write!(
+                clock,
+                ", steps = [{{ at-s = {}, phase-us = {phase:.1}, drift-ppm = {drift:.1} }}]",
+                self.moment(QUIET_FROM),
+            );
+        }
+        clock + " }\n"
+    }
+
+    /// A moment before `end`, not at the very start: s.
+    fn moment(&mut self, end: f64) -> String {
+        format!("{:.3}", self.random.between(0.5, end))
+    }
+
+    fn axis(&mut self, id: u64) {
+        let is_encoder = self.random.chance(0.3);
+        let place = if is_encoder {
+            "encoder.program"
+        } else {
+            "program"
+        };
+        let _ = write!(
+            self.text,
+            "\n[[sender.axis]]\nid = {id}\nname = 'axis {id}'\nunit = 'mm'\n"
+        );
+        if is_encoder {
+            let resolution = self.random.one_of(&[0.001, 0.01, 0.1]);
+            let window = self.random.whole(1, 16);
+            let differentiated = self.random.chance(0.3);
+            let _ = write!(
+                self.text,
+                "encoder.resolution = {resolution}\nencoder.velocity-window-cycles = {window}\n\
+                 encoder.differentiate-acceleration = {differentiated}\n"
+            );
+        }
+        let start = self.random.between(-400.0, 400.0);
+        let _ = write!(
+            self.text,
+            "{place}.start-velocity = {start:.1}\n{place}.limits = {{ velocity = 500, acceleration = {}, jerk = {} \
+             }}\n{place}.repeat = true\n{place}.steps = [\n  {{ enable = true }},\n",
+            self.random.whole(500, 3_000),
+            self.random.whole(5_000, 60_000),
+        );
+        for _ in 0..self.random.whole(1, 4) {
+            let step = match self.random.below(4) {
+                0 => format!(
+                    "{{ move-relative = {{ distance = {:.1} }} }}",
+                    self.random.between(-900.0, 900.0)
+                ),
+                1 => format!(
+                    "{{ dwell = {{ for-s = {:.3} }} }}",
+                    self.random.between(0.1, 2.0)
+                ),
+                _ => format!(
+                    "{{ velocity = {{ value = {:.1}, for-s = {:.3} }} }}",
+                    self.random.between(-450.0, 450.0),
+                    self.random.between(0.2, 3.0)
+                ),
+            };
+            let _ = write!(self.text, "  {step},\n");
+        }
+        // One that has no length would be run for ever within a cycle.
+        self.add("  { dwell = { for-s = 0.2 } },\n]\n");
+    }
+
+    /// What happens to a node while anything may go wrong.
+    fn life_of(&mut self, node: &str, actions: &[&str]) {
+        for action in actions {
+            if !self.random.chance(0.3) {
+                continue;
+            }
+            let at = self.random.between(1.0, QUIET_FROM - 3.0);
+            let how_long = if self.random.chance(0.5) {
+                self.random.between(0.002, 0.2)
+            } else {
+                self.random.between(0.2, 2.5)
+            };
+            let _ = write!(
+                self.events,
+                "\n[[event]]\nat-s = {at:.3}\nnode = '{node}'\naction = '{action}'\nfor-s = {how_long:.3}\n"
+            );
+        }
+    }
+
+    fn receiver(&mut self, receiver: u64, follows: &Follows) {
+        let name = format!("follower{receiver}");
+        let (source, cycle) = match follows {
+            Follows::Sender { sender, cycle } => (
+                format!(
+                    "{{ node = 'line{sender}', axis = {} }}",
+                    self.random.whole(1, 2)
+                ),
+                *cycle,
+            ),
+            Follows::Receiver { cycle } => (
+                "{ node = 'follower0', channel = 'slaves', axis = 1 }".to_owned(),
+                *cycle,
+            ),
+        };
+        let mode = *self.random.one_of(&[
+            "observer", "observer", "observer", "sync", "time", "bypass", "pt1",
+        ]);
+        let drift = match (self.random.between(-100.0, 100.0), follows) {
+            (drift, Follows::Sender { .. }) => drift,
+            // Far enough from the clock that it follows for a beat every few seconds.
+            (drift, Follows::Receiver { .. }) => (500.0 + 3.0 * drift.abs()).copysign(drift),
+        };
+        let clock = self.clock(drift);
+        let delay = match self.random.below(4) {
+            0 => "'off'".to_owned(),
+            1 => format!("{{ fixed-us = {:.1} }}", self.random.between(0.0, 3_000.0)),
+            _ => "'measured'".to_owned(),
+        };
+        let delay = if mode == "observer" {
+            format!("delay = {delay}\n")
+        } else {
+            String::new()
+        };
+        let faults = self.faults();
+        let _ = write!(
+            self.text,
+            "\n[[receiver]]\nname = '{name}'\ncycle-time-us = {cycle}\nmode = '{mode}'\nmaster = {source}\n{clock}{delay}\
+             sync.time-sync = {{ age-of-data-limit = 500, max-cycle-index-difference = 500, automatic-re-init = true \
+             }}\n{faults}"
+        );
+        for slave in 0..self.random.whole(1, 3) {
+            self.slave(&name, slave);
+        }
+        self.life_of(&name, &["restart", "freeze"]);
+        let far = match follows {
+            Follows::Sender { sender, .. } => format!("line{sender}"),
+            Follows::Receiver { .. } => "follower0".to_owned(),
+        };
+        self.orders_about(&name, &far, mode);
+    }
+
+    fn faults(&mut self) -> String {
+        let mut faults = Vec::new();
+        let mut share = |name: &str, random: &mut Random, most: f64| {
+            if random.chance(0.5) {
+                faults.push(format!("{name} = {:.3}", random.between(0.0, most)));
+            }
+        };
+        share("loss", &mut self.random, 0.7);
+        share("duplication", &mut self.random, 0.5);
+        share("reorder", &mut self.random, 0.5);
+        faults.push(format!(
+            "reorder-us = {}",
+            self.random.whole(1_000, 500_000)
+        ));
+        if self.random.chance(0.4) {
+            let (share, most) = (
+                self.random.between(0.0, 0.05),
+                self.random.whole(5_000, 200_000),
+            );
+            faults.push(format!(
+                "spikes = {{ share = {share:.4}, from-us = 1000, to-us = {most} }}"
+            ));
+        }
+        if self.random.chance(0.4) {
+            // Lasting ones, of which the network keeps what is not negative.
+            let steps: Vec<_> = (0..self.random.whole(1, 2))
+                .map(|_| {
+                    let by = self.random.between(-50_000.0, 50_000.0);
+                    format!("{{ at-s = {}, by-us = {by:.1} }}", self.moment(QUIET_FROM))
+                })
+                .collect();
+            faults.push(format!(
+                "latency-us = 20000, delay-steps = [{}]",
+                steps.join(", ")
+            ));
+        }
+        if self.random.chance(0.4) {
+            let how_long = self.random.between(0.01, 2.0);
+            let at = self.moment(QUIET_FROM - 2.0);
+            faults.push(format!(
+                "partitions = [{{ at-s = {at}, for-s = {how_long:.3} }}]"
+            ));
+        }
+        format!(
+            "faults = {{ {}, faults-until-s = {QUIET_FROM} }}\n",
+            faults.join(", ")
+        )
+    }
+
+    fn slave(&mut self, receiver: &str, slave: u64) {
+        let name = format!("slave{slave}");
+        let _ = write!(self.text, "\n[[receiver.slave]]\nname = '{name}'\n");
+        let ratio = *self.random.one_of(&[1.0, 1.0, -1.0, 0.5, 2.0]);
+        if self.random.chance(0.1) {
+            // Without limits: it follows, whatever comes.
+            let _ = write!(self.text, "gear = {{ ratio = {ratio} }}\n");
+            return;
+        }
+        let velocity = f64::abs(ratio) * self.random.between(450.0, 1_500.0);
+        let acceleration = self.random.between(2_000.0, 40_000.0);
+        let jerk = self.random.between(30_000.0, 3e6);
+        let mut limits =
+            format!("velocity = {velocity:.1}, acceleration = {acceleration:.1}, jerk = {jerk:.1}");
+        if self.random.chance(0.2) {
+            let _ = write!(
+                limits,
+                ", deceleration = {:.1}",
+                self.random.between(1_000.0, 60_000.0)
+            );
+        }
+        if self.random.chance(0.3) {
+            let _ = write!(
+                limits,
+                ", min-position = {:.1}, max-position = {:.1}",
+                self.random.between(-900.0, -50.0),
+                self.random.between(50.0, 900.0)
+            );
+        }
+        if self.random.chance(0.25) {
+            let how = *self.random.one_of(&["quick-stop", "follow"]);
+            let _ = write!(limits, ", on-master-loss = '{how}'");
+        }
+        let _ = write!(self.text, "limits = {{ {limits} }}\n");
+        if self.random.chance(0.5) {
+            let _ = write!(self.text, "couple = 'gear'\ngear = {{ ratio = {ratio} }}\n");
+        } else {
+            self.add("couple = 'off'\n");
+        }
+        self.add(
+            "cams = [{ table-id = 10, course = 'cyclic', point = [{ master = 0, slave = 0, law = 'polynom5' }, \
+             { master = 180, slave = 60, law = 'polynom5' }, { master = 360, slave = 0 }] }]\n",
+        );
+        for _ in 0..self.random.whole(0, 14) {
+            let command = self.command();
+            let at = self.moment(QUIET_FROM + QUIET_FOR);
+            let _ = write!(
+                self.events,
+                "\n[[event]]\nat-s = {at}\nnode = '{receiver}'\nslave = '{name}'\ncommand = {{ {command} }}\n"
+            );
+        }
+    }
+
+    fn command(&mut self) -> String {
+        let near = self.random.between(-300.0, 300.0);
+        let way = self.random.between(-500.0, 500.0);
+        let speed = self.random.between(-400.0, 400.0);
+        let ratio = *self.random.one_of(&[1.0, -1.0, 0.5, 2.0]);
+        match self.random.below(24) {
+            0..=3 => "power = true".to_owned(),
+            4 | 5 => "reset = {}".to_owned(),
+            6 => format!("home = {{ position = {near:.2} }}"),
+            7 => format!("move-absolute = {{ position = {near:.2} }}"),
+            8 => format!("move-relative = {{ distance = {way:.2}, velocity = 300 }}"),
+            9 => format!("move-velocity = {{ velocity = {speed:.2} }}"),
+            10 => "halt = {}".to_owned(),
+            11 => "stop = {}".to_owned(),
+            12 | 13 => format!("gear-in = {{ ratio = {ratio} }}"),
+            14 => "gear-out = {}".to_owned(),
+            15 | 16 => format!("gear-in-velo = {{ ratio = {{ numerator = {ratio} }} }}"),
+            17 => format!(
+                "gear-in-pos = {{ ratio = {{ numerator = {ratio} }}, master-sync-position = {way:.2}, slave-sync-position \
+                 = {near:.2} }}"
+            ),
+            18 => format!("phasing-relative = {{ shift = {:.2} }}", near / 3.0),
+            19 | 20 => format!("move-superimposed = {{ distance = {:.2} }}", near / 3.0),
+            21 => "cam-in = { table = 10, start-mode = 'relative' }".to_owned(),
+            22 => format!("gear-in-multi-master = {{ ratios = [{ratio}] }}"),
+            _ => "power = false".to_owned(),
+        }
+    }
+
+    /// What a receiver is told about the node that it follows. In the end it follows it as configured.
+    fn orders_about(&mut self, receiver: &str, far: &str, mode: &str) {
+        let last = QUIET_FROM - 0.1;
+        let tell = |events: &mut String, at: f64, command: &str| {
+            let _ = write!(
+                events,
+                "\n[[event]]\nat-s = {at:.3}\nnode = '{receiver}'\nfar = '{far}'\ncommand = {{ {command} }}\n"
+            );
+        };
+        if self.random.chance(0.6) {
+            return;
+        }
+        for _ in 0..self.random.whole(1, 4) {
+            let at = self.random.between(0.5, last);
+            let fixed = self.random.between(0.0, 2_000.0);
+            let other = *self
+                .random
+                .one_of(&["bypass", "pt1", "sync", "time", "observer"]);
+            let command = match self.random.below(6) {
+                0 => "disable = {}".to_owned(),
+                1 => "enable = {}".to_owned(),
+                2 => "re-initialise = {}".to_owned(),
+                3 => format!("set-delay = {{ fixed-us = {fixed:.1} }}"),
+                _ => format!("filter-mode = '{other}'"),
+            };
+            tell(&mut self.events, at, &command);
+        }
+        tell(&mut self.events, last, "enable = {}");
+        tell(&mut self.events, last, &format!("filter-mode = '{mode}'"));
+    }
+}
+
+enum Follows {
+    Sender { sender: u64, cycle: u64 },
+    Receiver { cycle: u64 },
+}
+
+/// Draws of what is needed here.
+trait Draw {
+    fn between(&mut self, low: f64, high: f64) -> f64;
+    fn below(&mut self, count: u64) -> u64;
+    fn whole(&mut self, low: u64, high: u64) -> u64;
+    fn one_of<'a, T>(&mut self, all: &'a [T]) -> &'a T;
+}
+
+impl Draw for Random {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.uniform()
+    }
+
+    fn below(&mut self, count: u64) -> u64 {
+        (self.uniform() * count as f64) as u64
+    }
+
+    fn whole(&mut self, low: u64, high: u64) -> u64 {
+        low + self.below(high - low + 1)
+    }
+
+    fn one_of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
+        let chosen = self.below(all.len() as u64);
+        &all[chosen as usize]
+    }
+}
