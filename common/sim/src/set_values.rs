@@ -162,7 +162,7 @@ impl SetValueCheck {
         let mut check = |bound, value: f64, limit: f64, rounding: f64, share: &mut f64| {
             let value = value.abs();
             *share = share.max(value / limit);
-            if !(value <= limit * (1.0 + RELATIVE) + rounding) {
+            if value > limit * (1.0 + RELATIVE) + rounding || value.is_nan() {
                 exceeded(Excess {
                     bound,
                     value,
