@@ -49,6 +49,28 @@ impl SawRemedy {
     }
 }
 
+impl SawCommand {
+    /// What would make a refused command pass; nothing where nothing is looked for. It plans some
+    /// hundred times: not for the cycle.
+    #[must_use]
+    pub fn remedy(&self, moment: &CouplingMoment) -> SawRemedy {
+        match self {
+            _ if !self.looks_for_a_remedy() => SawRemedy::default(),
+            Self::GearInPos(command) => command.remedy(moment),
+            Self::GearInVelo(command) => command.remedy(moment),
+        }
+    }
+
+    /// Whether a remedy is looked for: not for a position that is no number.
+    #[must_use]
+    pub const fn looks_for_a_remedy(&self) -> bool {
+        match self {
+            Self::GearInPos(command) => command.master_sync_position.is_finite(),
+            Self::GearInVelo(_) => true,
+        }
+    }
+}
+
 impl GearInPos {
     /// What would make a refused command pass. It plans some hundred times: not for the cycle.
     #[must_use]

@@ -5,7 +5,6 @@ use crate::command::{GearInPos, GearInVelo, SyncLimits};
 use crate::moment::{CouplingMoment, SlaveLimits};
 use crate::plan::SawPlan;
 use crate::refusal::{SawRefusal, Violation};
-use crate::remedy::SawRemedy;
 use crate::strategy::SyncStrategy;
 use crate::sync_mode::SyncMask;
 use coaxle_clock::Seconds;
@@ -33,26 +32,6 @@ impl SawCommand {
         match self {
             Self::GearInPos(command) => command.plan(moment),
             Self::GearInVelo(command) => command.plan(moment),
-        }
-    }
-
-    /// What would make a refused command pass; nothing where nothing is looked for. It plans some
-    /// hundred times: not for the cycle.
-    #[must_use]
-    pub fn remedy(&self, moment: &CouplingMoment) -> SawRemedy {
-        match self {
-            _ if !self.looks_for_a_remedy() => SawRemedy::default(),
-            Self::GearInPos(command) => command.remedy(moment),
-            Self::GearInVelo(command) => command.remedy(moment),
-        }
-    }
-
-    /// Whether a remedy is looked for: not for a position that is no number.
-    #[must_use]
-    pub const fn looks_for_a_remedy(&self) -> bool {
-        match self {
-            Self::GearInPos(command) => command.master_sync_position.is_finite(),
-            Self::GearInVelo(_) => true,
         }
     }
 
