@@ -315,7 +315,7 @@ mod tests {
         let seen: Seen<bool> = Arc::default();
         let watch = || {
             let kept = Arc::clone(&seen);
-            let on_change = move |there| kept.lock().unwrap().push(there);
+            let on_change = move |_: &str, there| kept.lock().unwrap().push(there);
             transport.watch("a", Box::new(on_change)).unwrap()
         };
         let early = watch();
