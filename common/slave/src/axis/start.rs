@@ -66,7 +66,7 @@ impl SlaveAxis {
         }
         self.powered = true;
         self.masters = masters;
-        self.place(&set);
+        self.place(&self.startable(&set));
         self.set_anew = self.set_anew.wrapping_add(1);
         self.motion = Motion::Coupled(kind);
         self.state.follow(Transition::PowerOnCoupled);
@@ -92,6 +92,17 @@ impl SlaveAxis {
         Err(Refusal::DriveElsewhere {
             received,
             expected: set.position,
+        })
+    }
+
+    /// What an axis that is coupled can go on from within its limits: its coupling may have it accelerate by any
+    /// amount just now, and is caught up.
+    fn startable(&self, set: &Kinematics) -> Kinematics {
+        let limits = self.guard.limits();
+        let most = limits.acceleration().max(limits.deceleration());
+        self.guard.taken_over(&Kinematics {
+            acceleration: set.acceleration.clamp(-most, most),
+            ..*set
         })
     }
 
