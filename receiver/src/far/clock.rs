@@ -29,8 +29,9 @@ pub(super) struct ClockSetup {
 pub(super) struct Clock {
     setup: ClockSetup,
     enabled: bool,
-    /// Of the run that is followed.
+    /// Of the run that is followed, and of the one before: messages of that one are taken for stragglers.
     epoch: Option<u64>,
+    epoch_before: Option<u64>,
     state: State,
 }
 
@@ -90,20 +91,22 @@ impl Clock {
             setup,
             enabled: true,
             epoch: None,
+            epoch_before: None,
             state: State::Waiting,
         })
     }
 
     /// Another run of the node begins, with this message. What tells its counts from those of the run before is
-    /// the epoch; where that is the same nothing that was learnt holds any more.
+    /// the epoch; where that is the same, or that of a run that comes back, nothing that was learnt holds any more.
     pub(super) fn begin_run(&mut self, header: &FrameHeader) {
+        let is_known = [self.epoch, self.epoch_before].contains(&Some(header.epoch));
         if let State::Running(running) = &self.state
-            && self.epoch == Some(header.epoch)
+            && is_known
             && running.data == header.cycle_time
         {
             self.start_with(header.cycle_time);
         }
-        self.epoch = Some(header.epoch);
+        self.epoch_before = self.epoch.replace(header.epoch);
     }
 
     /// A message that arrived at `at`. Gives whether the clock was started by it, or started anew.
