@@ -288,6 +288,11 @@ impl AxisExtrapolate {
         self.carries_on = true;
     }
 
+    /// Whether a change of mode is being blended over.
+    pub(super) fn is_blending(&self) -> bool {
+        self.blend.left > 0.0
+    }
+
     /// Begins anew with an axis that may be moving: nothing is blended from, and the filter has settled.
     pub(super) fn begin_anew(&mut self) {
         self.restart();

@@ -106,6 +106,12 @@ impl FarAxis {
         self.extrapolate.carry_on();
     }
 
+    /// Whether a change of mode is being blended over.
+    #[must_use]
+    pub fn is_blending(&self) -> bool {
+        self.extrapolate.is_blending()
+    }
+
     /// Where the set values were says nothing of where they are next: no mode is blended from, and the filter
     /// has settled there. An error that is latched stays.
     pub fn begin_anew(&mut self) {

@@ -2,13 +2,14 @@
 
 use coaxle_axis::TravelDirection;
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
-use coaxle_clock::{CycleTime, Instant, Remote, Seconds};
+use coaxle_clock::{CycleTime, Instant, Remote, Seconds, Span};
 use coaxle_node::{AxisSample, FrameHeader};
 use coaxle_remote::{
     AxisSyncParameters, CheckedParameters, Continuity, ContinuityState, EncoderParameters,
     ExtrapolateDiagnostic, FarAxis, FarAxisOutput, FarCorrection, FilterState,
 };
 
+use super::course::FarTimeCourse;
 use super::encoder::Encoder;
 use super::micros;
 use crate::signals::FarAxisSignals;
@@ -23,6 +24,9 @@ pub(super) struct Axis {
     /// Nothing of it, or of its node, came for too long in the newest cycle.
     is_lost: bool,
     continuity: Continuity,
+    /// The far time that it stands for.
+    course: FarTimeCourse,
+    cycle_time: Span,
     /// None until it comes.
     sample: Option<AxisSample>,
     /// The sender's cycle count that it came with.
@@ -45,6 +49,8 @@ impl Axis {
             is_lost: false,
             block: FarAxis::start(cycle_time.span(), parameters)?,
             continuity: Continuity::new(cycle_time.span(), parameters.extrapolate.blending_time),
+            course: FarTimeCourse::default(),
+            cycle_time: cycle_time.span(),
             sample: None,
             count: 0,
             missing_cycles: 0,
@@ -59,19 +65,20 @@ impl Axis {
         if let Some(encoder) = &mut self.encoder {
             encoder.restart(data);
         }
-        self.continuity.rejoin();
+        self.rejoin();
     }
 
     /// What its node's clock says next has nothing to do with what it said: the axis is brought there.
     pub(super) const fn rejoin(&mut self) {
         self.continuity.rejoin();
+        self.course.forget();
     }
 
     /// Another run of its node: what it was before says nothing of where it is now.
     pub(super) fn forget(&mut self) {
         self.sample = None;
         self.begin_anew();
-        self.continuity.rejoin();
+        self.rejoin();
     }
 
     fn begin_anew(&mut self) {
@@ -159,6 +166,11 @@ impl Axis {
         };
         let mut moved = self.block.update(&sample.set, correction, elapsed);
         self.condition(&sample, &mut moved, elapsed);
+        let passed = self.cycle_time * i64::from(elapsed);
+        let far_time = far_time(header, self.count, &moved).filter(|_| !is_lost);
+        if self.course.jumps(moved.state, far_time, passed) {
+            self.continuity.rejoin();
+        }
         let is_known = self.has_settled();
         let set = match is_known && !is_lost {
             true => Some(self.continuity.follow(&moved.set, elapsed)),
@@ -207,6 +219,11 @@ impl Axis {
         let encoder = self.encoder.as_ref()?;
         let follows = self.continuity.state() == ContinuityState::Following;
         encoder.travel().filter(|_| follows)
+    }
+
+    /// A change of mode is being blended over.
+    pub(super) fn is_blending(&self) -> bool {
+        self.block.is_blending()
     }
 
     /// Its error in the newest cycle, its clock's included.

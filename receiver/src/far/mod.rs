@@ -2,6 +2,7 @@
 
 mod axis;
 mod clock;
+mod course;
 mod encoder;
 mod frames;
 mod inbox;
@@ -210,7 +211,9 @@ impl FarNode {
             if let Some(master) = master {
                 master.is_sound &= age <= longest;
                 let needs_no_clock = self.clock.is_enabled() && !self.clock.synchronises();
-                master.is_ready = master.is_sound && (signals.synced || needs_no_clock);
+                let is_there = signals.synced || needs_no_clock;
+                // A blend is a straight line between two modes: its velocity steps where it begins and ends.
+                master.is_ready = master.is_sound && is_there && !axis.is_blending();
                 first = first.or(axis.error());
             }
         }
