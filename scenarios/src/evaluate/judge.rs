@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_node::config::Unit;
 use coaxle_receiver::config::{GearConfig, MasterRef};
-use coaxle_receiver::{DriveStateName, ReceiverConfig, SignalRow};
+use coaxle_receiver::{ContinuityName, DriveStateName, ReceiverConfig, SignalRow};
 use coaxle_sim::{Oracle, Truth};
 
 use super::Master;
@@ -446,7 +446,8 @@ impl Followed {
 /// In place of the mode of a far node, of a receiver as its own virtual axis leads it.
 const VIRTUAL: &str = "virtual";
 
-/// Corrected minus true far time. Where a filter smears it the position tells, if it moves.
+/// Corrected minus true far time. Where a filter smears it the position tells, if it moves; but not while the axis is
+/// braked or brought back: then it stands for no far time, and is nowhere near.
 fn time_error_us(
     record: &Record,
     clock: Option<&Truth>,
@@ -454,6 +455,9 @@ fn time_error_us(
 ) -> Option<f64> {
     if let Some(far_time) = record.far_time() {
         return clock.map(|truth| truth.error_of(far_time).as_micros());
+    }
+    if record.axis.continuity != ContinuityName::Following {
+        return None;
     }
     let (position, velocity) = master?;
     let corrected = record.axis.corrected_position?;
