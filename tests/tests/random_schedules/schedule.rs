@@ -164,7 +164,7 @@ impl Schedule {
                     self.random.between(0.2, 3.0)
                 ),
             };
-            let _ = write!(self.text, "  {step},\n");
+            let _ = writeln!(self.text, "  {step},");
         }
         // One that has no length would be run for ever within a cycle.
         self.add("  { dwell = { for-s = 0.2 } },\n]\n");
@@ -296,7 +296,7 @@ impl Schedule {
         let ratio = *self.random.one_of(&[1.0, 1.0, -1.0, 0.5, 2.0]);
         if self.random.chance(0.1) {
             // Without limits: it follows, whatever comes.
-            let _ = write!(self.text, "gear = {{ ratio = {ratio} }}\n");
+            let _ = writeln!(self.text, "gear = {{ ratio = {ratio} }}");
             return;
         }
         let velocity = f64::abs(ratio) * self.random.between(450.0, 1_500.0);
@@ -323,7 +323,7 @@ impl Schedule {
             let how = *self.random.one_of(&["quick-stop", "follow"]);
             let _ = write!(limits, ", on-master-loss = '{how}'");
         }
-        let _ = write!(self.text, "limits = {{ {limits} }}\n");
+        let _ = writeln!(self.text, "limits = {{ {limits} }}");
         if self.random.chance(0.5) {
             let _ = write!(self.text, "couple = 'gear'\ngear = {{ ratio = {ratio} }}\n");
         } else {
