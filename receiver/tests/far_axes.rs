@@ -59,7 +59,7 @@ fn axes(frame: &[u8]) -> Vec<NcToPlcAxis> {
 #[test]
 fn what_is_published_is_what_the_signals_show() {
     let (mut receiver, mut far) = (receiver(THREE), far());
-    let (mut frames, mut errors) = (0, 0);
+    let (mut frames, mut errors, mut operational) = (0, 0, 0);
     while receiver.next_cycle().as_nanos() < 5_000 * MILLISECOND {
         // One node is silent at first, then comes, then falls silent.
         let now = receiver.next_cycle().as_nanos();
@@ -79,11 +79,14 @@ fn what_is_published_is_what_the_signals_show() {
             assert_eq!(Some(axis.set_velocity), shown.corrected_velocity);
             assert_eq!(axis.error_code, u32::from(shown.error));
             let ready = axis.state_word.contains(StateWord::OPERATIONAL);
-            assert_eq!(ready, shown.synced && shown.error == 0);
+            // Not yet while the change of mode is blended over.
+            assert!(!ready || shown.synced && shown.error == 0);
+            operational += u32::from(ready);
             errors += u32::from(shown.error == SyncError::MaxDataAgeExceeded.code());
         }
     }
     assert!(frames > 4_900 && errors > 1_900, "{frames} {errors}");
+    assert!(operational > 9_000, "{operational}");
 }
 
 #[test]

@@ -253,7 +253,8 @@ fn body(sender: &str, axis: NcToPlcAxis) -> Vec<u8> {
 #[test]
 fn a_jump_of_the_master_trips_the_drive_and_the_slave_says_so() {
     let mut far = Far::new(1000, 0, 0, 1);
-    let rest = "mode = 'bypass'\nslave = [{ id = 4, drive = { max-velocity = 1000.0, \
+    let rest = "mode = 'bypass'\nslave = [{ id = 4, limits = { velocity = 1e6, acceleration = 1e9, \
+                jerk = 1e12, on-master-loss = 'follow', distance.window = 0 }, drive = { max-velocity = 1000.0, \
                 following-error-window = 2.0, following-error-time-s = 0.02 } }]";
     let mut near = Near::new(1000, 0, rest);
     near.tweak = Some(Box::new(|sent, sample| {

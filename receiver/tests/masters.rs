@@ -269,10 +269,6 @@ fn masters_that_are_not_there_are_refused_by_name() {
             "slave[0].further-masters: received 4, expected at most 3",
         ),
         (
-            "[[slave]]\nname = 'a'\nmaster = 'belt'\nfurther-masters = ['press.1']".to_owned(),
-            "slave[0].limits: received none, expected some: a slave with further masters is watched",
-        ),
-        (
             format!(
                 "[[slave]]\nname = 'a'\n{two}\nfurther-masters = ['press.1', 'b']\n\
                  [[slave]]\nname = 'b'\nmaster = 'c'\n\

@@ -48,7 +48,7 @@ fn what_does_not_fit_is_named() {
         (
             "[[slave]]\nname = 'a'",
             Drives::new().with("a", own()),
-            "slave[0].limits: received none, expected some: a slave whose drive is not simulated",
+            "slave[0].limits: received none, expected some: only a simulated drive says",
         ),
         (
             &format!("[[slave]]\nname = 'a'\n{LIMITS}"),

@@ -108,13 +108,14 @@ impl InvariantViolation {
             _ => format!("at most {limit}"),
         };
         if *cycles > 1 {
-            let (value, when) = (significant(worst.value, 6), significant(worst.t_s, 6));
-            expected += &format!("; so in {cycles} cycles, {value} at {when} s the worst");
+            let value = significant(worst.value, 6);
+            let when = worst.t_s;
+            expected += &format!("; so in {cycles} cycles, {value} at {when:.3} s the worst");
         }
         Verdict {
             receiver: of.receiver.clone(),
             slave: Some(of.axis.clone()),
-            field: format!("{name} at {} s, cycle {cycle},", significant(t_s, 7)),
+            field: format!("{name} at {t_s:.3} s, cycle {cycle},"),
             expected,
             received: json!(first.value),
             met: false,
@@ -237,7 +238,7 @@ mod tests {
             [
                 "bypass.saw.acceleration at 3.214 s, cycle 3214, is 7312.5, expected at most 5000",
                 "bypass.saw.velocity at 3.214 s, cycle 3214, is 7312.5, expected at most 5000; \
-                 so in 12 cycles, 9000 at 4.001 s the worst",
+                 so in 12 cycles, 9000.00 at 4.001 s the worst",
             ]
         );
     }

@@ -86,8 +86,9 @@ mod tests {
     const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
 
     /// What the host adds, with a subscription and something to publish.
-    const HOST_FIELDS: [&str; 16] = [
+    const HOST_FIELDS: [&str; 17] = [
         "node",
+        "namesakes",
         "role",
         "epoch",
         "uptime_s",

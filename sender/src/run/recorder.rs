@@ -81,8 +81,9 @@ mod tests {
     const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
 
     /// What the host adds to the status of a node that follows nobody.
-    const HOST_FIELDS: [&str; 12] = [
+    const HOST_FIELDS: [&str; 13] = [
         "node",
+        "namesakes",
         "role",
         "health",
         "epoch",
