@@ -54,22 +54,28 @@ impl Differences {
         let most = parameters
             .acceleration
             .max(parameters.deceleration.unwrap_or(0.0));
-        // What rounding may add, as the guard of the set values says.
+        // What rounding may add, as the guard of the set values says: by its own cycle, whatever is skipped.
         let largest = p3.abs().max(p0.abs()).max(parameters.velocity);
         let digits = 4.0 * f64::EPSILON * largest;
+        let cycle = CYCLE.0;
         for (quantity, received, limit, rounding) in [
-            ("velocity", (p3 - p2) / dt, parameters.velocity, digits / dt),
+            (
+                "velocity",
+                (p3 - p2) / dt,
+                parameters.velocity,
+                digits / cycle,
+            ),
             (
                 "acceleration",
                 (p3 - 2.0 * p2 + p1) / (dt * dt),
                 most,
-                2.0 * digits / (dt * dt),
+                2.0 * digits / (cycle * cycle),
             ),
             (
                 "jerk",
                 (p3 - 3.0 * p2 + 3.0 * p1 - p0) / (dt * dt * dt),
                 parameters.jerk,
-                4.0 * digits / (dt * dt * dt),
+                4.0 * digits / (cycle * cycle * cycle),
             ),
         ] {
             if received.abs() > limit * (1.0 + 1e-6) + rounding {
