@@ -153,8 +153,9 @@ impl Reporter {
         match note {
             _ if health == Health::NameTaken => tracing::error!(
                 %node,
-                "another node is called {node:?} too: whoever follows it keeps to the one that was there first; \
-                 give one of them another name, or end it"
+                "another node is called {:?} too: whoever follows it keeps to the one that was there first; \
+                 give one of them another name, or end it",
+                node.as_str()
             ),
             Note::Changed if health == Health::Ok => tracing::info!(%node, "health is {word}"),
             Note::Changed => tracing::warn!(%node, "health is {word}: needs {wanted}"),
