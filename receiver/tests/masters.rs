@@ -3,7 +3,7 @@
 mod nodes;
 
 use coaxle_axis::{AxisStatus, CoupleState};
-use coaxle_gear::{GearInMultiMaster, Ratios};
+use coaxle_gear::{GearInMultiMaster, MultiMasterSync, Ratios};
 use coaxle_node::config::parse;
 use coaxle_node::frame::{decode, seal};
 use coaxle_node::{Channel, Node};
@@ -242,6 +242,7 @@ fn gear(ratios: &[f64]) -> Command {
     Command::GearInMultiMaster(GearInMultiMaster {
         ratios: Ratios::new(ratios).expect("ratios"),
         dynamics: Dynamics::default(),
+        sync_mode: MultiMasterSync::default(),
     })
 }
 

@@ -12,7 +12,7 @@ use coaxle_axis::drive::{
 };
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
-use coaxle_gear::{GearInMultiMaster, Ratios};
+use coaxle_gear::{GearInMultiMaster, MultiMasterSync, Ratios};
 use coaxle_node::config::parse;
 use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::{
@@ -193,6 +193,7 @@ fn gear(ratio: f64) -> Command {
     Command::GearInMultiMaster(GearInMultiMaster {
         ratios: Ratios::new(&[ratio, 1.0, -0.5]).expect("ratios"),
         dynamics: Dynamics::default(),
+        sync_mode: MultiMasterSync::default(),
     })
 }
 

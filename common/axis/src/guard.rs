@@ -362,13 +362,17 @@ pub fn limits(
     check_limit("acceleration", acceleration)?;
     check_limit("deceleration", deceleration)?;
     check_limit("jerk", jerk)?;
-    Limits::new(velocity, acceleration, deceleration, jerk).map_err(
-        |InvalidLimit { field, received }| GuardRefusal::Value {
+    Ok(Limits::new(velocity, acceleration, deceleration, jerk)?)
+}
+
+impl From<InvalidLimit> for GuardRefusal {
+    fn from(InvalidLimit { field, received }: InvalidLimit) -> Self {
+        Self::Value {
             field,
             received,
             expected: EXPECTED_LIMIT,
-        },
-    )
+        }
+    }
 }
 
 fn check_limit(field: &'static str, received: f64) -> Result<(), GuardRefusal> {

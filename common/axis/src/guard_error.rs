@@ -66,12 +66,12 @@ pub enum GuardFault {
     },
     /// The limits of the axis have left it away from where its coupling has it, for too long.
     #[error(
-        "{:#06x}: the axis is {distance} away from where its coupling has it, which asks for more than the axis \
-         can do; expected at most {window} for that long",
-        self.code()
+        "{:#06x}: the axis is {} away from where its coupling has it, which asks for more than the axis can do; \
+         expected at most {window} for that long",
+        self.code(), distance.abs()
     )]
     LeftBehind {
-        /// How far from there, u.
+        /// How far from there, u: the position of the axis less that of its coupling.
         distance: f64,
         /// What it may be, u.
         window: f64,

@@ -50,7 +50,7 @@ pub use flying::{
 pub use gear_in::{Gear, GearChange, GearIn};
 pub use linear::{LinearGear, RatioZero};
 pub use multi_master::{
-    GearInMultiMaster, MultiMasterChange, MultiMasterGear, Ratios, WrongRatios,
+    GearInMultiMaster, MultiMasterChange, MultiMasterGear, MultiMasterSync, Ratios, WrongRatios,
 };
 
 /// What an order leaves out need not be written.

@@ -1,5 +1,7 @@
 //! `MC_GearInMultiMaster`: the sum of several masters, each by a ratio that may change all the time.
 
+use coaxle_axis::guard::GuardRefusal;
+use coaxle_axis::set_value_guard::{GuardState, SetValueGuard};
 use coaxle_axis::{
     Awaits, Coupling, CouplingPhase, Dynamics, Engage, Job, Manner, Masters, NoFault, NotPlanned,
     PlanInputs, Planned, Scan, Step,
@@ -37,6 +39,31 @@ pub struct GearInMultiMaster {
         serde(default, skip_serializing_if = "super::is_default")
     )]
     pub dynamics: Dynamics,
+    /// What becomes of the way that a change of the ratios leaves behind.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "super::is_default")
+    )]
+    pub sync_mode: MultiMasterSync,
+}
+
+/// What becomes of the way that a slave is behind its masters after a change of their ratios, the one it is
+/// coupled by included: the dynamics do not let it follow at once.
+///
+/// What limits leave behind otherwise is the business of the axis, whatever couples it: its
+/// [`DistancePolicy`](coaxle_axis::set_value_guard::DistancePolicy).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum MultiMasterSync {
+    /// It stays: the slave follows the masters' positions from where its velocity is theirs.
+    #[doc(alias = "VELOSYNC")]
+    #[doc(alias = "POSSYNC1")]
+    #[default]
+    PosSync1,
+    /// It is caught up: in sync, the slave has gone what it would have gone if it had followed at once.
+    #[doc(alias = "POSSYNC2")]
+    PosSync2,
 }
 
 /// One to four ratios.
@@ -104,6 +131,18 @@ impl Ratios {
         &self.all[..self.given]
     }
 
+    /// How far the slave is to go for what the masters went since they were there; none if one that counts is
+    /// missing.
+    fn way(&self, masters: &Masters, before: &[f64; Masters::MOST]) -> Option<f64> {
+        let mut way = 0.0;
+        for ((number, ratio), before) in self.all.iter().enumerate().zip(before) {
+            if *ratio != 0.0 {
+                way += ratio * (masters.get(number)?.position - before);
+            }
+        }
+        Some(way)
+    }
+
     /// The sum of the masters; none if one that counts is missing.
     fn sum(&self, masters: &Masters) -> Option<Kinematics> {
         let mut sum = Kinematics::default();
@@ -152,9 +191,34 @@ pub struct MultiMasterGear {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Engaged {
     ratios: Ratios,
+    way: Way,
+}
+
+/// How the slave is led to the masters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Way {
+    /// To their velocity.
+    Velocity(ToVelocity),
+    /// To their velocity and to where it would be.
+    Position(ToPosition),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ToVelocity {
     ramp: Ramp,
     /// The slave's position less that of the masters' sum, once it is there.
     offset: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ToPosition {
+    /// Where the slave would be if it had followed every ratio at once.
+    target: f64,
+    /// The masters in the last cycle; those that are missing where they were.
+    masters: [f64; Masters::MOST],
+    guard: SetValueGuard,
+    cycle: f64,
+    in_sync: bool,
 }
 
 /// What [`GearInMultiMaster`] comes to.
@@ -162,9 +226,8 @@ struct Engaged {
 pub struct MultiMasterChange {
     ratios: Ratios,
     limits: Limits,
-    /// The sum of the masters by these ratios, and the slave, at the same moment.
-    masters: Kinematics,
-    slave: Kinematics,
+    /// How the slave is led there, from where it is with its masters at the same moment.
+    way: Way,
 }
 
 impl Engage for MultiMasterGear {
@@ -183,12 +246,18 @@ impl Engage for MultiMasterGear {
         let masters = ratios.sum(&inputs.masters).ok_or(NotPlanned::NoMaster)?;
         inputs.guard.check_speed(masters.velocity)?;
         let limits = ramp_limits(&command.dynamics, inputs)?;
+        let way = match command.sync_mode {
+            MultiMasterSync::PosSync1 => Way::Velocity(ToVelocity {
+                ramp: Ramp::new(&inputs.slave, masters.velocity, limits),
+                offset: None,
+            }),
+            MultiMasterSync::PosSync2 => Way::Position(ToPosition::new(inputs, limits)?),
+        };
         Ok(Planned {
             change: MultiMasterChange {
                 ratios,
                 limits,
-                masters,
-                slave: inputs.slave,
+                way,
             },
             awaits: Awaits::empty(),
             manner: if inputs.is_engaged {
@@ -203,33 +272,55 @@ impl Engage for MultiMasterGear {
         let MultiMasterChange {
             ratios,
             limits,
-            masters,
-            slave,
+            way,
         } = *change;
-        let fresh = Engaged {
-            ratios,
-            ramp: Ramp::new(&slave, masters.velocity, limits),
-            offset: None,
+        let way = match self.engaged {
+            None => way,
+            Some(engaged) => engaged.way.with(way, limits, ratios == engaged.ratios),
         };
-        self.engaged = Some(match self.engaged {
-            None => fresh,
-            Some(engaged) => engaged.with(ratios, limits),
-        });
+        self.engaged = Some(Engaged { ratios, way });
+    }
+}
+
+impl Way {
+    /// The way of the next command, from where the slave is on this one.
+    fn with(self, next: Self, limits: Limits, same_ratios: bool) -> Self {
+        match (self, next) {
+            (Self::Velocity(way), Self::Velocity(_)) => {
+                let mut ramp = way.ramp;
+                ramp.limit(limits);
+                let offset = way.offset.filter(|_| same_ratios);
+                Self::Velocity(ToVelocity { ramp, offset })
+            }
+            (Self::Position(mut way), Self::Position(_)) => {
+                way.guard.set_limits(&limits);
+                way.in_sync &= same_ratios;
+                Self::Position(way)
+            }
+            _ => next,
+        }
+    }
+
+    const fn is_in_sync(&self) -> bool {
+        match self {
+            Self::Velocity(way) => way.offset.is_some(),
+            Self::Position(way) => way.in_sync,
+        }
     }
 }
 
 impl Engaged {
-    /// With other ratios, from where it is.
-    fn with(self, ratios: Ratios, limits: Limits) -> Self {
-        let mut ramp = self.ramp;
-        ramp.limit(limits);
-        Self {
-            ratios,
-            ramp,
-            offset: self.offset.filter(|_| ratios == self.ratios),
+    /// One cycle; none if a master that counts is missing.
+    fn update(&mut self, scan: &Scan) -> Option<Kinematics> {
+        let sum = self.ratios.sum(&scan.masters)?;
+        match &mut self.way {
+            Way::Velocity(way) => Some(way.update(sum, scan.elapsed.0)),
+            Way::Position(way) => way.update(&self.ratios, &sum, scan),
         }
     }
+}
 
+impl ToVelocity {
     fn update(&mut self, masters: Kinematics, dt: f64) -> Kinematics {
         if let Some(offset) = self.offset {
             let led = Kinematics {
@@ -248,21 +339,57 @@ impl Engaged {
     }
 }
 
+impl ToPosition {
+    fn new(inputs: &PlanInputs, limits: Limits) -> Result<Self, GuardRefusal> {
+        let slave = &inputs.slave;
+        let (min, max) = (f64::NEG_INFINITY, f64::INFINITY);
+        let guard = SetValueGuard::new(&limits, min, max, inputs.cycle, slave)?;
+        let mut way = Self {
+            target: slave.position,
+            masters: [0.0; Masters::MOST],
+            guard,
+            cycle: inputs.cycle.0,
+            in_sync: false,
+        };
+        way.remember(&inputs.masters);
+        Ok(way)
+    }
+
+    fn update(&mut self, ratios: &Ratios, sum: &Kinematics, scan: &Scan) -> Option<Kinematics> {
+        self.target += ratios.way(&scan.masters, &self.masters)?;
+        self.remember(&scan.masters);
+        let target = Kinematics {
+            position: self.target,
+            ..*sum
+        };
+        let cycles = (scan.elapsed.0 / self.cycle + 0.5) as u32;
+        let guarded = self.guard.update(&target, cycles);
+        self.in_sync |= guarded.state == GuardState::Tracking;
+        Some(guarded.set)
+    }
+
+    fn remember(&mut self, masters: &Masters) {
+        for (number, seen) in self.masters.iter_mut().enumerate() {
+            if let Some(master) = masters.get(number) {
+                *seen = master.position;
+            }
+        }
+    }
+}
+
 impl Coupling for MultiMasterGear {
     fn update(&mut self, scan: &Scan) -> Step {
         let Some(engaged) = &mut self.engaged else {
             return Step::Failed;
         };
-        match engaged.ratios.sum(&scan.masters) {
-            None => Step::MasterLost,
-            Some(masters) => Step::Set(engaged.update(masters, scan.elapsed.0)),
-        }
+        engaged.update(scan).map_or(Step::MasterLost, Step::Set)
     }
 
     fn phase(&self) -> Option<CouplingPhase> {
-        Some(match self.engaged?.offset {
-            Some(_) => CouplingPhase::InSync,
-            None => CouplingPhase::Synchronizing,
+        Some(if self.engaged?.way.is_in_sync() {
+            CouplingPhase::InSync
+        } else {
+            CouplingPhase::Synchronizing
         })
     }
 

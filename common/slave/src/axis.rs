@@ -239,9 +239,7 @@ impl SlaveAxis {
     pub fn outlook(&self) -> Outlook {
         match &self.motion {
             Motion::Coupled(_) => Outlook::Led,
-            Motion::Own(planned) if !planned.is_over() || self.superimposed.is_under_way() => {
-                Outlook::UnderWay
-            }
+            Motion::Own(_) if !self.own_motion_is_over() => Outlook::UnderWay,
             Motion::Own(planned) => match planned.end().velocity {
                 0.0 => Outlook::AtRest,
                 velocity => Outlook::ConstantVelocity(velocity),
@@ -401,6 +399,13 @@ impl SlaveAxis {
             Motion::Own(_) => self.set,
             Motion::Coupled(_) => self.guard.taken_over(&self.last_stage.borne_out(&self.set)),
         }
+    }
+
+    /// Whether a motion of its own has come to its end, and the axis with it.
+    fn own_motion_is_over(&self) -> bool {
+        matches!(&self.motion, Motion::Own(planned) if planned.is_over())
+            && self.tracking == GuardState::Tracking
+            && !self.superimposed.is_under_way()
     }
 
     fn is_at_rest(&self) -> bool {

@@ -337,6 +337,21 @@ mod tests {
         .unwrap()
     }
 
+    /// What a life tells, a snapshot a second; each is told once.
+    fn told(life: &[ReceiverSnapshot]) -> Vec<Note> {
+        let mut journal = Journal::new(&config());
+        let mut told = Vec::new();
+        for (k, snapshot) in (0..).zip(life) {
+            told.extend(journal.take(at(1_000 * k), snapshot));
+            assert_eq!(journal.take(at(1_000 * k + 1), snapshot), []);
+        }
+        told
+    }
+
+    fn as_texts(notes: &[Note]) -> Vec<(Level, &str)> {
+        notes.iter().map(|n| (n.level, n.text.as_str())).collect()
+    }
+
     fn waiting() -> ReceiverSnapshot {
         ReceiverSnapshot::new(&config(), Instant::EPOCH)
     }
@@ -383,15 +398,9 @@ mod tests {
             following(Health::MasterSilent, StateName::Pt1),
             tripped,
         ];
-        let mut journal = Journal::new(&config());
-        let mut told = Vec::new();
-        for (k, snapshot) in (0..).zip(&life) {
-            told.extend(journal.take(at(1_000 * k), snapshot));
-            assert_eq!(journal.take(at(1_000 * k + 1), snapshot), []);
-        }
-        let told: Vec<_> = told.iter().map(|n| (n.level, n.text.as_str())).collect();
+        let told = told(&life);
         assert_eq!(
-            told,
+            as_texts(&told),
             [
                 (
                     Level::Info,
@@ -444,15 +453,9 @@ mod tests {
                 Some(Trouble::Outcome(Outcome::RolledBack)),
             ),
         ];
-        let mut journal = Journal::new(&config());
-        let mut told = Vec::new();
-        for (k, snapshot) in (0..).zip(&life) {
-            told.extend(journal.take(at(1_000 * k), snapshot));
-            assert_eq!(journal.take(at(1_000 * k + 1), snapshot), []);
-        }
-        let told: Vec<_> = told.iter().map(|n| (n.level, n.text.as_str())).collect();
+        let told = told(&life);
         assert_eq!(
-            told,
+            as_texts(&told),
             [
                 (
                     Level::Info,

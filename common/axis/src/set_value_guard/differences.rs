@@ -7,7 +7,7 @@ use coaxle_curve::profile::Kinematics;
 /// Between positions that are not one cycle apart these are divided differences, times 1, 2 and 6. Each is
 /// a weighted mean of the derivative over the time that it spans: a motion that keeps a limit keeps it in
 /// them too, whenever it is looked at.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Differences {
     /// u.
     pub(super) position: f64,

@@ -24,7 +24,7 @@ const LARGEST_WAY: f64 = 1e6;
 const WALL_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The limits of an axis at its cycle time, and the units of the closed forms.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Envelope {
     limits: Limits,
     min: f64,
@@ -46,7 +46,7 @@ pub(super) struct Envelope {
 }
 
 /// Velocity and acceleration of a cycle in units of the closed forms, and what rounding may add to both.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scaled {
     pub(super) w: f64,
     pub(super) b: f64,

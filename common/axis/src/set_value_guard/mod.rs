@@ -71,7 +71,7 @@ use self::envelope::Envelope;
 use self::target::{Course, Target};
 
 /// Keeps the set values of an axis within its limits.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetValueGuard {
     envelope: Envelope,
     policy: DistancePolicy,

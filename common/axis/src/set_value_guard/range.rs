@@ -1,7 +1,7 @@
 //! The accelerations that a cycle may have.
 
 /// From one to another, in units of the closed forms.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Range {
     low: f64,
     high: f64,

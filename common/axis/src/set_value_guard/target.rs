@@ -6,7 +6,7 @@ use super::differences::Differences;
 use super::envelope::Envelope;
 
 /// The positions of a target, and what it states of itself.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Target {
     series: Differences,
     /// The position before the last, u.
@@ -16,7 +16,7 @@ pub(super) struct Target {
 }
 
 /// What a target is taken to do: its mean velocity of the last cycle, u/s, and its acceleration, u/s².
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Course {
     pub(super) velocity: f64,
     pub(super) acceleration: f64,

@@ -1,7 +1,7 @@
 //! Several masters, with ratios that the program changes in every scan.
 
 use coaxle_axis::{AxisStatus, Masters};
-use coaxle_gear::{GearInMultiMaster, Ratios};
+use coaxle_gear::{GearInMultiMaster, MultiMasterSync, Ratios};
 
 use super::*;
 use crate::EnableMultiMasterGear;
@@ -10,6 +10,7 @@ fn gear(ratio: f64) -> GearInMultiMaster {
     GearInMultiMaster {
         ratios: Ratios::new(&[ratio, 1.0]).expect("ratios"),
         dynamics: OWN,
+        sync_mode: MultiMasterSync::default(),
     }
 }
 

@@ -199,10 +199,7 @@ impl SlaveAxis {
 
     /// What follows from the motion having come to its end, and how far the command is.
     pub(super) fn finish(&mut self) {
-        let over = matches!(&self.motion, Motion::Own(planned) if planned.is_over())
-            && self.tracking == GuardState::Tracking
-            && !self.superimposed.is_under_way();
-        if over && self.status() != AxisStatus::ContinuousMotion {
+        if self.own_motion_is_over() && self.status() != AxisStatus::ContinuousMotion {
             self.jobs.set(CommandState::Done);
             if !(self.stop_held && self.powered) {
                 self.finished();

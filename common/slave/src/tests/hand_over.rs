@@ -3,10 +3,10 @@
 use super::saws::{beside, to_position};
 use super::*;
 use coaxle_axis::{AxisStatus, CommandState};
-use coaxle_gear::{GearInMultiMaster, Ratios};
+use coaxle_gear::{GearInMultiMaster, MultiMasterSync, Ratios};
 use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode, SyncStrategy};
 
-const SUCCESSORS: usize = 15;
+const SUCCESSORS: usize = 16;
 
 /// What takes over from a saw.
 fn successors(master: &Master, axis: &SlaveAxis) -> [Command; SUCCESSORS] {
@@ -43,6 +43,12 @@ fn successors(master: &Master, axis: &SlaveAxis) -> [Command; SUCCESSORS] {
         Command::GearInMultiMaster(GearInMultiMaster {
             ratios: Ratios::new(&[1.5]).expect("a ratio"),
             dynamics: OWN,
+            sync_mode: MultiMasterSync::PosSync1,
+        }),
+        Command::GearInMultiMaster(GearInMultiMaster {
+            ratios: Ratios::new(&[1.5]).expect("a ratio"),
+            dynamics: OWN,
+            sync_mode: MultiMasterSync::PosSync2,
         }),
         Command::GearInPos(further),
         Command::GearInPos(GearInPos {

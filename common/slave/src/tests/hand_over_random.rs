@@ -13,7 +13,7 @@ use super::*;
 use coaxle_axis::AxisStatus;
 use coaxle_cam::{Activation, ActivationMode, CamIn, JumpHandling, ScalingMode, Tables};
 use coaxle_curve::profile::{Limits, Profile, to_velocity};
-use coaxle_gear::{GearInMultiMaster, Ratios};
+use coaxle_gear::{GearInMultiMaster, MultiMasterSync, Ratios};
 use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode, SyncStrategy};
 
 /// What is commanded; positions count from where the axes are.
@@ -106,9 +106,13 @@ fn events() -> impl Strategy<Value = (Event, u32)> {
         1 => dynamics().prop_map(|dynamics| Command::Stop { dynamics }),
         1 => Just(Command::GearOut {}),
         4 => gear.prop_map(Command::GearIn),
-        2 => (ratio(), dynamics()).prop_map(|(ratio, dynamics)| {
+        2 => (ratio(), dynamics(), any::<bool>()).prop_map(|(ratio, dynamics, position)| {
             let ratios = Ratios::new(&[ratio]).expect("a ratio");
-            Command::GearInMultiMaster(GearInMultiMaster { ratios, dynamics })
+            let sync_mode = match position {
+                true => MultiMasterSync::PosSync2,
+                false => MultiMasterSync::PosSync1,
+            };
+            Command::GearInMultiMaster(GearInMultiMaster { ratios, dynamics, sync_mode })
         }),
         4 => to_velocity,
     ];

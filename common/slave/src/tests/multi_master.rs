@@ -3,12 +3,21 @@
 use super::*;
 use crate::{CouplingPhase, Refusal, SlaveError};
 use coaxle_axis::{AxisStatus, CommandState, Masters};
-use coaxle_gear::{GearInMultiMaster, Ratios};
+use coaxle_gear::{GearInMultiMaster, MultiMasterSync, Ratios};
 
 fn gear(ratios: &[f64]) -> Command {
     Command::GearInMultiMaster(GearInMultiMaster {
         ratios: Ratios::new(ratios).expect("ratios"),
         dynamics: OWN,
+        sync_mode: MultiMasterSync::PosSync1,
+    })
+}
+
+fn to_position(ratios: &[f64]) -> Command {
+    Command::GearInMultiMaster(GearInMultiMaster {
+        ratios: Ratios::new(ratios).expect("ratios"),
+        dynamics: OWN,
+        sync_mode: MultiMasterSync::PosSync2,
     })
 }
 
@@ -169,4 +178,46 @@ fn a_gear_is_reached_on_its_ramp() {
     let apart = axis.set().position - 2.0 * master.0.position;
     master.lead(&mut axis, 100);
     assert!((axis.set().position - 2.0 * master.0.position - apart).abs() < 1e-9);
+}
+
+#[test]
+fn the_way_that_changes_of_the_ratios_leave_behind_is_caught_up_if_asked_for() {
+    let mut rig = Rig::new([200.0, 100.0]);
+    let mut ideal = rig.axis.set().position;
+    let mut lead = |rig: &mut Rig, ratios: [f64; 2], cycles: u32| {
+        let before = rig.masters.map(|master| master.0.position);
+        rig.lead(cycles);
+        for (master, (ratio, before)) in rig.masters.iter().zip(ratios.iter().zip(before)) {
+            ideal += ratio * (master.0.position - before);
+        }
+        (rig.axis.set().position - ideal).abs()
+    };
+    let job = start(&mut rig.axis, &to_position(&[1.0, 0.0]));
+    assert!(lead(&mut rig, [1.0, 0.0], 50) > 1.0);
+    assert_eq!(rig.axis.progress(job), CommandState::Active);
+    for ratios in [[1.0, 0.0], [1.0, 1.0], [-0.5, 2.0], [0.0, 0.7]] {
+        assert_eq!(start(&mut rig.axis, &to_position(&ratios)), job);
+        let distance = lead(&mut rig, ratios, 3_000);
+        assert_eq!(rig.axis.progress(job), CommandState::InSync);
+        assert!(distance < 1e-9, "{ratios:?}: {distance} u");
+    }
+    // The other mode takes it as it is.
+    assert_eq!(start(&mut rig.axis, &gear(&[1.0, 0.0])), job);
+    lead(&mut rig, [1.0, 0.0], 3_000);
+    assert_eq!(rig.axis.progress(job), CommandState::InSync);
+    assert_eq!(rig.axis.set().velocity, 200.0);
+}
+
+#[test]
+fn a_slave_that_catches_up_is_interrupted_without_a_step() {
+    for cycles in [1, 7, 40, 200] {
+        for successor in [HALT, STOP, Command::Power(false), gear(&[0.0, -1.0])] {
+            let mut rig = Rig::new([200.0, 300.0]);
+            start(&mut rig.axis, &to_position(&[1.0, 1.0]));
+            rig.lead(cycles);
+            start(&mut rig.axis, &successor);
+            rig.lead(1_000);
+            assert!(rig.axis.error().is_none());
+        }
+    }
 }
