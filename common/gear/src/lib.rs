@@ -27,6 +27,7 @@
 //! |--|--|--|
 //! | `MC_GearIn` | TS5055 | [`GearIn`], [`Gear`]; once it is there it is a [`LinearGear`] |
 //! | `MC_GearInMultiMaster`; `MC_GearInDyn`, `MC_CombineAxes` as cases of it | Tc2_MC2, PLCopen part 1 | [`GearInMultiMaster`], [`MultiMasterGear`] |
+//! | `POSSYNC1`, `POSSYNC2` of its options | Tc2_MC2 | [`MultiMasterSync`] |
 //! | `MC_FlyingGear`, `MC_FlyingGear_BkPlcMc` | `MC_FlyingGear_BkPlcMc` | [`FlyingGearParameters`], [`FlyingGearCoupling`], [`FlyingGear`] |
 //!
 //! The crate is `no_std`, allocates nothing and asks no machine for the time.

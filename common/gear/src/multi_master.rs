@@ -195,6 +195,7 @@ struct Engaged {
 }
 
 /// How the slave is led to the masters.
+#[expect(clippy::large_enum_variant, reason = "nothing is allocated in a cycle")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Way {
     /// To their velocity.

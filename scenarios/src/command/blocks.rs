@@ -227,7 +227,13 @@ pub(super) fn blocks() -> Vec<Block> {
             "gear-in-multi-master",
             "MC_GearInMultiMaster: couple to the sum of several masters, or change the ratios",
             &[
-                &[must("ratios", "Of each master, as JSON: '[1, -0.5]'")],
+                &[
+                    must("ratios", "Of each master, as JSON: '[1, -0.5]'"),
+                    may(
+                        "sync-mode",
+                        "pos-sync2: the way that changes of the ratios leave behind is caught up",
+                    ),
+                ],
                 DYNAMICS,
             ],
         ),

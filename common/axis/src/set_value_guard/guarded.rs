@@ -37,7 +37,7 @@ pub enum GuardState {
 /// What becomes of a distance that was left behind while a target could not be followed.
 ///
 /// Named as the modes of a multi-master gear of Tc2_MC2. Its third mode, `POSSYNC2`, catches up what changes of the
-/// ratio leave behind, too; the guard sees positions and knows no ratio, so for it that is `PosSync1`.
+/// ratio leave behind, too: the gear itself does that, the guard sees positions and knows no ratio.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -47,7 +47,6 @@ pub enum DistancePolicy {
     VeloSync,
     /// The distance is caught up.
     #[doc(alias = "POSSYNC1")]
-    #[doc(alias = "POSSYNC2")]
     #[default]
     PosSync1,
 }
