@@ -1,5 +1,7 @@
 //! What must hold in every cycle of every run, and what a scenario means to break.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -43,17 +45,6 @@ impl Invariant {
     }
 }
 
-/// What does not hold in every run yet, and why: it is found and counted, but fails no run. Nothing now.
-pub const NOT_YET: &[(Invariant, &str)] = &[];
-
-impl Invariant {
-    /// Whether a run fails that does not keep it.
-    #[must_use]
-    pub fn is_required(self) -> bool {
-        !NOT_YET.iter().any(|(invariant, _)| *invariant == self)
-    }
-}
-
 /// A slave or a far axis of a receiver, by their names.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Watched {
@@ -89,6 +80,12 @@ pub struct Broken {
     pub t_s: f64,
     /// What there was: u, u/s, u/s² or u/s³ of a slave; of a far time s or a share.
     pub value: f64,
+}
+
+impl fmt::Display for InvariantViolation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.verdict().fmt(f)
+    }
 }
 
 impl InvariantViolation {
@@ -159,8 +156,7 @@ pub(crate) fn judge(
                 .any(|invariant| one.covers(violation, *invariant))
         })
     };
-    let required = violations.iter().filter(|one| one.invariant.is_required());
-    let broken = required.filter(|violation| !is_meant(violation));
+    let broken = violations.iter().filter(|one| !is_meant(one));
     let mut failed: Vec<_> = broken.map(InvariantViolation::verdict).collect();
     if world == World::Virtual {
         failed.extend(exceptions.iter().flat_map(|one| unneeded(one, violations)));
@@ -181,8 +177,7 @@ fn unneeded(exception: &Exception, violations: &[InvariantViolation]) -> Vec<Ver
         received: json!("kept in every cycle"),
         met: false,
     };
-    let required = exception.from.iter().filter(|one| one.is_required());
-    required.filter(kept).map(verdict).collect()
+    exception.from.iter().filter(kept).map(verdict).collect()
 }
 
 #[cfg(test)]
