@@ -77,6 +77,36 @@ checked_number! {
     DelayMicros, "a number from -1000000 to 1000000", |n| (-1e6..=1e6).contains(&n)
 }
 
+checked_number! {
+    /// How long something takes that a fault makes take longer, µs: up to a minute and a half or so.
+    FaultMicros, "a number from 0 to 100000000", |n| (0.0..=1e8).contains(&n)
+}
+
+checked_number! {
+    /// When or for how long, s: up to thirty years.
+    FaultSeconds, "a number from 0 to 1000000000", |n| (0.0..=1e9).contains(&n)
+}
+
+checked_number! {
+    /// A period, s: from a microsecond on.
+    PeriodSeconds, "a number from 0.000001 to 1000000000", |n| (1e-6..=1e9).contains(&n)
+}
+
+checked_number! {
+    /// A change of a delay, µs.
+    ChangeMicros, "a number from -100000000 to 100000000", |n| (-1e8..=1e8).contains(&n)
+}
+
+checked_number! {
+    /// A drift, ppm: no clock is off by more than a tenth.
+    Ppm, "a number from -100000 to 100000", |n| (-1e5..=1e5).contains(&n)
+}
+
+checked_number! {
+    /// A random walk of a drift, ppm per √s.
+    WalkPpm, "a number from 0 to 1000", |n| (0.0..=1e3).contains(&n)
+}
+
 impl DelayMicros {
     /// The delay.
     #[must_use]
@@ -85,21 +115,39 @@ impl DelayMicros {
     }
 }
 
-impl Default for Finite {
-    fn default() -> Self {
-        Self(0.0)
+macro_rules! zero_by_default {
+    ($($name:ident),*) => {$(
+        impl Default for $name {
+            fn default() -> Self {
+                Self(0.0)
+            }
+        }
+    )*};
+}
+
+zero_by_default!(
+    Finite,
+    AtLeastZero,
+    Fraction,
+    FaultMicros,
+    FaultSeconds,
+    Ppm,
+    WalkPpm
+);
+
+impl FaultMicros {
+    /// As a span.
+    #[must_use]
+    pub fn span(self) -> Span {
+        Span::from_micros_f64(self.0)
     }
 }
 
-impl Default for AtLeastZero {
-    fn default() -> Self {
-        Self(0.0)
-    }
-}
-
-impl Default for Fraction {
-    fn default() -> Self {
-        Self(0.0)
+impl FaultSeconds {
+    /// As a span.
+    #[must_use]
+    pub fn span(self) -> Span {
+        Span::from_secs_f64(self.0)
     }
 }
 

@@ -3,7 +3,7 @@
 use coaxle_clock::Span;
 use serde::{Deserialize, Serialize};
 
-use super::checked::{AtLeastZero, Positive};
+use super::checked::{FaultMicros, FaultSeconds, PeriodSeconds, Ppm, WalkPpm};
 
 /// A deviation injected into a node's clock: linear, periodic, step, random walk, and jitter of
 /// its cycles. All zero by default: the machine's own quartz is bad enough in production.
@@ -11,9 +11,9 @@ use super::checked::{AtLeastZero, Positive};
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct ClockConfig {
     /// Constant drift, ppm. Positive: the node's clock runs fast, its cycles are short.
-    pub drift_ppm: f64,
+    pub drift_ppm: Ppm,
     /// Random walk of the drift, ppm per √s.
-    pub random_walk_ppm: AtLeastZero,
+    pub random_walk_ppm: WalkPpm,
     /// A periodic drift, as day and night make it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sine: Option<SineConfig>,
@@ -24,14 +24,14 @@ pub struct ClockConfig {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jitter: Option<JitterConfig>,
     /// How far the first cycle lies after the node's start, µs.
-    pub start_phase_us: AtLeastZero,
+    pub start_phase_us: FaultMicros,
 }
 
 impl ClockConfig {
     /// How far the first cycle lies after the node's start.
     #[must_use]
     pub fn start_phase(&self) -> Span {
-        Span::from_micros_f64(self.start_phase_us.get())
+        self.start_phase_us.span()
     }
 }
 
@@ -40,9 +40,9 @@ impl ClockConfig {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct SineConfig {
     /// Largest deviation from the mean drift, ppm.
-    pub amplitude_ppm: f64,
+    pub amplitude_ppm: Ppm,
     /// Length of one swing, s.
-    pub period_s: Positive,
+    pub period_s: PeriodSeconds,
 }
 
 /// A sudden change.
@@ -50,13 +50,13 @@ pub struct SineConfig {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct DriftStep {
     /// When, s after the start.
-    pub at_s: AtLeastZero,
+    pub at_s: FaultSeconds,
     /// What is added to the drift from then on, ppm.
     #[serde(default)]
-    pub drift_ppm: f64,
+    pub drift_ppm: Ppm,
     /// How far the clock jumps ahead, µs. It never jumps back: clocks of cycles are monotone.
     #[serde(default)]
-    pub phase_us: AtLeastZero,
+    pub phase_us: FaultMicros,
 }
 
 /// Jitter of the wake-ups, µs.
@@ -64,9 +64,9 @@ pub struct DriftStep {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum JitterConfig {
     /// Gaussian around the ideal instant: standard deviation.
-    NormalUs(AtLeastZero),
+    NormalUs(FaultMicros),
     /// Late by an exponential time: mean.
-    ExponentialUs(AtLeastZero),
+    ExponentialUs(FaultMicros),
     /// Late by anything up to this.
-    UniformUs(AtLeastZero),
+    UniformUs(FaultMicros),
 }

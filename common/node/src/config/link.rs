@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::checked::{AtLeastZero, Fraction, Positive};
+use super::checked::{ChangeMicros, FaultMicros, FaultSeconds, Fraction};
 use super::clock::JitterConfig;
 
 /// A link's behaviour: the simulated network, or faults laid over a real one.
@@ -10,7 +10,7 @@ use super::clock::JitterConfig;
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct LinkConfig {
     /// Least time from sending to arrival, µs.
-    pub latency_us: AtLeastZero,
+    pub latency_us: FaultMicros,
     /// What is added to it at random; never negative in sum.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jitter: Option<JitterConfig>,
@@ -24,10 +24,10 @@ pub struct LinkConfig {
     /// Share of messages that a later one may overtake: they are held back for up to `reorder-us`.
     pub reorder: Fraction,
     /// How long an overtaken message is held back at most, µs.
-    pub reorder_us: AtLeastZero,
+    pub reorder_us: FaultMicros,
     /// When loss, duplication, reordering and spikes end, s after the start. Never by default.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub faults_until_s: Option<AtLeastZero>,
+    pub faults_until_s: Option<FaultSeconds>,
     /// Changes of the latency at set times.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub delay_steps: Vec<DelayStep>,
@@ -43,9 +43,9 @@ pub struct SpikeConfig {
     /// Share of messages that are hit.
     pub share: Fraction,
     /// Shortest added delay, µs.
-    pub from_us: AtLeastZero,
+    pub from_us: FaultMicros,
     /// Longest added delay, µs.
-    pub to_us: AtLeastZero,
+    pub to_us: FaultMicros,
 }
 
 /// A lasting change of the latency.
@@ -53,9 +53,9 @@ pub struct SpikeConfig {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct DelayStep {
     /// When, s after the start.
-    pub at_s: AtLeastZero,
+    pub at_s: FaultSeconds,
     /// What is added to the latency from then on, µs; the sum never falls below zero.
-    pub by_us: f64,
+    pub by_us: ChangeMicros,
 }
 
 /// A time when nothing gets through.
@@ -63,7 +63,7 @@ pub struct DelayStep {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Partition {
     /// From when, s after the start.
-    pub at_s: AtLeastZero,
+    pub at_s: FaultSeconds,
     /// For how long, s.
-    pub for_s: Positive,
+    pub for_s: FaultSeconds,
 }

@@ -127,8 +127,38 @@ mod tests {
         let nested = refusal::<LinkConfig>("[[partitions]]\nat-s = 1\nfor-s = -2");
         assert_eq!(
             nested,
-            "test.toml: partitions[0].for-s: received -2, expected a finite number above 0"
+            "test.toml: partitions[0].for-s: received -2, expected a number from 0 to 1000000000"
         );
+    }
+
+    #[test]
+    fn no_fault_is_beyond_what_a_machine_can_have() {
+        for clock in [
+            "drift-ppm = 1e308",
+            "drift-ppm = -2e6",
+            "random-walk-ppm = 1e4",
+            "start-phase-us = 1e10",
+            "sine = { amplitude-ppm = 1e6, period-s = 1 }",
+            "sine = { amplitude-ppm = 1, period-s = 1e-300 }",
+            "steps = [{ at-s = 1e12, drift-ppm = 1 }]",
+            "steps = [{ at-s = 1, phase-us = 1e300 }]",
+            "jitter = { normal-us = 1e9 }",
+        ] {
+            let message = refusal::<ClockConfig>(clock);
+            assert!(message.contains("expected a number from"), "{message}");
+        }
+        for link in [
+            "latency-us = 1e300",
+            "jitter = { exponential-us = nan }",
+            "spikes = { share = 2, from-us = 1, to-us = 2 }",
+            "reorder-us = 1e18",
+            "delay-steps = [{ at-s = 1, by-us = -1e300 }]",
+            "partitions = [{ at-s = 1, for-s = 1e300 }]",
+            "faults-until-s = -1",
+        ] {
+            let message = refusal::<LinkConfig>(link);
+            assert!(message.contains("expected a number from"), "{message}");
+        }
     }
 
     #[test]

@@ -11,7 +11,10 @@ mod real_time;
 mod transport;
 mod unit;
 
-pub use checked::{AtLeastZero, CycleMicros, DelayMicros, Finite, Fraction, OutOfRange, Positive};
+pub use checked::{
+    AtLeastZero, ChangeMicros, CycleMicros, DelayMicros, FaultMicros, FaultSeconds, Finite,
+    Fraction, OutOfRange, PeriodSeconds, Positive, Ppm, WalkPpm,
+};
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
 pub use link::{DelayStep, LinkConfig, Partition, SpikeConfig};
 pub use load::{ConfigError, from_table, load, parse, parse_table};

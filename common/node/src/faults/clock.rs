@@ -11,6 +11,8 @@ use crate::config::{ClockConfig, DriftStep, JitterConfig};
 const WANDERING_PIECE: Span = Span::from_millis(10);
 /// A drift that does not wander needs a new piece only to keep its numbers small.
 const STEADY_PIECE: Span = Span::from_secs(60);
+/// Whatever is added up: no clock stands still, and none runs backwards.
+const MOST_PPM: f64 = 500_000.0;
 /// Pieces kept for instants of the past: at least five seconds' worth.
 const HISTORY: usize = 512;
 
@@ -133,7 +135,7 @@ impl<R: Domain> DeviatedClock<R> {
         let mut local = last.local + last.length + Span::from_nanos(gained as i64);
         for step in &self.config.steps {
             if step_instant(step) == last.end() {
-                local += Span::from_micros_f64(step.phase_us.get());
+                local += step.phase_us.span();
             }
         }
         if self.pieces.len() == HISTORY {
@@ -180,22 +182,23 @@ impl<R: Domain> DeviatedClock<R> {
             .steps
             .iter()
             .filter(|step| step_instant(step) <= start)
-            .map(|step| step.drift_ppm)
+            .map(|step| step.drift_ppm.get())
             .sum();
         let sine = self.config.sine.map_or(0.0, |sine| {
             let turn = core::f64::consts::TAU * middle / sine.period_s.get();
-            sine.amplitude_ppm * libm::sin(turn)
+            sine.amplitude_ppm.get() * libm::sin(turn)
         });
         let walk = self.config.random_walk_ppm.get();
         if walk > 0.0 {
             self.walk_ppm += walk * length.as_secs_f64().sqrt() * self.random.normal();
         }
-        self.config.drift_ppm + steps + sine + self.walk_ppm
+        let sum = self.config.drift_ppm.get() + steps + sine + self.walk_ppm;
+        sum.clamp(-MOST_PPM, MOST_PPM)
     }
 }
 
 fn step_instant(step: &DriftStep) -> Span {
-    Span::from_secs_f64(step.at_s.get())
+    step.at_s.span()
 }
 
 /// How far each wake-up misses its ideal instant.

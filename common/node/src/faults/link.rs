@@ -91,8 +91,8 @@ impl LinkModel {
             .config
             .delay_steps
             .iter()
-            .filter(|step| since_start >= Span::from_secs_f64(step.at_s.get()))
-            .map(|step| step.by_us)
+            .filter(|step| since_start >= step.at_s.span())
+            .map(|step| step.by_us.get())
             .sum();
         let jitter = match &self.config.jitter {
             Some(jitter) => self.random.jitter_us(jitter),
@@ -117,13 +117,13 @@ impl LinkModel {
     /// Whether messages are lost, repeated, held back and hit by spikes yet.
     fn is_faulty(&self, since_start: Span) -> bool {
         let until = self.config.faults_until_s;
-        until.is_none_or(|until| since_start < Span::from_secs_f64(until.get()))
+        until.is_none_or(|until| since_start < until.span())
     }
 
     fn is_cut(&self, since_start: Span) -> bool {
         self.config.partitions.iter().any(|partition| {
-            let from = Span::from_secs_f64(partition.at_s.get());
-            let until = from + Span::from_secs_f64(partition.for_s.get());
+            let from = partition.at_s.span();
+            let until = from + partition.for_s.span();
             (from..until).contains(&since_start)
         })
     }

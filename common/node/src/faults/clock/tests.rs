@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::config::{AtLeastZero, Positive, SineConfig, parse};
+use crate::config::{FaultMicros, FaultSeconds, PeriodSeconds, Ppm, SineConfig, WalkPpm, parse};
 use crate::faults::statistics::{assert_distributed, assert_moments, normal};
 
 enum Reference {}
@@ -140,9 +140,9 @@ fn steps() -> impl Strategy<Value = Vec<DriftStep>> {
         prop_oneof![Just(0.0), 0.0..5_000.0f64],
     );
     let step = step.prop_map(|(at, drift_ppm, phase)| DriftStep {
-        at_s: AtLeastZero::new(at).unwrap(),
-        drift_ppm,
-        phase_us: AtLeastZero::new(phase).unwrap(),
+        at_s: FaultSeconds::new(at).unwrap(),
+        drift_ppm: Ppm::new(drift_ppm).unwrap(),
+        phase_us: FaultMicros::new(phase).unwrap(),
     });
     prop::collection::vec(step, 0..5)
 }
@@ -153,11 +153,11 @@ fn deviations() -> impl Strategy<Value = ClockConfig> {
     let walk = prop_oneof![Just(0.0), 0.0..10.0f64];
     (-1000.0..1000.0f64, walk, sine, steps()).prop_map(|(drift_ppm, walk, sine, steps)| {
         ClockConfig {
-            drift_ppm,
-            random_walk_ppm: AtLeastZero::new(walk).unwrap(),
+            drift_ppm: Ppm::new(drift_ppm).unwrap(),
+            random_walk_ppm: WalkPpm::new(walk).unwrap(),
             sine: sine.map(|(amplitude_ppm, period)| SineConfig {
-                amplitude_ppm,
-                period_s: Positive::new(period).unwrap(),
+                amplitude_ppm: Ppm::new(amplitude_ppm).unwrap(),
+                period_s: PeriodSeconds::new(period).unwrap(),
             }),
             steps,
             ..ClockConfig::default()
@@ -259,7 +259,7 @@ proptest! {
         steps in steps(),
         secs in 0.0..40.0f64,
     ) {
-        let config = ClockConfig { drift_ppm: drift, steps, ..ClockConfig::default() };
+        let config = ClockConfig { drift_ppm: Ppm::new(drift).unwrap(), steps, ..ClockConfig::default() };
         let mut clock = Clock::new(&config, 3, Instant::EPOCH);
         let passed = at(secs).since_epoch();
         let gained = |drift_ppm: f64, passed: Span| drift_ppm * passed.as_nanos() as f64 * 1e-9;
@@ -268,7 +268,7 @@ proptest! {
             .iter()
             .map(|step| (step, passed - step_instant(step)))
             .filter(|(_, since)| *since >= Span::ZERO)
-            .map(|(step, since)| gained(step.drift_ppm, since) + step.phase_us.get())
+            .map(|(step, since)| gained(step.drift_ppm.get(), since) + step.phase_us.get())
             .sum();
         let expected = gained(drift, passed) + steps;
         let deviation = deviation_us(&mut clock, secs);

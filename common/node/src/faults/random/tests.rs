@@ -1,7 +1,7 @@
 use std::collections::HashSet;
 
 use super::*;
-use crate::config::AtLeastZero;
+use crate::config::FaultMicros;
 use crate::faults::statistics::{
     assert_distributed, assert_moments, assert_share, exponential, normal, uniform,
 };
@@ -29,7 +29,7 @@ fn each_kind_has_its_distribution() {
 
 #[test]
 fn each_jitter_is_scaled_by_its_number() {
-    let number = |micros| AtLeastZero::new(micros).unwrap();
+    let number = |micros| FaultMicros::new(micros).unwrap();
     let spread = |jitter| draws(|random| random.jitter_us(&jitter));
     let normals = spread(JitterConfig::NormalUs(number(20.0)));
     assert_moments(&normals, 0.0, 20.0);
