@@ -3,32 +3,54 @@
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
 use coaxle_node::config::LinkConfig;
-use coaxle_node::faults::{Deliveries, LinkModel};
+use coaxle_node::faults::{Deliveries, LinkModel, Tampering};
 use coaxle_node::wiring::far_link_seed;
 
 use crate::machine::{self, Machine};
 
 /// What is laid over the frames of one channel.
 pub(crate) struct Faults {
+    tampering: Option<Tampering>,
     link: Option<LinkModel>,
     start: Instant<Machine>,
 }
 
 impl Faults {
-    /// `far` is the number of the followed node that the link is to.
-    pub(crate) fn new(config: &LinkConfig, seed: u64, channel: Channel, far: usize) -> Self {
+    /// What is laid over the frames of `key`. `far` is the number of the followed node that the link is to.
+    pub(crate) fn new(
+        config: &LinkConfig,
+        seed: u64,
+        key: &str,
+        channel: Channel,
+        far: usize,
+    ) -> Self {
         let any = *config != LinkConfig::default();
+        let seed = far_link_seed(seed, "link", channel, far);
         Self {
-            link: any.then(|| LinkModel::new(config, far_link_seed(seed, "link", channel, far))),
+            tampering: Tampering::new(config, seed, key),
+            link: any.then(|| LinkModel::new(config, seed)),
             start: machine::now(),
         }
     }
 
     /// The delays after which a frame that is handed over at `at` arrives.
-    pub(crate) fn of(&mut self, at: Instant<Machine>) -> Deliveries {
+    pub(crate) fn deliveries(&mut self, at: Instant<Machine>) -> Deliveries {
         match &mut self.link {
             Some(link) => link.offer(at - self.start),
             None => Deliveries::once(Span::ZERO),
+        }
+    }
+
+    /// Gives `arrive` what becomes of a frame that is handed over at `at`, whenever that arrives.
+    pub(crate) fn tamper(
+        &mut self,
+        at: Instant<Machine>,
+        frame: &[u8],
+        mut arrive: impl FnMut(&[u8]),
+    ) {
+        match &mut self.tampering {
+            Some(tampering) => tampering.pass(at - self.start, frame, arrive),
+            None => arrive(frame),
         }
     }
 }

@@ -81,14 +81,19 @@ fn send(
     now: impl Fn() -> Instant<Machine>,
 ) -> anyhow::Result<()> {
     let stamped = send_stamps || !frame.channel.carries_axes();
-    for delay in channel.faults.of(now()) {
-        // The transport keeps the frame, so each gets a buffer of its own.
+    let at = now();
+    let mut outcome = Ok(());
+    for delay in channel.faults.deliveries(at) {
         let mut sealed = Vec::with_capacity(body.len() + SEAL_ROOM);
         let stamp = stamped.then(|| send_stamp(frame, now()) - delay);
         channel.seal.seal(body, stamp, &mut sealed);
-        channel.publisher.publish(sealed)?;
+        // The transport keeps the frame, so each gets a buffer of its own.
+        channel.faults.tamper(at, &sealed, |frame| {
+            let published = channel.publisher.publish(frame.to_vec());
+            outcome = std::mem::replace(&mut outcome, Ok(())).and(published);
+        });
     }
-    Ok(())
+    outcome
 }
 
 /// How long after the ideal start of its cycle the frame leaves, in the node's own clock.

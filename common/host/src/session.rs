@@ -113,7 +113,7 @@ impl Session {
                 far: publication.far,
                 seal: KeySeal::new(&key),
                 publisher,
-                faults: Faults::new(&publication.faults, seed, channel, publication.far),
+                faults: Faults::new(&publication.faults, seed, &key, channel, publication.far),
             });
         }
         Ok(channels)
@@ -130,15 +130,15 @@ impl Session {
     ) -> anyhow::Result<()> {
         let Subscription { channel, far, .. } = *subscription;
         let contact = Contact::new();
+        let key = subscription.node.channel_key(channel);
         let mut reception = Reception {
             carries_axes: channel.carries_axes(),
             reader: subscription.reader.clone(),
-            faults: Faults::new(&subscription.faults, seed, channel, far),
+            faults: Faults::new(&subscription.faults, seed, &key, channel, far),
             inbox,
             contact: Arc::clone(&contact),
             counters,
         };
-        let key = subscription.node.channel_key(channel);
         let on_bytes = move |arrival, bytes: &[u8]| reception.take(arrival, bytes);
         let frames = self.transport.subscribe(&key, Box::new(on_bytes))?;
         self.declared.push(frames);
@@ -241,20 +241,22 @@ impl Reception {
             contact,
             counters,
         } = self;
-        for delay in faults.of(arrival) {
-            let arrival = arrival + delay;
-            reader.read(payload, |message| {
-                match message {
-                    Message::Frame(_) => {
-                        let nanos = arrival.as_nanos();
-                        contact.last_frame.store(nanos, Ordering::Relaxed);
-                        count(&counters.received);
+        for delay in faults.deliveries(arrival) {
+            faults.tamper(arrival, payload, |payload| {
+                let arrival = arrival + delay;
+                reader.read(payload, |message| {
+                    match message {
+                        Message::Frame(_) => {
+                            let nanos = arrival.as_nanos();
+                            contact.last_frame.store(nanos, Ordering::Relaxed);
+                            count(&counters.received);
+                        }
+                        Message::Rejected(_) if *carries_axes => count(&counters.refused),
+                        Message::Rejected(_) => count(&counters.exchange_refused),
+                        Message::TimeRequest(_) | Message::TimeResponse(_) => {}
                     }
-                    Message::Rejected(_) if *carries_axes => count(&counters.refused),
-                    Message::Rejected(_) => count(&counters.exchange_refused),
-                    Message::TimeRequest(_) | Message::TimeResponse(_) => {}
-                }
-                inbox.push(arrival, message);
+                    inbox.push(arrival, message);
+                });
             });
         }
     }

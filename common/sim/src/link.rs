@@ -1,7 +1,7 @@
 //! A link: one subscription, and what the network does to its messages.
 
 use coaxle_clock::{Instant, Span};
-use coaxle_node::faults::LinkModel;
+use coaxle_node::faults::{LinkModel, Tampering};
 use coaxle_node::frame::KeySeal;
 use coaxle_node::{Channel, Message, Outgoing, Reader};
 
@@ -17,16 +17,18 @@ pub(crate) struct Link {
     pub(crate) subscription: usize,
     pub(crate) seal: KeySeal,
     reader: Reader,
+    tampering: Vec<Tampering>,
     models: Vec<LinkModel>,
 }
 
 impl Link {
     pub(crate) fn new(setup: LinkSetup) -> Self {
-        let models = setup
-            .behaviour
-            .iter()
-            .map(|(config, seed)| LinkModel::new(config, *seed))
-            .collect();
+        let behaviour = || setup.behaviour.iter();
+        let models = behaviour().map(|(config, seed)| LinkModel::new(config, *seed));
+        let tampering = behaviour();
+        let tampering =
+            tampering.filter_map(|(config, seed)| Tampering::new(config, *seed, &setup.key));
+        let (models, tampering) = (models.collect(), tampering.collect());
         Self {
             from: setup.from,
             channel: setup.channel,
@@ -35,6 +37,7 @@ impl Link {
             subscription: setup.subscription,
             seal: KeySeal::new(&setup.key),
             reader: setup.reader,
+            tampering,
             models,
         }
     }
@@ -51,10 +54,28 @@ impl Link {
         frame: &[u8],
         mut deliver: impl FnMut(Instant<True>, &Message<'_>),
     ) {
-        let Self { reader, models, .. } = self;
-        pass(models, now.since_epoch(), Span::ZERO, &mut |delay| {
-            reader.read(frame, |message| deliver(now + delay, message));
+        let Self {
+            reader,
+            tampering,
+            models,
+            ..
+        } = self;
+        let sent = now.since_epoch();
+        tamper(tampering, sent, frame, &mut |frame| {
+            pass(models, sent, Span::ZERO, &mut |delay| {
+                reader.read(frame, |message| deliver(now + delay, message));
+            });
         });
+    }
+}
+
+/// What becomes of a frame, by one hand after the other.
+fn tamper(tampering: &mut [Tampering], sent: Span, frame: &[u8], arrive: &mut dyn FnMut(&[u8])) {
+    match tampering.split_first_mut() {
+        None => arrive(frame),
+        Some((first, others)) => {
+            first.pass(sent, frame, |frame| tamper(others, sent, frame, arrive));
+        }
     }
 }
 

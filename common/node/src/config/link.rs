@@ -2,8 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::checked::{ChangeMicros, FaultMicros, FaultSeconds, Fraction};
+use coaxle_clock::Span;
+
+use super::checked::{ChangeMicros, FaultMicros, FaultSeconds, Fraction, PeriodSeconds};
 use super::clock::JitterConfig;
+use super::forgery::Forgery;
 
 /// A link's behaviour: the simulated network, or faults laid over a real one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -14,18 +17,28 @@ pub struct LinkConfig {
     /// What is added to it at random; never negative in sum.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jitter: Option<JitterConfig>,
+    /// A part of the delay that stays alike for a while.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub correlated: Option<CorrelatedConfig>,
+    /// Arrivals are seen on a grid of so many µs only, each at the next line of it.
+    pub resolution_us: FaultMicros,
     /// Rare long delays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spikes: Option<SpikeConfig>,
     /// Share of messages that never arrive.
     pub loss: Fraction,
+    /// Losses in bursts, beside those.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub burst_loss: Option<BurstLossConfig>,
     /// Share of messages that arrive twice.
     pub duplication: Fraction,
     /// Share of messages that a later one may overtake: they are held back for up to `reorder-us`.
     pub reorder: Fraction,
     /// How long an overtaken message is held back at most, µs.
     pub reorder_us: FaultMicros,
-    /// When loss, duplication, reordering and spikes end, s after the start. Never by default.
+    /// Share of messages in which a bit is flipped, or whose end is missing.
+    pub corruption: Fraction,
+    /// When loss, duplication, reordering, spikes and corruption end, s after the start. Never by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub faults_until_s: Option<FaultSeconds>,
     /// Changes of the latency at set times.
@@ -34,6 +47,42 @@ pub struct LinkConfig {
     /// Times when nothing gets through.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub partitions: Vec<Partition>,
+    /// Times when messages wait; then all of them arrive at once.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stalls: Vec<Partition>,
+    /// Messages that somebody else makes up.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub forgeries: Vec<Forgery>,
+}
+
+impl LinkConfig {
+    /// Whether messages sent `since_start` are lost, repeated, held back, damaged and hit by spikes yet.
+    #[must_use]
+    pub fn is_faulty(&self, since_start: Span) -> bool {
+        let until = self.faults_until_s;
+        until.is_none_or(|until| since_start < until.span())
+    }
+}
+
+/// Losses in bursts (Gilbert and Elliott): in a burst every message is lost.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct BurstLossConfig {
+    /// Share of the messages outside a burst that one begins with.
+    pub begins: Fraction,
+    /// Share of the messages in a burst that it ends with: it lasts 1/`ends` messages in the mean.
+    pub ends: Fraction,
+}
+
+/// A delay that stays alike for a while: normally distributed, with an exponential autocorrelation (Ornstein and
+/// Uhlenbeck; AR(1) where messages come evenly).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct CorrelatedConfig {
+    /// Standard deviation, µs.
+    pub sigma_us: FaultMicros,
+    /// After which time its correlation is 1/e, s.
+    pub time_s: PeriodSeconds,
 }
 
 /// Rare long delays, uniform between two bounds.
@@ -58,7 +107,7 @@ pub struct DelayStep {
     pub by_us: ChangeMicros,
 }
 
-/// A time when nothing gets through.
+/// A time when nothing gets through; of a stall, not until its end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Partition {

@@ -5,6 +5,7 @@
 
 mod checked;
 mod clock;
+mod forgery;
 mod link;
 mod load;
 mod real_time;
@@ -16,7 +17,8 @@ pub use checked::{
     Fraction, OutOfRange, PeriodSeconds, Positive, Ppm, WalkPpm,
 };
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
-pub use link::{DelayStep, LinkConfig, Partition, SpikeConfig};
+pub use forgery::{Forged, Forgery, Times};
+pub use link::{BurstLossConfig, CorrelatedConfig, DelayStep, LinkConfig, Partition, SpikeConfig};
 pub use load::{ConfigError, from_table, load, parse, parse_table};
 pub use real_time::RealTimeConfig;
 pub use transport::{TransportConfig, TransportMode};

@@ -3,7 +3,7 @@
 use coaxle_clock::Span;
 
 use super::random::Random;
-use crate::config::LinkConfig;
+use crate::config::{BurstLossConfig, LinkConfig};
 
 /// A link's model. It never holds a message: it only says when each would arrive.
 #[derive(Clone, Debug)]
@@ -12,6 +12,9 @@ pub struct LinkModel {
     random: Random,
     /// Arrival of the newest message that keeps its place, since the start.
     newest: Span,
+    in_burst: bool,
+    /// The correlated part of the newest delay, in standard deviations, and of when it is.
+    correlated: Option<(Span, f64)>,
 }
 
 /// The delays after which a message arrives: none, one or two.
@@ -55,6 +58,8 @@ impl LinkModel {
             config: config.clone(),
             random: Random::new(seed),
             newest: Span::from_nanos(i64::MIN),
+            in_burst: false,
+            correlated: None,
         }
     }
 
@@ -66,21 +71,25 @@ impl LinkModel {
         let lost = self.random.chance(self.config.loss.get());
         let twice = self.random.chance(self.config.duplication.get());
         let held = self.random.chance(self.config.reorder.get());
+        let in_burst = self.is_in_burst();
         let delay = self.delay(since_start);
-        let [lost, twice, held] = [lost, twice, held].map(|it| it && self.is_faulty(since_start));
+        let is_faulty = self.config.is_faulty(since_start);
+        let [lost, twice, held] = [lost || in_burst, twice, held].map(|it| it && is_faulty);
         if lost || self.is_cut(since_start) {
             return deliveries;
         }
         if held {
             let most = self.config.reorder_us.get();
-            deliveries.push(delay + Span::from_micros_f64(most * self.random.uniform()));
+            let held = delay + Span::from_micros_f64(most * self.random.uniform());
+            deliveries.push(self.seen(since_start, held));
         } else {
             // A link with one queue does not reorder: who comes early waits for who is late.
             self.newest = self.newest.max(since_start + delay);
-            deliveries.push(self.newest - since_start);
+            deliveries.push(self.seen(since_start, self.newest - since_start));
         }
         if twice {
             let second = self.delay(since_start);
+            let second = self.seen(since_start, second);
             deliveries.push(second.max(deliveries.delays[0]));
         }
         deliveries
@@ -102,7 +111,7 @@ impl LinkModel {
             Some(spikes) if self.random.chance(spikes.share.get()) => {
                 let (from, to) = (spikes.from_us.get(), spikes.to_us.get());
                 let spike = from + (to - from) * self.random.uniform();
-                if self.is_faulty(since_start) {
+                if self.config.is_faulty(since_start) {
                     spike
                 } else {
                     0.0
@@ -110,14 +119,57 @@ impl LinkModel {
             }
             _ => 0.0,
         };
-        let micros = self.config.latency_us.get() + steps + jitter + spike;
+        let correlated = self.correlated_us(since_start);
+        let micros = self.config.latency_us.get() + steps + jitter + spike + correlated;
         Span::from_micros_f64(micros.max(0.0))
     }
 
-    /// Whether messages are lost, repeated, held back and hit by spikes yet.
-    fn is_faulty(&self, since_start: Span) -> bool {
-        let until = self.config.faults_until_s;
-        until.is_none_or(|until| since_start < until.span())
+    fn correlated_us(&mut self, since_start: Span) -> f64 {
+        let Some(config) = self.config.correlated else {
+            return 0.0;
+        };
+        let fresh = self.random.normal();
+        let now = match self.correlated {
+            None => fresh,
+            Some((at, before)) => {
+                let passed = (since_start - at).as_secs_f64().max(0.0);
+                let alike = libm::exp(-passed / config.time_s.get());
+                before * alike + fresh * (1.0 - alike * alike).sqrt()
+            }
+        };
+        self.correlated = Some((since_start, now));
+        now * config.sigma_us.get()
+    }
+
+    fn is_in_burst(&mut self) -> bool {
+        if let Some(BurstLossConfig { begins, ends }) = self.config.burst_loss {
+            self.in_burst = match self.in_burst {
+                true => !self.random.chance(ends.get()),
+                false => self.random.chance(begins.get()),
+            };
+        }
+        self.in_burst
+    }
+
+    /// The delay after which a message is seen: not while the link stalls, and on the grid.
+    fn seen(&self, since_start: Span, delay: Span) -> Span {
+        let mut arrival = since_start + delay;
+        for stall in &self.config.stalls {
+            let from = stall.at_s.span();
+            let until = from + stall.for_s.span();
+            if (from..until).contains(&arrival) {
+                arrival = until;
+            }
+        }
+        let grid = self.config.resolution_us.span().as_nanos();
+        if grid > 0 {
+            let nanos = arrival.as_nanos();
+            let past = nanos.rem_euclid(grid);
+            if past > 0 {
+                arrival = Span::from_nanos(nanos - past + grid);
+            }
+        }
+        arrival - since_start
     }
 
     fn is_cut(&self, since_start: Span) -> bool {

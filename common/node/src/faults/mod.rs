@@ -8,7 +8,9 @@ mod link;
 mod random;
 #[cfg(test)]
 mod statistics;
+mod tampering;
 
 pub use clock::{CycleJitter, DeviatedClock};
 pub use link::{Deliveries, LinkModel};
 pub use random::{Random, link_seed, seed_of};
+pub use tampering::Tampering;

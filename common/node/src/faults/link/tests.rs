@@ -235,3 +235,52 @@ fn what_goes_wrong_at_random_ends_when_it_is_to_end() {
             .any(|deliveries| *deliveries != plain)
     );
 }
+
+#[test]
+fn bursts_begin_and_end_by_chance() {
+    let offered = offered("burst-loss = { begins = 0.02, ends = 0.25 }");
+    let lost: Vec<bool> = offered.into_iter().map(|it| it.count() == 0).collect();
+    let bursts = lost.windows(2).filter(|two| !two[0] && two[1]).count();
+    let all = lost.iter().filter(|lost| **lost).count();
+    // Four in a burst, fifty between two.
+    assert_share(all, lost.len(), 4.0 / 54.0);
+    assert!(
+        (0.9..1.1).contains(&(bursts as f64 / (COUNT as f64 / 54.0))),
+        "{bursts}"
+    );
+}
+
+#[test]
+fn a_correlated_delay_is_distributed_as_said_and_stays_alike() {
+    let mut link = link("latency-us = 500\ncorrelated = { sigma-us = 40, time-s = 0.1 }");
+    let mut delays = Vec::new();
+    for k in 0..200_000 {
+        let delay = link.offer(millis(10 * k)).next().expect("not lost");
+        delays.push(delay.as_micros_f64() - 500.0);
+    }
+    let mean_of = |products: &mut dyn Iterator<Item = f64>| products.sum::<f64>() / 2e5;
+    let variance = mean_of(&mut delays.iter().map(|delay| delay * delay));
+    assert!((variance.sqrt() / 40.0 - 1.0).abs() < 0.03, "{variance}");
+    let pairs = delays.iter().zip(&delays[10..]);
+    let covariance = mean_of(&mut pairs.map(|(now, later)| now * later));
+    let expected = (-1.0_f64).exp();
+    assert!(
+        (covariance / variance - expected).abs() < 0.03,
+        "{covariance}"
+    );
+}
+
+#[test]
+fn arrivals_are_seen_on_a_grid_and_not_while_the_link_stalls() {
+    let mut link =
+        link("latency-us = 200\nresolution-us = 1000\nstalls = [{ at-s = 0.010, for-s = 0.005 }]");
+    let mut arrival = |at_us: i64| {
+        let sent = Span::from_micros(at_us);
+        (sent + link.offer(sent).next().expect("not lost")).as_micros_f64()
+    };
+    assert_eq!(arrival(1_000), 2_000.0);
+    assert_eq!(arrival(1_800), 2_000.0);
+    assert_eq!(arrival(9_900), 15_000.0);
+    assert_eq!(arrival(12_000), 15_000.0);
+    assert_eq!(arrival(14_900), 16_000.0);
+}

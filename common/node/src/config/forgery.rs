@@ -1,0 +1,92 @@
+//! What is done to the content of messages.
+
+use serde::{Deserialize, Serialize};
+
+use super::checked::{CycleMicros, FaultSeconds, Finite};
+
+/// Messages that somebody else makes up: of each genuine message within a time, forged ones.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct Forgery {
+    /// From when, s after the start.
+    pub at_s: FaultSeconds,
+    /// For how long, s. By default one message is forged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub for_s: Option<FaultSeconds>,
+    /// What is forged.
+    pub what: Forged,
+    /// How many come after each genuine message.
+    #[serde(default)]
+    pub times: Times,
+    /// The genuine message does not arrive.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub instead: bool,
+}
+
+/// What is different in a forged message. All but the noise are of the right form, with a right check sum; of
+/// messages that are not axes, only noise and repetitions are forged.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Forged {
+    /// Random bytes.
+    Noise,
+    /// The first message of the link, once more.
+    FirstAgain,
+    /// Another run of the node, as a second node of its name would be.
+    OtherRun,
+    /// Another node's name.
+    OtherNode,
+    /// Sealed for another key.
+    OtherKey,
+    /// Another format version.
+    OtherVersion,
+    /// Axes with other ids.
+    OtherAxes,
+    /// Another cycle time, µs.
+    CycleTimeUs(CycleMicros),
+    /// A count that is so much further on.
+    CountAhead(Finite),
+    /// Set values that are no numbers.
+    NotFinite,
+    /// The next message, before it comes, with positions that are so much further on, u.
+    PositionAhead(Finite),
+    /// Axes with this error code.
+    AxisError(u32),
+}
+
+/// How many: 1 to 1000.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "u32", into = "u32")]
+pub struct Times(u32);
+
+impl Times {
+    /// The number.
+    #[must_use]
+    pub const fn get(self) -> u32 {
+        self.0
+    }
+}
+
+impl Default for Times {
+    fn default() -> Self {
+        Self(1)
+    }
+}
+
+impl TryFrom<u32> for Times {
+    type Error = String;
+
+    fn try_from(times: u32) -> Result<Self, String> {
+        if (1..=1_000).contains(&times) {
+            Ok(Self(times))
+        } else {
+            Err(format!("received {times}, expected 1 to 1000"))
+        }
+    }
+}
+
+impl From<Times> for u32 {
+    fn from(times: Times) -> Self {
+        times.0
+    }
+}
