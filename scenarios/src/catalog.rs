@@ -26,6 +26,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "loss",
     "drift-change",
     "sender-restart",
+    "twin-sender",
     "chain",
     "many-axes",
     "three-senders",

@@ -144,6 +144,32 @@ fn a_sender_that_dies_and_one_that_freezes_are_found_again() {
 }
 
 #[test]
+fn a_second_sender_of_the_same_name_is_named_and_not_followed() {
+    let _alone = alone();
+    let out = tempfile::tempdir().expect("a scratch folder");
+    let summary = run_processes(
+        "twin-sender",
+        out.path(),
+        &[
+            "duration-s=12",
+            "event=[{ at-s = 5, node = \"belt\", action = \"twin\", for-s = 4 }]",
+            "expect=[]",
+        ],
+    );
+    for receiver in ["observer", "sync"] {
+        let receiver = &summary["receivers"][receiver];
+        assert_eq!(receiver["restarts"].as_u64(), Some(0), "{receiver}");
+        let foreign = receiver["foreign_frames"].as_u64();
+        assert!(foreign > Some(1_000), "{receiver}");
+        let roll = &receiver["slaves"]["roll"];
+        assert_eq!(roll["errors"].as_u64(), Some(0), "{roll}");
+        if kept_its_cycles(receiver) {
+            assert!(receiver["lost"].as_u64() < Some(1_000), "{receiver}");
+        }
+    }
+}
+
+#[test]
 fn receivers_can_be_chained() {
     let _alone = alone();
     let out = tempfile::tempdir().expect("a scratch folder");
