@@ -9,8 +9,12 @@
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_node::FrameHeader;
 
-/// Its count may run ahead of the own clock, or a delay shrink, by so much.
-const AHEAD: Span = Span::from_secs(1);
+/// Its count may be ahead of what came with the least delay by so much: a delay may shrink, and a clock be stepped …
+const AHEAD: f64 = 0.1;
+/// … and by such a share of the time since then: no delay stays the least for ever.
+const LEAK: f64 = 0.005;
+/// It may be behind the newest frame by so much, s: a delay may grow, for a while.
+const BEHIND: f64 = 1.0;
 /// Another run must have come with so many frames …
 const REGULAR: u32 = 5;
 /// … and the one that is followed be silent for so many of its cycles, and for so long, …
@@ -46,13 +50,16 @@ pub(super) struct RunChoice {
     foreign: u64,
 }
 
-/// A run, and its newest frame.
+/// A run, and two of its frames.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     epoch: u64,
     cycle_time: CycleTime,
+    /// The newest.
     count: u64,
     at: Instant<Local>,
+    /// The one that came with the least delay of late.
+    least_delayed: (u64, Instant<Local>),
 }
 
 /// A run that is not followed, but might be.
@@ -72,27 +79,41 @@ impl Run {
             cycle_time: header.cycle_time,
             count: header.count,
             at,
+            least_delayed: (header.count, at),
         }
     }
 
     /// Whether a frame can be one of it: not ahead of its time. One that is late may be on its way for long.
     fn has(&self, at: Instant<Local>, header: &FrameHeader) -> bool {
         let same = self.epoch == header.epoch && self.cycle_time == header.cycle_time;
-        same && self.ahead(at, header) <= AHEAD.as_secs_f64()
+        same && self.ahead_of(self.least_delayed, at, header) <= AHEAD + self.leak(at)
     }
 
     /// Whether it also keeps pace.
     fn goes_on_with(&self, at: Instant<Local>, header: &FrameHeader) -> bool {
-        self.has(at, header) && self.ahead(at, header) >= -AHEAD.as_secs_f64()
+        self.has(at, header) && self.ahead_of((self.count, self.at), at, header) >= -BEHIND
     }
 
-    /// By how much the count is ahead of the time that has passed, s.
-    fn ahead(&self, at: Instant<Local>, header: &FrameHeader) -> f64 {
-        let counted = header.count as f64 - self.count as f64;
-        counted * self.cycle_time.as_secs_f64() - (at - self.at).as_secs_f64()
+    /// By how much the count is ahead of the time that has passed since a frame, s.
+    fn ahead_of(
+        &self,
+        (count, since): (u64, Instant<Local>),
+        at: Instant<Local>,
+        header: &FrameHeader,
+    ) -> f64 {
+        let counted = header.count as f64 - count as f64;
+        counted * self.cycle_time.as_secs_f64() - (at - since).as_secs_f64()
+    }
+
+    /// How much more than the least delay of late counts as that now, s.
+    fn leak(&self, at: Instant<Local>) -> f64 {
+        LEAK * (at - self.least_delayed.1).as_secs_f64().max(0.0)
     }
 
     fn take(&mut self, at: Instant<Local>, header: &FrameHeader) {
+        if self.ahead_of(self.least_delayed, at, header) + self.leak(at) >= 0.0 {
+            self.least_delayed = (header.count, at);
+        }
         self.at = self.at.max(at);
         self.count = self.count.max(header.count);
     }
@@ -355,6 +376,45 @@ mod tests {
         // One while the node is silent for a while.
         assert_eq!(choice.judge(at(900), &header(3, 6)), Foreign);
         assert_eq!(choice.judge(at(901), &header(1, 901)), Followed);
+    }
+
+    #[test]
+    fn a_count_that_is_ahead_of_all_that_came_is_no_frame_of_the_run() {
+        for ahead in [150, 1_000, 100_000] {
+            let mut choice = RunChoice::default();
+            run(&mut choice, 1, 0, 0, 100);
+            for now in 100..2_000 {
+                let forged = header(1, (now + ahead) as u64);
+                assert_eq!(choice.judge(at(now), &forged), Foreign);
+                assert_eq!(choice.judge(at(now), &header(1, now as u64)), Followed);
+            }
+        }
+    }
+
+    #[test]
+    fn a_delay_that_shrinks_or_was_long_for_a_while_is_none_of_another_run() {
+        // Fifty milliseconds less than ever.
+        let mut choice = RunChoice::default();
+        run(&mut choice, 1, 50, 50, 1_000);
+        assert_eq!(run(&mut choice, 1, 0, 1_000, 3_000), vec![Followed; 2_000]);
+        // Nine hundred more for three seconds, then as before.
+        let mut choice = RunChoice::default();
+        run(&mut choice, 1, 0, 0, 1_000);
+        let late = run(&mut choice, 1, 900, 1_900, 4_000);
+        assert_eq!(late, vec![Followed; 2_100]);
+        assert_eq!(run(&mut choice, 1, 0, 4_000, 5_000), vec![Followed; 1_000]);
+    }
+
+    #[test]
+    fn a_clock_that_is_off_by_a_tenth_keeps_its_run() {
+        for micros in [900, 1_100] {
+            let mut choice = RunChoice::default();
+            let judged = (0..100_000).map(|count| {
+                let at = Instant::EPOCH + Span::from_micros(micros * count as i64);
+                choice.judge(at, &header(1, count))
+            });
+            assert_eq!(judged.filter(|one| *one == Begins).count(), 1, "{micros}");
+        }
     }
 
     #[test]
