@@ -41,6 +41,7 @@
 //! |--|--|--|
 //! | `NCTOPLC_AXLESTRUCT`, `NCTOPLC_AXIS_REF` | TS5066 | [`NcToPlcAxis`], [`ImageLayout`] |
 //! | `nStateDWord`, `nAxisState`, `nCoupleState` | TS5066 | [`StateWord`], [`AxisState`], [`CoupleState`] |
+//! | `ModuloSetPos`, `ModuloSetTurns` | TS5066 | [`Modulo`], [`ModuloPosition`] |
 //! | `VELOSYNC`, `POSSYNC1` | Tc2_MC2 | [`set_value_guard::DistancePolicy`] |
 //! | the PLCopen state diagram, `MC_ReadStatus` | PLCopen part 1 | [`AxisStatus`] |
 //!
@@ -61,6 +62,7 @@ mod guard_error;
 mod image;
 mod job;
 mod masters;
+mod modulo;
 mod nc_to_plc;
 mod plcopen;
 pub mod set_value_guard;
@@ -78,6 +80,7 @@ pub use dynamics::Dynamics;
 pub use image::{IMAGE_LEN, ImageLayout, ImageLengthError};
 pub use job::{Job, Origin};
 pub use masters::Masters;
+pub use modulo::{Modulo, ModuloPosition, WrongModulo};
 pub use nc_to_plc::NcToPlcAxis;
 pub use plcopen::{AxisStatus, StateMachine, Transition};
 pub use state::{AxisState, CoupleState, StateWord};

@@ -1,6 +1,6 @@
 //! `NCTOPLC_AXLESTRUCT`: what an axis tells the world, once per cycle.
 
-use super::{AxisState, CoupleState, StateWord};
+use super::{AxisState, CoupleState, Modulo, ModuloPosition, StateWord};
 
 /// The NC-to-PLC axis structure, every field of it, in user units (`u`, say mm or degrees).
 ///
@@ -92,6 +92,18 @@ impl NcToPlcAxis {
     /// No position, velocity or acceleration of a real axis is beyond this, in u, u/s or u/s²: an f64
     /// of this size counts in steps of an eighth, and sums and products of more could overflow.
     pub const LARGEST: f64 = 1e15;
+
+    /// The same with its positions by the turn, if it turns: as they are, if it does not.
+    #[must_use]
+    pub fn by_turns(mut self, modulo: Option<Modulo>) -> Self {
+        let actual = ModuloPosition::of(self.actual_position, modulo);
+        self.modulo_actual_position = actual.within;
+        self.modulo_actual_turns = actual.turns;
+        let set = ModuloPosition::of(self.set_position, modulo);
+        self.modulo_set_position = set.within;
+        self.modulo_set_turns = set.turns;
+        self
+    }
 
     /// The first kinematic field that is not a number between ∓[`LARGEST`](Self::LARGEST), by its PLC
     /// name.

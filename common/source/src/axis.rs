@@ -1,6 +1,6 @@
 //! An axis of a config, opened.
 
-use coaxle_axis::NcToPlcAxis;
+use coaxle_axis::{Modulo, NcToPlcAxis};
 use coaxle_clock::Span;
 
 use crate::axis_struct::axis_struct;
@@ -13,7 +13,7 @@ use crate::source::{AxisSample, Source};
 #[derive(Debug)]
 pub struct SourceAxis {
     id: u32,
-    modulo: Option<f64>,
+    modulo: Option<Modulo>,
     source: Box<dyn Source>,
 }
 
@@ -25,7 +25,7 @@ impl SourceAxis {
     pub fn open(config: &AxisConfig) -> Result<Self, ReplayError> {
         Ok(Self {
             id: config.id.get(),
-            modulo: config.modulo.map(|modulo| modulo.get()),
+            modulo: config.modulo,
             source: open(&config.source)?,
         })
     }

@@ -1,45 +1,29 @@
 //! What an axis shows of itself: its axis structure.
 
-use coaxle_axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
+use coaxle_axis::{AxisState, CoupleState, Modulo, NcToPlcAxis, StateWord};
 use coaxle_curve::profile::Kinematics;
 
 use crate::source::{Activity, AxisSample};
 
-/// The axis structure of an axis, in its units; `modulo` is the length of a turn in them.
+/// The axis structure of an axis, in its units.
 #[must_use]
-pub fn axis_struct(axis_id: u32, modulo: Option<f64>, sample: &AxisSample) -> NcToPlcAxis {
+pub fn axis_struct(axis_id: u32, modulo: Option<Modulo>, sample: &AxisSample) -> NcToPlcAxis {
     let seen = &sample.seen;
-    let (modulo_position, turns) = modulo_of(seen.position, modulo);
     NcToPlcAxis {
         state_word: state_word(sample),
         axis_state: axis_state(sample),
         couple_state: CoupleState::Master,
         axis_id,
         actual_position: seen.position,
-        modulo_actual_position: modulo_position,
-        modulo_actual_turns: turns,
         actual_velocity: seen.velocity,
         set_position: seen.position,
         set_velocity: seen.velocity,
         set_acceleration: seen.acceleration,
         target_position: sample.target_position,
-        modulo_set_position: modulo_position,
-        modulo_set_turns: turns,
         command_number: sample.command_number,
         ..NcToPlcAxis::default()
     }
-}
-
-/// The position within its turn, from 0 up to less than `modulo`, and the whole turns before it.
-fn modulo_of(position: f64, modulo: Option<f64>) -> (f64, i32) {
-    let Some(modulo) = modulo else {
-        return (position, 0);
-    };
-    let within = position.rem_euclid(modulo);
-    // A trifle below a turn's begin, the remainder is rounded up to a whole turn.
-    let within = if within < modulo { within } else { 0.0 };
-    let turns = ((position - within) / modulo).round();
-    (within, turns as i32)
+    .by_turns(modulo)
 }
 
 fn state_word(sample: &AxisSample) -> StateWord {
@@ -112,26 +96,6 @@ mod tests {
             command_number: 3,
             target_position: 4.0,
         }
-    }
-
-    #[test]
-    fn positions_fall_into_turns() {
-        for (position, within, turns) in [
-            (0.0, 0.0, 0),
-            (359.0, 359.0, 0),
-            (360.0, 0.0, 1),
-            (-1.0, 359.0, -1),
-            (-720.0, 0.0, -2),
-            (36_005.0, 5.0, 100),
-        ] {
-            assert_eq!(
-                modulo_of(position, Some(360.0)),
-                (within, turns),
-                "{position}"
-            );
-        }
-        assert_eq!(modulo_of(-1e-20, Some(360.0)), (0.0, 0));
-        assert_eq!(modulo_of(400.0, None), (400.0, 0));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::num::{NonZeroU16, NonZeroU32};
 use std::path::{Path, PathBuf};
 
+use coaxle_axis::Modulo;
 use coaxle_node::config::{Positive, Unit};
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +20,7 @@ pub struct AxisConfig {
     /// What its position is in; `u` by default.
     pub unit: Unit,
     /// The length of a modulo turn in u, say 360 for degrees; none for an axis without.
-    pub modulo: Option<Positive>,
+    pub modulo: Option<Modulo>,
     /// What moves it.
     pub source: SourceConfig,
 }
@@ -105,7 +106,7 @@ struct Written {
     #[serde(default)]
     unit: Unit,
     #[serde(skip_serializing_if = "Option::is_none")]
-    modulo: Option<Positive>,
+    modulo: Option<Modulo>,
     #[serde(skip_serializing_if = "Option::is_none")]
     program: Option<ProgramConfig>,
     #[serde(skip_serializing_if = "Option::is_none")]
