@@ -1,8 +1,8 @@
 //! The far axes as corrected, for others: a display, a test, another receiver.
 
-use coaxle_axis::{AxisState, NcToPlcAxis, StateWord};
+use coaxle_axis::{AxisState, Modulo, NcToPlcAxis, StateWord};
 
-use crate::config::ReceiverConfig;
+use crate::config::{MasterRef, ReceiverConfig};
 use crate::signals::FarAxisSignals;
 use crate::slaves::Master;
 
@@ -11,13 +11,17 @@ use crate::slaves::Master;
 pub(crate) struct PublishedFarAxes {
     /// Which of them, by the axis id they have there, from 1.
     which: Box<[usize]>,
+    /// Their modulo turns.
+    turns: Box<[Option<Modulo>]>,
     axes: Vec<NcToPlcAxis>,
 }
 
 impl PublishedFarAxes {
     pub(crate) fn new(config: &ReceiverConfig) -> Self {
         let which = config.published_far_axes();
+        let modulo = |axis: &usize| config.modulo_of(MasterRef::Far(*axis));
         Self {
+            turns: which.iter().map(modulo).collect(),
             axes: Vec::with_capacity(which.len()),
             which: which.into(),
         }
@@ -30,10 +34,11 @@ impl PublishedFarAxes {
         signals: &[FarAxisSignals],
     ) -> &[NcToPlcAxis] {
         self.axes.clear();
-        for (id, axis) in (1..).zip(&self.which) {
+        for ((id, axis), modulo) in (1..).zip(&self.which).zip(&self.turns) {
             if let Some(master) = &masters[*axis] {
                 let received_error = signals[*axis].received_error;
-                self.axes.push(axis_struct(id, master, received_error));
+                let axis = axis_struct(id, master, received_error);
+                self.axes.push(axis.by_turns(*modulo));
             }
         }
         &self.axes
@@ -50,13 +55,11 @@ fn axis_struct(id: u32, master: &Master, received_error: u32) -> NcToPlcAxis {
         axis_state: AxisState::of_motion(set.velocity, set.acceleration),
         axis_id: id,
         actual_position: set.position,
-        modulo_actual_position: set.position,
         actual_velocity: set.velocity,
         set_position: set.position,
         set_velocity: set.velocity,
         set_acceleration: set.acceleration,
         target_position: set.position,
-        modulo_set_position: set.position,
         ..NcToPlcAxis::default()
     }
 }

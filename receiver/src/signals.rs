@@ -244,6 +244,17 @@ signals! {
     pub struct SlaveSignals of Slave {
         /// Set position, as the drive gets it; none until it is coupled, if it is to be from the start.
         position: Option<f64> ["u"] last,
+        /// The same within its modulo turn; none if it does not turn.
+        modulo_position: Option<f64> ["u"],
+        /// Where its (first) master is in the same cycle; none before anything of it has come.
+        master_position: Option<f64> ["master u"],
+        /// The same within the master's modulo turn; none if that does not turn.
+        master_modulo_position: Option<f64> ["master u"],
+        /// Where the slave is when its coupling has it synchronous, at the latest; none of a coupling that leads to no
+        /// such position.
+        slave_sync_position: Option<f64> ["u"],
+        /// Where the master is then, as the coupling sees it.
+        master_sync_position: Option<f64> ["master u"],
         /// Set velocity.
         velocity: Option<f64> ["u/s"],
         /// Set acceleration.

@@ -181,7 +181,7 @@ const SAW: &str = "
 ";
 
 fn gear_in_pos(master_sync_position: f64) -> Command {
-    Command::GearInPos(GearInPos {
+    Command::from(GearInPos {
         ratio: Ratio::of(1.0),
         master_sync_position,
         slave_sync_position: 150.0,
@@ -213,14 +213,14 @@ fn a_flying_saw_is_tried_refused_coupled_and_read() {
     let near = receiver.execute(&dry_run("carriage", gear_in_pos(110.0)));
     let CommandOutcome::Refused {
         refusal,
-        moment: Some(moment),
+        saw: Some(attempt),
         ..
     } = near
     else {
         panic!("{near:?}");
     };
     assert_eq!(refusal.code(), 0x42df);
-    assert_eq!(moment.master.velocity, 200.0);
+    assert_eq!(attempt.moment.master.velocity, 200.0);
 
     let saws = |outcome: CommandOutcome| match outcome {
         CommandOutcome::Accepted { saw, slave, .. } => (saw.unwrap(), slave),
@@ -262,4 +262,101 @@ fn orders_do_not_allocate() {
             cycles(&mut receiver, 3);
         }
     });
+}
+
+const KNIFE: &str = "
+    name = 'knife'
+    cycle-time-us = 1000
+    [[far]]
+    node = 'conveyor'
+    modulo = 100
+    [[slave]]
+    name = 'belt'
+    couple = 'off'
+    modulo = 600
+    limits = { velocity = 1000, acceleration = 10000, jerk = 1e6 }
+    [[slave]]
+    name = 'drum'
+    master = 'belt'
+    couple = 'off'
+    modulo = 360
+    limits = { velocity = 1000, acceleration = 10000, jerk = 1e6 }
+";
+
+fn in_turn(order: &str) -> Command {
+    let order =
+        format!("c.gear-in-pos = {{ ratio = {{ numerator = 360, denominator = 600 }}, {order} }}");
+    let command: std::collections::BTreeMap<String, Command> = parse("c", &order).unwrap();
+    command["c"]
+}
+
+#[test]
+fn sync_positions_by_the_turn_are_resolved_once_and_shown() {
+    let config: ReceiverConfig = parse("test", KNIFE).unwrap();
+    let mut receiver = Receiver::new(&config, Instant::EPOCH, 1).unwrap();
+    cycles(&mut receiver, 1);
+    for slave in ["belt", "drum"] {
+        accepted(&receiver.execute(&order(slave, Command::Power(true))));
+    }
+    let backwards = Command::MoveVelocity {
+        velocity: -500.0,
+        dynamics: Dynamics::default(),
+    };
+    accepted(&receiver.execute(&order("belt", backwards)));
+    cycles(&mut receiver, 10_000);
+    let saw =
+        in_turn("master-sync-position = { in-turn = 150 }, slave-sync-position = { in-turn = 90 }");
+    let positions = |outcome: CommandOutcome| match outcome {
+        CommandOutcome::Accepted { sync_positions, .. } => sync_positions.unwrap(),
+        other => panic!("{other:?}"),
+    };
+    let tried = positions(receiver.execute(&dry_run("drum", saw)));
+    let given = order("drum", saw);
+    let at = positions(assert_no_alloc(|| receiver.execute(&given)));
+    assert_eq!(at, tried);
+    // It goes back, so that 90 of a knife at 0 is a quarter before.
+    assert_eq!((at.slave, at.master.rem_euclid(600.0)), (-270.0, 150.0));
+    cycles(&mut receiver, 4_000);
+    let shown = receiver.snapshot().signals.slaves[1];
+    let master = shown.master_position.unwrap();
+    assert_eq!(shown.master_sync_position, Some(at.master));
+    assert_eq!(shown.slave_sync_position, Some(at.slave));
+    assert_eq!(shown.master_modulo_position, Some(master.rem_euclid(600.0)));
+    let off = shown.position.unwrap() - at.slave - 0.6 * (master - at.master);
+    assert!(off.abs() < 1e-6, "{off}");
+    assert_eq!(
+        shown.modulo_position,
+        Some(shown.position.unwrap().rem_euclid(360.0))
+    );
+}
+
+#[test]
+fn positions_by_the_turn_are_of_axes_that_turn() {
+    let step = "[[slave.step]]\ndo.gear-in-pos = { ratio = { numerator = 1 }, \
+        master-sync-position = { in-turn = 150 }, slave-sync-position = { in-turn = 90 } }";
+    let error = |text: &str| {
+        let config: ReceiverConfig = parse("test", &format!("{text}{step}")).unwrap();
+        let error = Receiver::new(&config, Instant::EPOCH, 1).unwrap_err();
+        error.to_string()
+    };
+    let no_master_turns = KNIFE.replace("modulo = 600", "");
+    let said = error(&no_master_turns);
+    assert!(
+        said.contains("slave[1].step[0].do: 0x4b06: master-sync-position: received in-turn 150"),
+        "{said}"
+    );
+    let said = error(&KNIFE.replace("modulo = 360", "modulo = 45"));
+    assert!(
+        said.contains("slave-sync-position: received in-turn 90, expected 0 up to less than"),
+        "{said}"
+    );
+    let marked = format!(
+        "{KNIFE}marks = {{ spacing = 600, sensor-distance = 100 }}\n{step}at-mark = true\n"
+    );
+    let config: ReceiverConfig =
+        parse("test", &marked.replace("} }at-mark", "} }\nat-mark")).unwrap();
+    let said = Receiver::new(&config, Instant::EPOCH, 1)
+        .unwrap_err()
+        .to_string();
+    assert!(said.contains("slave[1].step[0].at-mark"), "{said}");
 }

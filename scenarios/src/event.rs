@@ -418,12 +418,13 @@ mod tests {
                 job: None,
                 awaits: Awaits::empty(),
                 slave,
+                sync_positions: None,
                 saw: None,
             }),
             Some(CommandOutcome::Refused {
                 refusal,
                 slave,
-                moment: None,
+                saw: None,
             }),
             None,
         ];

@@ -56,10 +56,27 @@ pub trait Coupling: Send {
         None
     }
 
+    /// Where master and slave are synchronous, at the latest, if it leads to such a pair of positions.
+    fn sync_positions(&self) -> Option<SyncPositions> {
+        None
+    }
+
     /// The next job, of those that changed it while it was engaged, that has come to its end.
     fn ended(&mut self) -> Option<Job> {
         None
     }
+}
+
+/// Where master and slave are when they are synchronous, on their axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SyncPositions {
+    /// The first master, as the coupling sees it, u of the master.
+    #[doc(alias = "MasterSyncPosition")]
+    pub master: f64,
+    /// The slave, u.
+    #[doc(alias = "SlaveSyncPosition")]
+    pub slave: f64,
 }
 
 /// How a coupling is engaged, and changed while it is: plan, then apply.

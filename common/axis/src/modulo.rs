@@ -1,5 +1,7 @@
 //! An axis that turns: its positions by the turn.
 
+use crate::travel_direction::TravelDirection;
+
 /// The length of a modulo turn, u. Positions go on counting from turn to turn; within a turn they are
 /// from 0 up to less than its length.
 #[doc(alias = "ModuloFactor")]
@@ -66,20 +68,23 @@ impl Modulo {
         (0.0..self.0).contains(&within)
     }
 
-    /// Where an axis passes the position `within` its turn the next time, from `here` towards larger
-    /// positions or smaller ones: never here itself, and at most a turn ahead.
+    /// Where an axis passes the position `within` its turn the next time, going this way
+    /// from `here`: never here itself, and at most a turn ahead.
     #[must_use]
-    pub fn next(self, within: f64, here: f64, towards_larger: bool) -> f64 {
+    pub fn next(self, within: f64, here: f64, ahead: TravelDirection) -> f64 {
         let at = |turns: f64| libm::fma(turns, self.0, within);
         let turns = libm::floor((here - within) / self.0);
         // What the quotient is rounded to may be one turn off, either way.
         let around = [-1.0, 0.0, 1.0, 2.0].map(|k| at(turns + k));
-        if towards_larger {
-            let ahead = around.into_iter().find(|position| *position > here);
-            ahead.unwrap_or(around[3])
-        } else {
-            let ahead = around.into_iter().rev().find(|position| *position < here);
-            ahead.unwrap_or(around[0])
+        match ahead {
+            TravelDirection::Forward => {
+                let next = around.into_iter().find(|position| *position > here);
+                next.unwrap_or(around[3])
+            }
+            TravelDirection::Backward => {
+                let next = around.into_iter().rev().find(|position| *position < here);
+                next.unwrap_or(around[0])
+            }
         }
     }
 }
@@ -151,8 +156,14 @@ mod tests {
     fn at_the_position_itself_the_next_time_is_a_turn_ahead() {
         for turns in [-5_000.0, -1.0, 0.0, 3.0, 7_777.0] {
             let here = 90.0 + turns * 360.0;
-            assert_eq!(degrees().next(90.0, here, true), here + 360.0);
-            assert_eq!(degrees().next(90.0, here, false), here - 360.0);
+            assert_eq!(
+                degrees().next(90.0, here, TravelDirection::Forward),
+                here + 360.0
+            );
+            assert_eq!(
+                degrees().next(90.0, here, TravelDirection::Backward),
+                here - 360.0
+            );
         }
     }
 
@@ -162,13 +173,14 @@ mod tests {
             length in 1e-3..1e5f64,
             part in 0.0..1.0f64,
             turns in -50_000.0..50_000.0f64,
-            towards_larger: bool,
+            forward: bool,
         ) {
             let modulo = Modulo::new(length).expect("a length");
             let (within, here) = (part * length, turns * length);
             prop_assume!(modulo.has(within));
-            let next = modulo.next(within, here, towards_larger);
-            let ahead = if towards_larger { next - here } else { here - next };
+            let way = if forward { TravelDirection::Forward } else { TravelDirection::Backward };
+            let next = modulo.next(within, here, way);
+            let ahead = if forward { next - here } else { here - next };
             let rounding = 1e-15 * next.abs().max(here.abs());
             prop_assert!(ahead > 0.0 && ahead <= length + 4.0 * rounding, "{ahead}");
             let off = (next - within) / length;

@@ -1,6 +1,6 @@
 //! `MC_FlyingGear`: a gear that is engaged and released on the fly.
 
-use coaxle_axis::CouplingPhase;
+use coaxle_axis::{CouplingPhase, SyncPositions};
 use coaxle_curve::profile::Kinematics;
 
 mod coupling;
@@ -18,6 +18,8 @@ use window::{Course, Window};
 /// `MC_FlyingGear_BkPlcMc`. The *working direction* of the slave is the one that leads it from where
 /// it stands to `slave_sync_position`; the master's is the same, or the opposite one if the ratio is
 /// negative.
+///
+/// Positions are numbers wherever it is enabled; whoever says them in another way has a `P` for that.
 #[doc(alias = "MC_FlyingGear")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -25,23 +27,23 @@ use window::{Course, Window};
     feature = "serde",
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
-pub struct FlyingGearParameters {
+pub struct FlyingGearParameters<P = f64> {
     /// Slave units per master unit while fully coupled, not 0.
     #[doc(alias = "Ratio")]
     pub ratio: f64,
     /// Where the master is when the gear is fully engaged, master u.
     #[doc(alias = "MasterSyncPosition")]
-    pub master_sync_position: f64,
+    pub master_sync_position: P,
     /// Where the slave is when the gear is fully engaged, u.
     #[doc(alias = "SlaveSyncPosition")]
-    pub slave_sync_position: f64,
+    pub slave_sync_position: P,
     /// Where the slave begins to be released, u.
     #[doc(alias = "SlaveDesyncPosition")]
-    pub slave_desync_position: f64,
+    pub slave_desync_position: P,
     /// Where the slave is fully released and stands, u. Beyond the desync position seen in the
     /// working direction, the slave is released on the way out, before it, on the way back.
     #[doc(alias = "SlaveStopPosition")]
-    pub slave_stop_position: f64,
+    pub slave_stop_position: P,
     /// The working direction of a slave that already stands at its sync position, where nothing
     /// else tells it: towards smaller positions.
     #[doc(alias = "DefaultSlaveNegative")]
@@ -207,6 +209,15 @@ impl FlyingGear {
     #[must_use]
     pub fn start_position(&self) -> f64 {
         self.master_sync + self.master_direction * self.engaging.free_master()
+    }
+
+    /// Where master and slave are when it is fully engaged.
+    #[must_use]
+    pub const fn sync_positions(&self) -> SyncPositions {
+        SyncPositions {
+            master: self.master_sync,
+            slave: self.slave_sync,
+        }
     }
 
     /// Slave units per master unit while fully coupled.

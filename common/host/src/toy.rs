@@ -76,7 +76,7 @@ impl Node for Toy {
             return CommandOutcome::Refused {
                 refusal,
                 slave,
-                moment: None,
+                saw: None,
             };
         };
         slave.position = position;
@@ -85,6 +85,7 @@ impl Node for Toy {
             job: Some(self.snapshot.commands.into()),
             awaits: Awaits::empty(),
             slave,
+            sync_positions: None,
             saw: None,
         }
     }

@@ -132,7 +132,7 @@ impl EnableFlyingGear {
     }
 
     fn enable(&mut self, parameters: &FlyingGearParameters, axis: &mut SlaveAxis) {
-        match axis.command(&Command::FlyingGear(*parameters)) {
+        match axis.command(&(*parameters).into()) {
             Ok(job) => self.accepted = Some(job),
             Err(refusal) => self.refused = Some(refusal),
         }

@@ -3,7 +3,7 @@
 
 use coaxle_axis::CommandState;
 use coaxle_saw::{FlyingSawCharacteristics, SawCommand, saw_table_id};
-use coaxle_slave::{Command, CouplingRefusal, JobError, Refusal, SlaveAxis};
+use coaxle_slave::{CouplingRefusal, JobError, Refusal, SlaveAxis};
 
 use crate::axis::CommandBlock;
 use crate::{Execute, Outputs};
@@ -34,11 +34,7 @@ impl FlyingSawBlock {
         command: SawCommand,
         axis: &mut SlaveAxis,
     ) -> FlyingSawOutputs {
-        let command = match command {
-            SawCommand::GearInPos(command) => Command::GearInPos(command),
-            SawCommand::GearInVelo(command) => Command::GearInVelo(command),
-        };
-        let state = self.block.scan(execute, &command, axis);
+        let state = self.block.scan(execute, &command.into(), axis);
         FlyingSawOutputs {
             start_sync: matches!(state, CommandState::Active | CommandState::InSync),
             common: Outputs::of(&state, JobError::code),

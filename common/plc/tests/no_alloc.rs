@@ -37,7 +37,7 @@ fn gear_in_pos(
     start_distance: Option<f64>,
 ) -> impl Fn(f64, f64) -> Command {
     move |master, slave| {
-        Command::GearInPos(GearInPos {
+        Command::from(GearInPos {
             ratio: Ratio::of(1.0),
             master_sync_position: master + ahead,
             slave_sync_position: slave + 0.6 * ahead,

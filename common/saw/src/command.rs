@@ -9,6 +9,8 @@ use super::{SyncMode, SyncStrategy};
 /// with a [`LimitGuard`](super::LimitGuard) keeps its own in any case, and refuses what does not. The
 /// bounds of a synchronisation with two ramps use acceleration and deceleration in any case, and with a
 /// strategy the limits shape the profile and are kept in any case.
+///
+/// Positions are numbers wherever it is planned; whoever says them in another way has a `P` for that.
 #[doc(alias = "MC_GearInPos")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -16,15 +18,15 @@ use super::{SyncMode, SyncStrategy};
     feature = "serde",
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
-pub struct GearInPos {
+pub struct GearInPos<P = f64> {
     /// The gear.
     pub ratio: Ratio,
     /// Where the master is when the slave is synchronous at the latest, u.
     #[doc(alias = "MasterSyncPosition")]
-    pub master_sync_position: f64,
+    pub master_sync_position: P,
     /// Where the slave is then, u.
     #[doc(alias = "SlaveSyncPosition")]
-    pub slave_sync_position: f64,
+    pub slave_sync_position: P,
     /// How far before its synchronisation position the master is when the synchronisation begins,
     /// u; until then the slave keeps its velocity. At once if not given. The original does not
     /// implement it.
@@ -42,6 +44,28 @@ pub struct GearInPos {
     /// Limits of the synchronisation.
     #[cfg_attr(feature = "serde", serde(default))]
     pub limits: SyncLimits,
+}
+
+impl<P: Copy> GearInPos<P> {
+    /// The positions of master and slave.
+    #[must_use]
+    pub const fn positions(&self) -> (P, P) {
+        (self.master_sync_position, self.slave_sync_position)
+    }
+
+    /// The same at these positions of master and slave.
+    #[must_use]
+    pub const fn at<Q: Copy>(&self, master: Q, slave: Q) -> GearInPos<Q> {
+        GearInPos {
+            ratio: self.ratio,
+            master_sync_position: master,
+            slave_sync_position: slave,
+            master_start_distance: self.master_start_distance,
+            strategy: self.strategy,
+            sync_mode: self.sync_mode,
+            limits: self.limits,
+        }
+    }
 }
 
 /// `MC_GearInVelo`: the slave takes up the gear's velocity as soon as it can. TS5055 12.1.1,
@@ -90,6 +114,12 @@ const fn one() -> u16 {
 }
 
 impl Ratio {
+    /// The ratio as one number.
+    #[must_use]
+    pub fn value(&self) -> f64 {
+        self.numerator / f64::from(self.denominator)
+    }
+
     /// A ratio given as one number.
     #[must_use]
     pub const fn of(ratio: f64) -> Self {

@@ -1,5 +1,6 @@
 //! A synchronisation that may be carried out.
 
+use coaxle_axis::SyncPositions;
 use coaxle_clock::Seconds;
 
 use coaxle_curve::law::{Knot, LawError, Motion, Segment};
@@ -65,6 +66,15 @@ pub struct SyncLine {
 }
 
 impl SyncLine {
+    /// Where master and slave are when the synchronisation phase ends.
+    #[must_use]
+    pub const fn sync_positions(&self) -> SyncPositions {
+        SyncPositions {
+            master: self.master,
+            slave: self.slave,
+        }
+    }
+
     /// The synchronous slave.
     #[inline]
     #[must_use]

@@ -84,7 +84,7 @@ impl Station {
         let blade = conveyor.position - (self.axis.set().position - SYNCHRONOUS);
         match &mut self.task {
             Task::Synchronise => {
-                let saw = Command::GearInPos(GearInPos {
+                let saw = Command::from(GearInPos {
                     ratio: Ratio::of(1.0),
                     master_sync_position: self.next_cut,
                     slave_sync_position: SYNCHRONOUS,

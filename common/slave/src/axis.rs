@@ -5,6 +5,7 @@ mod apply;
 mod cycle;
 mod plan;
 mod start;
+mod sync_positions;
 
 use alloc::boxed::Box;
 
@@ -14,8 +15,8 @@ use coaxle_axis::drive::{Actual, Drive, DriveState};
 use coaxle_axis::guard::Guard;
 use coaxle_axis::set_value_guard::{GuardState, SetValueGuard};
 use coaxle_axis::{
-    AxisStatus, CommandState, CouplingPhase, Job, Masters, StateMachine, StateWord, Transition,
-    WindowMonitor,
+    AxisStatus, CommandState, CouplingPhase, Job, Masters, StateMachine, StateWord, SyncPositions,
+    Transition, WindowMonitor,
 };
 use coaxle_cam::{CamInfo, CamLimits, CouplingError, Tables};
 use coaxle_curve::profile::Kinematics;
@@ -31,6 +32,7 @@ use super::refusal::Refusal;
 use super::shift::Shift;
 
 pub use start::CoupledStart;
+use sync_positions::Turns;
 
 /// A slave axis with its drive.
 #[derive(Debug)]
@@ -66,6 +68,8 @@ pub struct SlaveAxis {
     jobs: Jobs,
     /// The masters at the last update: of the same moment as the set values.
     masters: Masters,
+    /// The modulo turns of the axis and its first master.
+    turns: Turns,
     error: Option<SlaveError>,
     /// How often the set position was set anew.
     set_anew: u32,
@@ -121,6 +125,7 @@ impl SlaveAxis {
             superimposed: Shift::NONE,
             jobs: Jobs::default(),
             masters: Masters::default(),
+            turns: Turns::default(),
             error: None,
             set_anew: 0,
             revision: 0,
@@ -257,6 +262,12 @@ impl SlaveAxis {
     #[must_use]
     pub fn coupling_phase(&self) -> Option<CouplingPhase> {
         self.couplings.get(self.engaged()?).phase()
+    }
+
+    /// Where master and slave are synchronous, if the coupling leads to such a pair of positions.
+    #[must_use]
+    pub fn sync_positions(&self) -> Option<SyncPositions> {
+        self.couplings.get(self.engaged()?).sync_positions()
     }
 
     /// What the coupling scales the positions of its master by: 1 where it does not.

@@ -1,6 +1,6 @@
 //! What a command comes to, planned and not yet carried out.
 
-use coaxle_axis::{Awaits, Manner, Transition};
+use coaxle_axis::{Awaits, Manner, SyncPositions, Transition};
 use coaxle_cam::{OnlineChangeMode, TableId};
 use coaxle_curve::profile::Profile;
 use coaxle_saw::SawPlan;
@@ -99,6 +99,16 @@ impl Change {
     #[must_use]
     pub const fn is_done_at_once(&self) -> bool {
         matches!(self.effect.takes_over(), TakesOver::No)
+    }
+
+    /// Where master and slave are synchronous then, if it leads to such a pair of positions.
+    #[must_use]
+    pub const fn sync_positions(&self) -> Option<SyncPositions> {
+        match &self.effect {
+            Effect::Couple(Engagement::Saw(saw), _) => Some(saw.plan().line().sync_positions()),
+            Effect::Couple(Engagement::FlyingGear(gear), _) => Some(gear.sync_positions()),
+            _ => None,
+        }
     }
 
     /// The flying saw that it is about, if it is.

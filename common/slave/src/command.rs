@@ -9,6 +9,7 @@ use coaxle_gear::{FlyingGearParameters, GearIn, GearInMultiMaster};
 use coaxle_saw::{GearInPos, GearInVelo, SawCommand};
 
 use super::cam_points::CamPoints;
+use super::sync_position::SyncPosition;
 
 /// A command to a slave axis.
 ///
@@ -140,11 +141,11 @@ pub enum Command {
     /// `MC_FlyingGear`: waits for the master and is coupled and released on the fly. The slave must
     /// be at rest.
     #[doc(alias = "MC_FlyingGear")]
-    FlyingGear(FlyingGearParameters),
+    FlyingGear(FlyingGearParameters<SyncPosition>),
     /// `MC_GearInPos`: the universal flying saw to a pair of positions, from any motion of the
     /// slave.
     #[doc(alias = "MC_GearInPos")]
-    GearInPos(GearInPos),
+    GearInPos(GearInPos<SyncPosition>),
     /// `MC_GearInVelo`: the universal flying saw to the gear's velocity, from any motion of the
     /// slave.
     #[doc(alias = "MC_GearInVelo")]
@@ -198,6 +199,37 @@ pub enum Command {
     },
 }
 
+impl From<SawCommand> for Command {
+    fn from(command: SawCommand) -> Self {
+        match command {
+            SawCommand::GearInPos(command) => command.into(),
+            SawCommand::GearInVelo(command) => Self::GearInVelo(command),
+        }
+    }
+}
+
+impl From<GearInPos> for Command {
+    fn from(command: GearInPos) -> Self {
+        Self::GearInPos(command.at(
+            SyncPosition::At(command.master_sync_position),
+            SyncPosition::At(command.slave_sync_position),
+        ))
+    }
+}
+
+impl From<FlyingGearParameters> for Command {
+    fn from(gear: FlyingGearParameters) -> Self {
+        Self::FlyingGear(FlyingGearParameters {
+            ratio: gear.ratio,
+            master_sync_position: gear.master_sync_position.into(),
+            slave_sync_position: gear.slave_sync_position.into(),
+            slave_desync_position: gear.slave_desync_position.into(),
+            slave_stop_position: gear.slave_stop_position.into(),
+            default_slave_negative: gear.default_slave_negative,
+        })
+    }
+}
+
 impl Command {
     /// The PLC's name of it.
     #[must_use]
@@ -234,11 +266,16 @@ impl Command {
         }
     }
 
-    /// The command to a flying saw that it is, if it is one.
+    /// The command to a flying saw that it is, if it is one and its positions do not count from now.
     #[must_use]
     pub const fn as_saw(&self) -> Option<SawCommand> {
         match self {
-            Self::GearInPos(command) => Some(SawCommand::GearInPos(*command)),
+            Self::GearInPos(command) => match command.positions() {
+                (SyncPosition::At(master), SyncPosition::At(slave)) => {
+                    Some(SawCommand::GearInPos(command.at(master, slave)))
+                }
+                _ => None,
+            },
             Self::GearInVelo(command) => Some(SawCommand::GearInVelo(*command)),
             _ => None,
         }

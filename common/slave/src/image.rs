@@ -6,8 +6,7 @@ use coaxle_axis::{AxisState, AxisStatus, CoupleState, CouplingPhase, NcToPlcAxis
 use super::axis::SlaveAxis;
 
 impl SlaveAxis {
-    /// What the axis tells the world as the axis with this id. Whether it is a master too, and what
-    /// of its motion is modulo, others know.
+    /// What the axis tells the world as the axis with this id. Whether it is a master too, others know.
     #[must_use]
     pub fn axis_struct(&self, id: u32) -> NcToPlcAxis {
         let set = self.set();
@@ -24,17 +23,16 @@ impl SlaveAxis {
             },
             axis_id: id,
             actual_position: actual,
-            modulo_actual_position: actual,
             actual_velocity: self.actual().velocity,
             following_error: self.actual().following_error,
             set_position: set.position,
             set_velocity: set.velocity,
             set_acceleration: set.acceleration,
             target_position: self.target_position(),
-            modulo_set_position: set.position,
             command_number: self.job().0.map_or(0, |job| job.number as u16),
             ..NcToPlcAxis::default()
         }
+        .by_turns(self.modulo())
     }
 
     fn axis_state(&self) -> AxisState {

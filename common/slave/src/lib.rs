@@ -123,6 +123,7 @@ mod parameters;
 mod port;
 mod refusal;
 mod shift;
+mod sync_position;
 
 #[cfg(test)]
 mod tests;
@@ -137,3 +138,4 @@ pub use error::SlaveError;
 pub use job::{EndedJob, JobError, JobState};
 pub use parameters::{DistanceParameters, OnMasterLoss, SlaveParameters, WrongSlaveParameter};
 pub use refusal::Refusal;
+pub use sync_position::{SyncPosition, WrongSyncPosition};

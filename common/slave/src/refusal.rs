@@ -6,6 +6,7 @@ use coaxle_axis::guard::GuardRefusal;
 use coaxle_axis::{AxisStatus, NotPlanned, Transition};
 
 use super::couplings::CouplingRefusal;
+use super::sync_position::WrongSyncPosition;
 
 /// Why a command is refused. Nothing has changed by it.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -53,6 +54,9 @@ pub enum Refusal {
         /// Which one.
         field: &'static str,
     },
+    /// A position within a turn that the axis does not have.
+    #[error(transparent)]
+    SyncPosition(WrongSyncPosition),
     /// The slave has had no flying saw yet, and so no characteristic values.
     #[error("{:#06x}: the slave has had no flying saw, expected one before", self.code())]
     NoCharacteristics,
@@ -90,6 +94,7 @@ impl Refusal {
             Self::NoMaster | Self::DriveElsewhere { .. } => 0x4b09,
             Self::Coupling(refusal) => refusal.code(),
             Self::NotGiven { .. } => 0x4b06,
+            Self::SyncPosition(wrong) => wrong.code(),
             Self::NoCharacteristics => 0x4216,
         }
     }
@@ -98,6 +103,12 @@ impl Refusal {
 impl From<GuardRefusal> for Refusal {
     fn from(refusal: GuardRefusal) -> Self {
         Self::Guard(refusal)
+    }
+}
+
+impl From<WrongSyncPosition> for Refusal {
+    fn from(wrong: WrongSyncPosition) -> Self {
+        Self::SyncPosition(wrong)
     }
 }
 

@@ -19,7 +19,7 @@ use coaxle_slave::{Command, CouplingPhase, Dynamics, Refusal};
 use coaxle_wire::command::{
     BadOrder, CommandAnswer, CommandOrder, CommandOutcome, CommandVerdict, FarCommand, FarDelay,
     FarName, FarOrder, FarRefusal, FarView, MAX_KNOWN, MAX_ORDER_BYTES, NotTaken, ParameterPart,
-    SawRefused, SawView, SlaveName, SlaveOrder, SlaveView,
+    SawAttempt, SawRefused, SawView, SlaveName, SlaveOrder, SlaveView,
 };
 use document::section;
 use proptest::prelude::*;
@@ -87,6 +87,7 @@ fn the_documented_answers_are_written() {
             job: Some(7),
             awaits: Awaits::empty(),
             slave: view(AxisStatus::DiscreteMotion, None, 12.5, 0.0),
+            sync_positions: None,
             saw: None,
         },
         CommandOutcome::Refused {
@@ -101,7 +102,7 @@ fn the_documented_answers_are_written() {
                 812.25,
                 250.0,
             ),
-            moment: None,
+            saw: None,
         },
         CommandOutcome::NotTaken(NotTaken::NoSlaves),
     ];
@@ -158,7 +159,10 @@ fn the_documented_refusal_of_a_flying_saw_is_written() {
     let outcome = CommandOutcome::Refused {
         refusal: Refusal::Coupling(saw.plan(&moment).unwrap_err().into()),
         slave: STANDING,
-        moment: Some(moment),
+        saw: Some(SawAttempt {
+            command: saw,
+            moment,
+        }),
     };
     let answer = CommandAnswer::new(&order.into(), &outcome);
     let written: Value = serde_json::from_str(&answer.to_json()).unwrap();
@@ -189,6 +193,7 @@ fn a_flying_saw_is_answered_with_its_figures() {
             job: None,
             awaits: Awaits::empty(),
             slave: STANDING,
+            sync_positions: None,
             saw: Some(SawView { plan, axis_id }),
         };
         let answer = CommandAnswer::new(&CommandOrder::from(*order), &outcome);
@@ -477,6 +482,7 @@ fn a_dry_run_has_no_job() {
             position: 0.0,
             velocity: 0.0,
         },
+        sync_positions: None,
         saw: None,
     };
     let CommandVerdict::Accepted { dry_run, job, .. } =

@@ -30,8 +30,8 @@ use coaxle_slave::{
     CouplingFault, CouplingPhase, CouplingRefusal, OnMasterLoss, Refusal, SlaveError,
 };
 use coaxle_wire::command::{
-    CommandAnswer, CommandOrder, CommandOutcome, FarName, MAX_KNOWN, NotTaken, SawView, SlaveName,
-    SlaveOrder, SlaveView,
+    CommandAnswer, CommandOrder, CommandOutcome, FarName, MAX_KNOWN, NotTaken, SawAttempt, SawView,
+    SlaveName, SlaveOrder, SlaveView,
 };
 use document::section;
 use serde::Serialize;
@@ -202,6 +202,7 @@ fn answers() {
         job,
         awaits: Awaits::empty(),
         slave,
+        sync_positions: None,
         saw,
     };
     let job = Some(7);
@@ -220,7 +221,10 @@ fn answers() {
         CommandOutcome::Refused {
             refusal: coupling(saw.plan(&fast).unwrap_err()),
             slave: STANDING,
-            moment: Some(fast),
+            saw: Some(SawAttempt {
+                command: saw,
+                moment: fast,
+            }),
         },
     );
     for refusal in refusals() {
@@ -230,7 +234,7 @@ fn answers() {
             CommandOutcome::Refused {
                 refusal,
                 slave: FOLLOWING,
-                moment: None,
+                saw: None,
             },
         );
     }

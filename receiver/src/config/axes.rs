@@ -1,6 +1,7 @@
 //! `axes` of a far node: `[1, 2]`, `["1-32"]`, `[{ id = 3, name = "belt", unit = "mm", encoder = { … } }]`, in any
 //! mixture.
 
+use coaxle_axis::Modulo;
 use coaxle_node::config::Unit;
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
@@ -17,6 +18,8 @@ pub struct FarAxisConfig {
     pub name: Option<NodeName>,
     /// What its position is in.
     pub unit: Option<Unit>,
+    /// The length of its modulo turn, u.
+    pub modulo: Option<Modulo>,
     /// Given if it is only measured, in increments: how they are smoothed.
     pub encoder: Option<EncoderParameters>,
 }
@@ -29,6 +32,7 @@ impl FarAxisConfig {
             id,
             name: None,
             unit: None,
+            modulo: None,
             encoder: None,
         }
     }
@@ -133,6 +137,8 @@ struct Described {
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<Unit>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    modulo: Option<Modulo>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     encoder: Option<EncoderParameters>,
 }
 
@@ -161,12 +167,14 @@ fn axes_of(entry: Value) -> Result<Vec<FarAxisConfig>, String> {
                 id,
                 name,
                 unit,
+                modulo,
                 encoder,
             } = described.map_err(|error: toml::de::Error| format!(": {}", error.message()))?;
             Ok(vec![FarAxisConfig {
                 id,
                 name,
                 unit,
+                modulo,
                 encoder,
             }])
         }
@@ -195,18 +203,21 @@ impl From<AxisList> for Vec<Value> {
                 id,
                 name: None,
                 unit: None,
+                modulo: None,
                 encoder: None,
             } => Value::Integer(id.into()),
             FarAxisConfig {
                 id,
                 name,
                 unit,
+                modulo,
                 encoder,
             } => {
                 let described = Described {
                     id,
                     name,
                     unit,
+                    modulo,
                     encoder,
                 };
                 // There is nothing in it that TOML has not.
@@ -234,12 +245,14 @@ mod tests {
 
     #[test]
     fn ids_ranges_and_names_mix() {
-        let text = "[7, \"1-3\", { id = 5, name = \"belt\" }, { id = 9, unit = \"mm\" }, \
+        let text = "[7, \"1-3\", { id = 5, name = \"belt\" }, { id = 9, unit = \"mm\", modulo = 600 }, \
             { id = 11, encoder = { increment = 0.05, smoothing = 0.02 } }]";
         let list = axes(text).unwrap();
         assert_eq!(list.ids(), [7, 1, 2, 3, 5, 9, 11]);
         let units: Vec<_> = list.iter().filter_map(|axis| axis.unit.clone()).collect();
         assert_eq!(units, [Unit::new("mm").unwrap()]);
+        let turns: Vec<_> = list.iter().filter_map(|axis| axis.modulo).collect();
+        assert_eq!(turns, [Modulo::new(600.0).unwrap()]);
         let names: Vec<_> = list.iter().filter_map(|axis| axis.name.clone()).collect();
         assert_eq!(names, [NodeName::new("belt").unwrap()]);
         let written = toml::to_string(&Axes { axes: list.clone() }).unwrap();
@@ -267,6 +280,10 @@ mod tests {
             ("[\"belt\"]", "received \"belt\", expected an id, a range"),
             ("[{ id = 1, nam = \"x\" }]", "expected an id, a range"),
             ("[{ id = 1, nam = \"x\" }]", "unknown field `nam`"),
+            (
+                "[{ id = 1, modulo = 0 }]",
+                "received 0, expected a finite number above 0",
+            ),
             (
                 "[{ id = 1, encoder = { increments = 1 } }]",
                 "unknown field `increments`, expected one of `increment`",

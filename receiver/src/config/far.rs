@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use coaxle_axis::Modulo;
 use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::Channel;
@@ -29,6 +30,9 @@ pub struct FarConfig {
     /// What their positions are in, where an axis has no unit of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<Unit>,
+    /// The length of their modulo turns, u, where an axis has none of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modulo: Option<Modulo>,
     /// How the set values are calculated.
     #[serde(default)]
     pub mode: Mode,

@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use coaxle_axis::Modulo;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::config::{
     ClockConfig, CycleMicros, LinkConfig, RealTimeConfig, TransportConfig, Unit,
@@ -64,6 +65,8 @@ struct Master {
     axis: u32,
     /// What its position is in.
     unit: Option<Unit>,
+    /// The length of its modulo turn, u.
+    modulo: Option<Modulo>,
     /// Given if it is only measured, in increments: how they are smoothed.
     encoder: Option<EncoderParameters>,
 }
@@ -150,6 +153,7 @@ impl TryFrom<Form> for ReceiverConfig {
                 node: master.node,
                 channel: master.channel,
                 unit: master.unit,
+                modulo: master.modulo,
                 mode: form.mode.unwrap_or_default(),
                 sync: form.sync.unwrap_or_default(),
                 observer: form.observer.unwrap_or_default(),

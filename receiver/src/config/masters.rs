@@ -1,6 +1,6 @@
 //! Which masters each slave means: far axes, virtual axes or other slaves, by their names.
 
-use coaxle_axis::Masters;
+use coaxle_axis::{Masters, Modulo};
 
 use coaxle_node::config::Unit;
 
@@ -143,6 +143,19 @@ impl ReceiverConfig {
             unit.cloned()
         };
         self.far_axes().nth(axis).and_then(unit).unwrap_or_default()
+    }
+
+    /// The modulo turn of a master; none of one that does not turn.
+    #[must_use]
+    pub fn modulo_of(&self, master: MasterRef) -> Option<Modulo> {
+        match master {
+            MasterRef::Far(axis) => {
+                let (_, far, axis) = self.far_axes().nth(axis)?;
+                axis.modulo.or(far.modulo)
+            }
+            MasterRef::Virtual(axis) => self.virtual_axes.get(axis)?.modulo,
+            MasterRef::Slave(slave) => self.slaves.get(slave)?.modulo,
+        }
     }
 
     /// Says in which unit a far axis is, if the config does not.

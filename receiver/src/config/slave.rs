@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use coaxle_axis::Modulo;
 use coaxle_cam::CamIn;
 use coaxle_node::config::{Positive, Unit};
 use coaxle_node::keys::NodeName;
@@ -30,6 +31,9 @@ pub struct SlaveConfig {
     /// What its position is in; the unit of its master by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<Unit>,
+    /// The length of its modulo turn, u, say 360 for a rotary knife; none for a slave that does not turn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modulo: Option<Modulo>,
     /// Up to three more, named likewise, for couplings to several masters: their numbers 2 to 4.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub further_masters: Vec<String>,
@@ -76,6 +80,7 @@ impl Default for SlaveConfig {
             id: None,
             master: String::new(),
             unit: None,
+            modulo: None,
             further_masters: Vec::new(),
             limits: None,
             drive: DriveConfig::default(),

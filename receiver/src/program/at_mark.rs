@@ -4,7 +4,7 @@ use coaxle_cam::{ActivationMode, CamIn};
 use coaxle_gear::FlyingGearParameters;
 use coaxle_plate::MotionPoint;
 use coaxle_saw::GearInPos;
-use coaxle_slave::{CamPoints, Command};
+use coaxle_slave::{CamPoints, Command, SyncPosition};
 
 use super::sensor::Mark;
 
@@ -30,11 +30,11 @@ pub(super) const THOSE_WITH_POSITIONS: &str =
 pub(super) fn placed(command: &Command, mark: &Mark, master_scaling: f64) -> Command {
     match *command {
         Command::GearInPos(saw) => Command::GearInPos(GearInPos {
-            master_sync_position: saw.master_sync_position + mark.position,
+            master_sync_position: from_mark(saw.master_sync_position, mark),
             ..saw
         }),
         Command::FlyingGear(gear) => Command::FlyingGear(FlyingGearParameters {
-            master_sync_position: gear.master_sync_position + mark.position,
+            master_sync_position: from_mark(gear.master_sync_position, mark),
             ..gear
         }),
         Command::CamIn(cam_in) => Command::CamIn(cam_in_at(cam_in, mark.position)),
@@ -43,6 +43,24 @@ pub(super) fn placed(command: &Command, mark: &Mark, master_scaling: f64) -> Com
             points: shifted(points, mark.distance / master_scaling),
         },
         other => other,
+    }
+}
+
+/// Whether the master's position of a command counts from something else already.
+pub(super) const fn counts_from_elsewhere(command: &Command) -> bool {
+    let position = match command {
+        Command::GearInPos(saw) => saw.master_sync_position,
+        Command::FlyingGear(gear) => gear.master_sync_position,
+        _ => return false,
+    };
+    position.as_position().is_none()
+}
+
+/// Only plain ones count from a mark.
+fn from_mark(position: SyncPosition, mark: &Mark) -> SyncPosition {
+    match position {
+        SyncPosition::At(position) => SyncPosition::At(position + mark.position),
+        elsewhere => elsewhere,
     }
 }
 
@@ -140,8 +158,8 @@ mod tests {
         let Command::GearInPos(placed) = placed(&saw, &MARK, 1.0) else {
             panic!("still the same command");
         };
-        assert_eq!(placed.master_sync_position, 5_250.0);
-        assert_eq!(placed.slave_sync_position, 250.0);
+        assert_eq!(placed.master_sync_position, SyncPosition::At(5_250.0));
+        assert_eq!(placed.slave_sync_position, SyncPosition::At(250.0));
     }
 
     #[test]
@@ -153,6 +171,6 @@ mod tests {
         let Command::FlyingGear(placed) = placed(&gear, &MARK, 1.0) else {
             panic!("still the same command");
         };
-        assert_eq!(placed.master_sync_position, 5_030.0);
+        assert_eq!(placed.master_sync_position, SyncPosition::At(5_030.0));
     }
 }

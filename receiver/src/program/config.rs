@@ -300,5 +300,15 @@ fn check_marks(step: &StepConfig, has_marks: bool) -> Result<(), Wrong> {
             format!("received {received}, expected one of: {expected}"),
         ));
     }
+    if step.at_mark
+        && step
+            .command
+            .as_ref()
+            .is_some_and(at_mark::counts_from_elsewhere)
+    {
+        let reason = "received one beside a master-sync-position that is ahead or in-turn, expected a plain one, \
+                      which counts from the mark";
+        return Err(("at-mark", reason.to_owned()));
+    }
     Ok(())
 }

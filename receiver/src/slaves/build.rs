@@ -153,6 +153,7 @@ fn slave(
         .map_err(|error| wrong(n, "drive", error))?;
     let mut axis =
         SlaveAxis::new(&limits, drive, cycle_time).map_err(|error| wrong(n, "limits", error))?;
+    axis.set_modulo(slave.modulo, config.modulo_of(sources[0]));
     if !slave.cams.is_empty() {
         axis.select_cams(tables(slave, n)?, id_of_master(config, sources[0]), id)
             .map_err(|error| wrong(n, "limits", error))?;
@@ -166,11 +167,13 @@ fn slave(
             Some(CoupledStart::Cam(cam_in))
         }
     };
+    check_steps(&axis, slave, n)?;
     check_cutting(slave, n)?;
     let program = Program::new(&slave.steps, slave.marks.as_ref())
         .map_err(|error| wrong(n, &error.field, &error.reason))?;
     Ok(Slave::new(SlaveParts {
         id,
+        master_modulo: config.modulo_of(sources[0]),
         sources: sources.into(),
         axis: Box::new(axis),
         start,
@@ -208,6 +211,18 @@ fn check_real_drive(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
         let reason = "received a coupling from the start, expected \"off\": a drive that is not simulated is \
                       given power first, by a step of the program or by a command, and coupled then";
         return Err(wrong(n, "couple", reason));
+    }
+    Ok(())
+}
+
+/// Positions by the turn are of axes that turn.
+fn check_steps(axis: &SlaveAxis, slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
+    for (k, step) in slave.steps.iter().enumerate() {
+        let Some(command) = &step.command else {
+            continue;
+        };
+        axis.check_sync_positions(command)
+            .map_err(|error| wrong(n, &format!("step[{k}].do"), error))?;
     }
     Ok(())
 }

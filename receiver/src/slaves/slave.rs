@@ -1,12 +1,11 @@
 //! One slave: program, commands, coupling and life cycle, drive.
 
 use coaxle_axis::drive::DriveKind;
-use coaxle_axis::{AxisStatus, CommandState, Job, Masters, NcToPlcAxis, Origin, StateWord};
+use coaxle_axis::{AxisStatus, CommandState, Job, Masters, Modulo, NcToPlcAxis, Origin, StateWord};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::CommandOutcome;
-use coaxle_node::command::{SawView, SlaveOrder, SlaveView};
-use coaxle_saw::CouplingMoment;
+use coaxle_node::command::{SawAttempt, SawView, SlaveOrder, SlaveView};
 use coaxle_slave::{
     Change, Command, CoupledStart, CouplingPhase, CouplingRefusal, EndedJob, JobError,
     OnMasterLoss, Refusal, SlaveAxis, SlaveError,
@@ -27,6 +26,10 @@ pub(super) struct Slave {
     id: u32,
     /// Its masters, at least one.
     sources: Box<[MasterRef]>,
+    /// The modulo turn of the first.
+    master_modulo: Option<Modulo>,
+    /// Where the first is in this cycle; none before there is anything of it.
+    master_position: Option<f64>,
     axis: Box<SlaveAxis>,
     /// What couples it as soon as there is a master.
     start: Option<CoupledStart>,
@@ -46,6 +49,7 @@ pub(super) struct Slave {
 pub(super) struct SlaveParts {
     pub(super) id: u32,
     pub(super) sources: Box<[MasterRef]>,
+    pub(super) master_modulo: Option<Modulo>,
     pub(super) axis: Box<SlaveAxis>,
     pub(super) start: Option<CoupledStart>,
     pub(super) on_master_loss: OnMasterLoss,
@@ -58,6 +62,8 @@ impl Slave {
         Self {
             id: parts.id,
             sources: parts.sources,
+            master_modulo: parts.master_modulo,
+            master_position: None,
             drive_kind: parts.axis.drive().kind(),
             axis: parts.axis,
             start: parts.start,
@@ -72,6 +78,7 @@ impl Slave {
 
     /// One cycle.
     pub(super) fn cycle(&mut self, masters: &SlaveMasters, elapsed: Seconds) {
+        self.master_position = masters.first().map(|master| master.set.position);
         self.run_program(masters, elapsed);
         if self.start(masters) {
             return;
@@ -219,6 +226,7 @@ impl Slave {
     /// An order of somebody in the network. A dry run is a plan that is not applied.
     pub(super) fn execute(&mut self, order: &SlaveOrder) -> CommandOutcome {
         let planned = self.axis.plan(&order.command);
+        let saw = (planned.as_ref().err()).and_then(|refusal| self.attempt(order, refusal));
         let (job, planned) = match planned {
             Ok(change) if !order.dry_run => {
                 let at_once = change.is_done_at_once();
@@ -240,6 +248,7 @@ impl Slave {
                 job,
                 awaits: change.awaits(),
                 slave,
+                sync_positions: change.sync_positions(),
                 saw: change.saw_plan().map(|plan| SawView {
                     plan: *plan,
                     axis_id: self.id,
@@ -248,15 +257,20 @@ impl Slave {
             Err(refusal) => CommandOutcome::Refused {
                 refusal,
                 slave,
-                moment: self.coupling_moment(&refusal),
+                saw,
             },
         }
     }
 
-    /// What a flying saw that is refused would have been planned from.
-    fn coupling_moment(&self, refusal: &Refusal) -> Option<CouplingMoment> {
-        let is_saw = matches!(refusal, Refusal::Coupling(CouplingRefusal::Saw(_)));
-        is_saw.then(|| self.axis.coupling_moment()).flatten()
+    /// What was tried of a flying saw that is refused.
+    fn attempt(&self, order: &SlaveOrder, refusal: &Refusal) -> Option<SawAttempt> {
+        if !matches!(refusal, Refusal::Coupling(CouplingRefusal::Saw(_))) {
+            return None;
+        }
+        Some(SawAttempt {
+            command: self.axis.saw_command(&order.command)?,
+            moment: self.axis.coupling_moment()?,
+        })
     }
 
     /// As the answer to a command shows it.
@@ -282,8 +296,14 @@ impl Slave {
         let (drive, set) = (self.axis.actual(), self.set());
         let attachment = drive.attachment;
         let program = self.program.as_ref().map(Program::snapshot);
+        let sync = self.axis.sync_positions();
         SlaveSignals {
             position: set.map(|set| set.position),
+            modulo_position: by_turns(set.map(|set| set.position), self.axis.modulo()),
+            master_position: self.master_position,
+            master_modulo_position: by_turns(self.master_position, self.master_modulo),
+            slave_sync_position: sync.map(|sync| sync.slave),
+            master_sync_position: sync.map(|sync| sync.master),
             velocity: set.map(|set| set.velocity),
             acceleration: set.map(|set| set.acceleration),
             guard: self.axis.tracking().into(),
@@ -320,4 +340,9 @@ impl Slave {
     fn phase(&self) -> Option<CouplingPhase> {
         self.axis.coupling_phase()
     }
+}
+
+/// A position within its turn; none of an axis that does not turn.
+fn by_turns(position: Option<f64>, modulo: Option<Modulo>) -> Option<f64> {
+    Some(modulo?.of(position?).within)
 }

@@ -11,6 +11,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use clap::Args;
+use coaxle_axis::SyncPositions;
 use coaxle_host::Commander;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::{
@@ -22,7 +23,7 @@ use coaxle_receiver::Mode;
 use coaxle_slave as slave;
 use serde::de::DeserializeOwned;
 
-use crate::inspect;
+use crate::inspect::{self, shown};
 use spelled::Spelled;
 
 /// Who is told what.
@@ -153,6 +154,7 @@ fn in_words(answer: &CommandAnswer) -> String {
             awaits,
             axis,
             far,
+            sync_positions,
             saw,
         } => {
             let mut verdict = match (dry_run, job) {
@@ -164,7 +166,12 @@ fn in_words(answer: &CommandAnswer) -> String {
                 verdict += &format!("; checked when it is due: {}", awaits.join(", "));
             }
             let state = state_of(axis.as_ref(), far.as_ref());
-            (verdict, state, saw.as_ref().map(saw::accepted))
+            let synchronous = sync_positions.as_ref().map(synchronous);
+            (
+                verdict,
+                state,
+                saw.as_ref().map(saw::accepted).or(synchronous),
+            )
         }
         CommandVerdict::Refused {
             dry_run,
@@ -183,6 +190,15 @@ fn in_words(answer: &CommandAnswer) -> String {
     };
     let saw = saw.unwrap_or_default();
     format!("{verdict}{state}{saw}")
+}
+
+/// Where a flying gear is fully engaged.
+fn synchronous(at: &SyncPositions) -> String {
+    format!(
+        "; synchronous with the master at {}, the slave at {}",
+        shown(at.master),
+        shown(at.slave)
+    )
 }
 
 /// What the order was about, as it is now.
@@ -295,6 +311,7 @@ mod tests {
                     job: Some(7),
                     awaits: Awaits::JUMP | Awaits::FINITE,
                     slave,
+                    sync_positions: None,
                     saw: None,
                 },
                 "accepted, job 7; checked when it is due: no-jump, finite; the slave is in standstill at 12.5, velocity 0",
@@ -304,7 +321,7 @@ mod tests {
                 CommandOutcome::Refused {
                     refusal,
                     slave,
-                    moment: None,
+                    saw: None,
                 },
                 "would be refused, 0x4b09: no master to couple to; the slave is in standstill",
             ),

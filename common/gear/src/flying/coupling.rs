@@ -2,7 +2,7 @@
 
 use coaxle_axis::{
     Awaits, Coupling, CouplingPhase, Engage, Job, Manner, NoFault, NotPlanned, PlanInputs, Planned,
-    Scan, Step,
+    Scan, Step, SyncPositions,
 };
 use coaxle_curve::profile::Kinematics;
 
@@ -106,6 +106,10 @@ impl Coupling for FlyingGearCoupling {
         let gear = self.gear()?;
         (gear.phase() == FlyingGearPhase::Engaged).then(|| gear.ratio())
     }
+
+    fn sync_positions(&self) -> Option<SyncPositions> {
+        Some(self.gear()?.sync_positions())
+    }
 }
 
 impl FlyingGearCoupling {
@@ -118,6 +122,12 @@ impl FlyingGearCoupling {
 }
 
 impl FlyingGearChange {
+    /// Where master and slave are when the gear is fully engaged.
+    #[must_use]
+    pub const fn sync_positions(&self) -> SyncPositions {
+        self.gear.sync_positions()
+    }
+
     /// One cycle; where the gear begins to be engaged, the master may have become too fast.
     fn update(&mut self, master: &Kinematics, cycle: f64) -> Result<Kinematics, FlyingGearError> {
         let waited = self.gear.phase() == FlyingGearPhase::Waiting;

@@ -3,7 +3,7 @@
 use coaxle_axis::guard::ROUNDING;
 use coaxle_axis::{
     Awaits, CommandState, Coupling, CouplingPhase, Engage, Job, Manner, NotPlanned, PlanInputs,
-    Planned, Scan, Step,
+    Planned, Scan, Step, SyncPositions,
 };
 use coaxle_curve::profile::Kinematics;
 
@@ -160,6 +160,11 @@ impl Coupling for Saw {
                 over: since >= stop.duration(),
             },
         }
+    }
+
+    fn sync_positions(&self) -> Option<SyncPositions> {
+        let plan = self.plan_in_force().filter(|_| self.moves)?;
+        Some(plan.line().sync_positions())
     }
 
     fn phase(&self) -> Option<CouplingPhase> {

@@ -24,6 +24,7 @@ impl SlaveAxis {
         if let Some(transition) = transition {
             self.check_state(command.name(), transition)?;
         }
+        self.check_sync_positions(command)?;
         let (effect, awaits) = self.effect_of(command)?;
         // What becomes of an axis that is released, its velocity says.
         let transition = match effect {
@@ -42,7 +43,6 @@ impl SlaveAxis {
     fn effect_of(&self, command: &Command) -> Result<(Effect, Awaits), Refusal> {
         let couplings = &self.couplings;
         let gear = |command| couplings.gear(command, &self.plan_inputs(Kind::Gear));
-        let flying = |command| couplings.flying_gear(command, &self.plan_inputs(Kind::FlyingGear));
         let cam = |command| couplings.cam(&command, &self.plan_inputs(Kind::Cam));
         let saw = |command| couplings.saw(&command, &self.plan_inputs(Kind::Saw));
         match *command {
@@ -97,12 +97,12 @@ impl SlaveAxis {
                 Ok(Effect::PlatePoints(table, points))
             }
             Command::GearIn(ref command) => return coupled(gear(command)),
-            Command::FlyingGear(ref command) => return coupled(flying(command)),
+            Command::FlyingGear(ref command) => return self.plan_flying_gear(command),
             Command::GearInMultiMaster(ref command) => {
                 let inputs = self.plan_inputs(Kind::MultiMasterGear);
                 return coupled(couplings.multi_master_gear(command, &inputs));
             }
-            Command::GearInPos(command) => return coupled(saw(SawCommand::GearInPos(command))),
+            Command::GearInPos(ref command) => return self.plan_gear_in_pos(command),
             Command::GearInVelo(command) => return coupled(saw(SawCommand::GearInVelo(command))),
             Command::CamIn(command) => return coupled(cam(command.into())),
             Command::CamScaling(command) => return coupled(cam(command.into())),
@@ -223,7 +223,7 @@ impl SlaveAxis {
 }
 
 /// What engages a coupling, or changes it.
-fn coupled(
+pub(super) fn coupled(
     planned: Result<Planned<Engagement>, NotPlanned<CouplingRefusal>>,
 ) -> Result<(Effect, Awaits), Refusal> {
     let planned = planned?;

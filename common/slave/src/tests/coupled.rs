@@ -296,7 +296,7 @@ fn sample_1_of_the_flying_gear_on_the_axis() {
         slave_stop_position: 500.0,
         default_slave_negative: false,
     };
-    let job = start(&mut axis, &Command::FlyingGear(gear));
+    let job = start(&mut axis, &Command::from(gear));
     assert_eq!(axis.progress(job), CommandState::Waiting);
     let mut master = Master::at(800.0, -200.0);
     master.lead(&mut axis, 1_100);
@@ -337,7 +337,7 @@ fn a_flying_gear_needs_a_slave_at_rest() {
         slave_stop_position: 500.0,
         default_slave_negative: false,
     };
-    let refused = axis.command(&Command::FlyingGear(gear)).unwrap_err();
+    let refused = axis.command(&Command::from(gear)).unwrap_err();
     assert_eq!(refused, Refusal::NotAtRest { velocity: 200.0 });
 }
 
@@ -359,7 +359,7 @@ fn a_flying_gear_that_its_slave_cannot_follow_is_refused() {
         let mut master = Master::at(0.0, velocity);
         let mut differences = Differences::of(&axis);
         master.lead(&mut axis, 5);
-        let planned = axis.plan(&Command::FlyingGear(SHORT));
+        let planned = axis.plan(&Command::from(SHORT));
         assert_eq!(planned.is_ok(), passes, "{velocity}");
         if let Err(refusal) = planned {
             assert_eq!(refusal.code(), 0x42dd);
@@ -367,7 +367,7 @@ fn a_flying_gear_that_its_slave_cannot_follow_is_refused() {
             assert!(text.contains("lead it at up to 298.7"), "{text}");
             continue;
         }
-        let job = start(&mut axis, &Command::FlyingGear(SHORT));
+        let job = start(&mut axis, &Command::from(SHORT));
         while axis.coupling_phase() != Some(CouplingPhase::Released) {
             master.lead(&mut axis, 1);
             differences.keep(&axis, &PARAMETERS);
@@ -382,7 +382,7 @@ fn a_master_that_comes_too_fast_finds_the_flying_gear_refused() {
     let mut axis = powered(&PARAMETERS);
     let mut master = Master::at(0.0, 200.0);
     master.lead(&mut axis, 1);
-    let job = start(&mut axis, &Command::FlyingGear(SHORT));
+    let job = start(&mut axis, &Command::from(SHORT));
     master.0.velocity = 400.0;
     master.lead(&mut axis, 2_000);
     let CommandState::Failed(JobError::Refused(refusal)) = axis.progress(job) else {
@@ -404,6 +404,6 @@ fn a_flying_gear_beyond_the_software_limits_is_refused() {
         slave_stop_position: 1_001.0,
         ..SHORT
     };
-    let refused = axis.command(&Command::FlyingGear(far)).unwrap_err();
+    let refused = axis.command(&Command::from(far)).unwrap_err();
     assert_eq!(refused.code(), 0x4229);
 }

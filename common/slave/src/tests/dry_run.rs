@@ -26,7 +26,7 @@ fn commands() -> impl Strategy<Value = Command> {
 }
 
 fn saw_ahead(master_sync_position: f64, slave_sync_position: f64) -> Command {
-    Command::GearInPos(GearInPos {
+    Command::from(GearInPos {
         ratio: Ratio::of(0.5),
         master_sync_position,
         slave_sync_position,

@@ -16,7 +16,7 @@ fn successors(master: &Master, axis: &SlaveAxis) -> [Command; SUCCESSORS] {
         ..to_position((here.0 + 600.0, here.1 + 600.0), SyncMask::empty())
     };
     let by = |strategy| {
-        Command::GearInPos(GearInPos {
+        Command::from(GearInPos {
             strategy: Some(strategy),
             ..further
         })
@@ -50,8 +50,8 @@ fn successors(master: &Master, axis: &SlaveAxis) -> [Command; SUCCESSORS] {
             dynamics: OWN,
             sync_mode: MultiMasterSync::PosSync2,
         }),
-        Command::GearInPos(further),
-        Command::GearInPos(GearInPos {
+        Command::from(further),
+        Command::from(GearInPos {
             master_start_distance: Some(500.0),
             ..further
         }),
@@ -67,7 +67,7 @@ fn successors(master: &Master, axis: &SlaveAxis) -> [Command; SUCCESSORS] {
 fn saw(axis: &mut SlaveAxis, master: &Master) {
     let sync = (master.0.position + 400.0, axis.set().position + 150.0);
     let command = to_position(sync, SyncMask::MAX_DYNAMICS);
-    start(axis, &Command::GearInPos(command));
+    start(axis, &Command::from(command));
 }
 
 #[test]

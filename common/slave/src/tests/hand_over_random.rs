@@ -202,7 +202,7 @@ fn command_of(event: &Event, master: &Smooth, axis: &SlaveAxis) -> Option<Comman
     match event {
         _ if !master.is_steady() && !matches!(event, Event::Command(_)) => None,
         Event::Command(Command::GearInVelo(_)) if !master.is_steady() => None,
-        Event::Flying(ratio, way_in, way_out) => Some(Command::FlyingGear(flying_gear(
+        Event::Flying(ratio, way_in, way_out) => Some(Command::from(flying_gear(
             &axis.set(),
             &here,
             *ratio,
@@ -220,7 +220,7 @@ fn command_of(event: &Event, master: &Smooth, axis: &SlaveAxis) -> Option<Comman
             strategy,
         } => {
             let way = way.copysign(here.velocity);
-            Some(Command::GearInPos(GearInPos {
+            Some(Command::from(GearInPos {
                 ratio: Ratio::of(*ratio),
                 master_sync_position: here.position + way,
                 slave_sync_position: axis.set().position + ratio * way * share,

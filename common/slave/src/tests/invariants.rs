@@ -300,7 +300,7 @@ proptest! {
                 }
                 Event::FlyingHere(ratio, way_in, way_out) => {
                     let gear = flying_gear(&before, &master.state, ratio, way_in, way_out);
-                    let _ = axis.command(&Command::FlyingGear(gear));
+                    let _ = axis.command(&Command::from(gear));
                 }
                 Event::VeloHere(command) => {
                     saw(&mut axis, Command::GearInVelo(command), command.sync_mode.mask);
@@ -313,7 +313,7 @@ proptest! {
                         slave_sync_position: before.position + slave,
                         ..command
                     };
-                    saw(&mut axis, Command::GearInPos(command), command.sync_mode.mask);
+                    saw(&mut axis, Command::from(command), command.sync_mode.mask);
                 }
                 Event::Lost(count) => lost = count,
                 Event::Jump(by) => master.state.position += by,

@@ -119,7 +119,7 @@ fn every_command_in_every_state() {
             "422a SynchronizedMotion 4b05 SynchronizedMotion SynchronizedMotion SynchronizedMotion 42ef 4b09",
         ),
         (
-            Command::FlyingGear(FLYING),
+            Command::from(FLYING),
             "422a SynchronizedMotion 4b05 SynchronizedMotion SynchronizedMotion SynchronizedMotion 42ef 4b09",
         ),
     ];

@@ -18,6 +18,7 @@ mod saws;
 mod stops;
 mod strategies;
 mod superimposed;
+mod sync_positions;
 
 use std::boxed::Box;
 

@@ -18,7 +18,7 @@ fn there_and_back(mask: SyncMask, reached: bool) -> (SlaveAxis, Job, Vec<Kinemat
     master.lead(&mut axis, 1_000);
     let start_at = (master.0.position, axis.set().position);
     let sync = (start_at.0 + 1_000.0, start_at.1 + 1_100.0);
-    let job = start(&mut axis, &Command::GearInPos(to_position(sync, mask)));
+    let job = start(&mut axis, &Command::from(to_position(sync, mask)));
     master.lead(&mut axis, if reached { 2_500 } else { 1_000 });
     assert_eq!(axis.progress(job) == CommandState::InSync, reached);
     while master.0.velocity > -500.0 {
@@ -105,7 +105,7 @@ fn a_rollback_stop_can_be_taken_over() {
     let sync = (master.0.position + 1_000.0, axis.set().position + 1_100.0);
     start(
         &mut axis,
-        &Command::GearInPos(to_position(sync, SyncMask::empty())),
+        &Command::from(to_position(sync, SyncMask::empty())),
     );
     master.lead(&mut axis, 500);
     while master.0.velocity > -500.0 {
@@ -136,7 +136,7 @@ fn a_rollback_stop_goes_on_from_the_acceleration_of_the_slave() {
             start(&mut axis, &move_velocity(250.0));
             master.lead(&mut axis, 1_000);
             let sync = (master.0.position + 1_000.0, axis.set().position + 1_100.0);
-            start(&mut axis, &Command::GearInPos(to_position(sync, mask)));
+            start(&mut axis, &Command::from(to_position(sync, mask)));
             master.lead(&mut axis, turned);
             // The master is led back with little jerk, so that the slave follows within its own.
             let mut differences = Differences::of(&axis);
@@ -163,7 +163,7 @@ fn increments_that_go_on_are_no_rollback() {
     for (shift, stops) in [(0.0, false), (-300.0, true)] {
         let (mut axis, mut master) = beside(&PARAMETERS, 100.0);
         let sync = (master.0.position + 200.0, axis.set().position + 100.0);
-        let saw = Command::GearInPos(to_position(sync, SyncMask::ROLLBACK_LOCK));
+        let saw = Command::from(to_position(sync, SyncMask::ROLLBACK_LOCK));
         start(&mut axis, &saw);
         let mut lead = |axis: &mut SlaveAxis, step: f64| {
             master.0.position += step;

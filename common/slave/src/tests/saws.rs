@@ -35,10 +35,7 @@ pub(super) fn beside(parameters: &SlaveParameters, velocity: f64) -> (SlaveAxis,
 
 /// Couples the axis to positions that lie ahead, and waits until it is in sync.
 fn in_sync(axis: &mut SlaveAxis, master: &mut Master, sync: (f64, f64)) -> Job {
-    let job = start(
-        axis,
-        &Command::GearInPos(to_position(sync, SyncMask::empty())),
-    );
+    let job = start(axis, &Command::from(to_position(sync, SyncMask::empty())));
     while axis.progress(job) != CommandState::InSync {
         assert_eq!(axis.progress(job), CommandState::Active);
         assert_eq!(axis.status(), AxisStatus::SynchronizedMotion);
@@ -135,7 +132,7 @@ fn a_refused_saw_leaves_the_axis_as_it_is() {
     let too_near = to_position((30.0, 60.0), SyncMask::empty());
     let behind = to_position((-1.0, 60.0), SyncMask::empty());
     for (command, code) in [(far, 0x4372), (too_near, 0x42df), (behind, 0x42de)] {
-        let refused = axis.command(&Command::GearInPos(command)).unwrap_err();
+        let refused = axis.command(&Command::from(command)).unwrap_err();
         assert_eq!(refused.code(), code, "{refused}");
         assert_eq!(std::format!("{axis:?}"), before);
     }
@@ -145,7 +142,7 @@ fn a_refused_saw_leaves_the_axis_as_it_is() {
 fn a_lost_master_is_an_error_stop_while_synchronising() {
     let (mut axis, mut master) = beside(&LIMITED, 200.0);
     let command = to_position((400.0, 150.0), SyncMask::empty());
-    let job = start(&mut axis, &Command::GearInPos(command));
+    let job = start(&mut axis, &Command::from(command));
     master.lead(&mut axis, 300);
     assert_eq!(axis.coupling_phase(), Some(CouplingPhase::Synchronizing));
     axis.update(None, CYCLE);
@@ -162,7 +159,7 @@ fn a_lost_master_is_an_error_stop_while_synchronising() {
 #[test]
 fn a_saw_needs_a_master() {
     let mut axis = powered(&PARAMETERS);
-    let command = Command::GearInPos(to_position((10.0, 10.0), SyncMask::empty()));
+    let command = Command::from(to_position((10.0, 10.0), SyncMask::empty()));
     assert_eq!(axis.command(&command).unwrap_err(), Refusal::NoMaster);
     let read = Command::ReadFlyingSawCharacteristics {};
     assert_eq!(axis.command(&read).unwrap_err(), Refusal::NoCharacteristics);
@@ -177,7 +174,7 @@ fn a_wait_for_the_start_distance_that_ends_in_a_refusal_leaves_the_velocity() {
         master_start_distance: Some(100.0),
         ..to_position((300.0, 150.0), SyncMask::empty())
     };
-    let job = start(&mut axis, &Command::GearInPos(command));
+    let job = start(&mut axis, &Command::from(command));
     assert_eq!(axis.progress(job), CommandState::Waiting);
     assert_eq!(axis.axis_struct(1).axis_state, AxisState::SlavePrephase);
     // Twice as fast as foreseen, the master leaves the slave less time than it needs.
@@ -227,7 +224,7 @@ fn a_plate_in_the_place_of_the_saws_table_refuses_it() {
     let mut tables = coaxle_cam::Tables::new(1);
     tables.insert(253, plate).unwrap();
     axis.select_cams(tables, 1, 3).unwrap();
-    let command = Command::GearInPos(to_position((400.0, 150.0), SyncMask::empty()));
+    let command = Command::from(to_position((400.0, 150.0), SyncMask::empty()));
     assert_eq!(axis.command(&command).map_err(|r| r.code()), Err(0x4063));
 }
 
@@ -245,7 +242,7 @@ fn an_encoders_noise_is_no_acceleration_of_the_master() {
         axis.update(Some(&noisy), CYCLE);
         let mask = SyncMask::OVERSHOOT_VELO | SyncMask::UNDERSHOOT_VELO;
         let command = to_position((400.0, 150.0), mask);
-        let change = axis.plan(&Command::GearInPos(command)).ok()?;
+        let change = axis.plan(&Command::from(command)).ok()?;
         change.saw_plan().map(|plan| plan.form())
     };
     use coaxle_saw::SawForm;
@@ -271,7 +268,7 @@ fn a_saw_keeps_the_limits_of_the_axis_whatever_is_checked() {
                 let sync = (master.0.position + way, axis.set().position + share * way);
                 let mut command = to_position(sync, mask);
                 command.limits.jerk = limits;
-                let command = Command::GearInPos(command);
+                let command = Command::from(command);
                 let mut differences = Differences::of(&axis);
                 for _ in 0..5 {
                     differences.keep(&axis, &PARAMETERS);

@@ -8,7 +8,7 @@ use coaxle_axis::{AxisState, AxisStatus, CommandState};
 use coaxle_saw::{GearInPos, SyncMask, SyncStrategy};
 
 fn by(strategy: SyncStrategy, sync: (f64, f64)) -> Command {
-    Command::GearInPos(GearInPos {
+    Command::from(GearInPos {
         strategy: Some(strategy),
         ..to_position(sync, SyncMask::empty())
     })
@@ -398,7 +398,7 @@ fn a_master_that_runs_back_ends_slow_and_late_and_leads_early() {
         gentle.limits.acceleration = Some(1_500.0);
         gentle.limits.deceleration = Some(1_500.0);
         gentle.limits.jerk = Some(30_000.0);
-        let job = start(&mut led.axis, &Command::GearInPos(gentle));
+        let job = start(&mut led.axis, &Command::from(gentle));
         while led.phase() == Some(Waiting) {
             led.cycle();
         }
@@ -444,7 +444,7 @@ fn prefer_const_velo_alone_keeps_the_jerk() {
         for share in [0.3, 0.45, 0.55, 0.8, 1.2] {
             let mut led = Led::beside(&PARAMETERS, 400.0);
             let sync = (led.master.0.position + way, share * way);
-            let command = Command::GearInPos(to_position(sync, SyncMask::PREFER_CONST_VELO));
+            let command = Command::from(to_position(sync, SyncMask::PREFER_CONST_VELO));
             led.cycles(5);
             let dry = led.axis.plan(&command).map(|change| {
                 let plan = change.saw_plan().expect("a saw");

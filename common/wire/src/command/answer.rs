@@ -1,5 +1,6 @@
 //! The answer to an order.
 
+use coaxle_axis::SyncPositions;
 use coaxle_axis::guard::GuardRefusal;
 use coaxle_saw::SawRefusal;
 use coaxle_slave::{CouplingRefusal, Refusal};
@@ -44,6 +45,9 @@ pub enum CommandVerdict {
         /// The far node with the command; after a dry run, without.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         far: Option<FarView>,
+        /// Where master and slave are synchronous, if the command leads to such a pair of positions.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        sync_positions: Option<SyncPositions>,
         /// What its flying saw comes to, if the command is about one.
         saw: Option<SawFigures>,
     },
@@ -93,6 +97,7 @@ impl CommandAnswer {
                 job,
                 awaits,
                 slave,
+                sync_positions,
                 ref saw,
             } => Self::of(CommandVerdict::Accepted {
                 dry_run,
@@ -100,17 +105,19 @@ impl CommandAnswer {
                 awaits: awaits.names().map(str::to_owned).collect(),
                 axis: Some(slave),
                 far: None,
+                // The figures of a saw have them.
+                sync_positions: sync_positions.filter(|_| saw.is_none()),
                 saw: saw.zip(command).map(|(saw, of)| SawFigures::of(&saw, of)),
             }),
             CommandOutcome::Refused {
                 refusal,
                 slave,
-                ref moment,
+                ref saw,
             } => Self::of(refused(
                 &refusal,
                 dry_run,
                 slave,
-                command.and_then(|of| SawRefused::of(&refusal, of, moment.as_ref())),
+                SawRefused::of(&refusal, saw.as_ref()),
             )),
             CommandOutcome::FarAccepted { far } => Self::of(CommandVerdict::Accepted {
                 dry_run,
@@ -118,6 +125,7 @@ impl CommandAnswer {
                 awaits: Vec::new(),
                 axis: None,
                 far: Some(far),
+                sync_positions: None,
                 saw: None,
             }),
             CommandOutcome::FarRefused { refusal, far } => {
@@ -232,6 +240,9 @@ struct Figures {
 impl Figures {
     fn of(refusal: &Refusal) -> Self {
         let (field, received, would_pass) = match *refusal {
+            Refusal::SyncPosition(wrong) => {
+                return Self::new(wrong.field(), wrong.received(), None);
+            }
             Refusal::NotAtRest { velocity } => ("velocity", velocity, Some(0.0)),
             Refusal::Guard(refusal) => return Self::of_guard(&refusal),
             Refusal::Coupling(CouplingRefusal::Saw(refusal)) => return Self::of_saw(&refusal),

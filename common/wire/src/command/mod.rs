@@ -19,7 +19,7 @@ pub use answer::{CommandAnswer, CommandVerdict};
 pub use far::{FarCommand, FarDelay, FarOrder, FarRefusal, FarView, ParameterPart};
 pub use name::{FarName, InvalidName, SlaveName};
 pub use outcome::{CommandOutcome, MAX_KNOWN, NotTaken, SlaveView};
-pub use saw::{NamedValue, SawFigures, SawRefused, SawView, ViolatedCheck};
+pub use saw::{NamedValue, SawAttempt, SawFigures, SawRefused, SawView, ViolatedCheck};
 
 /// The version of orders and answers that this code writes, and the only one it reads.
 pub const COMMAND_VERSION: u32 = 1;

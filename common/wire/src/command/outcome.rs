@@ -1,13 +1,12 @@
 //! What becomes of an order, as the cycle says it: plain data.
 
-use coaxle_axis::{Awaits, AxisStatus};
-use coaxle_saw::CouplingMoment;
+use coaxle_axis::{Awaits, AxisStatus, SyncPositions};
 use coaxle_slave::{CouplingPhase, Refusal};
 use serde::{Deserialize, Serialize};
 
 use super::far::{FarRefusal, FarView};
 use super::name::{FarName, SlaveName};
-use super::saw::SawView;
+use super::saw::{SawAttempt, SawView};
 
 /// How many of its slaves, or of the nodes it follows, a node names to somebody who asked for another.
 pub const MAX_KNOWN: usize = 8;
@@ -23,6 +22,8 @@ pub enum CommandOutcome {
         awaits: Awaits,
         /// The slave, which has the command.
         slave: SlaveView,
+        /// Where master and slave are synchronous, if the command leads to such a pair of positions.
+        sync_positions: Option<SyncPositions>,
         /// Its flying saw, if the command is about one.
         saw: Option<SawView>,
     },
@@ -32,8 +33,8 @@ pub enum CommandOutcome {
         refusal: Refusal,
         /// The slave, which goes on with what it was doing.
         slave: SlaveView,
-        /// What a flying saw would have been planned from.
-        moment: Option<CouplingMoment>,
+        /// What was tried, if it was to be a flying saw.
+        saw: Option<SawAttempt>,
     },
     /// The far node is as it is told; in a dry run, it would be.
     FarAccepted {

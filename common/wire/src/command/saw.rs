@@ -1,8 +1,8 @@
 //! What the answer to an order says of a flying saw.
 
 use coaxle_saw::{
-    CouplingMoment, FlyingSawCharacteristics, SawForm, SawPlan, SawRefusal, SawRemedy, SawTable,
-    SyncMask, Violation, saw_table_id,
+    CouplingMoment, FlyingSawCharacteristics, SawCommand, SawForm, SawPlan, SawRefusal, SawRemedy,
+    SawTable, SyncMask, Violation, saw_table_id,
 };
 use coaxle_slave::{Command, CouplingRefusal, Refusal};
 use serde::{Deserialize, Serialize};
@@ -14,6 +14,15 @@ pub struct SawView {
     pub plan: SawPlan,
     /// The axis id of the slave, which that of the plan's table follows from.
     pub axis_id: u32,
+}
+
+/// A flying saw that was refused: plain data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SawAttempt {
+    /// What was to be planned, with its positions on the axes.
+    pub command: SawCommand,
+    /// From what.
+    pub moment: CouplingMoment,
 }
 
 /// What a flying saw comes to if its master keeps its velocity.
@@ -110,18 +119,14 @@ pub struct ViolatedCheck {
 }
 
 impl SawRefused {
-    /// `moment` is when it was refused. It plans some hundred times: not for the cycle.
-    pub(super) fn of(
-        refusal: &Refusal,
-        command: &Command,
-        moment: Option<&CouplingMoment>,
-    ) -> Option<Self> {
+    /// It plans some hundred times: not for the cycle.
+    pub(super) fn of(refusal: &Refusal, attempt: Option<&SawAttempt>) -> Option<Self> {
         let Refusal::Coupling(CouplingRefusal::Saw(refusal)) = refusal else {
             return None;
         };
-        let remedy = match (command.as_saw(), moment) {
-            (Some(command), Some(moment)) if depends_on_the_master(refusal) => {
-                command.remedy(moment)
+        let remedy = match attempt {
+            Some(attempt) if depends_on_the_master(refusal) => {
+                attempt.command.remedy(&attempt.moment)
             }
             _ => SawRemedy::default(),
         };

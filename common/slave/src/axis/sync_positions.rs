@@ -1,0 +1,197 @@
+//! Commands to synchronise at positions that count from now: made positions of the axes here, once.
+
+use coaxle_axis::{Awaits, Modulo, NotPlanned, PlanInputs, Planned, TravelDirection};
+use coaxle_curve::profile::Kinematics;
+use coaxle_gear::FlyingGearParameters;
+use coaxle_saw::{GearInPos, SawCommand};
+
+use super::SlaveAxis;
+use super::plan::coupled;
+use crate::change::Effect;
+use crate::command::Command;
+use crate::couplings::{CouplingRefusal, Engagement, Kind};
+use crate::refusal::Refusal;
+use crate::sync_position::{MASTER_TURNS, SLAVE_TURNS, SyncPosition, Travel, WrongSyncPosition};
+
+/// The turns of the axes that synchronise.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Turns {
+    /// Of the first master.
+    master: Option<Modulo>,
+    /// The axis's own.
+    own: Option<Modulo>,
+}
+
+/// Where master and slave are, and which way is ahead for each.
+struct Travels {
+    master: Travel,
+    slave: Travel,
+}
+
+impl SlaveAxis {
+    /// Its own modulo turn, and that of its first master; none of an axis that does not turn. Positions
+    /// go on counting from turn to turn: this is for what is asked for, and shown, by the turn.
+    pub const fn set_modulo(&mut self, own: Option<Modulo>, master: Option<Modulo>) {
+        self.turns = Turns { master, own };
+    }
+
+    /// Its own modulo turn.
+    #[must_use]
+    pub const fn modulo(&self) -> Option<Modulo> {
+        self.turns.own
+    }
+
+    /// Whether the axes have the positions within a turn that a command asks for.
+    ///
+    /// # Errors
+    /// [`WrongSyncPosition`] names the field.
+    pub fn check_sync_positions(&self, command: &Command) -> Result<(), WrongSyncPosition> {
+        let Turns { master, own } = self.turns;
+        match command {
+            Command::GearInPos(saw) => {
+                saw.master_sync_position
+                    .check("master-sync-position", master)?;
+                saw.slave_sync_position.check("slave-sync-position", own)
+            }
+            Command::FlyingGear(gear) => {
+                gear.master_sync_position
+                    .check("master-sync-position", master)?;
+                gear.slave_sync_position.check("slave-sync-position", own)?;
+                gear.slave_desync_position
+                    .check("slave-desync-position", own)?;
+                gear.slave_stop_position.check("slave-stop-position", own)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The command to a flying saw that a command comes to now, the one that is tried first: of a command
+    /// that is refused, the one that its refusal is about. None if it is no flying saw, or without a master.
+    #[must_use]
+    pub fn saw_command(&self, command: &Command) -> Option<SawCommand> {
+        match command {
+            Command::GearInPos(saw) => {
+                let inputs = self.plan_inputs(Kind::Saw);
+                let travels = self.travels(&inputs, saw.ratio.value())?;
+                Some(SawCommand::GearInPos(saw.at(
+                    saw.master_sync_position.of(&travels.master, 0),
+                    saw.slave_sync_position.of(&travels.slave, 0),
+                )))
+            }
+            Command::GearInVelo(saw) => Some(SawCommand::GearInVelo(*saw)),
+            _ => None,
+        }
+    }
+
+    pub(super) fn plan_gear_in_pos(
+        &self,
+        saw: &GearInPos<SyncPosition>,
+    ) -> Result<(Effect, Awaits), Refusal> {
+        let inputs = self.plan_inputs(Kind::Saw);
+        let plan = |saw| self.couplings.saw(&SawCommand::GearInPos(saw), &inputs);
+        if let (SyncPosition::At(master), SyncPosition::At(slave)) = saw.positions() {
+            return coupled(plan(saw.at(master, slave)));
+        }
+        let travels = self.travels(&inputs, saw.ratio.value());
+        let travels = travels.ok_or(Refusal::NoMaster)?;
+        first_that_passes(saw.positions(), |on_master, on_slave| {
+            plan(saw.at(
+                saw.master_sync_position.of(&travels.master, on_master),
+                saw.slave_sync_position.of(&travels.slave, on_slave),
+            ))
+        })
+    }
+
+    pub(super) fn plan_flying_gear(
+        &self,
+        gear: &FlyingGearParameters<SyncPosition>,
+    ) -> Result<(Effect, Awaits), Refusal> {
+        let inputs = self.plan_inputs(Kind::FlyingGear);
+        let travels = self.travels(&inputs, gear.ratio).ok_or(Refusal::NoMaster)?;
+        let pair = (gear.master_sync_position, gear.slave_sync_position);
+        first_that_passes(pair, |on_master, on_slave| {
+            let gear = placed(gear, &travels, on_master, on_slave);
+            self.couplings.flying_gear(&gear, &inputs)
+        })
+    }
+
+    /// As the coupling sees them; none without a master.
+    fn travels(&self, inputs: &PlanInputs, ratio: f64) -> Option<Travels> {
+        let master = inputs.masters.first()?;
+        let ahead = ahead_of(master, inputs.masters.travel(0));
+        Some(Travels {
+            master: Travel {
+                position: master.position,
+                ahead,
+                modulo: self.turns.master,
+            },
+            slave: Travel {
+                position: inputs.slave.position,
+                ahead: if ratio < 0.0 { ahead.opposite() } else { ahead },
+                modulo: self.turns.own,
+            },
+        })
+    }
+}
+
+/// Which way a master goes. Of one that is measured its increments say it; one at rest counts as going to
+/// larger positions.
+fn ahead_of(master: &Kinematics, measured: Option<TravelDirection>) -> TravelDirection {
+    measured.unwrap_or(if master.velocity < 0.0 {
+        TravelDirection::Backward
+    } else {
+        TravelDirection::Forward
+    })
+}
+
+/// A slave is released the next time after it is synchronous, and stands the next time after that.
+fn placed(
+    gear: &FlyingGearParameters<SyncPosition>,
+    travels: &Travels,
+    on_master: i32,
+    on_slave: i32,
+) -> FlyingGearParameters {
+    let slave = &travels.slave;
+    let beyond = |position: SyncPosition, from: f64| match position {
+        SyncPosition::InTurn(_) => position.of(
+            &Travel {
+                position: from,
+                ..*slave
+            },
+            0,
+        ),
+        _ => position.of(slave, 0),
+    };
+    let sync = gear.slave_sync_position.of(slave, on_slave);
+    let desync = beyond(gear.slave_desync_position, sync);
+    FlyingGearParameters {
+        ratio: gear.ratio,
+        master_sync_position: gear.master_sync_position.of(&travels.master, on_master),
+        slave_sync_position: sync,
+        slave_desync_position: desync,
+        slave_stop_position: beyond(gear.slave_stop_position, desync),
+        default_slave_negative: gear.default_slave_negative,
+    }
+}
+
+/// The first turns of master and slave whose plan is accepted: of the slave the nearest ahead with any
+/// turn of the master, then others. Refused as the very first is, if none of them passes.
+fn first_that_passes(
+    (master, slave): (SyncPosition, SyncPosition),
+    plan: impl Fn(i32, i32) -> Result<Planned<Engagement>, NotPlanned<CouplingRefusal>>,
+) -> Result<(Effect, Awaits), Refusal> {
+    let first = plan(0, 0);
+    let mut pairs = (slave.turns(&SLAVE_TURNS).iter())
+        .flat_map(|on_slave| {
+            master
+                .turns(&MASTER_TURNS)
+                .iter()
+                .map(move |n| (*n, *on_slave))
+        })
+        .skip(1);
+    let passed = match first {
+        Ok(_) => None,
+        Err(_) => pairs.find_map(|(on_master, on_slave)| plan(on_master, on_slave).ok()),
+    };
+    coupled(passed.map_or(first, Ok))
+}
