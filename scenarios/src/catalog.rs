@@ -30,6 +30,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "chain",
     "many-axes",
     "three-senders",
+    "knife-by-turns",
     "line-shaft",
     "observer",
     "observer-sweep",

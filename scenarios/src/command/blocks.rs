@@ -121,11 +121,20 @@ const FLYING_GEAR: &[Field] = &[
     must("ratio", "Slave units per master unit"),
     must(
         "master-sync-position",
-        "Where the master is when engaged, master u",
+        "Where the master is when engaged, master u; or ahead=500, or in-turn=90",
     ),
-    must("slave-sync-position", "Where the slave is then, u"),
-    must("slave-desync-position", "Where the release begins, u"),
-    must("slave-stop-position", "Where the slave is released, u"),
+    must(
+        "slave-sync-position",
+        "Where the slave is then, u; or ahead=500, or in-turn=90",
+    ),
+    must(
+        "slave-desync-position",
+        "Where the release begins, u; or ahead=500, or in-turn=90",
+    ),
+    must(
+        "slave-stop-position",
+        "Where the slave is released, u; or ahead=500, or in-turn=90",
+    ),
     may(
         "default-slave-negative",
         "true: works towards smaller positions",
@@ -145,12 +154,12 @@ const SYNC_POSITIONS: &[Field] = &[
     needed(
         "master-sync",
         "master-sync-position",
-        "Where the master is when they are synchronous, master u",
+        "Where the master is when they are synchronous, master u; or ahead=500, or in-turn=90",
     ),
     needed(
         "slave-sync",
         "slave-sync-position",
-        "Where the slave is then, u",
+        "Where the slave is then, u; or ahead=500, or in-turn=90",
     ),
     inner(
         "master-start-distance",

@@ -30,10 +30,13 @@ pub(super) fn fields_of(block: &Block, options: &ArgMatches) -> Value {
     Value::Object(fields)
 }
 
-/// Numbers, lists and the like as they are; everything else is a word.
+/// Numbers, lists and the like as they are; `in-turn=90` is what counts from something; everything else is a word.
 pub(super) fn value(text: &str) -> Value {
     if let Ok(json) = serde_json::from_str(text) {
         return json;
+    }
+    if let Some((from, number)) = text.split_once('=') {
+        return json!({ from: value(number) });
     }
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() => json!(number),

@@ -78,6 +78,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
+    use coaxle_slave::SyncPosition;
 
     fn parsed(line: &[&str]) -> Result<slave::Command, clap::Error> {
         let command = Spelled::augment_subcommands(Command::new("command"));
@@ -159,6 +160,49 @@ mod tests {
             panic!("another command");
         };
         assert_eq!((cam_in.table, cam_in.activation.position), (3, 360.0));
+    }
+
+    #[test]
+    fn sync_positions_may_count_from_now_or_be_of_a_turn() {
+        let slave::Command::GearInPos(saw) = parsed(&[
+            "gear-in-pos",
+            "--ratio=0.6",
+            "--master-sync",
+            "in-turn=90",
+            "--slave-sync=ahead=-1e2",
+        ])
+        .unwrap() else {
+            panic!("another command");
+        };
+        assert_eq!(
+            saw.positions(),
+            (SyncPosition::InTurn(90.0), SyncPosition::Ahead(-100.0))
+        );
+        for (text, expected) in [
+            (
+                "behind=5",
+                "unknown variant `behind`, expected `ahead` or `in-turn`",
+            ),
+            ("ahead=far", "invalid type: string \"far\", expected f64"),
+            (
+                "there",
+                "expected a position, { ahead = 500 } or { in-turn = 90 }",
+            ),
+        ] {
+            let line = [
+                "gear-in-pos",
+                "--ratio=1",
+                "--slave-sync=0",
+                "--master-sync",
+                text,
+            ];
+            let error = parsed(&line).unwrap_err().to_string();
+            assert!(
+                error.contains("gear-in-pos.master-sync-position"),
+                "{error}"
+            );
+            assert!(error.contains(expected), "{error}");
+        }
     }
 
     #[test]
