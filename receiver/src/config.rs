@@ -8,6 +8,7 @@ mod form;
 mod masters;
 mod publish;
 mod slave;
+mod standby;
 mod virtual_axes;
 
 use std::path::Path;
@@ -27,6 +28,7 @@ pub use far::{DelayConfig, FarChannel, FarConfig, Mode};
 pub use masters::{MasterRef, WrongSlave};
 pub use publish::{PublishFarAxes, WrongPublished};
 pub use slave::{CamSource, CoupleConfig, GearConfig, SlaveConfig, ToolConfig};
+pub use standby::{HeardNode, WrongStandby};
 pub use virtual_axes::WrongVirtualAxis;
 
 /// A receiver: whose axes it follows, how, which it has itself, and what it drives. A file has a list of far nodes, or one
@@ -113,8 +115,8 @@ impl ReceiverConfig {
         let own = own.into_iter().chain(far_axes);
         let mut publications: Vec<_> = own.map(|c| Publication::new(&self.name, c)).collect();
         let mut subscriptions = Vec::new();
-        for (far, config) in self.far.iter().enumerate() {
-            let node = &config.node;
+        for (number, HeardNode { far, node, .. }) in self.heard_nodes().into_iter().enumerate() {
+            let config = &self.far[far];
             let channel = Channel::from(config.channel);
             let mut hear = |channel, reader| {
                 subscriptions.push(Subscription {
@@ -122,7 +124,7 @@ impl ReceiverConfig {
                     channel,
                     reader,
                     faults: config.faults.clone(),
-                    far,
+                    far: number,
                 });
             };
             let axes = Intake::new(&node.channel_key(channel), node, &config.axes.ids());
@@ -134,7 +136,7 @@ impl ReceiverConfig {
             );
             publications.push(Publication {
                 faults: config.faults_of_requests().clone(),
-                far,
+                far: number,
                 ..Publication::new(node, Channel::TimeRequests)
             });
         }

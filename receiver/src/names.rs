@@ -125,6 +125,10 @@ named! {
         Disabled = "disabled",
         /// All is well.
         Ok = "ok",
+        /// All is well, but none of the standbys could take over.
+        NoStandby = "no-standby",
+        /// A standby is followed, and all is well with it.
+        OnStandby = "on-standby",
         /// Nothing new for too long.
         MasterSilent = "master-silent",
         /// A second node has the name of one that is followed.

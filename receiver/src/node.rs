@@ -37,9 +37,9 @@ pub struct Receiver {
     time_server: TimeServer,
     /// Time requests that were refused on their way in.
     refused_requests: RejectionCounters,
-    /// The subscriptions, each with the far node it is to.
+    /// The subscriptions, each with the node it is to, by its number among all that are heard.
     sources: Box<[Source]>,
-    /// The time request that is due to each far node.
+    /// The time request that is due to each node that is heard.
     due: Box<[Option<u32>]>,
     /// How many of them have had their turn in this cycle.
     next_asked: usize,
@@ -50,7 +50,7 @@ pub struct Receiver {
 /// Where the messages of a subscription come from.
 #[derive(Clone, Copy, Debug)]
 enum Source {
-    /// A far node: its axes, or its responses.
+    /// A far node or a standby: its axes, or its responses.
     Far(usize),
     /// Whoever asks this node for the time.
     Requests,
@@ -189,7 +189,7 @@ impl Receiver {
             time_server: TimeServer::new(sender, epoch, start, cycle_time),
             refused_requests: RejectionCounters::default(),
             sources: subscriptions.iter().map(source).collect(),
-            due: vec![None; config.far.len()].into(),
+            due: vec![None; config.heard_nodes().len()].into(),
             next_asked: 0,
             request: [0; TIME_REQUEST_CAPACITY],
             snapshot: ReceiverSnapshot::new(config, start),
@@ -235,7 +235,7 @@ impl Receiver {
             .encode(&header, || pipeline.corrected_axes(snapshot));
     }
 
-    /// The next time request of this cycle: its length, and the far node it is to.
+    /// The next time request of this cycle: its length, and the number of the node it is to.
     fn encode_time_request(&mut self) -> Option<(usize, usize)> {
         while let Some(due) = self.due.get_mut(self.next_asked) {
             let far = self.next_asked;

@@ -11,7 +11,7 @@ use coaxle_slave::{Command, Refusal};
 
 use crate::arrivals::ArrivalLog;
 use crate::config::ReceiverConfig;
-use crate::far::{FarNode, FarOutputs};
+use crate::far::{Candidate, FarNode, FarOutputs};
 use crate::far_axes::PublishedFarAxes;
 use crate::slaves::{Master, SlaveNumber, Slaves};
 use crate::snapshot::{Health, ReceiverSnapshot};
@@ -22,6 +22,8 @@ use crate::virtual_axes::VirtualAxes;
 pub(crate) struct Pipeline {
     cycle_s: f64,
     far: Box<[FarNode]>,
+    /// Which of them each node that is heard is for, and its place there.
+    heard: Box<[(usize, usize)]>,
     /// Each far node's first axis among all of them, and one past its last.
     ranges: Box<[(usize, usize)]>,
     /// Every far axis as a master.
@@ -41,8 +43,13 @@ impl Pipeline {
         run: u64,
     ) -> Result<Self, (usize, WrongParameter)> {
         let cycle_time = config.cycle_time_us.0;
+        let heard = config.heard_nodes().into_iter();
+        let heard: Box<[_]> = heard.map(|node| (node.far, node.place)).collect();
         let far = (config.far.iter().enumerate())
-            .map(|(n, far)| FarNode::new(far, cycle_time, run).map_err(|wrong| (n, wrong)))
+            .map(|(n, far)| {
+                let numbers = config.numbers_of(n);
+                FarNode::new(far, cycle_time, run, &numbers).map_err(|wrong| (n, wrong))
+            })
             .collect::<Result<_, _>>()?;
         let range = |n| {
             let first = config.first_axis_of(n);
@@ -56,34 +63,40 @@ impl Pipeline {
             virtual_axes,
             slaves,
             far_axes: PublishedFarAxes::new(config),
-            arrivals: ArrivalLog::new(config.far.len()),
+            arrivals: ArrivalLog::new(heard.len()),
+            heard,
         })
     }
 
-    /// Stores a frame of a far node that arrived at `at`. The next cycle begins at `due`, or later.
+    /// Stores a frame of the node with this number that arrived at `at`. The next cycle begins at `due`, or later.
     pub(crate) fn store(
         &mut self,
-        far: usize,
+        number: usize,
         at: Instant<Local>,
         frame: &Frame<'_>,
         due: Instant<Local>,
     ) {
-        self.far[far].store(at, frame, due);
+        self.heard(number).store(at, frame, due);
     }
 
-    /// Stores a response of a far node that arrived at `at`.
+    /// Stores a response of the node with this number that arrived at `at`.
     pub(crate) fn store_response(
         &mut self,
-        far: usize,
+        number: usize,
         at: Instant<Local>,
         response: &TimeResponse,
     ) {
-        self.far[far].store_response(at, response);
+        self.heard(number).store_response(at, response);
     }
 
-    /// Counts what was refused of a far node.
-    pub(crate) fn reject(&mut self, far: usize, reason: Rejection) {
-        self.far[far].reject(reason);
+    /// Counts what was refused of the node with this number.
+    pub(crate) fn reject(&mut self, number: usize, reason: Rejection) {
+        self.heard(number).reject(reason);
+    }
+
+    fn heard(&mut self, number: usize) -> &mut Candidate {
+        let (far, place) = self.heard[number];
+        self.far[far].node(place)
     }
 
     /// What the newest cycle took in and nobody fetched yet.
@@ -91,9 +104,9 @@ impl Pipeline {
         self.arrivals.next()
     }
 
-    /// The number of the time request to a far node that is due, if one is.
-    pub(crate) fn ask(&mut self, far: usize, tick: &Tick) -> Option<u32> {
-        self.far[far].ask(tick)
+    /// The number of the time request to the node with this number that is due, if one is.
+    pub(crate) fn ask(&mut self, number: usize, tick: &Tick) -> Option<u32> {
+        self.heard(number).ask(tick)
     }
 
     /// One scan.
@@ -111,18 +124,18 @@ impl Pipeline {
         shown.signals.node.health = shown.health.name();
     }
 
-    /// A far node: which run, its clock, its axes.
+    /// A far node: whom it follows, which run, its clock, its axes.
     fn far_node(&mut self, n: usize, tick: &Tick, shown: &mut ReceiverSnapshot) {
         let (first, end) = self.ranges[n];
         let signals = &mut shown.signals;
         let outputs = FarOutputs {
             masters: &mut self.masters[first..end],
-            signals: &mut signals.far[n],
             axes: &mut signals.axes[first..end],
+            nodes: &mut signals.far,
+            health: &mut shown.far_health,
+            data_cycle_times: &mut shown.data_cycle_times,
         };
-        let health = self.far[n].scan(tick, &mut self.arrivals.of(n), outputs);
-        shown.far_health[n] = health;
-        shown.data_cycle_times[n] = self.far[n].data_cycle_time();
+        self.far[n].scan(tick, &mut self.arrivals, outputs);
     }
 
     /// A command to a slave that does not come from its program.
@@ -147,8 +160,7 @@ impl Pipeline {
     /// A slave's fault comes before all else, for it does not go away; then the worst of the far nodes.
     fn health(&self, shown: &ReceiverSnapshot) -> Health {
         let worst = || {
-            shown
-                .far_health
+            shown.far_health[..self.far.len()]
                 .iter()
                 .copied()
                 .max_by_key(Health::severity)

@@ -32,10 +32,16 @@ signals! {
 }
 
 signals! {
-    /// A node that is followed: its clock, and what came of its messages.
+    /// A node that is followed, or stands by for one: its clock, and what came of its messages.
     pub struct FarNodeSignals of FarNode {
         /// What the receiver thinks of it.
         health: HealthName [""],
+        /// Whether the axes are read from it: not from a standby, unless that has taken over.
+        followed: bool [""],
+        /// Whether it could take over with its next frame: it is not followed, is heard, and its clock is known.
+        stands_by: bool [""],
+        /// Times so far that another node, of it and its standbys, took over.
+        take_overs: u64 [""] last,
         /// Whether it is enabled (`bEnable`).
         enabled: bool [""],
         /// How set values are calculated while it is (`eFilterMode`).

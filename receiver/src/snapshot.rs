@@ -22,7 +22,7 @@ use crate::signals::{
 pub struct SignalRow {
     /// The receiver itself.
     pub node: NodeSignals,
-    /// The far nodes, in the order of the config.
+    /// The far nodes, in the order of the config, then their standbys: all that are heard.
     pub far: Box<[FarNodeSignals]>,
     /// All of their axes, in that order.
     pub axes: Box<[FarAxisSignals]>,
@@ -39,7 +39,7 @@ impl SignalRow {
         Self {
             node: NodeSignals::default(),
             far: config
-                .far
+                .heard_nodes()
                 .iter()
                 .map(|_| FarNodeSignals::default())
                 .collect(),
@@ -92,10 +92,8 @@ impl ReceiverConfig {
     /// Everything that has signals, in the order of a row.
     #[must_use]
     pub fn instances(&self) -> Vec<Instance> {
-        let far = self
-            .far
-            .iter()
-            .map(|far| Instance::of::<FarNodeSignals>(far.node.as_str()));
+        let heard = self.heard_nodes().into_iter();
+        let far = heard.map(|heard| Instance::of::<FarNodeSignals>(heard.node.as_str()));
         let axes = self
             .far_axis_names()
             .into_iter()
@@ -124,7 +122,8 @@ pub struct ReceiverSnapshot {
     pub health: Health,
     /// Its signals.
     pub signals: SignalRow,
-    /// Whether all is well with each far node.
+    /// Whether all is well with each node that is heard: with a far node, whomever of it and its standbys it
+    /// follows, and with a standby by itself.
     pub far_health: Box<[Health]>,
     /// Their nominal cycle times, as their frames say; none before the first message.
     pub data_cycle_times: Box<[Option<CycleTime>]>,
@@ -177,17 +176,14 @@ impl ReceiverSnapshot {
     /// A receiver before its first cycle, which is due at `start`.
     #[must_use]
     pub fn new(config: &ReceiverConfig, start: Instant<Local>) -> Self {
+        let heard = config.heard_nodes().len();
         Self {
             ideal_start: start,
             woke: start,
             health: Health::WaitingForMaster,
             signals: SignalRow::new(config),
-            far_health: config
-                .far
-                .iter()
-                .map(|_| Health::WaitingForMaster)
-                .collect(),
-            data_cycle_times: config.far.iter().map(|_| None).collect(),
+            far_health: vec![Health::WaitingForMaster; heard].into(),
+            data_cycle_times: vec![None; heard].into(),
             faults: config
                 .slaves
                 .iter()
@@ -264,6 +260,10 @@ pub enum Health {
     Disabled,
     /// All is well.
     Ok,
+    /// All is well, but none of the standbys could take over.
+    NoStandby,
+    /// A standby is followed, and all is well with it.
+    OnStandby,
     /// Nothing new from the master for too long.
     MasterSilent,
     /// A second node of the same name publishes the same axes; the first one is followed.
@@ -300,6 +300,8 @@ impl Health {
             Self::StartingUp => HealthName::StartingUp,
             Self::Disabled => HealthName::Disabled,
             Self::Ok => HealthName::Ok,
+            Self::NoStandby => HealthName::NoStandby,
+            Self::OnStandby => HealthName::OnStandby,
             Self::MasterSilent => HealthName::MasterSilent,
             Self::TwoSenders => HealthName::TwoSenders,
             Self::Error(_) => HealthName::Error,
@@ -315,17 +317,19 @@ impl Health {
     pub(crate) const fn severity(&self) -> u8 {
         match self {
             Self::Ok => 0,
-            Self::StartingUp => 1,
-            Self::Disabled => 2,
-            Self::WaitingForMaster => 3,
-            Self::MasterSilent => 4,
-            Self::TwoSenders => 5,
-            Self::Error(_) => 6,
-            Self::CycleTimesDoNotFit => 7,
+            Self::NoStandby => 1,
+            Self::OnStandby => 2,
+            Self::StartingUp => 3,
+            Self::Disabled => 4,
+            Self::WaitingForMaster => 5,
+            Self::MasterSilent => 6,
+            Self::TwoSenders => 7,
+            Self::Error(_) => 8,
+            Self::CycleTimesDoNotFit => 9,
             Self::ProgramBlocked { .. }
             | Self::CommandRefused { .. }
             | Self::SlaveFailed { .. }
-            | Self::DriveTripped => 8,
+            | Self::DriveTripped => 10,
         }
     }
 }

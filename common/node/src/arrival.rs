@@ -13,7 +13,7 @@ use crate::frame::FrameHeader;
 /// One thing that a node took in during a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
-    /// Of which of the nodes that it follows, counted from 0.
+    /// Of which of the nodes that it hears, counted from 0: those that it follows, then their standbys.
     pub far: usize,
     /// When it arrived, in the node's own clock.
     pub at: Instant<Local>,
@@ -55,7 +55,7 @@ pub struct ArrivalRow {
     /// How long after the ideal start of its cycle the message left, ns of the sender's clock; none
     /// from senders that do not say.
     pub send_stamp_ns: Option<i64>,
-    /// Of which of the nodes in the receiver's config, counted from 1.
+    /// Of which of the nodes in the receiver's config, counted from 1: the far nodes, then their standbys.
     #[serde(default = "first")]
     pub far: u16,
 }
@@ -82,7 +82,7 @@ pub struct ExchangeRow {
     pub t3_ns: i64,
     /// The response arrived, ns of the requesting node's clock.
     pub t4_ns: i64,
-    /// Of which of the nodes in the receiver's config, counted from 1.
+    /// Of which of the nodes in the receiver's config, counted from 1: the far nodes, then their standbys.
     #[serde(default = "first")]
     pub far: u16,
 }

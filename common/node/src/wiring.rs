@@ -30,7 +30,7 @@ pub struct Publication {
     pub channel: Channel,
     /// Faults laid over the link.
     pub faults: LinkConfig,
-    /// Which of the nodes it follows this is about, counted from 0.
+    /// Which of the nodes it hears this is about, counted from 0: those that it follows, then their standbys.
     pub far: usize,
 }
 
@@ -45,7 +45,7 @@ pub struct Subscription {
     pub reader: Reader,
     /// Faults laid over the link.
     pub faults: LinkConfig,
-    /// Which of the nodes it follows this is, counted from 0.
+    /// Which of the nodes it hears this is, counted from 0: those that it follows, then their standbys.
     pub far: usize,
 }
 

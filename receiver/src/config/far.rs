@@ -7,7 +7,7 @@ use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::Channel;
 use coaxle_node::command::FarDelay;
-use coaxle_node::config::{DelayMicros, LinkConfig, Unit};
+use coaxle_node::config::{DelayMicros, LinkConfig, Positive, Unit};
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, FilterMode};
 use serde::{Deserialize, Serialize};
@@ -23,6 +23,13 @@ pub struct FarConfig {
     /// Whether they are a sender's axes, the slaves of another receiver, or what that follows.
     #[serde(default)]
     pub channel: FarChannel,
+    /// Nodes with the same axes, of which the first one that is heard takes over when this one falls silent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub standby: Vec<NodeName>,
+    /// How long the node that is followed is silent before a standby takes over, ms: half of the age limit by
+    /// default, or 100 ms without one. It is never less than four of its cycles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub take_over_after_ms: Option<Positive>,
     /// Which of its axes: ids, ranges of ids, or ids with names of their own here. The axis 1 by
     /// default.
     #[serde(default)]

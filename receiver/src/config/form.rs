@@ -6,7 +6,7 @@ use std::fmt;
 use coaxle_axis::Modulo;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::config::{
-    ClockConfig, CycleMicros, LinkConfig, RealTimeConfig, TransportConfig, Unit,
+    ClockConfig, CycleMicros, LinkConfig, Positive, RealTimeConfig, TransportConfig, Unit,
 };
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, EncoderParameters};
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     AxisList, DelayConfig, FarAxisConfig, FarChannel, FarConfig, Mode, PublishFarAxes,
-    ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished, WrongVirtualAxis,
+    ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished, WrongStandby, WrongVirtualAxis,
 };
 
 /// A receiver's file as it is written.
@@ -60,6 +60,11 @@ struct Master {
     /// Whether it is one of a sender's axes, or the slave of another receiver.
     #[serde(default)]
     channel: FarChannel,
+    /// Nodes with the same axis that take over when that one falls silent.
+    #[serde(default)]
+    standby: Vec<NodeName>,
+    /// How long it is silent before one does, ms.
+    take_over_after_ms: Option<Positive>,
     /// Its axis id.
     #[serde(default = "first_axis")]
     axis: u32,
@@ -95,6 +100,8 @@ pub(super) enum WrongForm {
     Renamed(&'static str, &'static str),
     /// A node twice.
     Twice(NodeName),
+    /// A standby that cannot be one.
+    Standby(WrongStandby),
     /// An axis that is called as another one is.
     SameName(String),
     /// An axis of the receiver's own.
@@ -115,6 +122,7 @@ impl fmt::Display for WrongForm {
             ),
             Self::VirtualAxis(wrong) => wrong.fmt(f),
             Self::Encoder(wrong) => wrong.fmt(f),
+            Self::Standby(wrong) => wrong.fmt(f),
             Self::Published(wrong) => write!(f, "publish-far-axes: {wrong}"),
             Self::Nothing => f.write_str(
                 "far: received no [[far]], expected at least one, such as node = \"conveyor\" with axes \
@@ -151,6 +159,8 @@ impl TryFrom<Form> for ReceiverConfig {
             Some(master) => vec![FarConfig {
                 axes: AxisList::one(master.axis()),
                 node: master.node,
+                standby: master.standby,
+                take_over_after_ms: master.take_over_after_ms,
                 channel: master.channel,
                 unit: master.unit,
                 modulo: master.modulo,
@@ -203,6 +213,8 @@ impl TryFrom<Form> for ReceiverConfig {
         if let Some(name) = same_name(&config) {
             return Err(WrongForm::SameName(name));
         }
+        let standbys = config.check_standbys(is_short);
+        standbys.map_err(WrongForm::Standby)?;
         let encoders = config.check_encoders(is_short);
         encoders.map_err(WrongForm::Encoder)?;
         let axes = config.check_virtual_axes();

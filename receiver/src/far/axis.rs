@@ -81,6 +81,20 @@ impl Axis {
         self.rejoin();
     }
 
+    /// Another node takes over: the axis is brought to where that has it. `encoder` is what has smoothed it of that
+    /// one's increments, and then what has smoothed those of the one before.
+    pub(super) fn take_over(&mut self, encoder: &mut Option<Box<Encoder>>) {
+        self.sample = None;
+        self.block.begin_anew();
+        std::mem::swap(&mut self.encoder, encoder);
+        self.rejoin();
+    }
+
+    /// Whether it has come at all.
+    pub(super) const fn has_come(&self) -> bool {
+        self.sample.is_some()
+    }
+
     fn begin_anew(&mut self) {
         self.block.begin_anew();
         if let Some(encoder) = &mut self.encoder {

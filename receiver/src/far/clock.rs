@@ -58,11 +58,12 @@ struct Running {
 }
 
 /// A far clock in one cycle.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Following {
     pub(super) correction: FarCorrection,
     /// None where no observer runs.
     pub(super) observed: Option<FarClockOutput>,
-    enabled: bool,
+    pub(super) enabled: bool,
     /// The correction has nothing to do with that of the cycle before.
     pub(super) is_mapped_anew: bool,
 }

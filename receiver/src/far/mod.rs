@@ -1,6 +1,8 @@
-//! A node that is followed: which run of it, its clock, and its axes made local.
+//! A node that is followed, or one of those that stand by for it: whom, which run of it, its clock, and its axes
+//! made local.
 
 mod axis;
+mod candidate;
 mod clock;
 mod course;
 mod encoder;
@@ -8,50 +10,50 @@ mod frames;
 mod inbox;
 mod orders;
 mod run;
+mod take_over;
 
 use coaxle_clock::cycle::Tick;
-use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Local, Seconds, Span};
 use coaxle_node::config::LinkConfig;
-use coaxle_node::{Frame, FrameHeader, Rejection};
-use coaxle_remote::{AxisSyncParameters, FarCorrection};
 
-use crate::arrivals::Arrivals;
+use crate::arrivals::ArrivalLog;
 use crate::config::{FarAxisConfig, FarConfig};
 use crate::signals::{FarAxisSignals, FarNodeSignals};
 use crate::slaves::Master;
 use crate::snapshot::Health;
 use axis::Axis;
-use clock::{Clock, ClockSetup, Following};
+pub(crate) use candidate::Candidate;
+use candidate::age_limit;
+use clock::ClockSetup;
+use encoder::Encoder;
 use inbox::Inbox;
 use orders::OrderCounters;
+use take_over::TakeOver;
 
-/// One far node.
+/// One far node, with those that stand by for it.
 #[derive(Debug)]
 pub(crate) struct FarNode {
     cycle_time: CycleTime,
-    inbox: Inbox,
-    clock: Clock,
+    /// Itself, then its standbys.
+    candidates: Box<[Candidate]>,
+    take_over: TakeOver,
     axes: Box<[Axis]>,
-    /// The newest frame that was used, by its run and count, and own cycles since.
-    last: Option<(u64, u64)>,
-    age_cycles: u32,
-    /// Whether its clock was known in the newest cycle.
-    synced: bool,
-    /// The run of a second node of the same name.
-    rival: Option<u64>,
     orders: OrderCounters,
 }
 
-/// What one cycle of a far node leaves for others, slices in the order of its axes.
+/// What one cycle of a far node leaves for others.
 pub(crate) struct FarOutputs<'a> {
-    /// Its axes as masters of slaves.
+    /// Its axes as masters of slaves, in their order.
     pub(crate) masters: &'a mut [Option<Master>],
-    /// Its own signals.
-    pub(crate) signals: &'a mut FarNodeSignals,
-    /// Those of its axes.
+    /// The signals of its axes, likewise.
     pub(crate) axes: &'a mut [FarAxisSignals],
+    /// Those of all nodes that are heard, by their numbers.
+    pub(crate) nodes: &'a mut [FarNodeSignals],
+    /// What the receiver thinks of them.
+    pub(crate) health: &'a mut [Health],
+    /// Their cycle times, as their frames say.
+    pub(crate) data_cycle_times: &'a mut [Option<CycleTime>],
 }
 
 /// A node that says nothing for so long is never reported healthy, whatever the age limit.
@@ -63,144 +65,158 @@ const FRAMES: usize = 8;
 const FRAMES_OF_FAULTS: usize = 128;
 
 impl FarNode {
-    /// `run` is this run of the own node.
+    /// `run` is this run of the own node; `numbers` are those of the node and of its standbys among all that are
+    /// heard.
     pub(crate) fn new(
         config: &FarConfig,
         cycle_time: CycleTime,
         run: u64,
+        numbers: &[usize],
     ) -> Result<Self, WrongParameter> {
-        let frames = if config.faults == LinkConfig::default() {
-            FRAMES
-        } else {
-            FRAMES_OF_FAULTS
-        };
         let axis = |axis: &FarAxisConfig| Axis::new(cycle_time, &config.sync, axis.encoder);
-        let setup = ClockSetup::of(config, cycle_time, run);
+        let candidate = |(place, number): (usize, &usize)| {
+            let inbox = Inbox::new(
+                age_limit(&config.sync, cycle_time),
+                frames(config),
+                config.axes.count(),
+            );
+            let setup = ClockSetup::of(config, cycle_time, run);
+            let encoder = |axis: &FarAxisConfig| {
+                // The axes begin with those of the node itself.
+                let encoder = axis.encoder.filter(|_| place > 0);
+                let encoder = encoder.map(|encoder| Encoder::new(cycle_time, encoder));
+                Ok(encoder.transpose()?.map(Box::new))
+            };
+            let encoders = config.axes.iter().map(encoder).collect::<Result<_, _>>()?;
+            Candidate::new(config, cycle_time, *number, inbox, setup, encoders)
+        };
+        let candidates = numbers.iter().enumerate().map(candidate);
         Ok(Self {
             cycle_time,
-            inbox: Inbox::new(
-                age_limit(&config.sync, cycle_time),
-                frames,
-                config.axes.count(),
-            ),
-            clock: Clock::new(setup)?,
+            candidates: candidates.collect::<Result<_, _>>()?,
+            take_over: TakeOver::default(),
             axes: config.axes.iter().map(axis).collect::<Result<_, _>>()?,
-            last: None,
-            age_cycles: 0,
-            synced: false,
-            rival: None,
             orders: OrderCounters::default(),
         })
     }
 
-    /// Stores a frame that arrived at `at`. The next cycle begins at `due`, or later.
-    pub(crate) fn store(&mut self, at: Instant<Local>, frame: &Frame<'_>, due: Instant<Local>) {
-        self.inbox.store(at, frame, due);
+    /// One of its nodes: itself is the first.
+    pub(crate) fn node(&mut self, place: usize) -> &mut Candidate {
+        &mut self.candidates[place]
     }
 
-    /// Counts a frame or a response that was refused.
-    pub(crate) fn reject(&mut self, reason: Rejection) {
-        self.inbox.reject(reason);
+    /// One cycle: whom it follows, which run, what its clock shows, and where its axes are.
+    pub(crate) fn scan(&mut self, tick: &Tick, arrivals: &mut ArrivalLog, out: FarOutputs<'_>) {
+        for node in &mut self.candidates {
+            node.cycle(tick, arrivals.of(node.number));
+        }
+        self.take_over(tick);
+        self.take_axes(tick);
+        let error = self.correct_axes(tick, out.masters, out.axes);
+        let followed = self.take_over.followed();
+        for (place, node) in self.candidates.iter_mut().enumerate() {
+            let own = health_of(node, error.filter(|_| place == followed));
+            out.health[node.number] = own;
+            out.data_cycle_times[node.number] = node.clock.data_cycle_time();
+            let signals = &mut out.nodes[node.number];
+            node.show(signals);
+            self.orders.show(signals);
+            signals.health = own.name();
+            signals.followed = place == followed;
+            signals.stands_by = place != followed && node.could_take_over(tick.ideal_start);
+            signals.take_overs = self.take_over.count();
+            node.inbox.end_cycle(tick.ideal_start);
+        }
+        let health = self.health(out.health, tick.ideal_start);
+        let number = self.candidates[0].number;
+        out.health[number] = health;
+        out.nodes[number].health = health.name();
     }
 
-    /// Stores a response that arrived at `at`.
-    pub(crate) fn store_response(&mut self, at: Instant<Local>, response: &TimeResponse) {
-        self.clock.response(at, response);
+    /// The one that is followed.
+    fn followed(&self) -> &Candidate {
+        &self.candidates[self.take_over.followed()]
     }
 
-    /// The number of the time request that is due, if one is.
-    pub(crate) fn ask(&mut self, tick: &Tick) -> Option<u32> {
-        self.clock.request(tick.ideal_start)
-    }
-
-    /// One cycle: which run, what its clock shows, and where its axes are. Gives what the receiver thinks
-    /// of it.
-    pub(crate) fn scan(
-        &mut self,
-        tick: &Tick,
-        arrivals: &mut Arrivals<'_>,
-        out: FarOutputs<'_>,
-    ) -> Health {
-        let image = self.take_messages(tick, arrivals);
-        self.rival = self.inbox.rival(tick.ideal_start);
-        let followed = image.and_then(|header| {
-            let following = self.clock.cycle(&header, tick, |at, response| {
-                arrivals.exchange(at, response);
-            })?;
-            Some((header, following))
-        });
-        let health = match &followed {
-            None => {
-                out.masters.fill(None);
-                self.without_master(out.axes)
-            }
-            Some((header, following)) => {
-                if following.is_mapped_anew {
-                    self.axes.iter_mut().for_each(Axis::rejoin);
-                }
-                let correction = &following.correction;
-                let error = self.correct_axes(header, correction, tick, out.masters, out.axes);
-                self.health(correction, error)
-            }
-        };
-        self.inbox.end_cycle(tick.ideal_start);
-        self.show(
-            image.as_ref(),
-            followed.as_ref().map(|(_, f)| f),
-            out.signals,
-        );
-        out.signals.health = health.name();
-        health
-    }
-
-    /// The newest fresh frame; the clock hears of all.
-    fn take_messages(&mut self, tick: &Tick, arrivals: &mut Arrivals<'_>) -> Option<FrameHeader> {
+    /// Whether another node is followed from this cycle on, whose frame is there.
+    fn take_over(&mut self, tick: &Tick) {
         let Self {
-            inbox, clock, axes, ..
+            candidates,
+            take_over,
+            axes,
+            ..
         } = self;
-        let image = inbox.image(tick.ideal_start, |at, header, begins| {
-            arrivals.message(at, header);
-            if begins {
-                clock.begin_run(header);
-            }
-            if clock.message(at, header) {
-                (axes.iter_mut()).for_each(|axis| axis.restart(header.cycle_time));
-            }
-        })?;
-        let this = (inbox.run_of_image(), image.count);
-        let before = self.last.replace(this);
-        if before == Some(this) {
-            self.age_cycles = self.age_cycles.saturating_add(tick.elapsed);
-            return Some(image);
+        if candidates.len() == 1 {
+            return;
         }
-        self.age_cycles = 0;
-        let is_new_run = before.is_some_and(|(run, _)| run != inbox.run_of_image());
-        let samples = inbox.fresh_axes().unwrap_or_default();
-        for (n, axis) in axes.iter_mut().enumerate() {
-            if is_new_run {
-                axis.forget();
-            }
-            axis.take(samples.get(n).copied().flatten(), image.count);
+        let standings = candidates.iter().map(|node| {
+            let samples = node.fresh_axes();
+            let mut pairs = axes.iter().zip(samples);
+            let has_axes = !samples.is_empty()
+                && pairs.all(|(axis, sample)| sample.is_some() || !axis.has_come());
+            node.standing(has_axes)
+        });
+        let Some(before) = take_over.decide(tick.ideal_start, standings) else {
+            return;
+        };
+        let next = take_over.followed();
+        for (axis, encoder) in axes.iter_mut().zip(candidates[next].encoders_mut()) {
+            axis.take_over(encoder);
         }
-        Some(image)
+        // Those of the one before stand by with it.
+        let encoders = std::mem::take(candidates[next].encoders_mut());
+        let none = std::mem::replace(candidates[before].encoders_mut(), encoders);
+        *candidates[next].encoders_mut() = none;
+    }
+
+    /// What the newest cycle brought of the axes.
+    fn take_axes(&mut self, tick: &Tick) {
+        let followed = self.take_over.followed();
+        for (place, node) in self.candidates.iter_mut().enumerate() {
+            if place != followed {
+                node.stand_by(tick.elapsed);
+                continue;
+            }
+            let news = node.news();
+            if let Some(cycle) = news.started {
+                self.axes.iter_mut().for_each(|axis| axis.restart(cycle));
+            }
+            if let Some(header) = news.header.filter(|_| news.is_fresh) {
+                let samples = node.fresh_axes();
+                for (n, axis) in self.axes.iter_mut().enumerate() {
+                    if news.is_new_run {
+                        axis.forget();
+                    }
+                    axis.take(samples.get(n).copied().flatten(), header.count);
+                }
+            }
+            if news.following.is_some_and(|now| now.is_mapped_anew) {
+                self.axes.iter_mut().for_each(Axis::rejoin);
+            }
+        }
     }
 
     /// Every axis, moved in time by the same clock. Gives the first error.
     fn correct_axes(
         &mut self,
-        header: &FrameHeader,
-        correction: &FarCorrection,
         tick: &Tick,
         masters: &mut [Option<Master>],
         signals: &mut [FarAxisSignals],
     ) -> Option<SyncError> {
-        let age_limit = self.clock.age_limit();
+        let node = &self.candidates[self.take_over.followed()];
+        let (Some(header), Some(following)) = (&node.news().header, &node.news().following) else {
+            masters.fill(None);
+            signals.fill(FarAxisSignals::default());
+            return None;
+        };
+        let correction = &following.correction;
+        let age_limit = node.clock.age_limit();
         let longest = (SILENCE.as_nanos() / self.cycle_time.span().as_nanos()) as u32;
         let mut first = None;
         for ((axis, master), signals) in self.axes.iter_mut().zip(masters).zip(signals) {
             let own;
             let (age, correction) = if axis.count() == header.count {
-                (self.age_cycles, correction)
+                (node.age_cycles(), correction)
             } else {
                 own = axis.catch_up(correction, header, tick.elapsed, age_limit);
                 (axis.missing_cycles(), &own)
@@ -210,7 +226,7 @@ impl FarNode {
             signals.age_cycles = age;
             if let Some(master) = master {
                 master.is_sound &= age <= longest;
-                let needs_no_clock = self.clock.is_enabled() && !self.clock.synchronises();
+                let needs_no_clock = node.clock.is_enabled() && !node.clock.synchronises();
                 let is_there = signals.synced || needs_no_clock;
                 // A blend is a straight line between two modes: its velocity steps where it begins and ends.
                 master.is_ready = master.is_sound && is_there && !axis.is_blending();
@@ -220,74 +236,58 @@ impl FarNode {
         first
     }
 
-    fn health(&self, correction: &FarCorrection, error_of_axis: Option<SyncError>) -> Health {
-        if let Some(error) = correction.error.or(error_of_axis) {
-            return Health::Error(error);
+    /// That of the far node: of whom it follows, and whether somebody stands by.
+    fn health(&self, of: &[Health], now: Instant<Local>) -> Health {
+        let followed = self.take_over.followed();
+        let own = of[self.candidates[followed].number];
+        if own != Health::Ok {
+            return own;
         }
-        if self.silence() > SILENCE {
-            return Health::MasterSilent;
+        if followed != 0 {
+            return Health::OnStandby;
         }
-        if self.rival.is_some() {
-            return Health::TwoSenders;
-        }
-        if !self.clock.is_enabled() {
-            return Health::Disabled;
-        }
-        if self.clock.synchronises() && !correction.synced {
-            return Health::StartingUp;
+        let standbys = &self.candidates[1..];
+        if !standbys.is_empty() && !standbys.iter().any(|node| node.could_take_over(now)) {
+            return Health::NoStandby;
         }
         Health::Ok
     }
+}
 
-    fn without_master(&self, axes: &mut [FarAxisSignals]) -> Health {
-        axes.fill(FarAxisSignals::default());
-        if self.clock.is_refused() {
+/// What the receiver thinks of a node by itself.
+fn health_of(node: &Candidate, error_of_axis: Option<SyncError>) -> Health {
+    let Some(following) = &node.news().following else {
+        return if node.clock.is_refused() {
             Health::CycleTimesDoNotFit
         } else {
             Health::WaitingForMaster
-        }
+        };
+    };
+    let correction = &following.correction;
+    if let Some(error) = correction.error.or(error_of_axis) {
+        return Health::Error(error);
     }
-
-    fn silence(&self) -> Span {
-        self.cycle_time.span() * i64::from(self.age_cycles)
+    if node.silence() > SILENCE {
+        return Health::MasterSilent;
     }
-
-    fn show(
-        &mut self,
-        image: Option<&FrameHeader>,
-        following: Option<&Following>,
-        signals: &mut FarNodeSignals,
-    ) {
-        *signals = FarNodeSignals::default();
-        self.synced = false;
-        if let (Some(header), Some(following)) = (image, following) {
-            signals.epoch = Some(header.epoch);
-            signals.count = Some(header.count);
-            signals.index = Some(header.index.0);
-            signals.age_cycles = self.age_cycles;
-            following.show(signals);
-            self.synced = signals.synced;
-        }
-        let cycle_time = self.clock.data_cycle_time();
-        signals.cycle_time_us = cycle_time.map(|time| time.span().as_micros_f64());
-        signals.enabled = self.clock.is_enabled();
-        signals.mode = self.clock.mode().into();
-        signals.rival_epoch = self.rival;
-        self.orders.show(signals);
-        self.inbox.show(signals);
+    if node.has_rival() {
+        return Health::TwoSenders;
     }
-
-    /// The far node's cycle time that the clock was started for.
-    pub(crate) const fn data_cycle_time(&self) -> Option<CycleTime> {
-        self.clock.data_cycle_time()
+    if !node.clock.is_enabled() {
+        return Health::Disabled;
     }
+    if node.clock.synchronises() && !correction.synced {
+        return Health::StartingUp;
+    }
+    Health::Ok
 }
 
-/// How old a message may be.
-fn age_limit(parameters: &AxisSyncParameters, cycle_time: CycleTime) -> Option<Span> {
-    match parameters.time_sync.age_of_data_limit {
-        0 => None,
-        cycles => Some(cycle_time.span() * i64::from(cycles)),
+/// How many frames can wait.
+fn frames(config: &FarConfig) -> usize {
+    if config.faults == LinkConfig::default() {
+        FRAMES
+    } else {
+        FRAMES_OF_FAULTS
     }
 }
 

@@ -9,8 +9,10 @@ use coaxle_node::command::{
 use coaxle_node::config::DelayMicros;
 use coaxle_remote::{AxisSyncChanges, AxisSyncParameters, CheckedParameters};
 
+use super::FarNode;
 use super::axis::Axis;
-use super::{FarNode, age_limit};
+use super::candidate::age_limit;
+use super::clock::Clock;
 use crate::config::{DelayConfig, Mode};
 use crate::signals::FarNodeSignals;
 
@@ -67,7 +69,7 @@ impl FarNode {
 
     /// What would come of a command.
     pub(super) fn plan(&self, command: &FarCommand) -> Result<FarChange, FarRefusal> {
-        let enabled = self.clock.is_enabled();
+        let enabled = self.followed().clock.is_enabled();
         match command {
             FarCommand::Enable {} if enabled => Ok(FarChange::Nothing),
             FarCommand::Disable {} if !enabled => Ok(FarChange::Nothing),
@@ -75,7 +77,7 @@ impl FarNode {
             FarCommand::Enable {} | FarCommand::ReInitialise {} => Ok(FarChange::Start),
             FarCommand::Disable {} => Ok(FarChange::Disable),
             FarCommand::FilterMode(mode) => match Mode::from(*mode) {
-                same if same == self.clock.mode() => Ok(FarChange::Nothing),
+                same if same == self.followed().clock.mode() => Ok(FarChange::Nothing),
                 other => Ok(FarChange::Mode(other)),
             },
             FarCommand::SetParameters(changes) => self.plan_parameters(changes),
@@ -83,37 +85,40 @@ impl FarNode {
         }
     }
 
-    /// Does what was planned.
+    /// Does what was planned, with the clocks of all nodes that it may be read from.
     pub(super) fn apply(&mut self, change: &FarChange) {
+        let clocks = self.candidates.iter_mut().map(|node| &mut node.clock);
         match change {
             FarChange::Nothing => {}
             FarChange::Disable => {
-                self.clock.disable();
+                clocks.for_each(Clock::disable);
                 self.axes.iter_mut().for_each(Axis::re_initialise);
             }
             FarChange::Start => {
-                self.clock.re_initialise();
+                clocks.for_each(Clock::re_initialise);
                 self.axes.iter_mut().for_each(Axis::re_initialise);
                 self.orders.re_initialisations += 1;
             }
             FarChange::Mode(mode) => {
-                self.clock.set_mode(*mode);
+                clocks.for_each(|clock| clock.set_mode(*mode));
                 self.axes.iter_mut().for_each(Axis::carry_on);
             }
             FarChange::Parameters {
                 parameters,
                 checked,
             } => {
-                self.clock.set_parameters(parameters, checked);
+                clocks.for_each(|clock| clock.set_parameters(parameters, checked));
                 for axis in &mut self.axes {
                     axis.set_parameters(checked);
                 }
                 let limit = age_limit(parameters, self.cycle_time);
-                self.inbox.set_age_limit(limit);
+                for node in &mut self.candidates {
+                    node.inbox.set_age_limit(limit);
+                }
                 self.orders.parameter_changes += 1;
             }
             FarChange::Delay(delay) => {
-                self.clock.set_delay(*delay);
+                clocks.for_each(|clock| clock.set_delay(*delay));
                 self.orders.parameter_changes += 1;
             }
         }
@@ -123,11 +128,11 @@ impl FarNode {
         if changes.is_empty() {
             return Err(FarRefusal::NothingToChange);
         }
-        let parameters = changes.over(*self.clock.parameters());
+        let parameters = changes.over(*self.followed().clock.parameters());
         let refused = |part| move |wrong| FarRefusal::Parameter { part, wrong };
         let extrapolate = parameters.extrapolate.check();
         extrapolate.map_err(refused(ParameterPart::Extrapolate))?;
-        let checked = self.clock.check(&parameters);
+        let checked = self.followed().clock.check(&parameters);
         Ok(FarChange::Parameters {
             parameters,
             checked: checked.map_err(refused(ParameterPart::TimeSync))?,
@@ -137,10 +142,10 @@ impl FarNode {
     /// As the answer to an order shows it.
     fn view(&self) -> FarView {
         FarView {
-            enabled: self.clock.is_enabled(),
-            mode: self.clock.mode().into(),
-            synced: self.synced,
-            delay: self.clock.delay().into(),
+            enabled: self.followed().clock.is_enabled(),
+            mode: self.followed().clock.mode().into(),
+            synced: self.followed().synced,
+            delay: self.followed().clock.delay().into(),
         }
     }
 }

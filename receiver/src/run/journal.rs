@@ -16,8 +16,8 @@ use crate::snapshot::{Health, ReceiverSnapshot};
 /// Looks for changes from cycle to cycle.
 #[derive(Debug)]
 pub(super) struct Journal {
-    /// The names of the far nodes.
-    far: Vec<String>,
+    /// The nodes that are heard.
+    far: Vec<Heard>,
     /// Those of the virtual axes.
     virtual_axes: Vec<String>,
     /// Those of the slaves.
@@ -55,7 +55,7 @@ struct Window {
 impl Journal {
     pub(super) fn new(config: &ReceiverConfig) -> Self {
         Self {
-            far: config.far.iter().map(|far| far.node.to_string()).collect(),
+            far: heard(config),
             virtual_axes: config.virtual_axis_names(),
             slaves: config
                 .slaves
@@ -132,18 +132,50 @@ impl Note {
     }
 }
 
-/// Where several nodes are followed, each line says which one it is about.
-fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, far: &[String]) -> Vec<Note> {
+/// A node that is heard.
+#[derive(Debug)]
+struct Heard {
+    name: String,
+    /// The far node that it is, or that it stands by for.
+    far: usize,
+    is_standby: bool,
+}
+
+fn heard(config: &ReceiverConfig) -> Vec<Heard> {
+    let heard = config.heard_nodes().into_iter();
+    heard
+        .map(|heard| Heard {
+            name: heard.node.to_string(),
+            far: heard.far,
+            is_standby: heard.place > 0,
+        })
+        .collect()
+}
+
+/// Where several nodes are heard, each line says which one it is about.
+fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, heard: &[Heard]) -> Vec<Note> {
     let mut notes = Vec::new();
     let pairs = before.signals.far.iter().zip(&now.signals.far);
     for (n, (signals, changed)) in pairs.enumerate() {
         let mut own = changes_of_far(signals, changed);
-        if now.far_health[n] != before.far_health[n] && !is_of_a_slave(now.health) {
+        let health = now.far_health[n];
+        let taken_over = taken_over(before, now, heard, n);
+        let is_told = match health {
+            Health::OnStandby => taken_over.is_some(),
+            // It is told when it stands by.
+            _ if heard[n].is_standby => {
+                !matches!(health, Health::TwoSenders | Health::CycleTimesDoNotFit)
+            }
+            _ => false,
+        };
+        if health != before.far_health[n] && !is_told && !is_of_a_slave(now.health) {
             own.insert(usize::from(!own.is_empty()), health_of_far(now, n));
         }
-        if far.len() > 1 {
+        own.extend(taken_over);
+        own.extend(standing_by(signals, changed));
+        if heard.len() > 1 {
             own.iter_mut()
-                .for_each(|note| note.text = format!("{}: {}", far[n], note.text));
+                .for_each(|note| note.text = format!("{}: {}", heard[n].name, note.text));
         }
         notes.extend(own);
     }
@@ -151,6 +183,43 @@ fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, far: &[String]) ->
         notes.push(failure(now, Fault::of(now)));
     }
     notes
+}
+
+/// That another one of a far node and its standbys is followed: told of the far node.
+fn taken_over(
+    before: &ReceiverSnapshot,
+    now: &ReceiverSnapshot,
+    heard: &[Heard],
+    n: usize,
+) -> Option<Note> {
+    let [was, is] = [before, now].map(|snapshot| &snapshot.signals.far);
+    if heard[n].is_standby || is[n].take_overs <= was[n].take_overs {
+        return None;
+    }
+    let name_in = |signals: &[FarNodeSignals]| {
+        let mut nodes = heard.iter().zip(signals);
+        let is_it = |(node, signals): &(&Heard, &FarNodeSignals)| {
+            node.far == heard[n].far && signals.followed
+        };
+        nodes.find(is_it).map_or("", |(node, _)| &*node.name)
+    };
+    let (before, next) = (name_in(was), name_in(is));
+    let text = format!("{next} takes over, for {before} is silent");
+    Some(Note::new(Level::Warning, text))
+}
+
+/// That a node could take over, or could not any more.
+fn standing_by(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
+    if now.followed || now.stands_by == before.stands_by {
+        return None;
+    }
+    Some(match now.stands_by {
+        true => Note::new(Level::Info, "stands by"),
+        false => Note::new(
+            Level::Warning,
+            "cannot take over: it is silent, or its clock is not known",
+        ),
+    })
 }
 
 /// That a virtual axis came into error, or out of it.
@@ -272,6 +341,11 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
             );
             Note::new(Level::Warning, text)
         }
+        (Health::NoStandby, _) => Note::new(
+            Level::Warning,
+            "followed, but none of its standbys could take over",
+        ),
+        (Health::OnStandby, _) => Note::new(Level::Warning, "a standby is followed"),
         (Health::TwoSenders, _) => Note::new(
             Level::Error,
             "a second node of the same name publishes the same axes: the first one is followed, as long as it is heard",

@@ -1,0 +1,191 @@
+//! `standby` of a far node: other nodes with the same axes, which take over when it falls silent.
+
+use coaxle_node::keys::NodeName;
+
+use super::ReceiverConfig;
+
+/// A node that is heard: a far node, or a standby of one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HeardNode<'a> {
+    /// The far node that it is, or that it stands by for, counted from 0.
+    pub far: usize,
+    /// 0: that node itself; n: its n-th standby.
+    pub place: usize,
+    /// Its name.
+    pub node: &'a NodeName,
+}
+
+/// A standby that cannot be one.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{field}: received {received}, expected {expected}")]
+pub struct WrongStandby {
+    /// The field of the config.
+    pub field: String,
+    /// What was there.
+    pub received: String,
+    /// Why it cannot be one.
+    pub expected: &'static str,
+}
+
+impl ReceiverConfig {
+    /// Every node that is heard, in the order of their numbers: the far nodes, then their standbys.
+    #[must_use]
+    pub fn heard_nodes(&self) -> Vec<HeardNode<'_>> {
+        let far = || self.far.iter().enumerate();
+        let nodes = far().map(|(far, config)| HeardNode {
+            far,
+            place: 0,
+            node: &config.node,
+        });
+        let standbys = far().flat_map(|(far, config)| {
+            let standbys = (1..).zip(&config.standby);
+            standbys.map(move |(place, node)| HeardNode { far, place, node })
+        });
+        nodes.chain(standbys).collect()
+    }
+
+    /// The numbers of a far node and of its standbys, in their order, among all nodes that are heard.
+    #[must_use]
+    pub fn numbers_of(&self, far: usize) -> Vec<usize> {
+        let heard = self.heard_nodes().into_iter().enumerate();
+        let own = heard.filter(|(_, heard)| heard.far == far);
+        own.map(|(number, _)| number).collect()
+    }
+
+    /// A node answers time requests of a receiver once: so it is heard once.
+    pub(super) fn check_standbys(&self, is_short: bool) -> Result<(), WrongStandby> {
+        let heard = self.heard_nodes();
+        for (n, standby) in heard.iter().enumerate().skip(self.far.len()) {
+            let known = heard[..n].iter().find(|other| other.node == standby.node);
+            let expected = match known {
+                _ if *standby.node == self.name => "another node than this receiver",
+                None => continue,
+                Some(known) if known.far == standby.far && known.place == 0 => {
+                    "another node than the one that it stands by for"
+                }
+                Some(known) if known.far == standby.far => "each standby once",
+                Some(known) if known.place == 0 => "a node that is not followed already",
+                Some(_) => "a node that stands by for no other one",
+            };
+            let (far, place) = (standby.far, standby.place - 1);
+            let field = match is_short {
+                true => format!("master.standby[{place}]"),
+                false => format!("far[{far}].standby[{place}]"),
+            };
+            return Err(WrongStandby {
+                field,
+                received: format!("{:?}", standby.node.as_str()),
+                expected,
+            });
+        }
+        for (n, far) in self.far.iter().enumerate() {
+            if let (Some(after), true) = (far.take_over_after_ms, far.standby.is_empty()) {
+                let of = if is_short {
+                    "master".to_owned()
+                } else {
+                    format!("far[{n}]")
+                };
+                return Err(WrongStandby {
+                    field: format!("{of}.take-over-after-ms"),
+                    received: format!("{} without a standby", after.get()),
+                    expected: "standby = [\"line-b\"], say, beside it",
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::Channel;
+
+    fn config(rest: &str) -> Result<ReceiverConfig, String> {
+        let text = format!("name = 'r'\ncycle-time-us = 1000\n{rest}");
+        coaxle_node::config::parse("r.toml", &text).map_err(|error| error.to_string())
+    }
+
+    const TWO: &str = "[[far]]\nnode = 'a'\nstandby = ['b', 'c']\ntake-over-after-ms = 20\n\
+        [[far]]\nnode = 'd'\nstandby = ['e']\naxes = [3]\n";
+
+    #[test]
+    fn standbys_are_heard_and_asked_as_far_nodes_are() {
+        let config = config(TWO).unwrap();
+        let heard = config.heard_nodes();
+        let numbers: Vec<_> = heard
+            .iter()
+            .map(|heard| (heard.node.as_str(), heard.far, heard.place))
+            .collect();
+        let expected = [
+            ("a", 0, 0),
+            ("d", 1, 0),
+            ("b", 0, 1),
+            ("c", 0, 2),
+            ("e", 1, 1),
+        ];
+        assert_eq!(numbers, expected);
+        let wiring = config.wiring();
+        let heard_on = |channel| {
+            let of = wiring.subscriptions.iter();
+            let of = of.filter(move |subscription| subscription.channel == channel);
+            of.map(|subscription| (subscription.node.as_str(), subscription.far))
+                .collect::<Vec<_>>()
+        };
+        let expected = [("a", 0), ("d", 1), ("b", 2), ("c", 3), ("e", 4)];
+        assert_eq!(heard_on(Channel::Axes), expected);
+        assert_eq!(heard_on(Channel::TimeResponses), expected);
+        let asked = wiring.publications.iter();
+        let asked = asked.filter(|publication| publication.channel == Channel::TimeRequests);
+        let asked: Vec<_> = asked
+            .map(|asked| (asked.node.as_str(), asked.far))
+            .collect();
+        assert_eq!(asked, expected);
+        let written = toml::to_string(&config).unwrap();
+        assert_eq!(
+            self::config(&written.replacen("name = \"r\"\ncycle-time-us = 1000.0", "", 1)),
+            Ok(config)
+        );
+    }
+
+    #[test]
+    fn a_standby_that_cannot_be_one_is_told_why() {
+        for (rest, expected) in [
+            (
+                "[[far]]\nnode = 'a'\nstandby = ['r']",
+                "far[0].standby[0]: received \"r\", expected another node than this receiver",
+            ),
+            (
+                "[[far]]\nnode = 'a'\nstandby = ['b', 'a']",
+                "far[0].standby[1]: received \"a\", expected another node than the one that it stands by for",
+            ),
+            (
+                "master = { node = 'a', standby = ['b', 'b'] }",
+                "master.standby[1]: received \"b\", expected each standby once",
+            ),
+            (
+                "[[far]]\nnode = 'a'\n[[far]]\nnode = 'b'\nstandby = ['a']",
+                "far[1].standby[0]: received \"a\", expected a node that is not followed already",
+            ),
+            (
+                "[[far]]\nnode = 'a'\nstandby = ['c']\n[[far]]\nnode = 'b'\nstandby = ['c']",
+                "far[1].standby[0]: received \"c\", expected a node that stands by for no other one",
+            ),
+            (
+                "[[far]]\nnode = 'a'\nstandby = ['b/c']",
+                "far[0].standby[0]",
+            ),
+            (
+                "[[far]]\nnode = 'a'\nstandby = ['b']\ntake-over-after-ms = 0",
+                "a finite number above 0",
+            ),
+            (
+                "[[far]]\nnode = 'a'\ntake-over-after-ms = 5",
+                "far[0].take-over-after-ms: received 5 without a standby, expected standby = [\"line-b\"], say",
+            ),
+        ] {
+            let error = config(rest).unwrap_err();
+            assert!(error.contains(expected), "{rest}: {error}");
+        }
+    }
+}

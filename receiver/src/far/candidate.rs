@@ -1,0 +1,294 @@
+//! A node that the axes can be read from: its messages and its clock are learnt whether it is followed or stands by.
+
+use coaxle_clock::cycle::Tick;
+use coaxle_clock::delay::TimeResponse;
+use coaxle_clock::time_sync::WrongParameter;
+use coaxle_clock::{CycleTime, Instant, Local, Span};
+use coaxle_node::{AxisSample, Frame, FrameHeader, Rejection};
+use coaxle_remote::AxisSyncParameters;
+
+use super::clock::{Clock, ClockSetup, Following};
+use super::encoder::Encoder;
+use super::inbox::Inbox;
+use super::take_over::{Presence, Standing};
+use crate::arrivals::Arrivals;
+use crate::config::FarConfig;
+use crate::signals::FarNodeSignals;
+
+/// One of the nodes.
+#[derive(Debug)]
+pub(crate) struct Candidate {
+    cycle_time: CycleTime,
+    /// Its number among all nodes that are heard.
+    pub(super) number: usize,
+    pub(super) inbox: Inbox,
+    pub(super) clock: Clock,
+    presence: Presence,
+    /// Its silence that is borne, as configured.
+    configured_patience: Option<Span>,
+    /// The newest frame that was used, by its run and count, and own cycles since.
+    last: Option<(u64, u64)>,
+    age_cycles: u32,
+    /// Whether its clock was known in the newest cycle.
+    pub(super) synced: bool,
+    /// The run of a second node of the same name.
+    rival: Option<u64>,
+    /// The smoothing of its axes that are only measured, which goes on while it stands by; none of those that the
+    /// axes themselves have.
+    encoders: Box<[Option<Box<Encoder>>]>,
+    news: News,
+}
+
+/// What a cycle brought.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct News {
+    /// The input image; none as long as nothing has come.
+    pub(super) header: Option<FrameHeader>,
+    /// What its clock says to that; none when the cycle times do not fit.
+    pub(super) following: Option<Following>,
+    /// The clock was started, or started anew, for cycles of this length.
+    pub(super) started: Option<CycleTime>,
+    /// The image was renewed.
+    pub(super) is_fresh: bool,
+    /// It is the first of another run than the one before.
+    pub(super) is_new_run: bool,
+}
+
+/// What is borne without an age limit.
+const PATIENCE: Span = Span::from_millis(100);
+/// The least that is: so many of its cycles.
+const LEAST_CYCLES: i64 = 4;
+
+impl Candidate {
+    pub(super) fn new(
+        config: &FarConfig,
+        cycle_time: CycleTime,
+        number: usize,
+        inbox: Inbox,
+        setup: ClockSetup,
+        encoders: Box<[Option<Box<Encoder>>]>,
+    ) -> Result<Self, WrongParameter> {
+        let configured = config.take_over_after_ms;
+        Ok(Self {
+            cycle_time,
+            number,
+            inbox,
+            clock: Clock::new(setup)?,
+            presence: Presence::default(),
+            configured_patience: configured.map(|ms| Span::from_secs_f64(ms.get() * 1e-3)),
+            last: None,
+            age_cycles: 0,
+            synced: false,
+            rival: None,
+            encoders,
+            news: News::default(),
+        })
+    }
+
+    /// Stores a frame that arrived at `at`. The next cycle begins at `due`, or later.
+    pub(crate) fn store(&mut self, at: Instant<Local>, frame: &Frame<'_>, due: Instant<Local>) {
+        self.inbox.store(at, frame, due);
+    }
+
+    /// Counts a frame or a response that was refused.
+    pub(crate) fn reject(&mut self, reason: Rejection) {
+        self.inbox.reject(reason);
+    }
+
+    /// Stores a response that arrived at `at`.
+    pub(crate) fn store_response(&mut self, at: Instant<Local>, response: &TimeResponse) {
+        self.clock.response(at, response);
+    }
+
+    /// The number of the time request that is due, if one is.
+    pub(crate) fn ask(&mut self, tick: &Tick) -> Option<u32> {
+        self.clock.request(tick.ideal_start)
+    }
+
+    /// One cycle: its messages, which run, and what its clock shows.
+    pub(super) fn cycle(&mut self, tick: &Tick, mut arrivals: Arrivals<'_>) {
+        self.news = News::default();
+        self.take_messages(tick, &mut arrivals);
+        self.rival = self.inbox.rival(tick.ideal_start);
+        let clock = &mut self.clock;
+        self.news.following = self.news.header.and_then(|header| {
+            clock.cycle(&header, tick, |at, response| {
+                arrivals.exchange(at, response);
+            })
+        });
+    }
+
+    /// The newest fresh frame; the clock hears of all.
+    fn take_messages(&mut self, tick: &Tick, arrivals: &mut Arrivals<'_>) {
+        let patience = self.patience();
+        let Self {
+            inbox,
+            clock,
+            presence,
+            news,
+            ..
+        } = self;
+        let image = inbox.image(tick.ideal_start, |at, header, begins| {
+            arrivals.message(at, header);
+            if begins {
+                clock.begin_run(header);
+            }
+            if clock.message(at, header) {
+                news.started = Some(header.cycle_time);
+            }
+            // One whose cycle times do not fit says nothing.
+            if !clock.is_refused() {
+                presence.heard(at, patience);
+            }
+        });
+        let Some(image) = image else {
+            return;
+        };
+        news.header = Some(image);
+        let this = (inbox.run_of_image(), image.count);
+        let before = self.last.replace(this);
+        if before == Some(this) {
+            self.age_cycles = self.age_cycles.saturating_add(tick.elapsed);
+            return;
+        }
+        self.age_cycles = 0;
+        news.is_fresh = true;
+        news.is_new_run = before.is_some_and(|(run, _)| run != inbox.run_of_image());
+    }
+
+    /// What the newest cycle brought.
+    pub(super) const fn news(&self) -> &News {
+        &self.news
+    }
+
+    /// The axes of the frame that the newest cycle brought.
+    pub(super) fn fresh_axes(&self) -> &[Option<AxisSample>] {
+        self.inbox.fresh_axes().unwrap_or_default()
+    }
+
+    /// What the decision needs of it. `has_axes`: it has brought all that are needed.
+    pub(super) fn standing(&self, has_axes: bool) -> Standing {
+        Standing {
+            presence: self.presence,
+            patience: self.patience(),
+            longest: self.longest_silence(),
+            has_axes: has_axes && self.news.is_fresh && !self.has_error(),
+            is_known: self.is_known(),
+        }
+    }
+
+    /// Whether it could take over, as soon as its next frame comes.
+    pub(super) fn could_take_over(&self, now: Instant<Local>) -> bool {
+        self.is_known() && self.presence.is_steady(now, self.patience())
+    }
+
+    fn has_error(&self) -> bool {
+        let following = self.news.following.as_ref();
+        following.is_none_or(|following| following.correction.error.is_some())
+    }
+
+    /// Whether its clock is as well known as its mode can have it.
+    fn is_known(&self) -> bool {
+        self.news.following.is_some_and(|following| {
+            let correction = &following.correction;
+            let needs_no_clock = !following.enabled || !self.clock.synchronises();
+            !self.has_error() && (needs_no_clock || correction.synced)
+        })
+    }
+
+    /// How long it may be silent before its data are too old, with some time to spare.
+    fn longest_silence(&self) -> Span {
+        let limit = age_limit(self.clock.parameters(), self.cycle_time);
+        let longest = limit.map_or(PATIENCE * 5, |limit| limit * 3 / 4);
+        longest.max(self.patience())
+    }
+
+    /// How long a silence of it is borne.
+    fn patience(&self) -> Span {
+        let limit = age_limit(self.clock.parameters(), self.cycle_time);
+        let by_limit = || limit.map_or(PATIENCE, |limit| limit / 2);
+        let wished = self.configured_patience.unwrap_or_else(by_limit);
+        let cycle = self.clock.data_cycle_time();
+        let least = cycle.map_or(Span::ZERO, |cycle| cycle.span() * LEAST_CYCLES);
+        wished.max(least)
+    }
+
+    /// A cycle in which it is not followed: what smooths its axes goes on.
+    pub(super) fn stand_by(&mut self, elapsed: u32) {
+        let Self {
+            encoders,
+            news,
+            inbox,
+            ..
+        } = self;
+        let (Some(header), Some(following)) = (&news.header, &news.following) else {
+            return;
+        };
+        let samples = inbox.fresh_axes().unwrap_or_default();
+        for (n, encoder) in encoders.iter_mut().enumerate() {
+            let Some(encoder) = encoder else {
+                continue;
+            };
+            if let Some(cycle) = news.started {
+                encoder.restart(cycle);
+            }
+            if news.is_new_run {
+                encoder.forget();
+            }
+            let sample = samples.get(n).copied().flatten();
+            if let Some(sample) = sample.filter(|_| news.is_fresh) {
+                encoder.take(&sample.set, header.count);
+            }
+            let correction = &following.correction;
+            encoder.update(correction.time(correction.mode), elapsed);
+        }
+    }
+
+    /// The smoothing of its axes, to be exchanged for that of another node.
+    pub(super) fn encoders_mut(&mut self) -> &mut Box<[Option<Box<Encoder>>]> {
+        &mut self.encoders
+    }
+
+    /// Own cycles since its newest frame.
+    pub(super) const fn age_cycles(&self) -> u32 {
+        self.age_cycles
+    }
+
+    /// How long that is.
+    pub(super) fn silence(&self) -> Span {
+        self.cycle_time.span() * i64::from(self.age_cycles)
+    }
+
+    /// Whether a second node of its name is heard.
+    pub(super) const fn has_rival(&self) -> bool {
+        self.rival.is_some()
+    }
+
+    /// What signals say of it.
+    pub(super) fn show(&mut self, signals: &mut FarNodeSignals) {
+        *signals = FarNodeSignals::default();
+        self.synced = false;
+        if let (Some(header), Some(following)) = (&self.news.header, &self.news.following) {
+            signals.epoch = Some(header.epoch);
+            signals.count = Some(header.count);
+            signals.index = Some(header.index.0);
+            signals.age_cycles = self.age_cycles;
+            following.show(signals);
+            self.synced = signals.synced;
+        }
+        let cycle_time = self.clock.data_cycle_time();
+        signals.cycle_time_us = cycle_time.map(|time| time.span().as_micros_f64());
+        signals.enabled = self.clock.is_enabled();
+        signals.mode = self.clock.mode().into();
+        signals.rival_epoch = self.rival;
+        self.inbox.show(signals);
+    }
+}
+
+/// How old a message may be.
+pub(super) fn age_limit(parameters: &AxisSyncParameters, cycle_time: CycleTime) -> Option<Span> {
+    match parameters.time_sync.age_of_data_limit {
+        0 => None,
+        cycles => Some(cycle_time.span() * i64::from(cycles)),
+    }
+}
