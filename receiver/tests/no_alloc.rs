@@ -33,6 +33,31 @@ fn receiving_cycling_transmitting_and_showing_do_not_allocate() {
     }
 }
 
+/// A standby takes over, and back, with what smooths the increments of its axis.
+#[test]
+fn taking_over_does_not_allocate() {
+    let text = "[[far]]\nnode = 'a'\nstandby = ['b']\naxes = [{ id = 1, encoder = { increment = 0.05 } }]\n\
+                [[slave]]\nmaster = 'a.1'\n";
+    let mut receiver = nodes::receiver(text);
+    let mut lines = [0, 1].map(|n| nodes::Far::new(n, 1_000_000, &[300.0]));
+    for (until, silent) in [
+        (4_000, None),
+        (8_000, Some(0)),
+        (12_000, None),
+        (16_000, Some(1)),
+    ] {
+        for (n, line) in lines.iter_mut().enumerate() {
+            line.silent = silent == Some(n);
+        }
+        assert_no_alloc(|| {
+            nodes::run(&mut receiver, &mut lines, until * MILLISECOND, |_, _| {});
+        });
+    }
+    #[cfg(not(debug_assertions))]
+    assert_eq!(assert_no_alloc::violation_count(), 0);
+    assert_eq!(receiver.snapshot().signals.far[0].take_overs, 2);
+}
+
 /// A plate is coupled, scaled, edited and exchanged again and again, while nothing is allocated.
 #[test]
 fn cams_and_programs_do_not_allocate() {

@@ -3,7 +3,7 @@
 mod nodes;
 
 use coaxle_node::{Channel, Node};
-use coaxle_receiver::{HealthName, Receiver, SignalRow};
+use coaxle_receiver::{ContinuityName, HealthName, Receiver, SignalRow};
 use nodes::{Far, MILLISECOND, receiver};
 
 const VELOCITY: f64 = 300.0;
@@ -220,6 +220,27 @@ fn each_is_asked_for_its_own_time() {
         let expected = -50.0 * n as f64;
         assert!((drift.expect("known") - expected).abs() < 5.0, "{drifts:?}");
     }
+}
+
+/// What smooths the increments of a standby is warm: its axis is never without a master, nor braked.
+#[test]
+fn an_axis_that_is_only_measured_is_taken_over_as_it_moves() {
+    let mut receiver = follower("observer", ", encoder = { increment = 0.05 }");
+    let mut lines = lines(7.0);
+    let mut watch = Watch::default();
+    run(&mut receiver, &mut lines, 5_000, &mut watch, |_, _| {});
+    for (silent, until) in [(0, 10_000), (2, 15_000), (1, 20_000)] {
+        lines[0].silent = silent == 0;
+        lines[1].silent = silent == 1;
+        run(&mut receiver, &mut lines, until, &mut watch, |row, at| {
+            let axis = &row.axes[0];
+            assert_eq!(axis.acquired, Some(true), "{at}");
+            assert_ne!(axis.continuity, ContinuityName::Braking, "{at}");
+        });
+        let axis = &receiver.snapshot().signals.axes[0];
+        assert_eq!(axis.continuity, ContinuityName::Following);
+    }
+    assert_eq!(receiver.snapshot().signals.far[0].take_overs, 2);
 }
 
 /// A small generator: the same numbers for the same seed.

@@ -40,6 +40,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "delay-step-large",
     "drift-step",
     "sender-stop-resume",
+    "hot-standby",
     "cam-tables",
     "rotary-knife",
     "saw-recovery",

@@ -23,7 +23,7 @@ use crate::row::{Reference, RowSink};
 use crate::scenario::Scenario;
 use crate::summary::ReceiverSummary;
 use crate::topology::Topology;
-use judge::Judge;
+use judge::{Judge, Source};
 use watch::ReceiverWatch;
 
 /// Where an axis of a sender truly was at the ideal start of a cycle, by its signals.
@@ -130,16 +130,24 @@ impl Evaluation {
         };
         for view in topology.views() {
             let config = &scenario.receivers[view.receiver];
-            let root = view.root;
-            let motion = master_of(&mut masters, root.node, root.axis, cycle_time(root.node));
-            let clock = if root.source == root.node {
-                motion
-            } else {
-                let cycle_time = cycle_time(root.source);
-                master_of(&mut masters, root.source, CLOCK_ONLY, cycle_time)
-            };
-            let follows_receiver = root.source >= senders;
-            judges.push(Judge::new(config, [motion, clock], follows_receiver, view));
+            let roots = std::iter::once(&view.root).chain(&view.standbys);
+            let sources = roots.map(|root| {
+                let motion = master_of(&mut masters, root.node, root.axis, cycle_time(root.node));
+                let clock = if root.source == root.node {
+                    motion
+                } else {
+                    let cycle_time = cycle_time(root.source);
+                    master_of(&mut masters, root.source, CLOCK_ONLY, cycle_time)
+                };
+                Source {
+                    motion,
+                    clock,
+                    gear: root.gear,
+                    is_receiver: root.source >= senders,
+                }
+            });
+            let sources = sources.collect();
+            judges.push(Judge::new(config, sources, view));
         }
         let of = |n: usize| {
             let views = topology.views();
@@ -182,7 +190,9 @@ impl Evaluation {
             // The motion up to this cycle may be known only after the master's next one.
             while let Some(record) = judge.waiting.pop_front() {
                 let at = Instant::from_nanos(record.at_ns);
-                if !judge.is_known(&self.masters, at) && judge.waiting.len() + 1 < LONGEST_WAIT {
+                if !judge.is_known(&self.masters, record.place, at)
+                    && judge.waiting.len() + 1 < LONGEST_WAIT
+                {
                     judge.waiting.push_front(record);
                     break;
                 }

@@ -85,7 +85,7 @@ fn show_followed_axes(
 ) -> Result<(), ConfigError> {
     for (n, sender) in scenario.senders.iter_mut().enumerate() {
         let axes = (topology.views().iter())
-            .map(|view| view.root)
+            .flat_map(|view| std::iter::once(&view.root).chain(&view.standbys))
             .filter(|root| root.node == n)
             .filter_map(|root| NonZeroU32::new(root.axis))
             .collect::<BTreeSet<_>>();

@@ -7,7 +7,7 @@ use coaxle_receiver::signals::{
 };
 use serde::Serialize;
 
-use crate::topology::{View, Viewed};
+use crate::topology::{View, Viewed, followed_of};
 
 /// What a receiver showed of itself in a cycle, as far as one of the axes that lead its slaves is
 /// concerned. Instants are
@@ -21,7 +21,10 @@ pub struct Record {
     pub woke_ns: i64,
     /// The receiver itself.
     pub node: NodeSignals,
-    /// The node that publishes the axis; nothing of one of the receiver's own.
+    /// Which node that is, of the far node and its standbys.
+    #[serde(skip)]
+    pub place: usize,
+    /// The node that the axis is read from; nothing of one of the receiver's own. Its health is that of the far node.
     pub far: FarNodeSignals,
     /// The axis.
     pub axis: FarAxisSignals,
@@ -43,6 +46,7 @@ impl Clone for Record {
         self.at_ns = other.at_ns;
         self.woke_ns = other.woke_ns;
         self.node = other.node;
+        self.place = other.place;
         self.far = other.far;
         self.axis = other.axis;
     }
@@ -68,7 +72,14 @@ impl Record {
         self.woke_ns = woke_ns;
         self.node = signals.node;
         (self.far, self.axis) = match view.of {
-            Viewed::Far { far, axis } => (signals.far[far], signals.axes[axis]),
+            Viewed::Far { far, axis } => {
+                self.place = followed_of(&view.nodes, signals);
+                let far = FarNodeSignals {
+                    health: signals.far[far].health,
+                    ..signals.far[view.nodes[self.place]]
+                };
+                (far, signals.axes[axis])
+            }
             Viewed::Virtual(axis) => {
                 let axis = as_far_axis(&signals.virtual_axes[axis]);
                 (FarNodeSignals::default(), axis)

@@ -96,6 +96,9 @@ pub struct ReceiverSummary {
     /// When the observer noticed jumps of the delay, s after the start.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub shift_times_s: Vec<f64>,
+    /// When another node took over, s after the start.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub take_over_times_s: Vec<f64>,
     /// When it began to lock anew, s after the start.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub relock_times_s: Vec<f64>,

@@ -3,8 +3,8 @@
 
 use coaxle_node::config::ConfigError;
 use coaxle_node::keys::NodeName;
-use coaxle_receiver::ReceiverConfig;
 use coaxle_receiver::config::{FarAxisConfig, FarChannel, GearConfig, MasterRef};
+use coaxle_receiver::{ReceiverConfig, SignalRow};
 
 use crate::scenario::Scenario;
 
@@ -28,6 +28,16 @@ pub(crate) struct View {
     /// The receiver's slaves that follow it in the end.
     pub(crate) slaves: Vec<usize>,
     pub(crate) root: Root,
+    /// Of a far axis: where its motion comes from while a standby is followed.
+    pub(crate) standbys: Vec<Root>,
+    /// The numbers of the nodes that it is read from, among all that the receiver hears: none of a virtual axis.
+    pub(crate) nodes: Vec<usize>,
+}
+
+/// Which of these nodes is followed; the first, before the first cycle.
+pub(crate) fn followed_of(nodes: &[usize], signals: &SignalRow) -> usize {
+    let mut followed = nodes.iter().map(|node| signals.far[*node].followed);
+    followed.position(|followed| followed).unwrap_or(0)
 }
 
 /// Which of a receiver's axes.
@@ -104,8 +114,15 @@ impl Topology {
     fn views_in(&self, scenario: &Scenario, receiver: usize) -> Result<Vec<View>, WrongField> {
         let config = &scenario.receivers[receiver];
         let view = |(name, of)| {
+            let (mut standbys, mut nodes) = (Vec::new(), Vec::new());
             let root = match of {
-                Viewed::Far { axis, .. } => self.resolve(scenario, receiver, axis)?,
+                Viewed::Far { far, axis } => {
+                    nodes = config.numbers_of(far);
+                    for node in &config.far[far].standby {
+                        standbys.push(self.resolve(scenario, receiver, axis, node)?);
+                    }
+                    self.resolve(scenario, receiver, axis, &config.far[far].node)?
+                }
                 Viewed::Virtual(axis) => {
                     let own = scenario.senders.len() + receiver;
                     virtual_root(config, axis, own, own, &[])
@@ -117,6 +134,8 @@ impl Topology {
                 of,
                 slaves: slaves_of(config, of),
                 root,
+                standbys,
+                nodes,
             })
         };
         named(config).into_iter().map(view).collect()
@@ -136,15 +155,18 @@ impl Topology {
         &self.views
     }
 
+    /// The root of a far axis as `first` has it: the node that is followed, or a standby.
     fn resolve(
         &self,
         scenario: &Scenario,
         receiver: usize,
         axis: usize,
+        first: &NodeName,
     ) -> Result<Root, WrongField> {
         let mut gears = Vec::new();
         let (mut at, mut axis) = (receiver, axis);
         let mut first_source = None;
+        let mut first = Some(first);
         loop {
             let config = &scenario.receivers[at];
             let Some((n, far, FarAxisConfig { id, .. })) = config.far_axes().nth(axis) else {
@@ -154,13 +176,14 @@ impl Topology {
                 field: format!("receiver[{at}].far[{n}].{field}"),
                 reason,
             };
-            let known = self.node(&far.node);
+            let node_name = first.take().unwrap_or(&far.node);
+            let known = self.node(node_name);
             let senders = scenario.senders.len();
             match (known, far.channel) {
                 (Some(node), FarChannel::Axes) if node < senders => {
                     let axes = scenario.senders[node].axes.iter().map(|axis| axis.id.get());
                     if !axes.clone().any(|other| other == *id) {
-                        return Err(wrong("axes", not_among(*id, &far.node, axes)));
+                        return Err(wrong("axes", not_among(*id, node_name, axes)));
                     }
                     return Ok(Root {
                         source: first_source.unwrap_or(node),
@@ -174,9 +197,9 @@ impl Topology {
                     let followed = &scenario.receivers[before];
                     let Some(slave) = followed.slave_with_id(*id) else {
                         let ids = (0..followed.slaves.len()).map(|n| followed.slave_id(n));
-                        return Err(wrong("axes", not_among(*id, &far.node, ids)));
+                        return Err(wrong("axes", not_among(*id, node_name, ids)));
                     };
-                    check_depth(scenario, &gears, &far.node).map_err(|r| wrong("node", r))?;
+                    check_depth(scenario, &gears, node_name).map_err(|r| wrong("node", r))?;
                     gears.push(followed.gear_to(slave));
                     first_source.get_or_insert(node);
                     match followed.root_of(slave) {
@@ -186,7 +209,7 @@ impl Topology {
                             return Ok(virtual_root(followed, root, node, source, &gears));
                         }
                         Some(MasterRef::Slave(_)) | None => {
-                            let reason = format!("a slave of {} has no axis at its root", far.node);
+                            let reason = format!("a slave of {node_name} has no axis at its root");
                             return Err(wrong("axes", reason));
                         }
                     }
@@ -197,9 +220,9 @@ impl Topology {
                     let place = (*id as usize).checked_sub(1);
                     let Some(followed) = place.and_then(|place| published.get(place)) else {
                         let ids = 1..=published.len() as u32;
-                        return Err(wrong("axes", not_among(*id, &far.node, ids)));
+                        return Err(wrong("axes", not_among(*id, node_name, ids)));
                     };
-                    check_depth(scenario, &gears, &far.node).map_err(|r| wrong("node", r))?;
+                    check_depth(scenario, &gears, node_name).map_err(|r| wrong("node", r))?;
                     gears.push(Some(GearConfig::default()));
                     first_source.get_or_insert(node);
                     (at, axis) = (before, *followed);
@@ -213,7 +236,7 @@ impl Topology {
                 (None, _) => {
                     let reason = format!(
                         "received {:?}, expected a node of this scenario",
-                        far.node.as_str()
+                        node_name.as_str()
                     );
                     return Err(wrong("node", reason));
                 }

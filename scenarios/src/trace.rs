@@ -138,6 +138,8 @@ mod tests {
                 axis: 1,
                 gear: None,
             },
+            standbys: Vec::new(),
+            nodes: vec![0],
         };
         let mut record = Box::<Record>::default();
         record.fill(0, 0, &SignalRow::new(&config), &view);

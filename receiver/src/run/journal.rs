@@ -1,5 +1,7 @@
 //! What of a receiver's life is worth a line in the log.
 
+mod standby;
+
 use coaxle_clock::delay::DelayState;
 use coaxle_clock::time_sync::SyncWarning;
 use coaxle_clock::{Instant, Span};
@@ -12,6 +14,7 @@ use crate::names::{ContinuityName, StateName};
 use crate::program::ProgramState;
 use crate::signals::FarNodeSignals;
 use crate::snapshot::{Health, ReceiverSnapshot};
+use standby::{Heard, heard, standing_by, taken_over};
 
 /// Looks for changes from cycle to cycle.
 #[derive(Debug)]
@@ -132,26 +135,6 @@ impl Note {
     }
 }
 
-/// A node that is heard.
-#[derive(Debug)]
-struct Heard {
-    name: String,
-    /// The far node that it is, or that it stands by for.
-    far: usize,
-    is_standby: bool,
-}
-
-fn heard(config: &ReceiverConfig) -> Vec<Heard> {
-    let heard = config.heard_nodes().into_iter();
-    heard
-        .map(|heard| Heard {
-            name: heard.node.to_string(),
-            far: heard.far,
-            is_standby: heard.place > 0,
-        })
-        .collect()
-}
-
 /// Where several nodes are heard, each line says which one it is about.
 fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, heard: &[Heard]) -> Vec<Note> {
     let mut notes = Vec::new();
@@ -183,43 +166,6 @@ fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, heard: &[Heard]) -
         notes.push(failure(now, Fault::of(now)));
     }
     notes
-}
-
-/// That another one of a far node and its standbys is followed: told of the far node.
-fn taken_over(
-    before: &ReceiverSnapshot,
-    now: &ReceiverSnapshot,
-    heard: &[Heard],
-    n: usize,
-) -> Option<Note> {
-    let [was, is] = [before, now].map(|snapshot| &snapshot.signals.far);
-    if heard[n].is_standby || is[n].take_overs <= was[n].take_overs {
-        return None;
-    }
-    let name_in = |signals: &[FarNodeSignals]| {
-        let mut nodes = heard.iter().zip(signals);
-        let is_it = |(node, signals): &(&Heard, &FarNodeSignals)| {
-            node.far == heard[n].far && signals.followed
-        };
-        nodes.find(is_it).map_or("", |(node, _)| &*node.name)
-    };
-    let (before, next) = (name_in(was), name_in(is));
-    let text = format!("{next} takes over, for {before} is silent");
-    Some(Note::new(Level::Warning, text))
-}
-
-/// That a node could take over, or could not any more.
-fn standing_by(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
-    if now.followed || now.stands_by == before.stands_by {
-        return None;
-    }
-    Some(match now.stands_by {
-        true => Note::new(Level::Info, "stands by"),
-        false => Note::new(
-            Level::Warning,
-            "cannot take over: it is silent, or its clock is not known",
-        ),
-    })
 }
 
 /// That a virtual axis came into error, or out of it.

@@ -25,13 +25,24 @@ use crate::topology::{View, Viewed};
 /// Cycles after the first data from which a receiver that never synchronises is judged.
 const SETTLING: u64 = 100;
 
+/// Where the motion of an axis comes from, by the numbers of the masters.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source {
+    /// The one that has the motion.
+    pub(super) motion: usize,
+    /// The one that has the clock.
+    pub(super) clock: usize,
+    /// What is received, as a function of that motion.
+    pub(super) gear: Option<GearConfig>,
+    /// It is a receiver: of its runs nobody hears.
+    pub(super) is_receiver: bool,
+}
+
 /// Judges one receiver.
 #[derive(Debug)]
 pub(super) struct Judge {
-    motion: usize,
-    clock: usize,
-    /// A receiver is followed, or it is itself one: of its runs nobody hears.
-    follows_receiver: bool,
+    /// Where its motion comes from: the far node, then its standbys.
+    sources: Vec<Source>,
     view: View,
     /// From the master to the first slave, where gears alone couple it.
     gear: Option<GearConfig>,
@@ -67,6 +78,8 @@ pub(super) struct Judge {
 #[derive(Clone, Copy, Debug)]
 struct Previous {
     at_ns: i64,
+    /// Whom it followed.
+    place: usize,
     slave_position: Option<f64>,
     true_position: Option<f64>,
     epoch: Option<u64>,
@@ -77,22 +90,14 @@ struct Previous {
 const MOST_TIMES: usize = 1_000;
 
 impl Judge {
-    /// The judge of a receiver by one of its axes, with the numbers of the masters that have its motion and
-    /// its clock.
-    pub(super) fn new(
-        config: &ReceiverConfig,
-        [motion, clock]: [usize; 2],
-        follows_receiver: bool,
-        view: &View,
-    ) -> Self {
+    /// The judge of a receiver by one of its axes.
+    pub(super) fn new(config: &ReceiverConfig, sources: Vec<Source>, view: &View) -> Self {
         let followed = Followed::of(config, view);
         let mode = followed.mode;
         let slaves = view.slaves.iter();
         let slaves = slaves.map(|n| (config.slaves[*n].name.as_str(), config.slave_unit(*n)));
         Self {
-            motion,
-            clock,
-            follows_receiver,
+            sources,
             gear: view.slaves.first().and_then(|n| config.gear_to(*n)),
             slaves: slaves_of(config, view),
             cycle_time: config.cycle_time_us.0,
@@ -138,8 +143,15 @@ impl Judge {
         self.spare.extend(self.last.replace(record));
     }
 
-    pub(super) fn is_known(&self, masters: &[Master], at: Instant<Reference>) -> bool {
-        [self.motion, self.clock]
+    /// Whether the truth is known up to `at`, of the source at this place.
+    pub(super) fn is_known(
+        &self,
+        masters: &[Master],
+        place: usize,
+        at: Instant<Reference>,
+    ) -> bool {
+        let Source { motion, clock, .. } = self.sources[place];
+        [motion, clock]
             .iter()
             .filter_map(|n| masters[*n].oracle.known_until())
             .all(|until| at <= until)
@@ -152,14 +164,15 @@ impl Judge {
         start: Instant<Reference>,
     ) -> Row {
         let at = Instant::from_nanos(record.at_ns);
+        let source = self.sources[record.place];
         let far = FarAxis {
-            oracle: &masters[self.motion].oracle,
-            gear: self.view.root.gear,
+            oracle: &masters[source.motion].oracle,
+            gear: source.gear,
             start,
         };
         let truth = far.oracle.at(at);
-        let clock = match self.clock {
-            clock if clock == self.motion => truth,
+        let clock = match source.clock {
+            clock if clock == source.motion => truth,
             clock => masters[clock].oracle.at(at),
         };
         let master = truth.and_then(|truth| far.moves(&truth));
@@ -170,7 +183,7 @@ impl Judge {
             record.slave_position(),
         );
         // What is shown of a run that has ended is no error of the next one's time.
-        let is_heard = self.follows_receiver
+        let is_heard = source.is_receiver
             || self.is_virtual()
             || epoch.is_some_and(|epoch| record.far.epoch == Some(epoch));
         let time_error = || time_error_us(&record, clock.as_ref(), master);
@@ -188,6 +201,9 @@ impl Judge {
             judge.push(record, slave, &far);
         }
         self.note_sync(&row);
+        if self.previous.is_some_and(|last| last.place != record.place) {
+            self.drift = DriftTruth::default();
+        }
         if let (Some(clock), false) = (&clock, self.is_virtual()) {
             let own = self.cycle_time.as_secs_f64() * record.node.cycle as f64;
             self.drift.push(at, clock, own);
@@ -202,6 +218,7 @@ impl Judge {
         self.curves.push(&row, self.evaluating);
         self.previous = Some(Previous {
             at_ns: record.at_ns,
+            place: record.place,
             slave_position: record.slave_position(),
             true_position: master.map(|(position, _)| position),
             epoch,
@@ -226,7 +243,17 @@ impl Judge {
     fn note_events(&mut self, row: &Row) {
         let (summary, record) = (&mut self.summary, &row.record);
         let before = self.last.as_ref().map(|last| &last.far);
-        let (shifts, relocks) = before.map_or((0, 0), |far| (far.shifts, far.relocks));
+        let take_overs = before.map_or(0, |far| far.take_overs);
+        if record.far.take_overs > take_overs && summary.take_over_times_s.len() < MOST_TIMES {
+            summary.take_over_times_s.push(row.t_s);
+        }
+        // Each node has its own.
+        let same = self.last.as_ref().filter(|last| last.place == record.place);
+        let before = same.map(|last| &last.far);
+        let (shifts, relocks) = match before {
+            None if self.last.is_some() => (u32::MAX, u32::MAX),
+            before => before.map_or((0, 0), |far| (far.shifts, far.relocks)),
+        };
         let events = [
             (record.far.shifts, shifts, &mut summary.shift_times_s),
             (record.far.relocks, relocks, &mut summary.relock_times_s),
@@ -305,9 +332,9 @@ impl Judge {
         *worst = worst.max(drive_error);
         // Over the same stretch as the set position's difference, and both its ends must count; a
         // master that was started anew has no velocity from one run to the next.
-        let counts = self
-            .previous
-            .is_some_and(|previous| previous.evaluated && previous.epoch == epoch);
+        let counts = self.previous.is_some_and(|previous| {
+            previous.evaluated && previous.epoch == epoch && previous.place == row.record.place
+        });
         let truly = self.difference(
             &row.record,
             |previous| previous.true_position,

@@ -3,7 +3,7 @@
 use coaxle_axis::AxisStatus;
 use coaxle_clock::Instant;
 use coaxle_curve::profile::Limits;
-use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, SlaveSignals};
+use coaxle_receiver::signals::{FarAxisSignals, SlaveSignals};
 use coaxle_receiver::{ReceiverConfig, SignalRow, SlaveConfig, StateName};
 use coaxle_saw::SyncMask;
 use coaxle_sim::{
@@ -13,6 +13,7 @@ use coaxle_slave::{Command, OnMasterLoss, SlaveError, SlaveParameters};
 
 use crate::event::{Event, Happening};
 use crate::invariants::{Broken, Invariant, InvariantViolation, Watched};
+use crate::topology::followed_of;
 use coaxle_node::CommandOrder;
 
 /// Watches a receiver.
@@ -43,7 +44,7 @@ impl ReceiverWatch {
         };
         let axis = |((far, _, _), name)| AxisWatch {
             name,
-            far,
+            nodes: config.numbers_of(far),
             check: FarTimeCheck::new(cycle_time),
             line: None,
             found: Found::default(),
@@ -69,7 +70,7 @@ impl ReceiverWatch {
             watch.push(&cycle, slave);
         }
         for (watch, axis) in self.axes.iter_mut().zip(&signals.axes) {
-            watch.push(&cycle, &signals.far[watch.far], axis);
+            watch.push(&cycle, signals, axis);
         }
     }
 
@@ -207,16 +208,19 @@ fn may_stop_instantly(command: &Command) -> bool {
 #[derive(Debug)]
 struct AxisWatch {
     name: String,
-    /// Its node.
-    far: usize,
+    /// Its node, and the standbys of that, by their numbers.
+    nodes: Vec<usize>,
     check: FarTimeCheck,
-    /// The mode that made its set values, and how often its clock was started anew by an order.
-    line: Option<(StateName, u32)>,
+    /// The mode that made its set values, how often its clock was started anew by an order, and which node it is
+    /// read from.
+    line: Option<(StateName, u32, usize)>,
     found: Found,
 }
 
 impl AxisWatch {
-    fn push(&mut self, cycle: &WatchedCycle, far: &FarNodeSignals, axis: &FarAxisSignals) {
+    fn push(&mut self, cycle: &WatchedCycle, signals: &SignalRow, axis: &FarAxisSignals) {
+        let node = self.nodes[followed_of(&self.nodes, signals)];
+        let far = &signals.far[node];
         let shown = [axis.corrected_position, axis.corrected_velocity];
         for value in shown
             .into_iter()
@@ -225,8 +229,10 @@ impl AxisWatch {
         {
             self.found.add(cycle, Invariant::Finite, value, f64::MAX);
         }
-        // From one mode to another it is another time: set values are led over to it.
-        let line = axis.state.map(|state| (state, far.re_initialisations));
+        // From one mode to another, or from one node, it is another time: set values are led over to it.
+        let line = axis
+            .state
+            .map(|state| (state, far.re_initialisations, node));
         let is_another = std::mem::replace(&mut self.line, line) != line;
         let shown = axis.far_time_ns.filter(|_| is_corrected(axis));
         let (Some(run), Some(time)) = (far.epoch, shown) else {

@@ -97,7 +97,10 @@ fn write_configs(
                 .collect();
             config.seed = scenario.seed_of(&config.name);
             // Those who ask this one connect to it themselves.
-            let followed = |node: &&usize| config.far.iter().any(|far| far.node == *names[**node]);
+            let heard: Vec<_> = (config.heard_nodes().iter())
+                .map(|heard| heard.node.clone())
+                .collect();
+            let followed = |node: &&usize| heard.contains(names[**node]);
             let sources = sources.iter().filter(followed);
             let connect = sources.map(|n| endpoints[*n].clone()).collect();
             config.transport = local(&config.transport, listen(), connect);

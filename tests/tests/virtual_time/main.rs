@@ -6,5 +6,6 @@ mod catalogue;
 mod common;
 mod cuts;
 mod determinism;
+mod hot_standby;
 mod rotary_knife;
 mod zero_lag;
