@@ -151,10 +151,10 @@ fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, heard: &[Heard]) -
             }
             _ => false,
         };
+        own.extend(taken_over);
         if health != before.far_health[n] && !is_told && !is_of_a_slave(now.health) {
             own.insert(usize::from(!own.is_empty()), health_of_far(now, n));
         }
-        own.extend(taken_over);
         own.extend(standing_by(signals, changed));
         if heard.len() > 1 {
             own.iter_mut()
