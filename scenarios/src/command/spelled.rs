@@ -119,6 +119,7 @@ mod tests {
                         let value = match other.name {
                             name if name == field.name => "{\"no\":[]}",
                             "points" => POINTS,
+                            "ratios" => "[1]",
                             _ => "1",
                         };
                         line.push(format!("--{}={value}", other.name));
