@@ -64,6 +64,38 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "hour",
 ];
 
+/// What can go wrong, one scenario for each fault: in the order of the table in `docs/FAULTS.md`.
+pub const FAULTS: &[(&str, &str)] = catalogue![
+    "faults/drift",
+    "faults/wander",
+    "faults/jitter",
+    "faults/corruption",
+    "faults/repetition",
+    "faults/order",
+    "faults/loss",
+    "faults/loss-beyond-age-limit",
+    "faults/delay-steps",
+    "faults/stale-burst",
+    "faults/insertion",
+    "faults/twin",
+    "faults/masquerade",
+    "faults/addressing",
+    "faults/restart",
+    "faults/freeze",
+    "faults/receiver-overrun",
+    "faults/receiver-restart",
+    "faults/sender-error",
+    "faults/beyond-limits",
+    "faults/version",
+    "faults/flood",
+    "faults/index-wrap",
+];
+
+/// Name and text of every scenario that comes with the tool.
+pub fn all() -> impl Iterator<Item = (&'static str, &'static str)> {
+    CATALOG.iter().chain(FAULTS).copied()
+}
+
 /// A scenario's text, and what errors call it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
@@ -80,17 +112,17 @@ pub struct Source {
 /// # Errors
 /// Says what was asked for and which names there are.
 pub fn find(name_or_path: &str) -> anyhow::Result<Source> {
-    if let Some((name, text)) = CATALOG.iter().find(|(name, _)| *name == name_or_path) {
+    if let Some((name, text)) = all().find(|(name, _)| *name == name_or_path) {
         return Ok(Source {
-            name: (*name).to_owned(),
+            name: name.to_owned(),
             file: format!("{name}.toml"),
-            text: (*text).to_owned(),
+            text: text.to_owned(),
         });
     }
     let path = Path::new(name_or_path);
     let looks_like_path = path.extension().is_some() || path.components().count() > 1;
     if !looks_like_path {
-        let known: Vec<_> = CATALOG.iter().map(|(name, _)| *name).collect();
+        let known: Vec<_> = all().map(|(name, _)| name).collect();
         anyhow::bail!(
             "received scenario {name_or_path:?}, expected a path ending in .toml or one of: {}",
             known.join(", ")

@@ -170,6 +170,30 @@ fn a_second_sender_of_the_same_name_is_named_and_not_followed() {
 }
 
 #[test]
+fn stray_messages_move_nothing() {
+    let _alone = alone();
+    let out = tempfile::tempdir().expect("a scratch folder");
+    let summary = run_processes(
+        "faults/insertion",
+        out.path(),
+        &[
+            "duration-s=12",
+            "receiver.observer.faults.forgeries=[{ at-s = 5, for-s = 1, what = \"noise\" }, { at-s = 7, for-s = 1, what = { count-ahead = 1000 } }, { at-s = 9, for-s = 1, what = \"other-run\" }]",
+            "expect=[]",
+        ],
+    );
+    let observer = &summary["receivers"]["observer"];
+    let count = |field: &str| observer[field].as_u64();
+    assert_eq!(count("restarts"), Some(0), "{observer}");
+    assert!(count("rejected") > Some(300), "{observer}");
+    assert!(count("foreign_frames") > Some(600), "{observer}");
+    if kept_its_cycles(observer) {
+        let roll = &observer["slaves"]["roll"];
+        assert_eq!(roll["errors"].as_u64(), Some(0), "{roll}");
+    }
+}
+
+#[test]
 fn receivers_can_be_chained() {
     let _alone = alone();
     let out = tempfile::tempdir().expect("a scratch folder");

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::LazyLock;
 
-use coaxle::catalog::CATALOG;
+use coaxle::catalog::{self, CATALOG};
 use coaxle::summary::{ReceiverSummary, SlaveSummary, Summary};
 
 /// Every scenario's run, in the order of the catalogue: some take seconds, so they run but once.
@@ -170,15 +170,20 @@ fn the_columns_of_a_trace() {
 
 #[test]
 fn the_shipped_files_and_the_catalogue_are_the_same() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/catalog");
-    let mut files: Vec<String> = std::fs::read_dir(folder)
+    let mut files = [files_of(""), files_of("faults/")].concat();
+    files.sort();
+    let mut names: Vec<String> = catalog::all().map(|(name, _)| name.to_owned()).collect();
+    names.sort();
+    assert_eq!(files, names);
+}
+
+/// The scenarios in a folder of the catalogue's, as they are called.
+fn files_of(folder: &str) -> Vec<String> {
+    let catalogue = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/catalog/");
+    std::fs::read_dir(format!("{catalogue}{folder}"))
         .expect("the catalogue's folder")
         .map(|entry| entry.expect("an entry").path())
         .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
-        .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
-        .collect();
-    files.sort();
-    let mut names: Vec<String> = CATALOG.iter().map(|(name, _)| (*name).to_owned()).collect();
-    names.sort();
-    assert_eq!(files, names);
+        .filter_map(|path| Some(format!("{folder}{}", path.file_stem()?.to_str()?)))
+        .collect()
 }

@@ -1,0 +1,142 @@
+//! What can go wrong: every fault alone, against what is expected of it and against the invariants of every run.
+//!
+//! The table in `docs/FAULTS.md` is made here. All seeds of the long run:
+//! `SEEDS=1..200 cargo test --release --workspace --test virtual_time every_fault_with_many_seeds -- --ignored`.
+
+use std::fmt::Write as _;
+use std::ops::RangeInclusive;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use coaxle::catalog::FAULTS;
+use coaxle::summary::Summary;
+use coaxle::verdict::Verdict;
+
+/// Those of every test run, after the first, which makes the table.
+const FEW: RangeInclusive<u64> = 2..=3;
+/// Those of the long run.
+const MANY: RangeInclusive<u64> = 1..=200;
+
+/// To write it anew after a change: `UPDATE_DOCS=1 cargo test --workspace --test virtual_time faults`.
+#[test]
+fn the_table_of_faults_is_what_was_seen() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/FAULTS.md");
+    let runs = FAULTS.iter().map(|(name, _)| crate::common::run(name, &[]));
+    let runs: Vec<_> = runs.collect();
+    for run in &runs {
+        let failed: Vec<_> = run.failed().map(ToString::to_string).collect();
+        assert!(failed.is_empty(), "{}: {}", run.scenario, failed.join("\n"));
+    }
+    let written = table(&runs);
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(path, &written).expect("docs can be written");
+    }
+    let there = std::fs::read_to_string(path).expect("docs/FAULTS.md");
+    assert!(
+        there == written,
+        "docs/FAULTS.md is not what was seen: UPDATE_DOCS=1 writes it"
+    );
+}
+
+#[test]
+fn every_fault_with_a_few_seeds() {
+    run_all(FEW);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn every_fault_with_many_seeds() {
+    run_all(asked_for().unwrap_or(MANY));
+}
+
+/// `SEEDS`, a range of them.
+fn asked_for() -> Option<RangeInclusive<u64>> {
+    let asked = std::env::var("SEEDS").ok()?;
+    let (from, to) = asked.split_once("..").expect("SEEDS: expected FROM..TO");
+    let number = |text: &str| text.parse().expect("SEEDS: expected FROM..TO");
+    Some(number(from)..=number(to))
+}
+
+/// Every fault with every seed, on all processors.
+fn run_all(seeds: RangeInclusive<u64>) {
+    let runs = FAULTS
+        .iter()
+        .flat_map(|(name, _)| seeds.clone().map(move |seed| (*name, seed)));
+    let runs: Vec<_> = runs.collect();
+    let next = AtomicUsize::new(0);
+    let failures = Mutex::new(Vec::new());
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                while let Some((name, seed)) = runs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let run = crate::common::run(name, &[&format!("seed={seed}")]);
+                    let failed = run
+                        .failed()
+                        .map(|verdict| format!("{name}, seed {seed}: {verdict}"));
+                    failures.lock().expect("no panic").extend(failed);
+                }
+            });
+        }
+    });
+    let mut failures = failures.into_inner().expect("no panic");
+    failures.sort();
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+const HEAD: &str = "\
+# What goes wrong, and what becomes of it
+
+One scenario for each fault, run in virtual time with its first seed: `coaxle run faults/corruption`, in real processes with
+`--processes`. What was seen is what the summary says; what is expected is in the scenario. Besides, in every cycle of every
+run: what leaves a node is finite, set positions keep the velocity, acceleration, jerk and software limits of their slave by
+their differences, and far time goes strictly on. This table is made by a test (`UPDATE_DOCS=1 cargo test --workspace --test
+virtual_time faults`), which runs some more seeds of each every time, and 200 of each by
+`cargo test --release --workspace --test virtual_time every_fault_with_many_seeds -- --ignored`.
+
+A sender's wall clock is no fault: nothing reads a wall clock but log lines (`clippy.toml` refuses it everywhere else).
+
+| `coaxle run` | injected | expected | seen |
+|--|--|--|--|
+";
+
+fn table(runs: &[Summary]) -> String {
+    let mut text = HEAD.to_owned();
+    for ((name, source), run) in FAULTS.iter().zip(runs) {
+        let described = description_of(source);
+        let (injected, expected) = described
+            .split_once("Expected: ")
+            .unwrap_or_else(|| panic!("{name} says what is expected"));
+        let injected = match injected.trim() {
+            "" => String::new(),
+            injected => format!("<br>{injected}"),
+        };
+        let seen: Vec<_> = run.expectations.iter().map(seen).collect();
+        let (title, seen) = (&run.title, seen.join("<br>"));
+        let _ = writeln!(
+            text,
+            "| `{name}` | **{title}**{injected} | {expected} | {seen} |"
+        );
+    }
+    text
+}
+
+fn description_of(source: &str) -> String {
+    let table: toml::Table = source.parse().expect("TOML");
+    let description = table["description"].as_str().expect("a description");
+    description.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn seen(verdict: &Verdict) -> String {
+    let (place, received, expected) = (verdict.place(), &verdict.received, &verdict.expected);
+    let shown = match (received.as_str(), received.as_f64()) {
+        (Some(text), _) => text.to_owned(),
+        (None, Some(number)) if number.fract() != 0.0 => format!("{number:.2}"),
+        (None, _) => received.to_string(),
+    };
+    if shown == *expected || received.is_string() {
+        format!("`{place}` {shown}")
+    } else {
+        format!("`{place}` {shown}, {expected}")
+    }
+}
