@@ -10,12 +10,14 @@ use coaxle_host::cli::LogArgs;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::cam::{self, CamCommand};
-use crate::catalog::{self, CATALOG};
+use crate::catalog;
 use crate::command::{self, CommandArgs};
 use crate::finished::Progress;
 use crate::recording::{self, RecordArgs};
 use crate::run::{self, Options, Outcome};
 use crate::saw::{self, SawCommand};
+use crate::soak;
+use crate::soak::cli::SoakArgs;
 use crate::summary::World;
 use crate::sweep::{self, Axis};
 use crate::table;
@@ -42,6 +44,8 @@ enum Command {
     Run(RunArgs),
     /// Run a scenario over a grid of values, in virtual time, and write sweep.csv
     Sweep(SweepArgs),
+    /// Run random schedules of faults and commands, and check every cycle of them
+    Soak(SoakArgs),
     /// Check scenario files without running them; all built-in ones if none is named
     Check {
         /// Names of built-in scenarios, or paths
@@ -150,6 +154,7 @@ pub fn main() -> ExitCode {
         None => run_scenario(&demonstration()),
         Some(Command::Run(args)) => run_scenario(&args),
         Some(Command::Sweep(args)) => run_sweep(&args),
+        Some(Command::Soak(args)) => soak::cli::print(&args),
         Some(Command::List) => list(),
         Some(Command::Check { scenarios }) => check(&scenarios),
         Some(Command::Show { scenario }) => show(&scenario),
@@ -174,9 +179,9 @@ fn say(text: &str) -> anyhow::Result<()> {
 }
 
 fn list() -> anyhow::Result<bool> {
-    for (name, _) in CATALOG {
+    for (name, _) in catalog::all() {
         let scenario = catalog::find(name)?.read(&[])?;
-        say(&format!("{name:18} {}", scenario.title))?;
+        say(&format!("{name:28} {}", scenario.title))?;
     }
     say("\nRun one with: coaxle run <name>")?;
     Ok(true)
@@ -189,7 +194,7 @@ fn show(name: &str) -> anyhow::Result<bool> {
 
 fn check(names: &[String]) -> anyhow::Result<bool> {
     let all: Vec<String> = match names {
-        [] => CATALOG.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        [] => catalog::all().map(|(name, _)| name.to_owned()).collect(),
         names => names.to_vec(),
     };
     let mut good = true;

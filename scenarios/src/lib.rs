@@ -29,6 +29,7 @@ pub mod run;
 pub mod saw;
 pub mod scenario;
 mod signals;
+pub mod soak;
 pub mod summary;
 pub mod sweep;
 mod sync_flags;

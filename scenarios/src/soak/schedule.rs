@@ -12,8 +12,12 @@ const QUIET_FROM: f64 = 8.0;
 /// began to lock while frames came half a second late needs half a minute.
 const QUIET_FOR: f64 = 32.0;
 
+/// How long a schedule is, s.
+pub const DURATION_S: f64 = QUIET_FROM + QUIET_FOR;
+
 /// A scenario from a seed.
-pub(crate) fn of(seed: u64) -> String {
+#[must_use]
+pub fn of(seed: u64) -> String {
     let mut schedule = Schedule {
         random: Random::new(seed),
         text: String::new(),
@@ -32,10 +36,9 @@ struct Schedule {
 
 impl Schedule {
     fn write(&mut self, seed: u64) {
-        let duration = QUIET_FROM + QUIET_FOR;
         let _ = write!(
             self.text,
-            "title = 'Random schedule {seed}'\nduration-s = {duration}\nseed = {}\n\n[network]\nlatency-us = {}\n\
+            "title = 'Random schedule {seed}'\nduration-s = {DURATION_S}\nseed = {}\n\n[network]\nlatency-us = {}\n\
              jitter = {{ exponential-us = {} }}\n",
             1 + seed,
             self.random.whole(50, 2_000),
@@ -284,10 +287,77 @@ impl Schedule {
                 "partitions = [{{ at-s = {at}, for-s = {how_long:.3} }}]"
             ));
         }
+        self.losses_and_delays(&mut faults);
+        self.forgeries(&mut faults);
         format!(
             "faults = {{ {}, faults-until-s = {QUIET_FROM} }}\n",
             faults.join(", ")
         )
+    }
+
+    fn losses_and_delays(&mut self, faults: &mut Vec<String>) {
+        if self.random.chance(0.3) {
+            let corruption = self.random.between(0.0, 0.2);
+            faults.push(format!("corruption = {corruption:.3}"));
+        }
+        if self.random.chance(0.3) {
+            let (begins, ends) = (
+                self.random.between(0.0, 0.02),
+                self.random.between(0.01, 0.5),
+            );
+            faults.push(format!(
+                "burst-loss = {{ begins = {begins:.4}, ends = {ends:.3} }}"
+            ));
+        }
+        if self.random.chance(0.2) {
+            let (sigma, time) = (self.random.whole(1, 100), self.random.between(0.1, 10.0));
+            faults.push(format!(
+                "correlated = {{ sigma-us = {sigma}, time-s = {time:.2} }}"
+            ));
+        }
+        if self.random.chance(0.2) {
+            let resolution = self.random.whole(1, 100);
+            faults.push(format!("resolution-us = {resolution}"));
+        }
+        if self.random.chance(0.3) {
+            let (at, length) = (
+                self.moment(QUIET_FROM - 2.0),
+                self.random.between(0.005, 2.0),
+            );
+            faults.push(format!("stalls = [{{ at-s = {at}, for-s = {length:.3} }}]"));
+        }
+    }
+
+    fn forgeries(&mut self, faults: &mut Vec<String>) {
+        if self.random.chance(0.6) {
+            return;
+        }
+        let forgeries: Vec<_> = (0..self.random.whole(1, 3))
+            .map(|_| {
+                let (at, length) = (self.moment(QUIET_FROM - 1.0), self.random.between(0.0, 1.0));
+                let ahead = self.random.between(-300.0, 300.0);
+                let count = *self.random.one_of(&[-1_000.0, 7.0, 90.0, 1_000.0, 1e12]);
+                let what = match self.random.below(12) {
+                    0 => "'noise'".to_owned(),
+                    1 => "'first-again'".to_owned(),
+                    2 => "'other-run'".to_owned(),
+                    3 => "'other-node'".to_owned(),
+                    4 => "'other-key'".to_owned(),
+                    5 => "'other-version'".to_owned(),
+                    6 => "'other-axes'".to_owned(),
+                    7 => "'not-finite'".to_owned(),
+                    8 => "{ cycle-time-us = 4000 }".to_owned(),
+                    9 => format!("{{ count-ahead = {count} }}"),
+                    10 => format!("{{ position-ahead = {ahead:.1} }}"),
+                    _ => "{ axis-error = 18005 }".to_owned(),
+                };
+                let (times, instead) = (self.random.whole(1, 3), self.random.chance(0.2));
+                format!(
+                    "{{ at-s = {at}, for-s = {length:.3}, what = {what}, times = {times}, instead = {instead} }}"
+                )
+            })
+            .collect();
+        faults.push(format!("forgeries = [{}]", forgeries.join(", ")));
     }
 
     fn slave(&mut self, receiver: &str, slave: u64) {

@@ -1,0 +1,210 @@
+//! Soak tests: random schedules of faults and commands, with everything checked that holds in every run.
+//!
+//! A schedule is a scenario made from a seed. In virtual time a day of them takes minutes; what fails is made smaller for as
+//! long as it fails, and left as a scenario file that repeats it.
+
+pub(crate) mod cli;
+mod junit;
+pub mod schedule;
+mod shrink;
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use anyhow::Context;
+use coaxle_host::machine;
+
+use crate::catalog::Source;
+use crate::finished::Finished;
+use crate::run::{self, Options};
+use crate::summary::World;
+use crate::{processes, virtual_time};
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct Soak {
+    /// In which world. Processes run one schedule after the other, virtual time as many as there are processors.
+    pub world: World,
+    /// The schedules.
+    pub seeds: Range<u64>,
+    /// Where files go: of what failed, and of processes.
+    pub out: PathBuf,
+    /// Where a report in JUnit's format goes.
+    pub junit: Option<PathBuf>,
+}
+
+/// What came out.
+#[derive(Clone, Debug)]
+pub struct Soaked {
+    /// How many schedules were run.
+    pub schedules: u64,
+    /// How long they were in their own time, s.
+    pub simulated_s: f64,
+    /// How long that took, s.
+    pub took_s: f64,
+    /// What failed, by seed.
+    pub failures: Vec<Failure>,
+}
+
+/// A schedule that failed.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Failure {
+    /// Its seed.
+    pub seed: u64,
+    /// What was wrong, a line each.
+    pub wrong: Vec<String>,
+    /// The scenario that repeats it.
+    pub file: PathBuf,
+}
+
+/// The schedules that make up so many hours, from a seed on.
+#[must_use]
+pub fn seeds_of_hours(hours: f64, first: u64) -> Range<u64> {
+    let count = (hours * 3_600.0 / schedule::DURATION_S).ceil().max(1.0);
+    first..first.saturating_add(count as u64)
+}
+
+impl Soak {
+    /// Runs all of it; `progress` hears of every schedule that is over, with those and the failed ones so far.
+    ///
+    /// # Errors
+    /// A file that cannot be written. What fails is no error.
+    pub fn run(&self, progress: &(dyn Fn(u64, usize) + Sync)) -> anyhow::Result<Soaked> {
+        let begin = machine::now();
+        let next = AtomicU64::new(self.seeds.start);
+        let (done, failures) = (AtomicU64::new(0), Mutex::new(Vec::new()));
+        let work = || -> anyhow::Result<()> {
+            loop {
+                let seed = next.fetch_add(1, Ordering::Relaxed);
+                if seed >= self.seeds.end {
+                    return Ok(());
+                }
+                let failed = self.run_one(seed)?;
+                let mut all = failures.lock().expect("no worker panics");
+                all.extend(failed);
+                progress(1 + done.fetch_add(1, Ordering::Relaxed), all.len());
+            }
+        };
+        let workers = match self.world {
+            World::Virtual => std::thread::available_parallelism().map_or(1, usize::from),
+            World::Processes => 1,
+        };
+        std::thread::scope(|scope| {
+            let workers: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+            let ended = workers
+                .into_iter()
+                .map(|one| one.join().expect("no worker panics"));
+            ended.collect::<anyhow::Result<Vec<()>>>()
+        })?;
+        let mut failures = failures.into_inner().expect("no worker panics");
+        failures.sort();
+        let schedules = self.seeds.end - self.seeds.start;
+        let soaked = Soaked {
+            schedules,
+            simulated_s: schedules as f64 * schedule::DURATION_S,
+            took_s: (machine::now() - begin).as_secs_f64(),
+            failures,
+        };
+        if let Some(path) = &self.junit {
+            write(path, &junit::report(self, &soaked))?;
+        }
+        Ok(soaked)
+    }
+
+    fn run_one(&self, seed: u64) -> anyhow::Result<Option<Failure>> {
+        let text = schedule::of(seed);
+        let wrong = match self.world {
+            World::Virtual => wrong_with(&text),
+            World::Processes => {
+                let out = self.out.join(format!("seed-{seed}-processes"));
+                wrong_in_processes(&text, &out)
+            }
+        };
+        if wrong.is_empty() {
+            return Ok(None);
+        }
+        let (text, wrong) = match self.world {
+            World::Virtual => shrink::shrunk(text, wrong),
+            World::Processes => (text, wrong),
+        };
+        let file = self.out.join(format!("seed-{seed}.toml"));
+        write(&file, &text)?;
+        if self.world == World::Virtual {
+            self.leave_rows(&file, text)?;
+        }
+        Ok(Some(Failure { seed, wrong, file }))
+    }
+
+    /// The rows of what failed, and its report, beside its file.
+    fn leave_rows(&self, file: &Path, text: String) -> anyhow::Result<()> {
+        let out = file.with_extension("");
+        let options = Options {
+            world: World::Virtual,
+            seed: None,
+            overrides: Vec::new(),
+            receivers: Vec::new(),
+            out,
+            trace: true,
+            command: format!("coaxle run {}", file.display()),
+        };
+        let source = source(text);
+        let scenario = run::prepare(&source, &options)?;
+        run::run(&source.name, &scenario, &options, &mut ())?;
+        Ok(())
+    }
+}
+
+fn write(path: &Path, text: &str) -> anyhow::Result<()> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("{}: cannot be made", folder.display()))?;
+    }
+    std::fs::write(path, text).with_context(|| format!("{}: cannot be written", path.display()))
+}
+
+fn source(text: String) -> Source {
+    Source {
+        name: "schedule".to_owned(),
+        file: "schedule.toml".to_owned(),
+        text,
+    }
+}
+
+/// What is wrong with a scenario in virtual time, a line each: an invariant that did not hold, a receiver that is not in
+/// sync at the end, and whatever keeps it from running.
+#[must_use]
+pub fn wrong_with(text: &str) -> Vec<String> {
+    let run = || {
+        let scenario = source(text.to_owned()).read(&[])?;
+        let finished = virtual_time::run(&scenario, &mut (), &mut ())?;
+        let lost = finished
+            .figures()
+            .iter()
+            .filter(|(_, receiver)| synchronises(receiver.mode) && !receiver.synced_at_end)
+            .map(|(name, receiver)| {
+                format!("{name} ({}) is not in sync at the end", receiver.mode)
+            });
+        anyhow::Ok(violations(&finished).chain(lost).collect())
+    };
+    run().unwrap_or_else(|error: anyhow::Error| vec![format!("{error:#}")])
+}
+
+/// Of processes only what holds on a busy machine too: the invariants, and that every node runs to the end.
+fn wrong_in_processes(text: &str, out: &Path) -> Vec<String> {
+    let run = || {
+        let scenario = source(text.to_owned()).read(&[])?;
+        let finished = processes::run(&scenario, out, &mut (), &mut ())?;
+        anyhow::Ok(violations(&finished).collect())
+    };
+    run().unwrap_or_else(|error: anyhow::Error| vec![format!("{error:#}")])
+}
+
+fn violations(finished: &Finished) -> impl Iterator<Item = String> {
+    finished.violations().iter().map(ToString::to_string)
+}
+
+fn synchronises(mode: &str) -> bool {
+    matches!(mode, "observer" | "sync" | "time")
+}

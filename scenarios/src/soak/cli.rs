@@ -1,0 +1,107 @@
+//! `coaxle soak`.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use anyhow::Context;
+use clap::Args;
+use coaxle_host::machine;
+
+use super::schedule::DURATION_S;
+use super::{Soak, Soaked, seeds_of_hours};
+use crate::summary::World;
+
+/// What to soak in.
+#[derive(Debug, Args)]
+pub(crate) struct SoakArgs {
+    /// So many hours of schedules, 40 s each: of virtual time, or with --processes of yours
+    #[arg(long, default_value_t = 1.0, value_parser = hours)]
+    hours: f64,
+    /// In virtual time, as fast as it goes (the default)
+    #[arg(long = "virtual", conflicts_with = "processes")]
+    virtual_time: bool,
+    /// As real processes over real Zenoh on this machine, in real time
+    #[arg(long)]
+    processes: bool,
+    /// The seed of the first schedule; the next ones follow
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Write a report in JUnit's format
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Folder for what failed
+    #[arg(long, value_name = "DIR", default_value = "out/soak")]
+    out: PathBuf,
+}
+
+fn hours(text: &str) -> Result<f64, String> {
+    let hours: Result<f64, _> = text.parse();
+    let hours = hours.ok().filter(|hours| *hours > 0.0 && *hours <= 1e5);
+    hours.ok_or_else(|| format!("received {text}, expected hours above 0, at most 100000"))
+}
+
+/// Soaks; whether nothing failed.
+pub(crate) fn print(args: &SoakArgs) -> anyhow::Result<bool> {
+    let world = if args.processes {
+        World::Processes
+    } else {
+        World::Virtual
+    };
+    let soak = Soak {
+        world,
+        seeds: seeds_of_hours(args.hours, args.seed),
+        out: args.out.clone(),
+        junit: args.junit.clone(),
+    };
+    let all = soak.seeds.end - soak.seeds.start;
+    let (seeds, name) = (&soak.seeds, world.name());
+    say(&format!(
+        "{all} random schedules of {DURATION_S} s, seeds {} to {}, {name}",
+        seeds.start,
+        seeds.end - 1
+    ));
+    let (begin, told) = (machine::now(), AtomicU64::new(0));
+    let soaked = soak.run(&|done, failed| {
+        // A line for every twentieth part.
+        let part = done * 20 / all;
+        if told.fetch_max(part, Ordering::Relaxed) < part {
+            let took = (machine::now() - begin).as_secs_f64();
+            let rate = done as f64 * DURATION_S / took;
+            let left = took / done as f64 * (all - done) as f64;
+            say(&format!(
+                "{done:7} of {all}, {failed} failed, {rate:.0} times as fast as time, {left:.0} s to go"
+            ));
+        }
+    })?;
+    tell(&soaked)?;
+    Ok(soaked.failures.is_empty())
+}
+
+/// A line of progress; nobody minds where it cannot be written.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+fn tell(soaked: &Soaked) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
+    let mut lines = vec![format!(
+        "{} schedules, {:.2} h, in {:.0} s: {} failed",
+        soaked.schedules,
+        soaked.simulated_s / 3_600.0,
+        soaked.took_s,
+        soaked.failures.len()
+    )];
+    for failure in &soaked.failures {
+        let file = failure.file.display();
+        lines.push(format!(
+            "seed {}, repeated by: coaxle run {file}",
+            failure.seed
+        ));
+        lines.extend(failure.wrong.iter().map(|line| format!("  {line}")));
+    }
+    for line in lines {
+        writeln!(out, "{line}").context("cannot write to standard output")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,168 @@
+//! Makes what fails smaller for as long as it fails.
+
+use toml::{Table, Value};
+
+/// At most so many runs for one failure.
+const MOST_RUNS: u32 = 400;
+
+/// The smallest scenario found that still fails, and what is wrong with that.
+pub(super) fn shrunk(text: String, wrong: Vec<String>) -> (String, Vec<String>) {
+    let Ok(mut table) = text.parse::<Table>() else {
+        return (text, wrong);
+    };
+    let mut runs = 0;
+    let mut smallest = (text, wrong);
+    let mut place = 0;
+    while let Some(smaller) = without(&table, place) {
+        runs += 1;
+        if runs > MOST_RUNS {
+            break;
+        }
+        let text = smaller.to_string();
+        let wrong = super::wrong_with(&text);
+        if fails_alike(&smallest.1, &wrong) {
+            (table, smallest) = (smaller, (text, wrong));
+        } else {
+            place += 1;
+        }
+    }
+    smallest
+}
+
+/// Whether something of what was wrong still is, and not that it cannot be run any more.
+fn fails_alike(before: &[String], now: &[String]) -> bool {
+    let kinds = |wrong: &[String]| -> Vec<String> { wrong.iter().map(|line| kind(line)).collect() };
+    let before = kinds(before);
+    kinds(now).iter().any(|kind| before.contains(kind))
+}
+
+/// What kind of failure a line tells of: who and what, without when and how much.
+fn kind(line: &str) -> String {
+    line.split(" at ").next().unwrap_or(line).to_owned()
+}
+
+/// Without the n-th thing that can be left out; none beyond the last.
+fn without(table: &Table, place: usize) -> Option<Table> {
+    let mut places = Vec::new();
+    for (list, inner, maps) in [
+        ("receiver", &["slave"][..], &["faults", "clock"][..]),
+        ("sender", &[][..], &["clock"][..]),
+        ("event", &[][..], &[][..]),
+    ] {
+        for (number, value) in list_of(table, list).iter().enumerate() {
+            places.push(vec![Step::Key(list), Step::At(number)]);
+            let Some(one) = value.as_table() else {
+                continue;
+            };
+            for name in inner {
+                for at in 0..list_of(one, name).len() {
+                    let path = [
+                        Step::Key(list),
+                        Step::At(number),
+                        Step::Key(name),
+                        Step::At(at),
+                    ];
+                    places.push(path.to_vec());
+                }
+            }
+            for name in maps {
+                for key in one
+                    .get(*name)
+                    .and_then(Value::as_table)
+                    .into_iter()
+                    .flatten()
+                {
+                    let path = [Step::Key(list), Step::At(number), Step::Key(name)];
+                    let mut path = path.to_vec();
+                    path.push(Step::Owned(key.0.clone()));
+                    places.push(path);
+                }
+            }
+        }
+    }
+    let path = places.get(place)?;
+    let mut smaller = Value::Table(table.clone());
+    remove(&mut smaller, path);
+    match smaller {
+        Value::Table(table) => Some(table),
+        _ => None,
+    }
+}
+
+#[derive(Clone, Debug)]
+enum Step {
+    Key(&'static str),
+    Owned(String),
+    At(usize),
+}
+
+fn list_of<'a>(table: &'a Table, name: &str) -> &'a [Value] {
+    let list = table.get(name).and_then(Value::as_array);
+    list.map_or(&[], Vec::as_slice)
+}
+
+fn remove(value: &mut Value, path: &[Step]) {
+    let Some((first, rest)) = path.split_first() else {
+        return;
+    };
+    let key = match first {
+        Step::Key(key) => key,
+        Step::Owned(key) => key.as_str(),
+        Step::At(number) => {
+            let Some(list) = value.as_array_mut() else {
+                return;
+            };
+            if rest.is_empty() {
+                list.remove(*number);
+            } else {
+                remove(&mut list[*number], rest);
+            }
+            return;
+        }
+    };
+    let Some(table) = value.as_table_mut() else {
+        return;
+    };
+    if rest.is_empty() {
+        table.remove(key);
+    } else if let Some(inner) = table.get_mut(key) {
+        remove(inner, rest);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn everything_that_can_be_left_out_is_tried_once() {
+        let table: Table = "duration-s = 3\n\
+             [[sender]]\nname = 's'\nclock = { drift-ppm = 3, start-phase-us = 1 }\n\
+             [[receiver]]\nname = 'r'\nfaults = { loss = 0.5 }\n\
+             [[receiver.slave]]\nname = 'a'\n[[receiver.slave]]\nname = 'b'\n\
+             [[event]]\nat-s = 1\n[[event]]\nat-s = 2\n"
+            .parse()
+            .unwrap();
+        let smaller: Vec<_> = (0..).map_while(|place| without(&table, place)).collect();
+        // A receiver, its two slaves and its fault; a sender and two of its clock; two events.
+        assert_eq!(smaller.len(), 9);
+        for one in &smaller {
+            assert_ne!(*one, table);
+        }
+        assert_eq!(list_of(&smaller[0], "receiver").len(), 0);
+        assert_eq!(list_of(&smaller[8], "event").len(), 1);
+    }
+
+    #[test]
+    fn the_same_failure_at_another_time_is_the_same() {
+        let before = ["a.b.jerk at 3.1 s, cycle 3100, is 7, expected at most 5".to_owned()];
+        let later = ["a.b.jerk at 9.5 s, cycle 9500, is 6, expected at most 5".to_owned()];
+        let other = ["a.b.velocity at 9.5 s, cycle 9500, is 6, expected at most 5".to_owned()];
+        assert!(fails_alike(&before, &later));
+        assert!(!fails_alike(&before, &other));
+        assert!(!fails_alike(
+            &before,
+            &["schedule.toml: no sender".to_owned()]
+        ));
+    }
+}

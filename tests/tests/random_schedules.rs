@@ -1,0 +1,63 @@
+//! Random schedules in virtual time: whatever goes wrong, no slave leaves its limits, no far time goes back, and
+//! when it is quiet again everybody is in sync.
+//!
+//! Some run with every test run; `coaxle soak --hours 10` runs more. `SCHEDULES=1234 cargo test --workspace --test
+//! random_schedules` runs one seed alone, `SCHEDULES=1000..2000` a range.
+
+use std::ops::Range;
+
+use coaxle::soak::Soak;
+use coaxle::summary::World;
+
+/// Seeds that once failed, and why.
+const REGRESSIONS: &[(u64, &str)] = &[];
+
+/// Those of every test run.
+const FEW: Range<u64> = 0..100;
+
+#[test]
+fn some_random_schedules() {
+    run_all(asked_for().unwrap_or(FEW));
+    for (seed, _) in REGRESSIONS {
+        run_all(*seed..*seed + 1);
+    }
+}
+
+/// `SCHEDULES`, a seed or a range of them.
+fn asked_for() -> Option<Range<u64>> {
+    let asked = std::env::var("SCHEDULES").ok()?;
+    let number = |text: &str| {
+        text.parse()
+            .expect("SCHEDULES: expected a seed, or FROM..TO")
+    };
+    Some(match asked.split_once("..") {
+        Some((from, to)) => number(from)..number(to),
+        None => number(&asked)..number(&asked) + 1,
+    })
+}
+
+fn run_all(seeds: Range<u64>) {
+    let out = std::env::temp_dir().join("random-schedules");
+    let soak = Soak {
+        world: World::Virtual,
+        seeds,
+        out,
+        junit: None,
+    };
+    let soaked = soak.run(&|_, _| {}).expect("a scratch folder");
+    let lines = soaked.failures.iter().map(|failure| {
+        let wrong = failure.wrong.join("\n  ");
+        format!(
+            "seed {}, as {}:\n  {wrong}",
+            failure.seed,
+            failure.file.display()
+        )
+    });
+    let lines: Vec<_> = lines.collect();
+    assert!(
+        lines.is_empty(),
+        "{} failed\n{}",
+        lines.len(),
+        lines.join("\n")
+    );
+}
