@@ -30,12 +30,15 @@ fn receiver(mode: &str, on_master_loss: &str) -> Near {
 /// Velocity, acceleration and jerk of the set positions, from when it was coupled.
 fn check(what: &str, near: &Near) {
     let sets = near.snapshots.iter().filter_map(|shown| shown.slave());
-    let positions: Vec<f64> = sets.map(|set| set.position).collect();
+    check_positions(what, &sets.map(|set| set.position).collect::<Vec<f64>>());
+}
+
+fn check_positions(what: &str, positions: &[f64]) {
     let differences = |values: &[f64]| -> Vec<f64> {
         let pairs = values.windows(2);
         pairs.map(|pair| (pair[1] - pair[0]) / CYCLE).collect()
     };
-    let velocities = differences(&positions);
+    let velocities = differences(positions);
     let accelerations = differences(&velocities);
     let jerks = differences(&accelerations);
     // What rounding may add to the differences of positions as large as these.
@@ -148,5 +151,29 @@ fn a_slave_that_stops_is_reset_and_coupled_again() {
             .expect("it is at rest");
         run(None, from_mut(&mut near), 8 * SECOND + 10 * MILLISECOND);
         assert_eq!(near.last().slaves[0].status, AxisStatus::Standstill);
+    }
+}
+
+#[test]
+fn a_far_axis_keeps_limits_of_its_own() {
+    for mode in MODES {
+        let rest = format!(
+            "mode = '{mode}'\nsync.time-sync.automatic-re-init = true\nmaster.limits = {{ velocity = {FASTEST:?}, \
+             acceleration = {HARDEST:?}, jerk = {JERK:?} }}\n"
+        );
+        let mut near = Near::new(1000, 0, &rest);
+        let mut far = Far::new(1000, 1000, 0, 1);
+        run_pair(&mut far, &mut near, 5 * SECOND);
+        run(None, from_mut(&mut near), 7 * SECOND);
+        far = Far::new(1000, 1000, 7 * SECOND, 2);
+        run_pair(&mut far, &mut near, 7 * SECOND + between_beats(40));
+        let masters = near.snapshots.iter().filter_map(|shown| shown.master);
+        let positions: Vec<f64> = masters.map(|master| master.corrected.position).collect();
+        check_positions(mode, &positions);
+        if mode != "pt1" {
+            let last = near.last().master.expect("there is one");
+            let (shown, sent) = (last.corrected.position, last.received.position);
+            assert!((shown - sent).abs() < 5.0, "{mode}: {shown}, {sent}");
+        }
     }
 }

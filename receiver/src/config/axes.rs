@@ -9,6 +9,8 @@ use coaxle_remote::EncoderParameters;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
+use super::far_limits::FarLimits;
+
 /// An axis that is followed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FarAxisConfig {
@@ -22,6 +24,8 @@ pub struct FarAxisConfig {
     pub modulo: Option<Modulo>,
     /// Given if it is only measured, in increments: how they are smoothed.
     pub encoder: Option<EncoderParameters>,
+    /// What its corrected set values keep. It has no limits of its own by default.
+    pub limits: Option<FarLimits>,
 }
 
 impl FarAxisConfig {
@@ -34,6 +38,7 @@ impl FarAxisConfig {
             unit: None,
             modulo: None,
             encoder: None,
+            limits: None,
         }
     }
 }
@@ -140,6 +145,8 @@ struct Described {
     modulo: Option<Modulo>,
     #[serde(skip_serializing_if = "Option::is_none")]
     encoder: Option<EncoderParameters>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limits: Option<FarLimits>,
 }
 
 impl TryFrom<Vec<Value>> for AxisList {
@@ -169,6 +176,7 @@ fn axes_of(entry: Value) -> Result<Vec<FarAxisConfig>, String> {
                 unit,
                 modulo,
                 encoder,
+                limits,
             } = described.map_err(|error: toml::de::Error| format!(": {}", error.message()))?;
             Ok(vec![FarAxisConfig {
                 id,
@@ -176,6 +184,7 @@ fn axes_of(entry: Value) -> Result<Vec<FarAxisConfig>, String> {
                 unit,
                 modulo,
                 encoder,
+                limits,
             }])
         }
         entry => ids_of(entry).ok_or_else(String::new),
@@ -205,6 +214,7 @@ impl From<AxisList> for Vec<Value> {
                 unit: None,
                 modulo: None,
                 encoder: None,
+                limits: None,
             } => Value::Integer(id.into()),
             FarAxisConfig {
                 id,
@@ -212,6 +222,7 @@ impl From<AxisList> for Vec<Value> {
                 unit,
                 modulo,
                 encoder,
+                limits,
             } => {
                 let described = Described {
                     id,
@@ -219,6 +230,7 @@ impl From<AxisList> for Vec<Value> {
                     unit,
                     modulo,
                     encoder,
+                    limits,
                 };
                 // There is nothing in it that TOML has not.
                 Value::try_from(described).unwrap_or(Value::Integer(id.into()))

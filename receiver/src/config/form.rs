@@ -13,6 +13,7 @@ use coaxle_remote::{AxisSyncParameters, EncoderParameters};
 use coaxle_source::config::AxisConfig;
 use serde::{Deserialize, Serialize};
 
+use super::far_limits::FarLimits;
 use super::{
     AxisList, DelayConfig, FarAxisConfig, FarChannel, FarConfig, Mode, PublishFarAxes,
     ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished, WrongStandby, WrongVirtualAxis,
@@ -74,12 +75,15 @@ struct Master {
     modulo: Option<Modulo>,
     /// Given if it is only measured, in increments: how they are smoothed.
     encoder: Option<EncoderParameters>,
+    /// What its corrected set values keep.
+    limits: Option<FarLimits>,
 }
 
 impl Master {
     fn axis(&self) -> FarAxisConfig {
         FarAxisConfig {
             encoder: self.encoder,
+            limits: self.limits,
             ..FarAxisConfig::with_id(self.axis)
         }
     }

@@ -5,13 +5,15 @@ use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Remote, Seconds, Span};
 use coaxle_node::{AxisSample, FrameHeader};
 use coaxle_remote::{
-    AxisSyncParameters, CheckedParameters, Continuity, ContinuityState, EncoderParameters,
-    ExtrapolateDiagnostic, FarAxis, FarAxisOutput, FarCorrection, FilterState,
+    AxisSyncParameters, CheckedParameters, Continuity, ContinuityState, ExtrapolateDiagnostic,
+    FarAxis, FarAxisOutput, FarCorrection, FilterState,
 };
 
 use super::course::FarTimeCourse;
 use super::encoder::Encoder;
+use super::limited::Limited;
 use super::micros;
+use crate::config::{FarAxisConfig, FarLimits};
 use crate::signals::FarAxisSignals;
 use crate::slaves::Master;
 
@@ -24,6 +26,8 @@ pub(super) struct Axis {
     /// Nothing of it, or of its node, came for too long in the newest cycle.
     is_lost: bool,
     continuity: Continuity,
+    /// Of an axis that has limits of its own.
+    limited: Option<Box<Limited>>,
     /// The far time that it stands for.
     course: FarTimeCourse,
     cycle_time: Span,
@@ -41,14 +45,18 @@ impl Axis {
     pub(super) fn new(
         cycle_time: CycleTime,
         parameters: &AxisSyncParameters,
-        encoder: Option<EncoderParameters>,
+        config: &FarAxisConfig,
     ) -> Result<Self, WrongParameter> {
-        let encoder = encoder.map(|encoder| Encoder::new(cycle_time, encoder).map(Box::new));
+        let limited = |limits: FarLimits| Box::new(Limited::new(*limits.get(), cycle_time));
+        let encoder = config
+            .encoder
+            .map(|encoder| Encoder::new(cycle_time, encoder).map(Box::new));
         Ok(Self {
             encoder: encoder.transpose()?,
             is_lost: false,
             block: FarAxis::start(cycle_time.span(), parameters)?,
             continuity: Continuity::new(cycle_time.span(), parameters.extrapolate.blending_time),
+            limited: config.limits.map(limited),
             course: FarTimeCourse::default(),
             cycle_time: cycle_time.span(),
             sample: None,
@@ -181,8 +189,9 @@ impl Axis {
         let mut moved = self.block.update(&sample.set, correction, elapsed);
         self.condition(&sample, &mut moved, elapsed);
         let passed = self.cycle_time * i64::from(elapsed);
-        let far_time = far_time(header, self.count, &moved).filter(|_| !is_lost);
-        if self.course.jumps(moved.state, far_time, passed) {
+        let far_time = far_time(header, self.count, &moved);
+        let known = far_time.filter(|_| !is_lost);
+        if self.course.jumps(moved.state, known, passed) {
             self.continuity.rejoin();
         }
         let is_known = self.has_settled();
@@ -192,10 +201,14 @@ impl Axis {
         };
         // One that was never known stands where it was received, unless that is noise.
         let set = set.or(is_known.then_some(moved.set));
+        let set = match &mut self.limited {
+            Some(limited) => set.map(|set| limited.keep(&set, elapsed)),
+            None => set,
+        };
         moved.set = set.unwrap_or(moved.set);
-        moved.synced &= is_known && self.continuity.state() == ContinuityState::Following;
+        moved.synced &= is_known && self.follows();
         self.error = moved.error;
-        *signals = self.show(header, &sample, &moved);
+        *signals = self.show(&sample, &moved, far_time);
         set?;
         let error = moved.error.map_or(0, |error| error.code().into());
         let error_code = if error == 0 { sample.error_code } else { error };
@@ -231,8 +244,20 @@ impl Axis {
     /// Where its increments say that it goes, as long as it goes where they say.
     fn travel(&self) -> Option<TravelDirection> {
         let encoder = self.encoder.as_ref()?;
-        let follows = self.continuity.state() == ContinuityState::Following;
-        encoder.travel().filter(|_| follows)
+        encoder.travel().filter(|_| self.follows())
+    }
+
+    /// What it does; one that its own limits keep away from where it should be is brought there.
+    fn state(&self) -> ContinuityState {
+        let is_tracking = (self.limited.as_ref()).is_none_or(|limited| limited.is_tracking());
+        match self.continuity.state() {
+            ContinuityState::Following if !is_tracking => ContinuityState::Rejoining,
+            state => state,
+        }
+    }
+
+    fn follows(&self) -> bool {
+        self.state() == ContinuityState::Following
     }
 
     /// A change of mode is being blended over.
@@ -247,13 +272,13 @@ impl Axis {
 
     fn show(
         &self,
-        header: &FrameHeader,
         sample: &AxisSample,
         moved: &FarAxisOutput,
+        far_time: Option<Instant<Remote>>,
     ) -> FarAxisSignals {
         let mut signals = FarAxisSignals {
             state: Some(moved.state.into()),
-            continuity: self.continuity.state().into(),
+            continuity: self.state().into(),
             synced: moved.synced,
             error: moved.error.map_or(0, |error| error.code()),
             age_cycles: 0,
@@ -266,9 +291,7 @@ impl Axis {
             position_diff: Some(moved.diagnostic.position_diff),
             velocity_diff: Some(moved.diagnostic.velocity_diff),
             correction_us: micros(moved.correction_time),
-            far_time_ns: far_time(header, self.count, moved)
-                .filter(|_| self.continuity.state() == ContinuityState::Following)
-                .map(Instant::as_nanos),
+            far_time_ns: far_time.filter(|_| self.follows()).map(Instant::as_nanos),
             ..FarAxisSignals::default()
         };
         if let Some(encoder) = &self.encoder {

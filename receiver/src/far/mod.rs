@@ -8,6 +8,7 @@ mod course;
 mod encoder;
 mod frames;
 mod inbox;
+mod limited;
 mod orders;
 mod run;
 mod take_over;
@@ -73,7 +74,7 @@ impl FarNode {
         run: u64,
         numbers: &[usize],
     ) -> Result<Self, WrongParameter> {
-        let axis = |axis: &FarAxisConfig| Axis::new(cycle_time, &config.sync, axis.encoder);
+        let axis = |axis: &FarAxisConfig| Axis::new(cycle_time, &config.sync, axis);
         let candidate = |(place, number): (usize, &usize)| {
             let inbox = Inbox::new(
                 age_limit(&config.sync, cycle_time),
