@@ -85,7 +85,7 @@ fn one_message_is_forged_after_the_genuine_one() {
         for (place, count) in (0..5).zip(0..).chain((6..11).zip(5..)) {
             assert_eq!(arrived[place], genuine(count), "{what}");
         }
-        arrived[5].clone()
+        arrived[5]
     };
     assert!(forged("'noise'").is_err());
     assert_eq!(forged("'first-again'"), genuine(0));
