@@ -292,6 +292,10 @@ proptest! {
                     }
                     if failed && axis.status() != AxisStatus::ErrorStop {
                         prop_assert_eq!(command, Command::Reset {});
+                        if parameters.on_master_loss == OnMasterLoss::QuickStop {
+                            // The end of the quick stop may have been just now.
+                            differences.begin_anew();
+                        }
                     }
                 }
                 Event::GearHere => {
