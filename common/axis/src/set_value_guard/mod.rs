@@ -89,7 +89,7 @@ const LANDED: u8 = 3;
 
 /// Where more cycles were skipped, the axis goes on as if it had been so many: the time that an update
 /// takes is bounded.
-const MOST_CYCLES: u32 = 100;
+const MOST_CYCLES: u32 = 5_000;
 
 impl SetValueGuard {
     /// The guard of an axis that is in the state `here`, as [`start`](Self::start) takes it.
