@@ -218,7 +218,6 @@ struct ToPosition {
     /// The masters in the last cycle; those that are missing where they were.
     masters: [f64; Masters::MOST],
     guard: SetValueGuard,
-    cycle: f64,
     in_sync: bool,
 }
 
@@ -349,7 +348,6 @@ impl ToPosition {
             target: slave.position,
             masters: [0.0; Masters::MOST],
             guard,
-            cycle: inputs.cycle.0,
             in_sync: false,
         };
         way.remember(&inputs.masters);
@@ -363,7 +361,7 @@ impl ToPosition {
             position: self.target,
             ..*sum
         };
-        let cycles = (scan.elapsed.0 / self.cycle + 0.5) as u32;
+        let cycles = self.guard.cycles_in(scan.elapsed);
         let guarded = self.guard.update(&target, cycles);
         self.in_sync |= guarded.state == GuardState::Tracking;
         Some(guarded.set)

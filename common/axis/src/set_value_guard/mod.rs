@@ -153,6 +153,12 @@ impl SetValueGuard {
         }
     }
 
+    /// How many of its cycles a time comes to.
+    #[must_use]
+    pub fn cycles_in(&self, elapsed: Seconds) -> u32 {
+        (elapsed.0 / self.envelope.cycle_time + 0.5) as u32
+    }
+
     /// One cycle: the set values for a target, in u, u/s and u/s².
     ///
     /// `elapsed` is how many cycles the last update is ago: 1, or more where cycles were skipped. Positions

@@ -80,7 +80,7 @@ impl SlaveAxis {
         self.guard.check_values(&next)?;
         let here = self.set.position;
         let mut stage = self.last_stage;
-        let guarded = stage.update(&next, self.cycles(elapsed));
+        let guarded = stage.update(&next, self.last_stage.cycles_in(elapsed));
         let left = stage.borne_out(&guarded.set);
         self.guard.check_coupled_stop(here, &left)?;
         if guarded.state != GuardState::Tracking {
@@ -111,7 +111,7 @@ impl SlaveAxis {
             self.place(target);
             return;
         }
-        let cycles = self.cycles(elapsed);
+        let cycles = self.last_stage.cycles_in(elapsed);
         let guarded = self.last_stage.update(target, cycles);
         self.leave(&guarded);
     }
@@ -129,11 +129,6 @@ impl SlaveAxis {
         self.tracking = GuardState::Tracking;
         self.distance = 0.0;
         self.window.forget();
-    }
-
-    /// So many cycles have passed.
-    fn cycles(&self, elapsed: Seconds) -> u32 {
-        (elapsed.0 / self.cycle_time + 0.5) as u32
     }
 
     /// The masters have turned back, and the coupling brings the axis to rest.
