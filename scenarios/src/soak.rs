@@ -15,11 +15,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use anyhow::Context;
 use coaxle_host::machine;
+use coaxle_receiver::ContinuityName;
 
 use crate::catalog::Source;
 use crate::finished::Finished;
 use crate::run::{self, Options};
-use crate::summary::World;
+use crate::summary::{ReceiverSummary, World};
 use crate::{processes, virtual_time};
 
 /// What to run.
@@ -182,7 +183,7 @@ pub fn wrong_with(text: &str) -> Vec<String> {
         let lost = finished
             .figures()
             .iter()
-            .filter(|(_, receiver)| synchronises(receiver.mode) && !receiver.synced_at_end)
+            .filter(|(_, receiver)| synchronises(receiver.mode) && !is_back(receiver))
             .map(|(name, receiver)| {
                 format!("{name} ({}) is not in sync at the end", receiver.mode)
             });
@@ -203,6 +204,14 @@ fn wrong_in_processes(text: &str, out: &Path) -> Vec<String> {
 
 fn violations(finished: &Finished) -> impl Iterator<Item = String> {
     finished.violations().iter().map(ToString::to_string)
+}
+
+/// Whether a receiver is in sync, or its clock is and the axis is on its way: that takes up to half a minute after it was
+/// away for long.
+fn is_back(receiver: &ReceiverSummary) -> bool {
+    let (far, axis) = (&receiver.last.far, &receiver.last.axis);
+    let is_on_its_way = far.synced && axis.continuity == ContinuityName::Rejoining;
+    receiver.synced_at_end || is_on_its_way
 }
 
 fn synchronises(mode: &str) -> bool {

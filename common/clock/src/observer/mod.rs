@@ -74,6 +74,8 @@ const CORRELATION_IS_KNOWN_AFTER: f64 = 4.0;
 const LONGEST_IF_CORRELATED: f64 = 8.0;
 /// Smaller shifts may be correlated delays, and the edge finds them itself, s.
 const SMALL_SHIFT: f64 = 1e-4;
+/// Far time that is no further from the line than this is where it should be, s.
+const AT_THE_LINE: f64 = 1e-6;
 /// No clock this crate is made for drifts more, s/s.
 const LARGEST_DRIFT: f64 = 0.01;
 
@@ -155,8 +157,7 @@ impl PhaseObserver {
     /// Takes a message: number `count` of the sender's run `epoch`, which arrived at `arrived`.
     /// `send_stamp` is how late after its ideal cycle start the sender sent it.
     ///
-    /// Duplicates and stragglers do no harm. Messages that lay in a mailbox while the receiver stood
-    /// still do little, but are better kept away: see [`AgeGate`](crate::AgeGate).
+    /// Duplicates and stragglers do no harm, nor do messages that lay in a mailbox while the receiver stood still.
     pub fn observe(
         &mut self,
         epoch: u64,
@@ -172,11 +173,11 @@ impl PhaseObserver {
         let Some(stream) = &mut self.stream else {
             return;
         };
+        let count = count.wrapping_sub(stream.first_count) as i64;
         self.is_stamped = send_stamp.is_some();
         let gap = arrived - stream.newest_arrival;
         stream.newest_arrival = stream.newest_arrival.max(arrived);
         self.progress.heard(arrived, &mut self.events);
-        let count = count.wrapping_sub(stream.first_count) as i64;
         let sent = arrived - send_stamp.unwrap_or(Span::ZERO);
         let phase = sent - stream.first_arrival - self.data_cycle_time * count;
         let phase = phase.as_secs_f64();
@@ -197,7 +198,8 @@ impl PhaseObserver {
         }
         stream.resolution.take(arrived);
         let coarse = self.jitter.cell() > 0.0;
-        let held_up = !coarse && stream.is_held_up(value, gap);
+        let is_queue = gap * 2 < self.data_cycle_time;
+        let held_up = !coarse && stream.is_held_up(value, gap, is_queue);
         if !held_up {
             if !coarse {
                 stream.choice.observe(value);
@@ -205,7 +207,7 @@ impl PhaseObserver {
             stream.block[stream.filled] = Residual { count, value };
             stream.filled += 1;
         }
-        let queued = held_up && gap * 2 < self.data_cycle_time;
+        let queued = held_up && is_queue;
         let shifted = stream.line.as_ref().is_some_and(|line| {
             !queued
                 && self.detector.observe(
@@ -404,7 +406,17 @@ impl PhaseObserver {
             }
         };
         let sigma = stream.choice.sigma(variance);
-        (self.progress).judge(arrived, sigma, jitter, longest, &self.parameters);
+        let may_end = self.may_end_locking(arrived);
+        (self.progress).judge(arrived, may_end, sigma, jitter, longest, &self.parameters);
+    }
+
+    /// Not on a backlog that comes all at once, and not before far time is where the line is: afterwards it is slewed
+    /// so slowly that it would take an hour.
+    fn may_end_locking(&self, now: Instant<Local>) -> bool {
+        let messages = i64::from(self.parameters.synced_messages);
+        let is_there = |shown: &Shown| shown.remaining.0.abs() < AT_THE_LINE;
+        now - self.progress.since >= self.data_cycle_time * messages / 2
+            && self.shown.as_ref().is_none_or(is_there)
     }
 
     /// What there is to tell a longer path from a sender that stood still.

@@ -48,9 +48,11 @@ impl Progress {
         self.messages = self.messages.saturating_add(1);
     }
 
+    /// After a block of messages. Locking does not end before it `may_end`.
     pub(super) fn judge(
         &mut self,
         now: Instant<Local>,
+        may_end: bool,
         sigma: f64,
         jitter: f64,
         longest_locking: f64,
@@ -65,9 +67,10 @@ impl Progress {
                 };
                 self.unsure = sigma > bound;
             }
-            None => {
-                self.granted = self.good_enough(now, sigma, jitter, longest_locking, parameters)
+            None if may_end => {
+                self.granted = self.good_enough(now, sigma, jitter, longest_locking, parameters);
             }
+            None => {}
         }
     }
 
@@ -140,7 +143,20 @@ mod tests {
 
     fn judge(progress: &mut Progress, sigma: f64) {
         let parameters = ObserverParameters::default();
-        progress.judge(Instant::EPOCH, sigma, 20e-6, 30.0, &parameters);
+        progress.judge(Instant::EPOCH, true, sigma, 20e-6, 30.0, &parameters);
+    }
+
+    #[test]
+    fn locking_does_not_end_before_it_may() {
+        let mut progress = Progress::starting_at(Instant::EPOCH);
+        let parameters = ObserverParameters::default();
+        for _ in 0..300 {
+            progress.heard(Instant::EPOCH, &mut Events::default());
+        }
+        progress.judge(Instant::EPOCH, false, 0.0, 20e-6, 30.0, &parameters);
+        assert!(!progress.is_synced());
+        progress.judge(Instant::EPOCH, true, 0.0, 20e-6, 30.0, &parameters);
+        assert!(progress.is_synced());
     }
 
     #[test]

@@ -65,10 +65,14 @@ impl Stream {
     }
 
     /// Whether the link was still busy with the message before, `gap` earlier, when this one could
-    /// have come: on a link that keeps the order it then tells of the one before.
-    pub(super) fn is_held_up(&mut self, residual: f64, gap: Span) -> bool {
+    /// have come: on a link that keeps the order it then tells of the one before. Messages that come far faster than
+    /// they are sent, as out of a mailbox, are a queue however many they are.
+    pub(super) fn is_held_up(&mut self, residual: f64, gap: Span, is_queue: bool) -> bool {
         let busy_until = residual - gap.as_secs_f64();
         let held_up = (self.line.as_ref()).is_some_and(|line| busy_until > line.bounds.level);
+        if held_up && is_queue {
+            return true;
+        }
         self.held_up = if held_up { self.held_up + 1 } else { 0 };
         // So many are no queue: the line is wrong.
         if self.held_up > LONGEST_QUEUE {

@@ -393,6 +393,36 @@ fn silence_is_held_over_and_then_lost() {
 }
 
 #[test]
+fn a_backlog_that_comes_at_once_does_not_end_locking() {
+    for seed in 0..20 {
+        let mut world = World::new(millis(2), 200.0);
+        world.random = Random::of_state(88_172_645_463_325_252 + seed);
+        let _ = world.run(4.0);
+        // The receiver stood still for 2 s; then it finds a thousand messages, not quite in order.
+        world.silent = true;
+        let before = world.count;
+        let _ = world.run(2.0);
+        let behind = world.count - before;
+        let now = Instant::from_nanos(world.now);
+        for n in 0..behind {
+            let count = before + (n ^ (seed % 4)).min(behind - 1);
+            world.observer.observe(world.epoch, count, now, None);
+        }
+        world.silent = false;
+        assert_eq!(world.step().state, ObserverState::Locking, "{seed}");
+        let output = world.run(4.0);
+        assert_eq!(output.state, ObserverState::Synced, "{seed}");
+        let slewing = output.slew_remaining.as_micros().abs();
+        assert!(
+            world.error().abs() < 50e-6 && slewing < 50.0,
+            "{seed}: {}",
+            world.error()
+        );
+        assert!(world.is_monotone());
+    }
+}
+
+#[test]
 fn a_delay_that_is_told_is_slewed_in() {
     let mut world = World::new(millis(1), 30.0);
     let _ = world.run(5.0);
