@@ -3,12 +3,12 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use coaxle_host::cli::{LogArgs, exit_code, tune_transport};
+use coaxle_host::cli::{EXIT_CODES, LogArgs, exit_code, tune_transport};
 use coaxle_receiver::run::{Args, run};
 
 /// Receiver node: makes a far axis local and smooth, and drives a slave with it
 #[derive(Parser)]
-#[command(version)]
+#[command(version, after_help = EXIT_CODES)]
 struct Cli {
     #[command(flatten)]
     args: Args,
@@ -19,6 +19,6 @@ struct Cli {
 fn main() -> ExitCode {
     tune_transport();
     let cli = Cli::parse();
-    cli.log.init();
-    exit_code(run(&cli.args))
+    let logging = cli.log.init();
+    exit_code(run(&cli.args), logging)
 }

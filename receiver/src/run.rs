@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use coaxle_clock::{Instant, Local};
-use coaxle_host::{ArrivalsTrace, NodeArgs, Setup, Trace, arrivals_beside};
+use coaxle_host::cli::Exit;
+use coaxle_host::{ArrivalsTrace, Ended, NodeArgs, Setup, Trace, arrivals_beside};
 
 use crate::config::ReceiverConfig;
 use crate::drives::Drives;
@@ -37,7 +38,7 @@ pub struct Args {
 /// # Errors
 /// The config names a wrong value (file, field, received, expected), the trace file or the
 /// endpoints cannot be opened, or the trace could not be kept.
-pub fn run(args: &Args) -> anyhow::Result<()> {
+pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let node = &args.node;
     let mut config: ReceiverConfig = node.load()?;
     config.relative_to(node.folder());
@@ -53,9 +54,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             Instant::EPOCH,
             0,
         )?;
-        return node.say_ok();
+        return node.say_ok().map(|()| Exit::Done);
     }
+    node.die_with_parent()?;
     let files = files(args, &config)?;
+    let follows = !config.heard_nodes().is_empty();
     let outcome = coaxle_host::run(setup(node, config, files))?;
     tracing::info!(
         cycles = outcome.cycles,
@@ -68,7 +71,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         arrivals_not_recorded = outcome.arrivals_dropped,
         "cycles of this run"
     );
-    Ok(())
+    if outcome.ended == Ended::TimeUp && follows && outcome.received == 0 {
+        tracing::error!("no data came of any node that is followed");
+        return Ok(Exit::NoData);
+    }
+    Ok(Exit::Done)
 }
 
 fn setup(node: &NodeArgs, config: ReceiverConfig, files: Files) -> Setup<Receiver> {

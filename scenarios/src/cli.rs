@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::{Args, Parser, Subcommand};
-use coaxle_host::cli::LogArgs;
+use coaxle_host::cli::{EXIT_CODES, Exit, LogArgs, exit_code};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::cam::{self, CamCommand};
@@ -28,7 +28,7 @@ use crate::table;
 /// Without a command it cuts to length: a flying saw whose conveyor is on another PC with another
 /// clock, without correction and with it, with real processes on this machine, in about a minute.
 #[derive(Debug, Parser)]
-#[command(name = "coaxle", version)]
+#[command(name = "coaxle", version, after_help = EXIT_CODES)]
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -145,33 +145,33 @@ fn demonstration() -> RunArgs {
     }
 }
 
-/// Runs the tool: 0 if all went well, 1 if not or if an expectation failed, 2 for a wrong command.
+/// Runs the tool.
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    cli.log.init();
-    let done = match cli.command {
-        None => run_scenario(&demonstration()),
-        Some(Command::Run(args)) => run_scenario(&args),
-        Some(Command::Sweep(args)) => run_sweep(&args),
-        Some(Command::Soak(args)) => soak::cli::print(&args),
-        Some(Command::List) => list(),
-        Some(Command::Check { scenarios }) => check(&scenarios),
-        Some(Command::Show { scenario }) => show(&scenario),
-        Some(Command::Signals { config }) => crate::signals::signals(&config),
-        Some(Command::Cam(command)) => cam::print(&command),
-        Some(Command::Saw(command)) => saw::print(&command),
-        Some(Command::Order(args)) => command::print(&args),
-        Some(Command::RecordArrivals(args)) => record_arrivals(&args),
-        Some(Command::KeepBusy) => recording::keep_busy().map(|()| true),
-        Some(Command::Sender(args)) => coaxle_sender::run::run(&args).map(|()| true),
-        Some(Command::Receiver(args)) => coaxle_receiver::run::run(&args).map(|()| true),
+    let logging = cli.log.init();
+    exit_code(carry_out(cli.command), logging)
+}
+
+fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
+    let (good, otherwise) = match command {
+        None => (run_scenario(&demonstration())?, Exit::NotMet),
+        Some(Command::Run(args)) => (run_scenario(&args)?, Exit::NotMet),
+        Some(Command::Sweep(args)) => (run_sweep(&args)?, Exit::NotMet),
+        Some(Command::Soak(args)) => (soak::cli::print(&args)?, Exit::NotMet),
+        Some(Command::List) => (list()?, Exit::Failed),
+        Some(Command::Check { scenarios }) => (check(&scenarios)?, Exit::Failed),
+        Some(Command::Show { scenario }) => (show(&scenario)?, Exit::Failed),
+        Some(Command::Signals { config }) => (crate::signals::signals(&config)?, Exit::Failed),
+        Some(Command::Cam(command)) => (cam::print(&command)?, Exit::Failed),
+        Some(Command::Saw(command)) => (saw::print(&command)?, Exit::Refused),
+        Some(Command::Order(args)) => (command::print(&args)?, Exit::Refused),
+        Some(Command::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
+        Some(Command::KeepBusy) => (recording::keep_busy().map(|()| true)?, Exit::Failed),
+        Some(Command::Sender(args)) => return coaxle_sender::run::run(&args),
+        Some(Command::Receiver(args)) => return coaxle_receiver::run::run(&args),
     };
-    match done {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(error) => coaxle_host::cli::exit_code(Err(error)),
-    }
+    Ok(otherwise.unless(good))
 }
 
 fn say(text: &str) -> anyhow::Result<()> {

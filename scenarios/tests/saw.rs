@@ -138,7 +138,7 @@ fn a_plan_has_its_phases_31_values_and_the_tables_header() {
 fn a_refusal_is_told_in_full_and_fails() {
     let file = SAW.shipped("saw-position-2-checked.toml");
     let output = SAW.run(&["plan", &file, "--json"]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(4));
     assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
     let refusal = &answer["refusal"];
@@ -156,7 +156,7 @@ fn a_refusal_is_told_in_full_and_fails() {
     );
 
     let output = SAW.run(&["plan", &file]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(4));
     let said = text(&output.stdout);
     assert!(said.contains("refused: 0x4377: "), "{said}");
     assert!(said.contains("undershoot-pos"), "{said}");
@@ -166,7 +166,7 @@ fn a_refusal_is_told_in_full_and_fails() {
 fn a_remedy_passes_when_it_is_applied() {
     let file = SAW.shipped("too-close.toml");
     let output = SAW.run(&["plan", &file, "--json"]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(4));
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
     let remedy = &answer["refusal"]["remedy"];
     let distance = number(&remedy["master_distance"]);
@@ -206,7 +206,7 @@ fn a_plot_is_written_where_it_is_wanted() {
 
     std::fs::remove_file(&page).unwrap();
     let refused = SAW.run(&["plot", &SAW.shipped("too-close.toml"), "-o", page_name]);
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(4));
     assert!(text(&refused.stdout).contains("refused: "));
     assert!(!page.exists());
     let good = SAW.shipped("saw-velocity-1.toml");

@@ -4,6 +4,7 @@ mod recorder;
 
 use anyhow::Context;
 use coaxle_clock::{Instant, Local};
+use coaxle_host::cli::Exit;
 use coaxle_host::{NodeArgs, Setup};
 
 use crate::config::SenderConfig;
@@ -18,14 +19,15 @@ pub type Args = NodeArgs;
 /// # Errors
 /// The config names a wrong value (file, field, received, expected), the trace file or the
 /// endpoints cannot be opened, or the trace could not be kept.
-pub fn run(args: &Args) -> anyhow::Result<()> {
+pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let mut config: SenderConfig = args.load()?;
     config.relative_to(args.folder());
     config.transport = args.transport(&config.transport)?;
     if args.check {
         build(&args.file(), &config, Instant::EPOCH, 0)?;
-        return args.say_ok();
+        return args.say_ok().map(|()| Exit::Done);
     }
+    args.die_with_parent()?;
     let outcome = coaxle_host::run(setup(args, config)?)?;
     tracing::info!(
         cycles = outcome.cycles,
@@ -34,7 +36,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         not_recorded = outcome.telemetry_dropped,
         "cycles of this run"
     );
-    Ok(())
+    Ok(Exit::Done)
 }
 
 fn setup(args: &Args, config: SenderConfig) -> anyhow::Result<Setup<Sender>> {

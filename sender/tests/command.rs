@@ -13,7 +13,8 @@ struct Cli {
 
 fn check(file: &Path) -> Result<(), String> {
     let cli = Cli::try_parse_from(["sender".as_ref(), file.as_os_str(), "--check".as_ref()]);
-    run(&cli.expect("valid arguments").args).map_err(|error| format!("{error:#}"))
+    let ended = run(&cli.expect("valid arguments").args);
+    ended.map(|_| ()).map_err(|error| format!("{error:#}"))
 }
 
 fn written(folder: &Path, text: &str) -> PathBuf {

@@ -6,6 +6,7 @@ use std::os::unix::process::CommandExt;
 use std::process::{Command, ExitCode};
 
 use coaxle_clock::Span;
+use tracing_appender::non_blocking::WorkerGuard;
 use tracing_subscriber::EnvFilter;
 
 use crate::transport::ZENOH_RUNTIME;
@@ -21,19 +22,31 @@ pub struct LogArgs {
     pub quiet: bool,
 }
 
+/// Logging: what is left is written when it is dropped.
+#[must_use]
+pub struct Logging {
+    _writer: WorkerGuard,
+}
+
 impl LogArgs {
-    /// Starts logging to standard error. Only the first call in a process has an effect.
-    pub fn init(self) {
+    /// Starts logging to standard error, until the result is dropped. Only the first call in a process has an effect.
+    ///
+    /// A thread of its own writes: nobody waits for a log that is full, closed or not read. What there is no room for is
+    /// dropped.
+    pub fn init(self) -> Logging {
         let filter = match std::env::var("RUST_LOG") {
             Ok(wish) if !wish.is_empty() => EnvFilter::new(wish),
             _ => EnvFilter::new(self.filter()),
         };
+        let (writer, guard) = tracing_appender::non_blocking(std::io::stderr());
         let _ = tracing_subscriber::fmt()
             .with_env_filter(filter)
-            .with_writer(std::io::stderr)
+            .with_writer(writer)
+            .log_internal_errors(false)
             .with_ansi(std::io::stderr().is_terminal())
             .with_target(self.verbose > 0)
             .try_init();
+        Logging { _writer: guard }
     }
 
     /// Zenoh's own warnings repeat at every attempt to connect what the nodes say once.
@@ -47,17 +60,46 @@ impl LogArgs {
     }
 }
 
-/// Prints an error as one line, from the outermost context to the cause, and gives the exit code.
-#[must_use]
-pub fn exit_code(result: anyhow::Result<()>) -> ExitCode {
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            // With standard error closed there is nobody left to tell.
-            let _ = writeln!(std::io::stderr(), "error: {error:#}");
-            ExitCode::FAILURE
-        }
+/// How a program ended, as its exit code says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// As it should.
+    Done = 0,
+    /// It could not do its work: a config, a file, the network, a thread. So do errors.
+    Failed = 1,
+    // 2 is a wrong command line, by clap.
+    /// It did its work, and an expectation was not met.
+    NotMet = 3,
+    /// What it was to do was refused, and nothing moved.
+    Refused = 4,
+    /// A node's time was up, and nothing had come of any node it follows.
+    NoData = 5,
+}
+
+/// The exit codes, for `--help`.
+pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 could not (config, file, network); 2 wrong command line; \
+    3 an expectation was not met; 4 refused; 5 no data came";
+
+impl Exit {
+    /// This one where something did not go as it should.
+    #[must_use]
+    pub const fn unless(self, good: bool) -> Self {
+        if good { Self::Done } else { self }
     }
+}
+
+/// Prints an error as one line, from the outermost context to the cause, and gives the exit code. What was logged comes
+/// before it.
+#[must_use]
+pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
+    drop(logging);
+    let exit = result.unwrap_or_else(|error| {
+        // With standard error closed there is nobody left to tell.
+        let _ = writeln!(std::io::stderr(), "error: {error:#}");
+        Exit::Failed
+    });
+    ExitCode::from(exit as u8)
 }
 
 /// Starts the calling program anew with Zenoh's threads shared out as [`ZENOH_RUNTIME`] says,
@@ -184,8 +226,12 @@ mod tests {
     }
 
     #[test]
-    fn errors_fail_the_program() {
-        assert_eq!(exit_code(Ok(())), ExitCode::SUCCESS);
-        assert_eq!(exit_code(Err(anyhow::anyhow!("no"))), ExitCode::FAILURE);
+    fn an_error_fails_the_program() {
+        let code = |result| exit_code(result, LogArgs::default().init());
+        assert_eq!(code(Ok(Exit::Done)), ExitCode::SUCCESS);
+        assert_eq!(code(Ok(Exit::NoData)), ExitCode::from(5));
+        assert_eq!(code(Err(anyhow::anyhow!("no"))), ExitCode::FAILURE);
+        assert_eq!(Exit::NotMet.unless(true), Exit::Done);
+        assert_eq!(Exit::NotMet.unless(false), Exit::NotMet);
     }
 }

@@ -3,9 +3,10 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use coaxle_clock::Span;
 use coaxle_node::config::{TransportConfig, load};
+use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
 use serde::de::DeserializeOwned;
 
 use crate::cli::parse_duration;
@@ -35,6 +36,9 @@ pub struct NodeArgs {
     /// times
     #[arg(long, value_name = "ENDPOINT")]
     pub listen: Vec<String>,
+    /// Die with this process, which started this one
+    #[arg(long, value_name = "PID", hide = true)]
+    pub parent: Option<i32>,
 }
 
 impl NodeArgs {
@@ -84,6 +88,22 @@ impl NodeArgs {
     pub fn trace(&self, columns: &[String]) -> anyhow::Result<Option<Trace>> {
         let create = |path| Trace::with_columns(path, columns);
         self.trace.as_deref().map(create).transpose()
+    }
+
+    /// From now on this process dies with the one that started it, where it is told of one: however that ends.
+    ///
+    /// # Errors
+    /// That one is gone already, or the system refuses.
+    pub fn die_with_parent(&self) -> anyhow::Result<()> {
+        let Some(parent) = self.parent else {
+            return Ok(());
+        };
+        set_parent_process_death_signal(Some(Signal::KILL))
+            .context("cannot be tied to the process that started it")?;
+        if Pid::as_raw(getppid()) != parent {
+            bail!("the process {parent} that started it is gone");
+        }
+        Ok(())
     }
 
     /// Says on standard output that the config is all right.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::Node;
 use coaxle_node::config::{ClockConfig, RealTimeConfig, TransportConfig};
@@ -19,7 +19,9 @@ use crate::ended::{Ended, Signals};
 use crate::machine;
 use crate::mailbox::{Inbox, Mailbox, mailbox};
 use crate::outbox::outbox;
+use crate::panics::panics;
 use crate::real_time;
+use crate::service::Service;
 use crate::session::Session;
 use crate::status::{Identity, Reporter};
 use crate::telemetry::{Recorder, telemetry};
@@ -137,6 +139,7 @@ where
     T: Transport + 'static,
 {
     let mut signals = Signals::listen()?;
+    let (panic_watch, mut panics) = panics();
     let epoch = getrandom::u64().context("the system gives no random epoch")?;
     let identity = identity(&setup, epoch);
     let node = (setup.build)(NodeClock::first_cycle(&setup.clock), epoch)
@@ -152,11 +155,11 @@ where
     let (arrivals, arrived) = RingBuffer::new(ARRIVAL_RECORDS);
     let (records, telemetry) = telemetry(node.snapshot(), node.snapshot_size(), arrived);
     let (mut orders, server, mut requests) = commands();
-    let server = start_server(server)?;
+    let server = start_server(server, &panic_watch)?;
     orders.attach(server.thread().clone());
     requests.attach(server.thread().clone());
 
-    let mut session = Session::open(transport, &setup.name, epoch)?;
+    let mut session = Session::open(transport, &setup.name, epoch, panic_watch.clone())?;
     let channels = session.publish(&setup.wiring.publications, setup.seed)?;
     for (subscription, inbox) in setup.wiring.subscriptions.iter().zip(inboxes) {
         session.subscribe(subscription, setup.seed, inbox, Arc::clone(&counters))?;
@@ -164,7 +167,7 @@ where
     session.take_orders(&setup.name, requests)?;
     let session = Arc::new(session);
 
-    let publisher = start_publisher(frames, setup.send_stamps, channels, &counters)?;
+    let publisher = start_publisher(frames, setup.send_stamps, channels, &counters, &panic_watch)?;
     outbox.attach(publisher.thread().clone());
     let reporter = Reporter::new(
         identity,
@@ -172,7 +175,7 @@ where
         Arc::clone(&counters),
         machine::now(),
     );
-    let telemetry_thread = start_telemetry(telemetry, setup.recorder, reporter)?;
+    let telemetry_thread = start_telemetry(telemetry, setup.recorder, reporter, &panic_watch)?;
     let counted = Arc::clone(&counters);
     let with_clock = move |clock| Cycle {
         node,
@@ -190,7 +193,7 @@ where
         seed: setup.seed,
         run_for: setup.run_for,
     };
-    let cycle = start_cycle(with_clock, wishes)?;
+    let cycle = start_cycle(with_clock, wishes, &panic_watch)?;
     if let Ok(denied) = cycle.running.await {
         for real_time::Denied { wish, reason } in denied {
             tracing::warn!(node = %setup.name, "real-time wish {wish} not granted: {reason}");
@@ -199,21 +202,27 @@ where
         tracing::info!(node = %setup.name, role = setup.role, "running, {endpoints}");
     }
 
+    let mut service = Service::ready();
     let why = tokio::select! {
-        _ = cycle.ended => Ended::TimeUp,
-        why = signals.next() => why,
+        thread = panics.next() => Err(anyhow!("the {thread} thread panicked")),
+        _ = cycle.ended => Ok(Ended::TimeUp),
+        why = signals.next() => Ok(why),
+        never = service.feed_watchdog(&counters.cycles) => match never {},
     };
+    service.stopping();
     cycle.stop.store(true, Ordering::Relaxed);
     // In the order the data flow, so that each finds all that is left.
-    let cycled = joined("cycle", cycle.thread);
-    let commanded = joined("command", server);
-    let published = joined("publish", publisher);
-    let observed = joined("telemetry", telemetry_thread).and_then(|finished| finished);
+    let cycled = joined("cycle", cycle.thread).await;
+    let commanded = joined("command", server).await;
+    let published = joined("publish", publisher).await;
+    let observed = joined("telemetry", telemetry_thread).await;
     session.close();
+    // What a thread said itself says more.
     cycled?;
     commanded?;
     published?;
-    observed.context("the recorder could not keep what it recorded")?;
+    observed?.context("the recorder could not keep what it recorded")?;
+    let why = why?;
     tracing::info!(node = %setup.name, ended = ?why, "stopped");
     Ok(outcome(why, epoch, &counters))
 }

@@ -17,6 +17,7 @@ use crate::counters::{Counters, count};
 use crate::faults::Faults;
 use crate::machine::Machine;
 use crate::mailbox::Inbox;
+use crate::panics::PanicWatch;
 use crate::publisher::PublishedChannel;
 use crate::transport::{Declared, PresenceHandler, Publisher, Transport, Urgency};
 
@@ -31,6 +32,7 @@ pub(crate) struct Session {
     contacts: Vec<Arc<Contact>>,
     /// Other runs under the name of this node.
     namesakes: Arc<Mutex<BTreeSet<String>>>,
+    panics: PanicWatch,
 }
 
 /// What is known of a source, written by the transport's threads.
@@ -71,6 +73,7 @@ impl Session {
         transport: Arc<dyn Transport>,
         name: &NodeName,
         epoch: u64,
+        panics: PanicWatch,
     ) -> anyhow::Result<Self> {
         let status = transport.publisher(&name.status_key(), Urgency::Ordinary)?;
         let alive = transport.announce(&name.alive_key())?;
@@ -85,6 +88,7 @@ impl Session {
             declared: vec![alive, run, watched],
             contacts: Vec::new(),
             namesakes,
+            panics,
         })
     }
 
@@ -139,7 +143,11 @@ impl Session {
             contact: Arc::clone(&contact),
             counters,
         };
-        let on_bytes = move |arrival, bytes: &[u8]| reception.take(arrival, bytes);
+        let panics = self.panics.clone();
+        let on_bytes = move |arrival, bytes: &[u8]| {
+            let _watched = panics.over("receive");
+            reception.take(arrival, bytes);
+        };
         let frames = self.transport.subscribe(&key, Box::new(on_bytes))?;
         self.declared.push(frames);
         if channel.carries_axes() {

@@ -1,10 +1,12 @@
 //! The threads of a node, each with what it owns.
 
+use std::any::Any;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread::JoinHandle;
+use std::time::Duration;
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use coaxle_clock::Span;
 use coaxle_node::Node;
 use coaxle_node::config::{ClockConfig, RealTimeConfig};
@@ -13,15 +15,20 @@ use tokio::sync::oneshot;
 use crate::commands::CommandServer;
 use crate::counters::Counters;
 use crate::cycle::{Cycle, Limits, NodeClock};
+use crate::machine;
 use crate::outbox::OutgoingFrames;
+use crate::panics::PanicWatch;
 use crate::publisher::{PublishedChannel, publish};
 use crate::real_time;
 use crate::status::Reporter;
 use crate::telemetry::{Recorder, Telemetry, observe};
 
 /// The thread that answers requests.
-pub(crate) fn start_server(server: CommandServer) -> anyhow::Result<JoinHandle<()>> {
-    thread("command", move || server.work())
+pub(crate) fn start_server(
+    server: CommandServer,
+    panics: &PanicWatch,
+) -> anyhow::Result<JoinHandle<()>> {
+    thread("command", panics, move || server.work())
 }
 
 /// The thread that publishes frames.
@@ -30,9 +37,10 @@ pub(crate) fn start_publisher(
     send_stamps: bool,
     mut channels: Vec<PublishedChannel>,
     counters: &Arc<Counters>,
+    panics: &PanicWatch,
 ) -> anyhow::Result<JoinHandle<()>> {
     let counters = Arc::clone(counters);
-    thread("publish", move || {
+    thread("publish", panics, move || {
         publish(frames, &mut channels, send_stamps, &counters);
     })
 }
@@ -42,8 +50,9 @@ pub(crate) fn start_telemetry<S: Send + 'static>(
     telemetry: Telemetry<S>,
     mut recorder: Box<dyn Recorder<S>>,
     mut reporter: Reporter,
+    panics: &PanicWatch,
 ) -> anyhow::Result<JoinHandle<anyhow::Result<()>>> {
-    thread("telemetry", move || {
+    thread("telemetry", panics, move || {
         observe(telemetry, recorder.as_mut(), &mut reporter)
     })
 }
@@ -70,12 +79,13 @@ pub(crate) struct RunningCycle {
 pub(crate) fn start_cycle<N: Node>(
     with_clock: impl FnOnce(NodeClock) -> Cycle<N> + Send + 'static,
     wishes: Wishes,
+    panics: &PanicWatch,
 ) -> anyhow::Result<RunningCycle> {
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
     let (now_running, running) = oneshot::channel();
     let (ending, ended) = oneshot::channel();
-    let thread = thread("cycle", move || {
+    let thread = thread("cycle", panics, move || {
         let _ending = ending;
         let denied = real_time::apply(&wishes.real_time);
         // A thread that nobody waits for any more may still run.
@@ -96,18 +106,44 @@ pub(crate) fn start_cycle<N: Node>(
 }
 
 fn thread<T: Send + 'static>(
-    name: &str,
+    name: &'static str,
+    panics: &PanicWatch,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> anyhow::Result<JoinHandle<T>> {
+    let panics = panics.clone();
     std::thread::Builder::new()
         .name(name.to_owned())
-        .spawn(work)
+        .spawn(move || {
+            let _watched = panics.over(name);
+            work()
+        })
         .with_context(|| format!("cannot start the {name} thread"))
 }
 
-/// What a thread gave when it ended.
-pub(crate) fn joined<T>(name: &str, thread: JoinHandle<T>) -> anyhow::Result<T> {
+/// How long a thread may take to end: one that writes to a file nobody empties would keep the node from ending.
+const PATIENCE: Span = Span::from_secs(5);
+/// How often it looks whether it has.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// What a thread gave when it ended, which it has been told to.
+///
+/// # Errors
+/// It panicked, with what it said; or it does not end.
+pub(crate) async fn joined<T>(name: &str, thread: JoinHandle<T>) -> anyhow::Result<T> {
+    let asked = machine::now();
+    while !thread.is_finished() {
+        if machine::now() - asked > PATIENCE {
+            bail!("the {name} thread did not end within {PATIENCE}");
+        }
+        tokio::time::sleep(LOOK).await;
+    }
     thread
         .join()
-        .map_err(|_| anyhow!("the {name} thread panicked"))
+        .map_err(|panic| anyhow!("the {name} thread panicked: {}", what_it_said(&*panic)))
+}
+
+fn what_it_said(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    let owned = panic.downcast_ref::<String>().map(String::as_str);
+    text.or(owned).unwrap_or("it did not say why")
 }

@@ -91,6 +91,7 @@ impl Child {
             })
             .arg(&cycles)
             .args(run_for.iter().flat_map(|time| ["--for", time]))
+            .args(["--parent", &std::process::id().to_string()])
             .env(runtime, threads)
             .stdin(Stdio::null())
             .stdout(Stdio::null())

@@ -62,3 +62,25 @@ fn a_recorder_that_fails_is_an_error_after_a_clean_end() {
         "the recorder could not keep what it recorded: no space left"
     );
 }
+
+#[test]
+fn a_thread_that_panics_ends_the_node_and_is_named() {
+    struct Ill(u32);
+    impl Recorder<ToySnapshot> for Ill {
+        fn record(&mut self, _: &Record<ToySnapshot>) {
+            self.0 += 1;
+            assert!(self.0 < 5, "five is too many");
+        }
+        fn status(&self) -> Map<String, Value> {
+            Map::new()
+        }
+        fn finish(&mut self) -> anyhow::Result<()> {
+            Ok(())
+        }
+    }
+    // An hour, if nobody noticed.
+    let mut setup = setup("ill", TransportConfig::default(), 3_600, &Memory::default());
+    setup.recorder = Box::new(Ill(0));
+    let message = format!("{:#}", run_over(setup, InProcess::default()).unwrap_err());
+    assert_eq!(message, "the telemetry thread panicked: five is too many");
+}

@@ -20,6 +20,7 @@ use crate::cycle::{Cycle, NodeClock};
 use crate::machine::Machine;
 use crate::mailbox::mailbox;
 use crate::outbox::{OutgoingFrames, outbox};
+use crate::panics::panics;
 use crate::publisher::{PublishedChannel, publish_waiting};
 use crate::session::Session;
 use crate::status::{Identity, Reporter};
@@ -94,7 +95,8 @@ impl Stepped {
     ) -> Self {
         let node = name(node);
         let counters = Arc::new(Counters::default());
-        let mut session = Session::open(Arc::new(network.transport.clone()), &node, 0xab).unwrap();
+        let mut session =
+            Session::open(Arc::new(network.transport.clone()), &node, 0xab, panics().0).unwrap();
         let channels = session.publish(publishes, 1).unwrap();
         let mut mailboxes = Vec::new();
         for subscription in subscriptions {
@@ -354,7 +356,13 @@ fn every_field_of_the_status_has_its_own_number() {
 fn two_nodes_of_one_name_notice_each_other() {
     let network = Network::new();
     let open = |node: &str, epoch| {
-        Session::open(Arc::new(network.transport.clone()), &name(node), epoch).unwrap()
+        Session::open(
+            Arc::new(network.transport.clone()),
+            &name(node),
+            epoch,
+            panics().0,
+        )
+        .unwrap()
     };
     let first = open("belt", 1);
     let other = open("saw", 3);
