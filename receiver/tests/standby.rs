@@ -2,7 +2,7 @@
 
 mod nodes;
 
-use coaxle_node::{Channel, Node};
+use coaxle_node::{Channel, CommandOrder, CommandOutcome, Node};
 use coaxle_receiver::{ContinuityName, HealthName, Receiver, SignalRow};
 use nodes::{Far, MILLISECOND, receiver};
 
@@ -257,44 +257,93 @@ impl Random {
 
 #[test]
 fn whoever_is_silent_restarts_or_comes_back_the_slave_keeps_its_limits() {
-    for seed in 1..60 {
-        let mut random = Random(seed * 0x9e37_79b9);
+    for seed in 1..40 {
         let mode = ["observer", "time"][seed as usize % 2];
-        let mut receiver = follower(mode, "");
-        let mut lines = lines([0.0, 2.5, -40.0][seed as usize % 3]);
-        let mut watch = Watch::default();
-        run(&mut receiver, &mut lines, 4_000, &mut watch, |_, _| {});
-        watch.positions.drain(..2_000);
-        let mut at = 4_000;
-        let mut last = None;
-        while at < 30_000 {
-            let n = random.below(2) as usize;
-            let is_alone = lines[1 - n].silent;
-            match random.below(4) {
-                // It starts anew, at once or after a silence; but one of them is always there.
-                0 => {
-                    lines[n].epoch += 100;
-                    lines[n].silent = random.below(2) == 0 && !is_alone;
-                }
-                1 => lines[n].silent = !is_alone,
-                _ => lines[n].silent = false,
-            }
-            at += [7, 30, 400, 2_000][random.below(4) as usize];
-            run(&mut receiver, &mut lines, at, &mut watch, |row, at| {
-                let axis = &row.axes[0];
-                let of = (followed(row), row.far[followed(row)].epoch, axis.state);
-                let shown = axis.far_time_ns.map(|time| (of, time));
-                if let (Some((of_last, before)), Some((of, now))) = (last, shown)
-                    && of == of_last
-                {
-                    assert!(now > before, "seed {seed} at {at}: {before} {now}");
-                }
-                last = shown;
-            });
-        }
-        let [velocity, acceleration, jerk] = watch.largest();
-        assert!(velocity <= 1_001.0, "seed {seed}: {velocity}");
-        assert!(acceleration <= 5_050.0, "seed {seed}: {acceleration}");
-        assert!(jerk <= 105_000.0, "seed {seed}: {jerk}");
+        play(seed, &mut follower(mode, ""), &[]);
     }
+}
+
+/// Far axes that keep limits of their own, and orders that start their clock anew or change how it is followed, at any
+/// moment of a take-over.
+#[test]
+fn orders_at_any_moment_and_limits_of_the_far_axis_change_nothing_of_that() {
+    let orders = [
+        r#"{ "re-initialise": {} }"#,
+        r#"{ "filter-mode": "time" }"#,
+        r#"{ "filter-mode": "observer" }"#,
+        r#"{ "set-delay": { "fixed-us": 700 } }"#,
+    ];
+    for seed in 1..40 {
+        let limits = [
+            "",
+            ", limits = { velocity = 600, acceleration = 3000, jerk = 60000 }",
+        ][seed as usize % 2];
+        play(seed, &mut follower("observer", limits), &orders);
+    }
+}
+
+/// A random schedule of silences, restarts and orders about the far node; one of the lines is always there.
+fn play(seed: u64, receiver: &mut Receiver, orders: &[&str]) {
+    let mut random = Random(seed * 0x9e37_79b9);
+    let mut lines = lines([0.0, 2.5, -40.0][seed as usize % 3]);
+    let mut watch = Watch::default();
+    run(receiver, &mut lines, 4_000, &mut watch, |_, _| {});
+    watch.positions.drain(..2_000);
+    let mut at = 4_000;
+    let mut last = None;
+    while at < 30_000 {
+        let n = random.below(2) as usize;
+        let is_alone = lines[1 - n].silent;
+        match random.below(4) {
+            // It starts anew, at once or after a silence.
+            0 => {
+                lines[n].epoch += 100;
+                lines[n].silent = random.below(2) == 0 && !is_alone;
+            }
+            1 => lines[n].silent = !is_alone,
+            _ => lines[n].silent = false,
+        }
+        let mut is_ordered = false;
+        if !orders.is_empty() && random.below(3) == 0 {
+            let order = orders[random.below(orders.len() as u64) as usize];
+            tell(receiver, order);
+            is_ordered = true;
+        }
+        at += [7, 30, 400, 2_000][random.below(4) as usize];
+        if is_ordered {
+            last = None;
+        }
+        run(receiver, &mut lines, at, &mut watch, |row, at| {
+            let axis = &row.axes[0];
+            let of = (followed(row), row.far[followed(row)].epoch, axis.state);
+            let shown = axis.far_time_ns.map(|time| (of, time));
+            if let (Some((of_last, before)), Some((of, now))) = (last, shown)
+                && of == of_last
+            {
+                assert!(now > before, "seed {seed} at {at}: {before} {now}");
+            }
+            last = shown;
+        });
+    }
+    let [velocity, acceleration, jerk] = watch.largest();
+    assert!(velocity <= 1_001.0, "seed {seed}: {velocity}");
+    assert!(acceleration <= 5_050.0, "seed {seed}: {acceleration}");
+    assert!(jerk <= 105_000.0, "seed {seed}: {jerk}");
+    // With both there the axis is where its master is.
+    lines.iter_mut().for_each(|line| line.silent = false);
+    run(receiver, &mut lines, at + 40_000, &mut watch, |_, _| {});
+    let axis = &receiver.snapshot().signals.axes[0];
+    assert_eq!(axis.continuity, ContinuityName::Following, "seed {seed}");
+    assert!(axis.synced, "seed {seed}");
+}
+
+fn tell(receiver: &mut Receiver, command: &str) {
+    let json =
+        format!(r#"{{ "version": 1, "far": "line-a", "command": {command}, "dry-run": false }}"#);
+    let order = CommandOrder::from_json(json.as_bytes()).expect("an order");
+    let outcome = receiver.execute(&order);
+    assert!(
+        matches!(outcome, CommandOutcome::FarAccepted { .. }),
+        "{command}: {outcome:?}"
+    );
 }
