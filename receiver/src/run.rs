@@ -42,7 +42,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let node = &args.node;
     let mut config: ReceiverConfig = node.load()?;
     config.relative_to(node.folder());
-    config.transport = node.transport(&config.transport)?;
+    config.transport = node.transport(&config.name, &config.transport)?;
     for note in config.notes() {
         tracing::warn!("{}: {note}", node.file());
     }

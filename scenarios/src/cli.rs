@@ -16,6 +16,7 @@ use crate::finished::Progress;
 use crate::recording::{self, RecordArgs};
 use crate::run::{self, Options, Outcome};
 use crate::saw::{self, SawCommand};
+use crate::secure::cli::SecureCommand;
 use crate::soak;
 use crate::soak::cli::SoakArgs;
 use crate::summary::World;
@@ -70,6 +71,9 @@ enum Command {
     /// Tell a slave of a running node what to do
     #[command(name = "command")]
     Order(Box<CommandArgs>),
+    /// Make a network secure: certificates, and who may do what; docs/SECURE.md
+    #[command(subcommand)]
+    Secure(SecureCommand),
     /// Record how messages between real nodes arrive, to judge estimators of a far clock by
     RecordArrivals(RecordArgs),
     /// Keep one processor busy until standard input ends
@@ -166,6 +170,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Cam(command)) => (cam::print(&command)?, Exit::Failed),
         Some(Command::Saw(command)) => (saw::print(&command)?, Exit::Refused),
         Some(Command::Order(args)) => (command::print(&args)?, Exit::Refused),
+        Some(Command::Secure(command)) => (crate::secure::cli::print(&command)?, Exit::Failed),
         Some(Command::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
         Some(Command::KeepBusy) => (recording::keep_busy().map(|()| true)?, Exit::Failed),
         Some(Command::Sender(args)) => return coaxle_sender::run::run(&args),

@@ -4,10 +4,9 @@ use std::io::Write;
 use std::path::Path;
 
 use coaxle_node::signal::{Instance, Signal};
-use coaxle_receiver::ReceiverConfig;
-use coaxle_sender::config::SenderConfig;
 
 use crate::inspect;
+use crate::node_config::NodeConfig;
 
 /// Prints every signal of the node of a config: as which column of its trace, unit, meaning.
 pub(crate) fn signals(file: &Path) -> anyhow::Result<bool> {
@@ -20,18 +19,11 @@ pub(crate) fn signals(file: &Path) -> anyhow::Result<bool> {
     })
 }
 
-/// A sender is known by its axes: a receiver follows those of others.
 fn instances_of(file: &Path) -> anyhow::Result<Vec<Instance>> {
-    let table: toml::Table = coaxle_node::config::load(file)?;
-    let follows = ["far", "master", "slave"]
-        .iter()
-        .any(|key| table.contains_key(*key));
-    if table.contains_key("axis") && !follows {
-        let config: SenderConfig = coaxle_node::config::load(file)?;
-        return Ok(config.instances());
-    }
-    let config: ReceiverConfig = coaxle_node::config::load(file)?;
-    Ok(config.instances())
+    Ok(match NodeConfig::load(file)? {
+        NodeConfig::Sender(config) => config.instances(),
+        NodeConfig::Receiver(config) => config.instances(),
+    })
 }
 
 fn list(instance: &Instance, out: &mut dyn Write) -> anyhow::Result<()> {
@@ -54,6 +46,7 @@ fn list(instance: &Instance, out: &mut dyn Write) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use coaxle_receiver::ReceiverConfig;
 
     #[test]
     fn every_signal_is_listed_as_its_column_with_unit_and_meaning() {

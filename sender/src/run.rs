@@ -22,7 +22,7 @@ pub type Args = NodeArgs;
 pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let mut config: SenderConfig = args.load()?;
     config.relative_to(args.folder());
-    config.transport = args.transport(&config.transport)?;
+    config.transport = args.transport(&config.name, &config.transport)?;
     if args.check {
         build(&args.file(), &config, Instant::EPOCH, 0)?;
         return args.say_ok().map(|()| Exit::Done);

@@ -8,6 +8,7 @@ use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
 
+use crate::credentials::Credentials;
 use crate::machine;
 use crate::transport::{Client, OverZenoh, Transport};
 
@@ -21,22 +22,30 @@ const LOOK: Duration = Duration::from_millis(10);
 /// Sends orders. Its calls wait for the answers.
 pub struct Commander {
     transport: Box<dyn Transport>,
+    operator: Option<NodeName>,
 }
 
 impl Commander {
-    /// Joins the network.
+    /// Joins the network. With certificates, orders bear the name of their holder.
     ///
     /// # Errors
-    /// A wrong transport section, or a session that cannot be opened, with the endpoints.
+    /// A wrong transport section, certificates that cannot be read, or a session that cannot be opened, with the
+    /// endpoints.
     pub fn open(transport: &TransportConfig) -> anyhow::Result<Self> {
-        Ok(Self::over(OverZenoh::open_and_wait(transport)?))
+        let credentials = transport.secure.as_deref().map(Credentials::open);
+        let operator = credentials.transpose()?.map(|found| found.name().clone());
+        Ok(Self {
+            transport: Box::new(OverZenoh::open_and_wait(transport)?),
+            operator,
+        })
     }
 
-    /// Sends orders over a transport that is there already.
+    /// Sends orders over a transport that is there already, in the name of an operator or in nobody's.
     #[must_use]
-    pub fn over(transport: impl Transport + 'static) -> Self {
+    pub fn over(transport: impl Transport + 'static, operator: Option<NodeName>) -> Self {
         Self {
             transport: Box::new(transport),
+            operator,
         }
     }
 
@@ -46,11 +55,16 @@ impl Commander {
     /// The node does not turn up within five seconds, or does not answer within three; says which
     /// node was asked and where it was looked for.
     pub fn send(&self, node: &NodeName, order: &CommandOrder) -> anyhow::Result<CommandAnswer> {
-        let key = node.command_key();
+        let key = match &self.operator {
+            Some(operator) => node.operator_command_key(operator),
+            None => node.command_key(),
+        };
         let client = self.transport.client(&key, ANSWER)?;
         let place = format!("asked under {key}, {}", self.transport.whereabouts());
         if !is_there(&*client) {
-            bail!("node {node} takes no orders: nobody is there after {SEARCH}, {place}");
+            let why = self.transport.why_unseen(node.as_str());
+            let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
+            bail!("node {node} takes no orders: nobody is there after {SEARCH}, {place}{why}");
         }
         let Some(payload) = client.request(order.to_json())? else {
             bail!(

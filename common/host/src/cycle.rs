@@ -166,6 +166,7 @@ mod tests {
     use assert_no_alloc::assert_no_alloc;
     use coaxle_clock::{CycleIndex, CycleTime};
     use coaxle_node::config::parse;
+    use coaxle_node::keys::NodeName;
     use coaxle_node::{Arrival, Arrived, AxisSample, Frame, FrameHeader, Message, Rejection};
     use rtrb::RingBuffer;
     use std::borrow::Cow;
@@ -205,7 +206,7 @@ mod tests {
         let (inbox, mailbox) = mailbox(64, 64, Arc::clone(&counters.mailbox_dropped));
         let (outbox, frames) = outbox(4096);
         let (arrivals, arrived) = RingBuffer::new(64);
-        let (orders, server, requests) = commands();
+        let (orders, server, requests) = commands(&NodeName::new("toy").expect("a name"));
         let cycle_time = CycleTime::new(Span::from_millis(1)).unwrap();
         let node = Toy::new(NodeClock::first_cycle(&config), cycle_time, 1);
         let (records, telemetry) = telemetry(node.snapshot(), usize::MAX, arrived);
@@ -324,7 +325,7 @@ mod tests {
         let mut body = Vec::with_capacity(4096);
         let arrival = at(0);
         for _ in 0..4 {
-            bench.requests.send(arrival, Box::new(SameOrder));
+            bench.requests.send(arrival, Box::new(SameOrder), None);
         }
         bench.server.round(arrival);
         assert_no_alloc(|| {

@@ -17,6 +17,8 @@ pub enum Health {
     NoData,
     /// There is no counterpart.
     Waiting,
+    /// A node that this one follows refuses it, or is refused.
+    Refused,
     /// Another node of the same name is there.
     NameTaken,
     /// The node has ended.
@@ -31,6 +33,7 @@ impl Health {
             Self::Ok => "ok",
             Self::NoData => "no-data",
             Self::Waiting => "waiting",
+            Self::Refused => "refused",
             Self::NameTaken => "name-taken",
             Self::Stopped => "stopped",
         }

@@ -1,6 +1,7 @@
 //! The machine's clock: what it reads, and sleeping until it reads something.
 
 use std::cell::Cell;
+use std::time::SystemTime;
 
 use coaxle_clock::{Domain, Instant, Span};
 use rustix::io::Errno;
@@ -22,6 +23,16 @@ pub fn now() -> Instant<Machine> {
     let time = clock_gettime(ClockId::Monotonic);
     // An i64 of nanoseconds holds 292 years of uptime.
     Instant::from_nanos(time.tv_sec * NANOS_PER_SEC + time.tv_nsec)
+}
+
+/// What the machine takes the time of day for. For certificates alone: it may jump.
+#[must_use]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "certificates hold from one day to another; this crate reads the machine's clocks"
+)]
+pub fn wall_clock() -> SystemTime {
+    SystemTime::now()
 }
 
 thread_local! {

@@ -6,10 +6,13 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use coaxle_clock::Span;
 use coaxle_node::config::{TransportConfig, load};
+use coaxle_node::keys::NodeName;
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
 use serde::de::DeserializeOwned;
 
 use crate::cli::parse_duration;
+use crate::credentials::{Credentials, CredentialsFault};
+use crate::machine;
 use crate::trace::Trace;
 use crate::transport::zenoh_config;
 
@@ -32,13 +35,16 @@ pub struct NodeArgs {
     /// several times
     #[arg(long, value_name = "ENDPOINT")]
     pub connect: Vec<String>,
-    /// Listen here instead of where the config says, such as tcp/0.0.0.0:7447; may be given several
-    /// times
+    /// Listen here instead of where the config says, such as tcp/0.0.0.0:7447 for all network
+    /// interfaces; may be given several times
     #[arg(long, value_name = "ENDPOINT")]
     pub listen: Vec<String>,
     /// Die with this process, which started this one
     #[arg(long, value_name = "PID", hide = true)]
     pub parent: Option<i32>,
+    /// The node's folder of the secure profile, as `coaxle secure init` wrote it: endpoints are tls/… then
+    #[arg(long, value_name = "DIR")]
+    pub secure: Option<PathBuf>,
 }
 
 impl NodeArgs {
@@ -62,11 +68,15 @@ impl NodeArgs {
         self.config.parent().unwrap_or(Path::new(""))
     }
 
-    /// The config's transport section with what the command line puts in its place, checked.
+    /// The transport section of a node with what the command line puts in its place, checked.
     ///
     /// # Errors
-    /// Names the endpoint or setting that is wrong.
-    pub fn transport(&self, configured: &TransportConfig) -> anyhow::Result<TransportConfig> {
+    /// Names the endpoint or setting that is wrong, or why the certificates are not those of this node.
+    pub fn transport(
+        &self,
+        node: &NodeName,
+        configured: &TransportConfig,
+    ) -> anyhow::Result<TransportConfig> {
         let mut transport = configured.clone();
         if !self.connect.is_empty() {
             transport.connect.clone_from(&self.connect);
@@ -74,10 +84,14 @@ impl NodeArgs {
         if !self.listen.is_empty() {
             transport.listen.clone_from(&self.listen);
         }
-        if let Some(file) = &mut transport.file {
-            *file = self.folder().join(&*file);
+        transport.relative_to(self.folder());
+        if let Some(folder) = &self.secure {
+            transport.secure = Some(folder.clone());
         }
         zenoh_config(&transport).with_context(|| self.file())?;
+        if let Some(folder) = &transport.secure {
+            check_holder(node, folder).with_context(|| self.file())?;
+        }
         Ok(transport)
     }
 
@@ -115,6 +129,24 @@ impl NodeArgs {
     }
 }
 
+/// Whether the certificates are this node's. One that has expired is not the node's fault: it may run, alone.
+fn check_holder(node: &NodeName, folder: &Path) -> anyhow::Result<()> {
+    let field = || format!("transport.secure: {}", folder.display());
+    let credentials = Credentials::open(folder).with_context(field)?;
+    if credentials.name() != node {
+        bail!(
+            "{}: received the certificate of {:?}, expected that of this node, {:?}",
+            field(),
+            credentials.name().as_str(),
+            node.as_str()
+        );
+    }
+    match credentials.check(machine::wall_clock()) {
+        Ok(()) | Err(CredentialsFault::Expired(_) | CredentialsFault::NotYet) => Ok(()),
+        Err(fault) => Err(fault).with_context(field),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -125,6 +157,10 @@ mod tests {
     struct Cli {
         #[command(flatten)]
         node: NodeArgs,
+    }
+
+    fn saw() -> NodeName {
+        NodeName::new("saw").unwrap()
     }
 
     fn args(line: &str) -> NodeArgs {
@@ -141,11 +177,11 @@ mod tests {
             "listen = ['tcp/0.0.0.0:7447']\nconnect = ['tcp/10.0.0.1:1', 'tcp/10.0.0.2:2']",
         )
         .unwrap();
-        let as_configured = args("a.toml").transport(&configured).unwrap();
+        let as_configured = args("a.toml").transport(&saw(), &configured).unwrap();
         assert_eq!(as_configured, configured);
 
         let line = "a.toml --connect tcp/127.0.0.1:7447 --connect tcp/127.0.0.1:7448";
-        let connecting = args(line).transport(&configured).unwrap();
+        let connecting = args(line).transport(&saw(), &configured).unwrap();
         assert_eq!(
             connecting.connect,
             ["tcp/127.0.0.1:7447", "tcp/127.0.0.1:7448"]
@@ -153,7 +189,7 @@ mod tests {
         assert_eq!(connecting.listen, configured.listen);
 
         let listening = args("a.toml --listen tcp/[::]:7")
-            .transport(&configured)
+            .transport(&saw(), &configured)
             .unwrap();
         assert_eq!(listening.listen, ["tcp/[::]:7"]);
         assert_eq!(listening.connect, configured.connect);
@@ -162,7 +198,7 @@ mod tests {
     #[test]
     fn a_wrong_endpoint_is_quoted() {
         let error = args("a.toml --connect 192.168.1.10")
-            .transport(&TransportConfig::default())
+            .transport(&saw(), &TransportConfig::default())
             .unwrap_err();
         let message = format!("{error:#}");
         assert!(message.contains("\"192.168.1.10\""), "{message}");
@@ -176,7 +212,7 @@ mod tests {
         let configured: TransportConfig = parse("t", "file = 'zenoh.json5'").unwrap();
         let config = folder.path().join("a.toml");
         let transport = args(&config.display().to_string())
-            .transport(&configured)
+            .transport(&saw(), &configured)
             .unwrap();
         assert_eq!(transport.file, Some(folder.path().join("zenoh.json5")));
     }

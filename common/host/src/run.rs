@@ -14,6 +14,7 @@ use rtrb::RingBuffer;
 
 use crate::commands::commands;
 use crate::counters::{Counters, read};
+use crate::credentials::{Credentials, RENEW_WITHIN, date};
 use crate::cycle::{Cycle, NodeClock};
 use crate::ended::{Ended, Signals};
 use crate::machine;
@@ -26,7 +27,7 @@ use crate::session::Session;
 use crate::status::{Identity, Reporter};
 use crate::telemetry::{Recorder, telemetry};
 use crate::threads::{Wishes, joined, start_cycle, start_publisher, start_server, start_telemetry};
-use crate::transport::{OverZenoh, Transport};
+use crate::transport::{Exposure, OverZenoh, Transport};
 
 /// Messages with axes between two scans: two seconds' worth at 1 kHz.
 const MAILBOX_MESSAGES: usize = 2048;
@@ -104,6 +105,7 @@ pub fn run<N>(setup: Setup<N>) -> anyhow::Result<Outcome>
 where
     N: Node + Send + 'static,
 {
+    warn_of_open_doors(&setup.name, &setup.transport)?;
     let config = setup.transport.clone();
     let opening = async move { OverZenoh::open(&config).await };
     runtime()?.block_on(drive(setup, opening))
@@ -118,6 +120,34 @@ where
     N: Node + Send + 'static,
 {
     runtime()?.block_on(drive(setup, async move { Ok(transport) }))
+}
+
+/// One line each for what whoever starts a node ought to know of its transport.
+fn warn_of_open_doors(node: &NodeName, transport: &TransportConfig) -> anyhow::Result<()> {
+    let exposure = Exposure::of(transport)?;
+    let open = exposure.without_mutual_tls(&exposure.listens);
+    if !open.is_empty() {
+        tracing::warn!(
+            %node,
+            "whoever reaches {} can command this node and publish as any other: see docs/SECURE.md",
+            open.join(", ")
+        );
+    }
+    let Some(folder) = &transport.secure else {
+        return Ok(());
+    };
+    let credentials = Credentials::open(folder)?;
+    let now = machine::wall_clock();
+    if let Err(fault) = credentials.check(now) {
+        tracing::error!(%node, "no other node lets this one in: {fault}");
+    } else if credentials.check(now + RENEW_WITHIN).is_err() {
+        let end = date(credentials.not_after());
+        tracing::warn!(
+            %node,
+            "the certificate holds until {end} only: renew it with `coaxle secure renew`"
+        );
+    }
+    Ok(())
 }
 
 fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
@@ -154,7 +184,7 @@ where
     let (mut outbox, frames) = outbox(OUTBOX_BYTES);
     let (arrivals, arrived) = RingBuffer::new(ARRIVAL_RECORDS);
     let (records, telemetry) = telemetry(node.snapshot(), node.snapshot_size(), arrived);
-    let (mut orders, server, mut requests) = commands();
+    let (mut orders, server, mut requests) = commands(&setup.name);
     let server = start_server(server, &panic_watch)?;
     orders.attach(server.thread().clone());
     requests.attach(server.thread().clone());

@@ -19,7 +19,7 @@ use crate::machine::Machine;
 use crate::mailbox::Inbox;
 use crate::panics::PanicWatch;
 use crate::publisher::PublishedChannel;
-use crate::transport::{Declared, PresenceHandler, Publisher, Transport, Urgency};
+use crate::transport::{Declared, PresenceHandler, Publisher, Request, Transport, Urgency};
 
 /// A node on its transport, with everything it declared there.
 pub(crate) struct Session {
@@ -157,25 +157,22 @@ impl Session {
         Ok(())
     }
 
-    /// Takes orders: they are handed to `requests`.
+    /// Takes orders, of operators and of who gives no name: they are handed to `requests`.
     pub(crate) fn take_orders(
         &mut self,
         name: &NodeName,
         requests: RequestSender,
     ) -> anyhow::Result<()> {
-        let own = name.command_key();
-        let key = own.clone();
-        let on_request = move |arrival, request: Box<dyn crate::transport::Request>| {
-            if request.key() == own {
-                requests.send(arrival, request);
-            } else {
-                let received = request.key().to_owned();
-                let many = BadOrder::ManyNodes { received };
-                answer(&*request, &CommandAnswer::malformed(&many));
-            }
-        };
-        let served = self.transport.serve(&key, Box::new(on_request))?;
-        self.declared.push(served);
+        let orders = Arc::new(Orders {
+            key: name.command_key(),
+            requests,
+        });
+        for key in [name.command_key(), name.operator_command_keys()] {
+            let orders = Arc::clone(&orders);
+            let on_request = move |arrival, request| orders.take(arrival, request);
+            let served = self.transport.serve(&key, Box::new(on_request))?;
+            self.declared.push(served);
+        }
         Ok(())
     }
 
@@ -205,6 +202,11 @@ impl Session {
         }
     }
 
+    /// The transport, for those who may wait for it.
+    pub(crate) const fn transport(&self) -> &Arc<dyn Transport> {
+        &self.transport
+    }
+
     /// How it reaches others, for messages.
     pub(crate) fn whereabouts(&self) -> &str {
         self.transport.whereabouts()
@@ -213,6 +215,35 @@ impl Session {
     /// Leaves the network.
     pub(crate) fn close(&self) {
         self.transport.close();
+    }
+}
+
+/// The way in for orders: who gives one is in its key.
+struct Orders {
+    key: String,
+    requests: RequestSender,
+}
+
+impl Orders {
+    fn take(&self, arrival: Instant<Machine>, request: Box<dyn Request>) {
+        match self.given_by(request.key()) {
+            Some(by) => self.requests.send(arrival, request, by),
+            None => {
+                let received = request.key().to_owned();
+                let many = BadOrder::ManyNodes { received };
+                answer(&*request, &CommandAnswer::malformed(&many));
+            }
+        }
+    }
+
+    /// Who gives an order with this key, if anybody is named; none if it is the key of no order.
+    fn given_by(&self, key: &str) -> Option<Option<NodeName>> {
+        let operator = key.strip_prefix(&self.key)?;
+        if operator.is_empty() {
+            return Some(None);
+        }
+        let operator = operator.strip_prefix('/')?;
+        NodeName::new(operator).ok().map(Some)
     }
 }
 

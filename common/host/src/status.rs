@@ -10,6 +10,8 @@ use crate::counters::{Counters, read};
 use crate::health::{Evidence, Health, judge};
 use crate::machine::Machine;
 use crate::session::{Contact, Session};
+use crate::transport::Unseen;
+use crate::unseen::{Inquiry, Search};
 
 /// A node that waits says so this often.
 const REMINDER: Span = Span::from_secs(5);
@@ -34,6 +36,9 @@ pub(crate) struct Reporter {
     counters: Arc<Counters>,
     started: Instant<Machine>,
     log: HealthLog,
+    /// Of each source, in the order of the session's contacts.
+    searches: Vec<Search>,
+    inquiry: Inquiry,
 }
 
 impl Reporter {
@@ -44,19 +49,27 @@ impl Reporter {
         started: Instant<Machine>,
     ) -> Self {
         Self {
+            searches: session
+                .contacts()
+                .iter()
+                .map(|_| Search::default())
+                .collect(),
             identity,
             session,
             counters,
             started,
             log: HealthLog::new(started),
+            inquiry: Inquiry::default(),
         }
     }
 
     /// Publishes the status at `now`, with what the recorder adds to it.
     pub(crate) fn report(&mut self, now: Instant<Machine>, details: Map<String, Value>) {
+        self.look_for_missing(now);
         let (evidence, source) = self.evidence(now);
-        let health = match self.session.namesakes() {
-            0 => judge(evidence),
+        let health = match (self.session.namesakes(), judge(evidence)) {
+            (0, Health::Waiting) if self.is_refused(source) => Health::Refused,
+            (0, health) => health,
             _ => Health::NameTaken,
         };
         self.log_health(now, health, (evidence, source), &details);
@@ -71,24 +84,48 @@ impl Reporter {
     /// A node that follows others needs the frames of all of them; any other needs somebody to follow
     /// it. Gives the worst evidence, and the source that it is of.
     fn evidence(&self, now: Instant<Machine>) -> (Evidence, usize) {
-        let evidence = self
-            .session
-            .contacts()
-            .iter()
-            .map(|contact| Evidence::Source {
-                alive: contact.is_alive(),
-                age: contact.frame_age(now),
-            });
+        let contacts = self.session.contacts().iter();
+        let evidence = contacts.map(|contact| evidence_of(contact, now));
         let how_well = |evidence| match judge(evidence) {
             Health::Ok => 2,
             Health::NoData => 1,
-            Health::Waiting | Health::NameTaken | Health::Stopped => 0,
+            Health::Waiting | Health::Refused | Health::NameTaken | Health::Stopped => 0,
         };
         let worst = evidence
             .zip(0..)
             .min_by_key(|(evidence, _)| how_well(*evidence));
         let any = || self.session.has_follower();
         worst.unwrap_or_else(|| (Evidence::Followers { any: any() }, 0))
+    }
+
+    /// Asks why sources are not to be seen, one at a time, and says what holds.
+    fn look_for_missing(&mut self, now: Instant<Machine>) {
+        let node = &self.identity.name;
+        if let Some((n, found)) = self.inquiry.take()
+            && self.searches[n].find(found)
+            && let Some(unseen) = self.searches[n].reason()
+        {
+            let (source, reason) = (&self.identity.sources[n].0, unseen.reason());
+            match unseen {
+                Unseen::Refused(_) => tracing::error!(%node, "no link to node {source}: {reason}"),
+                Unseen::Unreachable(_) => {
+                    tracing::warn!(%node, "no link to node {source}: {reason}")
+                }
+            }
+        }
+        for (n, contact) in self.session.contacts().iter().enumerate() {
+            let is_seen = judge(evidence_of(contact, now)) != Health::Waiting;
+            if self.searches[n].is_due(now, is_seen) && !self.inquiry.is_open() {
+                let (source, transport) = (&self.identity.sources[n].0, self.session.transport());
+                self.searches[n].ask(now);
+                self.inquiry.open(n, source, transport);
+            }
+        }
+    }
+
+    fn is_refused(&self, source: usize) -> bool {
+        let search = self.searches.get(source);
+        matches!(search.and_then(Search::reason), Some(Unseen::Refused(_)))
     }
 
     fn publish(&self, now: Instant<Machine>, health: Health, details: Map<String, Value>) {
@@ -123,12 +160,15 @@ impl Reporter {
         }
         if !self.identity.sources.is_empty() {
             let sources = self.identity.sources.iter().zip(self.session.contacts());
-            let source = |((node, _), contact): (&(NodeName, String), &Arc<Contact>)| {
+            let source = |(((node, _), contact), search): Source<'_>| {
                 let age = contact.frame_age(now).map(|age| age.as_micros_f64() * 1e-3);
-                let seen = json!({ "alive": contact.is_alive(), "frame_age_ms": age });
+                let unseen = search.reason().map(Unseen::reason);
+                let seen =
+                    json!({ "alive": contact.is_alive(), "frame_age_ms": age, "unseen": unseen });
                 (node.to_string(), seen)
             };
-            put("sources", Value::Object(sources.map(source).collect()));
+            let sources = sources.zip(&self.searches).map(source).collect();
+            put("sources", Value::Object(sources));
             put("received", json!(read(&counters.received)));
             put("refused", json!(read(&counters.refused)));
             put("mailbox_dropped", json!(read(&counters.mailbox_dropped)));
@@ -167,20 +207,32 @@ impl Reporter {
     fn wanted(&self, (evidence, source): (Evidence, usize)) -> String {
         let endpoints = self.session.whereabouts();
         match (self.identity.sources.get(source), evidence) {
-            (Some((source, key)), Evidence::Source { alive: true, .. }) => {
+            (Some((node, key)), Evidence::Source { alive: true, .. }) => {
                 let refused = read(&self.counters.refused);
                 format!(
-                    "good frames on {key}; node {source} is alive, {refused} of its frames were refused"
+                    "good frames on {key}; node {node} is alive, {refused} of its frames were refused"
                 )
             }
-            (Some((source, key)), _) => {
-                format!("node {source}, whose frames come on {key}; {endpoints}")
+            (Some((node, key)), _) => {
+                let reason = self.searches[source].reason().map(Unseen::reason);
+                let reason = reason.map_or_else(String::new, |reason| format!("; {reason}"));
+                format!("node {node}, whose frames come on {key}; {endpoints}{reason}")
             }
             (None, _) => format!(
                 "somebody who subscribes to {}; {endpoints}",
                 self.identity.publishes.join(", ")
             ),
         }
+    }
+}
+
+/// Its node with the key of its frames, what the transport's threads know of it, and why it is not to be seen.
+type Source<'a> = ((&'a (NodeName, String), &'a Arc<Contact>), &'a Search);
+
+fn evidence_of(contact: &Contact, now: Instant<Machine>) -> Evidence {
+    Evidence::Source {
+        alive: contact.is_alive(),
+        age: contact.frame_age(now),
     }
 }
 

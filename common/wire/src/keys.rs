@@ -1,5 +1,5 @@
 //! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/far-axes`, `/time-requests`, `/time-responses`,
-//! `/command`, `/status`, `/alive`.
+//! `/command`, `/command/<operator>`, `/status`, `/alive`, `/runs/<epoch>`.
 
 use std::fmt;
 
@@ -45,6 +45,19 @@ impl NodeName {
     #[must_use]
     pub fn command_key(&self) -> String {
         format!("coaxle/{self}/command")
+    }
+
+    /// The key under which it takes the commands of one operator: who may send there is that operator, where
+    /// access control says so.
+    #[must_use]
+    pub fn operator_command_key(&self, operator: &Self) -> String {
+        format!("coaxle/{self}/command/{operator}")
+    }
+
+    /// The keys of all operators.
+    #[must_use]
+    pub fn operator_command_keys(&self) -> String {
+        format!("coaxle/{self}/command/*")
     }
 
     /// The key of its status, JSON a few times a second.
@@ -116,6 +129,12 @@ mod tests {
             "coaxle/saw-1/time-responses"
         );
         assert_eq!(name.command_key(), "coaxle/saw-1/command");
+        let anna = NodeName::new("anna").unwrap();
+        assert_eq!(
+            name.operator_command_key(&anna),
+            "coaxle/saw-1/command/anna"
+        );
+        assert_eq!(name.operator_command_keys(), "coaxle/saw-1/command/*");
         assert_eq!(name.status_key(), "coaxle/saw-1/status");
         assert_eq!(name.alive_key(), "coaxle/saw-1/alive");
         assert_eq!(name.run_key(0xab), "coaxle/saw-1/runs/00000000000000ab");

@@ -61,6 +61,10 @@ pub struct CommandArgs {
     /// connects to
     #[arg(long, global = true, value_name = "FILE", conflicts_with = "connect")]
     config: Option<PathBuf>,
+    /// The operator's folder of the secure profile, as `coaxle secure init` wrote it: the node is looked for where
+    /// that says, and the order bears the operator's name
+    #[arg(long, global = true, value_name = "DIR")]
+    secure: Option<PathBuf>,
 }
 
 /// Sends the command and prints the answer; false if it is not accepted.
@@ -69,7 +73,11 @@ pub struct CommandArgs {
 /// No command, or more than one; the node does not turn up or does not answer.
 pub fn print(args: &CommandArgs) -> anyhow::Result<bool> {
     let order = args.order()?;
-    let transport = network::transport(&args.connect, args.config.as_deref())?;
+    let transport = network::transport(
+        &args.connect,
+        args.config.as_deref(),
+        args.secure.as_deref(),
+    )?;
     let commander = Commander::open(&transport)?;
     let answer = commander.send(&args.node, &order);
     commander.close();

@@ -7,25 +7,33 @@ use coaxle_node::config::{ConfigError, TransportConfig, TransportMode, from_tabl
 /// Where the examples' nodes listen.
 const DEFAULT: [&str; 2] = ["tcp/127.0.0.1:7447", "tcp/127.0.0.1:7448"];
 
-/// The transport to look for a node with.
+/// The transport to look for a node with; with an operator's folder of the secure profile, which knows where the
+/// nodes are.
 ///
 /// # Errors
 /// A config file that cannot be read, or whose transport section is wrong.
 pub(super) fn transport(
     connect: &[String],
     config: Option<&Path>,
+    secure: Option<&Path>,
 ) -> Result<TransportConfig, ConfigError> {
-    if let Some(file) = config {
-        return of_config(file);
-    }
-    let connect = match connect {
-        [] => DEFAULT.map(str::to_owned).to_vec(),
-        given => given.to_vec(),
+    let mut transport = match config {
+        Some(file) => of_config(file)?,
+        None => TransportConfig {
+            connect: connect.to_vec(),
+            ..TransportConfig::default()
+        },
     };
-    Ok(TransportConfig {
-        connect,
-        ..TransportConfig::default()
-    })
+    if let (Some(file), Some(_), None) = (config, &transport.secure, secure) {
+        let file = file.display().to_string();
+        let reason = "received the folder of the node alone, expected --secure with that of an operator besides";
+        return Err(ConfigError::field(&file, "transport.secure", reason));
+    }
+    transport.secure = secure.map(Path::to_owned);
+    if transport.connect.is_empty() && config.is_none() && secure.is_none() {
+        transport.connect = DEFAULT.map(str::to_owned).to_vec();
+    }
+    Ok(transport)
 }
 
 /// The transport section of a node's config, for somebody who wants to reach that node.
@@ -35,9 +43,7 @@ fn of_config(file: &Path) -> Result<TransportConfig, ConfigError> {
     section.extend(config.remove_entry("transport"));
     let name = file.display().to_string();
     let mut transport = from_table::<Section>(&name, section)?.transport;
-    if let Some(zenoh) = &mut transport.file {
-        *zenoh = file.parent().unwrap_or(Path::new("")).join(&*zenoh);
-    }
+    transport.relative_to(file.parent().unwrap_or(Path::new("")));
     let listens = std::mem::take(&mut transport.listen);
     if transport.mode == TransportMode::Peer {
         transport
@@ -69,9 +75,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("saw.toml");
         let text = "name = 'saw'\n[transport]\nconnect = ['tcp/10.0.0.1:7447']\n\
-                    listen = ['tcp/0.0.0.0:7448', 'tcp/[::]:7448', 'tcp/10.0.0.2:1']\n[slave]\n";
+                    secure = 'saw'\nlisten = ['tcp/0.0.0.0:7448', 'tcp/[::]:7448', 'tcp/10.0.0.2:1']\n[slave]\n";
         std::fs::write(&file, text).unwrap();
-        let found = transport(&[], Some(&file)).unwrap();
+        let error = transport(&[], Some(&file), None).unwrap_err().to_string();
+        assert!(error.contains("expected --secure"), "{error}");
+        let anna = folder.path().join("anna");
+        let found = transport(&[], Some(&file), Some(&anna)).unwrap();
         assert_eq!(
             found.connect,
             [
@@ -82,16 +91,19 @@ mod tests {
             ]
         );
         assert!(found.listen.is_empty());
+        assert_eq!(found.secure, Some(anna), "and not the node's");
 
         std::fs::write(&file, "[transport]\nmode = 'star'").unwrap();
-        let error = transport(&[], Some(&file)).unwrap_err().to_string();
+        let error = transport(&[], Some(&file), None).unwrap_err().to_string();
         assert!(error.contains("saw.toml: transport.mode"), "{error}");
     }
 
     #[test]
     fn endpoints_are_taken_as_they_are() {
         let given = ["tcp/10.0.0.1:1".to_owned()];
-        assert_eq!(transport(&given, None).unwrap().connect, given);
-        assert_eq!(transport(&[], None).unwrap().connect, DEFAULT);
+        assert_eq!(transport(&given, None, None).unwrap().connect, given);
+        assert_eq!(transport(&[], None, None).unwrap().connect, DEFAULT);
+        let secure = transport(&[], None, Some(Path::new("anna"))).unwrap();
+        assert!(secure.connect.is_empty(), "the profile knows where");
     }
 }

@@ -6,9 +6,11 @@ use std::time::Duration;
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::command::{CommandAnswer, CommandOrder, NotTaken};
+use coaxle_node::keys::NodeName;
 use rtrb::{Consumer, Producer};
 
 use super::MAX_WAITING;
+use super::journal;
 use super::queue::{ExecutedOrder, QueuedOrder};
 use crate::machine::{self, Machine};
 use crate::transport::Request;
@@ -24,10 +26,11 @@ pub(crate) fn answer(request: &dyn Request, answer: &CommandAnswer) {
     request.reply(answer.to_json(), answer.is_taken());
 }
 
-/// A request with its arrival.
+/// A request with its arrival, and who sent it, if that is known.
 pub(super) struct ArrivedRequest {
     arrival: Instant<Machine>,
     request: Box<dyn Request>,
+    by: Option<NodeName>,
 }
 
 /// Where requests are handed in. Never waits.
@@ -49,8 +52,18 @@ impl RequestSender {
     }
 
     /// Hands a request in, or says at once that there are too many.
-    pub(crate) fn send(&self, arrival: Instant<Machine>, request: Box<dyn Request>) {
-        let (arrived, reason) = match self.sender.try_send(ArrivedRequest { arrival, request }) {
+    pub(crate) fn send(
+        &self,
+        arrival: Instant<Machine>,
+        request: Box<dyn Request>,
+        by: Option<NodeName>,
+    ) {
+        let arrived = ArrivedRequest {
+            arrival,
+            request,
+            by,
+        };
+        let (arrived, reason) = match self.sender.try_send(arrived) {
             Ok(()) => return self.wake(),
             Err(TrySendError::Full(arrived)) => (arrived, NotTaken::Busy),
             Err(TrySendError::Disconnected(arrived)) => (arrived, NotTaken::Stopped),
@@ -67,6 +80,7 @@ impl RequestSender {
 
 /// Deals with the requests.
 pub(crate) struct CommandServer {
+    node: NodeName,
     requests: Receiver<ArrivedRequest>,
     orders: Producer<QueuedOrder>,
     outcomes: Consumer<ExecutedOrder>,
@@ -78,15 +92,18 @@ pub(crate) struct CommandServer {
 struct Waiting {
     order: QueuedOrder,
     request: Box<dyn Request>,
+    by: Option<NodeName>,
 }
 
 impl CommandServer {
     pub(super) fn new(
+        node: NodeName,
         requests: Receiver<ArrivedRequest>,
         orders: Producer<QueuedOrder>,
         outcomes: Consumer<ExecutedOrder>,
     ) -> Self {
         Self {
+            node,
             requests,
             orders,
             outcomes,
@@ -135,14 +152,19 @@ impl CommandServer {
     fn finish(&mut self, executed: &ExecutedOrder) {
         let is_it = |waiting: &Waiting| waiting.order.number == executed.number;
         if let Some(place) = self.waiting.iter().position(is_it) {
-            let waiting = self.waiting.remove(place);
-            let outcome = CommandAnswer::new(&waiting.order.order, &executed.outcome);
-            answer(&*waiting.request, &outcome);
+            let Waiting { order, request, by } = self.waiting.remove(place);
+            let outcome = CommandAnswer::new(&order.order, &executed.outcome);
+            answer(&*request, &outcome);
+            journal::log(&self.node, by.as_ref(), &order.order, &outcome);
         }
     }
 
     fn take(&mut self, arrived: ArrivedRequest) {
-        let ArrivedRequest { arrival, request } = arrived;
+        let ArrivedRequest {
+            arrival,
+            request,
+            by,
+        } = arrived;
         let order = match CommandOrder::from_json(&request.payload()) {
             Ok(order) => order,
             Err(error) => return answer(&*request, &CommandAnswer::malformed(&error)),
@@ -154,7 +176,7 @@ impl CommandServer {
         };
         if self.waiting.len() < MAX_WAITING && self.orders.push(order).is_ok() {
             self.taken += 1;
-            self.waiting.push(Waiting { order, request });
+            self.waiting.push(Waiting { order, request, by });
         } else {
             answer(&*request, &CommandAnswer::not_taken(&NotTaken::Busy));
         }

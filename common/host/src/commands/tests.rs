@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::command::{CommandVerdict, SlaveName, SlaveOrder};
+use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
 use coaxle_slave::Command;
 
@@ -44,7 +45,7 @@ struct Bench {
 }
 
 fn bench() -> Bench {
-    let (queue, server, requests) = commands();
+    let (queue, server, requests) = commands(&NodeName::new("toy").unwrap());
     Bench {
         queue,
         server,
@@ -71,7 +72,7 @@ impl Bench {
     fn ask(&self, millis: i64, text: String) {
         let answers = Arc::clone(&self.answers);
         self.requests
-            .send(at(millis), Box::new(Kept { text, answers }));
+            .send(at(millis), Box::new(Kept { text, answers }), None);
     }
 
     /// A scan, with the positions that were executed in it.
@@ -190,7 +191,7 @@ fn a_node_that_ends_says_so_to_those_who_wait() {
         text: order(3.0),
         answers: Arc::clone(&answers),
     };
-    requests.send(at(3), Box::new(late));
+    requests.send(at(3), Box::new(late), None);
     assert_eq!(
         answers.lock().unwrap().last().map(reason).unwrap(),
         "stopped"

@@ -106,7 +106,7 @@ impl Stepped {
                 .unwrap();
             mailboxes.push(mailbox);
         }
-        let (orders, server, requests) = commands();
+        let (orders, server, requests) = commands(&node);
         session.take_orders(&node, requests).unwrap();
         let session = Arc::new(session);
         let (outbox, frames) = outbox(4096);
@@ -273,7 +273,7 @@ fn faults_over_the_link_lose_and_delay() {
 fn an_order_reaches_the_cycle_and_is_answered() {
     let network = Network::new();
     let mut servo = Stepped::sending("servo", &network);
-    let commander = Commander::over(network.transport.clone());
+    let commander = Commander::over(network.transport.clone(), Some(name("anna")));
     let send = move |command| {
         commander
             .send(&name("servo"), &order("toy", command))
@@ -346,7 +346,7 @@ fn every_field_of_the_status_has_its_own_number() {
     let expected = serde_json::json!({
         "node": "saw", "role": "toy", "epoch": "00000000000000ab", "uptime_s": 1.5, "health": "ok", "namesakes": 0,
         "cycles": 10, "telemetry_dropped": 90, "exchange_refused": 70,
-        "sources": { "belt": { "alive": true, "frame_age_ms": 100.0 } },
+        "sources": { "belt": { "alive": true, "frame_age_ms": 100.0, "unseen": null } },
         "received": 51, "refused": 60, "mailbox_dropped": 80, "arrivals_dropped": 100,
     });
     assert_eq!(saw.status(at(1_500)), expected);

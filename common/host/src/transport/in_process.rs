@@ -86,14 +86,18 @@ impl InProcess {
         !self.all(key, |hub| &mut hub.announcements).is_empty()
     }
 
+    /// The handlers of a key, and those of the key with `*` for its last part.
+    fn all_meant<H>(&self, key: &str, place: fn(&mut Hub) -> &mut Handlers<H>) -> Vec<Arc<H>> {
+        let mut handlers = self.all(key, place);
+        if let Some((parent, _)) = key.rsplit_once('/') {
+            handlers.extend(self.all(&format!("{parent}/*"), place));
+        }
+        handlers
+    }
+
     fn tell_watchers(&self, key: &str, is_there: bool) {
-        let parent = key
-            .rsplit_once('/')
-            .map(|(parent, _)| format!("{parent}/*"));
-        for watched in [Some(key), parent.as_deref()].into_iter().flatten() {
-            for on_change in self.all(watched, |hub| &mut hub.watchers) {
-                on_change(key, is_there);
-            }
+        for on_change in self.all_meant(key, |hub| &mut hub.watchers) {
+            on_change(key, is_there);
         }
     }
 
@@ -228,13 +232,13 @@ struct Requests {
 impl Client for Requests {
     fn has_server(&self) -> bool {
         let ToKey { transport, key } = &self.to;
-        !transport.all(key, |hub| &mut hub.servers).is_empty()
+        !transport.all_meant(key, |hub| &mut hub.servers).is_empty()
     }
 
     fn request(&self, json: String) -> anyhow::Result<Option<Vec<u8>>> {
         let ToKey { transport, key } = &self.to;
         let (reply, replies) = channel();
-        for on_request in transport.all(key, |hub| &mut hub.servers) {
+        for on_request in transport.all_meant(key, |hub| &mut hub.servers) {
             let request = Sent {
                 key: key.clone(),
                 json: json.clone(),
@@ -353,5 +357,19 @@ mod tests {
         assert_eq!(ask("ignored"), None);
         drop(served);
         assert_eq!(ask("hello"), None);
+    }
+
+    #[test]
+    fn who_serves_a_pattern_is_told_the_key_that_was_asked() {
+        let transport = InProcess::default();
+        let on_request = |_, request: Box<dyn Request>| request.reply(request.key().into(), true);
+        let _served = transport.serve("a/*", Box::new(on_request)).unwrap();
+        let client = transport.client("a/b", Duration::from_secs(9)).unwrap();
+        assert!(client.has_server());
+        assert_eq!(client.request(String::new()).unwrap().unwrap(), b"a/b");
+        for other in ["a", "c/b"] {
+            let client = transport.client(other, Duration::ZERO).unwrap();
+            assert!(!client.has_server(), "{other}");
+        }
     }
 }

@@ -15,7 +15,7 @@ use std::time::Duration;
 use coaxle_clock::Instant;
 
 pub use in_process::InProcess;
-pub use over_zenoh::{OverZenoh, ZENOH_RUNTIME, zenoh_config};
+pub use over_zenoh::{Exposure, OverZenoh, ZENOH_RUNTIME, host_and_port, is_local, zenoh_config};
 
 use crate::machine::Machine;
 
@@ -46,7 +46,8 @@ pub trait Transport: Send + Sync {
     /// The transport refuses.
     fn watch(&self, key: &str, on_change: PresenceHandler) -> anyhow::Result<Declared>;
 
-    /// Has requests under `key` handed to `on_request`, until the result is dropped.
+    /// Has requests under `key` handed to `on_request`, until the result is dropped. A key that ends in `/*`
+    /// stands for all that have one part more in its place.
     ///
     /// # Errors
     /// The transport refuses.
@@ -57,6 +58,12 @@ pub trait Transport: Send + Sync {
     /// # Errors
     /// The transport refuses.
     fn client(&self, key: &str, patience: Duration) -> anyhow::Result<Box<dyn Client>>;
+
+    /// Why a node is not to be seen, as far as trying to reach it tells. Takes some seconds.
+    fn why_unseen(&self, node: &str) -> Option<Unseen> {
+        let _ = node;
+        None
+    }
 
     /// How it reaches others, for messages: where it listens, where it connects to.
     fn whereabouts(&self) -> &str;
@@ -76,6 +83,25 @@ pub type RequestHandler = Box<dyn Fn(Instant<Machine>, Box<dyn Request>) + Send 
 
 /// Something that holds until it is dropped.
 pub type Declared = Box<dyn Send + Sync>;
+
+/// Why a node is not to be seen.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Unseen {
+    /// Nobody answers where it may be, or somebody else does.
+    Unreachable(String),
+    /// Somebody answers, and refuses this one or is refused.
+    Refused(String),
+}
+
+impl Unseen {
+    /// The reason in words.
+    #[must_use]
+    pub fn reason(&self) -> &str {
+        match self {
+            Self::Unreachable(reason) | Self::Refused(reason) => reason,
+        }
+    }
+}
 
 /// How much it matters that something arrives soon. Nothing is ever waited for: what the network
 /// cannot take is dropped.

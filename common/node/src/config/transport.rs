@@ -1,5 +1,7 @@
 //! How a node reaches the others.
 
+use std::path::{Path, PathBuf};
+
 use serde::{Deserialize, Serialize};
 
 /// The Zenoh session of a node: explicit endpoints, nothing found by chance.
@@ -8,7 +10,10 @@ use serde::{Deserialize, Serialize};
 pub struct TransportConfig {
     /// Peer (the default) or client of a router.
     pub mode: TransportMode,
-    /// Endpoints to listen on, such as `tcp/0.0.0.0:7447`.
+    /// A folder of the secure profile, as `coaxle secure init` writes it: certificates, and who may do what.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub secure: Option<PathBuf>,
+    /// Endpoints to listen on, such as `tcp/127.0.0.1:7447`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub listen: Vec<String>,
     /// Endpoints to connect to, such as `tcp/192.168.1.10:7447`.
@@ -18,10 +23,19 @@ pub struct TransportConfig {
     pub multicast: bool,
     /// A Zenoh config file (JSON5) to start from.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub file: Option<std::path::PathBuf>,
+    pub file: Option<PathBuf>,
     /// Any Zenoh setting, by its path: `"transport/link/tx/lease" = 1000`.
     #[serde(skip_serializing_if = "toml::Table::is_empty")]
     pub settings: toml::Table,
+}
+
+impl TransportConfig {
+    /// Takes the files that it names by relative paths from `folder`, say the config's own.
+    pub fn relative_to(&mut self, folder: &Path) {
+        for path in [&mut self.file, &mut self.secure].into_iter().flatten() {
+            *path = folder.join(&*path);
+        }
+    }
 }
 
 /// A node's part in the Zenoh network.

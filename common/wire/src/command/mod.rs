@@ -147,8 +147,10 @@ pub enum BadOrder {
         /// How many.
         received: usize,
     },
-    /// It is sent to more than one node.
-    #[error("key: received {received:?}, expected that of one node, without wildcards")]
+    /// It is sent to more than one node, or by no operator that has a name.
+    #[error(
+        "key: received {received:?}, expected that of one node, and of one operator if any, without wildcards"
+    )]
     ManyNodes {
         /// The key expression.
         received: String,

@@ -1,10 +1,12 @@
 //! From [`TransportConfig`] to a Zenoh config.
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::Context;
 use coaxle_node::config::{TransportConfig, TransportMode};
 use zenoh::Config;
 
-use super::error::{insertion_reason, zenoh_error};
+use super::endpoint::{check_endpoint, check_secure_endpoint};
+use super::secure;
+use super::settings::{from_file, insert, unless_set};
 
 /// How Zenoh shares out its threads: the environment variable it reads before its first call, and
 /// the value that suits a node.
@@ -34,19 +36,19 @@ const DEFAULTS: [(&str, &str); 5] = [
     ("transport/unicast/lowlatency", "false"),
 ];
 
-const PROTOCOLS: [&str; 5] = ["tcp", "udp", "tls", "quic", "unixsock-stream"];
-
-/// Builds the Zenoh config: first the file, then what suits a node, then what the transport
-/// section says, and last its settings by path.
+/// Builds the Zenoh config: first the file or the secure profile, then what suits a node, then what the
+/// transport section says, and last its settings by path.
 ///
 /// # Errors
 /// Names the file, the endpoint, or the setting that is wrong, and its value.
 pub fn zenoh_config(transport: &TransportConfig) -> anyhow::Result<Config> {
-    let mut config = match &transport.file {
-        Some(file) => Config::from_file(file)
-            .map_err(zenoh_error)
-            .with_context(|| format!("the Zenoh config file {}", file.display()))?,
-        None => Config::default(),
+    let mut config = match (&transport.secure, &transport.file) {
+        (Some(folder), _) => {
+            secure::check_section(transport)?;
+            secure::profile(folder)?
+        }
+        (None, Some(file)) => from_file(file)?,
+        (None, None) => Config::default(),
     };
     for (path, json) in DEFAULTS {
         unless_set(&mut config, path, json)?;
@@ -63,8 +65,9 @@ pub fn zenoh_config(transport: &TransportConfig) -> anyhow::Result<Config> {
     if transport.multicast {
         insert(&mut config, "scouting/multicast/enabled", "true")?;
     }
-    endpoints(&mut config, "listen", &transport.listen)?;
-    endpoints(&mut config, "connect", &transport.connect)?;
+    let is_secure = transport.secure.is_some();
+    endpoints(&mut config, "listen", &transport.listen, is_secure)?;
+    endpoints(&mut config, "connect", &transport.connect, is_secure)?;
     if transport.listen.is_empty() && !transport.multicast {
         // Zenoh would listen on a random port of all interfaces.
         unless_set(&mut config, "listen/endpoints", "[]")?;
@@ -77,61 +80,24 @@ pub fn zenoh_config(transport: &TransportConfig) -> anyhow::Result<Config> {
     Ok(config)
 }
 
-fn endpoints(config: &mut Config, section: &str, endpoints: &[String]) -> anyhow::Result<()> {
+fn endpoints(
+    config: &mut Config,
+    section: &str,
+    endpoints: &[String],
+    is_secure: bool,
+) -> anyhow::Result<()> {
     if endpoints.is_empty() {
         return Ok(());
     }
     for endpoint in endpoints {
-        check_endpoint(endpoint).with_context(|| format!("transport.{section}: {endpoint:?}"))?;
+        let checked = match is_secure {
+            true => check_secure_endpoint(endpoint),
+            false => check_endpoint(endpoint),
+        };
+        checked.with_context(|| format!("transport.{section}: {endpoint:?}"))?;
     }
     let json = serde_json::to_string(endpoints)?;
     insert(config, &format!("{section}/endpoints"), &json)
-}
-
-/// Zenoh itself would retry an endpoint that can never work, quietly and for ever.
-fn check_endpoint(endpoint: &str) -> anyhow::Result<()> {
-    let Some((protocol, rest)) = endpoint.split_once('/') else {
-        bail!("is no endpoint, expected <protocol>/<address>, such as tcp/192.168.1.10:7447");
-    };
-    if !PROTOCOLS.contains(&protocol) {
-        bail!(
-            "received the protocol {protocol:?}, expected one of {}",
-            PROTOCOLS.join(", ")
-        );
-    }
-    let address = rest.split(['?', '#']).next().unwrap_or_default();
-    if address.is_empty() {
-        bail!("has no address after the protocol");
-    }
-    if protocol == "unixsock-stream" {
-        return Ok(());
-    }
-    let Some((host, port)) = address.rsplit_once(':') else {
-        bail!("has no port, expected <host>:<port>, such as 192.168.1.10:7447");
-    };
-    if host.is_empty() {
-        bail!("has no host, expected <host>:<port>, such as 192.168.1.10:7447");
-    }
-    if port.parse::<u16>().is_err() {
-        bail!("received the port {port:?}, expected 0 to 65535");
-    }
-    Ok(())
-}
-
-/// Inserts where the config still holds Zenoh's own default.
-fn unless_set(config: &mut Config, path: &str, json: &str) -> anyhow::Result<()> {
-    let untouched = Config::default().get_json(path).ok();
-    if config.get_json(path).ok() == untouched {
-        insert(config, path, json)?;
-    }
-    Ok(())
-}
-
-fn insert(config: &mut Config, path: &str, json: &str) -> anyhow::Result<()> {
-    config.insert_json5(path, json).map_err(|error| {
-        let reason = insertion_reason(&error.to_string());
-        anyhow!("the Zenoh setting \"{path}\" = {json} is refused: {reason}")
-    })
 }
 
 /// The endpoints of a transport section, for messages.
@@ -145,6 +111,9 @@ pub(super) fn described(transport: &TransportConfig) -> String {
     }
     if transport.multicast {
         parts.push("looking for peers by multicast".to_owned());
+    }
+    if let Some(folder) = &transport.secure {
+        parts.push(format!("with the certificates in {}", folder.display()));
     }
     if let Some(file) = &transport.file {
         parts.push(format!("with the Zenoh config file {}", file.display()));

@@ -1,7 +1,13 @@
 //! The transport over Zenoh: the only code that knows it.
 
 mod config;
+mod dial;
+mod endpoint;
 mod error;
+mod exposure;
+mod secure;
+mod settings;
+mod unseen;
 
 use std::borrow::Cow;
 use std::sync::mpsc::channel;
@@ -18,11 +24,14 @@ use zenoh::sample::SampleKind;
 
 use config::described;
 pub use config::{ZENOH_RUNTIME, zenoh_config};
+pub use endpoint::{host_and_port, is_local};
+pub use exposure::Exposure;
 
 use self::error::zenoh_error;
+use self::unseen::Ways;
 use super::{
     BytesHandler, Client, Declared, PresenceHandler, Publisher, Request, RequestHandler, Transport,
-    Urgency,
+    Unseen, Urgency,
 };
 use crate::machine;
 
@@ -33,6 +42,7 @@ const CLOSING: Duration = Duration::from_secs(3);
 pub struct OverZenoh {
     session: zenoh::Session,
     whereabouts: String,
+    ways: Ways,
 }
 
 impl OverZenoh {
@@ -42,8 +52,9 @@ impl OverZenoh {
     /// A wrong transport section, or a session that cannot be opened, with the endpoints.
     pub async fn open(transport: &TransportConfig) -> anyhow::Result<Self> {
         let config = zenoh_config(transport)?;
+        let ways = Ways::of(&config, transport);
         let session = zenoh::open(config).await;
-        Self::opened(session, transport)
+        Self::opened(session, transport, ways)
     }
 
     /// Joins the network from a thread that may wait.
@@ -52,12 +63,14 @@ impl OverZenoh {
     /// As [`Self::open`].
     pub fn open_and_wait(transport: &TransportConfig) -> anyhow::Result<Self> {
         let config = zenoh_config(transport)?;
-        Self::opened(zenoh::open(config).wait(), transport)
+        let ways = Ways::of(&config, transport);
+        Self::opened(zenoh::open(config).wait(), transport, ways)
     }
 
     fn opened(
         session: zenoh::Result<zenoh::Session>,
         transport: &TransportConfig,
+        ways: Ways,
     ) -> anyhow::Result<Self> {
         let whereabouts = described(transport);
         let session = session
@@ -66,6 +79,7 @@ impl OverZenoh {
         Ok(Self {
             session,
             whereabouts,
+            ways,
         })
     }
 }
@@ -157,6 +171,10 @@ impl Transport for OverZenoh {
             .map_err(zenoh_error)
             .with_context(|| format!("cannot send requests under {key}"))?;
         Ok(Box::new(OfKey { querier, patience }))
+    }
+
+    fn why_unseen(&self, node: &str) -> Option<Unseen> {
+        self.ways.why_unseen(node)
     }
 
     fn whereabouts(&self) -> &str {

@@ -1,0 +1,164 @@
+//! A folder of the secure profile, as `coaxle secure init` writes it: who a node or an operator is, and whom it
+//! believes.
+
+mod certificate;
+mod error;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use coaxle_node::keys::NodeName;
+use rustls::client::ClientConfig;
+use rustls::crypto::{CryptoProvider, ring};
+use rustls::pki_types::pem::PemObject;
+use rustls::pki_types::{CertificateDer, PrivateKeyDer, UnixTime};
+use rustls::server::WebPkiClientVerifier;
+use rustls::sign::CertifiedKey;
+use rustls::{CertificateError, RootCertStore};
+
+pub(crate) use certificate::common_name;
+pub use certificate::{common_name_in_pem, date};
+pub use error::{BadCredentials, CredentialsFault};
+
+/// The Zenoh config of the profile: who may do what here.
+pub const PROFILE_FILE: &str = "zenoh.json5";
+/// The authority's certificate: who is believed.
+pub const AUTHORITY_FILE: &str = "ca.pem";
+/// The own certificate.
+pub const CERTIFICATE_FILE: &str = "cert.pem";
+/// The key that belongs to it, for nobody else.
+pub const KEY_FILE: &str = "key.pem";
+
+/// From when on before its end a certificate ought to be renewed.
+pub const RENEW_WITHIN: Duration = Duration::from_secs(30 * 24 * 60 * 60);
+
+/// What a folder of the secure profile holds.
+#[derive(Debug)]
+pub struct Credentials {
+    folder: PathBuf,
+    name: NodeName,
+    not_after: SystemTime,
+    authorities: RootCertStore,
+    chain: Vec<CertificateDer<'static>>,
+    key: PrivateKeyDer<'static>,
+}
+
+impl Credentials {
+    /// Reads a folder. What it holds may be of no use yet, or no longer: [`Self::check`] says so.
+    ///
+    /// # Errors
+    /// [`BadCredentials`] names the file that is missing or holds something else.
+    pub fn open(folder: &Path) -> Result<Self, BadCredentials> {
+        let mut authorities = RootCertStore::empty();
+        for authority in certificates(&folder.join(AUTHORITY_FILE))? {
+            let added = authorities.add(authority);
+            added.map_err(|error| BadCredentials::new(folder.join(AUTHORITY_FILE), error))?;
+        }
+        let file = folder.join(CERTIFICATE_FILE);
+        let chain = certificates(&file)?;
+        let facts = certificate::facts(&chain[0]);
+        let facts = facts.map_err(|reason| BadCredentials::new(file.clone(), reason))?;
+        let name = NodeName::new(facts.common_name);
+        let file = folder.join(KEY_FILE);
+        Ok(Self {
+            folder: folder.to_owned(),
+            name: name
+                .map_err(|error| BadCredentials::new(folder.join(CERTIFICATE_FILE), error))?,
+            not_after: facts.not_after,
+            authorities,
+            chain,
+            key: PrivateKeyDer::from_pem_file(&file)
+                .map_err(|error| BadCredentials::new(file, error))?,
+        })
+    }
+
+    /// Whose they are: what access control knows their holder by.
+    #[must_use]
+    pub const fn name(&self) -> &NodeName {
+        &self.name
+    }
+
+    /// Where they are.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Until when the certificate holds.
+    #[must_use]
+    pub const fn not_after(&self) -> SystemTime {
+        self.not_after
+    }
+
+    /// Whether others can believe them at this time.
+    ///
+    /// # Errors
+    /// [`CredentialsFault`]: of another authority, expired, or a key that belongs to another certificate.
+    pub fn check(&self, at: SystemTime) -> Result<(), CredentialsFault> {
+        let key = provider()
+            .key_provider
+            .load_private_key(self.key.clone_key());
+        let key = key.map_err(|_| CredentialsFault::OtherKey)?;
+        let certified = CertifiedKey::new(self.chain.clone(), key);
+        certified
+            .keys_match()
+            .map_err(|_| CredentialsFault::OtherKey)?;
+        let authorities = Arc::new(self.authorities.clone());
+        let verifier = WebPkiClientVerifier::builder_with_provider(authorities, provider());
+        let verifier = verifier.build();
+        let verifier = verifier.map_err(|error| CredentialsFault::Unusable(error.to_string()))?;
+        let at = at.duration_since(UNIX_EPOCH).unwrap_or_default();
+        let at = UnixTime::since_unix_epoch(at);
+        match verifier.verify_client_cert(&self.chain[0], &self.chain[1..], at) {
+            Ok(_) => Ok(()),
+            Err(rustls::Error::InvalidCertificate(error)) => Err(self.fault(&error)),
+            Err(error) => Err(CredentialsFault::Unusable(error.to_string())),
+        }
+    }
+
+    fn fault(&self, error: &CertificateError) -> CredentialsFault {
+        use CertificateError as Of;
+        match error {
+            Of::Expired | Of::ExpiredContext { .. } => {
+                CredentialsFault::Expired(date(self.not_after))
+            }
+            Of::NotValidYet | Of::NotValidYetContext { .. } => CredentialsFault::NotYet,
+            Of::UnknownIssuer | Of::BadSignature => CredentialsFault::OtherAuthority,
+            other => CredentialsFault::Unusable(other.to_string()),
+        }
+    }
+
+    /// How their holder introduces itself to a node that it connects to.
+    ///
+    /// # Errors
+    /// A key that belongs to another certificate.
+    pub(crate) fn client_config(&self) -> Result<ClientConfig, rustls::Error> {
+        ClientConfig::builder_with_provider(provider())
+            .with_protocol_versions(&[&rustls::version::TLS13])?
+            .with_root_certificates(self.authorities.clone())
+            .with_client_auth_cert(self.chain.clone(), self.key.clone_key())
+    }
+}
+
+/// The cryptography that Zenoh has, too.
+pub(crate) fn provider() -> Arc<CryptoProvider> {
+    Arc::new(ring::default_provider())
+}
+
+/// The certificates of a file, at least one.
+fn certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>, BadCredentials> {
+    let bad = |error| BadCredentials::new(file.to_owned(), error);
+    let read = CertificateDer::pem_file_iter(file).map_err(bad)?;
+    let certificates: Vec<_> = read.collect::<Result<_, _>>().map_err(bad)?;
+    if certificates.is_empty() {
+        return Err(BadCredentials::new(
+            file.to_owned(),
+            "holds no certificate in PEM",
+        ));
+    }
+    Ok(certificates)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,163 @@
+//! Asks an endpoint for its reason: dials it with TLS as Zenoh does, and takes the alert for an answer.
+//!
+//! Zenoh itself only says that there is no link. With TLS 1.3 who connects has done its part before the other end has
+//! looked at its certificate, so the alert comes as the first thing that is read afterwards.
+
+use std::io::{self, ErrorKind};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::sync::Arc;
+use std::time::Duration;
+
+use rustls::pki_types::ServerName;
+use rustls::{AlertDescription, CertificateError, ClientConfig, ClientConnection};
+
+use super::endpoint::host_and_port;
+use crate::credentials::common_name;
+
+/// How long anything may take on the way.
+const CONNECTING: Duration = Duration::from_secs(2);
+/// Who lets somebody in says nothing for this long.
+const SILENCE: Duration = Duration::from_millis(500);
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Dialled {
+    /// Nobody answers.
+    Unreachable(String),
+    /// Somebody does, and not with TLS.
+    WithoutTls,
+    /// Somebody does, and one end does not believe the other.
+    Refused(String),
+    /// Both ends believe each other: the name in the certificate there.
+    Believed(Option<String>),
+}
+
+/// Dials an endpoint. Takes a few seconds at most for each address of its host.
+pub(super) fn dial(endpoint: &str, config: Arc<ClientConfig>) -> Dialled {
+    let Some((host, port)) = host_and_port(endpoint) else {
+        return Dialled::Unreachable("it has no address".to_owned());
+    };
+    let socket = match connected(host, port) {
+        Ok(socket) => socket,
+        Err(error) => return Dialled::Unreachable(error.to_string()),
+    };
+    let Ok(name) = ServerName::try_from(host.to_owned()) else {
+        return Dialled::Refused(format!("{host:?} cannot be compared with a certificate"));
+    };
+    match ClientConnection::new(config, name) {
+        Ok(connection) => shake_hands(connection, socket),
+        Err(error) => Dialled::Refused(error.to_string()),
+    }
+}
+
+fn connected(host: &str, port: u16) -> io::Result<TcpStream> {
+    let mut last = io::Error::new(ErrorKind::NotFound, "its name has no address");
+    for address in (host, port).to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, CONNECTING) {
+            Ok(socket) => {
+                socket.set_read_timeout(Some(CONNECTING))?;
+                socket.set_write_timeout(Some(CONNECTING))?;
+                return Ok(socket);
+            }
+            Err(error) => last = error,
+        }
+    }
+    Err(last)
+}
+
+fn shake_hands(mut connection: ClientConnection, mut socket: TcpStream) -> Dialled {
+    while connection.is_handshaking() {
+        if let Err(error) = connection.complete_io(&mut socket) {
+            return told_by(&error);
+        }
+    }
+    let certificates = connection.peer_certificates().unwrap_or_default();
+    let name = certificates.first().and_then(common_name);
+    let _ = socket.set_read_timeout(Some(SILENCE));
+    loop {
+        match connection.read_tls(&mut socket) {
+            // Gone without a word, or silent: there is no refusal in that.
+            Ok(0) | Err(_) => return Dialled::Believed(name),
+            Ok(_) => {
+                if let Err(error) = connection.process_new_packets() {
+                    return refused(&error);
+                }
+            }
+        }
+    }
+}
+
+/// What ends the handshake: an error of TLS, or of a connection to something that is none.
+fn told_by(error: &io::Error) -> Dialled {
+    let inner = error.get_ref();
+    match inner.and_then(|inner| inner.downcast_ref::<rustls::Error>()) {
+        Some(error) => refused(error),
+        None if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+            Dialled::Unreachable("it says nothing".to_owned())
+        }
+        None => Dialled::WithoutTls,
+    }
+}
+
+/// What an alert says of us, and what we find wrong with the certificate there.
+fn refused(error: &rustls::Error) -> Dialled {
+    use AlertDescription as Alert;
+    use CertificateError as Found;
+    let text = match error {
+        rustls::Error::InvalidMessage(_) => return Dialled::WithoutTls,
+        rustls::Error::AlertReceived(alert) => match alert {
+            Alert::CertificateRequired => {
+                "it wants a certificate, and this end has none".to_owned()
+            }
+            Alert::UnknownCA | Alert::DecryptError => {
+                "it does not know the authority of the certificate here".to_owned()
+            }
+            Alert::CertificateExpired => "the certificate here has expired".to_owned(),
+            other => format!("it refuses the certificate here: {other:?}"),
+        },
+        rustls::Error::InvalidCertificate(found) => match found {
+            Found::UnknownIssuer | Found::BadSignature => {
+                "its certificate is of another authority".to_owned()
+            }
+            Found::Expired | Found::ExpiredContext { .. } => {
+                "its certificate has expired".to_owned()
+            }
+            Found::NotValidForName | Found::NotValidForNameContext { .. } => {
+                "its certificate does not name this address".to_owned()
+            }
+            other => format!("its certificate is refused: {other}"),
+        },
+        other => other.to_string(),
+    };
+    Dialled::Refused(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::credentials::provider;
+    use rustls::RootCertStore;
+    use std::io::Write;
+    use std::net::TcpListener;
+
+    fn nobody() -> Arc<ClientConfig> {
+        let config = ClientConfig::builder_with_provider(provider());
+        let config = config.with_safe_default_protocol_versions().unwrap();
+        let config = config.with_root_certificates(RootCertStore::empty());
+        Arc::new(config.with_no_client_auth())
+    }
+
+    #[test]
+    fn nobody_and_somebody_without_tls_are_told_apart() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let endpoint = format!("tcp/{}", listener.local_addr().unwrap());
+        let answers = std::thread::spawn(move || {
+            let (mut socket, _) = listener.accept().unwrap();
+            socket.write_all(b"this is not TLS at all").unwrap();
+        });
+        assert_eq!(dial(&endpoint, nobody()), Dialled::WithoutTls);
+        answers.join().unwrap();
+        let closed = dial(&endpoint, nobody());
+        assert!(matches!(closed, Dialled::Unreachable(_)), "{closed:?}");
+    }
+}

@@ -1,0 +1,121 @@
+//! Endpoints: `<protocol>/<host>:<port>`.
+
+use std::net::IpAddr;
+
+use anyhow::bail;
+
+/// Host and port of an endpoint that has them. An IPv6 address is in brackets.
+#[must_use]
+pub fn host_and_port(endpoint: &str) -> Option<(&str, u16)> {
+    let (_, rest) = endpoint.split_once('/')?;
+    let (host, port) = rest.split(['?', '#']).next()?.rsplit_once(':')?;
+    Some((host, port.parse().ok()?))
+}
+
+/// Whether only programs on this machine can be at the other end.
+#[must_use]
+pub fn is_local(endpoint: &str) -> bool {
+    if endpoint.starts_with("unixsock-stream/") {
+        return true;
+    }
+    let Some((host, _)) = host_and_port(endpoint) else {
+        return false;
+    };
+    let address = host.trim_start_matches('[').trim_end_matches(']');
+    host == "localhost" || address.parse().is_ok_and(|ip: IpAddr| ip.is_loopback())
+}
+
+/// The same, and nothing but TLS: the rest of the profile rests on the names in certificates.
+pub(super) fn check_secure_endpoint(endpoint: &str) -> anyhow::Result<()> {
+    check_endpoint(endpoint)?;
+    let Some((protocol, rest)) = endpoint.split_once('/') else {
+        return Ok(());
+    };
+    if protocol != "tls" {
+        bail!(
+            "received the protocol {protocol:?} beside transport.secure, expected tls, as in tls/{rest}"
+        );
+    }
+    if rest.starts_with('[') && !rest.starts_with("[::]:") {
+        // Zenoh 1.10 takes the brackets for a part of the name, and refuses it.
+        bail!(
+            "received an IPv6 address, which cannot be compared with a certificate, expected an IPv4 \
+             address or a host name"
+        );
+    }
+    Ok(())
+}
+
+const PROTOCOLS: [&str; 5] = ["tcp", "udp", "tls", "quic", "unixsock-stream"];
+
+/// Zenoh itself would retry an endpoint that can never work, quietly and for ever.
+pub(super) fn check_endpoint(endpoint: &str) -> anyhow::Result<()> {
+    let Some((protocol, rest)) = endpoint.split_once('/') else {
+        bail!("is no endpoint, expected <protocol>/<address>, such as tcp/192.168.1.10:7447");
+    };
+    if !PROTOCOLS.contains(&protocol) {
+        bail!(
+            "received the protocol {protocol:?}, expected one of {}",
+            PROTOCOLS.join(", ")
+        );
+    }
+    let address = rest.split(['?', '#']).next().unwrap_or_default();
+    if address.is_empty() {
+        bail!("has no address after the protocol");
+    }
+    if protocol == "unixsock-stream" {
+        return Ok(());
+    }
+    let Some((host, port)) = address.rsplit_once(':') else {
+        bail!("has no port, expected <host>:<port>, such as 192.168.1.10:7447");
+    };
+    if host.is_empty() {
+        bail!("has no host, expected <host>:<port>, such as 192.168.1.10:7447");
+    }
+    if port.parse::<u16>().is_err() {
+        bail!("received the port {port:?}, expected 0 to 65535");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stays_on_this_machine_is_known() {
+        for endpoint in [
+            "tcp/127.0.0.1:7447",
+            "tls/localhost:7447",
+            "udp/[::1]:7447",
+            "unixsock-stream/a.sock",
+            "tcp/127.0.0.9:1#iface=lo",
+        ] {
+            assert!(is_local(endpoint), "{endpoint}");
+        }
+        for endpoint in [
+            "tcp/0.0.0.0:7447",
+            "tcp/[::]:7447",
+            "tls/press:7447",
+            "quic/10.0.0.1:7447",
+        ] {
+            assert!(!is_local(endpoint), "{endpoint}");
+        }
+    }
+
+    #[test]
+    fn the_secure_profile_takes_nothing_but_tls() {
+        for endpoint in ["tls/0.0.0.0:7447", "tls/press.local:7447", "tls/[::]:7447"] {
+            check_secure_endpoint(endpoint).unwrap();
+        }
+        for (endpoint, expected) in [
+            ("tcp/10.0.0.1:7447", "expected tls, as in tls/10.0.0.1:7447"),
+            ("quic/10.0.0.1:7447", "received the protocol \"quic\""),
+            ("tls/[fe80::1]:7447", "a host name"),
+            ("tls/10.0.0.1", "has no port"),
+        ] {
+            let message = check_secure_endpoint(endpoint).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}

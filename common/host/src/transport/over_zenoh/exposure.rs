@@ -1,0 +1,133 @@
+//! What a transport section lets others do.
+
+use coaxle_node::config::TransportConfig;
+use serde_json::Value;
+use zenoh::Config;
+
+use super::config::zenoh_config;
+use super::endpoint::is_local;
+
+/// Who can reach a node, and what holds them back.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Exposure {
+    /// Where it listens beyond this machine.
+    pub listens: Vec<String>,
+    /// Where it connects to beyond this machine.
+    pub connects: Vec<String>,
+    /// Whether it looks for others by multicast.
+    pub multicast: bool,
+    /// Whether only who has a certificate of the authority gets a link, on the endpoints with TLS.
+    pub mutual_tls: bool,
+    /// Whether access control denies what it does not allow.
+    pub denies_by_default: bool,
+    /// The longest message that is put together before anything looks at it, bytes.
+    pub max_message_size: u64,
+}
+
+impl Exposure {
+    /// Reads it off the Zenoh config that a transport section comes to.
+    ///
+    /// # Errors
+    /// A wrong transport section.
+    pub fn of(transport: &TransportConfig) -> anyhow::Result<Self> {
+        let config = zenoh_config(transport)?;
+        let is_on = |path: &str| setting(&config, path) == Value::Bool(true);
+        Ok(Self {
+            listens: beyond_this_machine(endpoints(&config, "listen")),
+            connects: beyond_this_machine(endpoints(&config, "connect")),
+            multicast: is_on("scouting/multicast/enabled"),
+            mutual_tls: is_on("transport/link/tls/enable_mtls"),
+            denies_by_default: is_on("access_control/enabled")
+                && setting(&config, "access_control/default_permission") == "deny",
+            max_message_size: setting(&config, "transport/link/rx/max_message_size")
+                .as_u64()
+                .unwrap_or(u64::MAX),
+        })
+    }
+
+    /// The endpoints of these where anybody gets a link: without TLS, or without being asked for a certificate.
+    #[must_use]
+    pub fn without_mutual_tls<'a>(&self, endpoints: &'a [String]) -> Vec<&'a str> {
+        let is_open = |endpoint: &&str| {
+            let has_tls = endpoint.starts_with("tls/") || endpoint.starts_with("quic/");
+            !(has_tls && self.mutual_tls)
+        };
+        endpoints
+            .iter()
+            .map(String::as_str)
+            .filter(is_open)
+            .collect()
+    }
+}
+
+fn beyond_this_machine(mut endpoints: Vec<String>) -> Vec<String> {
+    endpoints.retain(|endpoint| !is_local(endpoint));
+    endpoints
+}
+
+/// The endpoints of a section. They may stand for each mode on their own.
+pub(super) fn endpoints(config: &Config, section: &str) -> Vec<String> {
+    let found = setting(config, &format!("{section}/endpoints"));
+    let mode = setting(config, "mode");
+    let of_mode = mode.as_str().and_then(|mode| found.get(mode));
+    let endpoints = of_mode.unwrap_or(&found).as_array();
+    let texts = endpoints.into_iter().flatten().filter_map(Value::as_str);
+    texts.map(str::to_owned).collect()
+}
+
+fn setting(config: &Config, path: &str) -> Value {
+    let json = config.get_json(path).ok();
+    json.and_then(|json| serde_json::from_str(&json).ok())
+        .unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::config::parse;
+
+    fn exposure(toml: &str) -> Exposure {
+        Exposure::of(&parse("test.toml", toml).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn what_stays_on_this_machine_is_not_open() {
+        let found = exposure("listen = ['tcp/127.0.0.1:7447']\nconnect = ['tcp/localhost:7448']");
+        assert!(found.listens.is_empty() && found.connects.is_empty());
+        assert!(!found.multicast && !found.denies_by_default && !found.mutual_tls);
+        assert_eq!(found.max_message_size, 1 << 30);
+    }
+
+    #[test]
+    fn what_goes_beyond_is_named() {
+        let found = exposure(
+            "listen = ['tcp/0.0.0.0:7447', 'tls/0.0.0.0:7448', 'tcp/127.0.0.1:1']\nmulticast = true",
+        );
+        assert_eq!(found.listens, ["tcp/0.0.0.0:7447", "tls/0.0.0.0:7448"]);
+        assert!(found.multicast);
+        let anywhere = exposure("multicast = true").listens;
+        assert_eq!(anywhere, ["tcp/[::]:0"], "Zenoh's own default for peers");
+        let open = found.without_mutual_tls(&found.listens);
+        assert_eq!(open, found.listens, "TLS that asks nobody is open, too");
+        let found = exposure(
+            "listen = ['tcp/0.0.0.0:7447', 'tls/0.0.0.0:7448']\n\
+             settings = { 'transport/link/tls/enable_mtls' = true }",
+        );
+        assert_eq!(
+            found.without_mutual_tls(&found.listens),
+            ["tcp/0.0.0.0:7447"]
+        );
+    }
+
+    #[test]
+    fn access_control_counts_if_it_denies_what_it_does_not_allow() {
+        let with = |permission: &str| {
+            exposure(&format!(
+                "settings = {{ access_control = {{ enabled = true, default_permission = {permission:?}, \
+                 rules = [], subjects = [], policies = [] }} }}"
+            ))
+        };
+        assert!(with("deny").denies_by_default);
+        assert!(!with("allow").denies_by_default);
+    }
+}

@@ -1,0 +1,63 @@
+//! The config of a node, be it a sender's or a receiver's.
+
+use std::path::Path;
+
+use coaxle_node::config::{ConfigError, TransportConfig, from_table, load};
+use coaxle_node::keys::NodeName;
+use coaxle_node::wiring::Wiring;
+use coaxle_receiver::ReceiverConfig;
+use coaxle_sender::config::SenderConfig;
+
+/// What a config file turned out to be.
+#[derive(Clone, Debug)]
+pub enum NodeConfig {
+    /// A sender.
+    Sender(Box<SenderConfig>),
+    /// A receiver.
+    Receiver(Box<ReceiverConfig>),
+}
+
+impl NodeConfig {
+    /// Reads a config file. A sender is known by its axes: a receiver follows those of others.
+    ///
+    /// # Errors
+    /// Names the file, the field, what was received and what is expected.
+    pub fn load(file: &Path) -> Result<Self, ConfigError> {
+        let table: toml::Table = load(file)?;
+        let follows = ["far", "master", "slave"]
+            .iter()
+            .any(|key| table.contains_key(*key));
+        let name = file.display().to_string();
+        if table.contains_key("axis") && !follows {
+            return Ok(Self::Sender(from_table(&name, table)?));
+        }
+        Ok(Self::Receiver(from_table(&name, table)?))
+    }
+
+    /// The node's name.
+    #[must_use]
+    pub fn name(&self) -> &NodeName {
+        match self {
+            Self::Sender(config) => &config.name,
+            Self::Receiver(config) => &config.name,
+        }
+    }
+
+    /// How it reaches the others.
+    #[must_use]
+    pub fn transport(&self) -> &TransportConfig {
+        match self {
+            Self::Sender(config) => &config.transport,
+            Self::Receiver(config) => &config.transport,
+        }
+    }
+
+    /// What it publishes and hears.
+    #[must_use]
+    pub fn wiring(&self) -> Wiring {
+        match self {
+            Self::Sender(config) => config.wiring(),
+            Self::Receiver(config) => config.wiring(),
+        }
+    }
+}

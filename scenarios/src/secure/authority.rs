@@ -1,0 +1,203 @@
+//! The authority of a network: its key signs who is who.
+
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use anyhow::Context;
+use coaxle_host::credentials::common_name_in_pem;
+use coaxle_node::keys::NodeName;
+use rcgen::{
+    BasicConstraints, CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, IsCa,
+    Issuer, KeyPair, KeyUsagePurpose, PKCS_ECDSA_P256_SHA256, SanType,
+};
+use time::OffsetDateTime;
+
+/// Signs certificates.
+pub struct Authority {
+    certificate: String,
+    issuer: Issuer<'static, KeyPair>,
+}
+
+/// A certificate with its key, both in PEM.
+pub struct Issued {
+    /// For everybody.
+    pub certificate: String,
+    /// For its holder alone.
+    pub key: String,
+}
+
+/// From when to when a certificate holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Validity {
+    /// Its first moment.
+    pub from: SystemTime,
+    /// Its last one.
+    pub until: SystemTime,
+}
+
+const DAY: Duration = Duration::from_secs(24 * 60 * 60);
+
+impl Validity {
+    /// So many days from now on, and the day before: clocks differ.
+    #[must_use]
+    pub fn days(now: SystemTime, days: u16) -> Self {
+        Self {
+            from: now - DAY,
+            until: now + DAY * u32::from(days),
+        }
+    }
+
+    fn dates(self) -> anyhow::Result<[OffsetDateTime; 2]> {
+        let date = |at: SystemTime| {
+            let seconds = at.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
+            OffsetDateTime::from_unix_timestamp(i64::try_from(seconds)?)
+                .map_err(anyhow::Error::from)
+        };
+        let dates = [date(self.from), date(self.until)];
+        let [from, until] = dates.map(|date| date.context("the validity of a certificate"));
+        Ok([from?, until?])
+    }
+}
+
+impl Authority {
+    /// A new one, with a name that no other has.
+    ///
+    /// # Errors
+    /// The system gives no random numbers.
+    pub fn new(validity: Validity) -> anyhow::Result<Self> {
+        let key = KeyPair::generate_for(&PKCS_ECDSA_P256_SHA256).context("the authority's key")?;
+        let number: String = key
+            .public_key_raw()
+            .iter()
+            .rev()
+            .take(8)
+            .fold(String::with_capacity(16), |text, byte| {
+                text + &format!("{byte:02x}")
+            });
+        let mut params = authority_params(&format!("Coaxle authority {number}"));
+        [params.not_before, params.not_after] = validity.dates()?;
+        let certificate = params
+            .self_signed(&key)
+            .context("the authority's certificate")?;
+        Ok(Self {
+            certificate: certificate.pem(),
+            issuer: Issuer::new(params, key),
+        })
+    }
+
+    /// The one with this certificate and key, both in PEM.
+    ///
+    /// # Errors
+    /// Either is none, or the certificate has no name.
+    pub fn read(certificate: &str, key: &str) -> anyhow::Result<Self> {
+        let key = KeyPair::from_pem(key).context("the authority's key")?;
+        let name = common_name_in_pem(certificate);
+        let name = name.context("the authority's certificate has no common name, or is none")?;
+        Ok(Self {
+            certificate: certificate.to_owned(),
+            issuer: Issuer::new(authority_params(&name), key),
+        })
+    }
+
+    /// Its certificate, for everybody who shall believe it.
+    #[must_use]
+    pub fn certificate(&self) -> &str {
+        &self.certificate
+    }
+
+    /// Its key, for nobody.
+    #[must_use]
+    pub fn key(&self) -> String {
+        self.issuer.key().serialize_pem()
+    }
+
+    /// A certificate for a node or an operator that is reached under these addresses.
+    ///
+    /// # Errors
+    /// An address that is neither an IP address nor a host name.
+    pub fn issue(
+        &self,
+        name: &NodeName,
+        hosts: &[String],
+        validity: Validity,
+    ) -> anyhow::Result<Issued> {
+        let key = KeyPair::generate_for(&PKCS_ECDSA_P256_SHA256).context("a key")?;
+        let mut params = CertificateParams::default();
+        params.distinguished_name = called(name.as_str());
+        params.subject_alt_names = hosts
+            .iter()
+            .map(|host| alternative(host))
+            .collect::<Result<_, _>>()?;
+        params.is_ca = IsCa::ExplicitNoCa;
+        params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
+        // Every node is a server to some and a client to others.
+        params.extended_key_usages = vec![
+            ExtendedKeyUsagePurpose::ServerAuth,
+            ExtendedKeyUsagePurpose::ClientAuth,
+        ];
+        params.use_authority_key_identifier_extension = true;
+        [params.not_before, params.not_after] = validity.dates()?;
+        let signed = params.signed_by(&key, &self.issuer);
+        let certificate = signed.with_context(|| format!("the certificate of {name}"))?;
+        Ok(Issued {
+            certificate: certificate.pem(),
+            key: key.serialize_pem(),
+        })
+    }
+}
+
+fn authority_params(name: &str) -> CertificateParams {
+    let mut params = CertificateParams::default();
+    params.distinguished_name = called(name);
+    params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
+    params.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
+    params
+}
+
+fn called(name: &str) -> DistinguishedName {
+    let mut called = DistinguishedName::new();
+    called.push(DnType::CommonName, name);
+    called
+}
+
+fn alternative(host: &str) -> anyhow::Result<SanType> {
+    if let Ok(address) = host.parse() {
+        return Ok(SanType::IpAddress(address));
+    }
+    let name = host.try_into();
+    let name =
+        name.with_context(|| format!("received {host:?}, expected an address or a host name"))?;
+    Ok(SanType::DnsName(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::secure::folder::write_role;
+    use coaxle_host::credentials::{Credentials, CredentialsFault};
+    use coaxle_host::machine;
+
+    #[test]
+    fn what_it_signs_is_believed_by_those_who_believe_it() {
+        let now = machine::wall_clock();
+        let year = Validity::days(now, 365);
+        let (ours, theirs) = (Authority::new(year).unwrap(), Authority::new(year).unwrap());
+        let again = Authority::read(ours.certificate(), &ours.key()).unwrap();
+        let saw = NodeName::new("saw").unwrap();
+        let scratch = tempfile::tempdir().unwrap();
+        for (by, beside, expected) in [
+            (&ours, &ours, Ok(())),
+            (&again, &ours, Ok(())),
+            (&theirs, &ours, Err(CredentialsFault::OtherAuthority)),
+        ] {
+            let hosts = ["10.0.0.1".to_owned(), "saw.local".to_owned()];
+            let issued = by.issue(&saw, &hosts, year).unwrap();
+            write_role(scratch.path(), beside, &issued, "{}").unwrap();
+            let credentials = Credentials::open(scratch.path()).unwrap();
+            assert_eq!(*credentials.name(), saw);
+            assert_eq!(credentials.check(now), expected);
+        }
+        assert!(Authority::read("nothing", &ours.key()).is_err());
+        let wrong = ours.issue(&saw, &["ä".to_owned()], year).err().unwrap();
+        assert!(wrong.to_string().contains("\"ä\""), "{wrong}");
+    }
+}

@@ -1,0 +1,203 @@
+//! `coaxle secure`: makes a secure network, and renews it.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use anyhow::{Context, bail};
+use clap::{Args, Subcommand};
+use coaxle_host::machine;
+use coaxle_node::keys::NodeName;
+
+use super::authority::{Authority, Validity};
+use super::folder::{AUTHORITY_FOLDER, read_authority, write_authority, write_role};
+use super::member::{Member, Operator};
+use super::network::Network;
+use super::profile::profile;
+use crate::inspect;
+
+/// What is done.
+#[derive(Debug, Subcommand)]
+pub enum SecureCommand {
+    /// Make a new authority, and a folder with certificate, key and rights for each node and operator
+    Init(SecureArgs),
+    /// Write the folders anew with the authority that is there: before certificates expire, for a new node or
+    /// operator, or after a node follows another one
+    Renew(RenewArgs),
+}
+
+/// A network, and where its folders are.
+#[derive(Debug, Args)]
+pub struct SecureArgs {
+    /// The config files of all nodes: they say who hears whom, and where. Rights are derived from them
+    #[arg(required = true, value_name = "CONFIG")]
+    configs: Vec<PathBuf>,
+    /// Where the folders go: `authority`, which stays there, and one to copy to each PC
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Who may command nodes: a name, or a name and the nodes, as in anna=saw,press; may be given several times
+    #[arg(long = "operator", value_name = "NAME[=NODES]", value_parser = Operator::from_str)]
+    operators: Vec<Operator>,
+    /// Where a node is reached if the configs do not say it: conveyor=192.168.1.10; may be given several times
+    #[arg(long = "at", value_name = "NODE=HOST", value_parser = at)]
+    addresses: Vec<(NodeName, String)>,
+    /// How long the certificates hold, in days
+    #[arg(long, value_name = "N", default_value_t = 365, value_parser = clap::value_parser!(u16).range(1..=3650))]
+    valid_days: u16,
+}
+
+/// The same, for some of them.
+#[derive(Debug, Args)]
+pub struct RenewArgs {
+    #[command(flatten)]
+    network: SecureArgs,
+    /// Write the folders of these nodes and operators only [default: of all]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES", value_parser = |name: &str| NodeName::new(name))]
+    only: Vec<NodeName>,
+}
+
+/// The authority outlives what it signs: all folders are to be copied anew when it ends.
+const AUTHORITY_DAYS: u16 = 20 * 365;
+
+/// Writes the folders, and says what is to be done with them.
+///
+/// # Errors
+/// A wrong config, members that make no network, folders that are there already or cannot be written.
+pub fn print(command: &SecureCommand) -> anyhow::Result<bool> {
+    let now = machine::wall_clock();
+    let (args, authority, only) = match command {
+        SecureCommand::Init(args) => {
+            let network = args.network()?;
+            refuse_to_overwrite(&args.out, &network)?;
+            let authority = Authority::new(Validity::days(now, AUTHORITY_DAYS))?;
+            write_authority(&args.out, &authority)?;
+            (args, authority, &[][..])
+        }
+        SecureCommand::Renew(RenewArgs { network, only }) => {
+            (network, read_authority(&network.out)?, &only[..])
+        }
+    };
+    let network = args.network()?;
+    check_known(&network, only)?;
+    let validity = Validity::days(now, args.valid_days);
+    let is_meant = |name: &NodeName| only.is_empty() || only.contains(name);
+    for name in members(&network).filter(|name| is_meant(name)) {
+        let hosts = network.addresses().in_certificate(name);
+        let issued = authority.issue(name, &hosts, validity)?;
+        let profile = profile(&network, name).context("a member has rights")?;
+        write_role(&args.out.join(name.as_str()), &authority, &issued, &profile)?;
+    }
+    inspect::print(|out| {
+        tell(&args.out, &network, is_meant, out)?;
+        Ok(true)
+    })
+}
+
+impl SecureArgs {
+    fn network(&self) -> anyhow::Result<Network> {
+        let nodes = self.configs.iter().map(|file| Member::load(file));
+        let nodes = nodes.collect::<anyhow::Result<Vec<_>>>()?;
+        Ok(Network::new(
+            nodes,
+            self.operators.clone(),
+            &self.addresses,
+        )?)
+    }
+}
+
+fn members(network: &Network) -> impl Iterator<Item = &NodeName> {
+    let nodes = network.nodes().iter().map(|node| &node.name);
+    nodes.chain(network.operators().iter().map(|operator| &operator.name))
+}
+
+fn refuse_to_overwrite(out: &Path, network: &Network) -> anyhow::Result<()> {
+    let names = members(network).map(NodeName::as_str);
+    for name in names.chain([AUTHORITY_FOLDER]) {
+        let folder = out.join(name);
+        if folder.exists() {
+            bail!(
+                "{} is there already, expected none: `coaxle secure renew` writes folders anew",
+                folder.display()
+            );
+        }
+    }
+    Ok(())
+}
+
+fn check_known(network: &Network, only: &[NodeName]) -> anyhow::Result<()> {
+    for name in only {
+        if !members(network).any(|known| known == name) {
+            let known: Vec<_> = members(network).map(NodeName::as_str).collect();
+            bail!(
+                "--only: received {:?}, expected some of: {}",
+                name.as_str(),
+                known.join(", ")
+            );
+        }
+    }
+    Ok(())
+}
+
+fn tell(
+    folder: &Path,
+    network: &Network,
+    is_meant: impl Fn(&NodeName) -> bool,
+    out: &mut dyn Write,
+) -> anyhow::Result<()> {
+    let of = |name: &str| folder.join(name).display().to_string();
+    writeln!(
+        out,
+        "{}: keep it away from the nodes; `coaxle secure renew` needs it",
+        of(AUTHORITY_FOLDER)
+    )?;
+    for node in network.nodes().iter().filter(|node| is_meant(&node.name)) {
+        let name = node.name.as_str();
+        writeln!(out, "{}: for the PC of {name}; in its config", of(name))?;
+        writeln!(
+            out,
+            "    [transport]\n    secure = {name:?}   # the folder, seen from the config"
+        )?;
+        for (field, endpoints) in [("listen", &node.listen), ("connect", &node.connect)] {
+            if !endpoints.is_empty() {
+                let endpoints: Vec<_> = endpoints.iter().map(|at| with_tls(at)).collect();
+                writeln!(out, "    {field} = {endpoints:?}")?;
+            }
+        }
+        if network.addresses().beyond_its_pc(&node.name).is_empty() && !node.listen.is_empty() {
+            writeln!(
+                out,
+                "    # Nobody says where other PCs reach it: --at {name}=ADDRESS, if any shall."
+            )?;
+        }
+    }
+    for operator in network
+        .operators()
+        .iter()
+        .filter(|known| is_meant(&known.name))
+    {
+        let name = operator.name.as_str();
+        writeln!(
+            out,
+            "{}: for {name}; coaxle command --secure {name} NODE SLAVE COMMAND",
+            of(name)
+        )?;
+    }
+    Ok(())
+}
+
+fn with_tls(endpoint: &str) -> String {
+    let address = endpoint
+        .split_once('/')
+        .map_or(endpoint, |(_, address)| address);
+    format!("tls/{address}")
+}
+
+fn at(text: &str) -> Result<(NodeName, String), String> {
+    let expected = || format!("received {text:?}, expected NODE=HOST, as in conveyor=192.168.1.10");
+    let (node, host) = text.split_once('=').ok_or_else(expected)?;
+    let node = NodeName::new(node).map_err(|error| error.to_string())?;
+    if host.is_empty() || host.contains(['/', ':']) {
+        return Err(expected());
+    }
+    Ok((node, host.to_owned()))
+}

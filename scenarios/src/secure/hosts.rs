@@ -1,0 +1,214 @@
+//! Under which addresses nodes are reached: a certificate must name them, or who connects believes it is somebody
+//! else's.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::net::IpAddr;
+
+use coaxle_host::transport::host_and_port;
+use coaxle_node::keys::NodeName;
+
+use super::member::Member;
+
+/// The hosts of each node: IP addresses and host names.
+#[derive(Clone, Debug, Default)]
+pub struct Addresses(BTreeMap<NodeName, BTreeSet<String>>);
+
+/// Where a node is reached cannot be told.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WrongAddress {
+    /// An address of nobody.
+    #[error("--at: received the node {node:?}, expected one whose config is given")]
+    UnknownNode {
+        /// Who was named.
+        node: String,
+    },
+    /// Somebody connects to where nobody listens.
+    #[error(
+        "node {node:?} connects to {endpoint:?}, and no config that is given listens on that port, \
+         expected it among them"
+    )]
+    Nobody {
+        /// Who connects.
+        node: String,
+        /// Where to.
+        endpoint: String,
+    },
+    /// More than one node may be meant.
+    #[error(
+        "node {node:?} connects to {endpoint:?}, where any of {candidates} may listen, expected --at \
+         NODE={host} for the one that does"
+    )]
+    Ambiguous {
+        /// Who connects.
+        node: String,
+        /// Where to.
+        endpoint: String,
+        /// The host of it.
+        host: String,
+        /// Who may be meant.
+        candidates: String,
+    },
+}
+
+/// How a program on the same PC reaches a node.
+const HERE: [&str; 2] = ["127.0.0.1", "localhost"];
+
+impl Addresses {
+    /// Those that are given, those where nodes listen, and those that others connect to.
+    pub(super) fn of(nodes: &[Member], given: &[(NodeName, String)]) -> Result<Self, WrongAddress> {
+        let mut hosts = Self::default();
+        for (name, host) in given {
+            if !nodes.iter().any(|node| node.name == *name) {
+                let node = name.to_string();
+                return Err(WrongAddress::UnknownNode { node });
+            }
+            hosts.add(name, host);
+        }
+        for node in nodes {
+            let listens = node.listen.iter().filter_map(|at| host_and_port(at));
+            for (host, _) in listens.filter(|(host, _)| !is_every_interface(host)) {
+                hosts.add(&node.name, host);
+            }
+        }
+        for node in nodes {
+            for endpoint in &node.connect {
+                hosts.attribute(node, endpoint, nodes)?;
+            }
+        }
+        Ok(hosts)
+    }
+
+    /// What the certificate of a node names: its addresses, and this PC for those who are on it, too.
+    #[must_use]
+    pub fn in_certificate(&self, node: &NodeName) -> Vec<String> {
+        let here = HERE.into_iter().map(str::to_owned);
+        let beyond = self.beyond_its_pc(node).into_iter();
+        here.chain(beyond).collect()
+    }
+
+    /// The addresses of a node that mean no other PC's own.
+    #[must_use]
+    pub fn beyond_its_pc(&self, node: &NodeName) -> Vec<String> {
+        let known = self.0.get(node).into_iter().flatten();
+        known.filter(|host| !is_own_pc(host)).cloned().collect()
+    }
+
+    /// Where to connect to a node from elsewhere, or from its own PC if it is known nowhere else.
+    #[must_use]
+    pub fn endpoints(&self, node: &Member) -> Vec<String> {
+        let mut hosts = self.beyond_its_pc(&node.name);
+        if hosts.is_empty() {
+            hosts.push(HERE[0].to_owned());
+        }
+        let ports: BTreeSet<u16> = ports(node).collect();
+        let of_host = |host: &String| {
+            let endpoint = |port| format!("tls/{host}:{port}");
+            ports.iter().map(endpoint).collect::<Vec<_>>()
+        };
+        hosts.iter().flat_map(of_host).collect()
+    }
+
+    fn add(&mut self, node: &NodeName, host: &str) {
+        let hosts = self.0.entry(node.clone()).or_default();
+        hosts.insert(host.to_owned());
+    }
+
+    /// Finds the node that is at an endpoint, if no node is known to be there yet.
+    fn attribute(
+        &mut self,
+        from: &Member,
+        endpoint: &str,
+        nodes: &[Member],
+    ) -> Result<(), WrongAddress> {
+        let Some((host, port)) = host_and_port(endpoint) else {
+            return Ok(());
+        };
+        let listens = |node: &&Member| node.name != from.name && ports(node).any(|at| at == port);
+        let candidates: Vec<&Member> = nodes.iter().filter(listens).collect();
+        let is_known = |node: &&Member| self.0.get(&node.name).is_some_and(|at| at.contains(host));
+        if is_own_pc(host) || candidates.iter().any(is_known) {
+            return Ok(());
+        }
+        let (node, endpoint) = (from.name.to_string(), endpoint.to_owned());
+        match candidates[..] {
+            [] => Err(WrongAddress::Nobody { node, endpoint }),
+            [only] => {
+                self.add(&only.name, host);
+                Ok(())
+            }
+            _ => {
+                let names: Vec<_> = candidates.iter().map(|node| node.name.as_str()).collect();
+                Err(WrongAddress::Ambiguous {
+                    node,
+                    endpoint,
+                    host: host.to_owned(),
+                    candidates: names.join(", "),
+                })
+            }
+        }
+    }
+}
+
+fn ports(node: &Member) -> impl Iterator<Item = u16> {
+    let ports = node.listen.iter().filter_map(|at| host_and_port(at));
+    ports.map(|(_, port)| port)
+}
+
+fn is_every_interface(host: &str) -> bool {
+    matches!(host, "0.0.0.0" | "[::]")
+}
+
+fn is_own_pc(host: &str) -> bool {
+    let address = host.trim_start_matches('[').trim_end_matches(']');
+    host == "localhost" || address.parse().is_ok_and(|ip: IpAddr| ip.is_loopback())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::secure::samples::{LINE, SAW, member, name};
+
+    fn addresses(nodes: &[&str], given: &[(&str, &str)]) -> Result<Addresses, String> {
+        let nodes: Vec<_> = nodes.iter().map(|text| member(text)).collect();
+        let given: Vec<_> = given
+            .iter()
+            .map(|(node, host)| (name(node), (*host).to_owned()))
+            .collect();
+        Addresses::of(&nodes, &given).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_node_is_where_others_connect_to_on_its_port() {
+        let found = addresses(&[LINE, SAW], &[("line", "line.local")]).unwrap();
+        assert_eq!(
+            found.in_certificate(&name("line")),
+            ["127.0.0.1", "localhost", "10.0.0.1", "line.local"]
+        );
+        assert_eq!(found.in_certificate(&name("saw")), HERE);
+        assert_eq!(
+            found.endpoints(&member(LINE)),
+            ["tls/10.0.0.1:7447", "tls/line.local:7447"]
+        );
+        assert_eq!(found.endpoints(&member(SAW)), ["tls/127.0.0.1:7448"]);
+    }
+
+    #[test]
+    fn what_the_configs_leave_open_is_asked_for() {
+        let twin = LINE.replace("'line'", "'twin'");
+        let error = addresses(&[LINE, &twin, SAW], &[]).unwrap_err();
+        assert!(error.contains("any of line, twin may listen"), "{error}");
+        assert!(error.contains("--at NODE=10.0.0.1"), "{error}");
+        let found = addresses(&[LINE, &twin, SAW], &[("twin", "10.0.0.1")]).unwrap();
+        assert_eq!(found.beyond_its_pc(&name("twin")), ["10.0.0.1"]);
+        assert!(found.beyond_its_pc(&name("line")).is_empty());
+
+        let elsewhere = SAW.replace(":7447", ":7440");
+        let error = addresses(&[LINE, &elsewhere], &[]).unwrap_err();
+        assert!(
+            error.contains("no config that is given listens on that port"),
+            "{error}"
+        );
+        let error = addresses(&[LINE], &[("saw", "10.0.0.1")]).unwrap_err();
+        assert!(error.contains("\"saw\""), "{error}");
+    }
+}

@@ -1,0 +1,161 @@
+//! Who is in a network.
+
+use coaxle_node::keys::NodeName;
+
+use super::folder::AUTHORITY_FOLDER;
+use super::hosts::{Addresses, WrongAddress};
+use super::member::{Member, Operator};
+
+/// The nodes and the operators of a network.
+#[derive(Clone, Debug)]
+pub struct Network {
+    pub(super) nodes: Vec<Member>,
+    pub(super) operators: Vec<Operator>,
+    pub(super) addresses: Addresses,
+}
+
+/// Members that make no network.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WrongNetwork {
+    /// Two members share a name.
+    #[error("received the name {0:?} twice, expected one of its own for each node and operator")]
+    Twice(String),
+    /// A name that is taken for something else.
+    #[error(
+        "received the name {AUTHORITY_FOLDER:?}, expected another: the folder of that name is the authority's"
+    )]
+    Reserved,
+    /// A node hears one whose config is missing.
+    #[error("node {hears:?} hears node {heard:?}, expected its config among those given")]
+    Missing {
+        /// Who hears.
+        hears: String,
+        /// Whom.
+        heard: String,
+    },
+    /// An operator of a node that is not there.
+    #[error("operator {operator:?}: received the node {node:?}, expected some of: {known}")]
+    UnknownNode {
+        /// The operator.
+        operator: String,
+        /// What was there.
+        node: String,
+        /// Those that are.
+        known: String,
+    },
+    /// Where a node is reached.
+    #[error(transparent)]
+    Address(#[from] WrongAddress),
+}
+
+impl Network {
+    /// Puts a network together; `given` are addresses that nodes are reached under besides those of the configs.
+    ///
+    /// # Errors
+    /// [`WrongNetwork`]: who or what is missing or there twice.
+    pub fn new(
+        nodes: Vec<Member>,
+        operators: Vec<Operator>,
+        given: &[(NodeName, String)],
+    ) -> Result<Self, WrongNetwork> {
+        let mut names: Vec<&NodeName> = nodes.iter().map(|node| &node.name).collect();
+        names.extend(operators.iter().map(|operator| &operator.name));
+        names.sort();
+        if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(WrongNetwork::Twice(pair[0].to_string()));
+        }
+        if names.iter().any(|name| name.as_str() == AUTHORITY_FOLDER) {
+            return Err(WrongNetwork::Reserved);
+        }
+        check_heard(&nodes)?;
+        check_commanded(&nodes, &operators)?;
+        let addresses = Addresses::of(&nodes, given)?;
+        Ok(Self {
+            nodes,
+            operators,
+            addresses,
+        })
+    }
+
+    /// Its nodes.
+    #[must_use]
+    pub fn nodes(&self) -> &[Member] {
+        &self.nodes
+    }
+
+    /// Its operators.
+    #[must_use]
+    pub fn operators(&self) -> &[Operator] {
+        &self.operators
+    }
+
+    /// Where its nodes are reached.
+    #[must_use]
+    pub const fn addresses(&self) -> &Addresses {
+        &self.addresses
+    }
+}
+
+fn check_heard(nodes: &[Member]) -> Result<(), WrongNetwork> {
+    for node in nodes {
+        for heard in &node.wiring.subscriptions {
+            if !nodes.iter().any(|other| other.name == heard.node) {
+                return Err(WrongNetwork::Missing {
+                    hears: node.name.to_string(),
+                    heard: heard.node.to_string(),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_commanded(nodes: &[Member], operators: &[Operator]) -> Result<(), WrongNetwork> {
+    let names: Vec<&str> = nodes.iter().map(|node| node.name.as_str()).collect();
+    for operator in operators {
+        for node in &operator.nodes {
+            if !names.contains(&node.as_str()) {
+                return Err(WrongNetwork::UnknownNode {
+                    operator: operator.name.to_string(),
+                    node: node.to_string(),
+                    known: names.join(", "),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::secure::samples::{LINE, SAW, member, operator};
+
+    fn refusal(nodes: &[&str], operators: &[&str]) -> String {
+        let nodes = nodes.iter().map(|text| member(text)).collect();
+        let operators = operators.iter().map(|text| operator(text)).collect();
+        Network::new(nodes, operators, &[]).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn members_are_there_once_and_whole() {
+        for (nodes, operators, expected) in [
+            (&[LINE, LINE][..], &[][..], "\"line\" twice"),
+            (&[LINE], &["line"], "\"line\" twice"),
+            (&[LINE], &["authority"], "expected another"),
+            (
+                &[SAW],
+                &[],
+                "\"saw\" hears node \"line\", expected its config",
+            ),
+            (
+                &[LINE],
+                &["anna=line,press"],
+                "\"press\", expected some of: line",
+            ),
+        ] {
+            let message = refusal(nodes, operators);
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! Who may do what at whom. What no right allows is denied.
+
+use coaxle_node::keys::NodeName;
+use coaxle_node::wiring::{Publication, Subscription};
+use serde::Serialize;
+
+use super::member::{Member, Operator};
+use super::network::Network;
+
+/// The way of a message, as seen from the session that looks at it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Flow {
+    /// It comes from the other one.
+    Ingress,
+    /// It goes to the other one.
+    Egress,
+}
+
+/// Messages that one session lets pass from or to one other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Right {
+    /// The other one: what its certificate says.
+    pub of: NodeName,
+    /// Which way.
+    pub flow: Flow,
+    /// Kinds of messages, as Zenoh calls them.
+    pub messages: &'static [&'static str],
+    /// Under these keys.
+    pub key: String,
+}
+
+/// Something that is published: who hears it declares that, and gets it.
+const HEAR: &[&str] = &["declare_subscriber"];
+const PUBLISH: &[&str] = &["put"];
+/// Something that is announced: who watches it declares or asks that, and is told.
+const WATCH: &[&str] = &["declare_liveliness_subscriber", "liveliness_query"];
+const ANNOUNCE: &[&str] = &["liveliness_token"];
+/// Orders: who takes them declares that; they are queries, and get replies.
+const SERVE: &[&str] = &["declare_queryable"];
+const ORDER: &[&str] = &["query"];
+const REPLY: &[&str] = &["reply"];
+
+impl Network {
+    /// What a node or an operator lets pass. None if there is nobody of that name.
+    #[must_use]
+    pub fn rights(&self, of: &NodeName) -> Option<Vec<Right>> {
+        if let Some(node) = self.nodes.iter().find(|node| node.name == *of) {
+            return Some(self.rights_at_node(node));
+        }
+        let operator = self.operators.iter().find(|known| known.name == *of)?;
+        let nodes = self.nodes.iter();
+        let commanded = nodes.filter(|node| operator.commands(&node.name));
+        let rights = commanded.flat_map(|node| both_ways(node, operator, Flow::Egress));
+        Some(rights.collect())
+    }
+
+    fn rights_at_node(&self, node: &Member) -> Vec<Right> {
+        let mut rights = namesakes(node);
+        for other in self.nodes.iter().filter(|other| other.name != node.name) {
+            rights.extend(hearing(other, node, &other.name, Flow::Ingress));
+            rights.extend(hearing(node, other, &other.name, Flow::Egress));
+        }
+        let operators = self.operators.iter();
+        let commanding = operators.filter(|operator| operator.commands(&node.name));
+        rights.extend(commanding.flat_map(|operator| both_ways(node, operator, Flow::Ingress)));
+        rights
+    }
+}
+
+/// What one node hears of another, seen from the end where it comes in or goes out.
+fn hearing(speaker: &Member, hearer: &Member, of: &NodeName, flow: Flow) -> Vec<Right> {
+    let mut rights = Vec::new();
+    let back = opposite(flow);
+    for heard in &hearer.wiring.subscriptions {
+        if !speaker
+            .wiring
+            .publications
+            .iter()
+            .any(|said| is_same(said, heard))
+        {
+            continue;
+        }
+        let key = heard.node.channel_key(heard.channel);
+        rights.push(right(of, flow, PUBLISH, &key));
+        rights.push(right(of, back, HEAR, &key));
+        if heard.channel.carries_axes() {
+            let key = heard.node.alive_key();
+            rights.push(right(of, flow, ANNOUNCE, &key));
+            rights.push(right(of, back, WATCH, &key));
+        }
+    }
+    rights
+}
+
+/// Orders, and what an operator sees of a node; `orders` is the way that orders take.
+fn both_ways(node: &Member, operator: &Operator, orders: Flow) -> Vec<Right> {
+    let of = match orders {
+        Flow::Ingress => &operator.name,
+        Flow::Egress => &node.name,
+    };
+    let answers = opposite(orders);
+    let own = node.name.operator_command_key(&operator.name);
+    let (status, alive) = (node.name.status_key(), node.name.alive_key());
+    vec![
+        right(of, orders, ORDER, &own),
+        right(of, answers, REPLY, &own),
+        right(of, answers, SERVE, &node.name.operator_command_keys()),
+        right(of, orders, HEAR, &status),
+        right(of, answers, PUBLISH, &status),
+        right(of, orders, WATCH, &alive),
+        right(of, answers, ANNOUNCE, &alive),
+    ]
+}
+
+/// A second run of a node is told from the first one by these, where they meet.
+fn namesakes(node: &Member) -> Vec<Right> {
+    let key = node.name.runs_key();
+    let each_way = |flow| {
+        [
+            right(&node.name, flow, ANNOUNCE, &key),
+            right(&node.name, flow, WATCH, &key),
+        ]
+    };
+    [Flow::Ingress, Flow::Egress]
+        .into_iter()
+        .flat_map(each_way)
+        .collect()
+}
+
+fn right(of: &NodeName, flow: Flow, messages: &'static [&'static str], key: &str) -> Right {
+    Right {
+        of: of.clone(),
+        flow,
+        messages,
+        key: key.to_owned(),
+    }
+}
+
+const fn opposite(flow: Flow) -> Flow {
+    match flow {
+        Flow::Ingress => Flow::Egress,
+        Flow::Egress => Flow::Ingress,
+    }
+}
+
+fn is_same(said: &Publication, heard: &Subscription) -> bool {
+    said.node == heard.node && said.channel == heard.channel
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::secure::samples::{LINE, SAW, member, name, operator};
+
+    fn network() -> Network {
+        let nodes = vec![member(LINE), member(SAW)];
+        Network::new(nodes, vec![operator("anna"), operator("bert=line")], &[]).unwrap()
+    }
+
+    /// The rights of one at another as `flow message key`.
+    fn listed(at: &str, of: &str) -> Vec<String> {
+        let rights = network().rights(&name(at)).unwrap();
+        let own = rights.iter().filter(|right| right.of.as_str() == of);
+        own.flat_map(|right| {
+            let line = |message: &&str| format!("{:?} {message} {}", right.flow, right.key);
+            right.messages.iter().map(line).collect::<Vec<_>>()
+        })
+        .collect()
+    }
+
+    #[test]
+    fn who_follows_a_node_hears_it_asks_it_and_no_more() {
+        let mut at_line = listed("line", "saw");
+        at_line.sort();
+        assert_eq!(
+            at_line,
+            [
+                "Egress declare_subscriber coaxle/line/time-requests",
+                "Egress liveliness_token coaxle/line/alive",
+                "Egress put coaxle/line/axes",
+                "Egress put coaxle/line/time-responses",
+                "Ingress declare_liveliness_subscriber coaxle/line/alive",
+                "Ingress declare_subscriber coaxle/line/axes",
+                "Ingress declare_subscriber coaxle/line/time-responses",
+                "Ingress liveliness_query coaxle/line/alive",
+                "Ingress put coaxle/line/time-requests",
+            ]
+        );
+        // What one end lets out, the other lets in.
+        let mirrored = |right: String| match right.split_once(' ') {
+            Some(("Ingress", rest)) => format!("Egress {rest}"),
+            Some((_, rest)) => format!("Ingress {rest}"),
+            None => right,
+        };
+        let mut at_saw: Vec<_> = listed("saw", "line").into_iter().map(mirrored).collect();
+        at_saw.sort();
+        assert_eq!(at_saw, at_line);
+    }
+
+    #[test]
+    fn an_operator_commands_under_its_own_name_where_it_may() {
+        assert_eq!(
+            listed("saw", "anna"),
+            [
+                "Ingress query coaxle/saw/command/anna",
+                "Egress reply coaxle/saw/command/anna",
+                "Egress declare_queryable coaxle/saw/command/*",
+                "Ingress declare_subscriber coaxle/saw/status",
+                "Egress put coaxle/saw/status",
+                "Ingress declare_liveliness_subscriber coaxle/saw/alive",
+                "Ingress liveliness_query coaxle/saw/alive",
+                "Egress liveliness_token coaxle/saw/alive",
+            ]
+        );
+        assert!(listed("saw", "bert").is_empty());
+        assert!(listed("bert", "saw").is_empty());
+        assert!(!listed("line", "bert").is_empty() && !listed("bert", "line").is_empty());
+    }
+
+    #[test]
+    fn nobody_may_anything_that_another_one_says() {
+        let network = network();
+        for at in ["line", "saw", "anna", "bert"] {
+            for right in network.rights(&name(at)).unwrap() {
+                let own = |of: &str| right.key.starts_with(&format!("coaxle/{of}/"));
+                let (incoming, of) = (right.flow == Flow::Ingress, right.of.as_str());
+                let says = ["put", "reply", "liveliness_token", "declare_queryable"];
+                if incoming && says.contains(&right.messages[0]) {
+                    let asks = right.key == format!("coaxle/{at}/time-requests");
+                    assert!(own(of) || asks, "at {at}: {right:?}");
+                }
+                assert!(!right.key.ends_with("/command"), "{right:?}");
+            }
+        }
+        assert!(network.rights(&name("mallory")).is_none());
+    }
+}

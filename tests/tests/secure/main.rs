@@ -1,0 +1,244 @@
+//! Attempts at a network under the secure profile, with real certificates over real Zenoh on loopback: what must
+//! not get through does not, at the one it is meant for, and what may does, in the same sessions. `docs/SECURE.md`
+//! lists the attempts.
+//!
+//! That something does not arrive is judged by what was sent after it on the same link and did arrive, so no test
+//! here waits for a time to pass.
+
+mod network;
+mod processes;
+
+use coaxle::secure::{Authority, MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
+use network::{Lab, Session, expired, until, year};
+
+/// The nodes with what each declares in earnest.
+fn line(lab: &Lab) -> Session {
+    let mut line = lab.member("line");
+    line.announce("coaxle/line/alive");
+    line.hear("coaxle/line/time-requests");
+    line.serve("coaxle/line/command");
+    line.serve("coaxle/line/command/*");
+    line
+}
+
+fn saw(lab: &Lab) -> Session {
+    let mut saw = lab.member("saw");
+    for far in ["line", "press"] {
+        saw.hear(&format!("coaxle/{far}/axes"));
+        saw.hear(&format!("coaxle/{far}/time-responses"));
+        saw.watch(&format!("coaxle/{far}/alive"));
+    }
+    saw.announce("coaxle/saw/alive");
+    saw.hear("coaxle/saw/time-requests");
+    saw.serve("coaxle/saw/command");
+    saw.serve("coaxle/saw/command/*");
+    saw
+}
+
+/// What the profile is for goes on.
+fn follows(saw: &Session, line: &mut Session) {
+    until("saw hears line", || {
+        line.say("coaxle/line/axes", "frame");
+        line.say("coaxle/line/time-responses", "response");
+        saw.saw("coaxle/line/axes frame") && saw.saw("coaxle/line/time-responses response")
+    });
+    until("saw sees that line is alive", || {
+        saw.saw("coaxle/line/alive is there")
+    });
+}
+
+#[test]
+fn members_hear_ask_and_command_each_other() {
+    let lab = Lab::new();
+    let (mut line, mut saw) = (line(&lab), saw(&lab));
+    follows(&saw, &mut line);
+    until("line is asked", || {
+        saw.say("coaxle/line/time-requests", "when?");
+        line.saw("coaxle/line/time-requests when?")
+    });
+    let mut anna = lab.member("anna");
+    anna.watch("coaxle/saw/alive");
+    anna.hear("coaxle/saw/status");
+    until("anna commands saw", || {
+        anna.ask("coaxle/saw/command/anna", "halt").is_some()
+    });
+    assert!(saw.saw("coaxle/saw/command/anna halt"));
+    until("anna sees saw", || {
+        saw.say("coaxle/saw/status", "{}");
+        anna.saw("coaxle/saw/alive is there") && anna.saw("coaxle/saw/status {}")
+    });
+    let bert = lab.member("bert");
+    until("bert commands line", || {
+        bert.ask("coaxle/line/command/bert", "halt").is_some()
+    });
+    assert!(line.saw("coaxle/line/command/bert halt"));
+}
+
+#[test]
+fn who_has_no_certificate_of_ours_that_holds_gets_no_link() {
+    let lab = Lab::new();
+    let (mut line, saw) = (line(&lab), saw(&lab));
+    follows(&saw, &mut line);
+    let theirs = Authority::new(year()).expect("an authority");
+    let mut strangers = [
+        ("without a certificate", lab.nameless("saw")),
+        (
+            "of another authority",
+            lab.rogue_with("line", "saw", &theirs, year()),
+        ),
+        (
+            "expired",
+            lab.rogue_with("line", "saw", &lab.authority, expired()),
+        ),
+        ("without TLS", lab.plain("saw")),
+    ];
+    // Each retries four times a second: long enough for several attempts of all, by what reaches saw of line.
+    for round in 0..300 {
+        let text = format!("round {round}");
+        for (who, stranger) in &mut strangers {
+            stranger.say("coaxle/line/axes", who);
+        }
+        until("saw hears line", || {
+            line.say("coaxle/line/axes", &text);
+            saw.saw(&format!("coaxle/line/axes {text}"))
+        });
+        std::thread::park_timeout(std::time::Duration::from_millis(10));
+    }
+    for (who, stranger) in &strangers {
+        assert!(
+            !saw.saw(&format!("coaxle/line/axes {who}")),
+            "{who}: {:?}",
+            saw.seen()
+        );
+        assert_eq!(stranger.ask("coaxle/saw/command/anna", who), None, "{who}");
+        assert!(!saw.saw(&format!("coaxle/saw/command/anna {who}")), "{who}");
+    }
+}
+
+#[test]
+fn a_name_that_nobody_knows_has_a_link_and_no_rights() {
+    let lab = Lab::new();
+    let (mut line, saw) = (line(&lab), saw(&lab));
+    let mut mallory = lab.rogue("mallory", "line");
+    mallory.hear("coaxle/**");
+    mallory.watch("coaxle/line/alive");
+    follows(&saw, &mut line);
+    for _ in 0..3 {
+        mallory.say("coaxle/line/time-requests", "mallory");
+        mallory.say("coaxle/mallory/axes", "mallory");
+        assert_eq!(mallory.ask("coaxle/line/command/anna", "mallory"), None);
+        assert_eq!(mallory.ask("coaxle/line/command/mallory", "mallory"), None);
+        assert_eq!(mallory.ask("coaxle/line/command", "mallory"), None);
+    }
+    assert!(
+        !line.seen().iter().any(|seen| seen.contains("mallory")),
+        "{:?}",
+        line.seen()
+    );
+    // What it says to itself is all that it hears.
+    assert!(
+        mallory.seen().iter().all(|seen| seen.ends_with("mallory")),
+        "{:?}",
+        mallory.seen()
+    );
+}
+
+#[test]
+fn a_member_is_itself_and_nobody_else() {
+    let lab = Lab::new();
+    let saw = saw(&lab);
+    let mut press = lab.rogue("press", "saw");
+    press.announce("coaxle/line/alive");
+    press.announce("coaxle/press/alive");
+    until("saw sees that press is alive", || {
+        saw.saw("coaxle/press/alive is there")
+    });
+    let long = "x".repeat(MAX_FRAME_BYTES + 1);
+    until("saw hears press", || {
+        press.say("coaxle/line/axes", "forged");
+        press.say("coaxle/line/time-responses", "forged");
+        press.say("coaxle/line/status", "forged");
+        press.say("coaxle/press/axes", &long);
+        press.say("coaxle/press/axes", &"y".repeat(2_000));
+        press.say("coaxle/press/time-responses", "its own");
+        saw.saw("coaxle/press/axes 2000") && saw.saw("coaxle/press/time-responses its own")
+    });
+    assert!(
+        !saw.seen().iter().any(|seen| seen.contains("forged")),
+        "{:?}",
+        saw.seen()
+    );
+    assert!(!saw.saw("coaxle/line/alive is there"), "as press says");
+    assert!(!saw.saw(&format!("coaxle/press/axes {}", long.len())));
+    for key in [
+        "coaxle/saw/command",
+        "coaxle/saw/command/press",
+        "coaxle/saw/command/anna",
+        "coaxle/*/command/*",
+    ] {
+        assert_eq!(press.ask(key, "forged"), None, "{key}");
+    }
+    assert!(
+        !saw.seen().iter().any(|seen| seen.contains("/command")),
+        "{:?}",
+        saw.seen()
+    );
+
+    // What is longer than any message may be costs its sender the link, at most.
+    press.say("coaxle/press/axes", &"z".repeat(MAX_MESSAGE_BYTES + 1));
+    let mut line = line(&lab);
+    follows(&saw, &mut line);
+    assert!(!saw.saw(&format!("coaxle/press/axes {}", MAX_MESSAGE_BYTES + 1)));
+}
+
+#[test]
+fn an_operator_commands_where_it_may_and_as_itself() {
+    let lab = Lab::new();
+    let (line, saw) = (line(&lab), saw(&lab));
+    let bert = lab.rogue("bert", "line");
+    until("bert commands line", || {
+        bert.ask("coaxle/line/command/bert", "its own").is_some()
+    });
+    for key in [
+        "coaxle/line/command",
+        "coaxle/line/command/anna",
+        "coaxle/line/command/*",
+    ] {
+        assert_eq!(bert.ask(key, "forged"), None, "{key}");
+    }
+    let bert = lab.rogue("bert", "saw");
+    for _ in 0..3 {
+        assert_eq!(bert.ask("coaxle/saw/command/bert", "forged"), None);
+    }
+    for victim in [&line, &saw] {
+        assert!(
+            !victim.seen().iter().any(|seen| seen.contains("forged")),
+            "{:?}",
+            victim.seen()
+        );
+    }
+}
+
+#[test]
+fn nobody_takes_the_orders_of_another_node() {
+    let lab = Lab::new();
+    let saw = saw(&lab);
+    // Press is at its own address, with its own certificate, and claims to be the saw, too.
+    let mut press = lab.rogue_at("press");
+    press.serve("coaxle/saw/command/*");
+    press.serve("coaxle/press/command/*");
+    let anna = lab.member("anna");
+    until("anna commands press", || {
+        anna.ask("coaxle/press/command/anna", "halt").is_some()
+    });
+    until("anna commands saw", || {
+        anna.ask("coaxle/saw/command/anna", "halt").is_some()
+    });
+    assert!(saw.saw("coaxle/saw/command/anna halt"));
+    assert!(press.saw("coaxle/press/command/anna halt"));
+    assert!(
+        !press.saw("coaxle/saw/command/anna halt"),
+        "{:?}",
+        press.seen()
+    );
+}

@@ -1,0 +1,323 @@
+//! A small secure network on loopback: certificates and profiles as `coaxle secure init` makes them, sessions that
+//! keep what reaches them, and attackers whose own profile holds nothing back.
+
+use std::collections::BTreeSet;
+use std::net::TcpListener;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, SystemTime};
+
+use coaxle::secure::{Authority, Member, Network, Validity, profile, write_role};
+use coaxle_clock::Span;
+use coaxle_host::transport::{Declared, Publisher, Request, Urgency};
+use coaxle_host::{OverZenoh, Transport, machine};
+use coaxle_node::config::TransportConfig;
+use coaxle_node::keys::NodeName;
+
+/// What a machine that is busy with other things may take for something that ought to take milliseconds.
+const PATIENCE: Span = Span::from_secs(30);
+const LOOK: Duration = Duration::from_millis(10);
+
+/// The configs of two senders and a receiver that follows both, and two operators: anna may command all nodes, bert
+/// the first sender alone.
+pub(crate) struct Lab {
+    scratch: tempfile::TempDir,
+    pub(crate) authority: Authority,
+    pub(crate) network: Network,
+    ports: [u16; 3],
+    folders: std::cell::Cell<u32>,
+}
+
+pub(crate) const NODES: [&str; 3] = ["line", "press", "saw"];
+
+impl Lab {
+    pub(crate) fn new() -> Self {
+        let scratch = tempfile::tempdir().expect("a scratch folder");
+        let ports = free_ports();
+        let [line, press, saw] = ports;
+        let axis = "[[axis]]\nid = 1\nname = 'x'\nprogram = { limits = { velocity = 1, acceleration = 1, jerk = 1 } }";
+        let texts = [
+            format!(
+                "name = 'line'\ncycle-time-us = 2000\n{axis}\n[transport]\nlisten = ['tls/127.0.0.1:{line}']"
+            ),
+            format!(
+                "name = 'press'\ncycle-time-us = 2000\n{axis}\n[transport]\nlisten = ['tls/127.0.0.1:{press}']"
+            ),
+            format!(
+                "name = 'saw'\ncycle-time-us = 2000\n[[far]]\nnode = 'line'\n[[far]]\nnode = 'press'\n\
+                 [[slave]]\nname = 'carriage'\nmaster = 'line.1'\ncouple = 'off'\n\
+                 limits = {{ velocity = 500, acceleration = 2000, jerk = 1e5 }}\n[transport]\n\
+                 listen = ['tls/127.0.0.1:{saw}']\n\
+                 connect = ['tls/127.0.0.1:{line}', 'tls/127.0.0.1:{press}']"
+            ),
+        ];
+        let members = NODES.iter().zip(texts).map(|(node, text)| {
+            let file = scratch.path().join(format!("{node}.toml"));
+            std::fs::write(&file, text).expect("a config");
+            Member::load(&file).expect("a node")
+        });
+        let operators = ["anna", "bert=line"].map(|text| text.parse().expect("an operator"));
+        let network = Network::new(members.collect(), operators.into(), &[]).expect("a network");
+        Self {
+            authority: Authority::new(year()).expect("an authority"),
+            scratch,
+            network,
+            ports,
+            folders: std::cell::Cell::new(0),
+        }
+    }
+
+    /// Where a node listens, over TLS or whatever.
+    pub(crate) fn endpoint(&self, protocol: &str, node: &str) -> String {
+        let n = NODES
+            .iter()
+            .position(|known| *known == node)
+            .expect("a node");
+        format!("{protocol}/127.0.0.1:{}", self.ports[n])
+    }
+
+    /// The folder of a member.
+    pub(crate) fn folder(&self, name: &str) -> PathBuf {
+        let rights = profile(&self.network, &node(name)).expect("a member");
+        self.folder_with(name, &self.authority, year(), &rights)
+    }
+
+    /// The folder of somebody with a certificate of an authority, who believes ours.
+    pub(crate) fn folder_with(
+        &self,
+        name: &str,
+        authority: &Authority,
+        validity: Validity,
+        rights: &str,
+    ) -> PathBuf {
+        self.folders.set(self.folders.get() + 1);
+        let folder = self
+            .scratch
+            .path()
+            .join(format!("{name}-{}", self.folders.get()));
+        let hosts = ["127.0.0.1".to_owned()];
+        let issued = authority
+            .issue(&node(name), &hosts, validity)
+            .expect("a certificate");
+        write_role(&folder, &self.authority, &issued, rights).expect("a folder");
+        folder
+    }
+
+    /// A member that keeps to its profile, as its config says.
+    pub(crate) fn member(&self, name: &str) -> Session {
+        let known = self
+            .network
+            .nodes()
+            .iter()
+            .find(|node| node.name.as_str() == name);
+        let (listen, connect) = known.map_or_else(Default::default, |node| {
+            (node.listen.clone(), node.connect.clone())
+        });
+        Session::open(&TransportConfig {
+            secure: Some(self.folder(name)),
+            listen,
+            connect,
+            ..TransportConfig::default()
+        })
+    }
+
+    /// Somebody with a certificate of ours who sends whatever it likes to a node.
+    pub(crate) fn rogue(&self, name: &str, to: &str) -> Session {
+        self.rogue_with(name, to, &self.authority, year())
+    }
+
+    /// The same, where a node of its name ought to be.
+    pub(crate) fn rogue_at(&self, name: &str) -> Session {
+        Session::open(&TransportConfig {
+            secure: Some(self.folder_with(name, &self.authority, year(), LAWLESS)),
+            listen: vec![self.endpoint("tls", name)],
+            ..TransportConfig::default()
+        })
+    }
+
+    pub(crate) fn rogue_with(
+        &self,
+        name: &str,
+        to: &str,
+        authority: &Authority,
+        validity: Validity,
+    ) -> Session {
+        Session::open(&TransportConfig {
+            secure: Some(self.folder_with(name, authority, validity, LAWLESS)),
+            connect: vec![self.endpoint("tls", to)],
+            ..TransportConfig::default()
+        })
+    }
+
+    /// Somebody without a certificate, who believes our authority.
+    pub(crate) fn nameless(&self, to: &str) -> Session {
+        let authority = self.folder("saw").join("ca.pem");
+        let authority = toml::Value::from(authority.to_str().expect("a plain path"));
+        let settings = [(
+            "transport/link/tls/root_ca_certificate".to_owned(),
+            authority,
+        )];
+        Session::open(&TransportConfig {
+            connect: vec![self.endpoint("tls", to)],
+            settings: settings.into_iter().collect(),
+            ..TransportConfig::default()
+        })
+    }
+
+    /// Somebody without TLS.
+    pub(crate) fn plain(&self, to: &str) -> Session {
+        Session::open(&TransportConfig {
+            connect: vec![self.endpoint("tcp", to)],
+            ..TransportConfig::default()
+        })
+    }
+}
+
+/// TLS with the certificates beside it, and nothing that holds back who has this.
+const LAWLESS: &str = "{ mode: 'peer', listen: { endpoints: [] }, transport: { link: { tls: { enable_mtls: true } } } }";
+
+/// A session with all that reached it.
+pub(crate) struct Session {
+    transport: OverZenoh,
+    seen: Seen,
+    declared: Vec<Declared>,
+    publishers: Vec<(String, Box<dyn Publisher>)>,
+}
+
+type Seen = Arc<Mutex<BTreeSet<String>>>;
+
+impl Session {
+    fn open(transport: &TransportConfig) -> Self {
+        Self {
+            transport: OverZenoh::open_and_wait(transport).expect("a session"),
+            seen: Seen::default(),
+            declared: Vec::new(),
+            publishers: Vec::new(),
+        }
+    }
+
+    /// Keeps what is published under a key as `key text`; of a long payload its length.
+    pub(crate) fn hear(&mut self, key: &str) {
+        let (seen, of) = (Arc::clone(&self.seen), key.to_owned());
+        let keep = move |_, bytes: &[u8]| {
+            let text = String::from_utf8_lossy(bytes);
+            let text = if text.len() < 100 {
+                text.into_owned()
+            } else {
+                text.len().to_string()
+            };
+            note(&seen, format!("{of} {text}"));
+        };
+        let declared = self.transport.subscribe(key, Box::new(keep));
+        self.declared.push(declared.expect("a subscription"));
+    }
+
+    /// Keeps that a key was announced.
+    pub(crate) fn watch(&mut self, key: &str) {
+        let seen = Arc::clone(&self.seen);
+        let keep = move |key: &str, is_there| {
+            if is_there {
+                note(&seen, format!("{key} is there"));
+            }
+        };
+        let declared = self.transport.watch(key, Box::new(keep));
+        self.declared.push(declared.expect("a watch"));
+    }
+
+    /// Keeps the requests that come, and replies to each.
+    pub(crate) fn serve(&mut self, key: &str) {
+        let seen = Arc::clone(&self.seen);
+        let keep = move |_, request: Box<dyn Request>| {
+            let text = String::from_utf8_lossy(&request.payload()).into_owned();
+            note(&seen, format!("{} {text}", request.key()));
+            request.reply("\"taken\"".to_owned(), true);
+        };
+        let declared = self.transport.serve(key, Box::new(keep));
+        self.declared.push(declared.expect("a server"));
+    }
+
+    pub(crate) fn announce(&mut self, key: &str) {
+        let declared = self.transport.announce(key);
+        self.declared.push(declared.expect("an announcement"));
+    }
+
+    /// Publishes under a key, whoever hears it.
+    pub(crate) fn say(&mut self, key: &str, text: &str) {
+        if !self.publishers.iter().any(|(known, _)| known == key) {
+            let publisher = self.transport.publisher(key, Urgency::RealTime);
+            self.publishers
+                .push((key.to_owned(), publisher.expect("a publisher")));
+        }
+        let publisher = self.publishers.iter().find(|(known, _)| known == key);
+        let (_, publisher) = publisher.expect("just made");
+        publisher
+            .publish(text.as_bytes().to_vec())
+            .expect("a session");
+    }
+
+    /// Sends a request, and gives the reply if there is one within a second.
+    pub(crate) fn ask(&self, key: &str, text: &str) -> Option<String> {
+        let client = self
+            .transport
+            .client(key, Duration::from_secs(1))
+            .expect("a client");
+        let reply = client.request(text.to_owned()).expect("a session");
+        reply.map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+    }
+
+    pub(crate) fn saw(&self, what: &str) -> bool {
+        lock(&self.seen).contains(what)
+    }
+
+    /// All that came, for messages.
+    pub(crate) fn seen(&self) -> Vec<String> {
+        lock(&self.seen).iter().cloned().collect()
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.declared.clear();
+        self.publishers.clear();
+        self.transport.close();
+    }
+}
+
+fn lock(seen: &Seen) -> std::sync::MutexGuard<'_, BTreeSet<String>> {
+    seen.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn note(seen: &Seen, what: String) {
+    lock(seen).insert(what);
+}
+
+/// Does something again and again until it has had its effect.
+pub(crate) fn until(what: &str, mut done: impl FnMut() -> bool) {
+    let end = machine::now() + PATIENCE;
+    while !done() {
+        assert!(machine::now() < end, "{what} within {PATIENCE}");
+        std::thread::park_timeout(LOOK);
+    }
+}
+
+pub(crate) fn node(name: &str) -> NodeName {
+    NodeName::new(name).expect("a name")
+}
+
+pub(crate) fn year() -> Validity {
+    Validity::days(machine::wall_clock(), 365)
+}
+
+/// It was over an hour ago.
+pub(crate) fn expired() -> Validity {
+    let hour = Duration::from_secs(3_600);
+    let until = machine::wall_clock() - hour;
+    let from: SystemTime = until - 24 * hour;
+    Validity { from, until }
+}
+
+/// Ports that nobody uses now. All are held until the last is found, so that they differ.
+pub(crate) fn free_ports() -> [u16; 3] {
+    let held = [(); 3].map(|()| TcpListener::bind("127.0.0.1:0").expect("a port"));
+    held.map(|listener| listener.local_addr().expect("an address").port())
+}

@@ -1,0 +1,155 @@
+//! Real nodes and the tool, as `coaxle secure init` sets them up.
+
+use std::fs::File;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+
+use super::network::{free_ports, until};
+
+const AXIS: &str = "[[axis]]\nid = 1\nname = 'belt'\n\
+    program = { start-velocity = 5, limits = { velocity = 10, acceleration = 10, jerk = 10 } }\n";
+const SLAVE: &str = "master = { node = 'line' }\n[[slave]]\nname = 'carriage'\ncouple = 'off'\n\
+    limits = { velocity = 500, acceleration = 2000, jerk = 1e5 }\n";
+
+fn coaxle(folder: &Path, line: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+    command
+        .args(line.split_whitespace())
+        .current_dir(folder)
+        .stdin(Stdio::null());
+    command
+}
+
+/// What the tool says, and whether it is content.
+fn said(folder: &Path, line: &str) -> (String, bool) {
+    let Output {
+        status,
+        stdout,
+        stderr,
+    } = coaxle(folder, line).output().expect("the tool starts");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (text(&stdout) + &text(&stderr), status.success())
+}
+
+/// A node that ends with the test; its log is a file.
+struct Node {
+    child: Child,
+    log: std::path::PathBuf,
+}
+
+impl Node {
+    fn start(folder: &Path, role: &str, name: &str) -> Self {
+        let log = folder.join(format!("{name}.log"));
+        let file = File::create(&log).expect("a log");
+        let mut command = coaxle(folder, &format!("{role} {name}.toml --for 120s"));
+        let child = command.stderr(file).spawn().expect("the node starts");
+        Self { child, log }
+    }
+
+    fn logged(&self, what: &str) -> bool {
+        self.log().contains(what)
+    }
+
+    fn log(&self) -> String {
+        std::fs::read_to_string(&self.log).expect("a log")
+    }
+}
+
+impl Drop for Node {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn write(folder: &Path, name: &str, text: &str) {
+    let text = format!("name = '{name}'\ncycle-time-us = 2000\n{text}");
+    std::fs::write(folder.join(format!("{name}.toml")), text).expect("a config");
+}
+
+#[test]
+fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
+    let scratch = tempfile::tempdir().expect("a scratch folder");
+    let folder = scratch.path();
+    let [line, saw, _] = free_ports();
+    write(
+        folder,
+        "line",
+        &format!("{AXIS}[transport]\nsecure = 'net/line'\nlisten = ['tls/127.0.0.1:{line}']"),
+    );
+    write(
+        folder,
+        "saw",
+        &format!(
+            "{SLAVE}[transport]\nsecure = 'net/saw'\nlisten = ['tls/127.0.0.1:{saw}']\n\
+             connect = ['tls/127.0.0.1:{line}']"
+        ),
+    );
+    let init = "secure init line.toml saw.toml --out net --operator anna --operator bert=line";
+    let (text, good) = said(folder, init);
+    assert!(good, "{text}");
+
+    let line_node = Node::start(folder, "sender", "line");
+    let saw_node = Node::start(folder, "receiver", "saw");
+    until("the saw follows the line", || saw_node.logged("health is "));
+
+    // Somebody who belongs to no secure network, and somebody who belongs to it and has no rights at the line.
+    write(
+        folder,
+        "plain",
+        &format!("{SLAVE}[transport]\nconnect = ['tcp/127.0.0.1:{line}']"),
+    );
+    write(
+        folder,
+        "stranger",
+        &format!(
+            "{SLAVE}[transport]\nsecure = 'other/stranger'\nconnect = ['tls/127.0.0.1:{line}']"
+        ),
+    );
+    let (text, good) = said(folder, "secure init line.toml stranger.toml --out other");
+    assert!(good, "{text}");
+    write(
+        folder,
+        "late",
+        &format!("{SLAVE}[transport]\nsecure = 'net/late'\nconnect = ['tls/127.0.0.1:{line}']"),
+    );
+    let (text, good) = said(
+        folder,
+        "secure renew line.toml late.toml --out net --only late",
+    );
+    assert!(good, "{text}");
+    let refused = [
+        ("plain", "wants TLS and a certificate"),
+        ("stranger", "of another authority"),
+        ("late", "is line and lets this end in, but shows it nothing"),
+    ];
+    let refused = refused.map(|(name, why)| (Node::start(folder, "receiver", name), why));
+
+    let (text, good) = said(folder, "command --secure net/anna saw carriage power on");
+    assert!(good && text.contains("accepted"), "{text}");
+    until("the order is logged", || {
+        saw_node.logged("order of \"anna\": MC_Power to \"carriage\": accepted")
+    });
+    for (how, why) in [
+        (
+            format!("--secure net/bert --connect tls/127.0.0.1:{saw}"),
+            "gives no rights",
+        ),
+        (
+            format!("--connect tcp/127.0.0.1:{saw}"),
+            "wants TLS and a certificate",
+        ),
+    ] {
+        let (text, good) = said(folder, &format!("command {how} saw carriage power off"));
+        assert!(!good && text.contains(why), "{text}");
+    }
+    let orders = saw_node.log().matches("order of ").count();
+    assert_eq!(orders, 1, "{}", saw_node.log());
+
+    for (node, why) in &refused {
+        until(why, || node.logged(why) && node.logged("refused"));
+        assert!(node.logged("no link to node line"), "{}", node.log());
+    }
+    assert!(!saw_node.logged("no link"), "{}", saw_node.log());
+    assert!(!line_node.logged("ERROR"), "{}", line_node.log());
+}
