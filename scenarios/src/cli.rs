@@ -12,6 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::cam::{self, CamCommand};
 use crate::catalog;
 use crate::command::{self, CommandArgs};
+use crate::doctor::{self, DoctorArgs};
 use crate::finished::Progress;
 use crate::recording::{self, RecordArgs};
 use crate::run::{self, Options, Outcome};
@@ -74,6 +75,8 @@ enum Command {
     /// Make a network secure: certificates, and who may do what; docs/SECURE.md
     #[command(subcommand)]
     Secure(SecureCommand),
+    /// Say what the configs of nodes leave open to others, and what closes it
+    Doctor(DoctorArgs),
     /// Record how messages between real nodes arrive, to judge estimators of a far clock by
     RecordArrivals(RecordArgs),
     /// Keep one processor busy until standard input ends
@@ -171,6 +174,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Saw(command)) => (saw::print(&command)?, Exit::Refused),
         Some(Command::Order(args)) => (command::print(&args)?, Exit::Refused),
         Some(Command::Secure(command)) => (crate::secure::cli::print(&command)?, Exit::Failed),
+        Some(Command::Doctor(args)) => (doctor::print(&args)?, Exit::Failed),
         Some(Command::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
         Some(Command::KeepBusy) => (recording::keep_busy().map(|()| true)?, Exit::Failed),
         Some(Command::Sender(args)) => return coaxle_sender::run::run(&args),

@@ -11,6 +11,7 @@ pub mod catalog;
 pub mod cli;
 pub mod command;
 pub mod curves;
+pub mod doctor;
 pub mod evaluate;
 pub mod event;
 pub mod expect;

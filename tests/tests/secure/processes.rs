@@ -88,6 +88,8 @@ fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
     let init = "secure init line.toml saw.toml --out net --operator anna --operator bert=line";
     let (text, good) = said(folder, init);
     assert!(good, "{text}");
+    let (text, good) = said(folder, "doctor line.toml saw.toml");
+    assert!(good && text.contains("nothing is open"), "{text}");
 
     let line_node = Node::start(folder, "sender", "line");
     let saw_node = Node::start(folder, "receiver", "saw");

@@ -1,0 +1,299 @@
+//! `coaxle doctor`: what the configs of nodes leave open to others, and what closes it.
+
+use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use clap::Args;
+use coaxle_host::credentials::{Credentials, KEY_FILE, PROFILE_FILE, RENEW_WITHIN, date};
+use coaxle_host::{Exposure, machine};
+use coaxle_node::keys::NodeName;
+
+use crate::inspect;
+use crate::node_config::NodeConfig;
+use crate::secure::{AUTHORITY_FOLDER, AUTHORITY_KEY_FILE};
+
+/// Which nodes are looked at.
+#[derive(Debug, Args)]
+pub struct DoctorArgs {
+    /// Config files of senders and receivers
+    #[arg(required = true, value_name = "CONFIG")]
+    configs: Vec<PathBuf>,
+}
+
+/// Longer messages than this are nothing that a node has to say.
+const LONG_MESSAGE: u64 = 16 << 20;
+
+/// Prints what is open in each config; false if anything is.
+///
+/// # Errors
+/// A config that no node would start with.
+pub fn print(args: &DoctorArgs) -> anyhow::Result<bool> {
+    let now = machine::wall_clock();
+    let mut examined = Vec::new();
+    for file in &args.configs {
+        examined.push((file.display().to_string(), examine(file, now)?));
+    }
+    inspect::print(|out| {
+        for (file, findings) in &examined {
+            tell(file, findings, out)?;
+        }
+        let all = examined.iter().flat_map(|(_, findings)| findings);
+        Ok(!all.into_iter().any(|finding| finding.is_open))
+    })
+}
+
+/// Something that whoever runs a node ought to know.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Finding {
+    /// Whether it lets somebody in, or keeps the node itself out.
+    is_open: bool,
+    text: String,
+    remedy: &'static str,
+}
+
+fn open(text: String, remedy: &'static str) -> Finding {
+    let is_open = true;
+    Finding {
+        is_open,
+        text,
+        remedy,
+    }
+}
+
+fn note(text: &str, remedy: &'static str) -> Finding {
+    let (is_open, text) = (false, text.to_owned());
+    Finding {
+        is_open,
+        text,
+        remedy,
+    }
+}
+
+fn tell(file: &str, findings: &[Finding], out: &mut dyn Write) -> anyhow::Result<()> {
+    if !findings.iter().any(|finding| finding.is_open) {
+        writeln!(out, "{file}: nothing is open")?;
+    }
+    for Finding {
+        is_open,
+        text,
+        remedy,
+    } in findings
+    {
+        let what = if *is_open { "open" } else { "note" };
+        writeln!(out, "{file}: {what}: {text}\n    {remedy}")?;
+    }
+    Ok(())
+}
+
+fn examine(file: &Path, now: SystemTime) -> anyhow::Result<Vec<Finding>> {
+    let config = NodeConfig::load(file)?;
+    let mut transport = config.transport().clone();
+    transport.relative_to(file.parent().unwrap_or(Path::new("")));
+    let mut findings = Vec::new();
+    if let Some(folder) = &transport.secure {
+        findings.extend(of_folder(config.name(), folder, now));
+    }
+    match Exposure::of(&transport) {
+        Ok(exposure) => findings.extend(of_transport(&exposure)),
+        // What is wrong with the folder is told already.
+        Err(_) if findings.iter().any(|finding| finding.is_open) => {}
+        Err(error) => return Err(error.context(file.display().to_string())),
+    }
+    Ok(findings)
+}
+
+const MAKE_SECURE: &str =
+    "make the network secure with `coaxle secure init`, or stay on 127.0.0.1; docs/SECURE.md";
+
+fn of_transport(exposure: &Exposure) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let is_local = exposure.listens.is_empty() && exposure.connects.is_empty();
+    let listens = exposure.without_mutual_tls(&exposure.listens);
+    if !listens.is_empty() {
+        let text = format!(
+            "whoever reaches {} commands this node and publishes as any other",
+            listens.join(", ")
+        );
+        findings.push(open(text, MAKE_SECURE));
+    }
+    let connects = exposure.without_mutual_tls(&exposure.connects);
+    if !connects.is_empty() {
+        let text = format!(
+            "whoever answers at {} is believed, and whoever is on the way reads and changes everything",
+            connects.join(", ")
+        );
+        findings.push(open(text, MAKE_SECURE));
+    }
+    if !exposure.denies_by_default && !is_local {
+        let text = "no access control: whoever has a link may do everything".to_owned();
+        findings.push(open(text, MAKE_SECURE));
+    }
+    if exposure.multicast {
+        let text = "it looks for others by multicast, and takes whom it finds".to_owned();
+        findings.push(open(
+            text,
+            "set multicast = false, and connect to endpoints",
+        ));
+    }
+    if exposure.max_message_size > LONG_MESSAGE && !is_local {
+        let text = format!(
+            "messages of up to {} bytes are put together in memory before anything looks at them",
+            exposure.max_message_size
+        );
+        let remedy = "settings = { \"transport/link/rx/max_message_size\" = 1048576 }, which the secure profile has";
+        findings.push(open(text, remedy));
+    }
+    if is_local && !exposure.denies_by_default {
+        findings.push(note(
+            "it is reached from this PC alone, and any program on it may command it",
+            "let nobody else log in there, or make the network secure",
+        ));
+    }
+    findings
+}
+
+const COPY_ANEW: &str = "copy the whole folder anew from where `coaxle secure` wrote it";
+const RENEW: &str = "`coaxle secure renew`, then copy the folder anew and start the node again";
+
+fn of_folder(node: &NodeName, folder: &Path, now: SystemTime) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    match Credentials::open(folder) {
+        Ok(credentials) => findings.extend(of_credentials(node, &credentials, now)),
+        Err(error) => findings.push(open(error.to_string(), COPY_ANEW)),
+    }
+    let mode = |file: &str| {
+        let metadata = folder.join(file).metadata().ok();
+        metadata.map(|metadata| metadata.permissions().mode())
+    };
+    if mode(KEY_FILE).is_some_and(|mode| mode & 0o077 != 0) {
+        let key = folder.join(KEY_FILE);
+        let text = format!("other users of this PC may read {}", key.display());
+        findings.push(open(
+            text,
+            "chmod 600, and renew the certificate if anybody may have",
+        ));
+    }
+    if mode(PROFILE_FILE).is_some_and(|mode| mode & 0o022 != 0) {
+        let profile = folder.join(PROFILE_FILE);
+        let text = format!("other users of this PC may write {}", profile.display());
+        findings.push(open(text, "chmod 644"));
+    }
+    let beside = folder
+        .with_file_name(AUTHORITY_FOLDER)
+        .join(AUTHORITY_KEY_FILE);
+    if beside.is_file() {
+        findings.push(note(
+            "the key of the authority is on this PC: who has it can be anybody",
+            "keep that folder elsewhere, where no node runs",
+        ));
+    }
+    findings
+}
+
+fn of_credentials(node: &NodeName, credentials: &Credentials, now: SystemTime) -> Option<Finding> {
+    if credentials.name() != node {
+        let text = format!(
+            "the certificate is of {:?}, and the node is {:?}",
+            credentials.name().as_str(),
+            node.as_str()
+        );
+        return Some(open(text, "name the node's own folder"));
+    }
+    if let Err(fault) = credentials.check(now) {
+        return Some(open(fault.to_string(), RENEW));
+    }
+    let soon = credentials.check(now + RENEW_WITHIN).is_err();
+    let end = date(credentials.not_after());
+    soon.then(|| open(format!("the certificate holds until {end} only"), RENEW))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::secure::{Authority, Validity, write_role};
+    use std::time::Duration;
+
+    const DAY: Duration = Duration::from_secs(24 * 60 * 60);
+
+    fn examined(folder: &Path, transport: &str, days_later: u32) -> Vec<String> {
+        let file = folder.join("saw.toml");
+        let text = format!(
+            "name = 'saw'\ncycle-time-us = 1000\nmaster = {{ node = 'line' }}\n[transport]\n{transport}"
+        );
+        std::fs::write(&file, text).unwrap();
+        let now = machine::wall_clock() + DAY * days_later;
+        let open = examine(&file, now).unwrap().into_iter();
+        let open = open.filter(|finding| finding.is_open);
+        open.map(|finding| finding.text).collect()
+    }
+
+    fn assert_found(found: &[String], expected: &[&str]) {
+        let fits = found.len() == expected.len()
+            && found
+                .iter()
+                .zip(expected)
+                .all(|(found, part)| found.contains(part));
+        assert!(fits, "{found:?} but expected {expected:?}");
+    }
+
+    #[test]
+    fn what_a_plain_network_leaves_open_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        for (transport, expected) in [
+            ("listen = ['tcp/127.0.0.1:7448']", &[][..]),
+            (
+                "listen = ['tcp/0.0.0.0:7448']",
+                &[
+                    "whoever reaches tcp/0.0.0.0:7448",
+                    "no access control",
+                    "1073741824 bytes",
+                ],
+            ),
+            (
+                "connect = ['tcp/10.0.0.1:7448']\nmulticast = true",
+                &[
+                    "whoever reaches tcp/[::]:0",
+                    "whoever answers at tcp/10.0.0.1:7448",
+                    "no access control",
+                    "multicast",
+                    "bytes",
+                ],
+            ),
+        ] {
+            assert_found(&examined(folder.path(), transport, 0), expected);
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_secure_folder_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let saw = NodeName::new("saw").unwrap();
+        let now = machine::wall_clock();
+        let year = Validity::days(now, 365);
+        let (ours, theirs) = (Authority::new(year).unwrap(), Authority::new(year).unwrap());
+        let profile = "{ transport: { link: { rx: { max_message_size: 1000 }, tls: { enable_mtls: true } } }, \
+            access_control: { enabled: true, default_permission: 'deny', rules: [], subjects: [], policies: [] } }";
+        let write = |name: &NodeName, by: &Authority| {
+            let issued = by.issue(name, &[], Validity::days(now, 90)).unwrap();
+            write_role(&folder.join("net"), &ours, &issued, profile).unwrap();
+        };
+        let secure =
+            "secure = 'net'\nlisten = ['tls/0.0.0.0:7448']\nconnect = ['tls/10.0.0.1:7447']";
+        assert_found(&examined(folder, secure, 0), &["net/ca.pem"]);
+        write(&saw, &ours);
+        assert_found(&examined(folder, secure, 0), &[]);
+        assert_found(&examined(folder, secure, 59), &[]);
+        assert_found(&examined(folder, secure, 61), &["holds until"]);
+        assert_found(&examined(folder, secure, 91), &["has expired"]);
+        let key = folder.join("net").join(KEY_FILE);
+        std::fs::set_permissions(&key, PermissionsExt::from_mode(0o640)).unwrap();
+        assert_found(&examined(folder, secure, 0), &["may read"]);
+        write(&saw, &theirs);
+        assert_found(&examined(folder, secure, 0), &["another authority"]);
+        write(&NodeName::new("press").unwrap(), &ours);
+        assert_found(&examined(folder, secure, 0), &["is of \"press\""]);
+    }
+}
