@@ -10,7 +10,7 @@ use tool::{text, written};
 
 const LINE: &str = "name = 'line'\ncycle-time-us = 1000\n[[axis]]\nid = 1\nname = 'belt'\n\
     program = { limits = { velocity = 10, acceleration = 10, jerk = 10 } }\n\
-    [transport]\nlisten = ['tcp/0.0.0.0:7447']\n";
+    [transport]\nlisten = ['tcp/127.0.0.1:7447']\n";
 const SAW: &str = "name = 'saw'\ncycle-time-us = 1000\nmaster = { node = 'line' }\n\
     [transport]\nconnect = ['tcp/10.0.0.1:7447']\n";
 

@@ -107,9 +107,11 @@ impl Reporter {
         {
             let (source, reason) = (&self.identity.sources[n].0, unseen.reason());
             match unseen {
-                Unseen::Refused(_) => tracing::error!(%node, "no link to node {source}: {reason}"),
+                Unseen::Refused(_) => {
+                    tracing::error!(%node, "node {source} is not to be seen: {reason}")
+                }
                 Unseen::Unreachable(_) => {
-                    tracing::warn!(%node, "no link to node {source}: {reason}")
+                    tracing::warn!(%node, "node {source} is not to be seen: {reason}")
                 }
             }
         }

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
 use coaxle_host::machine;
+use coaxle_host::transport::{host_and_port, is_local};
 use coaxle_node::keys::NodeName;
 
 use super::authority::{Authority, Validity};
@@ -157,13 +158,19 @@ fn tell(
             out,
             "    [transport]\n    secure = {name:?}   # the folder, seen from the config"
         )?;
-        for (field, endpoints) in [("listen", &node.listen), ("connect", &node.connect)] {
+        let is_elsewhere = !network.addresses().beyond_its_pc(&node.name).is_empty();
+        let listen: Vec<_> = node
+            .listen
+            .iter()
+            .map(|at| listening(at, is_elsewhere))
+            .collect();
+        let connect: Vec<_> = node.connect.iter().map(|at| with_tls(at)).collect();
+        for (field, endpoints) in [("listen", &listen), ("connect", &connect)] {
             if !endpoints.is_empty() {
-                let endpoints: Vec<_> = endpoints.iter().map(|at| with_tls(at)).collect();
                 writeln!(out, "    {field} = {endpoints:?}")?;
             }
         }
-        if network.addresses().beyond_its_pc(&node.name).is_empty() && !node.listen.is_empty() {
+        if !is_elsewhere && !node.listen.is_empty() {
             writeln!(
                 out,
                 "    # Nobody says where other PCs reach it: --at {name}=ADDRESS, if any shall."
@@ -183,6 +190,14 @@ fn tell(
         )?;
     }
     Ok(())
+}
+
+/// A node that others reach from their PCs cannot listen on its own alone.
+fn listening(endpoint: &str, is_elsewhere: bool) -> String {
+    match host_and_port(endpoint) {
+        Some((_, port)) if is_elsewhere && is_local(endpoint) => format!("tls/0.0.0.0:{port}"),
+        _ => with_tls(endpoint),
+    }
 }
 
 fn with_tls(endpoint: &str) -> String {

@@ -151,52 +151,50 @@ fn text(
 ) -> String {
     let role = if operator { "operator" } else { "node" };
     let connect = json!(connect);
-    let listed = |name: &str, lines: &[String]| {
-        let mut list = format!("{name}: [\n");
-        for line in lines {
-            let _ = writeln!(list, "      {line},");
-        }
-        list + "    ]"
-    };
-    let limits = listed("low_pass_filter", &lists.limits);
-    let rates = listed("downsampling", &lists.rates);
-    let rules = listed("rules", &lists.rules);
-    let subjects = listed("subjects", &lists.subjects);
-    let policies = listed("policies", &lists.policies);
+    let limits = listed("  ", "low_pass_filter", &lists.limits);
+    let rates = listed("  ", "downsampling", &lists.rates);
+    let rules = listed("    ", "rules", &lists.rules);
+    let subjects = listed("    ", "subjects", &lists.subjects);
+    let policies = listed("    ", "policies", &lists.policies);
     format!(
         r#"// The secure profile of the {role} {of}, written by `coaxle secure`: docs/SECURE.md.
 // The certificates are the files beside it; where to listen is in the config of the node.
 {{
-    mode: "peer",
-    listen: {{ endpoints: [] }},
-    connect: {{ endpoints: {connect}, exit_on_failure: false }},
-    transport: {{
-      unicast: {{ open_timeout: 3000, accept_timeout: 3000, accept_pending: 20, max_sessions: {max_sessions}, max_links: 1 }},
-      link: {{
-        // Nothing but TLS, with certificates of both ends.
-        protocols: ["tls"],
-        tls: {{ enable_mtls: true, verify_name_on_connect: true, close_link_on_expiration: true }},
-        // Longer messages are not even put together.
-        rx: {{ max_message_size: {MAX_MESSAGE_BYTES} }},
-      }},
-      shared_memory: {{ enabled: false }},
+  mode: "peer",
+  listen: {{ endpoints: [] }},
+  connect: {{ endpoints: {connect}, exit_on_failure: false }},
+  transport: {{
+    unicast: {{ open_timeout: 3000, accept_timeout: 3000, accept_pending: 20, max_sessions: {max_sessions}, max_links: 1 }},
+    link: {{
+      // Nothing but TLS, with certificates of both ends.
+      protocols: ["tls"],
+      tls: {{ enable_mtls: true, verify_name_on_connect: true, close_link_on_expiration: true }},
+      // Longer messages are not even put together.
+      rx: {{ max_message_size: {MAX_MESSAGE_BYTES} }},
     }},
-    // Access control does not hold for what comes by multicast, and nobody introduces others.
-    scouting: {{ multicast: {{ enabled: false }}, gossip: {{ enabled: false }} }},
-    adminspace: {{ enabled: false }},
-    // Bytes.
-    {limits},
-    // The least time between two messages of a neighbour: 1/freq seconds.
-    {rates},
-    // Who may do what, by the name in the certificate of the other end.
-    access_control: {{
+    shared_memory: {{ enabled: false }},
+  }},
+  // Access control does not hold for what comes by multicast, and nobody introduces others.
+  scouting: {{ multicast: {{ enabled: false }}, gossip: {{ enabled: false }} }},
+  adminspace: {{ enabled: false }},
+  // Bytes.
+{limits}  // The least time between two messages of a neighbour: 1/freq seconds.
+{rates}  // Who may do what, by the name in the certificate of the other end.
+  access_control: {{
     enabled: true,
     default_permission: "deny",
-    {rules},
-    {subjects},
-    {policies},
-    }},
+{rules}{subjects}{policies}  }},
 }}
 "#
     )
+}
+
+/// A list with an object on each line.
+fn listed(indent: &str, name: &str, lines: &[String]) -> String {
+    let mut list = format!("{indent}{name}: [\n");
+    for line in lines {
+        let _ = writeln!(list, "{indent}  {line},");
+    }
+    let _ = writeln!(list, "{indent}],");
+    list
 }

@@ -22,7 +22,10 @@ fn line(lab: &Lab) -> Session {
 }
 
 fn saw(lab: &Lab) -> Session {
-    let mut saw = lab.member("saw");
+    as_saw(lab.member("saw"))
+}
+
+fn as_saw(mut saw: Session) -> Session {
     for far in ["line", "press"] {
         saw.hear(&format!("coaxle/{far}/axes"));
         saw.hear(&format!("coaxle/{far}/time-responses"));
@@ -216,6 +219,32 @@ fn an_operator_commands_where_it_may_and_as_itself() {
             "{:?}",
             victim.seen()
         );
+    }
+}
+
+#[test]
+fn without_rights_at_the_victim_the_same_attempts_succeed() {
+    let lab = Lab::new();
+    let saw = as_saw(lab.lawless_member("saw"));
+    let mut press = lab.rogue("press", "saw");
+    press.announce("coaxle/line/alive");
+    let long = "x".repeat(MAX_FRAME_BYTES + 1);
+    until("saw believes press", || {
+        press.say("coaxle/line/axes", "forged");
+        press.say("coaxle/line/time-responses", "forged");
+        press.say("coaxle/press/axes", &long);
+        saw.saw("coaxle/line/axes forged")
+            && saw.saw("coaxle/line/time-responses forged")
+            && saw.saw("coaxle/line/alive is there")
+            && saw.saw(&format!("coaxle/press/axes {}", long.len()))
+    });
+    let bert = lab.rogue("bert", "saw");
+    for key in [
+        "coaxle/saw/command",
+        "coaxle/saw/command/anna",
+        "coaxle/saw/command/bert",
+    ] {
+        until(key, || bert.ask(key, "forged").is_some());
     }
 }
 

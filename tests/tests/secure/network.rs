@@ -121,6 +121,22 @@ impl Lab {
         })
     }
 
+    /// The same with certificates alone, as if nobody had to have rights.
+    pub(crate) fn lawless_member(&self, name: &str) -> Session {
+        let known = self
+            .network
+            .nodes()
+            .iter()
+            .find(|node| node.name.as_str() == name);
+        let known = known.expect("a node");
+        Session::open(&TransportConfig {
+            secure: Some(self.folder_with(name, &self.authority, year(), LAWLESS)),
+            listen: known.listen.clone(),
+            connect: known.connect.clone(),
+            ..TransportConfig::default()
+        })
+    }
+
     /// Somebody with a certificate of ours who sends whatever it likes to a node.
     pub(crate) fn rogue(&self, name: &str, to: &str) -> Session {
         self.rogue_with(name, to, &self.authority, year())

@@ -150,8 +150,8 @@ fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
 
     for (node, why) in &refused {
         until(why, || node.logged(why) && node.logged("refused"));
-        assert!(node.logged("no link to node line"), "{}", node.log());
+        assert!(node.logged("node line is not to be seen"), "{}", node.log());
     }
-    assert!(!saw_node.logged("no link"), "{}", saw_node.log());
+    assert!(!saw_node.logged("is not to be seen"), "{}", saw_node.log());
     assert!(!line_node.logged("ERROR"), "{}", line_node.log());
 }

@@ -37,6 +37,7 @@ pub(super) fn dial(endpoint: &str, config: Arc<ClientConfig>) -> Dialled {
     let Some((host, port)) = host_and_port(endpoint) else {
         return Dialled::Unreachable("it has no address".to_owned());
     };
+    let host = host.trim_start_matches('[').trim_end_matches(']');
     let socket = match connected(host, port) {
         Ok(socket) => socket,
         Err(error) => return Dialled::Unreachable(error.to_string()),
