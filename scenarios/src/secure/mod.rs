@@ -1,7 +1,7 @@
 //! A secure network: an authority, certificates, and who may do what.
 //!
 //! [`Network`] knows from the nodes' own configs who hears whom; [`Network::rights`] derives from that what each may
-//! do at each, and [`profile`] writes it as a Zenoh config. [`Authority`] signs a certificate for every node and
+//! do at each, and [`profile()`] writes it as a Zenoh config. [`Authority`] signs a certificate for every node and
 //! every operator. `docs/SECURE.md` says what this protects from, and what not.
 
 mod authority;
