@@ -27,6 +27,12 @@ pub enum Invariant {
     FarTime,
     /// In observer mode no cycle of it gains or loses more than a share of its length. TS5066 has no bound.
     FarRate,
+    /// Within a run of its node the count of the frame that is used never goes back.
+    Count,
+    /// A slave leaves error stop for standstill or without power, never into a motion.
+    ErrorLatch,
+    /// In error stop it comes to rest on no longer a way than its deceleration and jerk ask for.
+    StoppingWay,
 }
 
 impl Invariant {
@@ -41,6 +47,9 @@ impl Invariant {
             Self::SoftwareLimit => "software-limit",
             Self::FarTime => "far-time",
             Self::FarRate => "far-rate",
+            Self::Count => "count",
+            Self::ErrorLatch => "error-latch",
+            Self::StoppingWay => "stopping-way",
         }
     }
 }

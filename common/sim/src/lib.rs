@@ -8,6 +8,7 @@
 //! [`Observer`] sees every cycle. After each one the [invariants](Violation) of the contract are
 //! checked: a node that breaks one ends the run.
 
+mod error_stop;
 mod events;
 mod far_time;
 mod invariants;
@@ -19,6 +20,7 @@ mod setup;
 mod true_time;
 mod world;
 
+pub use error_stop::{ErrorStopCheck, TooFar};
 pub use far_time::{FarTimeCheck, FarTimeFault, LARGEST_RATE_ERROR};
 pub use invariants::{Breach, Violation};
 pub use observer::{CycleSeen, Observer};

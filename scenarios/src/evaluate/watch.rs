@@ -2,12 +2,13 @@
 
 use coaxle_axis::AxisStatus;
 use coaxle_clock::Instant;
-use coaxle_curve::profile::Limits;
+use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_receiver::signals::{FarAxisSignals, SlaveSignals};
 use coaxle_receiver::{ReceiverConfig, SignalRow, SlaveConfig, StateName};
 use coaxle_saw::SyncMask;
 use coaxle_sim::{
-    FarTimeCheck, FarTimeFault, LARGEST_RATE_ERROR, SetValueBound, SetValueCheck, Shares,
+    ErrorStopCheck, FarTimeCheck, FarTimeFault, LARGEST_RATE_ERROR, SetValueBound, SetValueCheck,
+    Shares, TooFar,
 };
 use coaxle_slave::{Command, OnMasterLoss, SlaveError, SlaveParameters};
 
@@ -47,6 +48,7 @@ impl ReceiverWatch {
             nodes: config.numbers_of(far),
             check: FarTimeCheck::new(cycle_time),
             line: None,
+            used: None,
             found: Found::default(),
         };
         let names = config.far_axis_names();
@@ -99,6 +101,7 @@ impl ReceiverWatch {
 struct SlaveWatch {
     name: String,
     check: Option<SetValueCheck>,
+    stop: Option<ErrorStopCheck>,
     /// A lost master stops it whatever the jerk.
     stops_quickly: bool,
     /// A master that runs back may stop it within a cycle.
@@ -110,9 +113,12 @@ struct SlaveWatch {
 impl SlaveWatch {
     fn new(config: &SlaveConfig, stops_instantly: bool, cycle_time: f64) -> Self {
         let limits = config.limits();
+        let profile = profile_limits(&limits);
+        let check = |profile| SetValueCheck::new(&profile, software_limits(&limits), cycle_time);
         Self {
             name: config.name.to_string(),
-            check: check_of(&limits, cycle_time),
+            check: profile.map(check),
+            stop: profile.map(|profile| ErrorStopCheck::new(profile, cycle_time)),
             stops_quickly: limits.on_master_loss == OnMasterLoss::QuickStop,
             stops_instantly,
             before: SlaveSignals::default(),
@@ -127,6 +133,7 @@ impl SlaveWatch {
             self.found.add(cycle, Invariant::Finite, value, f64::MAX);
         }
         let before = std::mem::replace(&mut self.before, *slave);
+        self.watch_error_stop(cycle, &before, slave);
         let stops_now = self.stops_instantly && is_instant_stop(&before, slave);
         let (Some(check), Some(position)) = (&mut self.check, slave.position) else {
             return;
@@ -145,7 +152,40 @@ impl SlaveWatch {
     }
 }
 
-fn check_of(parameters: &SlaveParameters, cycle_time: f64) -> Option<SetValueCheck> {
+impl SlaveWatch {
+    fn watch_error_stop(
+        &mut self,
+        cycle: &WatchedCycle,
+        before: &SlaveSignals,
+        slave: &SlaveSignals,
+    ) {
+        let is_next = cycle.since.is_some();
+        let was_stopped = is_next && before.state == AxisStatus::ErrorStop;
+        if was_stopped && !follows_error_stop(slave.state) {
+            let velocity = slave.velocity.unwrap_or_default().abs();
+            (self.found).add(cycle, Invariant::ErrorLatch, velocity, 0.0);
+        }
+        let Some(stop) = &mut self.stop else {
+            return;
+        };
+        if slave.state != AxisStatus::ErrorStop || slave.set_anew != before.set_anew || !is_next {
+            stop.restart();
+        }
+        let (AxisStatus::ErrorStop, Some(position)) = (slave.state, slave.position) else {
+            return;
+        };
+        let set = Kinematics {
+            position,
+            velocity: slave.velocity.unwrap_or_default(),
+            acceleration: slave.acceleration.unwrap_or_default(),
+        };
+        if let Some(TooFar { way, most }) = stop.push(&set) {
+            self.found.add(cycle, Invariant::StoppingWay, way, most);
+        }
+    }
+}
+
+fn profile_limits(parameters: &SlaveParameters) -> Option<Limits> {
     let SlaveParameters {
         velocity,
         acceleration,
@@ -154,10 +194,20 @@ fn check_of(parameters: &SlaveParameters, cycle_time: f64) -> Option<SetValueChe
         ..
     } = *parameters;
     let deceleration = deceleration.unwrap_or(acceleration);
-    let limits = Limits::new(velocity, acceleration, deceleration, jerk).ok()?;
+    Limits::new(velocity, acceleration, deceleration, jerk).ok()
+}
+
+fn software_limits(parameters: &SlaveParameters) -> [f64; 2] {
     let min = parameters.min_position.unwrap_or(f64::NEG_INFINITY);
-    let max = parameters.max_position.unwrap_or(f64::INFINITY);
-    Some(SetValueCheck::new(&limits, [min, max], cycle_time))
+    [min, parameters.max_position.unwrap_or(f64::INFINITY)]
+}
+
+/// Whether a slave that was in error stop may be in this state next.
+const fn follows_error_stop(state: AxisStatus) -> bool {
+    matches!(
+        state,
+        AxisStatus::ErrorStop | AxisStatus::Standstill | AxisStatus::Disabled
+    )
 }
 
 /// The stop of a slave whose master is lost, with its full deceleration from the next cycle on.
@@ -214,6 +264,8 @@ struct AxisWatch {
     /// The mode that made its set values, how often its clock was started anew by an order, and which node it is
     /// read from.
     line: Option<(StateName, u32, usize)>,
+    /// The node, its run and the count of the frame that was used last.
+    used: Option<(usize, u64, u64)>,
     found: Found,
 }
 
@@ -228,6 +280,15 @@ impl AxisWatch {
             .filter(|value| !value.is_finite())
         {
             self.found.add(cycle, Invariant::Finite, value, f64::MAX);
+        }
+        let used = (far.epoch.zip(far.count)).map(|(epoch, count)| (node, epoch, count));
+        let before = std::mem::replace(&mut self.used, used);
+        if let (Some((node, epoch, before)), Some((same_node, same_epoch, count))) = (before, used)
+            && (node, epoch) == (same_node, same_epoch)
+            && cycle.since.is_some()
+            && count < before
+        {
+            (self.found).add(cycle, Invariant::Count, count as f64, before as f64);
         }
         // From one mode to another, or from one node, it is another time: set values are led over to it.
         let line = axis
@@ -323,5 +384,85 @@ impl From<SetValueBound> for Invariant {
             SetValueBound::Jerk => Self::Jerk,
             SetValueBound::SoftwareLimit => Self::SoftwareLimit,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::config::parse;
+    use coaxle_receiver::signals::{FarNodeSignals, NodeSignals};
+
+    const CONFIG: &str = "name = 'saw'\ncycle-time-us = 1000\nmaster = { node = 'belt' }\n[[slave]]\nname = 'x'\n\
+                          limits = { velocity = 500, acceleration = 1000, jerk = 1e5 }\n";
+
+    /// The invariants that rows break, a cycle apart.
+    fn broken(rows: impl IntoIterator<Item = SignalRow>) -> Vec<Invariant> {
+        let config: ReceiverConfig = parse("saw.toml", CONFIG).expect("a config");
+        let mut watch = ReceiverWatch::new(&config, &[]);
+        for (cycle, mut row) in (1..).zip(rows) {
+            row.node.cycle = cycle;
+            watch.push(cycle as f64 * 1e-3, &row);
+        }
+        watch.violations().map(|found| found.invariant).collect()
+    }
+
+    fn row(slave: SlaveSignals, far: FarNodeSignals) -> SignalRow {
+        SignalRow {
+            node: NodeSignals::default(),
+            far: [far].into(),
+            axes: [FarAxisSignals::default()].into(),
+            virtual_axes: [].into(),
+            slaves: [slave].into(),
+        }
+    }
+
+    fn in_state(state: AxisStatus, position: f64, velocity: f64) -> SignalRow {
+        let slave = SlaveSignals {
+            state,
+            position: Some(position),
+            velocity: Some(velocity),
+            ..SlaveSignals::default()
+        };
+        row(slave, FarNodeSignals::default())
+    }
+
+    #[test]
+    fn error_stop_is_left_for_rest_only() {
+        use AxisStatus::{DiscreteMotion, ErrorStop, Standstill};
+        let states =
+            |states: &[AxisStatus]| broken(states.iter().map(|state| in_state(*state, 0.0, 0.0)));
+        assert_eq!(
+            states(&[DiscreteMotion, ErrorStop, ErrorStop, Standstill]),
+            []
+        );
+        assert_eq!(
+            states(&[ErrorStop, DiscreteMotion]),
+            [Invariant::ErrorLatch]
+        );
+    }
+
+    #[test]
+    fn error_stop_comes_to_rest() {
+        let on = (0..200).map(|k| in_state(AxisStatus::ErrorStop, 0.3 * f64::from(k), 300.0));
+        assert_eq!(broken(on), [Invariant::StoppingWay]);
+    }
+
+    #[test]
+    fn a_count_goes_back_with_another_run_only() {
+        let used = |used: &[(u64, u64)]| {
+            let row = |(epoch, count): &(u64, u64)| {
+                let far = FarNodeSignals {
+                    followed: true,
+                    epoch: Some(*epoch),
+                    count: Some(*count),
+                    ..FarNodeSignals::default()
+                };
+                row(SlaveSignals::default(), far)
+            };
+            broken(used.iter().map(row))
+        };
+        assert_eq!(used(&[(1, 5), (1, 5), (1, 7), (2, 0), (2, 1)]), []);
+        assert_eq!(used(&[(1, 5), (1, 4)]), [Invariant::Count]);
     }
 }

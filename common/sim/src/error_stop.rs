@@ -1,0 +1,147 @@
+//! Whether an axis in error stop comes to rest on as short a way as its limits have it.
+
+use coaxle_curve::profile::{Kinematics, Limits};
+
+/// The first set values of an error stop are a cycle after what made it stop.
+const LATE: f64 = 2.0;
+/// What a stop may be longer than the shortest one, relative: a stop is calculated in whole cycles.
+const LONGER: f64 = 0.01;
+
+/// Watches the error stops of one axis.
+#[derive(Clone, Copy, Debug)]
+pub struct ErrorStopCheck {
+    limits: Limits,
+    cycle_time: f64,
+    /// Of the stop that it is in.
+    stop: Option<Stop>,
+}
+
+/// Where it began, and how far it may go from there, u.
+#[derive(Clone, Copy, Debug)]
+struct Stop {
+    from: f64,
+    most: f64,
+}
+
+/// A stop that goes on for too long.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TooFar {
+    /// How far from where it began, u.
+    pub way: f64,
+    /// How far is enough, u.
+    pub most: f64,
+}
+
+impl ErrorStopCheck {
+    /// The check for an axis of these limits, in a node of this cycle time, s.
+    #[must_use]
+    pub const fn new(limits: Limits, cycle_time: f64) -> Self {
+        Self {
+            limits,
+            cycle_time,
+            stop: None,
+        }
+    }
+
+    /// It is not in error stop, or was put elsewhere.
+    pub const fn restart(&mut self) {
+        self.stop = None;
+    }
+
+    /// The next set values while it is in error stop.
+    pub fn push(&mut self, set: &Kinematics) -> Option<TooFar> {
+        let stop = match self.stop {
+            Some(stop) => stop,
+            None => Stop {
+                from: set.position,
+                most: self.longest_way(set),
+            },
+        };
+        self.stop = Some(stop);
+        let way = (set.position - stop.from).abs();
+        (way > stop.most).then_some(TooFar {
+            way,
+            most: stop.most,
+        })
+    }
+
+    /// The way to rest with the full deceleration and jerk, where an acceleration has to go first.
+    fn longest_way(&self, set: &Kinematics) -> f64 {
+        let jerk = self.limits.jerk();
+        let deceleration = self.limits.deceleration();
+        let speed = set.velocity.abs();
+        let faster = (set.acceleration * set.velocity.signum()).max(0.0);
+        let until_even = faster / jerk;
+        let first = speed * until_even + faster.powi(3) / (3.0 * jerk * jerk);
+        let speed = speed + 0.5 * faster * until_even;
+        let then = if speed * jerk >= deceleration * deceleration {
+            0.5 * speed * (speed / deceleration + deceleration / jerk)
+        } else {
+            speed * (speed / jerk).sqrt()
+        };
+        let late = LATE * self.cycle_time * speed;
+        let rounding = 1e-9 * (1.0 + set.position.abs());
+        (first + then) * (1.0 + LONGER) + late + rounding
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CYCLE: f64 = 1e-3;
+
+    fn check() -> ErrorStopCheck {
+        ErrorStopCheck::new(
+            Limits::new(500.0, 1_000.0, 2_000.0, 50_000.0).unwrap(),
+            CYCLE,
+        )
+    }
+
+    /// The shortest stop from a velocity, in steps far shorter than a cycle, with a share of the deceleration.
+    fn stopped(check: &mut ErrorStopCheck, velocity: f64, share: f64) -> Option<TooFar> {
+        let (mut set, step) = (Kinematics::at_rest(1_000.0), 1e-6);
+        set.velocity = velocity;
+        let (most, jerk) = (2_000.0 * share, 50_000.0 * share);
+        let mut worst = None;
+        for _ in 0..3_000_000 {
+            worst = check.push(&set).or(worst);
+            // Down while what is left takes more than giving the deceleration back.
+            let back = set.acceleration * set.acceleration / (2.0 * jerk);
+            let slope = if set.velocity > back { -jerk } else { jerk };
+            set.acceleration = (set.acceleration + slope * step).clamp(-most, 0.0);
+            set.velocity = (set.velocity + set.acceleration * step).max(0.0);
+            set.position += set.velocity * step;
+            if set.velocity == 0.0 {
+                break;
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn the_shortest_stop_passes_and_a_weaker_one_does_not() {
+        for velocity in [3.0, 60.0, 480.0] {
+            assert_eq!(stopped(&mut check(), velocity, 1.0), None, "{velocity}");
+            let weak = stopped(&mut check(), velocity, 0.4).expect("too far");
+            assert!(weak.way > weak.most);
+        }
+    }
+
+    #[test]
+    fn an_acceleration_has_to_go_first() {
+        let mut check = check();
+        let mut set = Kinematics::at_rest(0.0);
+        set.velocity = 100.0;
+        let without = check.longest_way(&set);
+        set.acceleration = 1_000.0;
+        assert!(check.longest_way(&set) > without + 2.0);
+        set.acceleration = -1_000.0;
+        assert!((check.longest_way(&set) - without).abs() < 1e-9);
+        assert_eq!(check.push(&set), None);
+        set.position = 50.0;
+        assert!(check.push(&set).is_some());
+        check.restart();
+        assert_eq!(check.push(&set), None);
+    }
+}
