@@ -10,7 +10,13 @@ use coaxle::soak::Soak;
 use coaxle::summary::World;
 
 /// Seeds that once failed, and why.
-const REGRESSIONS: &[(u64, &str)] = &[];
+const REGRESSIONS: &[(u64, &str)] = &[
+    (
+        15,
+        "the first frame, repeated while no other came, was followed",
+    ),
+    (44, "likewise"),
+];
 
 /// Those of every test run.
 const FEW: Range<u64> = 0..100;

@@ -3,8 +3,10 @@
 //! A run is a start of the far node, told by its epoch, with one cycle time and a count that keeps pace with
 //! the own clock. The first one is followed at once, and kept as long as it is heard. Another one takes over only
 //! when it has come regularly and the one before is silent. A run that has ended comes back only when nothing
-//! else was heard for long: it may have been taken over from while it was silent itself. So a stray
-//! frame, a second node of the same name, or a frame that was on its way for long, moves nothing.
+//! else was heard for long: it may have been taken over from while it was silent itself. Nor does one with the
+//! epoch of the run that is followed, but another count or cycle time, take over sooner: within a run neither
+//! changes. So a stray frame, one that is repeated for ever, a second node of the same name, or a frame that was
+//! on its way for long, moves nothing.
 
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_node::FrameHeader;
@@ -15,14 +17,15 @@ const AHEAD: f64 = 0.1;
 const LEAK: f64 = 0.005;
 /// It may be behind the newest frame by so much, s: a delay may grow, for a while.
 const BEHIND: f64 = 1.0;
-/// Another run must have come with so many frames …
+/// Another run must have come with so many frames, each with a later count, …
 const REGULAR: u32 = 5;
 /// … and the one that is followed be silent for so many of its cycles, and for so long, …
 const SILENT_CYCLES: i64 = 4;
 const SILENT: Span = Span::from_millis(10);
 /// … or for so long, if both were heard at the same time: then it may be but a bad link.
 const SILENT_RIVAL: Span = Span::from_secs(1);
-/// A run that has ended must have come for so long to be more than what was left of it on its way.
+/// A run that has ended, or another count in the epoch of the one that is followed, must have come for so long to be
+/// more than what was left of it on its way, or was recorded of it.
 const BACK: Span = Span::from_secs(1);
 /// One that has not been heard for so long is no rival any more.
 const FORGOTTEN: Span = Span::from_secs(1);
@@ -184,13 +187,13 @@ impl RunChoice {
         };
         let regular = other.frames >= REGULAR
             && at - other.since >= other.run.cycle_time.span() * i64::from(REGULAR - 1) / 2;
-        let has_ended = self.has_ended(header.epoch);
-        let longest = if other.is_rival || has_ended {
+        let is_old = self.has_ended(header.epoch) || header.epoch == followed.epoch;
+        let longest = if other.is_rival || is_old {
             SILENT_RIVAL
         } else {
             SILENT.max(followed.cycle_time.span() * SILENT_CYCLES)
         };
-        regular && at - followed.at >= longest && (!has_ended || other.is_back())
+        regular && at - followed.at >= longest && (!is_old || other.is_back())
     }
 
     /// The run that it is one of; none if another one is noted.
@@ -198,8 +201,9 @@ impl RunChoice {
         let has_ended = self.has_ended(header.epoch);
         let other = match self.other {
             Some(mut other) if other.run.goes_on_with(at, header) => {
+                let is_later = header.count > other.run.count;
                 other.run.take(at, header);
-                other.frames = other.frames.saturating_add(1);
+                other.frames = other.frames.saturating_add(u32::from(is_later));
                 other
             }
             // One that is heard is not given up for a stray frame of a third, but for a new run what is left of
@@ -450,24 +454,39 @@ mod tests {
     }
 
     #[test]
-    fn another_cycle_time_or_count_is_followed_once_it_is_regular() {
+    fn another_cycle_time_or_count_is_followed_once_it_came_regularly_for_a_second() {
         for first in [5_000_000, 5] {
             let mut choice = RunChoice::default();
             let far = run(&mut choice, 1, -3_000_000, 0, 100);
             assert_eq!(far[99], Followed);
-            let judged = run(&mut choice, 1, -first, 100, 200);
-            assert_eq!(judged.iter().filter(|one| **one == Begins).count(), 1);
-            assert_eq!(judged[99], Followed);
+            let judged = run(&mut choice, 1, -first, 100, 2_100);
+            let begins = judged.iter().position(|one| *one == Begins);
+            assert_eq!(begins, Some(1_000));
+            assert_eq!(judged[1_001..], vec![Followed; 999]);
         }
         let mut choice = RunChoice::default();
         run(&mut choice, 1, 0, 0, 100);
-        let judged = (0..50).map(|n| {
+        let judged = (0..1_000).map(|n| {
             let header = with_cycle_time(1, 50 + n as u64, 2);
             choice.judge(at(100 + 2 * n), &header)
         });
         let judged: Vec<_> = judged.collect();
-        assert_eq!(judged.iter().filter(|one| **one == Begins).count(), 1);
-        assert_eq!(judged[49], Followed);
+        assert_eq!(judged.iter().position(|one| *one == Begins), Some(500));
+        assert_eq!(judged[501..], vec![Followed; 499]);
+    }
+
+    #[test]
+    fn a_frame_that_is_repeated_for_ever_is_no_run() {
+        for (epoch, count) in [(1, 0), (1, 1_000_000), (2, 0)] {
+            let mut choice = RunChoice::default();
+            run(&mut choice, 1, 0, 0, 100);
+            // While the run is silent, and no matter for how long.
+            for now in 5_000..9_000 {
+                let judged = choice.judge(at(now), &header(epoch, count));
+                assert_ne!(judged, Begins, "{epoch} {count} at {now}");
+            }
+            assert_eq!(choice.judge(at(9_000), &header(1, 9_000)), Followed);
+        }
     }
 
     #[test]
