@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use coaxle_node::config::ConfigError;
+use anyhow::Context;
+use coaxle_node::config::parse_table;
+use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 
 use crate::scenario::Scenario;
 use crate::{overrides, read};
@@ -128,10 +130,7 @@ pub fn find(name_or_path: &str) -> anyhow::Result<Source> {
             known.join(", ")
         );
     }
-    let text = std::fs::read_to_string(path).map_err(|reason| ConfigError::Unreadable {
-        file: name_or_path.to_owned(),
-        reason,
-    })?;
+    let text = text_file::read(path, MOST_CONFIG_BYTES)?;
     let name = path.file_stem().map_or(name_or_path.into(), |stem| {
         stem.to_string_lossy().into_owned()
     });
@@ -148,15 +147,9 @@ impl Source {
     /// # Errors
     /// Names the file, the field, what was received and what is expected.
     pub fn read(&self, sets: &[String]) -> anyhow::Result<Scenario> {
-        let mut table = self
-            .text
-            .parse::<toml::Table>()
-            .map_err(|error| ConfigError::Syntax {
-                file: self.file.clone(),
-                reason: error.to_string(),
-            })?;
+        let mut table = parse_table(&self.file, &self.text)?;
         for text in sets {
-            overrides::apply(&mut table, text)?;
+            overrides::apply(&mut table, text).with_context(|| self.file.clone())?;
         }
         Ok(read::scenario(&self.file, table)?)
     }

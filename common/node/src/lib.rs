@@ -11,12 +11,13 @@ pub mod contract;
 pub mod faults;
 pub mod saw_file;
 pub mod signal;
+pub mod text_file;
 pub mod wiring;
 
 pub use arrival::{Arrival, Arrived};
 pub use coaxle_wire::{
     AxisSample, CommandAnswer, CommandOrder, CommandOutcome, Frame, FrameHeader, Intake,
-    KeptMessage, Reader, Rejection, RejectionCounters, TimeRequest, TimeServer, TimeServerCounters,
-    command, exchange, frame, intake, keys, time_server,
+    KeptMessage, MOST_CHARACTERS, Reader, Rejection, RejectionCounters, TimeRequest, TimeServer,
+    TimeServerCounters, command, exchange, frame, intake, keys, one_line, time_server,
 };
 pub use contract::{Channel, Message, Node, Outgoing};

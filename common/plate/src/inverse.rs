@@ -178,7 +178,8 @@ impl Plate {
     fn base_slave(&self, slave: f64, turn: f64, range: MinMax) -> f64 {
         let lifted = turn * self.lift();
         let base = slave - lifted;
-        let nearest = base.clamp(range.minimum.value, range.maximum.value);
+        // A plate of huge numbers may have a range that is none, at which a clamp would panic.
+        let nearest = base.max(range.minimum.value).min(range.maximum.value);
         let rounding = 4.0 * f64::EPSILON * slave.abs().max(lifted.abs());
         if (base - nearest).abs() <= rounding {
             nearest

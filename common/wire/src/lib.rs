@@ -42,6 +42,7 @@ pub mod frame;
 pub mod intake;
 pub mod keys;
 mod message;
+mod one_line;
 mod rejection;
 pub mod time_server;
 
@@ -51,5 +52,6 @@ pub use exchange::TimeRequest;
 pub use frame::{AxisSample, Frame, FrameHeader};
 pub use intake::{Intake, Reader};
 pub use message::{KeptMessage, Message, Outgoing};
+pub use one_line::{MOST_CHARACTERS, one_line};
 pub use rejection::{Rejection, RejectionCounters};
 pub use time_server::{TimeServer, TimeServerCounters};

@@ -78,7 +78,8 @@ fn message(first: &ArrivalRow, row: &ArrivalRow, scale: &TimeScale) -> Option<Me
     let count = row.count.wrapping_sub(first.count) as i64;
     let stamp = row.send_stamp_ns.unwrap_or(0);
     let due = count.checked_mul(first.cycle_time_ns)?;
-    let delay = scale.sender_time_ns(row.arrival_ns) - due - stamp;
+    let sent = due.checked_add(stamp)?;
+    let delay = scale.sender_time_ns(row.arrival_ns).checked_sub(sent)?;
     Some(Message {
         count: count.try_into().ok()?,
         send_stamp_ns: stamp.try_into().ok()?,

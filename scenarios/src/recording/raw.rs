@@ -8,6 +8,7 @@ use std::path::Path;
 use anyhow::{Context, anyhow, bail};
 use coaxle_host::exchanges_beside;
 use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
+use coaxle_node::text_file::{self, ShortLines};
 use serde::de::DeserializeOwned;
 
 /// The longest run of the sender in a file of arrivals, with the exchanges beside it. There is at
@@ -90,22 +91,25 @@ pub(crate) fn rows<T: DeserializeOwned>(
     path: &Path,
 ) -> anyhow::Result<impl Iterator<Item = anyhow::Result<T>>> {
     let named = || format!("cannot read {}", path.display());
-    let csv = csv::Reader::from_reader(whole_lines(path).with_context(named)?);
+    let file = text_file::open(path, MOST_BYTES)?;
+    let lines = whole_lines(file).with_context(named)?;
+    let csv = csv::Reader::from_reader(ShortLines::new(lines));
     let rows = csv.into_deserialize();
     Ok(rows.map(move |row| row.with_context(named)))
 }
 
+/// Most bytes of a file: half a day in cycles of a millisecond.
+const MOST_BYTES: u64 = 4 << 30;
 /// More than the longest line.
 const TAIL: u64 = 4096;
 
 /// A file up to its last line break: a killed node may leave half a line.
-fn whole_lines(path: &Path) -> io::Result<Take<File>> {
-    let mut file = File::open(path)?;
+fn whole_lines(mut file: File) -> io::Result<Take<File>> {
     let length = file.metadata()?.len();
     let before = length.saturating_sub(TAIL);
     file.seek(SeekFrom::Start(before))?;
     let mut tail = Vec::new();
-    file.read_to_end(&mut tail)?;
+    (&file).take(TAIL).read_to_end(&mut tail)?;
     let lines = tail.iter().rposition(|byte| *byte == b'\n');
     file.rewind()?;
     Ok(file.take(lines.map_or(0, |end| before + end as u64 + 1)))

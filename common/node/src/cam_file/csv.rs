@@ -3,6 +3,12 @@
 use std::path::Path;
 
 use crate::config::ConfigError;
+use crate::text_file;
+
+/// Most bytes of a CSV file.
+const MOST_BYTES: u64 = 64 << 20;
+/// Most rows of it.
+const MOST_ROWS: usize = 1_000_000;
 
 /// Where the rows of a table come from.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,11 +25,8 @@ pub(super) struct Source {
 /// Where it is not `,` that separates, a decimal comma is understood. Empty lines and lines that
 /// begin with `#` are skipped, and so is a first line without any number: a header.
 pub(super) fn read(path: &Path) -> Result<(Vec<(f64, f64)>, Source), ConfigError> {
-    let file = path.display().to_string();
-    match std::fs::read_to_string(path) {
-        Ok(text) => parse(file, &text),
-        Err(reason) => Err(ConfigError::Unreadable { file, reason }),
-    }
+    let text = text_file::read_table(path, MOST_BYTES)?;
+    parse(path.display().to_string(), &text)
 }
 
 fn parse(file: String, text: &str) -> Result<(Vec<(f64, f64)>, Source), ConfigError> {
@@ -40,6 +43,10 @@ fn parse(file: String, text: &str) -> Result<(Vec<(f64, f64)>, Source), ConfigEr
     let mut rows = Vec::new();
     let mut lines = Vec::new();
     for (line, number) in filled {
+        if rows.len() == MOST_ROWS {
+            let reason = format!("received more than {MOST_ROWS} rows, expected at most that many");
+            return Err(ConfigError::whole(&file, reason));
+        }
         let row = separator
             .row(line)
             .map_err(|wrong| wrong.at(&file, number))?;

@@ -27,6 +27,10 @@ pub use error::CamFileError;
 pub use text::TableId;
 
 use crate::config::{ConfigError, from_table, parse_table};
+use crate::text_file;
+
+/// Most bytes of a cam file: longer tables are in CSV files.
+const MOST_BYTES: u64 = 4 << 20;
 
 /// A cam file: read, but its course not yet calculated.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,11 +79,8 @@ impl CamFile {
     /// # Errors
     /// [`CamFileError`], naming the file, the point or row, and the field.
     pub fn load(path: &Path) -> Result<Self, CamFileError> {
-        let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(path, &text),
-            Err(reason) => Err(ConfigError::Unreadable { file, reason }.into()),
-        }
+        let text = text_file::read(path, MOST_BYTES).map_err(ConfigError::from)?;
+        Self::parse(path, &text)
     }
 
     /// Reads a cam file from text. `path` is what the errors call it, and a CSV file is looked for
@@ -101,8 +102,10 @@ impl CamFile {
     /// [`CamFileError`], naming the file, the point or row, and the field.
     pub fn from_table(file: &str, folder: &Path, table: toml::Table) -> Result<Self, CamFileError> {
         let parsed: text::CamText = from_table(file, table).map_err(error::count_points)?;
+        let shape = parsed.shape(file, folder)?;
+        shape.check_size(file)?;
         Ok(Self {
-            shape: parsed.shape(file, folder)?,
+            shape,
             title: parsed.title,
             table_id: parsed.table_id,
             master_unit: parsed.master_unit,
@@ -137,7 +140,53 @@ impl CamFile {
     }
 }
 
+/// The largest number of a point or a row: as much as a receiver believes of an axis.
+const LARGEST: f64 = 1e15;
+
+impl Shape {
+    /// That no number is larger than any axis. What is no number at all the plate refuses itself.
+    fn check_size(&self, file: &str) -> Result<(), ConfigError> {
+        let check = |field: &dyn Fn() -> String, received: f64| {
+            if !received.is_finite() || received.abs() <= LARGEST {
+                return Ok(());
+            }
+            let reason = format!(
+                "received {received:e}, expected a number from -{LARGEST:e} to {LARGEST:e}"
+            );
+            Err(ConfigError::field(file, field(), reason))
+        };
+        match self {
+            Self::Points(points) => (1..).zip(points).try_for_each(|(n, point)| {
+                let values = [
+                    ("master", point.master),
+                    ("slave", point.slave),
+                    ("velocity", point.velocity),
+                    ("acceleration", point.acceleration),
+                    ("jerk", point.jerk),
+                ];
+                let mut values = values.into_iter();
+                values.try_for_each(|(name, value)| check(&|| format!("point {n}, {name}"), value))
+            }),
+            Self::Table(table) => {
+                let mut rows = table.rows.iter().enumerate();
+                rows.try_for_each(|(row, (master, slave))| {
+                    check(&|| table.place_of_row(row, "master"), *master)?;
+                    check(&|| table.place_of_row(row, "slave"), *slave)
+                })
+            }
+        }
+    }
+}
+
 impl Table {
+    /// A row and its column: the line of a CSV file, or the row in the cam file.
+    fn place_of_row(&self, row: usize, column: &str) -> String {
+        match &self.source {
+            Some(csv) => format!("{}: line {}, {column}", csv.file, csv.lines[row]),
+            None => format!("table.rows[{row}], {column}"),
+        }
+    }
+
     fn positions(&self, course: Course) -> Result<PositionTable, CamError> {
         if self.equidistant {
             PositionTable::equidistant(&self.rows, self.interpolation, course)

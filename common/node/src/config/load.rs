@@ -2,19 +2,17 @@
 
 use std::path::Path;
 
+use coaxle_wire::one_line;
 use serde::de::DeserializeOwned;
 
-/// Why a config was refused: the file, the field and what is wrong with it.
+use crate::text_file::{self, MOST_CONFIG_BYTES, Unreadable};
+
+/// Why a config was refused, on one line: the file, the field and what is wrong with it.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file could not be read.
-    #[error("{file}: cannot be read: {reason}")]
-    Unreadable {
-        /// The file.
-        file: String,
-        /// What the system said.
-        reason: std::io::Error,
-    },
+    #[error(transparent)]
+    Unreadable(#[from] Unreadable),
     /// The file is no TOML.
     #[error("{file}: is not valid TOML: {reason}")]
     Syntax {
@@ -33,15 +31,31 @@ pub enum ConfigError {
         /// What was received and what is expected.
         reason: String,
     },
+    /// Every field is fine, but what they describe together cannot be.
+    #[error("{file}: {reason}")]
+    Whole {
+        /// The file.
+        file: String,
+        /// Which fields, what was received and what is expected.
+        reason: String,
+    },
 }
 
 impl ConfigError {
     /// An error of one field, found by a check of its own.
-    pub fn field(file: &str, field: impl Into<String>, reason: impl ToString) -> Self {
+    pub fn field(file: &str, field: impl AsRef<str>, reason: impl ToString) -> Self {
         Self::Field {
-            file: file.to_owned(),
-            field: field.into(),
-            reason: reason.to_string(),
+            file: one_line(file),
+            field: one_line(field.as_ref()),
+            reason: one_line(&reason.to_string()),
+        }
+    }
+
+    /// An error of the config as a whole, which names its fields itself.
+    pub fn whole(file: &str, reason: impl ToString) -> Self {
+        Self::Whole {
+            file: one_line(file),
+            reason: one_line(&reason.to_string()),
         }
     }
 }
@@ -51,11 +65,8 @@ impl ConfigError {
 /// # Errors
 /// [`ConfigError`], naming the file and the field.
 pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T, ConfigError> {
-    let file = path.display().to_string();
-    match std::fs::read_to_string(path) {
-        Ok(text) => parse(&file, &text),
-        Err(reason) => Err(ConfigError::Unreadable { file, reason }),
-    }
+    let text = text_file::read(path, MOST_CONFIG_BYTES)?;
+    parse(&path.display().to_string(), &text)
 }
 
 /// Reads a config from text; `file` is what the errors call it.
@@ -63,13 +74,7 @@ pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T, ConfigError> {
 /// # Errors
 /// [`ConfigError`], naming the file and the field.
 pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, ConfigError> {
-    let table = text
-        .parse::<toml::Table>()
-        .map_err(|reason| ConfigError::Syntax {
-            file: file.to_owned(),
-            reason: reason.to_string(),
-        })?;
-    from_table(file, table)
+    from_table(file, parse_table(file, text)?)
 }
 
 /// Reads a table from text, with errors of one line; `file` is what they call it.
@@ -80,9 +85,9 @@ pub fn parse_table(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
     text.parse().map_err(|error: toml::de::Error| {
         let before = error.span().and_then(|span| text.get(..span.start));
         let line = before.unwrap_or_default().lines().count().max(1);
-        let message = error.message().lines().collect::<Vec<_>>().join(" ");
+        let message = one_line(error.message());
         ConfigError::Syntax {
-            file: file.to_owned(),
+            file: one_line(file),
             reason: format!("line {line}: {message}"),
         }
     })

@@ -20,6 +20,7 @@ use coaxle_saw::{
 };
 
 use crate::config::{ConfigError, from_table, parse_table};
+use crate::text_file::{self, MOST_CONFIG_BYTES};
 
 /// A saw file: what is known when a synchronisation is planned.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,11 +45,8 @@ impl SawFile {
     /// # Errors
     /// [`ConfigError`], naming the file and the field.
     pub fn load(path: &Path) -> Result<Self, ConfigError> {
-        let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(&file, &text),
-            Err(reason) => Err(ConfigError::Unreadable { file, reason }),
-        }
+        let text = text_file::read(path, MOST_CONFIG_BYTES)?;
+        Self::parse(&path.display().to_string(), &text)
     }
 
     /// Reads a saw file from text; `file` is what the errors call it.

@@ -1,7 +1,18 @@
 //! Reading a recorded motion.
 
-use std::fs;
 use std::path::Path;
+
+use coaxle_node::one_line;
+use coaxle_node::text_file::{self, Unreadable};
+
+/// Most bytes of a recording: an hour in cycles of a millisecond.
+const MOST_BYTES: u64 = 128 << 20;
+/// Most rows of it.
+const MOST_ROWS: usize = 4_000_000;
+/// The largest number in it, and the shortest time between two rows, s: with these, whatever is calculated of them is
+/// finite. What no axis can be is told in the cycle in which it comes.
+const MOST: f64 = 1e100;
+const SHORTEST: f64 = 1e-9;
 
 /// A recording, its missing columns differentiated.
 #[derive(Debug)]
@@ -24,13 +35,8 @@ pub(super) struct Row {
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// The file cannot be read.
-    #[error("{file}: cannot be read: {reason}")]
-    Unreadable {
-        /// The file.
-        file: String,
-        /// What the system said.
-        reason: std::io::Error,
-    },
+    #[error(transparent)]
+    Unreadable(#[from] Unreadable),
     /// A line is no CSV, or has too few or too many values.
     #[error("{file}: {reason}")]
     Syntax {
@@ -72,15 +78,19 @@ pub enum ReplayError {
         /// How many rows there are.
         received: usize,
     },
+    /// There are more rows than a node keeps.
+    #[error("{file}: received more than {MOST_ROWS} rows, expected at most that many")]
+    TooLong {
+        /// The file.
+        file: String,
+    },
 }
 
 /// Reads a recording.
 pub(super) fn read(path: &Path) -> Result<Recording, ReplayError> {
+    let text = text_file::read_table(path, MOST_BYTES)?;
     let file = path.display().to_string();
-    match fs::read_to_string(path) {
-        Ok(text) => Text { file, text }.parse(),
-        Err(reason) => Err(ReplayError::Unreadable { file, reason }),
-    }
+    Text { file, text }.parse()
 }
 
 /// A file and what is in it.
@@ -101,9 +111,24 @@ impl Text {
         for record in csv.records() {
             let record = record.map_err(|reason| self.syntax(reason))?;
             let row = columns.row(self, &record)?;
-            if let Some(before) = rows.last().filter(|before| row.time <= before.time) {
+            if let Some(before) = rows.last()
+                && row.time <= before.time
+            {
                 let expected = format!("more than {}, the time before", before.time);
                 return Err(self.value(&record, "time_s", columns.time, expected));
+            }
+            if let Some(before) = rows.last()
+                && row.time - before.time < SHORTEST
+            {
+                let expected = format!(
+                    "at least {SHORTEST} s after {}, the time before",
+                    before.time
+                );
+                return Err(self.value(&record, "time_s", columns.time, expected));
+            }
+            if rows.len() == MOST_ROWS {
+                let file = self.file.clone();
+                return Err(ReplayError::TooLong { file });
             }
             rows.push(row);
         }
@@ -141,7 +166,7 @@ impl Text {
             file: self.file.clone(),
             line: self.line(record),
             column,
-            received: record[at].to_owned(),
+            received: one_line(&record[at]),
             expected,
         }
     }
@@ -184,18 +209,18 @@ impl Columns {
             }),
             _ => Err(ReplayError::Columns {
                 file: text.file.clone(),
-                received: header
-                    .iter()
-                    .map(|column| format!("`{column}`"))
-                    .collect::<Vec<_>>()
-                    .join(", "),
+                received: one_line(&listed(header)),
             }),
         }
     }
 
     fn row(&self, text: &Text, record: &csv::StringRecord) -> Result<Row, ReplayError> {
         let number = |column: &'static str, at: usize| match record[at].parse::<f64>() {
-            Ok(number) if number.is_finite() => Ok(number),
+            Ok(number) if number.abs() <= MOST => Ok(number),
+            Ok(number) if number.is_finite() => {
+                let expected = format!("a number from -{MOST:e} to {MOST:e}");
+                Err(text.value(record, column, at, expected))
+            }
             _ => Err(text.value(record, column, at, "a finite number".to_owned())),
         };
         let optional =
@@ -207,6 +232,11 @@ impl Columns {
             acceleration: optional("acceleration", self.acceleration)?,
         })
     }
+}
+
+fn listed(header: &csv::StringRecord) -> String {
+    let columns = header.iter().map(|column| format!("`{column}`"));
+    columns.collect::<Vec<_>>().join(", ")
 }
 
 /// Sets each row's velocity to the slope there of the parabola through it and its neighbours.

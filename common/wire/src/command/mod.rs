@@ -15,6 +15,8 @@ use coaxle_slave::Command;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
+use crate::one_line::one_line;
+
 pub use answer::{CommandAnswer, CommandVerdict};
 pub use far::{FarCommand, FarDelay, FarOrder, FarRefusal, FarView, ParameterPart};
 pub use name::{FarName, InvalidName, SlaveName};
@@ -229,8 +231,8 @@ impl From<FarOrderOnWire> for FarOrder {
 
 fn read<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, BadOrder> {
     let malformed = |field: String, reason: &serde_json::Error| BadOrder::Malformed {
-        field,
-        reason: reason.to_string(),
+        field: one_line(&field),
+        reason: one_line(&reason.to_string()),
     };
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let value = serde_path_to_error::deserialize(&mut json)

@@ -3,13 +3,16 @@
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
+use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 use zenoh::Config;
 
 use super::error::{insertion_reason, zenoh_error};
 
 pub(super) fn from_file(file: &Path) -> anyhow::Result<Config> {
-    Config::from_file(file)
-        .map_err(zenoh_error)
+    // Zenoh itself would read whatever is there, without an end if it has none.
+    text_file::open(file, MOST_CONFIG_BYTES)
+        .map_err(anyhow::Error::from)
+        .and_then(|_| Config::from_file(file).map_err(zenoh_error))
         .with_context(|| format!("the Zenoh config file {}", file.display()))
 }
 

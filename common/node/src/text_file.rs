@@ -1,0 +1,257 @@
+//! Reading a file that somebody names: a regular one, of at most so many bytes.
+//!
+//! Whatever a node or the tool is told to read goes through here, so that neither a device without an end nor a pipe
+//! that nobody writes to nor a file of gigabytes takes all memory or hangs.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use coaxle_wire::one_line;
+
+/// Most bytes of a config, a scenario or a saw file.
+pub const MOST_CONFIG_BYTES: u64 = 1 << 20;
+
+/// Most bytes of a line of a table.
+pub const MOST_LINE_BYTES: usize = 4096;
+
+/// A file that was not read, and why.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}: cannot be read: {reason}")]
+pub struct Unreadable {
+    file: String,
+    reason: Reason,
+}
+
+#[derive(Debug, thiserror::Error)]
+enum Reason {
+    #[error(transparent)]
+    System(#[from] io::Error),
+    #[error("received {received}, expected a file")]
+    NoFile { received: &'static str },
+    #[error("received {received} bytes, expected at most {most}")]
+    TooLong { received: String, most: u64 },
+    #[error("line {line}: received bytes that are no UTF-8, expected UTF-8 text")]
+    NoText { line: usize },
+    #[error(transparent)]
+    LongLine(#[from] LongLine),
+}
+
+/// A line that no table has.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "line {line}: received more than {MOST_LINE_BYTES} bytes, expected at most that many in a line"
+)]
+struct LongLine {
+    line: usize,
+}
+
+/// Reads a text of at most `most` bytes.
+///
+/// # Errors
+/// [`Unreadable`] where there is no such file, or no regular one, or a longer one, or no UTF-8 text in it.
+pub fn read(path: &Path, most: u64) -> Result<String, Unreadable> {
+    let text = open_regular(path).and_then(|file| text_of(file, most));
+    text.map_err(|reason| unreadable(path, reason))
+}
+
+/// Reads a table of at most `most` bytes, none of whose lines is longer than [`MOST_LINE_BYTES`].
+///
+/// # Errors
+/// [`Unreadable`], as [`read`] has it, or with the number of the line.
+pub fn read_table(path: &Path, most: u64) -> Result<String, Unreadable> {
+    let text = read(path, most)?;
+    let long = (1..).zip(text.lines());
+    let long = long.filter(|(_, line)| line.len() > MOST_LINE_BYTES);
+    match long.map(|(line, _)| line).next() {
+        Some(line) => Err(unreadable(path, LongLine { line }.into())),
+        None => Ok(text),
+    }
+}
+
+/// Opens a file of at most `most` bytes, to read it bit by bit.
+///
+/// # Errors
+/// [`Unreadable`] where there is no such file, or no regular one, or a longer one.
+pub fn open(path: &Path, most: u64) -> Result<File, Unreadable> {
+    let opened = open_regular(path).and_then(|file| {
+        check_length(&file, most)?;
+        Ok(file)
+    });
+    opened.map_err(|reason| unreadable(path, reason))
+}
+
+/// Lets through what it reads until a line is longer than [`MOST_LINE_BYTES`]: whoever reads a table row by row keeps a
+/// row of it.
+#[derive(Debug)]
+pub struct ShortLines<R> {
+    inner: R,
+    /// The line that is read, from 1, and what has come of it, bytes.
+    line: usize,
+    length: usize,
+}
+
+impl<R> ShortLines<R> {
+    /// At the beginning of a file.
+    pub const fn new(inner: R) -> Self {
+        Self {
+            inner,
+            line: 1,
+            length: 0,
+        }
+    }
+}
+
+impl<R: Read> Read for ShortLines<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.inner.read(buffer)?;
+        for byte in &buffer[..count] {
+            if *byte == b'\n' {
+                self.line += 1;
+                self.length = 0;
+            } else {
+                self.length += 1;
+            }
+            if self.length > MOST_LINE_BYTES {
+                let line = self.line;
+                return Err(io::Error::new(
+                    io::ErrorKind::InvalidData,
+                    LongLine { line },
+                ));
+            }
+        }
+        Ok(count)
+    }
+}
+
+fn unreadable(path: &Path, reason: Reason) -> Unreadable {
+    let file = one_line(&path.display().to_string());
+    Unreadable { file, reason }
+}
+
+fn open_regular(path: &Path) -> Result<File, Reason> {
+    // Opening a pipe would wait for somebody who writes to it.
+    let kind = std::fs::metadata(path)?.file_type();
+    if kind.is_file() {
+        return Ok(File::open(path)?);
+    }
+    let received = if kind.is_dir() {
+        "a folder"
+    } else {
+        "a device, pipe or socket"
+    };
+    Err(Reason::NoFile { received })
+}
+
+fn check_length(file: &File, most: u64) -> Result<(), Reason> {
+    let length = file.metadata()?.len();
+    if length <= most {
+        return Ok(());
+    }
+    let received = length.to_string();
+    Err(Reason::TooLong { received, most })
+}
+
+fn text_of(file: File, most: u64) -> Result<String, Reason> {
+    check_length(&file, most)?;
+    // Files of the system have no length, and others grow.
+    let mut bytes = Vec::new();
+    file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        let received = format!("more than {most}");
+        return Err(Reason::TooLong { received, most });
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
+        Reason::NoText { line }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(path: &Path, most: u64) -> String {
+        read(path, most).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_text_of_the_most_bytes_is_read_and_a_longer_one_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.toml");
+        std::fs::write(&path, "title = 'é'").unwrap();
+        assert_eq!(read(&path, 12).unwrap(), "title = 'é'");
+        assert_eq!(
+            refusal(&path, 11),
+            format!(
+                "{}: cannot be read: received 12 bytes, expected at most 11",
+                path.display()
+            )
+        );
+    }
+
+    #[test]
+    fn a_file_that_does_not_say_its_length_is_bounded_all_the_same() {
+        assert_eq!(
+            refusal(Path::new("/proc/self/status"), 10),
+            "/proc/self/status: cannot be read: received more than 10 bytes, expected at most 10"
+        );
+    }
+
+    #[test]
+    fn what_is_no_regular_file_is_named_and_not_opened() {
+        for (path, received) in [
+            ("/", "a folder"),
+            ("/dev/zero", "a device, pipe or socket"),
+            ("/dev/null", "a device, pipe or socket"),
+        ] {
+            let expected = format!("{path}: cannot be read: received {received}, expected a file");
+            assert_eq!(refusal(Path::new(path), 10), expected);
+            let opened = open(Path::new(path), 10);
+            assert_eq!(opened.unwrap_err().to_string(), expected);
+        }
+        let message = refusal(Path::new("no/such.toml"), 10);
+        assert!(
+            message.starts_with("no/such.toml: cannot be read: "),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn a_line_without_end_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        let fits = format!("x;y\n{}\n", "1".repeat(MOST_LINE_BYTES));
+        let long = format!("x;y\n1;{}\n", "1".repeat(MOST_LINE_BYTES));
+        std::fs::write(&path, &fits).unwrap();
+        assert_eq!(read_table(&path, 10_000).unwrap(), fits);
+        std::fs::write(&path, &long).unwrap();
+        let message = read_table(&path, 10_000).unwrap_err().to_string();
+        assert!(
+            message.contains("line 2: received more than 4096 bytes, expected"),
+            "{message}"
+        );
+
+        let mut read = String::new();
+        ShortLines::new(fits.as_bytes())
+            .read_to_string(&mut read)
+            .unwrap();
+        assert_eq!(read, fits);
+        let refused = ShortLines::new(long.as_bytes()).read_to_string(&mut read);
+        let refused = refused.unwrap_err().to_string();
+        assert!(message.ends_with(&refused), "{refused}");
+    }
+
+    #[test]
+    fn bytes_that_are_no_text_are_named_by_their_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, b"x;y\n0;0\n1;\xb0\n").unwrap();
+        let message = refusal(&path, 100);
+        assert!(
+            message.contains("line 3: received bytes that are no UTF-8"),
+            "{message}"
+        );
+    }
+}
