@@ -1,4 +1,11 @@
-//! Numbers as people read them.
+//! Numbers as people read and write them.
+
+use clap::builder::RangedU64ValueParser;
+
+/// A seed on the command line: one that a scenario file can hold.
+pub(crate) fn seed() -> RangedU64ValueParser {
+    clap::value_parser!(u64).range(..=i64::MAX as u64)
+}
 
 /// So many significant digits, in plain notation where that stays short.
 pub(crate) fn significant(value: f64, digits: i32) -> String {

@@ -3,6 +3,9 @@
 use anyhow::{Context, bail};
 use toml::{Table, Value};
 
+/// Most keys of a path.
+const MOST_KEYS: usize = 32;
+
 /// Sets one field of a table. A path is keys and list positions with dots between; the elements of
 /// the lists `sender` and `receiver` also go by their names: `receiver.saw.cycle-time-us=2000`.
 ///
@@ -13,6 +16,12 @@ pub fn apply(table: &mut Table, text: &str) -> anyhow::Result<()> {
         .split_once('=')
         .with_context(|| format!("received --set {text:?}, expected path.to.field=value"))?;
     let keys: Vec<&str> = path.trim().split('.').collect();
+    if keys.len() > MOST_KEYS {
+        bail!(
+            "received --set with a path of {} keys, expected at most {MOST_KEYS}",
+            keys.len()
+        );
+    }
     if keys.iter().any(|key| key.is_empty()) {
         bail!("received --set {text:?}, expected keys with single dots between them");
     }

@@ -24,6 +24,8 @@ use crate::topology::{Root, Topology, Viewed};
 /// [`ConfigError`] names the file, the field, what was received and what is expected.
 pub(crate) fn scenario(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> {
     let mut scenario: Scenario = from_table(file, table)?;
+    let count = scenario.check_count();
+    count.map_err(|(field, reason)| ConfigError::field(file, field, reason))?;
     if let Some(folder) = Path::new(file).parent() {
         for sender in &mut scenario.senders {
             sender.relative_to(folder);

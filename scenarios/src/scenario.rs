@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use coaxle_node::config::{LinkConfig, Positive};
+use coaxle_node::config::{DurationSeconds, LinkConfig};
 use coaxle_node::faults::seed_of;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::Wiring;
@@ -23,8 +23,8 @@ pub struct Scenario {
     /// What to look at, and why.
     #[serde(default)]
     pub description: String,
-    /// How long it runs, s of true time.
-    pub duration_s: Positive,
+    /// How long it runs, s of true time: at most a million, eleven days.
+    pub duration_s: DurationSeconds,
     /// Seed of everything random. The same seed gives the same run in virtual time, byte for byte.
     #[serde(default = "first_seed")]
     pub seed: u64,
@@ -66,7 +66,22 @@ const fn first_seed() -> u64 {
     1
 }
 
+/// Most nodes of a scenario.
+const MOST_NODES: usize = 128;
+
 impl Scenario {
+    /// # Errors
+    /// The wrong field, and why.
+    pub(crate) fn check_count(&self) -> Result<(), (&'static str, String)> {
+        let received = self.senders.len() + self.receivers.len();
+        if received <= MOST_NODES {
+            return Ok(());
+        }
+        let reason =
+            format!("received {received} senders and receivers, expected at most {MOST_NODES}");
+        Err(("receiver", reason))
+    }
+
     /// What every node publishes and hears: senders first, then receivers, then twins.
     pub(crate) fn wirings(&self) -> Vec<Wiring> {
         let senders = self.senders.iter().map(SenderConfig::wiring);

@@ -85,7 +85,9 @@ struct Row {
 }
 
 /// Points of a grid at most: more is a mistake.
-const MOST_POINTS: usize = 100_000;
+const MOST_POINTS: usize = 10_000;
+/// Bytes that the scenario may have at all points together: each is read.
+const MOST_BYTES: usize = 16 << 20;
 
 /// A scenario at every point of a grid, checked and ready to run.
 #[derive(Clone, Debug)]
@@ -118,7 +120,9 @@ pub fn prepare(
         }
         axes => axes,
     };
-    let points = grid(axes)?.into_iter().map(|point| {
+    let grid = grid(axes).with_context(|| source.file.clone())?;
+    check_bytes(source, grid.len())?;
+    let points = grid.into_iter().map(|point| {
         let scenario = scenario_at(source, axes, &point, overrides, receivers)?;
         Ok((point, scenario))
     });
@@ -164,6 +168,19 @@ impl Prepared {
     }
 }
 
+fn check_bytes(source: &Source, points: usize) -> anyhow::Result<()> {
+    let bytes = source.text.len();
+    // One point is the scenario itself.
+    if points > 1 && bytes.saturating_mul(points) > MOST_BYTES {
+        bail!(
+            "{}: received {bytes} bytes at {points} points of a grid, expected at most {MOST_BYTES} bytes at all of \
+             them together",
+            source.file
+        );
+    }
+    Ok(())
+}
+
 /// All combinations, the last axis running fastest.
 fn grid(axes: &[Axis]) -> anyhow::Result<Vec<Vec<String>>> {
     let count = axes.iter().try_fold(1_usize, |count, axis| {
@@ -172,7 +189,7 @@ fn grid(axes: &[Axis]) -> anyhow::Result<Vec<Vec<String>>> {
             .filter(|n| *n <= MOST_POINTS)
     });
     if count.is_none() {
-        bail!("the grid has more than {MOST_POINTS} points, expected fewer values");
+        bail!("sweep: received a grid of more than {MOST_POINTS} points, expected fewer values");
     }
     let mut points = vec![Vec::new()];
     for axis in axes {

@@ -47,7 +47,7 @@ impl core::ops::Deref for ValueRow {
 const END_TOLERANCE: f64 = 1e-9;
 
 /// More rows than anybody can read are a mistyped increment.
-const MOST_ROWS: f64 = 1e15;
+const MOST_ROWS: f64 = 1e7;
 
 impl Plate {
     /// `MC_ReadMotionFunctionValues`: the values at `from`, and each `increment` further up to `to`,

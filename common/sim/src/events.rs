@@ -40,6 +40,10 @@ impl<E> EventQueue<E> {
         self.added += 1;
     }
 
+    pub(crate) fn len(&self) -> usize {
+        self.heap.len()
+    }
+
     pub(crate) fn next_at(&self) -> Option<Instant<True>> {
         self.heap.peek().map(|Reverse((at, _, _))| *at)
     }

@@ -248,6 +248,9 @@ impl<N: Node> World<N> {
                     by.seal.seal(outgoing.body, stamp, &mut self.frame);
                     let (queue, spare) = (&mut self.queue, &mut self.spare);
                     by.send(now, &self.frame, |at, message| {
+                        if queue.len() >= MOST_UNDER_WAY {
+                            return;
+                        }
                         let message = kept(message, spare);
                         queue.add(at, Event::Deliver { link, message });
                     });
@@ -281,11 +284,19 @@ impl<N: Node> World<N> {
                 node.receive(at, subscription, &message.get());
                 self.spare.push(message);
             }
-            State::Stopped(_, waiting) => waiting.push((link, message)),
-            State::Dead => self.spare.push(message),
+            State::Stopped(_, waiting) if waiting.len() < MOST_WAITING => {
+                waiting.push((link, message));
+            }
+            State::Stopped(..) | State::Dead => self.spare.push(message),
         }
     }
 }
+
+/// Most messages that wait for a frozen node: no socket holds more, and what comes after them is lost.
+const MOST_WAITING: usize = 50_000;
+
+/// Most messages under way at once: no network holds more, and what is sent beyond them is lost.
+const MOST_UNDER_WAY: usize = 200_000;
 
 /// The message, in a buffer that is used again if there is one.
 fn kept(message: &Message<'_>, spare: &mut Vec<KeptMessage>) -> KeptMessage {

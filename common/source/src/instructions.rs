@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 
 use coaxle_clock::Span;
 use coaxle_curve::profile::Limits;
-use coaxle_node::config::{AtLeastZero, Positive};
+use coaxle_node::config::{AtLeastZero, AxisLimit};
 
 use crate::config::{ProgramConfig, Repeat, StepConfig};
 
@@ -104,7 +104,7 @@ impl Compiler {
         }
     }
 
-    fn limits_of_move(&self, velocity: Option<Positive>) -> Limits {
+    fn limits_of_move(&self, velocity: Option<AxisLimit>) -> Limits {
         match velocity {
             Some(velocity) => self
                 .limits

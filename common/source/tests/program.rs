@@ -2,7 +2,7 @@
 
 use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
-use coaxle_node::config::{AtLeastZero, Finite, Positive, parse};
+use coaxle_node::config::{AtLeastZero, AxisLimit, Coordinate, parse};
 use coaxle_source::config::{ProgramConfig, Repeat, StepConfig};
 use coaxle_source::{Activity, AxisSample, Program, Source};
 use proptest::prelude::*;
@@ -207,16 +207,16 @@ fn passes_that_take_no_time_never_hold_up_the_cycle() {
 
 /// Any step that moves the axis or waits, within the limits above.
 fn step() -> impl Strategy<Value = StepConfig> {
-    let finite =
-        |range: std::ops::Range<f64>| range.prop_map(|x| Finite::new(x).expect("in range"));
+    let coordinate =
+        |range: std::ops::Range<f64>| range.prop_map(|x| Coordinate::new(x).expect("in range"));
     let time = (0.0..0.3).prop_map(|t| AtLeastZero::new(t).expect("in range"));
-    let speed = prop::option::of((0.1..=100.0).prop_map(|v| Positive::new(v).expect("in range")));
+    let speed = prop::option::of((0.1..=100.0).prop_map(|v| AxisLimit::new(v).expect("in range")));
     prop_oneof![
-        (finite(-50.0..50.0), speed.clone())
+        (coordinate(-50.0..50.0), speed.clone())
             .prop_map(|(position, velocity)| StepConfig::MoveAbsolute { position, velocity }),
-        (finite(-5.0..5.0), speed)
+        (coordinate(-5.0..5.0), speed)
             .prop_map(|(distance, velocity)| StepConfig::MoveRelative { distance, velocity }),
-        (finite(-100.0..100.0), time.clone())
+        (coordinate(-100.0..100.0), time.clone())
             .prop_map(|(value, for_s)| StepConfig::Velocity { value, for_s }),
         time.prop_map(|for_s| StepConfig::Dwell { for_s }),
         Just(StepConfig::Halt {}),

@@ -6,7 +6,7 @@ use std::fmt;
 use coaxle_axis::Modulo;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::config::{
-    ClockConfig, CycleMicros, LinkConfig, Positive, RealTimeConfig, TransportConfig, Unit,
+    ClockConfig, CycleMicros, LinkConfig, Positive, RealTimeConfig, TransportConfig, Unit, at_most,
 };
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, EncoderParameters};
@@ -25,7 +25,7 @@ use super::{
 pub(super) struct Form {
     name: NodeName,
     cycle_time_us: CycleMicros,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "at_most::<MOST_HEARD, _, _>")]
     far: Vec<FarConfig>,
     master: Option<Master>,
     mode: Option<Mode>,
@@ -93,6 +93,9 @@ const fn first_axis() -> u32 {
     1
 }
 
+/// Most nodes that a receiver hears.
+const MOST_HEARD: usize = 128;
+
 /// A mixture of the forms, or neither.
 #[derive(Debug)]
 pub(super) enum WrongForm {
@@ -102,6 +105,8 @@ pub(super) enum WrongForm {
     Nothing,
     /// A field is called otherwise now.
     Renamed(&'static str, &'static str),
+    /// More nodes than a receiver hears, their standbys counted.
+    TooMany(usize),
     /// A node twice.
     Twice(NodeName),
     /// A standby that cannot be one.
@@ -134,6 +139,10 @@ impl fmt::Display for WrongForm {
                  [[virtual-axis]]",
             ),
             Self::Renamed(old, new) => write!(f, "{old}: is called {new} now"),
+            Self::TooMany(received) => write!(
+                f,
+                "far: received {received} nodes with their standbys, expected at most {MOST_HEARD}"
+            ),
             Self::Twice(node) => write!(
                 f,
                 "far: received the node {:?} twice, expected each once, with all of its axes",
@@ -190,6 +199,10 @@ impl TryFrom<Form> for ReceiverConfig {
                 form.far
             }
         };
+        let heard = far.iter().map(|far| 1 + far.standby.len()).sum();
+        if heard > MOST_HEARD {
+            return Err(WrongForm::TooMany(heard));
+        }
         for (n, node) in far.iter().enumerate() {
             if far[..n].iter().any(|other| other.node == node.node) {
                 return Err(WrongForm::Twice(node.node.clone()));

@@ -40,8 +40,9 @@ impl Slaves {
         by_id.sort_by_key(|n| config.slave_id(*n));
         let has_slaves = |n| (sources.iter()).any(|of| of.contains(&MasterRef::Slave(n)));
         let leads = (0..slaves.len()).map(has_slaves).collect();
+        let mut rows = 0;
         let slaves = (sources.into_iter().enumerate())
-            .map(|(n, sources)| slave(config, n, sources, &mut drives))
+            .map(|(n, sources)| slave(config, n, sources, &mut drives, &mut rows))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
             leads,
@@ -138,6 +139,7 @@ fn slave(
     n: usize,
     sources: Vec<MasterRef>,
     drives: &mut Drives,
+    rows: &mut usize,
 ) -> Result<Slave, WrongSlave> {
     let slave = &config.slaves[n];
     let gear = LinearGear::new(slave.gear.ratio, slave.gear.offset)
@@ -155,8 +157,12 @@ fn slave(
         SlaveAxis::new(&limits, drive, cycle_time).map_err(|error| wrong(n, "limits", error))?;
     axis.set_modulo(slave.modulo, config.modulo_of(sources[0]));
     if !slave.cams.is_empty() {
-        axis.select_cams(tables(slave, n)?, id_of_master(config, sources[0]), id)
-            .map_err(|error| wrong(n, "limits", error))?;
+        axis.select_cams(
+            tables(slave, n, rows)?,
+            id_of_master(config, sources[0]),
+            id,
+        )
+        .map_err(|error| wrong(n, "limits", error))?;
     }
     let start = match slave.couple() {
         CoupleConfig::Off => None,
@@ -243,7 +249,11 @@ fn check_cutting(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
     Ok(())
 }
 
-fn tables(slave: &SlaveConfig, n: usize) -> Result<Tables, WrongSlave> {
+/// Most points and rows of all cam plates of a receiver together.
+const MOST_ROWS: usize = 4_000_000;
+
+/// The plates of a slave; `rows` are the points and rows of all plates so far.
+fn tables(slave: &SlaveConfig, n: usize, rows: &mut usize) -> Result<Tables, WrongSlave> {
     let mut tables = Tables::new(slave.cams.len());
     for (k, source) in slave.cams.iter().enumerate() {
         let field = format!("cams[{k}]");
@@ -256,6 +266,13 @@ fn tables(slave: &SlaveConfig, n: usize) -> Result<Tables, WrongSlave> {
             .table_id
             .ok_or_else(|| wrong(n, &field, "0x4b32: received no table-id, expected 1 to 255"))?;
         let plate = cam.plate().map_err(|error| wrong(n, &field, error))?;
+        *rows += plate.rows();
+        if *rows > MOST_ROWS {
+            let reason = format!(
+                "received {rows} points and rows with it, expected at most {MOST_ROWS} in a receiver"
+            );
+            return Err(wrong(n, &field, reason));
+        }
         tables
             .insert(id.get().into(), plate)
             .map_err(|error| wrong(n, &field, error))?;

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 use coaxle_clock::Span;
-use coaxle_node::config::{CycleMicros, Positive};
+use coaxle_node::config::{CycleMicros, DurationSeconds};
 
 pub(crate) use busy::{COMMAND as KEEP_BUSY, keep_busy};
 
@@ -33,16 +33,16 @@ pub(crate) struct RecordArgs {
     #[arg(long, value_name = "DIR/NAME")]
     out: PathBuf,
     /// How long, s
-    #[arg(long, default_value = "60", value_parser = positive)]
-    seconds: Positive,
+    #[arg(long, default_value = "60", value_parser = duration)]
+    seconds: DurationSeconds,
     /// Cycle time of both nodes, µs: 100 to 100000
     #[arg(long, value_name = "MICROS", default_value = "1000", value_parser = cycle_micros)]
     cycle_us: CycleMicros,
     /// What the nodes talk over
     #[arg(long, value_enum, default_value_t = Protocol::Tcp)]
     transport: Protocol,
-    /// Start so many processes beside the nodes that do nothing but keep processors busy
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    /// Start so many processes beside the nodes, at most 256, that do nothing but keep processors busy
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=256))]
     busy: u16,
     /// Ask for SCHED_FIFO, priority 80, for the cycles of both nodes, and keep their memory in RAM;
     /// what is not permitted is left out with a warning
@@ -79,9 +79,9 @@ NAME.i32 has a row of four little-endian 32-bit integers per message, in the ord
 NAME-exchanges.csv has the stamps of each time exchange, t1_ns, t2_ns, t3_ns and t4_ns, from the
 same zero. NAME.json says how it was recorded, the cycle time, and quantiles of the delays.";
 
-fn positive(text: &str) -> Result<Positive, String> {
+fn duration(text: &str) -> Result<DurationSeconds, String> {
     let number: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
-    Positive::new(number).map_err(|wrong| wrong.to_string())
+    DurationSeconds::new(number).map_err(|wrong| wrong.to_string())
 }
 
 fn cycle_micros(text: &str) -> Result<CycleMicros, String> {

@@ -25,7 +25,7 @@ pub(crate) struct SoakArgs {
     #[arg(long)]
     processes: bool,
     /// The seed of the first schedule; the next ones follow
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = crate::number::seed())]
     seed: u64,
     /// Write a report in JUnit's format
     #[arg(long, value_name = "FILE")]

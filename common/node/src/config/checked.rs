@@ -5,10 +5,19 @@ use serde::{Deserialize, Serialize};
 
 /// A number that lies outside the range of its field.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("received {received}, expected {expected}")]
+#[error("received {}, expected {expected}", readable(*.received))]
 pub struct OutOfRange {
     received: f64,
     expected: &'static str,
+}
+
+/// A number without hundreds of zeros.
+fn readable(number: f64) -> String {
+    if number == 0.0 || (1e-9..1e15).contains(&number.abs()) {
+        number.to_string()
+    } else {
+        format!("{number:e}")
+    }
 }
 
 macro_rules! checked_number {
@@ -68,6 +77,21 @@ checked_number! {
 }
 
 checked_number! {
+    /// A position of an axis, or how far it goes, u: a thousandth of what a receiver believes at most.
+    Coordinate, "a number from -1000000000000 to 1000000000000", |n| (-1e12..=1e12).contains(&n)
+}
+
+checked_number! {
+    /// What an axis may do at most, u/s and so on: as much as a receiver believes.
+    AxisLimit, "a number above 0, at most 1000000000000000", |n| n > 0.0 && n <= 1e15
+}
+
+checked_number! {
+    /// The length of an increment of an encoder, u.
+    Increment, "a number from 0.000000000001 to 1000000000000", |n| (1e-12..=1e12).contains(&n)
+}
+
+checked_number! {
     /// A share: 0 to 1.
     Fraction, "a number from 0 to 1", |n| (0.0..=1.0).contains(&n)
 }
@@ -85,6 +109,11 @@ checked_number! {
 checked_number! {
     /// When or for how long, s: up to thirty years.
     FaultSeconds, "a number from 0 to 1000000000", |n| (0.0..=1e9).contains(&n)
+}
+
+checked_number! {
+    /// How long something runs, s: up to eleven days.
+    DurationSeconds, "a number above 0, at most 1000000", |n| n > 0.0 && n <= 1e6
 }
 
 checked_number! {
@@ -126,6 +155,7 @@ macro_rules! zero_by_default {
 }
 
 zero_by_default!(
+    Coordinate,
     Finite,
     AtLeastZero,
     Fraction,

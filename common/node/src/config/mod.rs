@@ -7,18 +7,21 @@ mod checked;
 mod clock;
 mod forgery;
 mod link;
+mod list;
 mod load;
 mod real_time;
 mod transport;
 mod unit;
 
 pub use checked::{
-    AtLeastZero, ChangeMicros, CycleMicros, DelayMicros, FaultMicros, FaultSeconds, Finite,
-    Fraction, OutOfRange, PeriodSeconds, Positive, Ppm, WalkPpm,
+    AtLeastZero, AxisLimit, ChangeMicros, Coordinate, CycleMicros, DelayMicros, DurationSeconds,
+    FaultMicros, FaultSeconds, Finite, Fraction, Increment, OutOfRange, PeriodSeconds, Positive,
+    Ppm, WalkPpm,
 };
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
 pub use forgery::{Forged, Forgery, Times};
 pub use link::{BurstLossConfig, CorrelatedConfig, DelayStep, LinkConfig, Partition, SpikeConfig};
+pub use list::at_most;
 pub use load::{ConfigError, from_table, load, parse, parse_table};
 pub use real_time::RealTimeConfig;
 pub use transport::{TransportConfig, TransportMode};

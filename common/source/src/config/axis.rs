@@ -4,7 +4,7 @@ use std::num::{NonZeroU16, NonZeroU32};
 use std::path::{Path, PathBuf};
 
 use coaxle_axis::Modulo;
-use coaxle_node::config::{Positive, Unit};
+use coaxle_node::config::{Increment, Unit};
 use serde::{Deserialize, Serialize};
 
 use super::program::ProgramConfig;
@@ -53,7 +53,7 @@ pub enum SourceConfig {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct EncoderConfig {
     /// Length of one increment, u.
-    pub resolution: Positive,
+    pub resolution: Increment,
     /// Over how many cycles the velocity is differentiated: more are smoother and later. 8 by
     /// default.
     #[serde(default = "default_window")]

@@ -6,7 +6,7 @@ use std::fmt;
 use std::num::NonZeroU32;
 
 use coaxle_curve::profile::Limits;
-use coaxle_node::config::{AtLeastZero, Finite, Positive};
+use coaxle_node::config::{AtLeastZero, AxisLimit, Coordinate};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 pub use check::InvalidProgram;
@@ -23,9 +23,9 @@ pub const MAX_LOOP_DEPTH: usize = 8;
 #[serde(try_from = "Written", into = "Written")]
 pub struct ProgramConfig {
     /// Where the axis is at the start, u.
-    pub start_position: Finite,
+    pub start_position: Coordinate,
     /// How fast it is at the start, u/s. An axis that moves at the start is enabled from the start.
-    pub start_velocity: Finite,
+    pub start_velocity: Coordinate,
     /// What all its motions keep to.
     pub limits: LimitsConfig,
     /// How often the steps are run.
@@ -39,14 +39,14 @@ pub struct ProgramConfig {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct LimitsConfig {
     /// Highest speed, u/s.
-    pub velocity: Positive,
+    pub velocity: AxisLimit,
     /// Highest acceleration, u/s².
-    pub acceleration: Positive,
+    pub acceleration: AxisLimit,
     /// Highest deceleration, u/s². The same as the acceleration by default.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub deceleration: Option<Positive>,
+    pub deceleration: Option<AxisLimit>,
     /// Highest jerk, u/s³.
-    pub jerk: Positive,
+    pub jerk: AxisLimit,
 }
 
 impl LimitsConfig {
@@ -78,25 +78,25 @@ pub enum StepConfig {
     #[doc(alias = "MC_MoveAbsolute")]
     MoveAbsolute {
         /// Where to, u.
-        position: Finite,
+        position: Coordinate,
         /// Highest speed on the way, u/s; that of the limits by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        velocity: Option<Positive>,
+        velocity: Option<AxisLimit>,
     },
     /// `MC_MoveRelative`: goes a distance from where the step begins.
     #[doc(alias = "MC_MoveRelative")]
     MoveRelative {
         /// How far, u.
-        distance: Finite,
+        distance: Coordinate,
         /// Highest speed on the way, u/s; that of the limits by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        velocity: Option<Positive>,
+        velocity: Option<AxisLimit>,
     },
     /// `MC_MoveVelocity`: ramps to a velocity and keeps it.
     #[doc(alias = "MC_MoveVelocity")]
     Velocity {
         /// The velocity, u/s.
-        value: Finite,
+        value: Coordinate,
         /// How long it is kept once reached before the next step begins, s. 0 by default.
         #[serde(default)]
         for_s: AtLeastZero,
@@ -189,9 +189,9 @@ impl de::Visitor<'_> for RepeatVisitor {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct Written {
     #[serde(default)]
-    start_position: Finite,
+    start_position: Coordinate,
     #[serde(default)]
-    start_velocity: Finite,
+    start_velocity: Coordinate,
     limits: LimitsConfig,
     #[serde(default)]
     repeat: Repeat,

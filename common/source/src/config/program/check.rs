@@ -1,6 +1,6 @@
 //! What the steps of a program must keep to among each other.
 
-use coaxle_node::config::Positive;
+use coaxle_node::config::AxisLimit;
 
 use super::{MAX_LOOP_DEPTH, ProgramConfig, Repeat, StepConfig};
 
@@ -104,7 +104,7 @@ impl Check {
         Ok(enabled)
     }
 
-    fn speed(&self, field: &str, speed: Option<Positive>) -> Result<(), InvalidProgram> {
+    fn speed(&self, field: &str, speed: Option<AxisLimit>) -> Result<(), InvalidProgram> {
         match speed {
             Some(speed) if speed.get() > self.fastest => Err(InvalidProgram {
                 field: field.to_owned(),

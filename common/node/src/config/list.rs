@@ -1,0 +1,76 @@
+//! Lists that know how long they may be.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
+
+/// Reads a list of at most `MOST` elements, for serde's `deserialize_with`: what comes after them is not read, so that a
+/// short file cannot ask for much memory.
+///
+/// # Errors
+/// With more elements, or one that is wrong.
+pub fn at_most<'de, const MOST: usize, T, D>(deserializer: D) -> Result<Vec<T>, D::Error>
+where
+    T: Deserialize<'de>,
+    D: Deserializer<'de>,
+{
+    deserializer.deserialize_seq(Bounded::<MOST, T>(PhantomData))
+}
+
+struct Bounded<const MOST: usize, T>(PhantomData<T>);
+
+impl<'de, const MOST: usize, T: Deserialize<'de>> Visitor<'de> for Bounded<MOST, T> {
+    type Value = Vec<T>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a list of at most {MOST}")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<T>, A::Error> {
+        let mut elements = Vec::new();
+        while let Some(element) = list.next_element()? {
+            if elements.len() == MOST {
+                let reason = format!("received more than {MOST}, expected at most that many");
+                return Err(A::Error::custom(reason));
+            }
+            elements.push(element);
+        }
+        Ok(elements)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::parse;
+
+    #[derive(Debug, serde::Deserialize)]
+    struct Config {
+        #[serde(default, deserialize_with = "at_most::<3, _, _>")]
+        list: Vec<u8>,
+    }
+
+    #[test]
+    fn a_list_has_its_most_elements_and_no_more() {
+        let list = |text: &str| parse::<Config>("t.toml", text).map(|config| config.list);
+        assert!(list("").unwrap().is_empty());
+        assert_eq!(list("list = [1, 2, 3]").unwrap(), [1, 2, 3]);
+        for (text, expected) in [
+            (
+                "list = [1, 2, 3, 4]",
+                "t.toml: list: received more than 3, expected at most that many",
+            ),
+            (
+                "list = [1, 300]",
+                "t.toml: list[1]: invalid value: integer `300`, expected u8",
+            ),
+            (
+                "list = 1",
+                "t.toml: list: invalid type: integer `1`, expected a list of at most 3",
+            ),
+        ] {
+            assert_eq!(list(text).unwrap_err().to_string(), expected);
+        }
+    }
+}
