@@ -12,6 +12,7 @@ use anyhow::anyhow;
 use coaxle_clock::{Instant, Local};
 use coaxle_host::cli::Exit;
 use coaxle_host::{ArrivalsTrace, Ended, NodeArgs, Setup, Trace, arrivals_beside};
+use coaxle_node::config::ConfigError;
 
 use crate::config::ReceiverConfig;
 use crate::drives::Drives;
@@ -118,6 +119,6 @@ fn build(
     start: Instant<Local>,
     epoch: u64,
 ) -> anyhow::Result<Receiver> {
-    // The error's own text tells its cause, which would be printed once more as its source.
-    Receiver::with_drives(config, drives, start, epoch).map_err(|error| anyhow!("{file}: {error}"))
+    let built = Receiver::with_drives(config, drives, start, epoch);
+    Ok(built.map_err(|error| ConfigError::whole(file, error))?)
 }

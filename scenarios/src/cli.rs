@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::{Args, Parser, Subcommand};
 use coaxle_host::cli::{EXIT_CODES, Exit, LogArgs, exit_code};
+use coaxle_node::one_line;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::cam::{self, CamCommand};
@@ -14,6 +15,7 @@ use crate::catalog;
 use crate::command::{self, CommandArgs};
 use crate::doctor::{self, DoctorArgs};
 use crate::finished::Progress;
+use crate::number;
 use crate::recording::{self, RecordArgs};
 use crate::run::{self, Options, Outcome};
 use crate::saw::{self, SawCommand};
@@ -99,7 +101,7 @@ struct RunArgs {
     #[arg(long)]
     processes: bool,
     /// Another seed than the scenario's
-    #[arg(long)]
+    #[arg(long, value_parser = number::seed())]
     seed: Option<u64>,
     /// Set a field of the scenario: path.to.field=value, e.g. sender.master.clock.drift-ppm=50
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -219,7 +221,7 @@ fn check(names: &[String]) -> anyhow::Result<bool> {
             }
             Err(error) => {
                 good = false;
-                say(&format!("{error:#}"))?;
+                say(&one_line(&format!("{error:#}")))?;
             }
         }
     }

@@ -6,6 +6,7 @@ use std::os::unix::process::CommandExt;
 use std::process::{Command, ExitCode};
 
 use coaxle_clock::Span;
+use coaxle_node::one_line;
 use tracing_appender::non_blocking::WorkerGuard;
 use tracing_subscriber::EnvFilter;
 
@@ -96,7 +97,8 @@ pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
     drop(logging);
     let exit = result.unwrap_or_else(|error| {
         // With standard error closed there is nobody left to tell.
-        let _ = writeln!(std::io::stderr(), "error: {error:#}");
+        let error = one_line(&format!("{error:#}"));
+        let _ = writeln!(std::io::stderr(), "error: {error}");
         Exit::Failed
     });
     ExitCode::from(exit as u8)
