@@ -1,0 +1,193 @@
+//! What comes from files, as `--check` and the tool read it; and a little further, to the first cycles.
+
+use std::path::{Path, PathBuf};
+
+use coaxle::catalog::Source;
+use coaxle_clock::{Instant, Span};
+use coaxle_node::cam_file::CamFile;
+use coaxle_node::config::{TransportConfig, parse};
+use coaxle_node::one_line;
+use coaxle_node::saw_file::SawFile;
+use coaxle_plate::ValueSelect;
+use coaxle_receiver::{Drives, Receiver, ReceiverConfig};
+use coaxle_sender::Sender;
+use coaxle_sender::config::SenderConfig;
+use coaxle_source::config::ReplayConfig;
+use coaxle_source::{Replay, Source as _};
+
+use super::Outcome;
+use super::node::scan;
+use super::seeds::root;
+
+/// Cycles that a node is run for.
+const CYCLES: usize = 10;
+
+/// A sender's config.
+pub(super) fn sender_config(data: &[u8]) -> Outcome {
+    let mut config: SenderConfig = parse("sender.toml", text(data)?).map_err(told)?;
+    config.relative_to(&root().join("sender/configs"));
+    let mut sender = Sender::new(&config, Instant::EPOCH, 1).map_err(told)?;
+    let _ = config.columns();
+    scan(&mut sender, &config.name, CYCLES);
+    Ok(())
+}
+
+/// A receiver's config.
+pub(super) fn receiver_config(data: &[u8]) -> Outcome {
+    let mut config: ReceiverConfig = parse("receiver.toml", text(data)?).map_err(told)?;
+    config.relative_to(&root().join("receiver/configs"));
+    let notes = config.notes();
+    assert!(
+        notes.iter().all(|note| note.lines().count() == 1),
+        "{notes:?}"
+    );
+    let built = Receiver::with_drives(&config, Drives::simulated(), Instant::EPOCH, 1);
+    let mut receiver = built.map_err(|error| one_line(&error.to_string()))?;
+    let _ = (config.columns(), config.wiring());
+    scan(&mut receiver, &config.name, CYCLES);
+    Ok(())
+}
+
+/// A scenario, as `coaxle check` reads it.
+pub(super) fn scenario(data: &[u8]) -> Outcome {
+    let source = Source {
+        name: "scenario".to_owned(),
+        file: root()
+            .join("scenarios/catalog/t.toml")
+            .display()
+            .to_string(),
+        text: text(data)?.to_owned(),
+    };
+    let prepared = coaxle::sweep::prepare(&source, &[], &[], &[]);
+    // As the tool prints it.
+    let prepared = prepared.map_err(|error| one_line(&format!("{error:#}")))?;
+    let notes = prepared.notes();
+    assert!(
+        notes.iter().all(|note| note.lines().count() == 1),
+        "{notes:?}"
+    );
+    Ok(())
+}
+
+/// A cam file, and everything that the tool tells of it.
+pub(super) fn cam_file(data: &[u8]) -> Outcome {
+    let path = root().join("scenarios/cams/t.toml");
+    examine_cam(CamFile::parse(&path, text(data)?).map_err(told)?)
+}
+
+/// The CSV file of a cam file.
+pub(super) fn cam_table(data: &[u8]) -> Outcome {
+    let file = Scratch::holding(data);
+    let mut outcome = Ok(());
+    for (interpolation, course) in [
+        ("linear", "linear"),
+        ("spline", "cyclic"),
+        ("sliding-spline", "linear"),
+    ] {
+        let path = file.path().display();
+        let cam = format!(
+            "course = '{course}'\n[table]\ninterpolation = '{interpolation}'\ncsv = '{path}'"
+        );
+        let cam = CamFile::parse(Path::new("t.toml"), &cam).map_err(told)?;
+        outcome = examine_cam(cam);
+    }
+    outcome
+}
+
+fn examine_cam(cam: CamFile) -> Outcome {
+    let plate = cam.plate().map_err(told)?;
+    let (start, end) = plate.master_range();
+    for master in [start, end, end.next_down(), 0.0, -1e300, 1e300, f64::NAN] {
+        let _ = plate.at(master);
+    }
+    let rows = plate.values(start, end, (end - start) / 10.0, ValueSelect::all());
+    let _ = rows.map(|rows| rows.take(20).count());
+    let _ = plate.characteristics(1.0);
+    let middle = plate.at(start + 0.5 * (end - start)).position;
+    let _ = (
+        plate.master_below(middle, start, 0.0),
+        plate.master_above(middle, start, 0.0),
+    );
+    let _ = plate.masters_at(middle).take(1_000).count();
+    Ok(())
+}
+
+/// A saw file, planned, with what would help where it is refused.
+pub(super) fn saw_file(data: &[u8]) -> Outcome {
+    let saw = SawFile::parse("saw.toml", text(data)?).map_err(told)?;
+    match saw.plan() {
+        Ok(plan) => {
+            let _ = plan.characteristics(saw.table_id);
+            let _ = plan.motion_function();
+            Ok(())
+        }
+        Err(refusal) => {
+            let _ = saw.remedy();
+            Err(refusal.to_string())
+        }
+    }
+}
+
+/// A recorded motion, replayed.
+pub(super) fn recording(data: &[u8]) -> Outcome {
+    let file = Scratch::holding(data);
+    for repeat in [false, true] {
+        let config = ReplayConfig {
+            file: file.path().to_owned(),
+            repeat,
+            interpolation: Default::default(),
+        };
+        let mut replay = Replay::open(&config).map_err(told)?;
+        for nanos in [0, 1, 1_000_000, 1_500_000_000, i64::MAX] {
+            let _ = replay.sample(Span::from_nanos(nanos));
+        }
+    }
+    Ok(())
+}
+
+/// The transport section of a config, as far as Zenoh takes it without a network.
+pub(super) fn transport(data: &[u8]) -> Outcome {
+    let config: TransportConfig = parse("node.toml", text(data)?).map_err(told)?;
+    let config = coaxle_host::zenoh_config(&config);
+    config
+        .map(drop)
+        .map_err(|error| one_line(&format!("{error:#}")))
+}
+
+fn text(data: &[u8]) -> Result<&str, String> {
+    std::str::from_utf8(data).map_err(|_| "no UTF-8 text".to_owned())
+}
+
+fn told(error: impl std::error::Error) -> String {
+    error.to_string()
+}
+
+/// A file that is read by its path, in memory where there is such a file system.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn holding(data: &[u8]) -> Self {
+        use std::sync::atomic::{AtomicU64, Ordering};
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let shm = Path::new("/dev/shm");
+        let folder = if shm.is_dir() {
+            shm.to_owned()
+        } else {
+            std::env::temp_dir()
+        };
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = folder.join(format!("coaxle-hostile-{}-{count}.csv", std::process::id()));
+        std::fs::write(&path, data).expect("a scratch file");
+        Self(path)
+    }
+
+    fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}

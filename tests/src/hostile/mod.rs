@@ -1,0 +1,157 @@
+//! Hostile input: whatever comes from a file or the network must not end a node, nor take its time or its memory.
+//!
+//! A [`Target`] is a plain function over bytes that does with them what a node or the tool would. `tests/hostile.rs`
+//! runs each over the stored corpus and over [mutations](mutate) of it; `tests/fuzz` has the same for cargo-fuzz.
+//! `docs/CONTRIBUTING.md` says how.
+
+mod files;
+pub mod mutate;
+mod node;
+mod seeds;
+mod streams;
+mod wire;
+
+use coaxle_node::MOST_CHARACTERS;
+
+pub use seeds::root;
+
+/// What becomes of an input: taken, or refused with a message.
+pub type Outcome = Result<(), String>;
+
+/// Something that takes input from elsewhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// The name of its folder in `tests/corpus`, and in `tests/fuzz`.
+    pub name: &'static str,
+    /// What kind of input it takes.
+    pub kind: Kind,
+    /// Does what a node or the tool would do with it.
+    pub run: fn(&[u8]) -> Outcome,
+    /// Good inputs, each with a name: what is shipped, and what nodes send.
+    pub seeds: fn() -> Vec<(String, Vec<u8>)>,
+}
+
+/// What an input is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Text, of numbers, names and brackets.
+    Text,
+    /// Bytes.
+    Bytes,
+}
+
+/// All of them.
+pub const TARGETS: &[Target] = &[
+    Target {
+        name: "frame",
+        kind: Kind::Bytes,
+        run: wire::frame,
+        seeds: seeds::frames,
+    },
+    Target {
+        name: "time-request",
+        kind: Kind::Bytes,
+        run: wire::time_request,
+        seeds: seeds::time_requests,
+    },
+    Target {
+        name: "time-response",
+        kind: Kind::Bytes,
+        run: wire::time_response,
+        seeds: seeds::time_responses,
+    },
+    Target {
+        name: "arrivals",
+        kind: Kind::Bytes,
+        run: streams::arrivals,
+        seeds: seeds::arrivals,
+    },
+    Target {
+        name: "order",
+        kind: Kind::Text,
+        run: streams::order,
+        seeds: seeds::orders,
+    },
+    Target {
+        name: "sender-config",
+        kind: Kind::Text,
+        run: files::sender_config,
+        seeds: || seeds::shipped("sender/configs", "toml"),
+    },
+    Target {
+        name: "receiver-config",
+        kind: Kind::Text,
+        run: files::receiver_config,
+        seeds: || seeds::shipped("receiver/configs", "toml"),
+    },
+    Target {
+        name: "scenario",
+        kind: Kind::Text,
+        run: files::scenario,
+        seeds: seeds::scenarios,
+    },
+    Target {
+        name: "cam-file",
+        kind: Kind::Text,
+        run: files::cam_file,
+        seeds: || seeds::shipped("scenarios/cams", "toml"),
+    },
+    Target {
+        name: "cam-table",
+        kind: Kind::Text,
+        run: files::cam_table,
+        seeds: || seeds::shipped("scenarios/cams", "csv"),
+    },
+    Target {
+        name: "saw-file",
+        kind: Kind::Text,
+        run: files::saw_file,
+        seeds: || seeds::shipped("scenarios/saws", "toml"),
+    },
+    Target {
+        name: "recording",
+        kind: Kind::Text,
+        run: files::recording,
+        seeds: seeds::recordings,
+    },
+    Target {
+        name: "transport",
+        kind: Kind::Text,
+        run: files::transport,
+        seeds: seeds::transports,
+    },
+];
+
+/// The target of a name.
+///
+/// # Panics
+/// Without one.
+#[must_use]
+pub fn target(name: &str) -> &'static Target {
+    let found = TARGETS.iter().find(|target| target.name == name);
+    found.unwrap_or_else(|| panic!("received the target {name:?}, expected one of TARGETS"))
+}
+
+impl Target {
+    /// Runs it and looks at how it refuses: on one line, that says something and is not too long.
+    ///
+    /// # Panics
+    /// Where it does not.
+    pub fn examine(&self, data: &[u8]) -> Outcome {
+        let outcome = (self.run)(data);
+        if let Err(message) = &outcome {
+            assert!(!message.trim().is_empty(), "refused without a word");
+            assert!(
+                !message.contains(|c: char| c.is_control()),
+                "no single line: {message:?}"
+            );
+            // The line, the file, the field, and the reason.
+            let length = message.chars().count();
+            assert!(
+                length <= 3 * MOST_CHARACTERS,
+                "{length} characters: {message}"
+            );
+        }
+        outcome
+    }
+}

@@ -1,0 +1,243 @@
+//! Good inputs: what is shipped, what the documents show, and what nodes send.
+
+use std::path::{Path, PathBuf};
+
+use coaxle_axis::NcToPlcAxis;
+use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
+use coaxle_node::exchange::{
+    MAX_TIME_RESPONSES, Reply, TIME_REQUEST_CAPACITY, TIME_RESPONSES_CAPACITY, TimeResponsesHeader,
+    encode_time_request, encode_time_responses,
+};
+use coaxle_node::frame::{KeySeal, body_capacity, encode_body, sender_id};
+use coaxle_node::{Channel, FrameHeader, TimeRequest};
+
+use super::streams::subscription_to;
+use super::wire::{FOLLOWED, far, near};
+
+type Seeds = Vec<(String, Vec<u8>)>;
+
+/// The folder of the workspace.
+#[must_use]
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The files of a folder with this ending, in the order of their names.
+pub(super) fn shipped(folder: &str, ending: &str) -> Seeds {
+    let folder = root().join(folder);
+    let entries = std::fs::read_dir(&folder).expect("a folder of the workspace");
+    let mut paths: Vec<_> = entries
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    paths.retain(|path| path.extension().is_some_and(|found| found == ending));
+    paths.sort();
+    assert!(!paths.is_empty(), "{}: no .{ending}", folder.display());
+    let named = |path: &PathBuf| {
+        let name = path
+            .file_stem()
+            .expect("a name")
+            .to_string_lossy()
+            .into_owned();
+        (name, std::fs::read(path).expect("a shipped file"))
+    };
+    paths.iter().map(named).collect()
+}
+
+pub(super) fn scenarios() -> Seeds {
+    let mut all = shipped("scenarios/catalog", "toml");
+    all.extend(shipped("scenarios/catalog/faults", "toml"));
+    all
+}
+
+/// The examples of `docs/WIRE.md`, which has one of every command.
+pub(super) fn orders() -> Seeds {
+    let document = std::fs::read_to_string(root().join("docs/WIRE.md")).expect("the document");
+    let (far, slave) = document
+        .split_once("### What a slave can be told")
+        .expect("the section");
+    let orders = |part: &str, addressee: &str, name: &str| {
+        let rows = part.lines().filter(|line| line.starts_with("| `{ \""));
+        let command = |row: &str| row.split('`').nth(1).expect("a command").to_owned();
+        let order = |(n, row): (usize, &str)| {
+            let command = command(row);
+            let order = format!(
+                "{{ \"version\": 1, \"{addressee}\": \"{name}\", \"command\": {command} }}"
+            );
+            (format!("{addressee}-{n}"), order.into_bytes())
+        };
+        rows.enumerate().map(order).collect::<Vec<_>>()
+    };
+    let mut all = orders(far, "far", "conveyor");
+    all.extend(orders(slave, "slave", "carriage"));
+    assert!(all.len() > 30, "{}", all.len());
+    all
+}
+
+pub(super) fn recordings() -> Seeds {
+    let named = |(name, text): (&str, &str)| (name.to_owned(), text.as_bytes().to_vec());
+    [
+        ("positions", "time_s,position\n0,0\n0.5,1\n1,4\n1.5,9\n"),
+        (
+            "velocities",
+            "time_s,position,velocity\n-1,0,0\n0,1,2\n2,5,2\n",
+        ),
+        (
+            "all",
+            "time_s, position, velocity, acceleration\n0,0,0,1\n1e0,0.5,1,1\n2,2,2,0\n",
+        ),
+    ]
+    .map(named)
+    .into()
+}
+
+pub(super) fn transports() -> Seeds {
+    let named = |(name, text): (&str, &str)| (name.to_owned(), text.as_bytes().to_vec());
+    [
+        ("peer", "listen = ['tcp/0.0.0.0:7447']\nconnect = ['tcp/192.168.1.10:7447', 'udp/[::1]:7448']\n"),
+        ("client", "mode = 'client'\nconnect = ['tls/router.example:7447']\n"),
+        (
+            "settings",
+            "multicast = true\n[settings]\n'scouting/timeout' = 3000\n'transport/link/tx/queue/size/real_time' = 8\n",
+        ),
+    ]
+    .map(named)
+    .into()
+}
+
+fn header(count: u64) -> FrameHeader {
+    FrameHeader {
+        sender: sender_id(&far()),
+        epoch: 5,
+        index: CycleIndex::of_count(count),
+        count,
+        cycle_time: cycle_time(),
+        send_stamp: None,
+    }
+}
+
+fn cycle_time() -> CycleTime {
+    CycleTime::new(Span::from_millis(1)).expect("a cycle time")
+}
+
+/// A frame of these axes, all 0.3 u further in each cycle.
+fn frame(count: u64, ids: &[u32], stamp: Option<Span>) -> Vec<u8> {
+    let axis = |id: &u32| NcToPlcAxis {
+        axis_id: *id,
+        set_position: 0.3 * count as f64,
+        set_velocity: 300.0,
+        ..NcToPlcAxis::default()
+    };
+    let axes: Vec<_> = ids.iter().map(axis).collect();
+    let mut body = vec![0; body_capacity(axes.len())];
+    let length = encode_body(&header(count), &axes, &mut body).expect("the body has room");
+    sealed(Channel::Axes, &body[..length], stamp)
+}
+
+fn sealed(channel: Channel, body: &[u8], stamp: Option<Span>) -> Vec<u8> {
+    let node = if channel == Channel::TimeRequests {
+        near()
+    } else {
+        far()
+    };
+    let mut frame = Vec::new();
+    KeySeal::new(&node.channel_key(channel)).seal(body, stamp, &mut frame);
+    frame
+}
+
+pub(super) fn frames() -> Seeds {
+    let late = Some(Span::from_micros(37));
+    vec![
+        ("three-axes".to_owned(), frame(0, &FOLLOWED, late)),
+        ("without-stamp".to_owned(), frame(70_000, &[1], None)),
+        ("more-axes".to_owned(), frame(9, &[7, 8, 9, 1, 2, 3], late)),
+        ("an-axis-twice".to_owned(), frame(9, &[1, 1, 2], late)),
+    ]
+}
+
+pub(super) fn time_requests() -> Seeds {
+    let request = |number, start| {
+        let mut body = [0; TIME_REQUEST_CAPACITY];
+        let length = encode_time_request(
+            sender_id(&far()),
+            5,
+            number,
+            Instant::from_nanos(start),
+            &mut body,
+        );
+        sealed(
+            Channel::TimeRequests,
+            &body[..length],
+            Some(Span::from_micros(12)),
+        )
+    };
+    vec![
+        ("first".to_owned(), request(0, 0)),
+        ("later".to_owned(), request(u32::MAX, i64::MAX)),
+    ]
+}
+
+pub(super) fn time_responses() -> Seeds {
+    let responses = |count: usize| {
+        let header = TimeResponsesHeader {
+            sender: sender_id(&far()),
+            epoch: 5,
+            count: 40,
+            cycle_time: cycle_time(),
+        };
+        let reply = Reply {
+            request: TimeRequest {
+                requester: sender_id(&near()),
+                run: 1,
+                number: 0,
+                requested: 1_000_000,
+            },
+            received: Span::from_millis(39),
+        };
+        let mut body = [0; TIME_RESPONSES_CAPACITY];
+        let length = encode_time_responses(&header, &vec![reply; count], &mut body);
+        sealed(
+            Channel::TimeResponses,
+            &body[..length],
+            Some(Span::from_micros(12)),
+        )
+    };
+    vec![
+        ("one".to_owned(), responses(1)),
+        ("as-many-as-fit".to_owned(), responses(MAX_TIME_RESPONSES)),
+        ("none".to_owned(), responses(0)),
+    ]
+}
+
+/// Streams of messages as `arrivals` takes them.
+pub(super) fn arrivals() -> Seeds {
+    let mut steady = Vec::new();
+    for count in 0..60 {
+        let stamp = Some(Span::from_micros(5));
+        push(&mut steady, Channel::Axes, &frame(count, &FOLLOWED, stamp));
+    }
+    let mut exchanging = Vec::new();
+    for count in 0..30 {
+        push(
+            &mut exchanging,
+            Channel::Axes,
+            &frame(count, &FOLLOWED, None),
+        );
+        let (_, response) = &time_responses()[0];
+        push(&mut exchanging, Channel::TimeResponses, response);
+        let (_, request) = &time_requests()[0];
+        push(&mut exchanging, Channel::TimeRequests, request);
+    }
+    vec![
+        ("steady".to_owned(), steady),
+        ("exchanging".to_owned(), exchanging),
+    ]
+}
+
+/// A message a millisecond after the one before, its check sum put right if it is not.
+fn push(stream: &mut Vec<u8>, channel: Channel, message: &[u8]) {
+    let later = if channel == Channel::Axes { 10 } else { 0 };
+    stream.extend_from_slice(&[0x80 | subscription_to(channel), later]);
+    let length = u16::try_from(message.len()).expect("a short message");
+    stream.extend_from_slice(&length.to_le_bytes());
+    stream.extend_from_slice(message);
+}

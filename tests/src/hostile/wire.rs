@@ -1,0 +1,98 @@
+//! What comes from the network, message by message, as a node's subscriptions read it.
+
+use coaxle_clock::{CycleTime, Instant, Span};
+use coaxle_node::frame::sender_id;
+use coaxle_node::keys::NodeName;
+use coaxle_node::{Channel, Intake, KeptMessage, Message, Reader, TimeServer};
+
+use super::Outcome;
+
+/// The node that is heard.
+pub(super) fn far() -> NodeName {
+    NodeName::new("conveyor").expect("a valid name")
+}
+
+/// The node that hears.
+pub(super) fn near() -> NodeName {
+    NodeName::new("saw").expect("a valid name")
+}
+
+/// The axes that are followed.
+pub(super) const FOLLOWED: [u32; 3] = [1, 2, 7];
+
+/// A frame of axes.
+pub(super) fn frame(data: &[u8]) -> Outcome {
+    let key = far().channel_key(Channel::Axes);
+    let intake = Intake::new(&key, &far(), &FOLLOWED);
+    read(intake.into(), &key, data)
+}
+
+/// A time request, up to the response.
+pub(super) fn time_request(data: &[u8]) -> Outcome {
+    let key = near().channel_key(Channel::TimeRequests);
+    read(Reader::time_requests_to(&near()), &key, data)
+}
+
+/// A frame of time responses.
+pub(super) fn time_response(data: &[u8]) -> Outcome {
+    let key = far().channel_key(Channel::TimeResponses);
+    read(Reader::time_responses_of(&far(), &near()), &key, data)
+}
+
+/// Reads the bytes as they are, and once more with the check sum put right: past that is where the fields are.
+fn read(mut reader: Reader, key: &str, data: &[u8]) -> Outcome {
+    let _ = read_one(&mut reader, data);
+    read_one(&mut reader, &with_checksum(key, data))
+}
+
+fn read_one(reader: &mut Reader, data: &[u8]) -> Outcome {
+    let mut outcome = Ok(());
+    reader.read(data, |message| {
+        let mut kept = KeptMessage::new(message);
+        assert_eq!(kept.get(), *message);
+        kept.replace(&Message::Rejected(coaxle_node::Rejection::Truncated));
+        match message {
+            Message::Frame(frame) => {
+                let good = frame.axes.iter().flatten();
+                assert!(
+                    good.clone().count() > 0,
+                    "a frame without an axis was taken"
+                );
+                assert!(good.clone().all(|axis| axis.set.position.is_finite()));
+            }
+            Message::TimeRequest(request) => respond(request),
+            Message::TimeResponse(_) => {}
+            Message::Rejected(reason) => outcome = Err(reason.to_string()),
+        }
+    });
+    outcome
+}
+
+fn respond(request: &coaxle_node::TimeRequest) {
+    let cycle_time = CycleTime::new(Span::from_millis(1)).expect("a cycle time");
+    let mut server = TimeServer::new(sender_id(&near()), 1, Instant::EPOCH, cycle_time);
+    server.receive(Instant::EPOCH, request);
+    let tick = coaxle_clock::cycle::Tick {
+        count: 0,
+        ideal_start: Instant::EPOCH,
+        elapsed: 1,
+    };
+    server.respond(&tick, Instant::EPOCH);
+    assert!(
+        server.transmit().is_some(),
+        "a request that was taken has a response"
+    );
+}
+
+/// The bytes with their last four replaced by the check sum of those before, under `key`.
+pub(super) fn with_checksum(key: &str, data: &[u8]) -> Vec<u8> {
+    let content = data
+        .split_last_chunk::<4>()
+        .map_or(data, |(content, _)| content);
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(key.as_bytes());
+    hasher.update(content);
+    let mut bytes = content.to_vec();
+    bytes.extend_from_slice(&hasher.finalize().to_le_bytes());
+    bytes
+}

@@ -1,0 +1,203 @@
+//! Hostile input: no target panics, takes long, or refuses it without one clear line.
+//!
+//! `HOSTILE_CASES` and `HOSTILE_SEED` say how many mutations the long run does of each target, and from which seed on.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test may end where its own data are wrong, and says what it has done"
+)]
+
+use std::fmt::Write as _;
+use std::panic::catch_unwind;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use coaxle_tests::hostile::mutate::Mutator;
+use coaxle_tests::hostile::{Kind, Outcome, TARGETS, Target, root, target};
+
+/// The processor time that an input may take: mostly it is a millisecond or so.
+const LONGEST: Duration = Duration::from_secs(5);
+
+/// The processor time of this thread: other programs on a busy machine do not count.
+fn processor_time() -> Duration {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    Duration::try_from(time).unwrap()
+}
+
+/// The stored corpus of a target.
+fn corpus(target: &Target) -> Vec<(PathBuf, Vec<u8>)> {
+    let folder = root().join("tests/corpus").join(target.name);
+    let Ok(entries) = std::fs::read_dir(&folder) else {
+        return Vec::new();
+    };
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    let read = |path: PathBuf| {
+        let data = std::fs::read(&path).unwrap();
+        (path, data)
+    };
+    paths.into_iter().map(read).collect()
+}
+
+/// What became of many inputs.
+#[derive(Debug, Default)]
+struct Tally {
+    taken: usize,
+    refused: usize,
+    slowest: Duration,
+}
+
+impl Tally {
+    fn examine(&mut self, target: &'static Target, data: &[u8], name: &str) -> Outcome {
+        let begin = processor_time();
+        let outcome = catch_unwind(|| target.examine(data));
+        let took = processor_time() - begin;
+        self.slowest = self.slowest.max(took);
+        let Ok(outcome) = outcome else {
+            panic!("{}: {name}: {}", target.name, kept(target, data));
+        };
+        assert!(
+            took <= LONGEST,
+            "{}: {name} took {took:?}: {}",
+            target.name,
+            kept(target, data)
+        );
+        match outcome {
+            Ok(()) => self.taken += 1,
+            Err(_) => self.refused += 1,
+        }
+        outcome
+    }
+}
+
+/// Leaves an input that was found in a file, to look at and to add to the corpus.
+fn kept(target: &Target, data: &[u8]) -> String {
+    let name = format!("coaxle-hostile-{}-{}", target.name, std::process::id());
+    let path = std::env::temp_dir().join(name);
+    std::fs::write(&path, data).unwrap();
+    path.display().to_string()
+}
+
+fn mutations(target: &'static Target, cases: usize, seed: u64) -> Tally {
+    let stored = corpus(target).into_iter().map(|(_, data)| data);
+    let seeds = (target.seeds)().into_iter().map(|(_, data)| data);
+    let inputs: Vec<Vec<u8>> = stored.chain(seeds).collect();
+    let mut tally = Tally::default();
+    let mut mutator = Mutator::new(seed, target.kind);
+    for case in 0..cases {
+        let data = mutator.next(&inputs);
+        let _ = tally.examine(target, &data, &format!("case {case} of seed {seed}"));
+    }
+    tally
+}
+
+#[test]
+fn what_is_shipped_is_taken() {
+    for target in TARGETS {
+        for (name, data) in (target.seeds)() {
+            let outcome = target.examine(&data);
+            assert!(
+                outcome.is_ok() || target.name == "saw-file",
+                "{}: {name}: {outcome:?}",
+                target.name
+            );
+        }
+    }
+}
+
+/// Each input of the corpus, and what is said to it.
+#[test]
+fn the_stored_corpus_holds() {
+    let mut table = String::new();
+    for target in TARGETS {
+        let mut tally = Tally::default();
+        for (path, data) in corpus(target) {
+            let outcome = tally.examine(target, &data, &path.display().to_string());
+            let name = path.file_name().unwrap().to_string_lossy();
+            let said = match outcome {
+                Ok(()) => "taken".to_owned(),
+                Err(message) => without_places(&message),
+            };
+            writeln!(table, "{}/{name}\n    {said}", target.name).unwrap();
+        }
+    }
+    insta::assert_snapshot!(table);
+}
+
+/// A message without the folders of this machine.
+fn without_places(message: &str) -> String {
+    let message = message.replace(&format!("{}/", root().display()), "");
+    match message.split_once(".csv") {
+        Some((scratch, rest)) if scratch.contains("coaxle-hostile-") => {
+            format!("scratch.csv{rest}")
+        }
+        _ => message,
+    }
+}
+
+/// Mutations of each target in the ordinary tests: seconds in all.
+const fn cases(target: &Target) -> usize {
+    match (target.name.as_bytes(), target.kind) {
+        // A receiver runs for a thousand cycles each time.
+        (b"arrivals", _) => 1_000,
+        (_, Kind::Bytes) => 50_000,
+        (_, Kind::Text) => 3_000,
+    }
+}
+
+macro_rules! mutations_hold {
+    ($($test:ident: $name:literal,)*) => {
+        $(
+            #[test]
+            fn $test() {
+                let target = target($name);
+                mutations(target, cases(target), 1);
+            }
+        )*
+
+        #[test]
+        fn every_target_is_tried() {
+            let tried = [$($name),*];
+            assert!(TARGETS.iter().map(|target| target.name).eq(tried));
+        }
+    };
+}
+
+mutations_hold! {
+    frames: "frame",
+    time_requests: "time-request",
+    time_responses: "time-response",
+    arrivals: "arrivals",
+    orders: "order",
+    sender_configs: "sender-config",
+    receiver_configs: "receiver-config",
+    scenarios: "scenario",
+    cam_files: "cam-file",
+    cam_tables: "cam-table",
+    saw_files: "saw-file",
+    recordings: "recording",
+    transports: "transport",
+}
+
+#[test]
+#[ignore = "as long as HOSTILE_CASES says"]
+fn many_mutations() {
+    let number = |name: &str| {
+        std::env::var(name)
+            .ok()
+            .map(|text| text.parse::<u64>().unwrap())
+    };
+    let only = std::env::var("HOSTILE_TARGET").ok();
+    let seed = number("HOSTILE_SEED").unwrap_or(2);
+    for target in TARGETS {
+        if only.as_ref().is_some_and(|only| only != target.name) {
+            continue;
+        }
+        let more = number("HOSTILE_CASES").map(|cases| cases as usize);
+        let cases = more.unwrap_or(10 * cases(target));
+        let begin = processor_time();
+        let tally = mutations(target, cases, seed);
+        let took = processor_time() - begin;
+        eprintln!("{}: {cases} in {took:.1?}: {tally:?}", target.name);
+    }
+}
