@@ -249,12 +249,13 @@ mod tests {
             ),
             (
                 axis(1).replace("jerk = 10", "jerk = -10"),
-                "s.toml: axis[0].program.limits.jerk: received -10, expected a finite number \
-                 above 0",
+                "s.toml: axis[0].program.limits.jerk: received -10, expected a number above 0, \
+                 at most 1000000000000000",
             ),
             (
                 axis(1).replace("5.0", "nan"),
-                "s.toml: axis[0].program.start-velocity: received NaN, expected a finite number",
+                "s.toml: axis[0].program.start-velocity: received NaN, expected a number from \
+                 -1000000000000 to 1000000000000",
             ),
             (
                 axis(1).replace("5.0", "11.0"),
