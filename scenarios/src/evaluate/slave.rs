@@ -24,6 +24,8 @@ pub(super) struct SlaveJudge {
     cycles: u64,
     coupling: CouplingJudge,
     cuts: CutsJudge,
+    last_error: Option<u32>,
+    last_refusal: Option<u32>,
     summary: SlaveSummary,
 }
 
@@ -43,6 +45,8 @@ impl SlaveJudge {
             cycles: 0,
             coupling: CouplingJudge::default(),
             cuts: CutsJudge::new(config, masters),
+            last_error: None,
+            last_refusal: None,
             summary: SlaveSummary {
                 unit: own,
                 ..SlaveSummary::default()
@@ -79,14 +83,13 @@ impl SlaveJudge {
     }
 
     fn note_events(&mut self, before: Option<&SlaveSignals>, slave: &SlaveSignals) {
-        let summary = &mut self.summary;
         let failed = slave.state == AxisStatus::ErrorStop;
         if failed && before.is_none_or(|before| before.state != AxisStatus::ErrorStop) {
-            summary.errors += 1;
-            summary.last_error = Some(format!("{:#06x}", slave.error));
+            self.summary.errors += 1;
+            self.last_error = Some(slave.error);
         }
         if slave.refusal != 0 {
-            summary.last_refusal = Some(format!("{:#06x}", slave.refusal));
+            self.last_refusal = Some(slave.refusal);
         }
     }
 
@@ -117,6 +120,9 @@ impl SlaveJudge {
 
     /// `shares` is what its set positions had at most of its limits.
     pub(super) fn finish(mut self, shares: Option<Shares>) -> (String, SlaveSummary) {
+        let code = |code| format!("{code:#06x}");
+        self.summary.last_error = self.last_error.map(code);
+        self.summary.last_refusal = self.last_refusal.map(code);
         self.summary.velocity_share_max = shares.map(|shares| shares.velocity);
         self.summary.acceleration_share_max = shares.map(|shares| shares.acceleration);
         self.summary.jerk_share_max = shares.map(|shares| shares.jerk);
