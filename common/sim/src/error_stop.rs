@@ -65,23 +65,35 @@ impl ErrorStopCheck {
         })
     }
 
-    /// The way to rest with the full deceleration and jerk, where an acceleration has to go first.
+    /// The way to rest with the full deceleration and jerk, where an acceleration has to go first: that may turn the axis round.
     fn longest_way(&self, set: &Kinematics) -> f64 {
         let jerk = self.limits.jerk();
-        let deceleration = self.limits.deceleration();
-        let speed = set.velocity.abs();
-        let faster = (set.acceleration * set.velocity.signum()).max(0.0);
-        let until_even = faster / jerk;
-        let first = speed * until_even + faster.powi(3) / (3.0 * jerk * jerk);
-        let speed = speed + 0.5 * faster * until_even;
-        let then = if speed * jerk >= deceleration * deceleration {
+        let acceleration = set.acceleration.abs();
+        let speed = set.velocity * set.acceleration.signum();
+        let until_even = acceleration / jerk;
+        let even = speed + 0.5 * acceleration * until_even;
+        let (way, fastest) = if even < 0.0 {
+            // It brakes already, and not too hard.
+            (self.way_from_even(-speed), -speed)
+        } else {
+            let first = speed * until_even + acceleration.powi(3) / (3.0 * jerk * jerk);
+            let on = first.max(0.0) + self.way_from_even(even);
+            let back = (-speed).max(0.0);
+            (on.max(back * until_even), even.max(back))
+        };
+        let late = LATE * self.cycle_time * fastest;
+        let rounding = 1e-9 * (1.0 + set.position.abs());
+        way * (1.0 + LONGER) + late + rounding
+    }
+
+    /// The way to rest from a constant speed.
+    fn way_from_even(&self, speed: f64) -> f64 {
+        let (jerk, deceleration) = (self.limits.jerk(), self.limits.deceleration());
+        if speed * jerk >= deceleration * deceleration {
             0.5 * speed * (speed / deceleration + deceleration / jerk)
         } else {
             speed * (speed / jerk).sqrt()
-        };
-        let late = LATE * self.cycle_time * speed;
-        let rounding = 1e-9 * (1.0 + set.position.abs());
-        (first + then) * (1.0 + LONGER) + late + rounding
+        }
     }
 }
 
@@ -143,5 +155,20 @@ mod tests {
         assert!(check.push(&set).is_some());
         check.restart();
         assert_eq!(check.push(&set), None);
+    }
+
+    #[test]
+    fn an_acceleration_may_turn_it_round() {
+        let check = check();
+        for forward in [1.0, -1.0] {
+            let mut set = Kinematics::at_rest(0.0);
+            (set.velocity, set.acceleration) = (forward, -forward * 1_000.0);
+            // 20 ms until it is even, at 9 u/s backwards, and down from there at the full jerk.
+            let until_even = -0.02 + 1_000.0_f64.powi(3) / (3.0 * 50_000.0_f64.powi(2));
+            let shortest = until_even + 9.0 * (9.0_f64 / 50_000.0).sqrt();
+            let longest = check.longest_way(&set);
+            assert!(longest >= shortest, "{longest} {shortest}");
+            assert!(longest <= 1.01 * shortest + LATE * CYCLE * 9.0 + 1e-6);
+        }
     }
 }

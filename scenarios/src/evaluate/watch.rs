@@ -3,7 +3,7 @@
 use coaxle_axis::AxisStatus;
 use coaxle_clock::Instant;
 use coaxle_curve::profile::{Kinematics, Limits};
-use coaxle_receiver::signals::{FarAxisSignals, SlaveSignals};
+use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, SlaveSignals};
 use coaxle_receiver::{ReceiverConfig, SignalRow, SlaveConfig, StateName};
 use coaxle_saw::SyncMask;
 use coaxle_sim::{
@@ -264,8 +264,8 @@ struct AxisWatch {
     /// The mode that made its set values, how often its clock was started anew by an order, and which node it is
     /// read from.
     line: Option<(StateName, u32, usize)>,
-    /// The node, its run and the count of the frame that was used last.
-    used: Option<(usize, u64, u64)>,
+    /// The frame that was used last.
+    used: Option<Used>,
     found: Found,
 }
 
@@ -281,14 +281,19 @@ impl AxisWatch {
         {
             self.found.add(cycle, Invariant::Finite, value, f64::MAX);
         }
-        let used = (far.epoch.zip(far.count)).map(|(epoch, count)| (node, epoch, count));
+        let used = Used::of(node, far);
         let before = std::mem::replace(&mut self.used, used);
-        if let (Some((node, epoch, before)), Some((same_node, same_epoch, count))) = (before, used)
-            && (node, epoch) == (same_node, same_epoch)
+        if let (Some(before), Some(used)) = (before, used)
+            && before.run == used.run
             && cycle.since.is_some()
-            && count < before
+            && used.count < before.count
         {
-            (self.found).add(cycle, Invariant::Count, count as f64, before as f64);
+            (self.found).add(
+                cycle,
+                Invariant::Count,
+                used.count as f64,
+                before.count as f64,
+            );
         }
         // From one mode to another, or from one node, it is another time: set values are led over to it.
         let line = axis
@@ -313,6 +318,23 @@ impl AxisWatch {
             Some(FarTimeFault::Rate(rate)) => (Invariant::FarRate, rate.abs(), LARGEST_RATE_ERROR),
         };
         self.found.add(cycle, invariant, value, limit);
+    }
+}
+
+/// A frame that was used.
+#[derive(Clone, Copy, Debug)]
+struct Used {
+    /// The node, its epoch, and how many runs of it were followed: within an epoch the count may begin anew once, as
+    /// another run.
+    run: (usize, u64, u64),
+    count: u64,
+}
+
+impl Used {
+    fn of(node: usize, far: &FarNodeSignals) -> Option<Self> {
+        let (epoch, count) = far.epoch.zip(far.count)?;
+        let run = (node, epoch, far.restarts);
+        Some(Self { run, count })
     }
 }
 
@@ -391,7 +413,7 @@ impl From<SetValueBound> for Invariant {
 mod tests {
     use super::*;
     use coaxle_node::config::parse;
-    use coaxle_receiver::signals::{FarNodeSignals, NodeSignals};
+    use coaxle_receiver::signals::NodeSignals;
 
     const CONFIG: &str = "name = 'saw'\ncycle-time-us = 1000\nmaster = { node = 'belt' }\n[[slave]]\nname = 'x'\n\
                           limits = { velocity = 500, acceleration = 1000, jerk = 1e5 }\n";
