@@ -1,6 +1,7 @@
 //! An axis that is coupled from the start.
 
 use coaxle_axis::drive::{Actual, DriveState};
+use coaxle_axis::guard::{GuardFault, GuardRefusal};
 use coaxle_axis::{CommandState, Engage, Job, Masters, Origin, Transition};
 use coaxle_cam::CamIn;
 use coaxle_curve::profile::Kinematics;
@@ -25,8 +26,8 @@ impl SlaveAxis {
     /// is where the coupling puts it, and moves so.
     ///
     /// # Errors
-    /// [`Refusal`] if the axis has power, cannot be there or cannot be so fast, or if there is no
-    /// such plate or no such master.
+    /// [`Refusal`] if the axis has power, cannot be there, cannot be so fast or could not stop before a software limit
+    /// from there, or if there is no such plate or no such master.
     pub fn switch_on_coupled(
         &mut self,
         start: &CoupledStart,
@@ -109,6 +110,11 @@ impl SlaveAxis {
     fn check_start(&self, set: &Kinematics) -> Result<(), Refusal> {
         self.guard.check_target("position", set.position)?;
         self.guard.check_speed(set.velocity)?;
-        Ok(())
+        match self.guard.check_stop(set.position, &self.startable(set)) {
+            Err(GuardFault::SoftwareLimit { reached, limit }) => {
+                Err(GuardRefusal::SoftwareLimit { reached, limit }.into())
+            }
+            _ => Ok(()),
+        }
     }
 }

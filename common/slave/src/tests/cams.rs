@@ -280,5 +280,10 @@ fn an_axis_can_be_coupled_from_the_start() {
     let refused =
         limited.switch_on_coupled(&CoupledStart::Gear(gear), Some(&Master::at(0.0, 1e4).0));
     assert_eq!(refused.unwrap_err().code(), 0x42dd);
+    // Half a unit before the limit, at a speed from which it needs more.
+    let gear = LinearGear::new(1.0, 0.0).expect("a gear");
+    let near = Master::at(LIMITED.max_position.unwrap() - 0.5, 80.0);
+    let refused = limited.switch_on_coupled(&CoupledStart::Gear(gear), Some(&near.0));
+    assert_eq!(refused.unwrap_err().code(), 0x4229);
     assert_eq!(limited.status(), AxisStatus::Disabled);
 }
