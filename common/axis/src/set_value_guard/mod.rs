@@ -275,9 +275,12 @@ impl SetValueGuard {
                 self.advance(self.envelope.scaled(&self.set).b);
                 continue;
             }
-            let left = f64::from(left);
-            let course_then = course.later(-left, cycle_time);
-            let wanted_then = wanted - course.way_of_last(left, cycle_time);
+            let (wanted_then, course_then) = if left == 0 {
+                (wanted, *course)
+            } else {
+                let (then, course) = self.target.before(left.into(), course, cycle_time);
+                (then + self.offset, course)
+            };
             self.advance(match self.policy {
                 DistancePolicy::VeloSync => {
                     towards_velocity(&self.envelope, &self.set, &course_then)

@@ -9,8 +9,9 @@ use super::envelope::Envelope;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Target {
     series: Differences,
-    /// The position before the last, u.
+    /// The position before the last, u, and how many cycles ago that was.
     from: f64,
+    gap: f64,
     stated: Kinematics,
     last_position: f64,
 }
@@ -22,11 +23,15 @@ pub(super) struct Course {
     pub(super) acceleration: f64,
 }
 
+/// Over so many cycles differences still tell where a target is going.
+const MOST_MISSING: f64 = 4.0;
+
 impl Target {
     pub(super) fn at(state: &Kinematics, cycle_time: f64) -> Self {
         Self {
             series: Differences::up_to(state, cycle_time),
             from: state.position,
+            gap: 1.0,
             stated: *state,
             last_position: state.position,
         }
@@ -43,6 +48,7 @@ impl Target {
         Self {
             series: self.series.then(next.position, cycles, rate),
             from: self.series.position,
+            gap: cycles,
             stated: *next,
             last_position,
         }
@@ -53,15 +59,33 @@ impl Target {
         self.last_position
     }
 
-    /// Its positions decide. Where they jump, there is nothing but what it states.
+    /// Its positions decide. Where they jump, or too many of them are missing, there is nothing but what it states.
     pub(super) fn course(&self, envelope: &Envelope) -> Course {
-        if envelope.is_smooth(&self.series, self.from) {
+        if self.gap <= MOST_MISSING && envelope.is_smooth(&self.series, self.from) {
             Course {
                 velocity: self.series.velocity_of_cycle(envelope.cycle_time),
                 acceleration: self.series.acceleration,
             }
         } else {
             self.stated_course(envelope)
+        }
+    }
+
+    /// Where it was so many cycles before its last position, as far as can be known, and on what course: on the one that it
+    /// is on now, but no farther than it has come since the position before.
+    pub(super) fn before(&self, cycles: f64, course: &Course, cycle_time: f64) -> (f64, Course) {
+        let last = self.series.position;
+        let by_course = last - course.way_of_last(cycles, cycle_time);
+        let then = course.later(-cycles, cycle_time);
+        let (low, high) = (last.min(self.from), last.max(self.from));
+        if (low..=high).contains(&by_course) {
+            (by_course, then)
+        } else {
+            let rests = Course {
+                velocity: 0.0,
+                acceleration: 0.0,
+            };
+            (by_course.clamp(low, high), rests)
         }
     }
 

@@ -269,6 +269,28 @@ fn any_number_of_cycles_may_be_skipped() {
     }
 }
 
+/// A node that stood still for seconds while its axis was on the way to a target that was faster: how that target came to
+/// rest nobody knows.
+#[test]
+fn after_many_skipped_cycles_it_is_at_rest_where_its_target_is() {
+    for skipped in [200, 1_000, 4_000] {
+        let mut guard = guard(&Kinematics::at_rest(0.0));
+        let fast = |cycle: u32| Kinematics {
+            position: 0.3 * f64::from(cycle),
+            velocity: 300.0,
+            acceleration: 0.0,
+        };
+        for cycle in 1..=20 {
+            assert_ne!(guard.update(&fast(cycle), 1).state, GuardState::Tracking);
+        }
+        let rest = Kinematics::at_rest(fast(20).position + 2.0);
+        let guarded = guard.update(&rest, skipped);
+        assert!(guarded.distance.abs() < 1e-6, "{skipped}: {guarded:?}");
+        assert!(guarded.set.velocity.abs() < 1e-3);
+        assert_eq!(guard.update(&rest, 1).set.position, rest.position);
+    }
+}
+
 #[test]
 fn extreme_limits_and_cycle_times_do_no_harm() {
     for cycle_time in [1e-6, 1e-3, 1.0] {
