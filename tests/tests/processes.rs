@@ -65,6 +65,22 @@ fn is_rare(receiver: &Value, field: &str) -> bool {
     rare
 }
 
+/// What is expected of each, on a machine that has time for it: `docs/FAULTS.md` has the same in virtual time.
+#[test]
+#[ignore = "a quarter of an hour"]
+fn every_fault_as_processes() {
+    let _alone = alone();
+    let failed = coaxle::catalog::FAULTS.iter().filter_map(|(fault, _)| {
+        let out = tempfile::tempdir().expect("a scratch folder");
+        let out = out.path().to_str().expect("a plain path");
+        let output = coaxle(&["run", fault, "--processes", "--no-trace", "--out", out]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        (!output.status.success()).then(|| format!("{fault}: {said}"))
+    });
+    let failed: Vec<_> = failed.collect();
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
+
 #[test]
 fn the_beat_is_shown_and_cured() {
     let _alone = alone();
