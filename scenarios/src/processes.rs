@@ -5,6 +5,7 @@
 //! can be compared with what the master really did.
 
 mod child;
+mod memory;
 mod nodes;
 mod orders;
 mod traces;
@@ -31,7 +32,7 @@ pub const FOLDER: &str = "nodes";
 /// `out/nodes`.
 ///
 /// # Errors
-/// A node that does not start or ends badly; a trace that cannot be read.
+/// A node that does not start, ends badly, or whose memory grows while it runs; a trace that cannot be read.
 pub fn run(
     scenario: &Scenario,
     out: &Path,

@@ -10,6 +10,8 @@ use coaxle_clock::Span;
 use coaxle_host::{ZENOH_RUNTIME, machine};
 use rustix::process::{Pid, Signal, kill_process};
 
+use super::memory::{MemoryWatch, resident};
+
 /// What a node is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
@@ -36,6 +38,7 @@ pub(crate) struct Child {
     files: Vec<PathBuf>,
     run_for: Option<Span>,
     process: Option<std::process::Child>,
+    memory: Option<MemoryWatch>,
 }
 
 /// How long a node may take to end by itself.
@@ -51,6 +54,7 @@ impl Child {
             files: Vec::new(),
             run_for: None,
             process: None,
+            memory: None,
         }
     }
 
@@ -99,22 +103,37 @@ impl Child {
             .spawn()
             .with_context(|| format!("cannot start {}", self.name))?;
         self.process = Some(process);
+        self.memory = Some(MemoryWatch::new(machine::now()));
         self.files.push(cycles);
         Ok(())
     }
 
-    /// A node that ends by itself ends the run: its log says why.
+    /// A node that ends by itself ends the run: its log says why. So does one whose memory grows.
     pub(crate) fn check(&mut self) -> anyhow::Result<()> {
         let Some(process) = &mut self.process else {
             return Ok(());
         };
         match process.try_wait().context("cannot look after a node")? {
-            None => Ok(()),
+            None => {
+                let number = process.id();
+                self.check_memory(number)
+            }
             Some(status) => bail!(
                 "{} ended early ({status}): {}",
                 self.name,
                 self.last_words()
             ),
+        }
+    }
+
+    fn check_memory(&mut self, process: u32) -> anyhow::Result<()> {
+        let now = machine::now();
+        let Some(memory) = self.memory.as_mut().filter(|memory| memory.is_due(now)) else {
+            return Ok(());
+        };
+        match resident(process) {
+            Some(bytes) => memory.look(now, bytes).with_context(|| self.name.clone()),
+            None => Ok(()),
         }
     }
 

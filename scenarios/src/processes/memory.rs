@@ -1,0 +1,85 @@
+//! Whether the memory of a node stays what it is once the node runs: every queue of it is bounded.
+
+use anyhow::ensure;
+use coaxle_clock::{Instant, Span};
+use coaxle_host::machine::Machine;
+
+/// A node has what it needs when it has run for so long.
+const SETTLED: Span = Span::from_secs(10);
+/// How often a look is taken.
+const EVERY: Span = Span::from_secs(1);
+/// What may come on top, bytes: the allocator rounds, and a new peer takes room.
+const MOST_GROWTH: u64 = 16 << 20;
+
+/// Watches the resident memory of one process.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MemoryWatch {
+    started: Instant<Machine>,
+    looked: Instant<Machine>,
+    /// What it had when it was settled, bytes.
+    settled: Option<u64>,
+}
+
+impl MemoryWatch {
+    pub(super) const fn new(started: Instant<Machine>) -> Self {
+        Self {
+            started,
+            looked: started,
+            settled: None,
+        }
+    }
+
+    /// Whether it is time for the next look.
+    pub(super) fn is_due(&self, now: Instant<Machine>) -> bool {
+        now - self.looked >= EVERY && now - self.started >= SETTLED
+    }
+
+    /// The process has so many bytes now.
+    pub(super) fn look(&mut self, now: Instant<Machine>, resident: u64) -> anyhow::Result<()> {
+        self.looked = now;
+        let settled = *self.settled.get_or_insert(resident);
+        let (before, after) = (mebibytes(settled), mebibytes(resident));
+        ensure!(
+            resident <= settled.saturating_add(MOST_GROWTH),
+            "has grown from {before} to {after} MiB of memory since it settled, expected at most {} MiB more",
+            mebibytes(MOST_GROWTH)
+        );
+        Ok(())
+    }
+}
+
+/// The resident memory of a process, bytes; none if it is gone.
+pub(super) fn resident(process: u32) -> Option<u64> {
+    let pages = std::fs::read_to_string(format!("/proc/{process}/statm")).ok()?;
+    let pages: u64 = pages.split_whitespace().nth(1)?.parse().ok()?;
+    pages.checked_mul(rustix::param::page_size() as u64)
+}
+
+const fn mebibytes(bytes: u64) -> u64 {
+    bytes >> 20
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_taken_at_the_start_is_no_growth_and_what_comes_later_is() {
+        let start = Instant::EPOCH;
+        let at = |seconds| start + Span::from_secs(seconds);
+        let mut watch = MemoryWatch::new(start);
+        assert!(!watch.is_due(at(9)));
+        assert!(watch.is_due(at(10)));
+        watch.look(at(10), 50 << 20).expect("the first look");
+        assert!(!watch.is_due(at(10)));
+        watch.look(at(11), 66 << 20).expect("within the bound");
+        let grown = watch.look(at(12), (66 << 20) + 1).expect_err("too much");
+        assert!(grown.to_string().contains("from 50 to 66 MiB"), "{grown}");
+    }
+
+    #[test]
+    fn this_process_has_memory_and_none_has_number_zero() {
+        assert!(resident(std::process::id()).is_some_and(|bytes| bytes > 1 << 20));
+        assert_eq!(resident(0), None);
+    }
+}
