@@ -85,6 +85,7 @@ pub const FAULTS: &[(&str, &str)] = catalogue![
     "faults/restart",
     "faults/freeze",
     "faults/receiver-overrun",
+    "faults/stalled-viewer",
     "faults/receiver-restart",
     "faults/sender-error",
     "faults/beyond-limits",
