@@ -1,0 +1,119 @@
+//! A far axis: the time that its set values stand for, and the frames that they are made of.
+
+use coaxle_clock::Instant;
+use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals};
+use coaxle_receiver::{SignalRow, StateName};
+use coaxle_sim::{FarTimeCheck, FarTimeFault, LARGEST_RATE_ERROR};
+
+use super::found::{Found, WatchedCycle};
+use crate::invariants::Invariant;
+use crate::topology::followed_of;
+
+/// Watches a far axis.
+#[derive(Debug)]
+pub(super) struct AxisWatch {
+    pub(super) name: String,
+    /// Its node, and the standbys of that, by their numbers.
+    nodes: Vec<usize>,
+    check: FarTimeCheck,
+    /// The mode that made its set values, how often its clock was started anew by an order, and which node it is
+    /// read from.
+    line: Option<(StateName, u32, usize)>,
+    /// The frame that was used last.
+    used: Option<Used>,
+    pub(super) found: Found,
+}
+
+impl AxisWatch {
+    /// `nodes` are its node and the standbys of that, by their numbers; the receiver's cycle time is in s.
+    pub(super) fn new(name: String, nodes: Vec<usize>, cycle_time: f64) -> Self {
+        Self {
+            name,
+            nodes,
+            check: FarTimeCheck::new(cycle_time),
+            line: None,
+            used: None,
+            found: Found::default(),
+        }
+    }
+
+    pub(super) fn push(
+        &mut self,
+        cycle: &WatchedCycle,
+        signals: &SignalRow,
+        axis: &FarAxisSignals,
+    ) {
+        let node = self.nodes[followed_of(&self.nodes, signals)];
+        let far = &signals.far[node];
+        let shown = [axis.corrected_position, axis.corrected_velocity];
+        for value in shown
+            .into_iter()
+            .flatten()
+            .filter(|value| !value.is_finite())
+        {
+            self.found.add(cycle, Invariant::Finite, value, f64::MAX);
+        }
+        let used = Used::of(node, far);
+        let before = std::mem::replace(&mut self.used, used);
+        if let (Some(before), Some(used)) = (before, used)
+            && before.run == used.run
+            && cycle.since.is_some()
+            && used.count < before.count
+        {
+            (self.found).add(
+                cycle,
+                Invariant::Count,
+                used.count as f64,
+                before.count as f64,
+            );
+        }
+        // From one mode to another, or from one node, it is another time: set values are led over to it.
+        let line = axis
+            .state
+            .map(|state| (state, far.re_initialisations, node));
+        let is_another = std::mem::replace(&mut self.line, line) != line;
+        let shown = axis.far_time_ns.filter(|_| is_corrected(axis));
+        let (Some(run), Some(time)) = (far.epoch, shown) else {
+            self.check.restart();
+            return;
+        };
+        if is_another || cycle.since.is_none() {
+            self.check.restart();
+        }
+        let time = Instant::from_nanos(time);
+        let fault = self.check.push(run, time, cycle.since.unwrap_or(1));
+        let (invariant, value, limit) = match fault {
+            None => return,
+            // TS5066 has no bound: a new correction is blended in over 90 cycles, however large it is.
+            Some(FarTimeFault::Rate(_)) if axis.state != Some(StateName::Observer) => return,
+            Some(FarTimeFault::NotLater(by)) => (Invariant::FarTime, by, 0.0),
+            Some(FarTimeFault::Rate(rate)) => (Invariant::FarRate, rate.abs(), LARGEST_RATE_ERROR),
+        };
+        self.found.add(cycle, invariant, value, limit);
+    }
+}
+
+/// A frame that was used.
+#[derive(Clone, Copy, Debug)]
+struct Used {
+    /// The node, its epoch, and how many runs of it were followed: within an epoch the count may begin anew once, as
+    /// another run.
+    run: (usize, u64, u64),
+    count: u64,
+}
+
+impl Used {
+    fn of(node: usize, far: &FarNodeSignals) -> Option<Self> {
+        let (epoch, count) = far.epoch.zip(far.count)?;
+        let run = (node, epoch, far.restarts);
+        Some(Self { run, count })
+    }
+}
+
+/// Whether its set values stand for a time that was calculated: in bypass they are as they came.
+fn is_corrected(axis: &FarAxisSignals) -> bool {
+    matches!(
+        axis.state,
+        Some(StateName::Sync | StateName::Time | StateName::Observer)
+    )
+}

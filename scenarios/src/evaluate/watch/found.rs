@@ -1,0 +1,73 @@
+//! What was found.
+
+use crate::invariants::{Broken, Invariant, InvariantViolation, Watched};
+
+/// A cycle, when it ideally began, and how many it is after the one before: none if it is the first of a run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WatchedCycle {
+    pub(super) number: u64,
+    pub(super) t_s: f64,
+    pub(super) since: Option<u32>,
+}
+
+/// What was found of one slave, far axis or far node, or of the receiver: an entry for each invariant.
+#[derive(Debug, Default)]
+pub(super) struct Found(Vec<OfInvariant>);
+
+#[derive(Debug)]
+struct OfInvariant {
+    invariant: Invariant,
+    first: Broken,
+    worst: Broken,
+    limit: f64,
+    cycles: u64,
+}
+
+impl Found {
+    pub(super) fn add(
+        &mut self,
+        cycle: &WatchedCycle,
+        invariant: Invariant,
+        value: f64,
+        limit: f64,
+    ) {
+        let this = Broken {
+            cycle: cycle.number,
+            t_s: cycle.t_s,
+            value,
+        };
+        match self.0.iter_mut().find(|known| known.invariant == invariant) {
+            Some(known) => {
+                known.cycles += 1;
+                if (value - limit).abs() > (known.worst.value - known.limit).abs() {
+                    known.worst = this;
+                }
+            }
+            None => self.0.push(OfInvariant {
+                invariant,
+                first: this,
+                worst: this,
+                limit,
+                cycles: 1,
+            }),
+        }
+    }
+
+    /// What did not hold of it.
+    pub(super) fn violations(&self, of: Watched) -> impl Iterator<Item = InvariantViolation> {
+        self.0.iter().map(move |found| found.violation(of.clone()))
+    }
+}
+
+impl OfInvariant {
+    fn violation(&self, of: Watched) -> InvariantViolation {
+        InvariantViolation {
+            of,
+            invariant: self.invariant,
+            first: self.first,
+            worst: self.worst,
+            limit: self.limit,
+            cycles: self.cycles,
+        }
+    }
+}

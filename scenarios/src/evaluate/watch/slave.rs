@@ -1,0 +1,190 @@
+//! A slave: its limits, and its error stops.
+
+use coaxle_axis::AxisStatus;
+use coaxle_curve::profile::{Kinematics, Limits};
+use coaxle_node::CommandOrder;
+use coaxle_receiver::signals::SlaveSignals;
+use coaxle_receiver::{ReceiverConfig, SlaveConfig};
+use coaxle_saw::SyncMask;
+use coaxle_sim::{ErrorStopCheck, SetValueBound, SetValueCheck, Shares, TooFar};
+use coaxle_slave::{Command, OnMasterLoss, SlaveError, SlaveParameters};
+
+use super::found::{Found, WatchedCycle};
+use crate::event::{Event, Happening};
+use crate::invariants::Invariant;
+
+/// Watches a slave.
+#[derive(Debug)]
+pub(super) struct SlaveWatch {
+    pub(super) name: String,
+    check: Option<SetValueCheck>,
+    stop: Option<ErrorStopCheck>,
+    /// A lost master stops it whatever the jerk.
+    stops_quickly: bool,
+    /// A master that runs back may stop it within a cycle.
+    stops_instantly: bool,
+    before: SlaveSignals,
+    pub(super) found: Found,
+}
+
+impl SlaveWatch {
+    /// `events` are those of the whole scenario: of commands it counts what they may lead to.
+    pub(super) fn new(config: &SlaveConfig, receiver: &ReceiverConfig, events: &[Event]) -> Self {
+        let cycle_time = receiver.cycle_time_us.0.as_secs_f64();
+        let stops_instantly = commands_to(config, receiver, events).any(may_stop_instantly);
+        let limits = config.limits();
+        let profile = profile_limits(&limits);
+        let check = |profile| SetValueCheck::new(&profile, software_limits(&limits), cycle_time);
+        Self {
+            name: config.name.to_string(),
+            check: profile.map(check),
+            stop: profile.map(|profile| ErrorStopCheck::new(profile, cycle_time)),
+            stops_quickly: limits.on_master_loss == OnMasterLoss::QuickStop,
+            stops_instantly,
+            before: SlaveSignals::default(),
+            found: Found::default(),
+        }
+    }
+
+    pub(super) fn push(&mut self, cycle: &WatchedCycle, slave: &SlaveSignals) {
+        let shown = [slave.position, slave.velocity, slave.acceleration];
+        let shown = shown.into_iter().flatten().chain([slave.drive_position]);
+        for value in shown.filter(|value| !value.is_finite()) {
+            self.found.add(cycle, Invariant::Finite, value, f64::MAX);
+        }
+        let before = std::mem::replace(&mut self.before, *slave);
+        self.watch_error_stop(cycle, &before, slave);
+        let stops_now = self.stops_instantly && is_instant_stop(&before, slave);
+        let (Some(check), Some(position)) = (&mut self.check, slave.position) else {
+            return;
+        };
+        let is_set_anew = slave.set_anew != before.set_anew || slave.state == AxisStatus::Disabled;
+        if is_set_anew || stops_now || cycle.since.is_none() {
+            check.restart();
+        }
+        if self.stops_quickly && is_quick_stop(slave) {
+            check.free_jerk();
+        }
+        let found = &mut self.found;
+        check.push(position, cycle.since.unwrap_or(1), |excess| {
+            found.add(cycle, excess.bound.into(), excess.value, excess.limit);
+        });
+    }
+
+    /// What its set positions had at most of its limits.
+    pub(super) fn shares(&self) -> Option<Shares> {
+        self.check.as_ref().map(SetValueCheck::largest)
+    }
+
+    fn watch_error_stop(
+        &mut self,
+        cycle: &WatchedCycle,
+        before: &SlaveSignals,
+        slave: &SlaveSignals,
+    ) {
+        let is_next = cycle.since.is_some();
+        let was_stopped = is_next && before.state == AxisStatus::ErrorStop;
+        if was_stopped && !follows_error_stop(slave.state) {
+            let velocity = slave.velocity.unwrap_or_default().abs();
+            (self.found).add(cycle, Invariant::ErrorLatch, velocity, 0.0);
+        }
+        let Some(stop) = &mut self.stop else {
+            return;
+        };
+        if slave.state != AxisStatus::ErrorStop || slave.set_anew != before.set_anew || !is_next {
+            stop.restart();
+        }
+        let (AxisStatus::ErrorStop, Some(position)) = (slave.state, slave.position) else {
+            return;
+        };
+        let set = Kinematics {
+            position,
+            velocity: slave.velocity.unwrap_or_default(),
+            acceleration: slave.acceleration.unwrap_or_default(),
+        };
+        if let Some(TooFar { way, most }) = stop.push(&set) {
+            self.found.add(cycle, Invariant::StoppingWay, way, most);
+        }
+    }
+}
+
+fn profile_limits(parameters: &SlaveParameters) -> Option<Limits> {
+    let SlaveParameters {
+        velocity,
+        acceleration,
+        deceleration,
+        jerk,
+        ..
+    } = *parameters;
+    let deceleration = deceleration.unwrap_or(acceleration);
+    Limits::new(velocity, acceleration, deceleration, jerk).ok()
+}
+
+fn software_limits(parameters: &SlaveParameters) -> [f64; 2] {
+    let min = parameters.min_position.unwrap_or(f64::NEG_INFINITY);
+    [min, parameters.max_position.unwrap_or(f64::INFINITY)]
+}
+
+/// Whether a slave that was in error stop may be in this state next.
+const fn follows_error_stop(state: AxisStatus) -> bool {
+    matches!(
+        state,
+        AxisStatus::ErrorStop | AxisStatus::Standstill | AxisStatus::Disabled
+    )
+}
+
+/// The stop of a slave whose master is lost, with its full deceleration from the next cycle on.
+fn is_quick_stop(slave: &SlaveSignals) -> bool {
+    slave.state == AxisStatus::ErrorStop && slave.error == SlaveError::MasterLost.code()
+}
+
+/// The stop of a flying saw whose master runs back past the coupling position: it stands from one cycle to the
+/// next.
+fn is_instant_stop(before: &SlaveSignals, now: &SlaveSignals) -> bool {
+    before.state == AxisStatus::SynchronizedMotion
+        && matches!(
+            now.state,
+            AxisStatus::Standstill | AxisStatus::DiscreteMotion
+        )
+        && now.velocity == Some(0.0)
+}
+
+/// Every command that a slave may get: by its program, or by an event.
+fn commands_to<'a>(
+    slave: &'a SlaveConfig,
+    receiver: &'a ReceiverConfig,
+    events: &'a [Event],
+) -> impl Iterator<Item = &'a Command> {
+    let of_program = slave.steps.iter().filter_map(|step| step.command.as_ref());
+    let of_events = events.iter().filter_map(move |event| match &event.what {
+        Happening::Command(commanded) if event.node == receiver.name => match &commanded.order {
+            CommandOrder::Slave(order) if order.slave.as_str() == slave.name.as_str() => {
+                Some(&order.command)
+            }
+            CommandOrder::Slave(_) | CommandOrder::Far(_) => None,
+        },
+        _ => None,
+    });
+    of_program.chain(of_events)
+}
+
+fn may_stop_instantly(command: &Command) -> bool {
+    let mode = match command {
+        Command::GearInPos(command) => command.sync_mode,
+        Command::GearInVelo(command) => command.sync_mode,
+        _ => return false,
+    };
+    mode.mask.contains(SyncMask::INSTANT_STOP_ON_ROLLBACK)
+}
+
+impl From<SetValueBound> for Invariant {
+    fn from(bound: SetValueBound) -> Self {
+        match bound {
+            SetValueBound::Finite => Self::Finite,
+            SetValueBound::Velocity => Self::Velocity,
+            SetValueBound::Acceleration => Self::Acceleration,
+            SetValueBound::Jerk => Self::Jerk,
+            SetValueBound::SoftwareLimit => Self::SoftwareLimit,
+        }
+    }
+}
