@@ -44,6 +44,11 @@ impl<E> EventQueue<E> {
         self.heap.len()
     }
 
+    /// All of them, in no order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &E> {
+        self.slots.iter().flatten()
+    }
+
     pub(crate) fn next_at(&self) -> Option<Instant<True>> {
         self.heap.peek().map(|Reverse((at, _, _))| *at)
     }

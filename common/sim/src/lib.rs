@@ -17,6 +17,7 @@ mod observer;
 mod oracle;
 mod set_values;
 mod setup;
+mod traffic;
 mod true_time;
 mod world;
 
@@ -27,5 +28,6 @@ pub use observer::{CycleSeen, Observer};
 pub use oracle::{Oracle, Truth, TruthSample};
 pub use set_values::{Excess, SetValueBound, SetValueCheck, Shares};
 pub use setup::{Factory, LinkSetup, NodeSetup};
+pub use traffic::Traffic;
 pub use true_time::True;
 pub use world::World;

@@ -6,6 +6,7 @@ use coaxle_node::frame::KeySeal;
 use coaxle_node::{Channel, Message, Outgoing, Reader};
 
 use crate::setup::LinkSetup;
+use crate::traffic::LinkCounts;
 use crate::true_time::True;
 
 /// From a node that publishes to one that subscribes.
@@ -19,6 +20,7 @@ pub(crate) struct Link {
     reader: Reader,
     tampering: Vec<Tampering>,
     models: Vec<LinkModel>,
+    pub(crate) counts: LinkCounts,
 }
 
 impl Link {
@@ -39,6 +41,7 @@ impl Link {
             reader: setup.reader,
             tampering,
             models,
+            counts: LinkCounts::default(),
         }
     }
 
@@ -58,36 +61,63 @@ impl Link {
             reader,
             tampering,
             models,
+            counts,
             ..
         } = self;
+        counts.send();
         let sent = now.since_epoch();
-        tamper(tampering, sent, frame, &mut |frame| {
-            pass(models, sent, Span::ZERO, &mut |delay| {
-                reader.read(frame, |message| deliver(now + delay, message));
+        tamper(tampering, counts, sent, frame, &mut |frame| {
+            pass(models, counts, sent, Span::ZERO, &mut |delay| {
+                let mut messages = 0;
+                reader.read(frame, |message| {
+                    messages += 1;
+                    deliver(now + delay, message);
+                });
+                counts.became(messages);
             });
         });
     }
 }
 
 /// What becomes of a frame, by one hand after the other.
-fn tamper(tampering: &mut [Tampering], sent: Span, frame: &[u8], arrive: &mut dyn FnMut(&[u8])) {
+fn tamper(
+    tampering: &mut [Tampering],
+    counts: &LinkCounts,
+    sent: Span,
+    frame: &[u8],
+    arrive: &mut dyn FnMut(&[u8]),
+) {
     match tampering.split_first_mut() {
         None => arrive(frame),
         Some((first, others)) => {
-            first.pass(sent, frame, |frame| tamper(others, sent, frame, arrive));
+            let mut messages = 0;
+            first.pass(sent, frame, |frame| {
+                messages += 1;
+                tamper(others, counts, sent, frame, arrive);
+            });
+            counts.became(messages);
         }
     }
 }
 
 /// Through one model after the other. Each judges the message by when it was sent, not by what the
 /// models before it did, and their delays add up.
-fn pass(models: &mut [LinkModel], sent: Span, delayed: Span, arrive: &mut impl FnMut(Span)) {
+fn pass(
+    models: &mut [LinkModel],
+    counts: &LinkCounts,
+    sent: Span,
+    delayed: Span,
+    arrive: &mut impl FnMut(Span),
+) {
     match models.split_first_mut() {
         None => arrive(delayed),
         Some((model, others)) => {
+            let mut messages = 0;
             for delay in model.offer(sent) {
-                pass(others, sent, delayed + delay, arrive);
+                messages += 1;
+                pass(others, counts, sent, delayed + delay, arrive);
             }
+            counts.became(messages);
         }
     }
 }

@@ -9,6 +9,7 @@ use crate::invariants::{Violation, Watch};
 use crate::link::Link;
 use crate::observer::{CycleSeen, Observer};
 use crate::setup::{Factory, LinkSetup, NodeSetup};
+use crate::traffic::Traffic;
 use crate::true_time::True;
 
 /// Nodes and links in true time, which flows from event to event.
@@ -21,6 +22,9 @@ pub struct World<N> {
     frame: Vec<u8>,
     /// Buffers for messages under way.
     spare: Vec<KeptMessage>,
+    /// Messages so far that a node was given, and that nobody was.
+    delivered: u64,
+    dropped: u64,
 }
 
 struct SimulatedNode<N> {
@@ -69,6 +73,8 @@ impl<N: Node> World<N> {
             links: Vec::new(),
             frame: Vec::new(),
             spare: Vec::new(),
+            delivered: 0,
+            dropped: 0,
         }
     }
 
@@ -131,6 +137,27 @@ impl<N: Node> World<N> {
         self.nodes[index].clock.drift_ppm()
     }
 
+    /// What became of all messages so far.
+    #[must_use]
+    pub fn traffic(&self) -> Traffic {
+        let is_message = |event: &&Event| matches!(event, Event::Deliver { .. });
+        let waiting = self.nodes.iter().map(|node| match &node.state {
+            State::Stopped(_, waiting) => waiting.len() as u64,
+            State::Running(_) | State::Dead => 0,
+        });
+        let mut traffic = Traffic {
+            delivered: self.delivered,
+            dropped: self.dropped,
+            waiting: waiting.sum(),
+            under_way: self.queue.iter().filter(is_message).count() as u64,
+            ..Traffic::default()
+        };
+        for link in &self.links {
+            link.counts.add_to(&mut traffic);
+        }
+        traffic
+    }
+
     /// Lets true time flow until `end`.
     ///
     /// # Errors
@@ -156,8 +183,12 @@ impl<N: Node> World<N> {
 
     /// Ends a node at once, as a power cut does.
     pub fn kill(&mut self, node: usize) {
-        self.nodes[node].state = State::Dead;
-        self.nodes[node].orders.clear();
+        let simulated = &mut self.nodes[node];
+        if let State::Stopped(_, waiting) = &simulated.state {
+            self.dropped += waiting.len() as u64;
+        }
+        simulated.state = State::Dead;
+        simulated.orders.clear();
     }
 
     /// Sends an order to one of a node's slaves. It is executed in the node's next cycle, unless
@@ -247,8 +278,10 @@ impl<N: Node> World<N> {
                 if by.takes(index, &outgoing) {
                     by.seal.seal(outgoing.body, stamp, &mut self.frame);
                     let (queue, spare) = (&mut self.queue, &mut self.spare);
+                    let dropped = &mut self.dropped;
                     by.send(now, &self.frame, |at, message| {
                         if queue.len() >= MOST_UNDER_WAY {
+                            *dropped += 1;
                             return;
                         }
                         let message = kept(message, spare);
@@ -283,11 +316,15 @@ impl<N: Node> World<N> {
                 let at = simulated.clock.local_at(now);
                 node.receive(at, subscription, &message.get());
                 self.spare.push(message);
+                self.delivered += 1;
             }
             State::Stopped(_, waiting) if waiting.len() < MOST_WAITING => {
                 waiting.push((link, message));
             }
-            State::Stopped(..) | State::Dead => self.spare.push(message),
+            State::Stopped(..) | State::Dead => {
+                self.spare.push(message);
+                self.dropped += 1;
+            }
         }
     }
 }

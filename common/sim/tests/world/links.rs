@@ -2,7 +2,7 @@
 
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::{Arrived, Channel};
-use coaxle_sim::World;
+use coaxle_sim::{Traffic, World};
 
 use crate::toy::{BELT, Memory, SAW, Toy, at, belt_and_saw, link, link_of, run, toy};
 
@@ -104,6 +104,65 @@ fn frames_that_arrive_together_come_in_the_order_of_sending() {
     let expected = [(3_000, 0), (4_000, 1), (4_000, 2), (5_000, 3)];
     let expected = expected.map(|(at, count)| (local(at), count));
     assert_eq!(world.node(SAW).unwrap().counts(), expected);
+}
+
+#[test]
+fn every_message_is_delivered_lost_dropped_or_under_way() {
+    let rough = "latency-us = 2000\nloss = 0.2\nduplication = 0.3\nreorder = 0.3\nreorder-us = 50000\n\
+                 burst-loss = { begins = 0.01, ends = 0.1 }\npartitions = [{ at-s = 0.5, for-s = 0.2 }]";
+    let forged = "corruption = 0.1\nduplication = 0.1\n\
+                  forgeries = [{ at-s = 0.1, for-s = 3, what = 'noise', times = 2 }, \
+                  { at-s = 1, for-s = 0.5, what = 'first-again', instead = true }]";
+    let mut world = belt_and_saw("", "", &[rough, forged]);
+    let mut memory = Memory::default();
+    let mut largest = Traffic::default();
+    for step in 1..=400 {
+        match step {
+            100 | 300 => world.stop(SAW),
+            150 => world.resume(SAW),
+            200 | 320 => world.kill(SAW),
+            250 | 350 => world.start(SAW),
+            _ => {}
+        }
+        run(&mut world, 10_000 * step, &mut memory);
+        let traffic = world.traffic();
+        let Traffic {
+            sent,
+            added,
+            lost,
+            delivered,
+            dropped,
+            waiting,
+            under_way,
+        } = traffic;
+        assert_eq!(sent, memory.of(BELT).len() as u64);
+        assert_eq!(
+            sent + added,
+            lost + delivered + dropped + waiting + under_way,
+            "{traffic:?}"
+        );
+        largest.waiting = largest.waiting.max(waiting);
+        largest.under_way = largest.under_way.max(under_way);
+        largest = Traffic {
+            waiting: largest.waiting,
+            under_way: largest.under_way,
+            ..traffic
+        };
+    }
+    let Traffic {
+        added,
+        lost,
+        delivered,
+        dropped,
+        waiting,
+        under_way,
+        ..
+    } = largest;
+    let least = [added, lost, delivered, dropped].into_iter().min();
+    assert!(
+        least > Some(500) && waiting > 100 && under_way > 10,
+        "{largest:?}"
+    );
 }
 
 #[test]

@@ -1,0 +1,50 @@
+//! What became of all messages.
+
+use std::cell::Cell;
+
+/// The messages of all links so far. `sent + added` is the sum of all others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Sent, one for each link that takes it.
+    pub sent: u64,
+    /// Added on the way: repeated, forged, or several in one.
+    pub added: u64,
+    /// Lost on the way, replaced by others, or for nobody there.
+    pub lost: u64,
+    /// Given to a node.
+    pub delivered: u64,
+    /// Arrived at a node that is dead, or where more waited than there is room for.
+    pub dropped: u64,
+    /// Waiting for a node that is frozen.
+    pub waiting: u64,
+    /// Under way.
+    pub under_way: u64,
+}
+
+/// What one link did.
+#[derive(Debug, Default)]
+pub(crate) struct LinkCounts {
+    sent: Cell<u64>,
+    added: Cell<u64>,
+    lost: Cell<u64>,
+}
+
+impl LinkCounts {
+    pub(crate) fn send(&self) {
+        self.sent.update(|count| count + 1);
+    }
+
+    /// One message has become so many.
+    pub(crate) fn became(&self, messages: u64) {
+        match messages.checked_sub(1) {
+            None => self.lost.update(|count| count + 1),
+            Some(more) => self.added.update(|count| count + more),
+        }
+    }
+
+    pub(crate) fn add_to(&self, traffic: &mut Traffic) {
+        traffic.sent += self.sent.get();
+        traffic.added += self.added.get();
+        traffic.lost += self.lost.get();
+    }
+}
