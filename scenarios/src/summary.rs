@@ -83,6 +83,8 @@ pub struct ReceiverSummary {
     pub errors: u64,
     /// The last error's code, such as `0x4b52`; null if there was none.
     pub last_error: Option<String>,
+    /// Times a warning was raised.
+    pub warnings: u64,
     /// From the first data to the first cycle in sync, s; null if never.
     pub time_to_sync_s: Option<f64>,
     /// Beats counted at that moment.

@@ -70,6 +70,7 @@ pub(super) struct Judge {
     drift: DriftTruth,
     was_synced: bool,
     was_error: u16,
+    was_warning: u16,
     curves: Curves,
     summary: ReceiverSummary,
 }
@@ -116,6 +117,7 @@ impl Judge {
             drift: DriftTruth::default(),
             was_synced: false,
             was_error: 0,
+            was_warning: 0,
             curves: Curves::new(&view.name, mode, followed.unit.clone(), slaves),
             summary: ReceiverSummary {
                 mode,
@@ -281,6 +283,9 @@ impl Judge {
             summary.last_error = Some(format!("0x{:04x}", record.axis.error));
         }
         self.was_error = record.axis.error;
+        let warning = record.far.warning;
+        summary.warnings += u64::from(warning != 0 && warning != self.was_warning);
+        self.was_warning = warning;
     }
 
     /// Decides from when on the receiver is judged.

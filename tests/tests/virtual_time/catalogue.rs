@@ -24,6 +24,61 @@ fn every_scenario_meets_its_expectations() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
+/// Scenarios that raise something, and what for.
+const RAISES: &[(&str, &str)] = &[
+    ("drift-change", "a drift that changes by more than half"),
+    ("sender-restart", "a sender restarts"),
+    ("twin-sender", "a second sender of the same name"),
+    ("line-shaft", "the belt's node restarts"),
+    ("delay-step", "the delay steps, twice"),
+    ("delay-step-large", "likewise, by more"),
+    ("sender-stop-resume", "a sender is stopped for a while"),
+    ("hot-standby", "lines fall silent, standbys take over"),
+    ("saw-recovery", "a sender is frozen for a second"),
+    ("rollback-8", "a drive cannot stop within a cycle"),
+];
+
+#[test]
+fn a_clean_run_raises_nothing() {
+    let mut wrong = Vec::new();
+    for summary in RUNS.iter() {
+        let scenario = &summary.scenario;
+        let raised: Vec<_> = (summary.receivers.iter())
+            .flat_map(|(name, receiver)| raised(name, receiver))
+            .collect();
+        let is_meant = RAISES.iter().any(|(name, _)| name == scenario);
+        match (raised.is_empty(), is_meant) {
+            (false, false) => wrong.push(format!("{scenario}: {}", raised.join(", "))),
+            (true, true) => wrong.push(format!("{scenario} raises nothing: it is no exception")),
+            _ => {}
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// What a receiver had to tell of faults, once it was up.
+fn raised(name: &str, receiver: &ReceiverSummary) -> Vec<String> {
+    let far = &receiver.last.far;
+    let up = receiver.evaluated_from_s.unwrap_or(f64::INFINITY);
+    let after_start = |times: &[f64]| times.iter().filter(|at| **at > up).count() as u64;
+    let of_slaves = receiver.slaves.values().map(|slave| slave.errors).sum();
+    let counts = [
+        ("errors", receiver.errors),
+        ("warnings", receiver.warnings),
+        ("errors of slaves", of_slaves),
+        ("shifts", after_start(&receiver.shift_times_s)),
+        ("relocks", after_start(&receiver.relock_times_s)),
+        ("restarts", far.restarts),
+        ("take-overs", far.take_overs),
+        ("foreign frames", far.foreign_frames),
+        ("rejected frames", far.rejected),
+    ];
+    let raised = counts.iter().filter(|(_, count)| *count > 0);
+    raised
+        .map(|(what, count)| format!("{name} {count} {what}"))
+        .collect()
+}
+
 /// What a change of the structure must leave as it is. Where a change is meant, review the table and
 /// accept it.
 #[test]
