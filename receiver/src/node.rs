@@ -256,6 +256,7 @@ impl Receiver {
         shown.woke = now;
         let signals = &mut shown.signals.node;
         signals.cycle = self.tick.count;
+        signals.run = self.identity.epoch;
         signals.overruns = self.schedule.overruns();
         let TimeServerCounters { answered, dropped } = self.time_server.counters();
         signals.requests_answered = answered;

@@ -18,6 +18,8 @@ signals! {
     pub struct NodeSignals of Node {
         /// Cycle number, skipped ones counted.
         cycle: u64 [""],
+        /// This run of the node: the epoch in its frames.
+        run: u64 [""],
         /// Cycles skipped so far.
         overruns: u64 [""] last "cycles skipped",
         /// The node's own opinion of itself.
@@ -124,8 +126,13 @@ signals! {
         exchanges: u64 [""] last,
         /// Responses refused so far.
         responses_refused: u64 [""] last,
-        /// Accepted messages so far.
+        /// Accepted messages so far: in order, duplicates, late, waiting, dropped because of an overflow, or foreign.
         received: u64 [""] last,
+        /// Messages so far that were the newest of their run when their cycle took them in.
+        in_order: u64 [""],
+        /// Messages that there should be so far, by the sender's count: from the first of each run to the newest. They are
+        /// in order, late or lost.
+        expected: u64 [""],
         /// Missing messages so far, by the sender's count.
         lost: u64 [""] last "messages lost",
         /// Repeated messages so far.
@@ -134,6 +141,9 @@ signals! {
         late: u64 [""] last,
         /// Messages too old to use so far.
         stale: u64 [""] last,
+        /// Late messages so far from before the first of their run, or 64 and more behind the newest: none of those
+        /// expected, as they may be repeated.
+        outdated: u64 [""],
         /// Messages that have come and are not due yet: they came after the cycle ideally began.
         waiting: u32 [""],
         /// Messages dropped so far because more waited than there is room for.

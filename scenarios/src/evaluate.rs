@@ -21,7 +21,7 @@ use crate::curves::Curves;
 use crate::invariants::InvariantViolation;
 use crate::row::{Reference, RowSink};
 use crate::scenario::Scenario;
-use crate::summary::ReceiverSummary;
+use crate::summary::{ReceiverSummary, World};
 use crate::topology::Topology;
 use judge::{Judge, Source};
 use watch::ReceiverWatch;
@@ -57,7 +57,8 @@ pub struct Evaluation {
     judges: Vec<Judge>,
     /// Which of them are the receiver's.
     of_receiver: Vec<std::ops::Range<usize>>,
-    clocks: Vec<Clock>,
+    /// The ids of the virtual axes of each receiver.
+    virtual_axes: Vec<Box<[u32]>>,
     /// One for each receiver.
     watches: Vec<ReceiverWatch>,
 }
@@ -69,27 +70,6 @@ pub(crate) struct Evaluated {
     pub(crate) receivers: Vec<(String, ReceiverSummary, Curves)>,
     /// What did not hold in every cycle.
     pub(crate) violations: Vec<InvariantViolation>,
-}
-
-/// A receiver as the clock of those who follow it, and of its own virtual axes.
-#[derive(Debug)]
-struct Clock {
-    /// The ids of its virtual axes.
-    axes: Box<[u32]>,
-    /// Its newest cycle.
-    count: u64,
-    /// How often it was started anew.
-    run: u64,
-}
-
-impl Clock {
-    fn new(config: &ReceiverConfig) -> Self {
-        Self {
-            axes: config.virtual_axes.iter().map(|a| a.id.get()).collect(),
-            count: 0,
-            run: 0,
-        }
-    }
 }
 
 /// A sender's axis that somebody follows, a receiver's virtual axis, or a receiver that somebody follows:
@@ -120,7 +100,12 @@ const CLOCK_ONLY: u32 = 0;
 impl Evaluation {
     /// Nothing evaluated yet; the run starts at `start`.
     #[must_use]
-    pub(crate) fn new(scenario: &Scenario, topology: &Topology, start: Instant<Reference>) -> Self {
+    pub(crate) fn new(
+        scenario: &Scenario,
+        topology: &Topology,
+        world: World,
+        start: Instant<Reference>,
+    ) -> Self {
         let mut masters = Vec::new();
         let mut judges = Vec::new();
         let senders = scenario.senders.len();
@@ -149,6 +134,10 @@ impl Evaluation {
             let sources = sources.collect();
             judges.push(Judge::new(config, sources, view));
         }
+        let virtual_axes = |receiver: &ReceiverConfig| {
+            let axes = receiver.virtual_axes.iter();
+            axes.map(|axis| axis.id.get()).collect()
+        };
         let of = |n: usize| {
             let views = topology.views();
             let first = views.partition_point(|view| view.receiver < n);
@@ -160,9 +149,9 @@ impl Evaluation {
             masters,
             judges,
             of_receiver: (0..scenario.receivers.len()).map(of).collect(),
-            clocks: scenario.receivers.iter().map(Clock::new).collect(),
+            virtual_axes: (scenario.receivers.iter()).map(virtual_axes).collect(),
             watches: (scenario.receivers.iter())
-                .map(|receiver| ReceiverWatch::new(receiver, &scenario.events))
+                .map(|receiver| ReceiverWatch::new(receiver, &scenario.events, world))
                 .collect(),
         }
     }
@@ -205,19 +194,18 @@ impl Evaluation {
 
     /// A receiver is the clock of those who follow it, and moves its virtual axes by it.
     fn clock_was(&mut self, receiver: usize, at_ns: i64, signals: &SignalRow) {
-        let clock = &mut self.clocks[receiver];
-        let count = signals.node.cycle;
-        clock.run += u64::from(count < clock.count);
-        clock.count = count;
         let sample = |axis| TruthSample {
             at: Instant::from_nanos(at_ns),
-            epoch: clock.run,
-            count,
+            epoch: signals.node.run,
+            count: signals.node.cycle,
             axis,
         };
         let (masters, node) = (&mut self.masters, self.senders + receiver);
         push(masters, node, CLOCK_ONLY, sample(Kinematics::default()));
-        for (id, axis) in clock.axes.iter().zip(&signals.virtual_axes) {
+        for (id, axis) in self.virtual_axes[receiver]
+            .iter()
+            .zip(&signals.virtual_axes)
+        {
             push(masters, node, *id, sample(truly(axis)));
         }
     }

@@ -33,6 +33,14 @@ pub enum Invariant {
     ErrorLatch,
     /// In error stop it comes to rest on no longer a way than its deceleration and jerk ask for.
     StoppingWay,
+    /// Within a run of the receiver the cycle number increases from row to row, and what is between was skipped, as it says.
+    Cycles,
+    /// A slave that has set values has them in every cycle from then on.
+    SetValues,
+    /// Another run of a far node, or another node, is followed only if it is counted.
+    Owner,
+    /// Every message of a far node is accounted for, once.
+    Messages,
 }
 
 impl Invariant {
@@ -50,23 +58,27 @@ impl Invariant {
             Self::Count => "count",
             Self::ErrorLatch => "error-latch",
             Self::StoppingWay => "stopping-way",
+            Self::Cycles => "cycles",
+            Self::SetValues => "set-values",
+            Self::Owner => "owner",
+            Self::Messages => "messages",
         }
     }
 }
 
-/// A slave or a far axis of a receiver, by their names.
+/// A slave, a far axis or a far node of a receiver, or the receiver itself, by their names.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Watched {
     /// The receiver.
     pub receiver: String,
-    /// The slave, or the far axis.
-    pub axis: String,
+    /// The slave, the far axis or the far node; none: the receiver itself.
+    pub part: Option<String>,
 }
 
 /// An invariant that did not hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InvariantViolation {
-    /// Of which slave or far axis.
+    /// Of what.
     pub of: Watched,
     /// What did not hold.
     pub invariant: Invariant,
@@ -87,7 +99,7 @@ pub struct Broken {
     pub cycle: u64,
     /// When, s after the start of the run.
     pub t_s: f64,
-    /// What there was: u, u/s, u/s² or u/s³ of a slave; of a far time s or a share.
+    /// What there was: u, u/s, u/s² or u/s³ of a slave; of a far time s or a share; of what is counted a number.
     pub value: f64,
 }
 
@@ -111,6 +123,9 @@ impl InvariantViolation {
         let mut expected = match invariant {
             Invariant::Finite => "a number".to_owned(),
             Invariant::FarTime => "later than the cycle before".to_owned(),
+            Invariant::Cycles | Invariant::Messages => format!("{limit}"),
+            Invariant::SetValues => "set values".to_owned(),
+            Invariant::Owner => format!("at least {limit}, as another one is followed"),
             _ => format!("at most {limit}"),
         };
         if *cycles > 1 {
@@ -120,7 +135,7 @@ impl InvariantViolation {
         }
         Verdict {
             receiver: of.receiver.clone(),
-            slave: Some(of.axis.clone()),
+            slave: of.part.clone(),
             field: format!("{name} at {t_s:.3} s, cycle {cycle},"),
             expected,
             received: json!(first.value),
@@ -135,7 +150,7 @@ impl InvariantViolation {
 pub struct Exception {
     /// The receiver.
     pub receiver: String,
-    /// One of its slaves; of a far time, one of its far axes.
+    /// One of its slaves; of a far time, one of its far axes; of messages, one of its far nodes.
     pub of: String,
     /// What does not hold.
     pub from: Vec<Invariant>,
@@ -145,8 +160,9 @@ pub struct Exception {
 
 impl Exception {
     fn covers(&self, violation: &InvariantViolation, invariant: Invariant) -> bool {
-        let Watched { receiver, axis } = &violation.of;
-        self.receiver == *receiver && self.of == *axis && violation.invariant == invariant
+        let Watched { receiver, part } = &violation.of;
+        let is_it = self.receiver == *receiver && Some(&self.of) == part.as_ref();
+        is_it && violation.invariant == invariant
     }
 }
 
@@ -202,7 +218,7 @@ mod tests {
         InvariantViolation {
             of: Watched {
                 receiver: "bypass".to_owned(),
-                axis: "saw".to_owned(),
+                part: Some("saw".to_owned()),
             },
             invariant,
             first: broken(3_214, 7_312.5),

@@ -18,6 +18,7 @@ use crate::event::{Event, Happening};
 use crate::finished::{Finished, Progress};
 use crate::row::RowSink;
 use crate::scenario::Scenario;
+use crate::summary;
 use crate::timeline::{What, changes_of};
 use crate::topology::Topology;
 use crate::verdict::Verdict;
@@ -36,7 +37,7 @@ pub fn run(
     let mut watcher = Watcher {
         senders: scenario.senders.len(),
         receivers: scenario.receivers.len(),
-        evaluation: Evaluation::new(scenario, &topology, Instant::EPOCH),
+        evaluation: Evaluation::new(scenario, &topology, summary::World::Virtual, Instant::EPOCH),
         sink,
         outcomes: vec![None; scenario.events.len()],
     };

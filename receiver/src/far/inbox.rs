@@ -14,14 +14,18 @@ use super::run::{Admission, RunChoice};
 use crate::arrivals::INBOX_CAPACITY;
 use crate::signals::FarNodeSignals;
 
-/// What became of the messages.
+/// What became of the messages. Each that was received is in order, a duplicate or late, was dropped, is foreign, or
+/// waits; of the first three some are stale.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counters {
     received: u64,
+    in_order: u64,
+    expected: u64,
     lost: u64,
     duplicates: u64,
     late: u64,
     stale: u64,
+    outdated: u64,
     overflow: u64,
     restarts: u64,
     rejected: RejectionCounters,
@@ -40,7 +44,8 @@ pub(crate) struct Inbox {
     sender: Option<Sender>,
     image: Option<FrameHeader>,
     counters: Counters,
-    /// Messages missing from earlier runs of the sender.
+    /// Messages of earlier runs of the sender: expected, and missing.
+    expected_before: u64,
     lost_before: u64,
 }
 
@@ -65,6 +70,7 @@ impl Inbox {
             sender: None,
             image: None,
             counters: Counters::default(),
+            expected_before: 0,
             lost_before: 0,
         }
     }
@@ -158,10 +164,13 @@ impl Inbox {
     pub(crate) fn show(&self, signals: &mut FarNodeSignals) {
         let counters = self.counters();
         signals.received = counters.received;
+        signals.in_order = counters.in_order;
+        signals.expected = counters.expected;
         signals.lost = counters.lost;
         signals.duplicates = counters.duplicates;
         signals.late = counters.late;
         signals.stale = counters.stale;
+        signals.outdated = counters.outdated;
         signals.waiting = self.waiting.len() as u32;
         signals.overflow = counters.overflow;
         signals.restarts = counters.restarts;
@@ -180,8 +189,11 @@ impl Inbox {
     }
 
     fn counters(&self) -> Counters {
-        let lost = self.sender.as_ref().map_or(0, |s| s.sequence.missing());
+        let sequence = self.sender.as_ref().map(|sender| &sender.sequence);
+        let expected = sequence.map_or(0, Sequence::expected);
+        let lost = sequence.map_or(0, Sequence::missing);
         Counters {
+            expected: self.expected_before.saturating_add(expected),
             lost: self.lost_before.saturating_add(lost),
             ..self.counters
         }
@@ -194,29 +206,31 @@ impl Inbox {
             return false;
         };
         let place = sender.sequence.place(count);
-        match place {
-            Place::Repeated => self.counters.duplicates += 1,
-            Place::Overtaken => self.counters.late += 1,
-            Place::Newest => {}
-        }
         let gate = &mut sender.gate;
-        let stale = |gate: &mut AgeGate| gate.judge(count, at, now) == Age::Stale;
-        if gate.as_mut().is_some_and(stale) {
-            self.counters.stale += 1;
-            return false;
+        let judge = |gate: &mut AgeGate| gate.judge(count, at, now) == Age::Stale;
+        let is_stale = gate.as_mut().is_some_and(judge);
+        let counters = &mut self.counters;
+        counters.outdated += u64::from(place == Place::Outdated);
+        counters.stale += u64::from(is_stale);
+        match place {
+            Place::Repeated => counters.duplicates += 1,
+            Place::Overtaken | Place::Outdated => counters.late += 1,
+            Place::Newest => counters.in_order += 1,
         }
-        if place == Place::Newest {
+        if place == Place::Newest && !is_stale {
             self.renew(header);
         }
-        place != Place::Repeated
+        place != Place::Repeated && !is_stale
     }
 
     /// The first message of a run that is followed from now on.
     fn follow(&mut self, at: Instant<Local>, header: &FrameHeader, now: Instant<Local>) {
         self.runs += 1;
-        if let Some(before) = &self.sender {
+        self.counters.in_order += 1;
+        if let Some(Sender { sequence, .. }) = &self.sender {
             self.counters.restarts += 1;
-            self.lost_before = self.lost_before.saturating_add(before.sequence.missing());
+            self.expected_before = self.expected_before.saturating_add(sequence.expected());
+            self.lost_before = self.lost_before.saturating_add(sequence.missing());
         }
         let mut gate = self
             .age_limit
@@ -255,6 +269,8 @@ enum Place {
     Newest,
     Overtaken,
     Repeated,
+    /// Nobody knows any more whether it has come before.
+    Outdated,
 }
 
 impl Sequence {
@@ -276,21 +292,25 @@ impl Sequence {
             return Place::Newest;
         }
         let behind = self.newest - count;
-        let bit = if behind < 64 { 1 << behind } else { 0 };
-        if count < self.first || bit == 0 || self.seen & bit != 0 {
-            return if behind == 0 || bit != 0 && self.seen & bit != 0 {
-                Place::Repeated
-            } else {
-                Place::Overtaken
-            };
+        if count < self.first || behind >= 64 {
+            return Place::Outdated;
+        }
+        let bit = 1 << behind;
+        if self.seen & bit != 0 {
+            return Place::Repeated;
         }
         self.seen |= bit;
         self.distinct += 1;
         Place::Overtaken
     }
 
+    /// From the first to the newest.
+    const fn expected(&self) -> u64 {
+        (self.newest - self.first).saturating_add(1)
+    }
+
     const fn missing(&self) -> u64 {
-        (self.newest - self.first).saturating_add(1) - self.distinct
+        self.expected() - self.distinct
     }
 }
 
@@ -368,6 +388,65 @@ mod tests {
         assert_eq!(counters.late, 1);
         assert_eq!(counters.lost, 2, "13 and 14");
         assert_eq!(counters.received, 6);
+    }
+
+    /// What of the messages is accounted for: of those received, and of those expected.
+    fn balance(inbox: &Inbox) -> [i64; 2] {
+        let counters = inbox.counters();
+        let (waiting, foreign) = (inbox.waiting.len() as u64, inbox.choice.foreign());
+        let gone = counters.overflow + foreign + waiting;
+        let taken = counters.in_order + counters.late;
+        let due = taken - counters.outdated + counters.lost;
+        let apart = |one: u64, other: u64| one as i64 - other as i64;
+        [
+            apart(counters.received, taken + counters.duplicates + gone),
+            apart(counters.expected, due),
+        ]
+    }
+
+    #[test]
+    fn every_message_is_accounted_for_whatever_comes() {
+        let mut inbox = inbox();
+        let mut random = coaxle_node::faults::Random::new(3);
+        let mut now = 0;
+        for cycle in 0..20_000_u64 {
+            now += 1_000;
+            // A run of 5 s, a silence of 20 ms, and the next one.
+            let (epoch, count) = (cycle / 5_000, cycle % 5_000);
+            for _ in 0..(random.uniform() * 4.0) as u64 {
+                let behind = (random.uniform().powi(4) * 200.0) as u64;
+                let late = (random.uniform() * 1_500.0) as i64;
+                let stray = u64::from(random.chance(0.01)) * 77;
+                if count >= 20 {
+                    store(
+                        &mut inbox,
+                        at(now + late),
+                        1 + epoch + stray,
+                        count.saturating_sub(behind),
+                    );
+                }
+            }
+            let _ = image(&mut inbox, at(now));
+            assert_eq!(balance(&inbox), [0, 0], "cycle {cycle}");
+        }
+        let counters = inbox.counters();
+        assert_eq!(counters.restarts, 3);
+        for seen in [
+            counters.in_order,
+            counters.lost,
+            counters.duplicates,
+            counters.late,
+            counters.stale,
+            counters.outdated,
+            inbox.choice.foreign(),
+        ] {
+            assert!(seen > 50, "{counters:?}");
+        }
+        for count in 0..2_000 {
+            store(&mut inbox, at(now), 4, 5_000 + count);
+        }
+        assert_eq!(balance(&inbox), [0, 0]);
+        assert!(inbox.counters().overflow > 900);
     }
 
     #[test]

@@ -215,9 +215,7 @@ const fn is_of_a_slave(health: Health) -> bool {
 
 fn changes_of_far(before: &FarNodeSignals, now: &FarNodeSignals) -> Vec<Note> {
     let mut notes = Vec::new();
-    if now.restarts > before.restarts {
-        notes.push(Note::new(Level::Warning, "the master's node has restarted"));
-    }
+    notes.extend(another_run(before, now));
     notes.extend(delay(before, now));
     notes.extend(orders(before, now));
     if now.warning != 0 && before.warning == 0 {
@@ -225,6 +223,18 @@ fn changes_of_far(before: &FarNodeSignals, now: &FarNodeSignals) -> Vec<Note> {
         notes.push(Note::new(Level::Warning, format!("warning {fault}")));
     }
     notes
+}
+
+/// That another run is followed: of the node itself, or of a second one of its name.
+fn another_run(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
+    if now.restarts <= before.restarts {
+        return None;
+    }
+    let mut text = "the master's node has restarted".to_owned();
+    if let (Some(before), Some(now)) = (before.epoch, now.epoch) {
+        text += &format!(": epoch {now} after {before}");
+    }
+    Some(Note::new(Level::Warning, text))
 }
 
 /// What orders have changed.
@@ -402,8 +412,10 @@ mod tests {
     fn each_change_is_told_once() {
         let mut warned = following(Health::Ok, StateName::Sync);
         warned.signals.far[0].warning = SyncWarning::DriftChangedSignificantly.code();
+        warned.signals.far[0].epoch = Some(7);
         let mut restarted = warned.clone();
         restarted.signals.far[0].restarts = 1;
+        restarted.signals.far[0].epoch = Some(8);
         let mut tripped = following(Health::DriveTripped, StateName::Time);
         tripped.faults[0].error = Some(SlaveError::Drive(DriveFault::FollowingError {
             following_error: 3.0,
@@ -431,7 +443,10 @@ mod tests {
                     Level::Warning,
                     "warning 0x0001: the drift changed by more than half"
                 ),
-                (Level::Warning, "the master's node has restarted"),
+                (
+                    Level::Warning,
+                    "the master's node has restarted: epoch 8 after 7"
+                ),
                 (
                     Level::Error,
                     "error 0x4b52: no new data for too long; set values in pt1 mode"

@@ -1,7 +1,9 @@
-//! A receiver's slaves and far axes, watched for what must hold in every cycle.
+//! A receiver, watched for what must hold in every cycle: itself, the nodes that it hears, its far axes and its slaves.
 
 mod axis;
+mod far_node;
 mod found;
+mod node;
 mod slave;
 
 use coaxle_receiver::{ReceiverConfig, SignalRow, SlaveConfig};
@@ -9,30 +11,34 @@ use coaxle_sim::Shares;
 
 use crate::event::Event;
 use crate::invariants::{InvariantViolation, Watched};
+use crate::summary::World;
 use axis::AxisWatch;
-use found::WatchedCycle;
+use far_node::FarNodeWatch;
+use node::NodeWatch;
 use slave::SlaveWatch;
 
 /// Watches a receiver.
 #[derive(Debug)]
 pub(super) struct ReceiverWatch {
     receiver: String,
-    /// Its newest cycle.
-    last: Option<u64>,
+    node: NodeWatch,
+    far: Vec<FarNodeWatch>,
     slaves: Vec<SlaveWatch>,
     axes: Vec<AxisWatch>,
 }
 
 impl ReceiverWatch {
     /// `events` are those of the whole scenario: of commands it counts what they may lead to.
-    pub(super) fn new(config: &ReceiverConfig, events: &[Event]) -> Self {
+    pub(super) fn new(config: &ReceiverConfig, events: &[Event], world: World) -> Self {
         let cycle_time = config.cycle_time_us.0.as_secs_f64();
         let slave = |slave: &SlaveConfig| SlaveWatch::new(slave, config, events);
         let axis = |((far, _, _), name)| AxisWatch::new(name, config.numbers_of(far), cycle_time);
+        let heard = config.heard_nodes().into_iter();
         let names = config.far_axis_names();
         Self {
             receiver: config.name.to_string(),
-            last: None,
+            node: NodeWatch::new(world),
+            far: heard.map(|heard| FarNodeWatch::new(heard.node)).collect(),
             slaves: config.slaves.iter().map(slave).collect(),
             axes: config.far_axes().zip(names).map(axis).collect(),
         }
@@ -40,12 +46,10 @@ impl ReceiverWatch {
 
     /// The next cycle, which ideally began so many s after the start of the run.
     pub(super) fn push(&mut self, t_s: f64, signals: &SignalRow) {
-        let number = signals.node.cycle;
-        let since = self.last.replace(number).and_then(|last| {
-            let passed = number.checked_sub(last)?;
-            u32::try_from(passed).ok().filter(|passed| *passed > 0)
-        });
-        let cycle = WatchedCycle { number, t_s, since };
+        let cycle = self.node.push(t_s, &signals.node);
+        for (watch, far) in self.far.iter_mut().zip(&signals.far) {
+            watch.push(&cycle, far);
+        }
         for (watch, slave) in self.slaves.iter_mut().zip(&signals.slaves) {
             watch.push(&cycle, slave);
         }
@@ -61,12 +65,15 @@ impl ReceiverWatch {
 
     /// What did not hold.
     pub(super) fn violations(&self) -> impl Iterator<Item = InvariantViolation> + '_ {
-        let slaves = self.slaves.iter().map(|slave| (&slave.name, &slave.found));
-        let axes = self.axes.iter().map(|axis| (&axis.name, &axis.found));
-        slaves.chain(axes).flat_map(|(axis, found)| {
+        let node = std::iter::once((None, &self.node.found));
+        let far = self.far.iter().map(|far| (Some(&far.name), &far.found));
+        let axes = (self.axes.iter()).map(|axis| (Some(&axis.name), &axis.found));
+        let slaves = (self.slaves.iter()).map(|slave| (Some(&slave.name), &slave.found));
+        let all = node.chain(far).chain(slaves).chain(axes);
+        all.flat_map(|(part, found)| {
             found.violations(Watched {
                 receiver: self.receiver.clone(),
-                axis: axis.clone(),
+                part: part.cloned(),
             })
         })
     }
@@ -85,13 +92,25 @@ mod tests {
 
     /// The invariants that rows break, a cycle apart.
     fn broken(rows: impl IntoIterator<Item = SignalRow>) -> Vec<Invariant> {
+        broken_in(World::Virtual, rows)
+    }
+
+    fn broken_in(world: World, rows: impl IntoIterator<Item = SignalRow>) -> Vec<Invariant> {
         let config: ReceiverConfig = parse("saw.toml", CONFIG).expect("a config");
-        let mut watch = ReceiverWatch::new(&config, &[]);
+        let mut watch = ReceiverWatch::new(&config, &[], world);
         for (cycle, mut row) in (1..).zip(rows) {
-            row.node.cycle = cycle;
+            row.node.cycle += cycle;
             watch.push(cycle as f64 * 1e-3, &row);
         }
         watch.violations().map(|found| found.invariant).collect()
+    }
+
+    /// The same of a far node.
+    fn broken_of_far(rows: impl IntoIterator<Item = FarNodeSignals>) -> Vec<Invariant> {
+        broken(
+            rows.into_iter()
+                .map(|far| row(SlaveSignals::default(), far)),
+        )
     }
 
     fn row(slave: SlaveSignals, far: FarNodeSignals) -> SignalRow {
@@ -109,6 +128,7 @@ mod tests {
             state,
             position: Some(position),
             velocity: Some(velocity),
+            acceleration: Some(0.0),
             ..SlaveSignals::default()
         };
         row(slave, FarNodeSignals::default())
@@ -135,21 +155,139 @@ mod tests {
         assert_eq!(broken(on), [Invariant::StoppingWay]);
     }
 
+    /// A far node whose run is followed as the n-th after the first.
+    fn used(epoch: u64, count: u64, restarts: u64) -> FarNodeSignals {
+        FarNodeSignals {
+            followed: true,
+            epoch: Some(epoch),
+            count: Some(count),
+            restarts,
+            ..FarNodeSignals::default()
+        }
+    }
+
     #[test]
     fn a_count_goes_back_with_another_run_only() {
-        let used = |used: &[(u64, u64)]| {
-            let row = |(epoch, count): &(u64, u64)| {
-                let far = FarNodeSignals {
-                    followed: true,
-                    epoch: Some(*epoch),
-                    count: Some(*count),
-                    ..FarNodeSignals::default()
-                };
-                row(SlaveSignals::default(), far)
-            };
-            broken(used.iter().map(row))
+        let used = |rows: &[(u64, u64, u64)]| {
+            let rows = rows.iter();
+            broken_of_far(rows.map(|(epoch, count, restarts)| used(*epoch, *count, *restarts)))
         };
-        assert_eq!(used(&[(1, 5), (1, 5), (1, 7), (2, 0), (2, 1)]), []);
-        assert_eq!(used(&[(1, 5), (1, 4)]), [Invariant::Count]);
+        let runs = [(1, 5, 0), (1, 5, 0), (1, 7, 0), (2, 0, 1), (2, 1, 1)];
+        assert_eq!(used(&runs), []);
+        assert_eq!(used(&[(1, 5, 0), (1, 4, 0)]), [Invariant::Count]);
+        // The first that is followed may have no axes: then the count shows it, and the image later.
+        assert_eq!(used(&[(1, 5, 0), (1, 5, 1), (2, 0, 1)]), []);
+    }
+
+    #[test]
+    fn another_run_is_followed_if_it_is_counted() {
+        let runs = |runs: &[(u64, u64)]| {
+            broken_of_far(
+                runs.iter()
+                    .map(|(epoch, restarts)| used(*epoch, 0, *restarts)),
+            )
+        };
+        assert_eq!(runs(&[(1, 0), (1, 0), (7, 1), (1, 2)]), []);
+        assert_eq!(runs(&[(1, 0), (7, 0)]), [Invariant::Owner]);
+        assert_eq!(runs(&[(1, 0), (7, 1), (1, 1)]), [Invariant::Owner]);
+    }
+
+    #[test]
+    fn a_receiver_that_was_started_anew_follows_whom_it_hears() {
+        let mut rows = [used(1, 90, 0), FarNodeSignals::default(), used(7, 0, 0)]
+            .map(|far| row(SlaveSignals::default(), far));
+        rows[1].node.run = 1;
+        rows[2].node.run = 1;
+        assert_eq!(broken(rows), []);
+    }
+
+    #[test]
+    fn another_node_is_followed_if_it_is_counted() {
+        let config = "name = 'saw'\ncycle-time-us = 1000\n[[far]]\nnode = 'a'\nstandby = ['b']";
+        let config: ReceiverConfig = parse("saw.toml", config).expect("a config");
+        let owners = |owners: &[(usize, u64)]| {
+            let mut watch = ReceiverWatch::new(&config, &[], World::Virtual);
+            for (cycle, (followed, take_overs)) in (1..).zip(owners) {
+                let mut row = SignalRow::new(&config);
+                row.node.cycle = cycle;
+                row.far[*followed].followed = true;
+                row.far
+                    .iter_mut()
+                    .for_each(|far| far.take_overs = *take_overs);
+                watch.push(0.0, &row);
+            }
+            let found = watch.violations().map(|found| found.invariant);
+            found.collect::<Vec<_>>()
+        };
+        assert_eq!(owners(&[(0, 0), (1, 1), (1, 1), (0, 2)]), []);
+        assert_eq!(owners(&[(0, 0), (1, 0)]), [Invariant::Owner]);
+    }
+
+    #[test]
+    fn every_message_is_accounted_for() {
+        let far = FarNodeSignals {
+            received: 28,
+            in_order: 10,
+            duplicates: 1,
+            late: 5,
+            stale: 3,
+            waiting: 4,
+            overflow: 5,
+            foreign_frames: 3,
+            expected: 20,
+            lost: 6,
+            outdated: 1,
+            ..FarNodeSignals::default()
+        };
+        assert_eq!(broken_of_far([far]), []);
+        let mut one_more = [far; 3];
+        one_more[0].received += 1;
+        one_more[1].lost += 1;
+        one_more[2].waiting -= 1;
+        for far in one_more {
+            assert_eq!(broken_of_far([far]), [Invariant::Messages]);
+        }
+    }
+
+    #[test]
+    fn cycles_that_are_not_there_were_skipped() {
+        // One cycle after another, and so many between.
+        let after = |world, between: u64, skipped: u64| {
+            let mut rows = [(); 2].map(|()| in_state(AxisStatus::Standstill, 0.0, 0.0));
+            rows[1].node.cycle = between;
+            rows[1].node.overruns = skipped;
+            broken_in(world, rows)
+        };
+        assert_eq!(after(World::Virtual, 0, 0), []);
+        assert_eq!(after(World::Virtual, 3, 3), []);
+        assert_eq!(after(World::Virtual, 3, 2), [Invariant::Cycles]);
+        assert_eq!(after(World::Virtual, 0, 1), [Invariant::Cycles]);
+        // A process may have shown less than it did.
+        assert_eq!(after(World::Processes, 3, 2), []);
+        assert_eq!(after(World::Processes, 3, 4), [Invariant::Cycles]);
+    }
+
+    #[test]
+    fn cycles_begin_anew_with_another_run_only() {
+        let again = |run: u64| {
+            let mut rows = [(); 3].map(|()| in_state(AxisStatus::Standstill, 0.0, 0.0));
+            rows[0].node.cycle = 70;
+            rows[0].node.run = 1;
+            (rows[1].node.run, rows[2].node.run) = (run, run);
+            broken(rows)
+        };
+        assert_eq!(again(2), []);
+        assert_eq!(again(1), [Invariant::Cycles]);
+    }
+
+    #[test]
+    fn a_slave_that_has_set_values_keeps_them() {
+        let without = || row(SlaveSignals::default(), FarNodeSignals::default());
+        let with = || in_state(AxisStatus::Standstill, 0.0, 0.0);
+        assert_eq!(broken([without(), without(), with(), with()]), []);
+        assert_eq!(broken([with(), without()]), [Invariant::SetValues]);
+        let mut some = with();
+        some.slaves[0].velocity = None;
+        assert_eq!(broken([some]), [Invariant::SetValues]);
     }
 }

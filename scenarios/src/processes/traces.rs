@@ -16,6 +16,7 @@ use crate::evaluate::{Evaluation, truth_of};
 use crate::finished::Finished;
 use crate::row::RowSink;
 use crate::scenario::Scenario;
+use crate::summary::World;
 use crate::topology::Topology;
 
 /// Judges every receiver cycle of all traces, in the order of time.
@@ -39,7 +40,12 @@ pub(super) fn evaluate(
         .chain(receivers.iter().flatten().map(|record| record.at_ns))
         .min()
         .context("no node left a trace")?;
-    let mut evaluation = Evaluation::new(scenario, topology, Instant::from_nanos(start));
+    let mut evaluation = Evaluation::new(
+        scenario,
+        topology,
+        World::Processes,
+        Instant::from_nanos(start),
+    );
     for step in in_order(&senders, &receivers) {
         match step {
             Step::Sender(sender, cycle) => {

@@ -21,6 +21,8 @@ pub(super) struct AxisWatch {
     line: Option<(StateName, u32, usize)>,
     /// The frame that was used last.
     used: Option<Used>,
+    /// Which node it is read from, and how many took over before.
+    owner: Option<(usize, u64)>,
     pub(super) found: Found,
 }
 
@@ -33,6 +35,7 @@ impl AxisWatch {
             check: FarTimeCheck::new(cycle_time),
             line: None,
             used: None,
+            owner: None,
             found: Found::default(),
         }
     }
@@ -53,6 +56,7 @@ impl AxisWatch {
         {
             self.found.add(cycle, Invariant::Finite, value, f64::MAX);
         }
+        self.watch_owner(cycle, node, far.take_overs);
         let used = Used::of(node, far);
         let before = std::mem::replace(&mut self.used, used);
         if let (Some(before), Some(used)) = (before, used)
@@ -90,6 +94,17 @@ impl AxisWatch {
             Some(FarTimeFault::Rate(rate)) => (Invariant::FarRate, rate.abs(), LARGEST_RATE_ERROR),
         };
         self.found.add(cycle, invariant, value, limit);
+    }
+
+    fn watch_owner(&mut self, cycle: &WatchedCycle, node: usize, take_overs: u64) {
+        let before = self.owner.replace((node, take_overs));
+        let Some((owner, before)) = before.filter(|_| cycle.since.is_some()) else {
+            return;
+        };
+        if owner != node && take_overs <= before {
+            let next = before + 1;
+            (self.found).add(cycle, Invariant::Owner, take_overs as f64, next as f64);
+        }
     }
 }
 

@@ -53,6 +53,12 @@ impl SlaveWatch {
             self.found.add(cycle, Invariant::Finite, value, f64::MAX);
         }
         let before = std::mem::replace(&mut self.before, *slave);
+        let had = cycle.since.and(before.position).is_some();
+        let has = [slave.position, slave.velocity, slave.acceleration].map(|value| value.is_some());
+        if has != [had || has[0]; 3] {
+            self.found
+                .add(cycle, Invariant::SetValues, f64::NAN, f64::NAN);
+        }
         self.watch_error_stop(cycle, &before, slave);
         let stops_now = self.stops_instantly && is_instant_stop(&before, slave);
         let (Some(check), Some(position)) = (&mut self.check, slave.position) else {

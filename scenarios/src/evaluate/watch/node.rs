@@ -1,0 +1,60 @@
+//! The receiver itself: its cycles.
+
+use coaxle_receiver::signals::NodeSignals;
+
+use super::found::{Found, WatchedCycle};
+use crate::invariants::Invariant;
+use crate::summary::World;
+
+/// Watches the cycles of a receiver.
+#[derive(Debug)]
+pub(super) struct NodeWatch {
+    /// Whether every cycle is shown: a process may leave out some when its telemetry is behind.
+    shows_all: bool,
+    /// The newest one.
+    last: Option<NodeSignals>,
+    pub(super) found: Found,
+}
+
+impl NodeWatch {
+    pub(super) fn new(world: World) -> Self {
+        Self {
+            shows_all: world == World::Virtual,
+            last: None,
+            found: Found::default(),
+        }
+    }
+
+    /// The next cycle, which ideally began so many s after the start of the run.
+    pub(super) fn push(&mut self, t_s: f64, node: &NodeSignals) -> WatchedCycle {
+        let number = node.cycle;
+        let last = self.last.replace(*node);
+        let last = last.filter(|last| last.run == node.run);
+        let since = last.and_then(|last| {
+            let passed = number.checked_sub(last.cycle)?;
+            u32::try_from(passed).ok().filter(|passed| *passed > 0)
+        });
+        let cycle = WatchedCycle { number, t_s, since };
+        if let Some(last) = last {
+            let next = executed(&last) + 1;
+            let is_next = match self.shows_all {
+                true => executed(node) == next,
+                false => executed(node) >= next,
+            };
+            if !is_next || node.overruns < last.overruns {
+                (self.found).add(
+                    &cycle,
+                    Invariant::Cycles,
+                    executed(node) as f64,
+                    next as f64,
+                );
+            }
+        }
+        cycle
+    }
+}
+
+/// How many cycles it executed before this one.
+const fn executed(node: &NodeSignals) -> i128 {
+    node.cycle as i128 - node.overruns as i128
+}
