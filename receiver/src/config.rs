@@ -15,6 +15,7 @@ mod virtual_axes;
 use std::path::Path;
 
 use coaxle_node::config::{ClockConfig, CycleMicros, RealTimeConfig, TransportConfig};
+use coaxle_node::faults::{WrongTerm, check_clock};
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use coaxle_node::{Channel, Intake, Reader};
@@ -72,6 +73,25 @@ impl ReceiverConfig {
         for slave in &mut self.slaves {
             slave.relative_to(folder);
         }
+        for far in &mut self.far {
+            far.relative_to(folder);
+        }
+        self.clock.relative_to(folder);
+    }
+
+    /// Reads the files that its clock and its faults name, as its start does.
+    ///
+    /// # Errors
+    /// [`WrongTerm`] names the field and the file.
+    pub fn check_files(&self) -> Result<(), WrongTerm> {
+        check_clock(&self.clock).map_err(|wrong| wrong.within("clock"))?;
+        for (n, far) in self.far.iter().enumerate() {
+            far.check_files().map_err(|wrong| match self.far.len() {
+                1 => wrong,
+                _ => wrong.within(&format!("far[{n}]")),
+            })?;
+        }
+        Ok(())
     }
 
     /// The axis id of the n-th slave.

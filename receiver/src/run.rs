@@ -47,6 +47,8 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     for note in config.notes() {
         tracing::warn!("{}: {note}", node.file());
     }
+    let named = config.check_files();
+    named.map_err(|wrong| ConfigError::field(&node.file(), wrong.field(), wrong.reason()))?;
     if node.check {
         build(
             &node.file(),

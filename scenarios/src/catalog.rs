@@ -70,6 +70,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
 pub const FAULTS: &[(&str, &str)] = catalogue![
     "faults/drift",
     "faults/wander",
+    "faults/terms",
     "faults/jitter",
     "faults/corruption",
     "faults/repetition",

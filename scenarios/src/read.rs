@@ -7,6 +7,7 @@ use std::path::Path;
 use coaxle_host::fields_of;
 use coaxle_node::CommandOrder;
 use coaxle_node::config::{ConfigError, Unit, from_table};
+use coaxle_node::faults::{WrongTerm, check_link};
 use coaxle_node::keys::NodeName;
 use coaxle_receiver::{Drives, ReceiverConfig, SlaveConfig};
 use coaxle_sender::config::ShownAxes;
@@ -33,6 +34,7 @@ pub(crate) fn scenario(file: &str, table: toml::Table) -> Result<Scenario, Confi
         for receiver in &mut scenario.receivers {
             receiver.relative_to(folder);
         }
+        scenario.network.relative_to(folder);
     }
     let topology = Topology::of(&scenario).map_err(|wrong| wrong.in_file(file))?;
     tell_units(&mut scenario, &topology);
@@ -245,11 +247,18 @@ fn check_exception(
 /// Every node must be able to start: its parameters are checked where they are used.
 fn check_nodes(scenario: &Scenario, file: &str) -> Result<(), ConfigError> {
     let start = coaxle_clock::Instant::EPOCH;
+    let wrong_file = |wrong: WrongTerm| ConfigError::field(file, wrong.field(), wrong.reason());
+    let network = check_link(&scenario.network);
+    network.map_err(|wrong| wrong_file(wrong.within("network")))?;
     for (n, sender) in scenario.senders.iter().enumerate() {
+        let files = sender.check_files();
+        files.map_err(|wrong| wrong_file(wrong.within(&format!("sender[{n}]"))))?;
         coaxle_sender::Sender::new(sender, start, 0)
             .map_err(|wrong| ConfigError::field(file, format!("sender[{n}]"), wrong))?;
     }
     for (n, receiver) in scenario.receivers.iter().enumerate() {
+        let files = receiver.check_files();
+        files.map_err(|wrong| wrong_file(wrong.within(&format!("receiver[{n}]"))))?;
         coaxle_receiver::Receiver::with_drives(receiver, Drives::simulated(), start, 0)
             .map_err(|wrong| ConfigError::field(file, format!("receiver[{n}]"), wrong))?;
     }

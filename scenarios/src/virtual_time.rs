@@ -84,10 +84,10 @@ fn judge_commands(scenario: &Scenario, outcomes: &[Option<CommandOutcome>]) -> V
 fn populate(scenario: &Scenario) -> anyhow::Result<World<AnyNode>> {
     let mut world = World::new();
     for config in &scenario.senders {
-        world.add_node(sender(scenario, config)?);
+        world.add_node(sender(scenario, config)?)?;
     }
     for config in &scenario.receivers {
-        world.add_node(receiver(scenario, config)?);
+        world.add_node(receiver(scenario, config)?)?;
     }
     for name in scenario.twins() {
         let senders = scenario.senders.iter();
@@ -102,11 +102,11 @@ fn populate(scenario: &Scenario) -> anyhow::Result<World<AnyNode>> {
         setup.seed = seed_of(setup.seed, TWIN);
         let build = setup.build;
         setup.build = Box::new(move |start, run| build(start, FIRST_RUN_OF_TWIN + run));
-        let twin = world.add_node(setup);
+        let twin = world.add_node(setup)?;
         // Until its event.
         world.kill(twin);
     }
-    connect(&mut world, scenario);
+    connect(&mut world, scenario)?;
     Ok(world)
 }
 
@@ -150,7 +150,7 @@ fn receiver(scenario: &Scenario, config: &ReceiverConfig) -> anyhow::Result<Node
 }
 
 /// Every way between two nodes: as their wiring says, which real processes subscribe by.
-fn connect(world: &mut World<AnyNode>, scenario: &Scenario) {
+fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()> {
     let wirings = scenario.wirings();
     let first_twin = scenario.senders.len() + scenario.receivers.len();
     for way in wiring::links(&wirings) {
@@ -188,8 +188,9 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) {
                 (scenario.network.clone(), seed("network")),
                 (faults.clone(), seed("link")),
             ],
-        });
+        })?;
     }
+    Ok(())
 }
 
 fn run_in_steps<S: RowSink>(

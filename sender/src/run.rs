@@ -23,6 +23,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let mut config: SenderConfig = args.load()?;
     config.relative_to(args.folder());
     config.transport = args.transport(&config.name, &config.transport)?;
+    config.check_files().with_context(|| args.file())?;
     if args.check {
         build(&args.file(), &config, Instant::EPOCH, 0)?;
         return args.say_ok().map(|()| Exit::Done);

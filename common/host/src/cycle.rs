@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::Node;
 use coaxle_node::config::ClockConfig;
-use coaxle_node::faults::{CycleJitter, DeviatedClock, seed_of};
+use coaxle_node::faults::{CycleJitter, DeviatedClock, WrongTerm, seed_of};
 use rtrb::Producer;
 
 use crate::commands::OrderQueue;
@@ -45,16 +45,21 @@ pub(crate) struct NodeClock {
 
 impl NodeClock {
     /// The clock that reads zero at `origin`.
-    pub(crate) fn new(config: &ClockConfig, seed: u64, origin: Instant<Machine>) -> Self {
-        Self {
-            deviated: DeviatedClock::new(config, seed_of(seed, "clock"), origin),
+    pub(crate) fn new(
+        config: &ClockConfig,
+        seed: u64,
+        origin: Instant<Machine>,
+    ) -> Result<Self, WrongTerm> {
+        Ok(Self {
+            deviated: DeviatedClock::new(config, seed_of(seed, "clock"), origin)?,
             jitter: CycleJitter::new(config, seed_of(seed, "jitter")),
-        }
+        })
     }
 
-    /// The clock that reads zero in a moment.
-    pub(crate) fn starting_soon(config: &ClockConfig, seed: u64) -> Self {
-        Self::new(config, seed, machine::now() + RUN_UP)
+    /// The same clock, but that it reads zero in a moment.
+    pub(crate) fn starting_soon(mut self) -> Self {
+        self.deviated.start_at(machine::now() + RUN_UP);
+        self
     }
 
     /// When a node with this clock has its first cycle.
@@ -212,7 +217,7 @@ mod tests {
         let (records, telemetry) = telemetry(node.snapshot(), usize::MAX, arrived);
         let cycle = Cycle {
             node,
-            clock: NodeClock::new(&config, 1, Instant::EPOCH),
+            clock: NodeClock::new(&config, 1, Instant::EPOCH).unwrap(),
             mailboxes: vec![mailbox],
             orders,
             outbox,
@@ -355,7 +360,7 @@ mod tests {
         let start = machine::now();
         let run_for = Span::from_millis(30);
         let mut timed = bench("");
-        timed.cycle.clock = NodeClock::starting_soon(&ClockConfig::default(), 1);
+        timed.cycle.clock = timed.cycle.clock.starting_soon();
         timed
             .cycle
             .run(&limits(Some(run_for)), &AtomicBool::new(false));

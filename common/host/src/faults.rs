@@ -3,7 +3,7 @@
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
 use coaxle_node::config::LinkConfig;
-use coaxle_node::faults::{Deliveries, LinkModel, Tampering};
+use coaxle_node::faults::{Deliveries, LinkModel, Tampering, WrongTerm};
 use coaxle_node::wiring::far_link_seed;
 
 use crate::machine::{self, Machine};
@@ -17,20 +17,23 @@ pub(crate) struct Faults {
 
 impl Faults {
     /// What is laid over the frames of `key`. `far` is the number of the followed node that the link is to.
+    ///
+    /// # Errors
+    /// A file that its delay names cannot be used.
     pub(crate) fn new(
         config: &LinkConfig,
         seed: u64,
         key: &str,
         channel: Channel,
         far: usize,
-    ) -> Self {
+    ) -> Result<Self, WrongTerm> {
         let any = *config != LinkConfig::default();
         let seed = far_link_seed(seed, "link", channel, far);
-        Self {
+        Ok(Self {
             tampering: Tampering::new(config, seed, key),
-            link: any.then(|| LinkModel::new(config, seed)),
+            link: any.then(|| LinkModel::new(config, seed)).transpose()?,
             start: machine::now(),
-        }
+        })
     }
 
     /// The delays after which a frame that is handed over at `at` arrives.

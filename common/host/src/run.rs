@@ -174,6 +174,8 @@ where
     let identity = identity(&setup, epoch);
     let node = (setup.build)(NodeClock::first_cycle(&setup.clock), epoch)
         .with_context(|| format!("cannot build node {}", setup.name))?;
+    let clock = NodeClock::new(&setup.clock, setup.seed, Instant::EPOCH)
+        .with_context(|| format!("cannot build node {}: clock", setup.name))?;
     let counters = Arc::new(Counters::default());
     let transport: Arc<dyn Transport> = tokio::select! {
         opened = opening => Arc::new(opened?),
@@ -219,8 +221,7 @@ where
     };
     let wishes = Wishes {
         real_time: setup.real_time,
-        clock: setup.clock,
-        seed: setup.seed,
+        clock,
         run_for: setup.run_for,
     };
     let cycle = start_cycle(with_clock, wishes, &panic_watch)?;

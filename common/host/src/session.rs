@@ -117,7 +117,7 @@ impl Session {
                 far: publication.far,
                 seal: KeySeal::new(&key),
                 publisher,
-                faults: Faults::new(&publication.faults, seed, &key, channel, publication.far),
+                faults: Faults::new(&publication.faults, seed, &key, channel, publication.far)?,
             });
         }
         Ok(channels)
@@ -138,7 +138,7 @@ impl Session {
         let mut reception = Reception {
             carries_axes: channel.carries_axes(),
             reader: subscription.reader.clone(),
-            faults: Faults::new(&subscription.faults, seed, &key, channel, far),
+            faults: Faults::new(&subscription.faults, seed, &key, channel, far)?,
             inbox,
             contact: Arc::clone(&contact),
             counters,

@@ -9,7 +9,7 @@ use std::time::Duration;
 use anyhow::{Context, anyhow, bail};
 use coaxle_clock::Span;
 use coaxle_node::Node;
-use coaxle_node::config::{ClockConfig, RealTimeConfig};
+use coaxle_node::config::RealTimeConfig;
 use tokio::sync::oneshot;
 
 use crate::commands::CommandServer;
@@ -60,8 +60,7 @@ pub(crate) fn start_telemetry<S: Send + 'static>(
 /// How the cycle is to run.
 pub(crate) struct Wishes {
     pub(crate) real_time: RealTimeConfig,
-    pub(crate) clock: ClockConfig,
-    pub(crate) seed: u64,
+    pub(crate) clock: NodeClock,
     pub(crate) run_for: Option<Span>,
 }
 
@@ -90,7 +89,7 @@ pub(crate) fn start_cycle<N: Node>(
         let denied = real_time::apply(&wishes.real_time);
         // A thread that nobody waits for any more may still run.
         let _ = now_running.send(denied);
-        let cycle = with_clock(NodeClock::starting_soon(&wishes.clock, wishes.seed));
+        let cycle = with_clock(wishes.clock.starting_soon());
         let limits = Limits {
             run_for: wishes.run_for,
             spin: Span::from_micros(i64::from(wishes.real_time.spin_us)),

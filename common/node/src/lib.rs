@@ -12,6 +12,7 @@ pub mod faults;
 pub mod saw_file;
 pub mod signal;
 pub mod text_file;
+mod two_columns;
 pub mod wiring;
 
 pub use arrival::{Arrival, Arrived};

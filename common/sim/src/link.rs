@@ -1,7 +1,7 @@
 //! A link: one subscription, and what the network does to its messages.
 
 use coaxle_clock::{Instant, Span};
-use coaxle_node::faults::{LinkModel, Tampering};
+use coaxle_node::faults::{LinkModel, Tampering, WrongTerm};
 use coaxle_node::frame::KeySeal;
 use coaxle_node::{Channel, Message, Outgoing, Reader};
 
@@ -24,14 +24,14 @@ pub(crate) struct Link {
 }
 
 impl Link {
-    pub(crate) fn new(setup: LinkSetup) -> Self {
+    pub(crate) fn new(setup: LinkSetup) -> Result<Self, WrongTerm> {
         let behaviour = || setup.behaviour.iter();
         let models = behaviour().map(|(config, seed)| LinkModel::new(config, *seed));
         let tampering = behaviour();
         let tampering =
             tampering.filter_map(|(config, seed)| Tampering::new(config, *seed, &setup.key));
-        let (models, tampering) = (models.collect(), tampering.collect());
-        Self {
+        let (models, tampering) = (models.collect::<Result<_, _>>()?, tampering.collect());
+        Ok(Self {
             from: setup.from,
             channel: setup.channel,
             far: setup.far,
@@ -42,7 +42,7 @@ impl Link {
             tampering,
             models,
             counts: LinkCounts::default(),
-        }
+        })
     }
 
     /// Whether it takes what the node `from` publishes there.

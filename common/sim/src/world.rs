@@ -1,7 +1,7 @@
 //! Nodes on drifting clocks, links between them, one event queue.
 
 use coaxle_clock::{Instant, Span};
-use coaxle_node::faults::{CycleJitter, DeviatedClock, seed_of};
+use coaxle_node::faults::{CycleJitter, DeviatedClock, WrongTerm, seed_of};
 use coaxle_node::{Channel, CommandOrder, KeptMessage, Message, Node};
 
 use crate::events::EventQueue;
@@ -79,11 +79,14 @@ impl<N: Node> World<N> {
     }
 
     /// Puts a node into the world and starts it. Gives its number.
-    pub fn add_node(&mut self, setup: NodeSetup<N>) -> usize {
+    ///
+    /// # Errors
+    /// [`WrongTerm`]: a file that its clock's drift names cannot be used.
+    pub fn add_node(&mut self, setup: NodeSetup<N>) -> Result<usize, WrongTerm> {
         let clock_seed = seed_of(setup.seed, "clock");
         let jitter_seed = seed_of(setup.seed, "jitter");
         self.nodes.push(SimulatedNode {
-            clock: DeviatedClock::new(&setup.clock, clock_seed, self.now),
+            clock: DeviatedClock::new(&setup.clock, clock_seed, self.now)?,
             jitter: CycleJitter::new(&setup.clock, jitter_seed),
             start_phase: setup.clock.start_phase(),
             name: setup.name,
@@ -97,16 +100,20 @@ impl<N: Node> World<N> {
         });
         let node = self.nodes.len() - 1;
         self.start(node);
-        node
+        Ok(node)
     }
 
     /// Connects a subscriber.
-    pub fn add_link(&mut self, setup: LinkSetup) {
+    ///
+    /// # Errors
+    /// [`WrongTerm`]: a file that its delay names cannot be used.
+    pub fn add_link(&mut self, setup: LinkSetup) -> Result<(), WrongTerm> {
         let (from, channel) = (setup.from, setup.channel);
-        self.links.push(Link::new(setup));
+        self.links.push(Link::new(setup)?);
         if let Some(node) = self.node_mut(from) {
             node.set_subscribed(channel, true);
         }
+        Ok(())
     }
 
     /// True time now.

@@ -1,6 +1,7 @@
 //! `[[far]]`: a node that is followed, how, and which of its axes.
 
 use std::fmt;
+use std::path::Path;
 
 use coaxle_axis::Modulo;
 use coaxle_clock::far_clock::DelaySource;
@@ -8,6 +9,7 @@ use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::Channel;
 use coaxle_node::command::FarDelay;
 use coaxle_node::config::{DelayMicros, LinkConfig, Positive, Unit};
+use coaxle_node::faults::{WrongTerm, check_link};
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, FilterMode};
 use serde::{Deserialize, Serialize};
@@ -61,6 +63,22 @@ pub struct FarConfig {
 }
 
 impl FarConfig {
+    /// Takes the files that its faults name by relative paths from `folder`.
+    pub(super) fn relative_to(&mut self, folder: &Path) {
+        self.faults.relative_to(folder);
+        if let Some(faults) = &mut self.request_faults {
+            faults.relative_to(folder);
+        }
+    }
+
+    /// Reads the files that its faults name.
+    pub(super) fn check_files(&self) -> Result<(), WrongTerm> {
+        check_link(&self.faults).map_err(|wrong| wrong.within("faults"))?;
+        let mut requests = self.request_faults.iter();
+        let requests = requests.try_for_each(check_link);
+        requests.map_err(|wrong| wrong.within("request-faults"))
+    }
+
     /// Faults laid over the time requests to it.
     #[must_use]
     pub fn faults_of_requests(&self) -> &LinkConfig {

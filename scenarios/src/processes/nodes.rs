@@ -74,6 +74,8 @@ fn write_configs(
 ) -> anyhow::Result<Vec<Child>> {
     let names: Vec<_> = topology.names().iter().chain(scenario.twins()).collect();
     let ways = wiring::links(&scenario.wirings());
+    // A node looks for files from where its config is, which is in another folder.
+    let here = std::env::current_dir().context("cannot tell the current folder")?;
     let mut children = Vec::new();
     for (n, name) in names.iter().enumerate() {
         // Those of one name share a config, but for where they are reached.
@@ -84,6 +86,7 @@ fn write_configs(
         let listen = || endpoints[n].clone();
         if let Some(config) = scenario.senders.iter().find(|s| s.name == **name) {
             let mut config = config.clone();
+            config.relative_to(&here);
             config.seed = scenario.seed_of(&config.name);
             config.transport = local(&config.transport, listen(), Vec::new());
             let path = write_toml(folder, &file, &config)?;
@@ -95,6 +98,7 @@ fn write_configs(
                 .filter(|way| way.to == n)
                 .map(|way| way.from)
                 .collect();
+            config.relative_to(&here);
             config.seed = scenario.seed_of(&config.name);
             // Those who ask this one connect to it themselves.
             let heard: Vec<_> = (config.heard_nodes().iter())

@@ -1,9 +1,13 @@
 //! A schedule: nodes, what is wrong with their clocks and links, what happens to them and what they are told,
 //! all from one seed, as the text of a scenario. For some seconds everything may go wrong; the rest is quiet.
 
+mod terms;
+
 use std::fmt::Write as _;
 
 use coaxle_node::faults::Random;
+
+use terms::Terms;
 
 /// When the last fault is over, s.
 const QUIET_FROM: f64 = 8.0;
@@ -20,6 +24,7 @@ pub const DURATION_S: f64 = QUIET_FROM + QUIET_FOR;
 pub fn of(seed: u64) -> String {
     let mut schedule = Schedule {
         random: Random::new(seed),
+        terms: Terms::new(seed),
         text: String::new(),
         events: String::new(),
     };
@@ -29,6 +34,7 @@ pub fn of(seed: u64) -> String {
 
 struct Schedule {
     random: Random,
+    terms: Terms,
     text: String,
     /// Tables of their own, behind those of the nodes.
     events: String,
@@ -113,6 +119,9 @@ impl Schedule {
                 ", steps = [{{ at-s = {}, phase-us = {phase:.1}, drift-ppm = {drift:.1} }}]",
                 self.moment(QUIET_FROM),
             );
+        }
+        if let Some(terms) = self.terms.of_drift() {
+            let _ = write!(clock, ", {terms}");
         }
         clock + " }\n"
     }
@@ -289,6 +298,7 @@ impl Schedule {
         }
         self.losses_and_delays(&mut faults);
         self.forgeries(&mut faults);
+        faults.extend(self.terms.of_delay());
         format!(
             "faults = {{ {}, faults-until-s = {QUIET_FROM} }}\n",
             faults.join(", ")

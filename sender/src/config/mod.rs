@@ -30,6 +30,7 @@ use std::path::Path;
 
 use coaxle_node::Channel;
 use coaxle_node::config::{ClockConfig, CycleMicros, RealTimeConfig, TransportConfig};
+use coaxle_node::faults::{WrongTerm, check_clock};
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
@@ -76,6 +77,15 @@ impl SenderConfig {
         for axis in &mut self.axes.0 {
             axis.relative_to(folder);
         }
+        self.clock.relative_to(folder);
+    }
+
+    /// Reads the files that its clock names, as its start does.
+    ///
+    /// # Errors
+    /// [`WrongTerm`] names the field and the file.
+    pub fn check_files(&self) -> Result<(), WrongTerm> {
+        check_clock(&self.clock).map_err(|wrong| wrong.within("clock"))
     }
 
     /// What it publishes and hears.

@@ -26,6 +26,7 @@ const CYCLES: usize = 10;
 pub(super) fn sender_config(data: &[u8]) -> Outcome {
     let mut config: SenderConfig = parse("sender.toml", text(data)?).map_err(told)?;
     config.relative_to(&root().join("sender/configs"));
+    config.check_files().map_err(told)?;
     let mut sender = Sender::new(&config, Instant::EPOCH, 1).map_err(told)?;
     let _ = config.columns();
     scan(&mut sender, &config.name, CYCLES);
@@ -36,6 +37,7 @@ pub(super) fn sender_config(data: &[u8]) -> Outcome {
 pub(super) fn receiver_config(data: &[u8]) -> Outcome {
     let mut config: ReceiverConfig = parse("receiver.toml", text(data)?).map_err(told)?;
     config.relative_to(&root().join("receiver/configs"));
+    config.check_files().map_err(told)?;
     let notes = config.notes();
     assert!(
         notes.iter().all(|note| note.lines().count() == 1),

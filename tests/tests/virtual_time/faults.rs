@@ -97,6 +97,22 @@ virtual_time faults`), which runs some more seeds of each every time, and 200 of
 
 A sender's wall clock is no fault: nothing reads a wall clock but log lines (`clippy.toml` refuses it everywhere else).
 
+Besides what has a name of its own, the drift of a node's clock and the delay of a link are sums of terms over the time since the
+start: `drift-terms-ppm = [...]` of `[clock]`, `delay-terms-us = [...]` of `[network]` and of `faults`, up to 16 each.
+
+| term | what it is |
+|--|--|
+| `{ constant = 3 }` | always the same |
+| `{ sine = { amplitude = 5, period-s = 60 } }`, `triangle` | around zero, beginning upwards; `phase = 0.25` begins a quarter later |
+| `{ pulse = { height = 200, period-s = 5, duty = 0.2 } }` | rectangular: `height` for the first fifth of each period, else 0; `phase` as above |
+| `{ step = { at-s = 10, by = -4 } }` | from then on; with `over-s = 20` evenly within that time, a ramp |
+| `{ uniform = { from = -1, to = 2 } }`, `{ exponential = 3 }`, `{ normal = 0.5 }` | noise, the latter two by mean and standard deviation: drawn for each message, for a clock every 10 ms |
+| `{ file = { path = 'drift.csv' } }` | two columns, seconds and value, on straight lines or with `between = 'held'` by steps; the first value before, the last one after. Relative to the file it is named in |
+
+A clock goes by pieces of 10 ms with the mean of its terms in each, so that what it reads is exact at their ends whatever edges lie
+within, and reading and asking when it reads that are inverses. Terms of a drift may come to 300 000 ppm in sum, noise with six standard
+deviations or twenty means: with all else no clock stands still.
+
 | `coaxle run` | injected | expected | seen |
 |--|--|--|--|
 ";

@@ -140,7 +140,7 @@ impl Stepped {
             network: network.clone(),
             cycle: Cycle {
                 node: toy,
-                clock: NodeClock::new(&clock, 1, Instant::EPOCH),
+                clock: NodeClock::new(&clock, 1, Instant::EPOCH).unwrap(),
                 mailboxes,
                 orders,
                 outbox,

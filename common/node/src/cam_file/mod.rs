@@ -13,7 +13,6 @@
 //!
 //! `docs/CAMS.md` describes the format with examples.
 
-mod csv;
 mod error;
 mod text;
 
@@ -28,6 +27,7 @@ pub use text::TableId;
 
 use crate::config::{ConfigError, from_table, parse_table};
 use crate::text_file;
+use crate::two_columns::Source;
 
 /// Most bytes of a cam file: longer tables are in CSV files.
 const MOST_BYTES: u64 = 4 << 20;
@@ -70,7 +70,7 @@ pub struct Table {
     /// How to find the positions between the rows.
     pub interpolation: Interpolation,
     /// The CSV file the rows come from, with the line of each.
-    source: Option<csv::Source>,
+    source: Option<Source>,
 }
 
 impl CamFile {

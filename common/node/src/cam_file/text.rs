@@ -6,8 +6,9 @@ use coaxle_curve::law::MotionLaw;
 use coaxle_plate::{Course, Interpolation, MotionPoint, PointType};
 use serde::Deserialize;
 
-use super::{CamFileError, Shape, Table, csv};
+use super::{CamFileError, Shape, Table};
 use crate::config::ConfigError;
+use crate::two_columns;
 
 /// The whole file.
 #[derive(Debug, Deserialize)]
@@ -167,7 +168,7 @@ impl TableText {
         let (rows, source) = match (&self.rows, &self.csv) {
             (Some(rows), None) => (rows.clone(), None),
             (None, Some(csv)) => {
-                let (rows, source) = csv::read(&folder.join(csv))?;
+                let (rows, source) = two_columns::read(&folder.join(csv), ["master", "slave"])?;
                 (rows, Some(source))
             }
             (rows, _) => {

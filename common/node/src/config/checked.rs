@@ -128,12 +128,17 @@ checked_number! {
 
 checked_number! {
     /// A drift, ppm: no clock is off by more than a tenth.
-    Ppm, "a number from -100000 to 100000", |n| (-1e5..=1e5).contains(&n)
+    Ppm, "a number from -100000 to 100000", |n| n.abs() <= Ppm::MOST
 }
 
 checked_number! {
     /// A random walk of a drift, ppm per √s.
     WalkPpm, "a number from 0 to 1000", |n| (0.0..=1e3).contains(&n)
+}
+
+impl Ppm {
+    /// The largest drift, ppm.
+    pub const MOST: f64 = 1e5;
 }
 
 impl DelayMicros {

@@ -1,9 +1,12 @@
 //! The clock a node runs on, and what is wrong with it on purpose.
 
+use std::path::Path;
+
 use coaxle_clock::Span;
 use serde::{Deserialize, Serialize};
 
 use super::checked::{FaultMicros, FaultSeconds, PeriodSeconds, Ppm, WalkPpm};
+use super::term::{Term, drift_terms};
 
 /// A deviation injected into a node's clock: linear, periodic, step, random walk, and jitter of
 /// its cycles. All zero by default: the machine's own quartz is bad enough in production.
@@ -20,6 +23,13 @@ pub struct ClockConfig {
     /// Changes of drift or phase at set times.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<DriftStep>,
+    /// What is added to the drift besides, ppm: a sum of terms, in pieces of 10 ms with the mean of each. Noise is drawn for
+    /// each piece.
+    #[serde(
+        deserialize_with = "drift_terms",
+        skip_serializing_if = "Vec::is_empty"
+    )]
+    pub drift_terms_ppm: Vec<Term<Ppm>>,
     /// Jitter of each wake-up around its ideal instant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jitter: Option<JitterConfig>,
@@ -28,6 +38,13 @@ pub struct ClockConfig {
 }
 
 impl ClockConfig {
+    /// Takes the files that its terms name by relative paths from `folder`, say the config's own.
+    pub fn relative_to(&mut self, folder: &Path) {
+        for term in &mut self.drift_terms_ppm {
+            term.relative_to(folder);
+        }
+    }
+
     /// How far the first cycle lies after the node's start.
     #[must_use]
     pub fn start_phase(&self) -> Span {

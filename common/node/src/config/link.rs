@@ -1,5 +1,7 @@
 //! What a link does to messages.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use coaxle_clock::Span;
@@ -7,6 +9,8 @@ use coaxle_clock::Span;
 use super::checked::{ChangeMicros, FaultMicros, FaultSeconds, Fraction, PeriodSeconds};
 use super::clock::JitterConfig;
 use super::forgery::Forgery;
+use super::list::at_most;
+use super::term::{MOST_TERMS, Term};
 
 /// A link's behaviour: the simulated network, or faults laid over a real one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -44,6 +48,13 @@ pub struct LinkConfig {
     /// Changes of the latency at set times.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub delay_steps: Vec<DelayStep>,
+    /// What is added to the delay besides, µs: a sum of terms, at the moment when a message is sent. Noise is drawn for each
+    /// message.
+    #[serde(
+        deserialize_with = "at_most::<MOST_TERMS, _, _>",
+        skip_serializing_if = "Vec::is_empty"
+    )]
+    pub delay_terms_us: Vec<Term<ChangeMicros>>,
     /// Times when nothing gets through.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub partitions: Vec<Partition>,
@@ -56,6 +67,13 @@ pub struct LinkConfig {
 }
 
 impl LinkConfig {
+    /// Takes the files that its terms name by relative paths from `folder`, say the config's own.
+    pub fn relative_to(&mut self, folder: &Path) {
+        for term in &mut self.delay_terms_us {
+            term.relative_to(folder);
+        }
+    }
+
     /// Whether messages sent `since_start` are lost, repeated, held back, damaged and hit by spikes yet.
     #[must_use]
     pub fn is_faulty(&self, since_start: Span) -> bool {

@@ -10,6 +10,7 @@ mod link;
 mod list;
 mod load;
 mod real_time;
+mod term;
 mod transport;
 mod unit;
 
@@ -24,5 +25,6 @@ pub use link::{BurstLossConfig, CorrelatedConfig, DelayStep, LinkConfig, Partiti
 pub use list::at_most;
 pub use load::{ConfigError, from_table, load, parse, parse_table};
 pub use real_time::RealTimeConfig;
+pub use term::{Between, Term, Wave};
 pub use transport::{TransportConfig, TransportMode};
 pub use unit::{Unit, WrongUnit};

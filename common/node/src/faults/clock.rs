@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use coaxle_clock::{Domain, Instant, Local, Span};
 
 use super::random::Random;
+use super::terms::{Terms, WrongTerm};
 use crate::config::{ClockConfig, DriftStep, JitterConfig};
 
 /// How finely a wandering drift is cut into straight pieces.
@@ -25,6 +26,7 @@ pub struct DeviatedClock<R: Domain> {
     origin: Instant<R>,
     /// Integral of the random walk, ppm.
     walk_ppm: f64,
+    terms: Terms,
     pieces: VecDeque<Piece>,
 }
 
@@ -70,18 +72,26 @@ impl Piece {
 }
 
 impl<R: Domain> DeviatedClock<R> {
-    /// The clock that reads zero at `origin`. Random parts are drawn from `seed`.
-    #[must_use]
-    pub fn new(config: &ClockConfig, seed: u64, origin: Instant<R>) -> Self {
+    /// The clock that reads zero at `origin`. Random parts are drawn from `seed`. Reads the files of terms.
+    ///
+    /// # Errors
+    /// [`WrongTerm`] names the term whose file cannot be used.
+    pub fn new(config: &ClockConfig, seed: u64, origin: Instant<R>) -> Result<Self, WrongTerm> {
         let mut clock = Self {
             config: config.clone(),
             random: Random::new(seed),
             origin,
             walk_ppm: 0.0,
+            terms: Terms::of_clock(config, seed)?,
             pieces: VecDeque::with_capacity(HISTORY),
         };
         clock.push_piece(Span::ZERO, Span::ZERO, 0.0);
-        clock
+        Ok(clock)
+    }
+
+    /// Takes a clock that nobody has read yet to another origin.
+    pub const fn start_at(&mut self, origin: Instant<R>) {
+        self.origin = origin;
     }
 
     /// What this clock reads at an instant of the reference. Instants may lie back by a few
@@ -161,7 +171,9 @@ impl<R: Domain> DeviatedClock<R> {
 
     /// Pieces end at every step, so that a step is exact.
     fn length_from(&self, start: Span) -> Span {
-        let wanders = self.config.random_walk_ppm.get() > 0.0 || self.config.sine.is_some();
+        let wanders = self.config.random_walk_ppm.get() > 0.0
+            || self.config.sine.is_some()
+            || !self.terms.is_constant();
         let piece = if wanders {
             WANDERING_PIECE
         } else {
@@ -193,6 +205,8 @@ impl<R: Domain> DeviatedClock<R> {
             self.walk_ppm += walk * length.as_secs_f64().sqrt() * self.random.normal();
         }
         let sum = self.config.drift_ppm.get() + steps + sine + self.walk_ppm;
+        let end = (start + length).as_secs_f64();
+        let sum = sum + self.terms.mean(start.as_secs_f64(), end);
         sum.clamp(-MOST_PPM, MOST_PPM)
     }
 }

@@ -3,6 +3,7 @@
 use coaxle_clock::Span;
 
 use super::random::Random;
+use super::terms::{Terms, WrongTerm};
 use crate::config::{BurstLossConfig, LinkConfig};
 
 /// A link's model. It never holds a message: it only says when each would arrive.
@@ -15,6 +16,7 @@ pub struct LinkModel {
     in_burst: bool,
     /// The correlated part of the newest delay, in standard deviations, and of when it is.
     correlated: Option<(Span, f64)>,
+    terms: Terms,
 }
 
 /// The delays after which a message arrives: none, one or two.
@@ -51,16 +53,19 @@ impl Iterator for Deliveries {
 }
 
 impl LinkModel {
-    /// A link that behaves as configured, with random parts drawn from `seed`.
-    #[must_use]
-    pub fn new(config: &LinkConfig, seed: u64) -> Self {
-        Self {
+    /// A link that behaves as configured, with random parts drawn from `seed`. Reads the files of terms.
+    ///
+    /// # Errors
+    /// [`WrongTerm`] names the term whose file cannot be used.
+    pub fn new(config: &LinkConfig, seed: u64) -> Result<Self, WrongTerm> {
+        Ok(Self {
             config: config.clone(),
             random: Random::new(seed),
             newest: Span::from_nanos(i64::MIN),
             in_burst: false,
             correlated: None,
-        }
+            terms: Terms::of_link(config, seed)?,
+        })
     }
 
     /// What becomes of a message sent `since_start`. Messages are offered in the order they were
@@ -120,7 +125,8 @@ impl LinkModel {
             _ => 0.0,
         };
         let correlated = self.correlated_us(since_start);
-        let micros = self.config.latency_us.get() + steps + jitter + spike + correlated;
+        let terms = self.terms.at(since_start.as_secs_f64());
+        let micros = self.config.latency_us.get() + steps + jitter + spike + correlated + terms;
         Span::from_micros_f64(micros.max(0.0))
     }
 

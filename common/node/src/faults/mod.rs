@@ -9,8 +9,10 @@ mod random;
 #[cfg(test)]
 mod statistics;
 mod tampering;
+mod terms;
 
 pub use clock::{CycleJitter, DeviatedClock};
 pub use link::{Deliveries, LinkModel};
 pub use random::{Random, link_seed, seed_of};
 pub use tampering::Tampering;
+pub use terms::{WrongTerm, check_clock, check_link};

@@ -7,7 +7,7 @@ use crate::toy::{Memory, Seen, at, run, toy};
 
 fn cycles(clock: &str, micros: i64) -> (World<crate::toy::Toy>, Vec<Seen>) {
     let mut world = World::new();
-    world.add_node(toy("belt", clock, &[]));
+    world.add_node(toy("belt", clock, &[])).expect("no files");
     let mut memory = Memory::default();
     run(&mut world, micros, &mut memory);
     (world, memory.cycles)
@@ -62,7 +62,7 @@ fn a_phase_step_brings_the_next_cycles_forward() {
 #[test]
 fn time_flows_up_to_the_end_without_it() {
     let mut world = World::new();
-    world.add_node(toy("belt", "", &[]));
+    world.add_node(toy("belt", "", &[])).expect("no files");
     let mut memory = Memory::default();
     run(&mut world, 2_000, &mut memory);
     assert_eq!((memory.cycles.len(), world.now()), (2, at(2_000)));
@@ -78,7 +78,7 @@ fn nodes_take_their_cycles_in_the_order_of_true_time() {
         ("b", "start-phase-us = 100"),
         ("c", ""),
     ] {
-        world.add_node(toy(name, clock, &[]));
+        world.add_node(toy(name, clock, &[])).expect("no files");
     }
     let mut memory = Memory::default();
     run(&mut world, 500_000, &mut memory);

@@ -8,8 +8,8 @@ use crate::toy::{Memory, Wrong, at, toy, wrong_toy};
 /// What comes of a node that does something wrong beside one that does not.
 fn run_with(wrong: Wrong) -> (Result<(), Violation>, Memory) {
     let mut world = World::new();
-    world.add_node(toy("good", "", &[]));
-    world.add_node(wrong_toy("bad", wrong));
+    world.add_node(toy("good", "", &[])).expect("no files");
+    world.add_node(wrong_toy("bad", wrong)).expect("no files");
     let mut memory = Memory::default();
     let result = world.run_until(at(10_000), &mut memory);
     (result, memory)
@@ -49,7 +49,9 @@ fn each_way_of_breaking_it_is_noticed_in_the_cycle_it_happens() {
 #[test]
 fn a_node_that_would_catch_up_with_a_burst_is_noticed() {
     let mut world = World::new();
-    let node = world.add_node(wrong_toy("bad", Wrong::CatchesUp));
+    let node = world
+        .add_node(wrong_toy("bad", Wrong::CatchesUp))
+        .expect("no files");
     let mut memory = Memory::default();
     // Frozen over the start of its first cycle, it wakes late.
     world.stop(node);
@@ -67,7 +69,7 @@ fn a_node_that_would_catch_up_with_a_burst_is_noticed() {
 #[test]
 fn a_node_that_was_started_anew_may_count_anew() {
     let mut world = World::new();
-    let node = world.add_node(toy("saw", "", &[]));
+    let node = world.add_node(toy("saw", "", &[])).expect("no files");
     let mut memory = Memory::default();
     world.run_until(at(5_500), &mut memory).unwrap();
     world.kill(node);

@@ -58,16 +58,28 @@ fn each_model_has_numbers_of_its_own() {
 #[test]
 fn a_frame_goes_to_all_who_subscribe_to_its_channel_and_to_nobody_else() {
     let mut world = World::new();
-    let belt = world.add_node(toy("belt", "", &[Channel::Axes, Channel::Slaves]));
-    let others = ["a", "b", "c", "d"].map(|name| world.add_node(toy(name, "", &[Channel::Axes])));
-    world.add_link(link(belt, others[0], &[]));
-    world.add_link(link(belt, others[1], &["latency-us = 10"]));
-    world.add_link(link_of(
-        Channel::Slaves,
-        belt,
-        others[2],
-        &["latency-us = 20"],
-    ));
+    let belt = world
+        .add_node(toy("belt", "", &[Channel::Axes, Channel::Slaves]))
+        .expect("no files");
+    let others = ["a", "b", "c", "d"].map(|name| {
+        world
+            .add_node(toy(name, "", &[Channel::Axes]))
+            .expect("no files")
+    });
+    world
+        .add_link(link(belt, others[0], &[]))
+        .expect("no files");
+    world
+        .add_link(link(belt, others[1], &["latency-us = 10"]))
+        .expect("no files");
+    world
+        .add_link(link_of(
+            Channel::Slaves,
+            belt,
+            others[2],
+            &["latency-us = 20"],
+        ))
+        .expect("no files");
     run(&mut world, 1_000, &mut Memory::default());
     let received = |index| {
         let counts = world.node(index).unwrap().counts();
@@ -186,13 +198,15 @@ fn who_sends_no_stamps_still_stamps_what_carries_no_axes() {
     let mut world = World::new();
     let mut setup = toy("belt", "", &[Channel::Axes, Channel::TimeResponses]);
     setup.send_stamps = false;
-    let belt = world.add_node(setup);
+    let belt = world.add_node(setup).expect("no files");
     let (axes, responses) = (
-        world.add_node(toy("a", "", &[])),
-        world.add_node(toy("b", "", &[])),
+        world.add_node(toy("a", "", &[])).expect("no files"),
+        world.add_node(toy("b", "", &[])).expect("no files"),
     );
-    world.add_link(link(belt, axes, &[]));
-    world.add_link(link_of(Channel::TimeResponses, belt, responses, &[]));
+    world.add_link(link(belt, axes, &[])).expect("no files");
+    world
+        .add_link(link_of(Channel::TimeResponses, belt, responses, &[]))
+        .expect("no files");
     run(&mut world, 1_000, &mut Memory::default());
     let stamps = |index| world.node(index).unwrap().send_stamps();
     assert_eq!(stamps(axes), [None]);

@@ -9,15 +9,19 @@ use crate::toy::{BELT, Memory, SAW, link, run, seeded};
 fn received(belt_seed: u64, link_seed: u64) -> String {
     let clock = "random-walk-ppm = 5\njitter = { normal-us = 10 }";
     let mut world = World::new();
-    world.add_node(seeded("belt", belt_seed, clock, &[Channel::Axes]));
-    world.add_node(seeded("saw", 2, clock, &[]));
+    world
+        .add_node(seeded("belt", belt_seed, clock, &[Channel::Axes]))
+        .expect("no files");
+    world
+        .add_node(seeded("saw", 2, clock, &[]))
+        .expect("no files");
     let mut link = link(
         BELT,
         SAW,
         &["jitter = { exponential-us = 50 }\nloss = 0.1\nduplication = 0.1"],
     );
     link.behaviour[0].1 = link_seed;
-    world.add_link(link);
+    world.add_link(link).expect("no files");
     run(&mut world, 300_000, &mut Memory::default());
     format!("{:?}", world.node(SAW).expect("it lives").received)
 }

@@ -229,9 +229,13 @@ pub(crate) fn link_of(channel: Channel, from: usize, to: usize, behaviour: &[&st
 /// A belt whose axes a saw receives, over links of these behaviours.
 pub(crate) fn belt_and_saw(belt: &str, saw: &str, behaviour: &[&str]) -> World<Toy> {
     let mut world = World::new();
-    let belt = world.add_node(toy("belt", belt, &[Channel::Axes]));
-    let saw = world.add_node(toy("saw", saw, &[]));
-    world.add_link(link(belt, saw, behaviour));
+    let belt = world
+        .add_node(toy("belt", belt, &[Channel::Axes]))
+        .expect("no files");
+    let saw = world.add_node(toy("saw", saw, &[])).expect("no files");
+    world
+        .add_link(link(belt, saw, behaviour))
+        .expect("no files");
     world
 }
 

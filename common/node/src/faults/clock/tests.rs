@@ -1,7 +1,9 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::config::{FaultMicros, FaultSeconds, PeriodSeconds, Ppm, SineConfig, WalkPpm, parse};
+use crate::config::{
+    FaultMicros, FaultSeconds, Fraction, PeriodSeconds, Ppm, SineConfig, Term, WalkPpm, Wave, parse,
+};
 use crate::faults::statistics::{assert_distributed, assert_moments, normal};
 
 enum Reference {}
@@ -13,7 +15,7 @@ type Clock = DeviatedClock<Reference>;
 
 fn clock(config: &str) -> Clock {
     let config = parse("test", config).unwrap();
-    Clock::new(&config, 7, Instant::EPOCH)
+    Clock::new(&config, 7, Instant::EPOCH).unwrap()
 }
 
 fn at(secs: f64) -> Instant<Reference> {
@@ -57,7 +59,7 @@ fn a_phase_step_jumps_ahead_once() {
 #[test]
 fn it_reads_zero_at_its_origin() {
     let config = parse("test", "drift-ppm = 100").unwrap();
-    let mut clock = Clock::new(&config, 7, at(3.0));
+    let mut clock = Clock::new(&config, 7, at(3.0)).unwrap();
     assert_eq!(clock.local_at(at(3.0)), Instant::EPOCH);
     assert_eq!(clock.reference_at(Instant::EPOCH), at(3.0));
     let after = clock.local_at(at(4.0)).since_epoch();
@@ -88,7 +90,7 @@ fn walks(ppm: f64) -> [Vec<f64>; 3] {
     let config = parse("test", &format!("random-walk-ppm = {ppm}")).unwrap();
     let mut seen = [const { Vec::new() }; 3];
     for seed in 0..2_000 {
-        let mut clock = Clock::new(&config, seed, Instant::EPOCH);
+        let mut clock = Clock::new(&config, seed, Instant::EPOCH).unwrap();
         let deviation = deviation_us(&mut clock, 2.0);
         let first = clock.drift_ppm();
         let _ = clock.local_at(at(4.0));
@@ -122,6 +124,92 @@ fn a_random_walk_has_independent_normal_steps() {
 }
 
 #[test]
+fn terms_have_their_closed_forms_at_the_ends_of_pieces() {
+    type Form = fn(f64) -> f64;
+    // What the drift adds up to, µs: at the ends of pieces it is exact, whatever edges lie within.
+    let forms: [(&str, Form); 5] = [
+        ("{ sine = { amplitude = 10, period-s = 4 } }", |t| {
+            10.0 * 4.0 / core::f64::consts::TAU * (1.0 - (t * core::f64::consts::FRAC_PI_2).cos())
+        }),
+        ("{ triangle = { amplitude = 10, period-s = 4 } }", |t| {
+            // Parabolas, up for half a period and down for the other.
+            let passed = t.rem_euclid(4.0);
+            let hump = |u: f64| {
+                if u < 1.0 {
+                    5.0 * u * u
+                } else {
+                    10.0 - 5.0 * (2.0 - u).powi(2)
+                }
+            };
+            if passed < 2.0 {
+                hump(passed)
+            } else {
+                hump(4.0 - passed)
+            }
+        }),
+        (
+            "{ pulse = { height = 10, period-s = 0.0073, duty = 0.5 } }",
+            |t| {
+                let (whole, rest) = ((t / 0.0073).floor(), t.rem_euclid(0.0073));
+                10.0 * (0.00365 * whole + rest.min(0.00365))
+            },
+        ),
+        ("{ step = { at-s = 1.234, by = 10 } }", |t| {
+            10.0 * (t - 1.234).max(0.0)
+        }),
+        ("{ step = { at-s = 1.234, by = 10, over-s = 2 } }", |t| {
+            let passed = (t - 1.234).max(0.0);
+            if passed < 2.0 {
+                2.5 * passed * passed
+            } else {
+                10.0 * (passed - 1.0)
+            }
+        }),
+    ];
+    for (term, form) in forms {
+        let mut clock = clock(&format!("drift-terms-ppm = [{term}]"));
+        for k in 1..200 {
+            let secs = 0.05 * f64::from(k);
+            let (deviation, expected) = (deviation_us(&mut clock, secs), form(secs));
+            let off = (deviation - expected).abs();
+            assert!(
+                off < 0.002,
+                "{term} at {secs} s: {deviation}, expected {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn noise_of_the_drift_is_white() {
+    let config = parse("test", "drift-terms-ppm = [{ normal = 30 }]").unwrap();
+    let deviations = (0..2_000).map(|seed| {
+        let mut clock = Clock::new(&config, seed, Instant::EPOCH).unwrap();
+        deviation_us(&mut clock, 4.0)
+    });
+    let deviations: Vec<_> = deviations.collect();
+    // 400 pieces of 10 ms, each off by 0.3 µs.
+    assert_moments(&deviations, 0.0, 0.3 * 20.0);
+    assert_distributed(&deviations, |x| normal(x, 6.0));
+}
+
+#[test]
+fn the_largest_drift_of_all_stops_no_clock() {
+    let config = "drift-ppm = -1e5\nsine = { amplitude-ppm = 1e5, period-s = 3 }\n\
+                  drift-terms-ppm = [{ constant = -1e5 }, { triangle = { amplitude = 1e5, period-s = 2 } }, \
+                  { exponential = -5000 }]\nrandom-walk-ppm = 1000";
+    let mut clock = clock(config);
+    let mut last = clock.local_at(at(0.0));
+    for k in 1..20_000 {
+        let reference = at(0.001 * f64::from(k));
+        let local = clock.local_at(reference);
+        assert!(local - last >= Span::from_micros(499), "{reference:?}");
+        assert!((clock.reference_at(local) - reference).abs() <= NANOSECOND * 2);
+        last = local;
+    }
+}
+
+#[test]
 fn wake_ups_miss_their_instants_as_configured() {
     let config = parse("test", "jitter = { normal-us = 20 }").unwrap();
     let mut jitter = CycleJitter::new(&config, 3);
@@ -147,21 +235,53 @@ fn steps() -> impl Strategy<Value = Vec<DriftStep>> {
     prop::collection::vec(step, 0..5)
 }
 
+/// Terms of every kind but files.
+fn terms() -> impl Strategy<Value = Vec<Term<Ppm>>> {
+    let ppm = || (-100.0..100.0f64).prop_map(|ppm| Ppm::new(ppm).unwrap());
+    let secs = || (0.0..30.0f64).prop_map(|secs| FaultSeconds::new(secs).unwrap());
+    let period = || (1e-3..60.0f64).prop_map(|period| PeriodSeconds::new(period).unwrap());
+    let share = || (0.0..=1.0f64).prop_map(|share| Fraction::new(share).unwrap());
+    let wave = || {
+        (ppm(), period(), share()).prop_map(|(amplitude, period_s, phase)| Wave {
+            amplitude,
+            period_s,
+            phase,
+        })
+    };
+    let pulse = (ppm(), period(), share(), share());
+    let term = prop_oneof![
+        ppm().prop_map(Term::Constant),
+        wave().prop_map(Term::Sine),
+        wave().prop_map(Term::Triangle),
+        pulse.prop_map(|(height, period_s, duty, phase)| Term::Pulse {
+            height,
+            period_s,
+            duty,
+            phase
+        }),
+        (secs(), ppm(), secs()).prop_map(|(at_s, by, over_s)| Term::Step { at_s, by, over_s }),
+        (ppm(), ppm()).prop_map(|(from, to)| Term::Uniform { from, to }),
+        ppm().prop_map(Term::Exponential),
+        ppm().prop_map(Term::Normal),
+    ];
+    prop::collection::vec(term, 0..4)
+}
+
 /// Every way in which a clock deviates, alone and together.
 fn deviations() -> impl Strategy<Value = ClockConfig> {
     let sine = prop::option::of((0.0..300.0f64, 0.05..100.0f64));
     let walk = prop_oneof![Just(0.0), 0.0..10.0f64];
-    (-1000.0..1000.0f64, walk, sine, steps()).prop_map(|(drift_ppm, walk, sine, steps)| {
-        ClockConfig {
-            drift_ppm: Ppm::new(drift_ppm).unwrap(),
-            random_walk_ppm: WalkPpm::new(walk).unwrap(),
-            sine: sine.map(|(amplitude_ppm, period)| SineConfig {
-                amplitude_ppm: Ppm::new(amplitude_ppm).unwrap(),
-                period_s: PeriodSeconds::new(period).unwrap(),
-            }),
-            steps,
-            ..ClockConfig::default()
-        }
+    let all = (-1000.0..1000.0f64, walk, sine, steps(), terms());
+    all.prop_map(|(drift_ppm, walk, sine, steps, terms)| ClockConfig {
+        drift_ppm: Ppm::new(drift_ppm).unwrap(),
+        random_walk_ppm: WalkPpm::new(walk).unwrap(),
+        sine: sine.map(|(amplitude_ppm, period)| SineConfig {
+            amplitude_ppm: Ppm::new(amplitude_ppm).unwrap(),
+            period_s: PeriodSeconds::new(period).unwrap(),
+        }),
+        steps,
+        drift_terms_ppm: terms,
+        ..ClockConfig::default()
     })
 }
 
@@ -185,7 +305,7 @@ proptest! {
         config in deviations(),
         instants in instants(),
     ) {
-        let mut clock = Clock::new(&config, 3, Instant::EPOCH);
+        let mut clock = Clock::new(&config, 3, Instant::EPOCH).unwrap();
         for reference in instants.into_iter().map(at) {
             let local = clock.local_at(reference);
             let back = clock.reference_at(local);
@@ -198,7 +318,7 @@ proptest! {
         config in deviations(),
         instants in instants(),
     ) {
-        let mut clock = Clock::new(&config, 3, Instant::EPOCH);
+        let mut clock = Clock::new(&config, 3, Instant::EPOCH).unwrap();
         for secs in instants {
             let local = Instant::EPOCH + Span::from_secs_f64(secs);
             let reference = clock.reference_at(local);
@@ -221,7 +341,7 @@ proptest! {
         instants in instants(),
         passed in 1..30_000_000i64,
     ) {
-        let mut clock = Clock::new(&config, 3, Instant::EPOCH);
+        let mut clock = Clock::new(&config, 3, Instant::EPOCH).unwrap();
         for reference in instants.into_iter().map(at) {
             let passed = Span::from_nanos(passed);
             let local = clock.local_at(reference + passed) - clock.local_at(reference);
@@ -246,9 +366,9 @@ proptest! {
         config in deviations(),
         instants in instants(),
     ) {
-        let mut asked_often = Clock::new(&config, 3, Instant::EPOCH);
+        let mut asked_often = Clock::new(&config, 3, Instant::EPOCH).unwrap();
         for reference in instants.into_iter().map(at) {
-            let mut asked_once = Clock::new(&config, 3, Instant::EPOCH);
+            let mut asked_once = Clock::new(&config, 3, Instant::EPOCH).unwrap();
             prop_assert_eq!(asked_often.local_at(reference), asked_once.local_at(reference));
         }
     }
@@ -260,7 +380,7 @@ proptest! {
         secs in 0.0..40.0f64,
     ) {
         let config = ClockConfig { drift_ppm: Ppm::new(drift).unwrap(), steps, ..ClockConfig::default() };
-        let mut clock = Clock::new(&config, 3, Instant::EPOCH);
+        let mut clock = Clock::new(&config, 3, Instant::EPOCH).unwrap();
         let passed = at(secs).since_epoch();
         let gained = |drift_ppm: f64, passed: Span| drift_ppm * passed.as_nanos() as f64 * 1e-9;
         let steps: f64 = config

@@ -9,7 +9,7 @@ use crate::faults::statistics::{
 const COUNT: i64 = 20_000;
 
 fn link(config: &str) -> LinkModel {
-    LinkModel::new(&parse("test", config).unwrap(), 11)
+    LinkModel::new(&parse("test", config).unwrap(), 11).unwrap()
 }
 
 fn millis(k: i64) -> Span {
@@ -48,6 +48,44 @@ fn jitter_is_added_to_the_latency_as_distributed() {
     let uniforms = delays("latency-us = 50\njitter = { uniform-us = 40 }");
     assert_moments(&uniforms, 70.0, 40.0 / 12f64.sqrt());
     assert_distributed(&uniforms, |x| uniform(x, 50.0, 90.0));
+}
+
+#[test]
+fn terms_add_to_the_delay_at_the_moment_of_sending() {
+    let mut link = link(
+        "latency-us = 100\ndelay-terms-us = [{ triangle = { amplitude = 40, period-s = 8 } }, \
+         { pulse = { height = 500, period-s = 4, duty = 0.25, phase = 0.5 } }, { step = { at-s = 6, by = -1000 } }]",
+    );
+    for (secs, expected) in [
+        (0, 100),
+        (1, 120),
+        (2, 640),
+        (3, 120),
+        (5, 80),
+        (6, 0),
+        (10, 0),
+    ] {
+        let delays: Vec<_> = link.offer(Span::from_secs(secs)).collect();
+        assert_eq!(delays, [Span::from_micros(expected)], "{secs}");
+    }
+    let noisy = delays("latency-us = 500\ndelay-terms-us = [{ normal = 20 }]");
+    assert_moments(&noisy, 500.0, 20.0);
+    assert_distributed(&noisy, |x| normal(x - 500.0, 20.0));
+}
+
+#[test]
+fn terms_do_not_shift_the_numbers_of_other_faults() {
+    let config = "jitter = { normal-us = 20 }\nlatency-us = 500";
+    let plain = delays(config);
+    let shifted = delays(&format!(
+        "{config}\ndelay-terms-us = [{{ constant = 50 }}, {{ uniform = {{ from = 0, to = 0 }} }}]"
+    ));
+    assert!(
+        plain
+            .iter()
+            .zip(&shifted)
+            .all(|(plain, shifted)| (shifted - plain - 50.0).abs() < 0.002)
+    );
 }
 
 #[test]
@@ -186,7 +224,7 @@ fn a_seed_gives_the_same_fate_and_another_seed_another() {
     )
     .unwrap();
     let fates = |seed| {
-        let mut link = LinkModel::new(&config, seed);
+        let mut link = LinkModel::new(&config, seed).unwrap();
         (0..100).map(|k| link.offer(millis(k))).collect::<Vec<_>>()
     };
     assert_eq!(fates(1), fates(1));

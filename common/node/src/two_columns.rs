@@ -1,4 +1,4 @@
-//! Two-column tables as other programs export them.
+//! Two-column tables of numbers as other programs export them.
 
 use std::path::Path;
 
@@ -12,24 +12,27 @@ const MOST_ROWS: usize = 1_000_000;
 
 /// Where the rows of a table come from.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Source {
+pub(crate) struct Source {
     /// The CSV file.
-    pub(super) file: String,
+    pub(crate) file: String,
     /// The line of each row, from 1.
-    pub(super) lines: Vec<usize>,
+    pub(crate) lines: Vec<usize>,
 }
 
-/// Reads rows of a master and a slave position.
+/// The rows of a table, and where they come from.
+pub(crate) type Rows = (Vec<(f64, f64)>, Source);
+
+/// Reads rows of two numbers, which errors call by the names of `columns`.
 ///
 /// Columns are separated by `;`, tabs, `,` or spaces, whichever of these the first line has first.
 /// Where it is not `,` that separates, a decimal comma is understood. Empty lines and lines that
 /// begin with `#` are skipped, and so is a first line without any number: a header.
-pub(super) fn read(path: &Path) -> Result<(Vec<(f64, f64)>, Source), ConfigError> {
+pub(crate) fn read(path: &Path, columns: [&str; 2]) -> Result<Rows, ConfigError> {
     let text = text_file::read_table(path, MOST_BYTES)?;
-    parse(path.display().to_string(), &text)
+    parse(path.display().to_string(), &text, columns)
 }
 
-fn parse(file: String, text: &str) -> Result<(Vec<(f64, f64)>, Source), ConfigError> {
+fn parse(file: String, text: &str, columns: [&str; 2]) -> Result<Rows, ConfigError> {
     let text = text.trim_start_matches('\u{feff}');
     let mut filled = text
         .lines()
@@ -48,7 +51,7 @@ fn parse(file: String, text: &str) -> Result<(Vec<(f64, f64)>, Source), ConfigEr
             return Err(ConfigError::whole(&file, reason));
         }
         let row = separator
-            .row(line)
+            .row(line, columns)
             .map_err(|wrong| wrong.at(&file, number))?;
         rows.push(row);
         lines.push(number);
@@ -63,14 +66,19 @@ enum Separator {
 }
 
 /// What is wrong with a line.
-struct Wrong {
-    column: &'static str,
+struct Wrong<'a> {
+    /// Where it is, unless it is the whole line.
+    column: Option<&'a str>,
     reason: String,
 }
 
-impl Wrong {
+impl Wrong<'_> {
     fn at(self, file: &str, line: usize) -> ConfigError {
-        ConfigError::field(file, format!("line {line}{}", self.column), self.reason)
+        let place = match self.column {
+            Some(column) => format!("line {line}, {column}"),
+            None => format!("line {line}"),
+        };
+        ConfigError::field(file, place, self.reason)
     }
 }
 
@@ -88,21 +96,19 @@ impl Separator {
             .all(|cell| self.number(cell).is_none())
     }
 
-    fn row(self, line: &str) -> Result<(f64, f64), Wrong> {
+    fn row<'a>(self, line: &str, columns: [&'a str; 2]) -> Result<(f64, f64), Wrong<'a>> {
         let cells = self.cells(line);
-        let [master, slave] = cells[..] else {
+        let [first, second] = columns;
+        let [left, right] = cells[..] else {
             return Err(Wrong {
-                column: "",
+                column: None,
                 reason: format!(
-                    "received {} columns, expected 2: master and slave",
+                    "received {} columns, expected 2: {first} and {second}",
                     cells.len()
                 ),
             });
         };
-        Ok((
-            self.value(", master", master)?,
-            self.value(", slave", slave)?,
-        ))
+        Ok((self.value(first, left)?, self.value(second, right)?))
     }
 
     fn cells(self, line: &str) -> Vec<&str> {
@@ -112,9 +118,9 @@ impl Separator {
         }
     }
 
-    fn value(self, column: &'static str, cell: &str) -> Result<f64, Wrong> {
+    fn value<'a>(self, column: &'a str, cell: &str) -> Result<f64, Wrong<'a>> {
         self.number(cell).ok_or_else(|| Wrong {
-            column,
+            column: Some(column),
             reason: format!("received {cell:?}, expected a number"),
         })
     }
@@ -131,8 +137,10 @@ impl Separator {
 mod tests {
     use super::*;
 
+    const COLUMNS: [&str; 2] = ["master", "slave"];
+
     fn rows(text: &str) -> Result<Vec<(f64, f64)>, String> {
-        parse("t.csv".to_owned(), text)
+        parse("t.csv".to_owned(), text, COLUMNS)
             .map(|(rows, _)| rows)
             .map_err(|error| error.to_string())
     }
@@ -155,7 +163,7 @@ mod tests {
 
     #[test]
     fn rows_know_their_lines() {
-        let (_, source) = parse("t.csv".to_owned(), "# two\nm;s\n0;0\n\n1;1\n").unwrap();
+        let (_, source) = parse("t.csv".to_owned(), "# two\nm;s\n0;0\n\n1;1\n", COLUMNS).unwrap();
         assert_eq!(source.lines, [3, 5]);
     }
 

@@ -1,0 +1,146 @@
+//! A sum of terms over time: what a drift or a delay is made of.
+
+mod curve;
+mod table;
+
+use super::random::{Random, seed_of};
+use crate::config::{ClockConfig, ConfigError, LinkConfig, OutOfRange, Term};
+use curve::Curve;
+
+/// Terms, ready to be added up. Their noise is drawn from a stream of its own.
+#[derive(Clone, Debug)]
+pub(super) struct Terms {
+    curves: Vec<Curve>,
+    noises: Vec<Noise>,
+    random: Random,
+}
+
+/// What is drawn anew each time.
+#[derive(Clone, Copy, Debug)]
+enum Noise {
+    Uniform { from: f64, to: f64 },
+    Exponential(f64),
+    Normal(f64),
+}
+
+/// A term whose file cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{field}: {reason}")]
+pub struct WrongTerm {
+    field: String,
+    reason: ConfigError,
+}
+
+impl WrongTerm {
+    /// The same in a table of its config.
+    #[must_use]
+    pub fn within(self, table: &str) -> Self {
+        let field = format!("{table}.{}", self.field);
+        Self { field, ..self }
+    }
+
+    /// The field, as a path.
+    #[must_use]
+    pub fn field(&self) -> &str {
+        &self.field
+    }
+
+    /// The file, and what is wrong with it.
+    #[must_use]
+    pub const fn reason(&self) -> &ConfigError {
+        &self.reason
+    }
+}
+
+/// Reads the files that the terms of a clock name, as its start does.
+///
+/// # Errors
+/// [`WrongTerm`] names the term whose file cannot be used.
+pub fn check_clock(config: &ClockConfig) -> Result<(), WrongTerm> {
+    Terms::of_clock(config, 0).map(|_| ())
+}
+
+/// Reads the files that the terms of a link name, as its start does.
+///
+/// # Errors
+/// [`WrongTerm`] names the term whose file cannot be used.
+pub fn check_link(config: &LinkConfig) -> Result<(), WrongTerm> {
+    Terms::of_link(config, 0).map(|_| ())
+}
+
+impl Terms {
+    /// The terms of a clock's drift, ppm. Reads their files; `seed` is the clock's.
+    pub(super) fn of_clock(config: &ClockConfig, seed: u64) -> Result<Self, WrongTerm> {
+        Self::open(&config.drift_terms_ppm, "drift-terms-ppm", seed)
+    }
+
+    /// The terms of a link's delay, µs. Reads their files; `seed` is the link's.
+    pub(super) fn of_link(config: &LinkConfig, seed: u64) -> Result<Self, WrongTerm> {
+        Self::open(&config.delay_terms_us, "delay-terms-us", seed)
+    }
+
+    fn open<V>(terms: &[Term<V>], list: &str, seed: u64) -> Result<Self, WrongTerm>
+    where
+        V: Copy + Into<f64> + TryFrom<f64, Error = OutOfRange>,
+    {
+        let mut opened = Self {
+            curves: Vec::new(),
+            noises: Vec::new(),
+            random: Random::new(seed_of(seed, "terms")),
+        };
+        for (number, term) in terms.iter().enumerate() {
+            match term {
+                Term::Uniform { from, to } => opened.noises.push(Noise::Uniform {
+                    from: (*from).into(),
+                    to: (*to).into(),
+                }),
+                Term::Exponential(mean) => opened.noises.push(Noise::Exponential((*mean).into())),
+                Term::Normal(sigma) => opened.noises.push(Noise::Normal((*sigma).into())),
+                term => opened
+                    .curves
+                    .push(Curve::open(term).map_err(|reason| WrongTerm {
+                        field: format!("{list}[{number}].file.path"),
+                        reason,
+                    })?),
+            }
+        }
+        Ok(opened)
+    }
+
+    /// Whether the sum is always the same.
+    pub(super) fn is_constant(&self) -> bool {
+        let constant = |curve: &Curve| matches!(curve, Curve::Constant(_));
+        self.noises.is_empty() && self.curves.iter().all(constant)
+    }
+
+    /// The sum at `at` s.
+    pub(super) fn at(&mut self, at: f64) -> f64 {
+        let curves: f64 = self.curves.iter().map(|curve| curve.at(at)).sum();
+        curves + self.noise()
+    }
+
+    /// The mean of the sum over a time, with one value of its noise.
+    pub(super) fn mean(&mut self, from: f64, to: f64) -> f64 {
+        let curves = self.curves.iter();
+        let curves: f64 = curves.map(|curve| curve.mean(from, to)).sum();
+        curves + self.noise()
+    }
+
+    fn noise(&mut self) -> f64 {
+        let Self { noises, random, .. } = self;
+        noises.iter().map(|noise| noise.draw(random)).sum()
+    }
+}
+
+impl Noise {
+    fn draw(self, random: &mut Random) -> f64 {
+        match self {
+            Self::Uniform { from, to } => from + (to - from) * random.uniform(),
+            Self::Exponential(mean) => mean * random.exponential(),
+            Self::Normal(sigma) => sigma * random.normal(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,108 @@
+//! A term from a file.
+
+use std::path::Path;
+
+use crate::config::{Between, ConfigError, FaultSeconds, OutOfRange};
+use crate::two_columns;
+
+/// A function of time through the rows of a table. Its first value holds before them, its last one after.
+#[derive(Clone, Debug)]
+pub(super) struct Table {
+    rows: Vec<Row>,
+    between: Between,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    at: f64,
+    value: f64,
+    /// The integral from the first row on.
+    integral: f64,
+}
+
+/// What errors call the columns.
+const COLUMNS: [&str; 2] = ["s", "value"];
+
+impl Table {
+    /// Reads a CSV file of seconds since the start and values, each of which is to be a `V`.
+    pub(super) fn read<V>(path: &Path, between: Between) -> Result<Self, ConfigError>
+    where
+        V: TryFrom<f64, Error = OutOfRange>,
+    {
+        let (rows, source) = two_columns::read(path, COLUMNS)?;
+        if rows.is_empty() {
+            let reason = "received no rows, expected at least 1: seconds and value";
+            return Err(ConfigError::whole(&source.file, reason));
+        }
+        let mut table = Self {
+            rows: Vec::with_capacity(rows.len()),
+            between,
+        };
+        for ((at, value), line) in rows.into_iter().zip(&source.lines) {
+            let wrong = |column: usize, reason: String| {
+                let place = format!("line {line}, {}", COLUMNS[column]);
+                ConfigError::field(&source.file, place, reason)
+            };
+            FaultSeconds::new(at).map_err(|reason| wrong(0, reason.to_string()))?;
+            V::try_from(value).map_err(|reason| wrong(1, reason.to_string()))?;
+            if let Some(last) = table.rows.last()
+                && at <= last.at
+            {
+                let reason = format!(
+                    "received {at}, expected more than {}, the row before",
+                    last.at
+                );
+                return Err(wrong(0, reason));
+            }
+            table.push(at, value);
+        }
+        Ok(table)
+    }
+
+    fn push(&mut self, at: f64, value: f64) {
+        let integral = match self.rows.last() {
+            None => 0.0,
+            Some(last) => last.integral + area(last, self.slope(last, at, value), at - last.at),
+        };
+        self.rows.push(Row {
+            at,
+            value,
+            integral,
+        });
+    }
+
+    fn slope(&self, row: &Row, next_at: f64, next_value: f64) -> f64 {
+        match self.between {
+            Between::Linear => (next_value - row.value) / (next_at - row.at),
+            Between::Held => 0.0,
+        }
+    }
+
+    /// The row that holds at `at`, and how the value goes on from there.
+    fn row_at(&self, at: f64) -> (&Row, f64) {
+        let begun = self.rows.partition_point(|row| row.at <= at);
+        let row = &self.rows[begun.saturating_sub(1)];
+        let slope = match self.rows.get(begun) {
+            Some(next) if begun > 0 => self.slope(row, next.at, next.value),
+            _ => 0.0,
+        };
+        (row, slope)
+    }
+
+    /// The value at `at` s.
+    pub(super) fn at(&self, at: f64) -> f64 {
+        let (row, slope) = self.row_at(at);
+        row.value + slope * (at - row.at)
+    }
+
+    /// The integral up to `at` s, from the first row on.
+    pub(super) fn integral(&self, at: f64) -> f64 {
+        let (row, slope) = self.row_at(at);
+        row.integral + area(row, slope, at - row.at)
+    }
+}
+
+/// Under a straight line from a row on.
+fn area(row: &Row, slope: f64, passed: f64) -> f64 {
+    passed * (row.value + 0.5 * slope * passed)
+}

@@ -1,0 +1,69 @@
+//! Terms of drifts and delays, drawn now and then from a stream of their own: a seed stands for the same schedule otherwise.
+
+use coaxle_node::faults::{Random, seed_of};
+
+use super::Draw as _;
+
+/// The terms of a schedule.
+pub(super) struct Terms {
+    random: Random,
+}
+
+impl Terms {
+    pub(super) fn new(seed: u64) -> Self {
+        Self {
+            random: Random::new(seed_of(seed, "terms")),
+        }
+    }
+
+    /// Of a clock's drift: what a quartz does that warms up, and a little more.
+    pub(super) fn of_drift(&mut self) -> Option<String> {
+        self.sum(0.25, 10.0, 30.0)
+            .map(|sum| format!("drift-terms-ppm = {sum}"))
+    }
+
+    /// Of a link's delay.
+    pub(super) fn of_delay(&mut self) -> Option<String> {
+        self.sum(0.25, 100.0, 50.0)
+            .map(|sum| format!("delay-terms-us = {sum}"))
+    }
+
+    /// In a share of all cases some terms of at most this amount, the slow ones with periods from this on.
+    fn sum(&mut self, share: f64, most: f64, slow_s: f64) -> Option<String> {
+        if !self.random.chance(share) {
+            return None;
+        }
+        let count = self.random.whole(1, 3);
+        let terms: Vec<_> = (0..count).map(|_| self.term(most, slow_s)).collect();
+        Some(format!("[{}]", terms.join(", ")))
+    }
+
+    fn term(&mut self, most: f64, slow_s: f64) -> String {
+        let amount = self.random.between(-most, most);
+        let period = self.random.between(slow_s, 4.0 * slow_s);
+        let (share, at) = (self.random.uniform(), self.random.between(0.0, 30.0));
+        match self.random.below(8) {
+            0 => format!("{{ constant = {amount:.2} }}"),
+            1 => wave("sine", amount, period, share),
+            2 => wave("triangle", amount, period, share),
+            3 => format!(
+                "{{ pulse = {{ height = {amount:.2}, period-s = {period:.2}, duty = {share:.3} }} }}"
+            ),
+            4 => {
+                format!("{{ step = {{ at-s = {at:.3}, by = {amount:.2}, over-s = {period:.2} }} }}")
+            }
+            5 => format!(
+                "{{ uniform = {{ from = {:.2}, to = {amount:.2} }} }}",
+                -amount
+            ),
+            6 => format!("{{ exponential = {:.2} }}", amount.abs() / 10.0),
+            _ => format!("{{ normal = {:.2} }}", amount.abs() / 10.0),
+        }
+    }
+}
+
+fn wave(kind: &str, amplitude: f64, period: f64, phase: f64) -> String {
+    format!(
+        "{{ {kind} = {{ amplitude = {amplitude:.2}, period-s = {period:.2}, phase = {phase:.3} }} }}"
+    )
+}
