@@ -173,8 +173,9 @@ impl Receiver {
                 Source::Far(subscription.far)
             }
         };
+        let first = config.clock.first_count.get();
+        let schedule = Schedule::counting_from(first, start, cycle_time);
         Ok(Self {
-            schedule: Schedule::new(start, cycle_time),
             pipeline,
             identity: Identity { sender, epoch },
             far_names: config.far.iter().map(|far| far.node.clone()).collect(),
@@ -186,7 +187,8 @@ impl Receiver {
             },
             slaves: AxesFrame::new(Channel::Slaves, config.slaves.len()),
             far_axes: AxesFrame::new(Channel::FarAxes, config.published_far_axes().len()),
-            time_server: TimeServer::new(sender, epoch, start, cycle_time),
+            time_server: TimeServer::new(sender, epoch, schedule.start(), cycle_time),
+            schedule,
             refused_requests: RejectionCounters::default(),
             sources: subscriptions.iter().map(source).collect(),
             due: vec![None; config.heard_nodes().len()].into(),

@@ -71,6 +71,8 @@ pub const FAULTS: &[(&str, &str)] = catalogue![
     "faults/drift",
     "faults/wander",
     "faults/terms",
+    "faults/clock-back",
+    "faults/clock-leap",
     "faults/jitter",
     "faults/corruption",
     "faults/repetition",
@@ -93,6 +95,7 @@ pub const FAULTS: &[(&str, &str)] = catalogue![
     "faults/version",
     "faults/flood",
     "faults/index-wrap",
+    "faults/counter-wraps",
 ];
 
 /// Name and text of every scenario that comes with the tool.

@@ -62,14 +62,15 @@ impl Sender {
         snapshot.signals.node.run = epoch;
         let cycle_time = config.cycle_time_us.0;
         let sender = sender_id(&config.name);
+        let first = config.clock.first_count.get();
+        let schedule = Schedule::counting_from(first, start, cycle_time);
         Ok(Self {
-            schedule: Schedule::new(start, cycle_time),
             start,
             header: FrameHeader {
                 sender,
                 epoch,
-                index: CycleIndex::of_count(0),
-                count: 0,
+                index: CycleIndex::of_count(first),
+                count: first,
                 cycle_time,
                 send_stamp: None,
             },
@@ -77,7 +78,8 @@ impl Sender {
             body: vec![0; body_capacity(axes.len())],
             axes,
             waiting: None,
-            time_server: TimeServer::new(sender, epoch, start, cycle_time),
+            time_server: TimeServer::new(sender, epoch, schedule.start(), cycle_time),
+            schedule,
             snapshot,
         })
     }

@@ -105,6 +105,23 @@ impl Schedule {
         }
     }
 
+    /// The schedule whose cycle `first` starts at `start`, as if those before it had been taken.
+    #[must_use]
+    pub fn counting_from(first: u64, start: Instant<Local>, cycle_time: CycleTime) -> Self {
+        Self {
+            start: start - cycle_time.span() * first as i64,
+            cycle_time,
+            next: first,
+            overruns: 0,
+        }
+    }
+
+    /// When cycle 0 started, or would have.
+    #[must_use]
+    pub const fn start(&self) -> Instant<Local> {
+        self.start
+    }
+
     /// When the next cycle is due.
     #[must_use]
     pub fn next_start(&self) -> Instant<Local> {
@@ -123,14 +140,15 @@ impl Schedule {
         self.cycle_time
     }
 
-    /// Takes the cycle that is due at `now`. Waking early (cycle jitter has both signs) is the due
-    /// cycle; waking one or more whole cycles late skips to the newest one begun.
+    /// Takes the cycle that is due at `now`. Waking early (cycle jitter has both signs, and a clock may
+    /// have jumped back) is the due cycle, as if no time had passed: none is taken twice. Waking one or
+    /// more whole cycles late skips to the newest one begun.
     #[must_use]
     pub fn take(&mut self, now: Instant<Local>) -> Tick {
         let late = now - self.next_start();
         let missed = late.div_floor(self.cycle_time.span()).max(0) as u64;
         let count = self.next + missed;
-        self.overruns += missed;
+        self.overruns = self.overruns.saturating_add(missed);
         self.next = count + 1;
         Tick {
             count,
@@ -183,6 +201,38 @@ mod tests {
     }
 
     #[test]
+    fn counts_may_begin_anywhere_and_the_index_wraps_with_them() {
+        let cycle_time = CycleTime::new(Span::from_millis(1)).unwrap();
+        for first in [65_535, u64::from(u32::MAX), 40_000_000_000] {
+            let mut schedule = Schedule::counting_from(first, at(5_000), cycle_time);
+            let zero = schedule.start();
+            for k in 0..3 {
+                let tick = schedule.take(at(5_000 + 1_000 * k));
+                assert_eq!((tick.count, tick.elapsed), (first + k as u64, 1));
+                assert_eq!(tick.ideal_start, at(5_000 + 1_000 * k));
+                assert_eq!(
+                    tick.ideal_start - zero,
+                    cycle_time.span() * tick.count as i64
+                );
+                let index = CycleIndex::of_count(tick.count);
+                assert_eq!(index.steps_since(CycleIndex::of_count(first)), k as i16);
+            }
+        }
+    }
+
+    #[test]
+    fn more_skipped_cycles_than_elapsed_holds_are_skipped_all_the_same() {
+        let mut schedule = schedule();
+        let _ = schedule.take(at(0));
+        let cycles = i64::from(u32::MAX) + 5;
+        let tick = schedule.take(at(1_000 * cycles));
+        assert_eq!((tick.count, tick.elapsed), (cycles as u64, u32::MAX));
+        assert_eq!(tick.ideal_start, at(1_000 * cycles));
+        let tick = schedule.take(schedule.next_start());
+        assert_eq!((tick.count, tick.elapsed), (cycles as u64 + 1, 1));
+    }
+
+    #[test]
     fn a_late_node_skips_by_time_and_never_bursts() {
         let mut schedule = schedule();
         let _ = schedule.take(at(0));
@@ -199,5 +249,17 @@ mod tests {
         let _ = schedule.take(at(0));
         let tick = schedule.take(at(990));
         assert_eq!((tick.count, tick.elapsed), (1, 1));
+    }
+
+    #[test]
+    fn a_clock_that_jumps_back_takes_no_cycle_twice() {
+        let mut schedule = schedule();
+        let _ = schedule.take(at(5_000));
+        for (now, count) in [(-4_000, 6), (-3_000, 7), (8_000, 8), (i64::MIN / 1_000, 9)] {
+            let tick = schedule.take(at(now));
+            assert_eq!((tick.count, tick.elapsed), (count, 1));
+            assert_eq!(tick.ideal_start, at(1_000 * count as i64));
+        }
+        assert_eq!(schedule.next_start(), at(10_000));
     }
 }

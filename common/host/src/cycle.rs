@@ -325,7 +325,8 @@ mod tests {
     fn a_scan_does_not_allocate() {
         let mut bench = bench(
             "drift-ppm = 100\nrandom-walk-ppm = 0.1\njitter = { normal-us = 5 }\n\
-             sine = { amplitude-ppm = 1, period-s = 10 }",
+             sine = { amplitude-ppm = 1, period-s = 10 }\n\
+             drift-terms-ppm = [{ triangle = { amplitude = 1, period-s = 3 } }, { normal = 1 }]",
         );
         let mut body = Vec::with_capacity(4096);
         let arrival = at(0);

@@ -1,13 +1,13 @@
 //! A schedule: nodes, what is wrong with their clocks and links, what happens to them and what they are told,
 //! all from one seed, as the text of a scenario. For some seconds everything may go wrong; the rest is quiet.
 
-mod terms;
+mod apart;
 
 use std::fmt::Write as _;
 
 use coaxle_node::faults::Random;
 
-use terms::Terms;
+use apart::Apart;
 
 /// When the last fault is over, s.
 const QUIET_FROM: f64 = 8.0;
@@ -24,7 +24,7 @@ pub const DURATION_S: f64 = QUIET_FROM + QUIET_FOR;
 pub fn of(seed: u64) -> String {
     let mut schedule = Schedule {
         random: Random::new(seed),
-        terms: Terms::new(seed),
+        apart: Apart::new(seed),
         text: String::new(),
         events: String::new(),
     };
@@ -34,7 +34,7 @@ pub fn of(seed: u64) -> String {
 
 struct Schedule {
     random: Random,
-    terms: Terms,
+    apart: Apart,
     text: String,
     /// Tables of their own, behind those of the nodes.
     events: String,
@@ -111,16 +111,20 @@ impl Schedule {
                 self.random.between(0.01, 1.0)
             );
         }
+        let mut steps = Vec::new();
         if self.random.chance(0.4) {
             let phase = self.random.between(1.0, 50_000.0);
             let drift = self.random.between(-100.0, 100.0);
-            let _ = write!(
-                clock,
-                ", steps = [{{ at-s = {}, phase-us = {phase:.1}, drift-ppm = {drift:.1} }}]",
-                self.moment(QUIET_FROM),
-            );
+            let at = self.moment(QUIET_FROM);
+            steps.push(format!(
+                "{{ at-s = {at}, phase-us = {phase:.1}, drift-ppm = {drift:.1} }}"
+            ));
         }
-        if let Some(terms) = self.terms.of_drift() {
+        steps.extend(self.apart.step_back());
+        if !steps.is_empty() {
+            let _ = write!(clock, ", steps = [{}]", steps.join(", "));
+        }
+        if let Some(terms) = self.apart.drift_terms() {
             let _ = write!(clock, ", {terms}");
         }
         clock + " }\n"
@@ -298,7 +302,7 @@ impl Schedule {
         }
         self.losses_and_delays(&mut faults);
         self.forgeries(&mut faults);
-        faults.extend(self.terms.of_delay());
+        faults.extend(self.apart.delay_terms());
         format!(
             "faults = {{ {}, faults-until-s = {QUIET_FROM} }}\n",
             faults.join(", ")

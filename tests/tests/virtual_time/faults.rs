@@ -113,6 +113,11 @@ A clock goes by pieces of 10 ms with the mean of its terms in each, so that what
 within, and reading and asking when it reads that are inverses. Terms of a drift may come to 300 000 ppm in sum, noise with six standard
 deviations or twenty means: with all else no clock stands still.
 
+The reading of a clock jumps ahead or back by `phase-us` of its `steps`, up to 100 s. After a jump ahead a node skips the cycles that it
+has missed and counts them. After a jump back it waits until its clock has come again to where its next cycle is due: no cycle is run
+twice and no count is used again, so for everybody else it stood still for so long. A real node reads the machine's monotonic clock, which does
+neither by itself.
+
 | `coaxle run` | injected | expected | seen |
 |--|--|--|--|
 ";

@@ -107,6 +107,9 @@ pub struct DelayExchange {
     refused: u64,
 }
 
+/// The number of the first request: their numbers wrap within seconds of every run, not after thirteen years of one.
+const FIRST_REQUEST: u32 = u32::MAX - 63;
+
 /// The run of the sender that is asked, and what was known of its line.
 #[derive(Clone, Copy, Debug)]
 struct Sender {
@@ -124,8 +127,8 @@ impl DelayExchange {
     pub const fn new(run: u64) -> Self {
         Self {
             run,
-            next: 0,
-            first: 0,
+            next: FIRST_REQUEST,
+            first: FIRST_REQUEST,
             open: 0,
             next_request: Instant::from_nanos(i64::MIN),
             hasty: 0,

@@ -42,7 +42,7 @@ impl Counts {
             self.refused = 0;
             return News::New;
         }
-        self.refused += 1;
+        self.refused = self.refused.saturating_add(1);
         if back >= 64 && self.refused >= PATIENCE {
             News::Restarted
         } else {

@@ -122,7 +122,7 @@ checked_number! {
 }
 
 checked_number! {
-    /// A change of a delay, µs.
+    /// A change of a delay, or a jump of a clock, µs.
     ChangeMicros, "a number from -100000000 to 100000000", |n| (-1e8..=1e8).contains(&n)
 }
 
@@ -166,6 +166,7 @@ zero_by_default!(
     Fraction,
     FaultMicros,
     FaultSeconds,
+    ChangeMicros,
     Ppm,
     WalkPpm
 );
@@ -178,11 +179,59 @@ impl FaultMicros {
     }
 }
 
+impl ChangeMicros {
+    /// As a span.
+    #[must_use]
+    pub fn span(self) -> Span {
+        Span::from_micros_f64(self.0)
+    }
+}
+
 impl FaultSeconds {
     /// As a span.
     #[must_use]
     pub fn span(self) -> Span {
         Span::from_secs_f64(self.0)
+    }
+}
+
+/// The count of a first cycle: as many of the longest cycles take more than a hundred years, which far time holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "u64", into = "u64")]
+pub struct FirstCount(u64);
+
+impl FirstCount {
+    const MOST: u64 = 40_000_000_000;
+
+    /// The count.
+    #[must_use]
+    pub const fn get(self) -> u64 {
+        self.0
+    }
+
+    /// Whether counts begin where they do without faults.
+    #[must_use]
+    pub const fn is_zero(&self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl TryFrom<u64> for FirstCount {
+    type Error = OutOfRange;
+    fn try_from(count: u64) -> Result<Self, OutOfRange> {
+        if count <= Self::MOST {
+            return Ok(Self(count));
+        }
+        Err(OutOfRange {
+            received: count as f64,
+            expected: "a count of at most 40000000000",
+        })
+    }
+}
+
+impl From<FirstCount> for u64 {
+    fn from(count: FirstCount) -> Self {
+        count.0
     }
 }
 

@@ -5,8 +5,14 @@ use std::path::Path;
 use coaxle_clock::Span;
 use serde::{Deserialize, Serialize};
 
-use super::checked::{FaultMicros, FaultSeconds, PeriodSeconds, Ppm, WalkPpm};
+use super::checked::{
+    ChangeMicros, FaultMicros, FaultSeconds, FirstCount, PeriodSeconds, Ppm, WalkPpm,
+};
+use super::list::at_most;
 use super::term::{Term, drift_terms};
+
+/// Most steps of a clock.
+const MOST_STEPS: usize = 128;
 
 /// A deviation injected into a node's clock: linear, periodic, step, random walk, and jitter of
 /// its cycles. All zero by default: the machine's own quartz is bad enough in production.
@@ -21,7 +27,10 @@ pub struct ClockConfig {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sine: Option<SineConfig>,
     /// Changes of drift or phase at set times.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(
+        deserialize_with = "at_most::<MOST_STEPS, _, _>",
+        skip_serializing_if = "Vec::is_empty"
+    )]
     pub steps: Vec<DriftStep>,
     /// What is added to the drift besides, ppm: a sum of terms, in pieces of 10 ms with the mean of each. Noise is drawn for
     /// each piece.
@@ -35,6 +44,9 @@ pub struct ClockConfig {
     pub jitter: Option<JitterConfig>,
     /// How far the first cycle lies after the node's start, µs.
     pub start_phase_us: FaultMicros,
+    /// The count of its first cycle: near to where a counter wraps, or a number of nanoseconds is none that f64 holds.
+    #[serde(skip_serializing_if = "FirstCount::is_zero")]
+    pub first_count: FirstCount,
 }
 
 impl ClockConfig {
@@ -71,9 +83,10 @@ pub struct DriftStep {
     /// What is added to the drift from then on, ppm.
     #[serde(default)]
     pub drift_ppm: Ppm,
-    /// How far the clock jumps ahead, µs. It never jumps back: clocks of cycles are monotone.
+    /// How far the clock jumps ahead, or back, µs. After a jump ahead a node skips the cycles it has missed; after one back it
+    /// waits until its clock has come again to where its next cycle is due.
     #[serde(default)]
-    pub phase_us: FaultMicros,
+    pub phase_us: ChangeMicros,
 }
 
 /// Jitter of the wake-ups, µs.

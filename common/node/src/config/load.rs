@@ -167,6 +167,22 @@ mod tests {
     }
 
     #[test]
+    fn a_first_count_is_one_that_far_time_holds() {
+        let clock: ClockConfig = parse("t", "first-count = 40000000000").unwrap();
+        assert_eq!(clock.first_count.get(), 40_000_000_000);
+        for (count, expected) in [
+            (
+                "40000000001",
+                "received 40000000001, expected a count of at most 40000000000",
+            ),
+            ("-1", "invalid value: integer `-1`, expected u64"),
+        ] {
+            let message = refusal::<ClockConfig>(&format!("first-count = {count}"));
+            assert_eq!(message, format!("test.toml: first-count: {expected}"));
+        }
+    }
+
+    #[test]
     fn broken_toml_says_where() {
         let message = refusal::<LinkConfig>("loss = = 1");
         assert!(message.contains("line 1"), "{message}");

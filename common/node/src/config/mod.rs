@@ -16,8 +16,8 @@ mod unit;
 
 pub use checked::{
     AtLeastZero, AxisLimit, ChangeMicros, Coordinate, CycleMicros, DelayMicros, DurationSeconds,
-    FaultMicros, FaultSeconds, Finite, Fraction, Increment, OutOfRange, PeriodSeconds, Positive,
-    Ppm, WalkPpm,
+    FaultMicros, FaultSeconds, Finite, FirstCount, Fraction, Increment, OutOfRange, PeriodSeconds,
+    Positive, Ppm, WalkPpm,
 };
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
 pub use forgery::{Forged, Forgery, Times};

@@ -18,7 +18,7 @@ const MOST_PPM: f64 = 500_000.0;
 const HISTORY: usize = 512;
 
 /// A node's clock: a reference clock `R` (true time, or the machine's monotonic clock) with a
-/// deviation. Local time is zero at the origin, strictly monotone, and made of straight pieces.
+/// deviation. Local time is zero at the origin and made of straight pieces; it goes on from one to the next, or jumps.
 #[derive(Clone, Debug)]
 pub struct DeviatedClock<R: Domain> {
     config: ClockConfig,
@@ -41,8 +41,8 @@ struct Piece {
     local_fraction: f64,
     rate: f64,
     length: Span,
-    /// Where it ends on the local clock.
-    local_end: Span,
+    /// The furthest that the local clock has come by its end. Only a jump back keeps that from being its own.
+    reached: Span,
 }
 
 impl Piece {
@@ -101,22 +101,21 @@ impl<R: Domain> DeviatedClock<R> {
         while since >= self.newest().end() {
             self.extend();
         }
-        let piece = self.piece_where(|piece| piece.reference <= since);
-        Instant::EPOCH + piece.local_at(since)
+        let begun = self
+            .pieces
+            .partition_point(|piece| piece.reference <= since);
+        Instant::EPOCH + self.pieces[begun.saturating_sub(1)].local_at(since)
     }
 
-    /// When the reference shows it, if this clock reads `local`.
+    /// When the reference shows it, if this clock reads `local`: for the first time, where it jumps back and reads that
+    /// again.
     pub fn reference_at(&mut self, local: Instant<Local>) -> Instant<R> {
         let local = local.since_epoch();
-        loop {
-            let newest = self.newest();
-            if local < newest.local_end {
-                break;
-            }
+        while self.newest().reached <= local {
             self.extend();
         }
-        let piece = self.piece_where(|piece| piece.local <= local);
-        self.origin + piece.reference_at(local)
+        let first = self.pieces.partition_point(|piece| piece.reached <= local);
+        self.origin + self.pieces[first].reference_at(local)
     }
 
     /// The drift at the newest instant asked for, ppm.
@@ -129,15 +128,6 @@ impl<R: Domain> DeviatedClock<R> {
         self.pieces.back().expect("a clock has at least one piece")
     }
 
-    fn piece_where(&self, begun: impl Fn(&Piece) -> bool) -> &Piece {
-        self.pieces
-            .iter()
-            .rev()
-            .find(|piece| begun(piece))
-            .or_else(|| self.pieces.front())
-            .expect("a clock has at least one piece")
-    }
-
     fn extend(&mut self) {
         let last = *self.newest();
         let exact = last.length.as_nanos() as f64 * last.rate + last.local_fraction;
@@ -147,9 +137,6 @@ impl<R: Domain> DeviatedClock<R> {
             if step_instant(step) == last.end() {
                 local += step.phase_us.span();
             }
-        }
-        if self.pieces.len() == HISTORY {
-            self.pieces.pop_front();
         }
         self.push_piece(last.end(), local, exact - gained);
     }
@@ -163,9 +150,15 @@ impl<R: Domain> DeviatedClock<R> {
             local_fraction,
             rate,
             length,
-            local_end: local,
+            reached: local,
         };
-        piece.local_end = piece.local_at(piece.end());
+        piece.reached = piece.local_at(piece.end());
+        if let Some(last) = self.pieces.back() {
+            piece.reached = piece.reached.max(last.reached);
+        }
+        if self.pieces.len() == HISTORY {
+            self.pieces.pop_front();
+        }
         self.pieces.push_back(piece);
     }
 

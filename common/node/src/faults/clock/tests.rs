@@ -2,7 +2,8 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::config::{
-    FaultMicros, FaultSeconds, Fraction, PeriodSeconds, Ppm, SineConfig, Term, WalkPpm, Wave, parse,
+    ChangeMicros, FaultSeconds, Fraction, PeriodSeconds, Ppm, SineConfig, Term, WalkPpm, Wave,
+    parse,
 };
 use crate::faults::statistics::{assert_distributed, assert_moments, normal};
 
@@ -54,6 +55,38 @@ fn a_phase_step_jumps_ahead_once() {
     // Local instants inside the jump all happen at it.
     let inside = Instant::EPOCH + Span::from_micros(2_000_100);
     assert_eq!(clock.reference_at(inside), at(2.0));
+}
+
+#[test]
+fn a_phase_step_back_reads_again_what_was_read_before() {
+    let mut clock = clock("steps = [{ at-s = 2, phase-us = -300 }]");
+    assert_eq!(deviation_us(&mut clock, 1.9999), 0.0);
+    assert_eq!(deviation_us(&mut clock, 2.0), -300.0);
+    assert_eq!(deviation_us(&mut clock, 200.0), -300.0);
+    let local = |micros| Instant::EPOCH + Span::from_micros(micros);
+    // It reads this twice: what counts is the first time, and afterwards when it goes on.
+    assert_eq!(clock.reference_at(local(1_999_900)), at(1.9999));
+    assert_eq!(clock.reference_at(local(1_999_999)), at(1.999_999));
+    assert_eq!(clock.reference_at(local(2_000_000)), at(2.0003));
+    assert_eq!(clock.reference_at(local(2_500_000)), at(2.5003));
+}
+
+#[test]
+fn the_first_time_it_reads_that_does_not_depend_on_how_far_it_went_since() {
+    let config = "drift-ppm = 150\nsteps = [{ at-s = 1, phase-us = -2e6 }, { at-s = 2, phase-us = 5e5 }, \
+                  { at-s = 2.5, phase-us = -1e7 }]";
+    let (mut early, mut late) = (clock(config), clock(config));
+    let _ = late.local_at(at(60.0));
+    for k in 0..6_000 {
+        let local = Instant::EPOCH + Span::from_millis(k);
+        let when = early.reference_at(local);
+        assert_eq!(late.reference_at(local), when, "{k}");
+        let reads = early.local_at(when);
+        assert!(
+            (reads - local).abs() <= NANOSECOND || when == at(2.5),
+            "{k}: {reads:?}"
+        );
+    }
 }
 
 #[test]
@@ -230,7 +263,7 @@ fn steps() -> impl Strategy<Value = Vec<DriftStep>> {
     let step = step.prop_map(|(at, drift_ppm, phase)| DriftStep {
         at_s: FaultSeconds::new(at).unwrap(),
         drift_ppm: Ppm::new(drift_ppm).unwrap(),
-        phase_us: FaultMicros::new(phase).unwrap(),
+        phase_us: ChangeMicros::new(phase).unwrap(),
     });
     prop::collection::vec(step, 0..5)
 }

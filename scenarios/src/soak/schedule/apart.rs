@@ -1,31 +1,41 @@
-//! Terms of drifts and delays, drawn now and then from a stream of their own: a seed stands for the same schedule otherwise.
+//! What is drawn now and then from a stream of its own: terms of drifts and delays, and clocks that jump back. Without them a seed
+//! stands for the same schedule as ever.
 
 use coaxle_node::faults::{Random, seed_of};
 
-use super::Draw as _;
+use super::{Draw as _, QUIET_FROM};
 
-/// The terms of a schedule.
-pub(super) struct Terms {
+/// That stream.
+pub(super) struct Apart {
     random: Random,
 }
 
-impl Terms {
+impl Apart {
     pub(super) fn new(seed: u64) -> Self {
         Self {
-            random: Random::new(seed_of(seed, "terms")),
+            random: Random::new(seed_of(seed, "apart")),
         }
     }
 
-    /// Of a clock's drift: what a quartz does that warms up, and a little more.
-    pub(super) fn of_drift(&mut self) -> Option<String> {
+    /// Terms of a clock's drift: what a quartz does that warms up, and a little more.
+    pub(super) fn drift_terms(&mut self) -> Option<String> {
         self.sum(0.25, 10.0, 30.0)
             .map(|sum| format!("drift-terms-ppm = {sum}"))
     }
 
-    /// Of a link's delay.
-    pub(super) fn of_delay(&mut self) -> Option<String> {
+    /// Terms of a link's delay.
+    pub(super) fn delay_terms(&mut self) -> Option<String> {
         self.sum(0.25, 100.0, 50.0)
             .map(|sum| format!("delay-terms-us = {sum}"))
+    }
+
+    /// A step of a clock's reading back, while anything may go wrong.
+    pub(super) fn step_back(&mut self) -> Option<String> {
+        self.random.chance(0.15).then(|| {
+            let at = self.random.between(0.5, QUIET_FROM);
+            let by = self.random.between(-300_000.0, -1.0);
+            format!("{{ at-s = {at:.3}, phase-us = {by:.1} }}")
+        })
     }
 
     /// In a share of all cases some terms of at most this amount, the slow ones with periods from this on.
