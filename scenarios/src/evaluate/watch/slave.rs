@@ -89,7 +89,8 @@ impl SlaveWatch {
         slave: &SlaveSignals,
     ) {
         let is_next = cycle.since.is_some();
-        let was_stopped = is_next && before.state == AxisStatus::ErrorStop;
+        // In cycles that were skipped it may have been reset and moved.
+        let was_stopped = cycle.since == Some(1) && before.state == AxisStatus::ErrorStop;
         if was_stopped && !follows_error_stop(slave.state) {
             let velocity = slave.velocity.unwrap_or_default().abs();
             (self.found).add(cycle, Invariant::ErrorLatch, velocity, 0.0);
