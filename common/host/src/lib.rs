@@ -26,6 +26,7 @@ mod cycle;
 mod ended;
 mod faults;
 mod health;
+mod hearing;
 pub mod machine;
 pub mod mailbox;
 mod node_args;

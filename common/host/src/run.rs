@@ -197,6 +197,7 @@ where
         session.subscribe(subscription, setup.seed, inbox, Arc::clone(&counters))?;
     }
     session.take_orders(&setup.name, requests)?;
+    session.watch_hearers(&setup.name)?;
     let session = Arc::new(session);
 
     let publisher = start_publisher(frames, setup.send_stamps, channels, &counters, &panic_watch)?;
@@ -274,6 +275,7 @@ fn identity<N: Node>(setup: &Setup<N>, epoch: u64) -> Identity {
             .map(|s| (s.node.clone(), s.node.channel_key(s.channel)))
             .collect(),
         publishes: axes.map(|p| p.node.channel_key(p.channel)).collect(),
+        in_secure_network: setup.transport.secure.is_some(),
     }
 }
 

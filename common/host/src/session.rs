@@ -31,9 +31,14 @@ pub(crate) struct Session {
     /// Of each node whose axes this one follows.
     contacts: Vec<Arc<Contact>>,
     /// Other runs under the name of this node.
-    namesakes: Arc<Mutex<BTreeSet<String>>>,
+    namesakes: Keys,
+    /// Those that say that they hear the axes of this node.
+    seen_by: Keys,
     panics: PanicWatch,
 }
+
+/// Keys that are announced.
+type Keys = Arc<Mutex<BTreeSet<String>>>;
 
 /// What is known of a source, written by the transport's threads.
 pub(crate) struct Contact {
@@ -79,7 +84,7 @@ impl Session {
         let alive = transport.announce(&name.alive_key())?;
         let run = transport.announce(&name.run_key(epoch))?;
         let namesakes = Arc::default();
-        let on_change = on_namesakes(Arc::clone(&namesakes), name.run_key(epoch));
+        let on_change = keeping(Arc::clone(&namesakes), Some(name.run_key(epoch)));
         let watched = transport.watch(&name.runs_key(), on_change)?;
         Ok(Self {
             transport,
@@ -88,6 +93,7 @@ impl Session {
             declared: vec![alive, run, watched],
             contacts: Vec::new(),
             namesakes,
+            seen_by: Arc::default(),
             panics,
         })
     }
@@ -96,6 +102,25 @@ impl Session {
     pub(crate) fn namesakes(&self) -> usize {
         let namesakes = self.namesakes.lock();
         namesakes.unwrap_or_else(PoisonError::into_inner).len()
+    }
+
+    /// Notices from now on who hears the axes of this node, which is called so, if it publishes any.
+    pub(crate) fn watch_hearers(&mut self, name: &NodeName) -> anyhow::Result<()> {
+        if self.axes.is_empty() {
+            return Ok(());
+        }
+        let on_change = keeping(Arc::clone(&self.seen_by), None);
+        let watched = self.transport.watch(&name.seen_by_keys(), on_change)?;
+        self.declared.push(watched);
+        Ok(())
+    }
+
+    /// The names of those that say that they hear the axes of this node, in order.
+    pub(crate) fn seen_by(&self) -> Vec<String> {
+        let seen_by = self.seen_by.lock();
+        let seen_by = seen_by.unwrap_or_else(PoisonError::into_inner);
+        let names = seen_by.iter().filter_map(|key| key.rsplit('/').next());
+        names.map(str::to_owned).collect()
     }
 
     /// Declares the channels that the node publishes.
@@ -247,14 +272,14 @@ impl Orders {
     }
 }
 
-/// Keeps which runs other than the own one are there. A run may be told of more than once.
-fn on_namesakes(namesakes: Arc<Mutex<BTreeSet<String>>>, own: String) -> PresenceHandler {
-    Box::new(move |run, is_there| {
-        let mut namesakes = namesakes.lock().unwrap_or_else(PoisonError::into_inner);
-        if run != own && is_there {
-            namesakes.insert(run.to_owned());
+/// Keeps which keys other than the own one are announced. Of one it may be told more than once.
+fn keeping(keys: Keys, own: Option<String>) -> PresenceHandler {
+    Box::new(move |key, is_there| {
+        let mut keys = keys.lock().unwrap_or_else(PoisonError::into_inner);
+        if own.as_deref() != Some(key) && is_there {
+            keys.insert(key.to_owned());
         } else {
-            namesakes.remove(run);
+            keys.remove(key);
         }
     })
 }

@@ -1,5 +1,6 @@
 //! The status of a node: JSON, four times a second, and the log lines when its health changes.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use coaxle_clock::{Instant, Span};
@@ -8,6 +9,7 @@ use serde_json::{Map, Value, json};
 
 use crate::counters::{Counters, read};
 use crate::health::{Evidence, Health, judge};
+use crate::hearing::Hearing;
 use crate::machine::Machine;
 use crate::session::{Contact, Session};
 use crate::transport::Unseen;
@@ -27,6 +29,8 @@ pub(crate) struct Identity {
     pub(crate) sources: Vec<(NodeName, String)>,
     /// The keys under which this node publishes axes.
     pub(crate) publishes: Vec<String>,
+    /// Whether access control decides what passes between the nodes.
+    pub(crate) in_secure_network: bool,
 }
 
 /// Publishes the status and watches the health.
@@ -39,6 +43,9 @@ pub(crate) struct Reporter {
     /// Of each source, in the order of the session's contacts.
     searches: Vec<Search>,
     inquiry: Inquiry,
+    hearing: Hearing,
+    /// Why nobody hears the axes of this node, although somebody subscribes to them.
+    unheard: Search,
 }
 
 impl Reporter {
@@ -60,15 +67,20 @@ impl Reporter {
             started,
             log: HealthLog::new(started),
             inquiry: Inquiry::default(),
+            hearing: Hearing::default(),
+            unheard: Search::default(),
         }
     }
 
     /// Publishes the status at `now`, with what the recorder adds to it.
     pub(crate) fn report(&mut self, now: Instant<Machine>, details: Map<String, Value>) {
         self.look_for_missing(now);
+        self.say_who_is_heard(now);
+        self.look_for_hearers(now);
         let (evidence, source) = self.evidence(now);
         let health = match (self.session.namesakes(), judge(evidence)) {
             (0, Health::Waiting) if self.is_refused(source) => Health::Refused,
+            (0, Health::Ok) if self.unheard.reason().is_some() => Health::Refused,
             (0, health) => health,
             _ => Health::NameTaken,
         };
@@ -125,6 +137,40 @@ impl Reporter {
         }
     }
 
+    /// Says of each source whether all that is followed of it comes in.
+    fn say_who_is_heard(&mut self, now: Instant<Machine>) {
+        let mut heard = BTreeMap::new();
+        let sources = self.identity.sources.iter().zip(self.session.contacts());
+        for ((source, _), contact) in sources {
+            *heard.entry(source).or_insert(true) &= judge(evidence_of(contact, now)) == Health::Ok;
+        }
+        let transport = &**self.session.transport();
+        for (source, is_heard) in heard {
+            self.hearing
+                .say(source, is_heard, &self.identity.name, transport);
+        }
+    }
+
+    /// Elsewhere than in a secure network everything passes, and who only listens need not say so.
+    fn look_for_hearers(&mut self, now: Instant<Machine>) {
+        if !self.identity.in_secure_network {
+            return;
+        }
+        let is_well = !self.session.has_follower() || !self.session.seen_by().is_empty();
+        if !self.unheard.is_due(now, is_well) {
+            return;
+        }
+        self.unheard.ask(now);
+        let reason = format!(
+            "somebody subscribes to {}, and nobody says that anything arrives: the zenoh.json5 of one of \
+             the two gives no rights to the other",
+            self.identity.publishes.join(", ")
+        );
+        if self.unheard.find(Some(Unseen::Refused(reason.clone()))) {
+            tracing::error!(node = %self.identity.name, "{reason}");
+        }
+    }
+
     fn is_refused(&self, source: usize) -> bool {
         let search = self.searches.get(source);
         matches!(search.and_then(Search::reason), Some(Unseen::Refused(_)))
@@ -159,6 +205,7 @@ impl Reporter {
             put("publish_dropped", json!(read(&counters.publish_dropped)));
             put("publish_failed", json!(read(&counters.publish_failed)));
             put("followed", json!(self.session.has_follower()));
+            put("seen_by", json!(self.session.seen_by()));
         }
         if !self.identity.sources.is_empty() {
             let sources = self.identity.sources.iter().zip(self.session.contacts());
@@ -209,10 +256,15 @@ impl Reporter {
     fn wanted(&self, (evidence, source): (Evidence, usize)) -> String {
         let endpoints = self.session.whereabouts();
         match (self.identity.sources.get(source), evidence) {
-            (Some((node, key)), Evidence::Source { alive: true, .. }) => {
+            (Some((node, key)), Evidence::Source { alive: true, age }) => {
                 let refused = read(&self.counters.refused);
+                let hint = if age.is_none() && refused == 0 && self.identity.in_secure_network {
+                    "; if its cycle runs, the zenoh.json5 of one of the two gives no rights to the other"
+                } else {
+                    ""
+                };
                 format!(
-                    "good frames on {key}; node {node} is alive, {refused} of its frames were refused"
+                    "good frames on {key}; node {node} is alive, {refused} of its frames were refused{hint}"
                 )
             }
             (Some((node, key)), _) => {
@@ -220,6 +272,10 @@ impl Reporter {
                 let reason = reason.map_or_else(String::new, |reason| format!("; {reason}"));
                 format!("node {node}, whose frames come on {key}; {endpoints}{reason}")
             }
+            (None, Evidence::Followers { any: true }) => format!(
+                "somebody who hears {}; {endpoints}",
+                self.identity.publishes.join(", ")
+            ),
             (None, _) => format!(
                 "somebody who subscribes to {}; {endpoints}",
                 self.identity.publishes.join(", ")

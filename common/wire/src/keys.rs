@@ -1,5 +1,5 @@
 //! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/far-axes`, `/time-requests`, `/time-responses`,
-//! `/command`, `/command/<operator>`, `/status`, `/alive`, `/runs/<epoch>`.
+//! `/command`, `/command/<operator>`, `/status`, `/alive`, `/seen-by/<node>`, `/runs/<epoch>`.
 
 use std::fmt;
 
@@ -72,6 +72,18 @@ impl NodeName {
         format!("coaxle/{self}/alive")
     }
 
+    /// The key of the liveliness token with which another node says that it hears what it follows of this one.
+    #[must_use]
+    pub fn seen_by_key(&self, other: &Self) -> String {
+        format!("coaxle/{self}/seen-by/{other}")
+    }
+
+    /// The keys of all that say so.
+    #[must_use]
+    pub fn seen_by_keys(&self) -> String {
+        format!("coaxle/{self}/seen-by/*")
+    }
+
     /// The key of the liveliness token of one run of it.
     #[must_use]
     pub fn run_key(&self, epoch: u64) -> String {
@@ -137,6 +149,8 @@ mod tests {
         assert_eq!(name.operator_command_keys(), "coaxle/saw-1/command/*");
         assert_eq!(name.status_key(), "coaxle/saw-1/status");
         assert_eq!(name.alive_key(), "coaxle/saw-1/alive");
+        assert_eq!(name.seen_by_key(&anna), "coaxle/saw-1/seen-by/anna");
+        assert_eq!(name.seen_by_keys(), "coaxle/saw-1/seen-by/*");
         assert_eq!(name.run_key(0xab), "coaxle/saw-1/runs/00000000000000ab");
         assert_eq!(name.runs_key(), "coaxle/saw-1/runs/*");
     }

@@ -1,8 +1,8 @@
 //! What of a receiver's life is worth a line in the log.
 
+mod delay;
 mod standby;
 
-use coaxle_clock::delay::DelayState;
 use coaxle_clock::time_sync::SyncWarning;
 use coaxle_clock::{Instant, Span};
 use coaxle_host::Machine;
@@ -14,6 +14,7 @@ use crate::names::{ContinuityName, StateName};
 use crate::program::ProgramState;
 use crate::signals::FarNodeSignals;
 use crate::snapshot::{Health, ReceiverSnapshot};
+use delay::{Asked, delay};
 use standby::{Heard, heard, standing_by, taken_over};
 
 /// Looks for changes from cycle to cycle.
@@ -26,6 +27,8 @@ pub(super) struct Journal {
     /// Those of the slaves.
     slaves: Vec<String>,
     before: Option<ReceiverSnapshot>,
+    /// Since when each node that is heard is asked for its time in vain.
+    asked: Vec<Asked>,
     window: Option<Window>,
 }
 
@@ -66,6 +69,7 @@ impl Journal {
                 .map(|slave| slave.name.to_string())
                 .collect(),
             before: None,
+            asked: Vec::new(),
             window: None,
         }
     }
@@ -82,9 +86,15 @@ impl Journal {
             }
             None => {
                 self.before = Some(now.clone());
+                self.asked = self.far.iter().map(|_| Asked::default()).collect();
                 Vec::new()
             }
         };
+        for ((asked, heard), signals) in self.asked.iter_mut().zip(&self.far).zip(&now.signals.far)
+        {
+            let note = asked.in_vain(at, signals);
+            notes.extend(note.map(|note| about(heard, self.far.len(), note)));
+        }
         self.keep_short(at, &mut notes);
         notes
     }
@@ -136,6 +146,13 @@ impl Note {
 }
 
 /// Where several nodes are heard, each line says which one it is about.
+fn about(node: &Heard, of: usize, mut note: Note) -> Note {
+    if of > 1 {
+        note.text = format!("{}: {}", node.name, note.text);
+    }
+    note
+}
+
 fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, heard: &[Heard]) -> Vec<Note> {
     let mut notes = Vec::new();
     let pairs = before.signals.far.iter().zip(&now.signals.far);
@@ -156,11 +173,8 @@ fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, heard: &[Heard]) -
             own.insert(usize::from(!own.is_empty()), health_of_far(now, n));
         }
         own.extend(standing_by(signals, changed));
-        if heard.len() > 1 {
-            own.iter_mut()
-                .for_each(|note| note.text = format!("{}: {}", heard[n].name, note.text));
-        }
-        notes.extend(own);
+        let about = |note| about(&heard[n], heard.len(), note);
+        notes.extend(own.into_iter().map(about));
     }
     if now.health != before.health && is_of_a_slave(now.health) {
         notes.push(failure(now, Fault::of(now)));
@@ -251,30 +265,6 @@ fn orders(before: &FarNodeSignals, now: &FarNodeSignals) -> impl Iterator<Item =
     ];
     let note = |text: String| Note::new(Level::Info, text);
     notes.into_iter().flatten().map(note)
-}
-
-/// That the delay was measured, and that its measurement grew old.
-fn delay(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
-    if before.delay_state == now.delay_state {
-        return None;
-    }
-    let value = now.delay_us.unwrap_or(f64::NAN);
-    match now.delay_state? {
-        DelayState::Measured => Some(Note::new(
-            Level::Info,
-            format!(
-                "delay measured: {value:.1} µs, at most {:.1} µs off",
-                now.delay_uncertainty_us.unwrap_or(f64::NAN)
-            ),
-        )),
-        DelayState::Stale => Some(Note::new(
-            Level::Warning,
-            format!(
-                "the master responds to no time requests any more; the delay stays {value:.1} µs"
-            ),
-        )),
-        DelayState::Off | DelayState::Fixed | DelayState::Asking => None,
-    }
 }
 
 fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {

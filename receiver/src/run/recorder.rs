@@ -86,7 +86,7 @@ mod tests {
     const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
 
     /// What the host adds, with a subscription and something to publish.
-    const HOST_FIELDS: [&str; 17] = [
+    const HOST_FIELDS: [&str; 18] = [
         "node",
         "namesakes",
         "role",
@@ -99,6 +99,7 @@ mod tests {
         "publish_dropped",
         "publish_failed",
         "followed",
+        "seen_by",
         "sources",
         "received",
         "refused",

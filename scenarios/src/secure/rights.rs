@@ -88,6 +88,9 @@ fn hearing(speaker: &Member, hearer: &Member, of: &NodeName, flow: Flow) -> Vec<
             let key = heard.node.alive_key();
             rights.push(right(of, flow, ANNOUNCE, &key));
             rights.push(right(of, back, WATCH, &key));
+            let says_so = heard.node.seen_by_key(&hearer.name);
+            rights.push(right(of, back, ANNOUNCE, &says_so));
+            rights.push(right(of, flow, WATCH, &heard.node.seen_by_keys()));
         }
     }
     rights
@@ -176,7 +179,9 @@ mod tests {
         assert_eq!(
             at_line,
             [
+                "Egress declare_liveliness_subscriber coaxle/line/seen-by/*",
                 "Egress declare_subscriber coaxle/line/time-requests",
+                "Egress liveliness_query coaxle/line/seen-by/*",
                 "Egress liveliness_token coaxle/line/alive",
                 "Egress put coaxle/line/axes",
                 "Egress put coaxle/line/time-responses",
@@ -184,6 +189,7 @@ mod tests {
                 "Ingress declare_subscriber coaxle/line/axes",
                 "Ingress declare_subscriber coaxle/line/time-responses",
                 "Ingress liveliness_query coaxle/line/alive",
+                "Ingress liveliness_token coaxle/line/seen-by/saw",
                 "Ingress put coaxle/line/time-requests",
             ]
         );
@@ -228,7 +234,8 @@ mod tests {
                 let says = ["put", "reply", "liveliness_token", "declare_queryable"];
                 if incoming && says.contains(&right.messages[0]) {
                     let asks = right.key == format!("coaxle/{at}/time-requests");
-                    assert!(own(of) || asks, "at {at}: {right:?}");
+                    let sees = right.key == format!("coaxle/{at}/seen-by/{of}");
+                    assert!(own(of) || asks || sees, "at {at}: {right:?}");
                 }
                 assert!(!right.key.ends_with("/command"), "{right:?}");
             }

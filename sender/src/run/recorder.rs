@@ -81,7 +81,7 @@ mod tests {
     const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
 
     /// What the host adds to the status of a node that follows nobody.
-    const HOST_FIELDS: [&str; 13] = [
+    const HOST_FIELDS: [&str; 14] = [
         "node",
         "namesakes",
         "role",
@@ -95,6 +95,7 @@ mod tests {
         "publish_dropped",
         "publish_failed",
         "followed",
+        "seen_by",
     ];
 
     fn config() -> SenderConfig {

@@ -16,6 +16,7 @@ fn line(lab: &Lab) -> Session {
     let mut line = lab.member("line");
     line.announce("coaxle/line/alive");
     line.hear("coaxle/line/time-requests");
+    line.watch("coaxle/line/seen-by/*");
     line.serve("coaxle/line/command");
     line.serve("coaxle/line/command/*");
     line
@@ -192,6 +193,19 @@ fn a_member_is_itself_and_nobody_else() {
     let mut line = line(&lab);
     follows(&saw, &mut line);
     assert!(!saw.saw(&format!("coaxle/press/axes {}", MAX_MESSAGE_BYTES + 1)));
+}
+
+#[test]
+fn who_hears_a_node_says_so_for_itself_alone() {
+    let lab = Lab::new();
+    let line = line(&lab);
+    let mut saw = lab.rogue("saw", "line");
+    saw.announce("coaxle/line/seen-by/press");
+    saw.announce("coaxle/line/seen-by/saw");
+    until("line is told", || {
+        line.saw("coaxle/line/seen-by/saw is there")
+    });
+    assert!(!line.saw("coaxle/line/seen-by/press is there"));
 }
 
 #[test]

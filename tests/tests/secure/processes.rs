@@ -68,6 +68,68 @@ fn write(folder: &Path, name: &str, text: &str) {
 }
 
 #[test]
+fn a_node_that_nobody_hears_is_told_so_at_both_ends() {
+    let scratch = tempfile::tempdir().expect("a scratch folder");
+    let folder = scratch.path();
+    let [line, _, _] = free_ports();
+    write(
+        folder,
+        "line",
+        &format!("{AXIS}[transport]\nsecure = 'net/line'\nlisten = ['tls/127.0.0.1:{line}']"),
+    );
+    for name in ["deaf", "saw"] {
+        write(
+            folder,
+            name,
+            &format!(
+                "{SLAVE}[transport]\nsecure = 'net/{name}'\nconnect = ['tls/127.0.0.1:{line}']"
+            ),
+        );
+    }
+    let (text, good) = said(folder, "secure init line.toml deaf.toml saw.toml --out net");
+    assert!(good, "{text}");
+    take_rights(
+        &folder.join("net/deaf/zenoh.json5"),
+        "put",
+        "coaxle/line/axes",
+    );
+    take_rights(
+        &folder.join("net/saw/zenoh.json5"),
+        "put",
+        "coaxle/line/time-responses",
+    );
+
+    let line = Node::start(folder, "sender", "line");
+    let deaf = Node::start(folder, "receiver", "deaf");
+    until("the line is told that nobody hears it", || {
+        line.logged("nobody says that anything arrives") && line.logged("health is refused")
+    });
+    until("the deaf one says why that may be", || {
+        deaf.logged("still no-data: needs good frames on coaxle/line/axes")
+            && deaf.logged("gives no rights")
+    });
+    let saw = Node::start(folder, "receiver", "saw");
+    until("the line is heard", || line.logged("health is ok"));
+    until("the saw is not told the time", || {
+        saw.logged("the master has responded to no time request (0 responses refused)")
+    });
+}
+
+/// Takes one right of a profile away.
+fn take_rights(profile: &Path, message: &str, key: &str) {
+    let text = std::fs::read_to_string(profile).expect("a profile");
+    let (message, key) = (format!("\"{message}\""), format!("\"{key}\""));
+    let is_it =
+        |line: &str| line.contains("\"allow\"") && line.contains(&message) && line.contains(&key);
+    assert_eq!(text.lines().filter(|line| is_it(line)).count(), 1, "{text}");
+    let without = text.lines().map(|line| match is_it(line) {
+        true => line.replace(&message, "\"delete\"") + "\n",
+        false => line.to_owned() + "\n",
+    });
+    std::fs::write(profile, without.collect::<String>()).expect("a profile");
+}
+
+#[test]
 fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
     let scratch = tempfile::tempdir().expect("a scratch folder");
     let folder = scratch.path();

@@ -74,17 +74,20 @@ struct Stepped {
 impl Stepped {
     /// One that publishes axes.
     fn sending(node: &str, network: &Network) -> Self {
-        Self::new(
-            node,
-            network,
-            &[Publication::new(&name(node), Channel::Axes)],
-            &[],
-        )
+        let publishes = [Publication::new(&name(node), Channel::Axes)];
+        Self::new(node, network, &publishes, &[], false)
+    }
+
+    /// The same in a secure network.
+    fn sending_securely(node: &str, network: &Network) -> Self {
+        let publishes = [Publication::new(&name(node), Channel::Axes)];
+        Self::new(node, network, &publishes, &[], true)
     }
 
     /// One that follows another.
     fn following(node: &str, source: &str, axis: u32, faults: &str, network: &Network) -> Self {
-        Self::new(node, network, &[], &following(source, axis, faults))
+        let subscriptions = following(source, axis, faults);
+        Self::new(node, network, &[], &subscriptions, false)
     }
 
     fn new(
@@ -92,6 +95,7 @@ impl Stepped {
         network: &Network,
         publishes: &[Publication],
         subscriptions: &[Subscription],
+        in_secure_network: bool,
     ) -> Self {
         let node = name(node);
         let counters = Arc::new(Counters::default());
@@ -108,6 +112,7 @@ impl Stepped {
         }
         let (orders, server, requests) = commands(&node);
         session.take_orders(&node, requests).unwrap();
+        session.watch_hearers(&node).unwrap();
         let session = Arc::new(session);
         let (outbox, frames) = outbox(4096);
         let (arrivals, arrived) = RingBuffer::new(1);
@@ -133,6 +138,7 @@ impl Stepped {
                 .iter()
                 .map(|p| p.node.channel_key(p.channel))
                 .collect(),
+            in_secure_network,
         };
         let toy = Toy::sending(start, cycle_time, body(&node, 1));
         let (records, telemetry) = telemetry(toy.snapshot(), usize::MAX, arrived);
@@ -238,6 +244,56 @@ fn health_goes_with_what_arrives() {
 }
 
 #[test]
+fn who_hears_a_node_says_so_as_long_as_it_does() {
+    let network = Network::new();
+    let mut belt = Stepped::sending("belt", &network);
+    let mut saw = Stepped::following("saw", "belt", AXIS, "", &network);
+    let mut press = Stepped::following("press", "belt", AXIS, "", &network);
+    let mut told = |saw: &mut Stepped, now| {
+        let _ = (saw.status(now), press.status(now));
+        belt.step(now);
+        belt.status(now)["seen_by"].clone()
+    };
+    assert_eq!(told(&mut saw, at(2)), serde_json::json!([]));
+    assert_eq!(told(&mut saw, at(4)), serde_json::json!(["press", "saw"]));
+    // Nothing came meanwhile.
+    assert_eq!(told(&mut saw, at(600)), serde_json::json!([]));
+    assert_eq!(told(&mut saw, at(602)), serde_json::json!(["press", "saw"]));
+    drop(saw);
+    assert_eq!(
+        belt.status(at(604))["seen_by"],
+        serde_json::json!(["press"])
+    );
+}
+
+#[test]
+fn a_node_of_a_secure_network_that_nobody_hears_says_so() {
+    let network = Network::new();
+    let mut belt = Stepped::sending_securely("belt", &network);
+    let course = |belt: &mut Stepped, from: i64| -> Vec<String> {
+        (from..from + 8)
+            .map(|second| belt.health(at(1_000 * second)))
+            .collect()
+    };
+    assert_eq!(course(&mut belt, 0), ["waiting"; 8]);
+    let deaf = |_, _: &[u8]| {};
+    let subscribed = network
+        .transport
+        .subscribe("coaxle/belt/axes", Box::new(deaf));
+    let ok = ["ok"; 6];
+    assert_eq!(course(&mut belt, 10), [&ok[..], &["refused"; 2]].concat());
+    let heard = network
+        .transport
+        .announce("coaxle/belt/seen-by/saw")
+        .unwrap();
+    assert_eq!(course(&mut belt, 20), ["ok"; 8]);
+    drop(heard);
+    assert_eq!(course(&mut belt, 30), [&ok[..], &["refused"; 2]].concat());
+    drop(subscribed);
+    assert_eq!(course(&mut belt, 40), ["waiting"; 8]);
+}
+
+#[test]
 fn frames_without_the_axis_are_refused_and_are_no_health() {
     let network = Network::new();
     let mut belt = Stepped::sending("belt", &network);
@@ -338,6 +394,7 @@ fn every_field_of_the_status_has_its_own_number() {
         "node": "belt", "role": "toy", "epoch": "00000000000000ab", "uptime_s": 1.5, "health": "ok", "namesakes": 0,
         "cycles": 10, "telemetry_dropped": 90, "exchange_refused": 70,
         "published": 20, "publish_dropped": 30, "publish_failed": 40, "followed": true,
+        "seen_by": [],
     });
     assert_eq!(belt.status(at(1_500)), expected);
     let frame_at = at(1_400);

@@ -1,0 +1,93 @@
+//! How it goes with the measurement of delays.
+
+use coaxle_clock::delay::DelayState;
+use coaxle_clock::{Instant, Span};
+use coaxle_host::Machine;
+
+use super::{Level, Note};
+use crate::signals::FarNodeSignals;
+
+/// A node whose clock is known and that is asked in vain for so long is worth a line: some ten requests go out every
+/// second, and a few responses do.
+const PATIENCE: Span = Span::from_secs(6);
+
+/// That the delay was measured, and that its measurement grew old.
+pub(super) fn delay(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
+    if before.delay_state == now.delay_state {
+        return None;
+    }
+    let value = now.delay_us.unwrap_or(f64::NAN);
+    match now.delay_state? {
+        DelayState::Measured => Some(Note::new(
+            Level::Info,
+            format!(
+                "delay measured: {value:.1} µs, at most {:.1} µs off",
+                now.delay_uncertainty_us.unwrap_or(f64::NAN)
+            ),
+        )),
+        DelayState::Stale => Some(Note::new(
+            Level::Warning,
+            format!(
+                "the master responds to no time requests any more; the delay stays {value:.1} µs"
+            ),
+        )),
+        DelayState::Off | DelayState::Fixed | DelayState::Asking => None,
+    }
+}
+
+/// A node that is heard and asked for its time.
+#[derive(Debug, Default)]
+pub(super) struct Asked {
+    since: Option<Instant<Machine>>,
+    is_told: bool,
+}
+
+impl Asked {
+    /// That it has never responded since its clock is known, once.
+    pub(super) fn in_vain(&mut self, at: Instant<Machine>, now: &FarNodeSignals) -> Option<Note> {
+        if !now.synced || now.delay_state != Some(DelayState::Asking) {
+            *self = Self::default();
+            return None;
+        }
+        let since = *self.since.get_or_insert(at);
+        if self.is_told || at - since < PATIENCE {
+            return None;
+        }
+        self.is_told = true;
+        Some(Note::new(
+            Level::Warning,
+            format!(
+                "the master has responded to no time request ({} responses refused): its axes lag by the delay; \
+                 in a secure network one of the two may have no rights at the other",
+                now.responses_refused
+            ),
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_node_that_never_responds_is_told_of_once() {
+        let mut asked = Asked::default();
+        let mut signals = FarNodeSignals {
+            synced: true,
+            delay_state: Some(DelayState::Asking),
+            ..FarNodeSignals::default()
+        };
+        let mut told_at = |signals: &FarNodeSignals, seconds: std::ops::Range<i64>| {
+            let at = |second| Instant::EPOCH + Span::from_secs(second);
+            let told = |second: &i64| asked.in_vain(at(*second), signals).is_some();
+            seconds.filter(told).collect::<Vec<_>>()
+        };
+        assert_eq!(told_at(&signals, 0..20), [6]);
+        signals.delay_state = Some(DelayState::Measured);
+        assert!(told_at(&signals, 20..40).is_empty());
+        signals.delay_state = Some(DelayState::Asking);
+        assert_eq!(told_at(&signals, 40..60), [46]);
+        signals.synced = false;
+        assert!(told_at(&signals, 60..80).is_empty());
+    }
+}
