@@ -108,6 +108,8 @@ signals! {
         shifts: u32 [""] last,
         /// When it noticed the last one, in the own clock.
         last_shift_s: Option<f64> ["s"],
+        /// How often the drift changed so much at once that the line was found anew.
+        drift_steps: u32 [""] last,
         /// Times it began to lock anew.
         relocks: u32 [""] last,
         /// When it last did, in the own clock.

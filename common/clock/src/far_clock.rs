@@ -266,6 +266,10 @@ impl FarClock {
                 }
             }
         }
+        if let Some(to_sender) = (self.exchange).is_drift_of_sender(self.observer.suspected_drift())
+        {
+            self.observer.attribute_drift(to_sender);
+        }
         if let Some(step) = self.exchange.step_of_sender() {
             let mapped = self.observer.attribute_step_to_sender(step);
             self.exchange.map_step_of_sender(mapped);

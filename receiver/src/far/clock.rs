@@ -388,6 +388,7 @@ fn show_observed(observed: &FarClockOutput, signals: &mut FarNodeSignals) {
     signals.random_walk_ppm = Some(observer.random_walk_ppm);
     signals.block_length = Some(observer.block_length);
     signals.shifts = observer.shifts;
+    signals.drift_steps = observer.drift_steps;
     signals.last_shift_s = observer.last_shift.map(seconds);
     signals.relocks = observer.relocks;
     signals.last_relock_s = observer.last_relock.map(seconds);

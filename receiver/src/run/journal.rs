@@ -230,6 +230,7 @@ const fn is_of_a_slave(health: Health) -> bool {
 fn changes_of_far(before: &FarNodeSignals, now: &FarNodeSignals) -> Vec<Note> {
     let mut notes = Vec::new();
     notes.extend(another_run(before, now));
+    notes.extend(drift_step(before, now));
     notes.extend(delay(before, now));
     notes.extend(orders(before, now));
     if now.warning != 0 && before.warning == 0 {
@@ -249,6 +250,15 @@ fn another_run(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
         text += &format!(": epoch {now} after {before}");
     }
     Some(Note::new(Level::Warning, text))
+}
+
+/// That the drift changed so much at once that the line was found anew.
+fn drift_step(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
+    let [was, is] = [before, now].map(|signals| signals.drift_ppm.unwrap_or(f64::NAN));
+    (now.drift_steps > before.drift_steps).then(|| {
+        let text = format!("the drift has changed at once, from {was:+.1} to about {is:+.1} ppm");
+        Note::new(Level::Warning, text)
+    })
 }
 
 /// What orders have changed.

@@ -24,6 +24,7 @@
 //! by how much the early ones differ from that: the uncertainty. (RFC 5905 reasons alike; as the line
 //! takes the drift out, the two ways need not be of the same exchange.)
 
+mod drift;
 mod estimate;
 mod outcome;
 mod step;
@@ -34,7 +35,8 @@ mod window;
 pub use outcome::{DelayOutput, DelayState, Refusal};
 
 use crate::instant::{Instant, Local, Seconds, Span};
-use crate::observer::FarLine;
+use crate::observer::{FarLine, SuspectedDrift};
+use drift::Whose;
 use estimate::Estimate;
 use step::{Cause, Step, TELLING, Ways};
 use window::{Exchange, Stamps, Window};
@@ -94,6 +96,10 @@ pub struct DelayExchange {
     /// Requests since the last event.
     hasty: u32,
     window: Window,
+    /// The same, but events do not clear it.
+    history: Window,
+    /// Somebody wants to know whose a change of the drift is.
+    is_asked: bool,
     sender: Option<Sender>,
     estimate: Option<Estimate>,
     /// A step of the line of which nobody knows yet whose it was.
@@ -116,6 +122,8 @@ struct Sender {
     epoch: u64,
     jumped: Seconds,
     corrected: Seconds,
+    taken_back: Seconds,
+    drift_steps: u32,
     rebases: u32,
     relocks: u32,
     synced: bool,
@@ -133,6 +141,8 @@ impl DelayExchange {
             next_request: Instant::from_nanos(i64::MIN),
             hasty: 0,
             window: Window::new(),
+            history: Window::new(),
+            is_asked: false,
             sender: None,
             estimate: None,
             step: None,
@@ -160,6 +170,8 @@ impl DelayExchange {
             epoch: line.epoch,
             jumped: line.jumped,
             corrected: line.corrected,
+            taken_back: line.taken_back,
+            drift_steps: line.drift_steps,
             rebases: line.rebases,
             relocks: line.relocks,
             synced: line.synced,
@@ -171,6 +183,9 @@ impl DelayExchange {
                 return None;
             }
         };
+        if now.drift_steps != before.drift_steps {
+            return self.follow_drift_step(now.taken_back - before.taken_back);
+        }
         let jump = now.jumped - before.jumped;
         let corrected = now.corrected - before.corrected;
         let is_rebased = now.rebases != before.rebases;
@@ -212,7 +227,7 @@ impl DelayExchange {
         if self.sender.is_none() || now < self.next_request {
             return None;
         }
-        let hurried = self.window.len() < PLENTY && self.hasty < HASTY_QUESTIONS;
+        let hurried = self.is_asked || self.window.len() < PLENTY && self.hasty < HASTY_QUESTIONS;
         self.hasty = self.hasty.saturating_add(1);
         self.next_request = now + if hurried { HASTE } else { LEISURE };
         let number = self.next;
@@ -232,6 +247,9 @@ impl DelayExchange {
         line: &FarLine,
     ) -> Result<(), Refusal> {
         let checked = self.check(response, arrived, line);
+        if let Ok(exchange) = checked {
+            self.history.push(exchange);
+        }
         match checked {
             // Its request left before the event, and its response after it: it fits neither line.
             Ok(_) if (response.number.wrapping_sub(self.first) as i32) < 0 => {}
@@ -247,6 +265,18 @@ impl DelayExchange {
             Err(_) => self.refused = self.refused.saturating_add(1),
         }
         checked.map(|_| ())
+    }
+
+    /// Whether messages that come later and later are the doing of the sender's clock (or of the path), once exchanges
+    /// tell. Until then they are made in haste.
+    pub fn is_drift_of_sender(&mut self, suspected: Option<&SuspectedDrift>) -> Option<bool> {
+        let told = suspected.and_then(|suspected| drift::whose(suspected, self.history.all()));
+        let is_new = suspected.is_some() && !self.is_asked;
+        self.is_asked = suspected.is_some() && told.is_none();
+        if is_new && self.is_asked {
+            self.next_request = Instant::from_nanos(i64::MIN);
+        }
+        told.map(|whose| whose == Whose::Sender)
     }
 
     /// Whether exchanges will tell of a step of the line at `now` whether it was the path's or the sender's.
@@ -372,6 +402,14 @@ impl DelayExchange {
         }
     }
 
+    /// The line is another one, and has not jumped by so much, but changed its drift.
+    fn follow_drift_step(&mut self, taken_back: Seconds) -> Option<Seconds> {
+        self.start_over();
+        let estimate = self.estimate.as_mut()?;
+        estimate.take_back(taken_back.0);
+        Some(Seconds::ZERO - taken_back)
+    }
+
     /// What an exchange says of whose the last step was.
     fn attribute(&mut self, exchange: &Exchange) {
         let ways = Ways {
@@ -413,6 +451,7 @@ impl DelayExchange {
 
     fn forget(&mut self) {
         self.start_over();
+        self.history.clear();
         self.estimate = None;
         self.step_of_sender = None;
         self.asymmetry = 0.0;

@@ -27,6 +27,8 @@ fn line(delay: Span) -> FarLine {
         sigma: Seconds::ZERO,
         jumped: Seconds::ZERO,
         corrected: Seconds::ZERO,
+        taken_back: Seconds::ZERO,
+        drift_steps: 0,
         rebases: 0,
         count_zero: Instant::from_nanos(123),
         here: at(0),

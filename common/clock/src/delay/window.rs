@@ -6,7 +6,7 @@ use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::FarLine;
 
 /// Exchanges kept: ten seconds' worth at ten per second, and some of the hasty ones.
-const KEPT: usize = 128;
+pub(super) const KEPT: usize = 128;
 
 /// One way in so many is early.
 const PART: usize = 32;
@@ -137,6 +137,11 @@ impl Window {
             there: self.median_of(|exchange| exchange.there(line)),
             back: self.median_of(|exchange| exchange.back(line)),
         })
+    }
+
+    /// All of them, the oldest first.
+    pub(super) fn all(&self) -> impl Iterator<Item = &Exchange> + Clone {
+        (0..self.len).map(|n| &self.kept[(self.oldest + n) % KEPT])
     }
 
     const fn drop_oldest(&mut self) {

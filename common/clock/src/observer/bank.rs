@@ -125,6 +125,15 @@ impl Bank {
         self.forget_event();
     }
 
+    /// The drift changed at once: all filters begin from what is known of the line now.
+    pub(super) fn begin_anew(&mut self, estimate: &Estimate) {
+        self.filters = [*estimate; FILTERS];
+        self.combined = *estimate;
+        self.correlated.jumped();
+        self.bias = 0.0;
+        self.forget_event();
+    }
+
     /// Moves on without a measurement, as when many messages were lost.
     pub(super) fn predict(&mut self, dt: f64) {
         for (filter, walk) in self.filters.iter_mut().zip(WALKS) {

@@ -68,6 +68,16 @@ impl Choice {
         }
     }
 
+    /// Both lines begin anew. Whether delays are correlated remains known.
+    pub(super) fn begin_anew(&mut self) {
+        *self = Self {
+            correlation: self.correlation.clone(),
+            small_shifts: self.small_shifts,
+            last_small_shift: self.last_small_shift,
+            ..Self::new()
+        };
+    }
+
     /// Whether the edge is followed.
     pub(super) const fn is_edge(&self) -> bool {
         self.by_edge

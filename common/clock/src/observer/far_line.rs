@@ -1,7 +1,8 @@
 //! The line that the observer follows as others may use it, and the delay that they tell it.
 
-use super::PhaseObserver;
+use super::filter::Estimate;
 use super::output::FarTime;
+use super::{LARGEST_DRIFT, PhaseObserver};
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
 
 /// The straight line from local time to far time as it was estimated when it was asked for: at the
@@ -12,7 +13,7 @@ use crate::instant::{Instant, Local, Remote, Seconds, Span};
 pub struct FarLine {
     /// The sender's run.
     pub epoch: u64,
-    /// Whether the observer is synchronised.
+    /// Whether the observer is synchronised, and the line not just found anew.
     pub synced: bool,
     /// How often locking had to begin again.
     pub relocks: u32,
@@ -23,6 +24,10 @@ pub struct FarLine {
     /// All corrections of the line by a better one, added up: it fell by as much, though the path's delay
     /// is what it was.
     pub corrected: Seconds,
+    /// How often the drift changed so much at once that the line was found anew.
+    pub drift_steps: u32,
+    /// All jumps that turned out to be changes of the drift then, added up: the path's delay did not grow by them.
+    pub taken_back: Seconds,
     /// How often counts were mapped anew to far time.
     pub rebases: u32,
     /// The far time of the run's count 0.
@@ -78,6 +83,7 @@ impl PhaseObserver {
         let Some(stream) = &mut self.stream else {
             return Span::ZERO;
         };
+        self.drift_change.attributed.forget();
         if libm::fabs(step.0) * 1e3 < self.parameters.smallest_skip_ms {
             return Span::ZERO;
         }
@@ -94,22 +100,32 @@ impl PhaseObserver {
     /// The line as it is now; none until there is one.
     #[must_use]
     pub fn line(&self) -> Option<FarLine> {
-        let stream = self.stream.as_ref()?;
         let followed = self.followed()?;
-        let estimate = followed.estimate;
-        let due = self.data_cycle_time * followed.at;
+        self.line_of(&followed.estimate, followed.at)
+    }
+
+    /// The line through an estimate, which is of this count since the first.
+    pub(super) fn line_of(&self, estimate: &Estimate, at: i64) -> Option<FarLine> {
+        let stream = self.stream.as_ref()?;
+        let due = self.data_cycle_time * at;
         let far = FarTime {
             instant: stream.origin + due,
             fraction_ns: 0.0,
         };
-        let rate = 1.0 / (1.0 + self.drift());
+        let rate = 1.0 / (1.0 + estimate.drift.clamp(-LARGEST_DRIFT, LARGEST_DRIFT));
         Some(FarLine {
             epoch: stream.epoch,
-            synced: self.progress.is_synced(),
+            synced: self.progress.is_synced()
+                && stream.newest_arrival >= self.drift_change.settled_from,
             relocks: self.events.relocks,
-            sigma: Seconds(stream.choice.sigma(estimate.offset_variance)),
+            sigma: Seconds(libm::hypot(
+                stream.choice.sigma(estimate.offset_variance),
+                self.drift_doubt(),
+            )),
             jumped: self.jumped,
             corrected: self.corrected,
+            drift_steps: self.drift_change.steps,
+            taken_back: self.drift_change.taken_back,
             rebases: self.events.rebases,
             count_zero: stream.origin - self.data_cycle_time * stream.first_count as i64,
             here: stream.first_arrival + due,

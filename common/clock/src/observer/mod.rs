@@ -19,11 +19,14 @@
 //!
 //! Nothing here allocates, and the work per message and per cycle is bounded.
 
+mod attributed;
 mod bank;
 mod choice;
 mod correlated_delay;
 mod correlation;
 mod counts;
+mod drift_change;
+mod drift_step;
 mod edge;
 mod far_line;
 mod filter;
@@ -43,6 +46,7 @@ mod show;
 mod steadiness;
 mod stream;
 
+pub use drift_change::SuspectedDrift;
 pub use far_line::FarLine;
 pub use output::FarTime;
 pub use parameters::ObserverParameters;
@@ -53,6 +57,8 @@ use crate::instant::{Instant, Local, Remote, Seconds, Span};
 use crate::time_sync::WrongParameter;
 use choice::Choice;
 use counts::{Counts, News};
+use drift_change::DriftChange;
+use drift_step::DriftSteps;
 use edge::Edge;
 use filter::Estimate;
 use jitter::{FIRST_BLOCK, Jitter};
@@ -109,6 +115,7 @@ pub struct PhaseObserver {
     jumped: Seconds,
     /// See [`FarLine::corrected`].
     corrected: Seconds,
+    drift_change: DriftChange,
     stream: Option<Stream>,
     shown: Option<Shown>,
     progress: Progress,
@@ -143,6 +150,7 @@ impl PhaseObserver {
             delay: PathDelay::default(),
             jumped: Seconds::ZERO,
             corrected: Seconds::ZERO,
+            drift_change: DriftChange::new(),
             stream: None,
             shown: None,
             progress: Progress::starting_at(Instant::EPOCH),
@@ -193,9 +201,14 @@ impl PhaseObserver {
             self.corrected.0 += jump;
             if let Some(shift) = shift {
                 self.jumped.0 += shift;
+                self.drift_change.attributed.note(time, shift);
                 self.events.shift(arrived);
             }
         }
+        self.suspect_drift_step(time, phase, arrived);
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
         stream.resolution.take(arrived);
         let coarse = self.jitter.cell() > 0.0;
         let is_queue = gap * 2 < self.data_cycle_time;
@@ -265,6 +278,7 @@ impl PhaseObserver {
         let origin = self.origin_of(count, arrived);
         self.progress = Progress::starting_at(arrived);
         self.detector.clear();
+        self.drift_change.suspect = None;
         self.stream = Some(Stream {
             epoch,
             previous_epoch,
@@ -283,6 +297,7 @@ impl PhaseObserver {
                 self.parameters.smallest_skip_ms * 1e-3,
             ),
             choice: Choice::new(),
+            drift_steps: DriftSteps::new(self.seconds_per_count),
         });
     }
 
@@ -470,6 +485,7 @@ impl PhaseObserver {
         }
         let by_cycles = cycles as f64 * self.seconds_per_count;
         if skip {
+            stream.drift_steps.forget_points();
             // Whole cycles of the sender's clock are exact; the edge finds the rest.
             let drift = stream.edge.line().map_or(0.0, |edge| edge.estimate.drift);
             let by = if cycles != 0 {
@@ -491,11 +507,13 @@ impl PhaseObserver {
         if size >= SMALL_SHIFT || !stream.choice.is_correlated() {
             self.events.shift(arrived);
         }
-        if !stream.choice.is_edge() {
-            self.jumped.0 += shift - by_cycles;
-        } else if cycles == 0 {
-            self.jumped.0 += shift;
-        }
+        let jumped = match (stream.choice.is_edge(), cycles) {
+            (false, _) => shift - by_cycles,
+            (true, 0) => shift,
+            (true, _) => 0.0,
+        };
+        self.jumped.0 += jumped;
+        self.drift_change.attributed.note(time, jumped);
         if cycles != 0 {
             stream.origin += self.data_cycle_time * cycles;
             self.events.rebase();

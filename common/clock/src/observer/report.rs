@@ -70,6 +70,8 @@ pub struct ObserverOutput {
     pub shifts: u32,
     /// When the last of them was noticed.
     pub last_shift: Option<Instant<Local>>,
+    /// How often the sender's drift changed so much at once that the line was found anew.
+    pub drift_steps: u32,
     /// How often locking had to begin again: a restarted or lost sender.
     pub relocks: u32,
     /// When it last did.

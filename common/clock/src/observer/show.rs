@@ -79,6 +79,7 @@ impl PhaseObserver {
             block_length: BLOCK as u16,
             shifts: events.shifts,
             last_shift: events.last_shift,
+            drift_steps: self.drift_change.steps,
             relocks: events.relocks,
             last_relock: events.last_relock,
             rebases: events.rebases,
@@ -104,7 +105,8 @@ impl PhaseObserver {
             // What the filter does not know of the offset it does not know of the drift either.
             let doubt = sigma / libm::sqrt(variance);
             output.drift_sigma_ppm = doubt * libm::sqrt(drift_variance) * 1e6;
-            output.offset_sigma = Seconds(libm::hypot(sigma, self.unseen(now)));
+            let doubt = libm::hypot(self.unseen(now), self.drift_doubt());
+            output.offset_sigma = Seconds(libm::hypot(sigma, doubt));
             output.random_walk_ppm = line.bank.random_walk_ppm();
             output.lead = Seconds(self.jitter.moved());
             output.normal_jitter = Seconds(self.jitter.normal());

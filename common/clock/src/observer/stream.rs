@@ -3,6 +3,7 @@
 use super::bank::Bank;
 use super::choice::Choice;
 use super::counts::Counts;
+use super::drift_step::DriftSteps;
 use super::edge::Edge;
 use super::jitter::{FIRST_BLOCK, Jitter};
 use super::resolution::Resolution;
@@ -36,6 +37,8 @@ pub(super) struct Stream {
     pub(super) edge: Edge,
     /// Which of the two is followed.
     pub(super) choice: Choice,
+    /// Whether the phases lie on a line with another drift.
+    pub(super) drift_steps: DriftSteps,
 }
 
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,0 +1,117 @@
+//! Links, and what happens on them from [`BEGINS`] on.
+
+use crate::world::{Course, Link};
+
+/// When it happens, s, and how long it is watched.
+pub(crate) const BEGINS: f64 = 15.0;
+pub(crate) const WATCHED: f64 = 30.0;
+
+const fn link(sender_us: f64, network_us: f64) -> Link {
+    Link {
+        sender: sender_us * 1e-6,
+        network: network_us * 1e-6,
+        correlated: None,
+        stamps: false,
+        exchanges: true,
+    }
+}
+
+pub(crate) const LINKS: [(&str, Link); 6] = [
+    ("1/5", link(1.0, 5.0)),
+    ("5/20", link(5.0, 20.0)),
+    (
+        "5/20 stamped",
+        Link {
+            stamps: true,
+            ..link(5.0, 20.0)
+        },
+    ),
+    (
+        "5/20, no exchanges",
+        Link {
+            exchanges: false,
+            ..link(5.0, 20.0)
+        },
+    ),
+    ("20/100", link(20.0, 100.0)),
+    (
+        "5/20, AR(1) 15 µs/0.3 s",
+        Link {
+            correlated: Some((15e-6, 0.3)),
+            ..link(5.0, 20.0)
+        },
+    ),
+];
+
+const fn drift(drift: fn(f64) -> f64) -> Course {
+    Course {
+        drift,
+        delay: |_| 0.0,
+    }
+}
+
+const fn delay(delay: fn(f64) -> f64) -> Course {
+    Course {
+        drift: |_| 0.0,
+        delay,
+    }
+}
+
+fn since(time: f64) -> f64 {
+    time - BEGINS
+}
+
+fn step(time: f64, size: f64) -> f64 {
+    if time < BEGINS { 0.0 } else { size }
+}
+
+/// From nothing at the beginning, up and down, beginning upwards.
+fn triangle(time: f64, amplitude: f64, period: f64) -> f64 {
+    let part = (since(time).max(0.0) / period).rem_euclid(1.0);
+    let height = match part {
+        ..0.25 => 4.0 * part,
+        0.25..0.75 => 2.0 - 4.0 * part,
+        _ => 4.0 * part - 4.0,
+    };
+    amplitude * height
+}
+
+/// What is to be followed: the sender's clock.
+pub(crate) const DRIFTS: [(&str, Course); 9] = [
+    ("drift +20 ppm", drift(|t| step(t, 20.0))),
+    ("drift −20 ppm", drift(|t| step(t, -20.0))),
+    ("drift +50 ppm", drift(|t| step(t, 50.0))),
+    ("drift −50 ppm", drift(|t| step(t, -50.0))),
+    ("drift +200 ppm", drift(|t| step(t, 200.0))),
+    ("drift −200 ppm", drift(|t| step(t, -200.0))),
+    ("drift +500 ppm", drift(|t| step(t, 500.0))),
+    ("drift −500 ppm", drift(|t| step(t, -500.0))),
+    (
+        "drift +100 ppm/s for 3 s",
+        drift(|t| 100.0 * since(t).clamp(0.0, 3.0)),
+    ),
+];
+
+/// What is not: the path.
+pub(crate) const DELAYS: [(&str, Course); 5] = [
+    (
+        "delay +200 µs in 0.5 s",
+        delay(|t| 400e-6 * since(t).clamp(0.0, 0.5)),
+    ),
+    (
+        "delay +1 ms in 2 s",
+        delay(|t| 500e-6 * since(t).clamp(0.0, 2.0)),
+    ),
+    (
+        "delay +1 ms in 20 s",
+        delay(|t| 50e-6 * since(t).clamp(0.0, 20.0)),
+    ),
+    (
+        "delay ±50 µs every 3 s",
+        delay(|t| step(t, 50e-6) + triangle(t, 50e-6, 3.0)),
+    ),
+    (
+        "delay ±200 µs every 3 s",
+        delay(|t| step(t, 200e-6) + triangle(t, 200e-6, 3.0)),
+    ),
+];

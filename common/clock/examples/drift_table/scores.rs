@@ -1,0 +1,68 @@
+//! How far off the far time is, and for how long.
+
+use crate::cases::{BEGINS, WATCHED};
+use crate::world::{Course, Link, run};
+
+/// What it usually is off before anything happens is taken from so many seconds.
+const BEFORE: f64 = 3.0;
+/// The last seconds count as the end.
+const END: f64 = 2.0;
+/// It is settled once it stays as near as this, s, and such a part of the network's jitter.
+const SETTLED: f64 = 5e-6;
+const SETTLED_PART: f64 = 0.25;
+
+/// One run. In s, what it was off before taken away.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Score {
+    pub(crate) worst: f64,
+    pub(crate) settled_after: f64,
+    pub(crate) at_end: f64,
+    /// Of the exchange with the least round trip of the last second.
+    pub(crate) worst_of_exchanges: f64,
+    /// How often the drift was taken to have changed at once.
+    pub(crate) steps: u32,
+    /// Cycles in which the uncertainty did not cover the error, while the delay was measured.
+    pub(crate) beyond: u32,
+}
+
+pub(crate) fn score(link: &Link, course: &Course, seed: u64) -> Score {
+    let mut score = Score::default();
+    let (mut usual, mut count) = (0.0, 0.0);
+    let width = link.correlated.map_or(0.0, |(width, _)| width);
+    let near = SETTLED + SETTLED_PART * (link.network + width);
+    run(link, course, seed, BEGINS + WATCHED, |cycle| {
+        let since = cycle.time - BEGINS;
+        if (-BEFORE..0.0).contains(&since) {
+            count += 1.0;
+            usual += (cycle.error - usual) / count;
+        }
+        if since < 0.0 {
+            return;
+        }
+        let off = f64::abs(cycle.error - usual);
+        score.worst = score.worst.max(off);
+        if off > near {
+            score.settled_after = since;
+        }
+        if since > WATCHED - END {
+            score.at_end = score.at_end.max(off);
+        }
+        if let Some(error) = cycle.best_exchange {
+            score.worst_of_exchanges = score.worst_of_exchanges.max(error.abs());
+        }
+        let output = &cycle.output;
+        if let Some(uncertainty) = output.delay.uncertainty {
+            let bound = uncertainty.0 + output.observer.slew_remaining.0.abs();
+            score.beyond += u32::from(cycle.error.abs() > bound);
+        }
+        score.steps = output.observer.drift_steps;
+    });
+    score
+}
+
+/// The middle and the largest of something.
+pub(crate) fn middle_and_most(scores: &[Score], of: fn(&Score) -> f64) -> [f64; 2] {
+    let mut all: Vec<_> = scores.iter().map(of).collect();
+    all.sort_by(f64::total_cmp);
+    [all[all.len() / 2], all[all.len() - 1]]
+}

@@ -1,0 +1,157 @@
+//! Whose a change of the drift is: the sender's clock's, or the path's.
+//!
+//! Messages come later and later, by `c` per second more than before. Against the line that they are on now, requests are
+//! under way (see [`super`]) for
+//!
+//! ```text
+//!                                        way there
+//! the sender's clock has another drift      0         it is where the messages say
+//! all ways become longer                 +2·c·t
+//! that of messages becomes longer         +c·t        and that of responses, or not
+//! ```
+//!
+//! Nothing of before is needed for that, when the line may have been wrong for a while.
+
+use super::window::Exchange;
+use crate::observer::SuspectedDrift;
+
+/// Requests go out in haste or at leisure: the means of stretches of so long at least, s, weigh alike.
+const STRETCH: f64 = 0.06;
+/// So many stretches at most, and how many tell at least.
+const STRETCHES: usize = 64;
+const ENOUGH: usize = 5;
+/// Such a part of the change is as good as nothing, and to be told from all of it: so the slope is to be known that well that
+/// its standard deviation is such a part of the change. A drift that is taken for a path is looked at again a second later; a path
+/// that is taken for a drift leads away.
+const NOTHING: f64 = 0.35;
+const CERTAIN: f64 = 0.15;
+/// What is so much later than the others of its stretch, s, is a hold-up, and says nothing.
+const HELD_UP: f64 = 0.5e-3;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Whose {
+    Sender,
+    Path,
+}
+
+/// None as long as it is not certain.
+pub(super) fn whose<'a>(
+    suspected: &SuspectedDrift,
+    exchanges: impl Iterator<Item = &'a Exchange> + Clone,
+) -> Option<Whose> {
+    let line = &suspected.line;
+    let after = |of: &Exchange| (of.stamps.requested - suspected.since).as_secs_f64();
+    let span = exchanges.clone().map(after).fold(0.0, f64::max);
+    let stretch = STRETCH.max(span / (STRETCHES as f64 - 1.0));
+    let mut stretches = [Stretch::default(); STRETCHES];
+    for exchange in exchanges.filter(|exchange| after(exchange) >= 0.0) {
+        let way = line.offset_at(exchange.stamps.received, exchange.stamps.requested);
+        stretches[(after(exchange) / stretch) as usize].take(after(exchange), way.0);
+    }
+    let growth = Growth::of(&stretches)?;
+    let is_certain = growth.sigma < CERTAIN * suspected.change.abs();
+    is_certain.then_some(match libm::fabs(growth.by / suspected.change) < NOTHING {
+        true => Whose::Sender,
+        false => Whose::Path,
+    })
+}
+
+/// The mean of the ways of a stretch.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stretch {
+    count: f64,
+    time: f64,
+    way: f64,
+}
+
+impl Stretch {
+    fn take(&mut self, time: f64, way: f64) {
+        if self.count > 0.0 && way > self.way + HELD_UP {
+            return;
+        }
+        if self.count > 0.0 && way < self.way - HELD_UP {
+            self.count = 0.0;
+        }
+        self.count += 1.0;
+        self.time += (time - self.time) / self.count;
+        self.way += (way - self.way) / self.count;
+    }
+}
+
+/// By how much ways grow per second.
+struct Growth {
+    by: f64,
+    sigma: f64,
+}
+
+impl Growth {
+    fn of(stretches: &[Stretch]) -> Option<Self> {
+        let known = stretches.iter().filter(|stretch| stretch.count > 0.0);
+        let count = known.clone().count();
+        if count < ENOUGH {
+            return None;
+        }
+        let n = count as f64;
+        let mean = |of: fn(&Stretch) -> f64| known.clone().map(of).sum::<f64>() / n;
+        let (time, way) = (mean(|one| one.time), mean(|one| one.way));
+        let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+            let terms = known.clone();
+            terms.map(|one| of(one.time - time, one.way - way)).sum()
+        };
+        let squares = sum(&|t, _| t * t);
+        let by = sum(&|t, w| t * w) / squares;
+        let scatter = sum(&|t, w| (w - by * t) * (w - by * t)) / (n - 2.0);
+        Some(Self {
+            by,
+            sigma: libm::sqrt(scatter / squares),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The growth of ways that are `way` long, asked every 20 ms for so long, s.
+    fn growth(span: f64, way: fn(f64) -> f64) -> Option<Growth> {
+        let mut stretches = [Stretch::default(); STRETCHES];
+        for k in 0..(span / 0.02) as u32 {
+            let time = 0.02 * f64::from(k);
+            let jitter = 20e-6 * f64::from(k.wrapping_mul(2_654_435_761) >> 8 & 0xffff) / 65_536.0;
+            stretches[(time / STRETCH) as usize].take(time, way(time) + jitter);
+        }
+        Growth::of(&stretches)
+    }
+
+    #[test]
+    fn the_growth_of_ways_is_found() {
+        assert!(growth(0.2, |_| 1e-3).is_none(), "too few");
+        for way in [
+            |_| 1e-3,
+            |time: f64| 1e-3 + 200e-6 * time,
+            |time: f64| 1e-3 - 200e-6 * time,
+        ] {
+            let true_growth = way(1.0) - way(0.0);
+            let growth = growth(1.0, way).unwrap();
+            assert!(growth.sigma < 10e-6);
+            assert!(
+                (growth.by - true_growth).abs() < 4.0 * growth.sigma,
+                "{}",
+                growth.by
+            );
+        }
+    }
+
+    #[test]
+    fn hold_ups_say_nothing() {
+        let held_up = |time: f64| {
+            1e-3 + if time > 0.7 && time < 0.75 {
+                30e-3
+            } else {
+                0.0
+            }
+        };
+        let growth = growth(1.0, held_up).unwrap();
+        assert!(growth.by.abs() < 4.0 * growth.sigma, "{}", growth.by);
+    }
+}

@@ -1,0 +1,27 @@
+//! The last jumps of the line that were taken for the path's.
+
+const KEPT: usize = 16;
+
+/// When the line jumped, and by how much, s.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Attributed {
+    jumps: [(f64, f64); KEPT],
+    next: usize,
+}
+
+impl Attributed {
+    pub(super) fn note(&mut self, time: f64, jump: f64) {
+        self.jumps[self.next] = (time, jump);
+        self.next = (self.next + 1) % KEPT;
+    }
+
+    /// All jumps since then, s.
+    pub(super) fn since(&self, time: f64) -> f64 {
+        let jumps = self.jumps.iter().filter(|(at, _)| *at >= time);
+        jumps.map(|(_, jump)| jump).sum()
+    }
+
+    pub(super) fn forget(&mut self) {
+        *self = Self::default();
+    }
+}

@@ -1,0 +1,214 @@
+//! What is done when messages come later and later: whose it is, and how the line begins anew.
+
+use super::attributed::Attributed;
+use super::drift_step::DriftStep;
+use super::edge::Edge;
+use super::far_line::FarLine;
+use super::filter::Estimate;
+use super::stream::Line;
+use super::{LARGEST_DRIFT, PhaseObserver};
+use crate::instant::{Instant, Local, Seconds, Span};
+
+/// Exchanges tell within this time whose a change of the drift is, or nothing is done about it.
+const LONGEST_DOUBT: Span = Span::from_secs(3);
+/// It must be seen again within this time.
+const SEEN_AGAIN_WITHIN: Span = Span::from_millis(500);
+/// If it is the path's nobody asks again for so long.
+const LEAVE_DRIFT_FOR: Span = Span::from_secs(1);
+/// The standard deviation that such a doubt is: the uncertainty covers three.
+const DOUBTED: f64 = 0.4;
+/// Until the line is settled it may be off by what the change comes to in so many seconds.
+const UNSETTLED: f64 = 0.3;
+/// After the drift changed at once the line is moved a little for so long.
+const SETTLING: Span = Span::from_secs(2);
+
+/// Messages come later and later, or earlier and earlier, than the line says. Either the sender's clock has another
+/// drift, or the path's delay grows or shrinks.
+#[derive(Clone, Copy, Debug)]
+pub struct SuspectedDrift {
+    /// Since about then.
+    pub since: Instant<Local>,
+    /// By how much later per second, s/s.
+    pub change: f64,
+    /// The line that the last messages are on.
+    pub line: FarLine,
+}
+
+/// What became of the drift.
+#[derive(Clone, Debug)]
+pub(super) struct DriftChange {
+    /// How often it changed at once.
+    pub(super) steps: u32,
+    /// By how much the last time, s/s.
+    last: f64,
+    /// See [`FarLine::taken_back`].
+    pub(super) taken_back: Seconds,
+    pub(super) attributed: Attributed,
+    /// From then on the line is taken for known again.
+    pub(super) settled_from: Instant<Local>,
+    pub(super) suspect: Option<Suspect>,
+    /// What was taken for the path's, and until when.
+    left: Option<(SuspectedDrift, Instant<Local>)>,
+}
+
+impl DriftChange {
+    pub(super) fn new() -> Self {
+        Self {
+            steps: 0,
+            last: 0.0,
+            taken_back: Seconds::ZERO,
+            attributed: Attributed::default(),
+            settled_from: Instant::from_nanos(i64::MIN),
+            suspect: None,
+            left: None,
+        }
+    }
+
+    /// What is taken for the path's then.
+    fn left_at(&self, at: Instant<Local>) -> Option<&SuspectedDrift> {
+        let left = self.left.as_ref().filter(|(_, until)| at < *until);
+        left.map(|(drift, _)| drift)
+    }
+}
+
+/// A drift that may have changed.
+#[derive(Clone, Debug)]
+pub(super) struct Suspect {
+    drift: SuspectedDrift,
+    /// What it was when it was `seen` last.
+    step: DriftStep,
+    noticed: Instant<Local>,
+    seen: Instant<Local>,
+}
+
+impl Suspect {
+    /// Whether it is the same change, seen again. What is seen in finer windows is younger.
+    fn is_like(&self, step: &DriftStep) -> bool {
+        let is_finer = step.window < 0.75 * self.step.window;
+        !is_finer && (0.5..2.0).contains(&(step.change / self.drift.change))
+    }
+}
+
+impl PhaseObserver {
+    /// Whether it is in doubt whose doing it is that messages come later and later. As long as exchanges tell (see
+    /// [`leave_steps_to_exchanges`](Self::leave_steps_to_exchanges)), nothing is done about it until
+    /// [`attribute_drift`](Self::attribute_drift) says.
+    #[must_use]
+    pub const fn suspected_drift(&self) -> Option<&SuspectedDrift> {
+        match &self.drift_change.suspect {
+            Some(suspect) => Some(&suspect.drift),
+            None => None,
+        }
+    }
+
+    /// What was suspected is the sender's clock, or the path's delay.
+    pub fn attribute_drift(&mut self, to_sender: bool) {
+        let Some(suspect) = self.drift_change.suspect.take() else {
+            return;
+        };
+        if to_sender {
+            self.follow_drift_step(&suspect.step);
+        } else {
+            self.drift_change.left = Some((suspect.drift, suspect.seen + LEAVE_DRIFT_FOR));
+        }
+    }
+
+    /// What the line may be off by if what is suspected is the sender's, as a standard deviation, s.
+    pub(super) fn drift_doubt(&self) -> f64 {
+        let change = &self.drift_change;
+        let Some(stream) = &self.stream else {
+            return 0.0;
+        };
+        let now = stream.newest_arrival;
+        let suspected = change.suspect.as_ref().map(|suspect| &suspect.drift);
+        let doubted = match suspected.or(change.left_at(now)) {
+            Some(drift) => {
+                let since = now - drift.since;
+                libm::fabs(drift.change) * since.as_secs_f64().max(0.0)
+            }
+            None if now < change.settled_from => libm::fabs(change.last) * UNSETTLED,
+            None => 0.0,
+        };
+        DOUBTED * doubted
+    }
+
+    /// Takes the newest phase. If the last ones lie on a line with another drift, exchanges tell whose it is; where there
+    /// are none it is the sender's.
+    pub(super) fn suspect_drift_step(&mut self, time: f64, phase: f64, arrived: Instant<Local>) {
+        if let Some(step) = self.take_drift_step(time, phase)
+            && self.drift_change.left_at(arrived).is_none()
+        {
+            self.drift_change.suspect = self.suspicion(step, arrived);
+        }
+        let Some(suspect) = &self.drift_change.suspect else {
+            return;
+        };
+        if !self.exchanges_tell {
+            self.attribute_drift(true);
+        } else if arrived - suspect.noticed > LONGEST_DOUBT {
+            self.attribute_drift(false);
+        } else if arrived - suspect.seen > SEEN_AGAIN_WITHIN {
+            self.drift_change.suspect = None;
+        }
+    }
+
+    /// Whether the phases, of which this is the newest, lie on a line with another drift.
+    fn take_drift_step(&mut self, time: f64, phase: f64) -> Option<DriftStep> {
+        let followed = self.followed()?;
+        let stream = self.stream.as_mut()?;
+        let ahead = time - followed.at as f64 * self.seconds_per_count;
+        let Estimate { offset, drift, .. } = followed.estimate;
+        let line = (offset + drift * ahead, drift);
+        let step = stream.drift_steps.observe(time, phase, line);
+        // Before, the line is still being found.
+        let is_plausible = |step: &DriftStep| libm::fabs(step.estimate.drift) < LARGEST_DRIFT;
+        step.filter(|step| self.progress.is_synced() && is_plausible(step))
+    }
+
+    fn suspicion(&self, step: DriftStep, seen: Instant<Local>) -> Option<Suspect> {
+        let before = self.drift_change.suspect.as_ref();
+        let first_arrival = self.stream.as_ref()?.first_arrival;
+        let since = first_arrival + Span::from_secs_f64(step.since + step.phase_then);
+        let at = libm::round(step.at / self.seconds_per_count) as i64;
+        let drift = SuspectedDrift {
+            since: match before {
+                Some(before) if before.is_like(&step) => before.drift.since,
+                _ => since,
+            },
+            change: step.change,
+            line: self.line_of(&step.estimate, at)?,
+        };
+        Some(Suspect {
+            drift,
+            step,
+            noticed: before.map_or(seen, |before| before.noticed),
+            seen,
+        })
+    }
+
+    /// The drift changed: both lines begin anew from what the phases show. What the path's delay seemed to have
+    /// grown by meanwhile was the sender's clock.
+    fn follow_drift_step(&mut self, step: &DriftStep) {
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        let Some(line) = &mut stream.line else {
+            return;
+        };
+        line.at = libm::round(step.at / self.seconds_per_count) as i64;
+        line.bank.begin_anew(&step.estimate);
+        line.bounds = Line::bounds(&line.bank, &self.jitter);
+        stream.filled = 0;
+        let smallest_skip = self.parameters.smallest_skip_ms * 1e-3;
+        stream.edge = Edge::new(self.seconds_per_count, smallest_skip);
+        stream.choice.begin_anew();
+        stream.drift_steps.forget_points();
+        self.detector.clear();
+        let change = &mut self.drift_change;
+        change.steps = change.steps.saturating_add(1);
+        change.last = step.change;
+        change.settled_from = stream.newest_arrival + SETTLING;
+        change.taken_back.0 += change.attributed.since(step.since);
+        change.attributed.forget();
+    }
+}

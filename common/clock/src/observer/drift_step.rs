@@ -1,0 +1,393 @@
+//! A drift that has changed for good: phases that lie on another straight line than the one that is followed.
+//!
+//! The line follows a drift that wanders. One that changes at once by tens of ppm, as where somebody disciplines the
+//! sender's clock, carries the phases away before it has followed; then all messages are late, or early, and that looks like a
+//! longer delay again and again. But a delay that jumps leaves the phases as steep as they were, while these have another slope.
+//! So the low phases of short windows are kept, on several scales of time, and the slope through the last of them is compared
+//! with the drift of the line. How far both usually differ on a scale tells what is out of the ordinary there: where delays
+//! are correlated that is a lot in a second, and little in ten.
+
+use super::filter::Estimate;
+
+/// A window of the finest scale takes so long, s, but has at least so many counts.
+const FINEST: f64 = 0.05;
+const FEWEST_COUNTS: f64 = 16.0;
+/// Each scale has windows twice as long as the one before.
+const SCALES: usize = 7;
+/// So many points make a slope.
+const POINTS: usize = 8;
+/// A slope is another drift if it is so many times farther off than usual, and of its own standard deviation …
+const OUT_OF_THE_ORDINARY: f64 = 8.0;
+const SIGNIFICANT: f64 = 10.0;
+/// … and the points are so many times nearer, in squares, to one line than to two that are as steep as before, with a jump of
+/// the delay between them.
+const BETTER: f64 = 6.0;
+/// What is usual is a mean over so many slopes, each of which counts as so many times the usual at most; and is known after
+/// so many.
+const MEMORY: f64 = 128.0;
+const CLIPPED: f64 = 2.5;
+const KNOWN_AFTER: u32 = 24;
+/// By such a part of what the first window shows of the change a point may be off.
+const DOUBT: f64 = 0.5;
+/// Smaller changes are left to the filters, s/s.
+const SMALLEST: f64 = 8e-6;
+
+/// Watches the slope of the phases.
+#[derive(Clone, Debug)]
+pub(super) struct DriftSteps {
+    window: f64,
+    scales: [Scale; SCALES],
+    open: Open,
+}
+
+/// The open window of the finest scale.
+#[derive(Clone, Copy, Debug)]
+struct Open {
+    since: f64,
+    least: Option<Point>,
+    second: Option<Point>,
+}
+
+/// A low phase: when its message was due, s, and by how much it was above the line, s.
+#[derive(Clone, Copy, Debug, Default)]
+struct Point {
+    time: f64,
+    phase: f64,
+    above: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Scale {
+    points: [Point; POINTS],
+    len: usize,
+    /// The first of two points that become one of the next scale.
+    first: Option<Point>,
+    /// Mean square of what slopes differ from the drift by, s²/s².
+    usual: f64,
+    known: u32,
+    /// How far low phases usually are above the line: a mean over those that have left `points`, s.
+    above: f64,
+    left: u32,
+}
+
+/// What the phases have become.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DriftStep {
+    /// The line that they are on at `at`, s: where the line would be that was followed.
+    pub(super) at: f64,
+    pub(super) estimate: Estimate,
+    /// By how much the drift changed, s/s.
+    pub(super) change: f64,
+    /// When the message of the first point was due, s, and its phase.
+    pub(super) since: f64,
+    pub(super) phase_then: f64,
+    /// How far points are apart, s.
+    pub(super) window: f64,
+}
+
+impl DriftSteps {
+    /// For messages that come every so many seconds.
+    pub(super) const fn new(seconds_per_count: f64) -> Self {
+        Self {
+            window: FINEST.max(FEWEST_COUNTS * seconds_per_count),
+            scales: [Scale::NEW; SCALES],
+            open: Open::at(f64::NEG_INFINITY),
+        }
+    }
+
+    /// Takes the phase of a message due at `time`, and the line that is followed there: its offset and its drift.
+    pub(super) fn observe(
+        &mut self,
+        time: f64,
+        phase: f64,
+        (offset, drift): (f64, f64),
+    ) -> Option<DriftStep> {
+        let mut found = None;
+        if time >= self.open.since + self.window {
+            let closed = self.open.second;
+            let gap = time >= self.open.since + 2.0 * self.window;
+            self.open = Open::at(time);
+            match closed {
+                Some(point) if !gap => found = self.close(point, drift),
+                _ => self.forget_points(),
+            }
+        }
+        self.open.take(Point {
+            time,
+            phase,
+            above: phase - offset,
+        });
+        found
+    }
+
+    /// The path's delay jumped: points before and after it are on no line. Or the line was found anew.
+    pub(super) fn forget_points(&mut self) {
+        for scale in &mut self.scales {
+            scale.forget_points();
+        }
+        self.open = Open::at(self.open.since);
+    }
+
+    /// A window of the finest scale is over, and with it those of others that end there.
+    fn close(&mut self, point: Point, drift: f64) -> Option<DriftStep> {
+        let mut point = point;
+        let mut found = None;
+        let mut finer = None;
+        for scale in &mut self.scales {
+            found = found.or(scale.take(point, drift, finer));
+            finer = scale.usual().or(finer);
+            let Some(first) = scale.first.take() else {
+                scale.first = Some(point);
+                break;
+            };
+            if first.above < point.above {
+                point = first;
+            }
+        }
+        found
+    }
+}
+
+impl Open {
+    const fn at(since: f64) -> Self {
+        Self {
+            since,
+            least: None,
+            second: None,
+        }
+    }
+
+    /// The second lowest is kept: now and then a single message is too early.
+    fn take(&mut self, point: Point) {
+        let lower = |than: &Option<Point>| than.is_none_or(|than| point.above < than.above);
+        if lower(&self.least) {
+            self.second = self.least.replace(point);
+        } else if lower(&self.second) {
+            self.second = Some(point);
+        }
+    }
+}
+
+impl Scale {
+    const NEW: Self = Self {
+        points: [Point {
+            time: 0.0,
+            phase: 0.0,
+            above: 0.0,
+        }; POINTS],
+        len: 0,
+        first: None,
+        usual: 0.0,
+        known: 0,
+        above: 0.0,
+        left: 0,
+    };
+
+    fn forget_points(&mut self) {
+        self.len = 0;
+        self.first = None;
+    }
+
+    /// What slopes of this scale usually differ from the drift by, once that is known.
+    fn usual(&self) -> Option<f64> {
+        (self.known >= KNOWN_AFTER).then(|| libm::sqrt(self.usual))
+    }
+
+    /// `finer`: what is usual on a finer scale is more than on this one.
+    fn take(&mut self, point: Point, drift: f64, finer: Option<f64>) -> Option<DriftStep> {
+        if self.len == POINTS {
+            self.left = self.left.saturating_add(1);
+            let part = 1.0 / f64::from(self.left.min(32));
+            self.above += (self.points[0].above - self.above) * part;
+            self.points.copy_within(1.., 0);
+            self.len -= 1;
+        }
+        self.points[self.len] = point;
+        self.len += 1;
+        if self.len < POINTS {
+            return None;
+        }
+        let line = Fit::through(&self.points);
+        let off = line.slope - drift;
+        let is_other = self.usual().or(finer).is_some_and(|usual| {
+            let least = (OUT_OF_THE_ORDINARY * usual)
+                .max(SIGNIFICANT * line.slope_sigma())
+                .max(SMALLEST);
+            libm::fabs(off) > least && self.scatter_of_jump(drift) > BETTER * line.scatter
+        });
+        if is_other {
+            return Some(self.step(&line, off));
+        }
+        self.learn(off);
+        None
+    }
+
+    /// The least sum of squares about two lines of the drift of before, of which one has the first points and the other one
+    /// the others.
+    fn scatter_of_jump(&self, drift: f64) -> f64 {
+        let scatter = |points: &[Point]| {
+            let n = points.len() as f64;
+            let above = |point: &Point| {
+                point.phase - points[0].phase - drift * (point.time - points[0].time)
+            };
+            let mean = points.iter().map(above).sum::<f64>() / n;
+            let square = |point: &Point| {
+                let off = above(point) - mean;
+                off * off
+            };
+            points.iter().map(square).sum::<f64>()
+        };
+        let splits = (1..POINTS).map(|at| self.points.split_at(at));
+        let sums = splits.map(|(before, after)| scatter(before) + scatter(after));
+        sums.fold(f64::INFINITY, f64::min)
+    }
+
+    fn learn(&mut self, off: f64) {
+        self.known = self.known.saturating_add(1);
+        let square = off * off;
+        let square = match self.known > KNOWN_AFTER {
+            true => square.min(CLIPPED * CLIPPED * self.usual),
+            false => square,
+        };
+        let part = 1.0 / f64::from(self.known).min(MEMORY);
+        self.usual += (square - self.usual) * part;
+    }
+
+    /// What it has become, if it differs by `off`. The first of the points may be of before.
+    fn step(&self, line: &Fit, off: f64) -> DriftStep {
+        let last = self.points[POINTS - 1].time;
+        let window = (last - self.points[0].time) / (POINTS as f64 - 1.0);
+        let doubt = DOUBT * off * window;
+        let scatter = line.variance() + doubt * doubt;
+        let ahead = last - line.time;
+        let drift_variance = scatter / line.squares;
+        DriftStep {
+            at: last,
+            estimate: Estimate {
+                offset: line.phase + line.slope * ahead - self.above,
+                drift: line.slope,
+                offset_variance: scatter / POINTS as f64 + drift_variance * ahead * ahead,
+                covariance: drift_variance * ahead,
+                drift_variance,
+            },
+            change: off,
+            since: self.points[0].time,
+            phase_then: self.points[0].phase,
+            window,
+        }
+    }
+}
+
+/// A straight line through points, by least squares.
+struct Fit {
+    time: f64,
+    phase: f64,
+    slope: f64,
+    /// Sums of squares: of the times from their mean, and of the phases from the line.
+    squares: f64,
+    scatter: f64,
+}
+
+impl Fit {
+    /// The variance of a point.
+    fn variance(&self) -> f64 {
+        self.scatter / (POINTS as f64 - 2.0)
+    }
+
+    fn slope_sigma(&self) -> f64 {
+        libm::sqrt(self.variance() / self.squares)
+    }
+
+    fn through(points: &[Point]) -> Self {
+        let n = points.len() as f64;
+        let time = points.iter().map(|point| point.time).sum::<f64>() / n;
+        let phase = points.iter().map(|point| point.phase).sum::<f64>() / n;
+        let sum = |f: fn(f64, f64) -> f64| -> f64 {
+            let terms = points.iter();
+            terms
+                .map(|point| f(point.time - time, point.phase - phase))
+                .sum()
+        };
+        let squares = sum(|t, _| t * t);
+        let slope = sum(|t, p| t * p) / squares;
+        let scatter = (sum(|_, p| p * p) - slope * slope * squares).max(0.0);
+        Self {
+            time,
+            phase,
+            slope,
+            squares,
+            scatter,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SPACING: f64 = 1e-3;
+
+    /// What is found in ten seconds of phases, of which one message in seven is early and the others are late by up to 20 µs;
+    /// the line is level.
+    fn found(phase: impl Fn(f64) -> f64) -> Option<DriftStep> {
+        let mut steps = DriftSteps::new(SPACING);
+        (0..10_000).find_map(|k: u32| {
+            let time = SPACING * f64::from(k);
+            let late = 20e-6 * f64::from(k.wrapping_mul(2_654_435_761) >> 8 & 0xffff) / 65_536.0;
+            steps.observe(time, phase(time) + late, (0.0, 0.0))
+        })
+    }
+
+    #[test]
+    fn what_lies_on_another_line_is_another_drift() {
+        for (change, within) in [(200e-6, 0.6), (-200e-6, 0.6), (20e-6, 1.5), (-20e-6, 1.5)] {
+            let phase = match change {
+                200e-6 => |time: f64| 200e-6 * (time - 6.0).max(0.0),
+                -200e-6 => |time: f64| -200e-6 * (time - 6.0).max(0.0),
+                20e-6 => |time: f64| 20e-6 * (time - 6.0).max(0.0),
+                _ => |time: f64| -20e-6 * (time - 6.0).max(0.0),
+            };
+            let step = found(phase).expect("it is found");
+            assert!(
+                (6.0..6.0 + within).contains(&step.at),
+                "{change}: at {}",
+                step.at
+            );
+            assert!(
+                (5.5..6.5).contains(&step.since),
+                "{change}: since {}",
+                step.since
+            );
+            let sigma = step.estimate.drift_variance.sqrt();
+            let off = step.estimate.drift - change;
+            assert!(
+                off.abs() < 3.0 * sigma && sigma < change.abs(),
+                "{change}: {off}, {sigma}"
+            );
+            let off = step.estimate.offset - phase(step.at);
+            assert!(off.abs() < 6e-6, "{change}: {off}");
+        }
+    }
+
+    #[test]
+    fn a_delay_that_jumps_or_jitters_more_is_no_drift() {
+        assert!(found(|_| 0.0).is_none());
+        assert!(found(|time| if time < 6.0 { 0.0 } else { 30e-6 }).is_none());
+        assert!(found(|time| if time < 6.01 { 0.0 } else { 1e-3 }).is_none());
+        let wider = |time: f64| 1e-4 * (1e6 * time * time).sin().abs() * f64::from(time > 6.0);
+        assert!(found(wider).is_none());
+    }
+
+    #[test]
+    fn a_gap_makes_no_line() {
+        let mut steps = DriftSteps::new(SPACING);
+        for k in 0..20_000_u32 {
+            // Half a second of messages, and half a second without; phases that are alike by the second alone.
+            let time = SPACING * f64::from(k);
+            if time.rem_euclid(1.0) < 0.3 {
+                let phase = 1e-4 * time.floor().rem_euclid(2.0);
+                assert!(steps.observe(time, phase, (0.0, 0.0)).is_none(), "{time}");
+            }
+        }
+    }
+}
