@@ -12,12 +12,14 @@ mod watch;
 
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_curve::profile::Kinematics;
+use coaxle_node::config::ChangeMicros;
 use coaxle_receiver::signals::VirtualAxisSignals;
 use coaxle_receiver::{ReceiverConfig, SignalRow};
 use coaxle_sender::signals::{AxisSignals, SenderSignals};
 use coaxle_sim::{Oracle, TruthSample};
 
 use crate::curves::Curves;
+use crate::event::{Action, Event, Happening};
 use crate::invariants::InvariantViolation;
 use crate::row::{Reference, RowSink};
 use crate::scenario::Scenario;
@@ -109,6 +111,7 @@ impl Evaluation {
         let mut masters = Vec::new();
         let mut judges = Vec::new();
         let senders = scenario.senders.len();
+        let clock_jumps = clock_jumps(scenario);
         let cycle_time = |node: usize| match node.checked_sub(senders) {
             None => scenario.senders[node].cycle_time_us.0,
             Some(receiver) => scenario.receivers[receiver].cycle_time_us.0,
@@ -132,7 +135,7 @@ impl Evaluation {
                 }
             });
             let sources = sources.collect();
-            judges.push(Judge::new(config, sources, view));
+            judges.push(Judge::new(config, sources, view, &clock_jumps));
         }
         let virtual_axes = |receiver: &ReceiverConfig| {
             let axes = receiver.virtual_axes.iter();
@@ -220,12 +223,34 @@ impl Evaluation {
             }
         }
         let watches = &self.watches;
+        let mut violations: Vec<_> = watches.iter().flat_map(ReceiverWatch::violations).collect();
+        violations.extend(self.judges.iter().flat_map(Judge::violations));
         let judged = self.judges.into_iter();
         Evaluated {
             receivers: judged.map(|judge| judge.finish(watches)).collect(),
-            violations: watches.iter().flat_map(ReceiverWatch::violations).collect(),
+            violations,
         }
     }
+}
+
+/// When clocks of nodes jump, or those of receivers begin anew, which others may follow, s after the start of the run.
+fn clock_jumps(scenario: &Scenario) -> Vec<f64> {
+    let senders = scenario.senders.iter().map(|sender| &sender.clock);
+    let receivers = (scenario.receivers.iter()).map(|receiver| &receiver.clock);
+    let steps = senders.chain(receivers).flat_map(|clock| &clock.steps);
+    let jumps = steps.filter(|step| step.phase_us != ChangeMicros::default());
+    let jumps = jumps.map(|step| step.at_s.span().as_secs_f64());
+    let is_receiver =
+        |event: &&Event| (scenario.receivers.iter()).any(|one| one.name == event.node);
+    let of_receivers = scenario.events.iter().filter(is_receiver);
+    let restarts = of_receivers.filter_map(|event| match event.what {
+        Happening::Away {
+            action: Action::Restart,
+            for_s,
+        } => Some([event.at_s.into(), f64::from(event.at_s) + f64::from(for_s)]),
+        Happening::Away { .. } | Happening::Command(_) => None,
+    });
+    jumps.chain(restarts.flatten()).collect()
 }
 
 /// The next cycle of a master, if anybody follows it.

@@ -27,6 +27,9 @@ pub enum Invariant {
     FarTime,
     /// In observer mode no cycle of it gains or loses more than a share of its length. TS5066 has no bound.
     FarRate,
+    /// In sync with a measured delay, the corrected time is wrong by no more than it says. For 12 s after a clock has jumped, or a
+    /// receiver that others may follow has begun anew, that is not judged.
+    FarError,
     /// Within a run of its node the count of the frame that is used never goes back.
     Count,
     /// A slave leaves error stop for standstill or without power, never into a motion.
@@ -55,6 +58,7 @@ impl Invariant {
             Self::SoftwareLimit => "software-limit",
             Self::FarTime => "far-time",
             Self::FarRate => "far-rate",
+            Self::FarError => "far-error",
             Self::Count => "count",
             Self::ErrorLatch => "error-latch",
             Self::StoppingWay => "stopping-way",

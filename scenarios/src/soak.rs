@@ -206,12 +206,16 @@ fn violations(finished: &Finished) -> impl Iterator<Item = String> {
     finished.violations().iter().map(ToString::to_string)
 }
 
+/// A receiver that follows another one hears of it once that is back itself. Until so many messages it may be starting up.
+const STARTING_UP: u64 = 10_000;
+
 /// Whether a receiver is in sync, or its clock is and the axis is on its way: that takes up to half a minute after it was
 /// away for long.
 fn is_back(receiver: &ReceiverSummary) -> bool {
     let (far, axis) = (&receiver.last.far, &receiver.last.axis);
     let is_on_its_way = far.synced && axis.continuity == ContinuityName::Rejoining;
-    receiver.synced_at_end || is_on_its_way
+    let has_just_begun = far.restarts == 0 && (1..STARTING_UP).contains(&far.expected);
+    receiver.synced_at_end || is_on_its_way || has_just_begun
 }
 
 fn synchronises(mode: &str) -> bool {

@@ -48,21 +48,31 @@ impl ErrorStopCheck {
         self.stop = None;
     }
 
-    /// The next set values while it is in error stop.
-    pub fn push(&mut self, set: &Kinematics) -> Option<TooFar> {
+    /// The next set values while it is in error stop, and how far the axis was from its target in the cycle before, and is
+    /// now: while it catches up with it, it is the target that stops, and the axis has to get there.
+    pub fn push(&mut self, set: &Kinematics, distances: [f64; 2]) -> Option<TooFar> {
+        let [_, behind] = distances.map(f64::abs);
         let stop = match self.stop {
             Some(stop) => stop,
             None => Stop {
                 from: set.position,
-                most: self.longest_way(set),
+                most: self.longest_way_of_target(set, distances) + behind,
             },
         };
         self.stop = Some(stop);
         let way = (set.position - stop.from).abs();
-        (way > stop.most).then_some(TooFar {
-            way,
-            most: stop.most,
-        })
+        let most = stop.most + behind;
+        (way > most).then_some(TooFar { way, most })
+    }
+
+    /// Which way the target is faster than the axis is not said.
+    fn longest_way_of_target(&self, set: &Kinematics, [before, now]: [f64; 2]) -> f64 {
+        let faster = (now - before).abs() / self.cycle_time;
+        let ways = [-faster, faster].map(|by| {
+            let velocity = set.velocity + by;
+            self.longest_way(&Kinematics { velocity, ..*set })
+        });
+        ways[0].max(ways[1])
     }
 
     /// The way to rest with the full deceleration and jerk, where an acceleration has to go first: that may turn the axis round.
@@ -117,7 +127,7 @@ mod tests {
         let (most, jerk) = (2_000.0 * share, 50_000.0 * share);
         let mut worst = None;
         for _ in 0..3_000_000 {
-            worst = check.push(&set).or(worst);
+            worst = check.push(&set, [0.0; 2]).or(worst);
             // Down while what is left takes more than giving the deceleration back.
             let back = set.acceleration * set.acceleration / (2.0 * jerk);
             let slope = if set.velocity > back { -jerk } else { jerk };
@@ -150,11 +160,25 @@ mod tests {
         assert!(check.longest_way(&set) > without + 2.0);
         set.acceleration = -1_000.0;
         assert!((check.longest_way(&set) - without).abs() < 1e-9);
-        assert_eq!(check.push(&set), None);
+        assert_eq!(check.push(&set, [0.0; 2]), None);
         set.position = 50.0;
-        assert!(check.push(&set).is_some());
+        assert!(check.push(&set, [0.0; 2]).is_some());
         check.restart();
-        assert_eq!(check.push(&set), None);
+        assert_eq!(check.push(&set, [0.0; 2]), None);
+    }
+
+    #[test]
+    fn an_axis_that_catches_up_goes_where_its_target_stops() {
+        let set = |position| Kinematics::at_rest(position);
+        for (distances, way) in [([0.0, 0.0], 1e-4), ([0.5, 0.5], 0.5), ([0.2, 0.25], 1.0)] {
+            let mut check = check();
+            assert_eq!(check.push(&set(0.0), distances), None);
+            assert_eq!(
+                check.push(&set(0.9 * way), [0.0; 2]).is_some(),
+                distances[1] == 0.0
+            );
+            assert!(check.push(&set(20.0), [0.0; 2]).is_some());
+        }
     }
 
     #[test]

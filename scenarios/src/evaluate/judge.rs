@@ -15,8 +15,9 @@ use super::lag::Lag;
 use super::moments::Moments;
 use super::settling::{Settled, Settling};
 use super::slave::SlaveJudge;
-use super::watch::ReceiverWatch;
+use super::watch::{FarErrorWatch, ReceiverWatch};
 use crate::curves::Curves;
+use crate::invariants::{InvariantViolation, Watched};
 use crate::record::Record;
 use crate::row::{Reference, Row};
 use crate::summary::{LastSignals, ReceiverSummary};
@@ -65,6 +66,7 @@ pub(super) struct Judge {
     settling: Settling,
     ripple: Settled,
     time_error: Settled,
+    far_error: Option<FarErrorWatch>,
     lag: Lag,
     fastest_master: f64,
     drift: DriftTruth,
@@ -92,7 +94,12 @@ const MOST_TIMES: usize = 1_000;
 
 impl Judge {
     /// The judge of a receiver by one of its axes.
-    pub(super) fn new(config: &ReceiverConfig, sources: Vec<Source>, view: &View) -> Self {
+    pub(super) fn new(
+        config: &ReceiverConfig,
+        sources: Vec<Source>,
+        view: &View,
+        clock_jumps: &[f64],
+    ) -> Self {
         let followed = Followed::of(config, view);
         let mode = followed.mode;
         let slaves = view.slaves.iter();
@@ -112,6 +119,7 @@ impl Judge {
             settling: Settling::default(),
             ripple: Settled::default(),
             time_error: Settled::default(),
+            far_error: far_error_watch(config, view, clock_jumps),
             lag: Lag::default(),
             fastest_master: 0.0,
             drift: DriftTruth::default(),
@@ -196,6 +204,9 @@ impl Judge {
             truth: master,
             set_velocity,
         };
+        if let Some(watch) = &mut self.far_error {
+            watch.push(&row);
+        }
         let record = &row.record;
         self.note_events(&row);
         self.count(record);
@@ -227,6 +238,11 @@ impl Judge {
             evaluated: self.evaluating,
         });
         row
+    }
+
+    /// What did not hold of the corrected time.
+    pub(super) fn violations(&self) -> impl Iterator<Item = InvariantViolation> + '_ {
+        (self.far_error.iter()).flat_map(FarErrorWatch::violations)
     }
 
     /// The rate of a position since the previous cycle.
@@ -473,6 +489,21 @@ impl Followed {
             },
         }
     }
+}
+
+fn far_error_watch(
+    config: &ReceiverConfig,
+    view: &View,
+    clock_jumps: &[f64],
+) -> Option<FarErrorWatch> {
+    let Viewed::Far { axis, .. } = view.of else {
+        return None;
+    };
+    let of = Watched {
+        receiver: config.name.to_string(),
+        part: config.far_axis_names().into_iter().nth(axis),
+    };
+    Some(FarErrorWatch::new(of, clock_jumps.to_vec()))
 }
 
 /// In place of the mode of a far node, of a receiver as its own virtual axis leads it.

@@ -1,6 +1,7 @@
 //! A receiver, watched for what must hold in every cycle: itself, the nodes that it hears, its far axes and its slaves.
 
 mod axis;
+mod far_error;
 mod far_node;
 mod found;
 mod node;
@@ -13,6 +14,7 @@ use crate::event::Event;
 use crate::invariants::{InvariantViolation, Watched};
 use crate::summary::World;
 use axis::AxisWatch;
+pub(super) use far_error::FarErrorWatch;
 use far_node::FarNodeWatch;
 use node::NodeWatch;
 use slave::SlaveWatch;
@@ -96,8 +98,16 @@ mod tests {
     }
 
     fn broken_in(world: World, rows: impl IntoIterator<Item = SignalRow>) -> Vec<Invariant> {
+        broken_with(&[], world, rows)
+    }
+
+    fn broken_with(
+        events: &[Event],
+        world: World,
+        rows: impl IntoIterator<Item = SignalRow>,
+    ) -> Vec<Invariant> {
         let config: ReceiverConfig = parse("saw.toml", CONFIG).expect("a config");
-        let mut watch = ReceiverWatch::new(&config, &[], world);
+        let mut watch = ReceiverWatch::new(&config, events, world);
         for (cycle, mut row) in (1..).zip(rows) {
             row.node.cycle += cycle;
             watch.push(cycle as f64 * 1e-3, &row);
@@ -147,6 +157,24 @@ mod tests {
             states(&[ErrorStop, DiscreteMotion]),
             [Invariant::ErrorLatch]
         );
+    }
+
+    #[test]
+    fn an_order_that_comes_with_a_reset_moves_it_in_the_same_cycle() {
+        use AxisStatus::{DiscreteMotion, ErrorStop};
+        let events: Vec<Event> =
+            ["at-s = 0.0005\nnode = 'saw'\nslave = 'x'\ncommand = { reset = {} }"]
+                .map(|text| toml::from_str(text).expect("an event"))
+                .into();
+        let broken = |velocity: f64| {
+            let rows = [
+                in_state(ErrorStop, 0.0, velocity),
+                in_state(DiscreteMotion, 0.0, velocity),
+            ];
+            broken_with(&events, World::Virtual, rows)
+        };
+        assert_eq!(broken(0.0), []);
+        assert_eq!(broken(1.0), [Invariant::ErrorLatch]);
     }
 
     #[test]

@@ -13,12 +13,17 @@ use super::found::{Found, WatchedCycle};
 use crate::event::{Event, Happening};
 use crate::invariants::Invariant;
 
+/// An order is executed within this time, or not at all, s.
+const ORDER_UNDER_WAY: f64 = 1.0;
+
 /// Watches a slave.
 #[derive(Debug)]
 pub(super) struct SlaveWatch {
     pub(super) name: String,
     check: Option<SetValueCheck>,
     stop: Option<ErrorStopCheck>,
+    /// When an order resets it, s after the start of the run.
+    resets: Vec<f64>,
     /// A lost master stops it whatever the jerk.
     stops_quickly: bool,
     /// A master that runs back may stop it within a cycle.
@@ -39,6 +44,7 @@ impl SlaveWatch {
             name: config.name.to_string(),
             check: profile.map(check),
             stop: profile.map(|profile| ErrorStopCheck::new(profile, cycle_time)),
+            resets: resets_of(config, receiver, events),
             stops_quickly: limits.on_master_loss == OnMasterLoss::QuickStop,
             stops_instantly,
             before: SlaveSignals::default(),
@@ -82,6 +88,10 @@ impl SlaveWatch {
         self.check.as_ref().map(SetValueCheck::largest)
     }
 
+    fn is_reset_at(&self, t_s: f64) -> bool {
+        (self.resets.iter()).any(|at| (*at..*at + ORDER_UNDER_WAY).contains(&t_s))
+    }
+
     fn watch_error_stop(
         &mut self,
         cycle: &WatchedCycle,
@@ -91,7 +101,10 @@ impl SlaveWatch {
         let is_next = cycle.since.is_some();
         // In cycles that were skipped it may have been reset and moved.
         let was_stopped = cycle.since == Some(1) && before.state == AxisStatus::ErrorStop;
-        if was_stopped && !follows_error_stop(slave.state) {
+        let was_moving = before.velocity != Some(0.0);
+        let is_left = was_stopped && !follows_error_stop(slave.state);
+        // An order that comes with the reset moves it in the same cycle.
+        if is_left && (was_moving || !self.is_reset_at(cycle.t_s)) {
             let velocity = slave.velocity.unwrap_or_default().abs();
             (self.found).add(cycle, Invariant::ErrorLatch, velocity, 0.0);
         }
@@ -109,10 +122,19 @@ impl SlaveWatch {
             velocity: slave.velocity.unwrap_or_default(),
             acceleration: slave.acceleration.unwrap_or_default(),
         };
-        if let Some(TooFar { way, most }) = stop.push(&set) {
+        if let Some(TooFar { way, most }) = stop.push(&set, [before.distance, slave.distance]) {
             self.found.add(cycle, Invariant::StoppingWay, way, most);
         }
     }
+}
+
+fn resets_of(slave: &SlaveConfig, receiver: &ReceiverConfig, events: &[Event]) -> Vec<f64> {
+    let is_reset = |event: &&Event| {
+        let command = command_of(event, slave, receiver);
+        matches!(command, Some(Command::Reset {}))
+    };
+    let resets = events.iter().filter(is_reset);
+    resets.map(|event| event.at_s.into()).collect()
 }
 
 fn profile_limits(parameters: &SlaveParameters) -> Option<Limits> {
@@ -163,7 +185,17 @@ fn commands_to<'a>(
     events: &'a [Event],
 ) -> impl Iterator<Item = &'a Command> {
     let of_program = slave.steps.iter().filter_map(|step| step.command.as_ref());
-    let of_events = events.iter().filter_map(move |event| match &event.what {
+    let of_events = (events.iter()).filter_map(move |event| command_of(event, slave, receiver));
+    of_program.chain(of_events)
+}
+
+/// What an event tells a slave.
+fn command_of<'a>(
+    event: &'a Event,
+    slave: &SlaveConfig,
+    receiver: &ReceiverConfig,
+) -> Option<&'a Command> {
+    match &event.what {
         Happening::Command(commanded) if event.node == receiver.name => match &commanded.order {
             CommandOrder::Slave(order) if order.slave.as_str() == slave.name.as_str() => {
                 Some(&order.command)
@@ -171,8 +203,7 @@ fn commands_to<'a>(
             CommandOrder::Slave(_) | CommandOrder::Far(_) => None,
         },
         _ => None,
-    });
-    of_program.chain(of_events)
+    }
 }
 
 fn may_stop_instantly(command: &Command) -> bool {
