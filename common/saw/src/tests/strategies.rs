@@ -140,7 +140,8 @@ proptest! {
                     && let Some(takes) = independent(&command, &begin, 0.99)
                 {
                     // On the line it is at its position, or before.
-                    prop_assert!(wait + takes >= available * (1.0 - 1e-6), "{wait} {takes} {available}");
+                    let ends = wait + takes * (1.0 + LATER);
+                    prop_assert!(ends >= available * (1.0 - 1e-6), "{wait} {takes} {available}");
                     prop_assert!(share_of(plan, &command.limits) <= 0.99 + 1e-6);
                 }
             }
