@@ -159,7 +159,8 @@ impl PhaseObserver {
         let ahead = time - followed.at as f64 * self.seconds_per_count;
         let Estimate { offset, drift, .. } = followed.estimate;
         let line = (offset + drift * ahead, drift);
-        let step = stream.drift_steps.observe(time, phase, line);
+        let cell = stream.resolution.cell();
+        let step = stream.drift_steps.observe(time, phase, line, cell);
         // Before, the line is still being found.
         let is_plausible = |step: &DriftStep| libm::fabs(step.estimate.drift) < LARGEST_DRIFT;
         step.filter(|step| self.progress.is_synced() && is_plausible(step))

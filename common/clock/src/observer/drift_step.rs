@@ -27,6 +27,8 @@ const BETTER: f64 = 6.0;
 const MEMORY: f64 = 128.0;
 const CLIPPED: f64 = 2.5;
 const KNOWN_AFTER: u32 = 24;
+/// Where arrivals are stamped to cells, points may be off by one: what comes to fewer of them is no slope.
+const CELLS: f64 = 3.0;
 /// By such a part of what the first window shows of the change a point may be off.
 const DOUBT: f64 = 0.5;
 /// Smaller changes are left to the filters, s/s.
@@ -96,11 +98,13 @@ impl DriftSteps {
     }
 
     /// Takes the phase of a message due at `time`, and the line that is followed there: its offset and its drift.
+    /// Arrivals are stamped to a `cell`, s.
     pub(super) fn observe(
         &mut self,
         time: f64,
         phase: f64,
         (offset, drift): (f64, f64),
+        cell: f64,
     ) -> Option<DriftStep> {
         let mut found = None;
         if time >= self.open.since + self.window {
@@ -108,7 +112,7 @@ impl DriftSteps {
             let gap = time >= self.open.since + 2.0 * self.window;
             self.open = Open::at(time);
             match closed {
-                Some(point) if !gap => found = self.close(point, drift),
+                Some(point) if !gap => found = self.close(point, drift, cell),
                 _ => self.forget_points(),
             }
         }
@@ -129,12 +133,12 @@ impl DriftSteps {
     }
 
     /// A window of the finest scale is over, and with it those of others that end there.
-    fn close(&mut self, point: Point, drift: f64) -> Option<DriftStep> {
+    fn close(&mut self, point: Point, drift: f64, cell: f64) -> Option<DriftStep> {
         let mut point = point;
         let mut found = None;
         let mut finer = None;
         for scale in &mut self.scales {
-            found = found.or(scale.take(point, drift, finer));
+            found = found.or(scale.take(point, drift, finer, cell));
             finer = scale.usual().or(finer);
             let Some(first) = scale.first.take() else {
                 scale.first = Some(point);
@@ -194,7 +198,13 @@ impl Scale {
     }
 
     /// `finer`: what is usual on a finer scale is more than on this one.
-    fn take(&mut self, point: Point, drift: f64, finer: Option<f64>) -> Option<DriftStep> {
+    fn take(
+        &mut self,
+        point: Point,
+        drift: f64,
+        finer: Option<f64>,
+        cell: f64,
+    ) -> Option<DriftStep> {
         if self.len == POINTS {
             self.left = self.left.saturating_add(1);
             let part = 1.0 / f64::from(self.left.min(32));
@@ -212,6 +222,7 @@ impl Scale {
         let is_other = self.usual().or(finer).is_some_and(|usual| {
             let least = (OUT_OF_THE_ORDINARY * usual)
                 .max(SIGNIFICANT * line.slope_sigma())
+                .max(CELLS * cell / (point.time - self.points[0].time))
                 .max(SMALLEST);
             libm::fabs(off) > least && self.scatter_of_jump(drift) > BETTER * line.scatter
         });
@@ -334,7 +345,7 @@ mod tests {
         (0..10_000).find_map(|k: u32| {
             let time = SPACING * f64::from(k);
             let late = 20e-6 * f64::from(k.wrapping_mul(2_654_435_761) >> 8 & 0xffff) / 65_536.0;
-            steps.observe(time, phase(time) + late, (0.0, 0.0))
+            steps.observe(time, phase(time) + late, (0.0, 0.0), 0.0)
         })
     }
 
@@ -386,7 +397,10 @@ mod tests {
             let time = SPACING * f64::from(k);
             if time.rem_euclid(1.0) < 0.3 {
                 let phase = 1e-4 * time.floor().rem_euclid(2.0);
-                assert!(steps.observe(time, phase, (0.0, 0.0)).is_none(), "{time}");
+                assert!(
+                    steps.observe(time, phase, (0.0, 0.0), 0.0).is_none(),
+                    "{time}"
+                );
             }
         }
     }
