@@ -135,7 +135,9 @@ impl Evaluation {
                 }
             });
             let sources = sources.collect();
-            judges.push(Judge::new(config, sources, view, &clock_jumps));
+            let says_its_error = !has_correlated_delays(scenario, config);
+            let jumps = says_its_error.then_some(&*clock_jumps);
+            judges.push(Judge::new(config, sources, view, jumps));
         }
         let virtual_axes = |receiver: &ReceiverConfig| {
             let axes = receiver.virtual_axes.iter();
@@ -231,6 +233,14 @@ impl Evaluation {
             violations,
         }
     }
+}
+
+/// Whether delays are alike for seconds: a small change of the drift is then not told from them for as long, and nor is what it
+/// makes of the error (docs/OBSERVER-METHOD.md).
+fn has_correlated_delays(scenario: &Scenario, receiver: &ReceiverConfig) -> bool {
+    let links = receiver.far.iter().map(|far| &far.faults);
+    let mut links = links.chain([&scenario.network]);
+    links.any(|link| link.correlated.is_some())
 }
 
 /// When clocks of nodes jump, or those of receivers begin anew, which others may follow, s after the start of the run.

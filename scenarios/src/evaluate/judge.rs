@@ -93,12 +93,12 @@ struct Previous {
 const MOST_TIMES: usize = 1_000;
 
 impl Judge {
-    /// The judge of a receiver by one of its axes.
+    /// The judge of a receiver by one of its axes. What it says of its error is judged if there are `clock_jumps`.
     pub(super) fn new(
         config: &ReceiverConfig,
         sources: Vec<Source>,
         view: &View,
-        clock_jumps: &[f64],
+        clock_jumps: Option<&[f64]>,
     ) -> Self {
         let followed = Followed::of(config, view);
         let mode = followed.mode;
@@ -494,7 +494,7 @@ impl Followed {
 fn far_error_watch(
     config: &ReceiverConfig,
     view: &View,
-    clock_jumps: &[f64],
+    clock_jumps: Option<&[f64]>,
 ) -> Option<FarErrorWatch> {
     let Viewed::Far { axis, .. } = view.of else {
         return None;
@@ -503,7 +503,7 @@ fn far_error_watch(
         receiver: config.name.to_string(),
         part: config.far_axis_names().into_iter().nth(axis),
     };
-    Some(FarErrorWatch::new(of, clock_jumps.to_vec()))
+    Some(FarErrorWatch::new(of, clock_jumps?.to_vec()))
 }
 
 /// In place of the mode of a far node, of a receiver as its own virtual axis leads it.
