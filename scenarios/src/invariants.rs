@@ -27,7 +27,7 @@ pub enum Invariant {
     FarTime,
     /// In observer mode no cycle of it gains or loses more than a share of its length. TS5066 has no bound.
     FarRate,
-    /// In sync with a measured delay, the corrected time is wrong by no more than it says. For 12 s after a clock has jumped, or a
+    /// In virtual time and in sync with a measured delay, the corrected time is wrong by no more than it says. For 12 s after a clock has jumped, or a
     /// receiver that others may follow has begun anew, that is not judged; nor where delays are correlated.
     FarError,
     /// Within a run of its node the count of the frame that is used never goes back.
