@@ -46,7 +46,7 @@ pub(super) struct DriftChange {
     pub(super) attributed: Attributed,
     /// From then on the line is taken for known again.
     pub(super) settled_from: Instant<Local>,
-    pub(super) suspect: Option<Suspect>,
+    suspect: Option<Suspect>,
     /// What was taken for the path's, and until when.
     left: Option<(SuspectedDrift, Instant<Local>)>,
 }
@@ -62,6 +62,12 @@ impl DriftChange {
             suspect: None,
             left: None,
         }
+    }
+
+    /// Another run begins: nothing is suspected of it.
+    pub(super) fn forget_suspicion(&mut self) {
+        self.suspect = None;
+        self.left = None;
     }
 
     /// What is taken for the path's then.
@@ -143,12 +149,13 @@ impl PhaseObserver {
         let Some(suspect) = &self.drift_change.suspect else {
             return;
         };
-        if !self.exchanges_tell {
+        // First, as after a silence exchanges may not tell any more.
+        if arrived - suspect.seen > SEEN_AGAIN_WITHIN {
+            self.drift_change.suspect = None;
+        } else if !self.exchanges_tell {
             self.attribute_drift(true);
         } else if arrived - suspect.noticed > LONGEST_DOUBT {
             self.attribute_drift(false);
-        } else if arrived - suspect.seen > SEEN_AGAIN_WITHIN {
-            self.drift_change.suspect = None;
         }
     }
 
@@ -211,5 +218,73 @@ impl PhaseObserver {
         change.settled_from = stream.newest_arrival + SETTLING;
         change.taken_back.0 += change.attributed.since(step.since);
         change.attributed.forget();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cycle::CycleTime;
+    use crate::observer::ObserverParameters;
+
+    /// Ten seconds of a level line, and then as much of a drift of 200 ppm as it takes until something is suspected. Gives the
+    /// next count, too.
+    fn suspicious() -> (PhaseObserver, u64) {
+        let cycle = CycleTime::new(Span::from_millis(1)).unwrap();
+        let mut observer = PhaseObserver::new(cycle, ObserverParameters::default()).unwrap();
+        for count in 0..11_000 {
+            observer.leave_steps_to_exchanges(true);
+            observe(&mut observer, 7, count);
+            if observer.suspected_drift().is_some() {
+                assert!(count > 10_000 && observer.drift_doubt() > 0.0);
+                return (observer, count + 1);
+            }
+        }
+        panic!("nothing is suspected");
+    }
+
+    /// The next message, and the cycle after it.
+    fn observe(observer: &mut PhaseObserver, epoch: u64, count: u64) {
+        let late = count.wrapping_mul(2_654_435_761) >> 8 & 0x3fff;
+        let drifted = 200 * count.saturating_sub(10_000);
+        let nanos = 1_000_000 * count + late + drifted;
+        let arrived = Instant::from_nanos(nanos as i64);
+        observer.observe(epoch, count, arrived, None);
+        let _ = observer.cycle(arrived + Span::from_micros(500));
+    }
+
+    #[test]
+    fn what_exchanges_say_of_it_is_done() {
+        let (mut observer, _) = suspicious();
+        observer.attribute_drift(true);
+        assert!(observer.suspected_drift().is_none());
+        assert_eq!(observer.line().unwrap().drift_steps, 1);
+        let (mut observer, count) = suspicious();
+        observer.attribute_drift(false);
+        observe(&mut observer, 7, count);
+        assert!(observer.suspected_drift().is_none() && observer.drift_doubt() > 0.0);
+        assert_eq!(observer.line().unwrap().drift_steps, 0);
+    }
+
+    #[test]
+    fn what_was_suspected_before_a_silence_is_not_done_after_it() {
+        let (mut observer, count) = suspicious();
+        observer.leave_steps_to_exchanges(false);
+        observe(&mut observer, 7, count + 4_000);
+        assert!(observer.suspected_drift().is_none());
+        assert_eq!(observer.line().unwrap().drift_steps, 0);
+    }
+
+    #[test]
+    fn nothing_is_suspected_of_another_run() {
+        for attribute in [false, true] {
+            let (mut observer, count) = suspicious();
+            if attribute {
+                observer.attribute_drift(false);
+            }
+            observe(&mut observer, 8, count + 100);
+            assert!(observer.suspected_drift().is_none());
+            assert_eq!(observer.drift_doubt(), 0.0);
+        }
     }
 }

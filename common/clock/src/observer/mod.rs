@@ -278,7 +278,7 @@ impl PhaseObserver {
         let origin = self.origin_of(count, arrived);
         self.progress = Progress::starting_at(arrived);
         self.detector.clear();
-        self.drift_change.suspect = None;
+        self.drift_change.forget_suspicion();
         self.stream = Some(Stream {
             epoch,
             previous_epoch,
