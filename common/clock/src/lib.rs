@@ -29,6 +29,7 @@ pub mod delay;
 pub mod far_clock;
 pub mod instant;
 pub mod observer;
+mod straight_line;
 pub mod time_sync;
 
 pub use age_gate::{Age, AgeGate};

@@ -14,6 +14,7 @@
 
 use super::window::Exchange;
 use crate::observer::SuspectedDrift;
+use crate::straight_line::StraightLine;
 
 /// Requests go out in haste or at leisure: the means of stretches of so long at least, s, weigh alike.
 const STRETCH: f64 = 0.06;
@@ -48,12 +49,14 @@ pub(super) fn whose<'a>(
         let way = line.offset_at(exchange.stamps.received, exchange.stamps.requested);
         stretches[(after(exchange) / stretch) as usize].take(after(exchange), way.0);
     }
-    let growth = Growth::of(&stretches)?;
-    let is_certain = growth.sigma < CERTAIN * suspected.change.abs();
-    is_certain.then_some(match libm::fabs(growth.by / suspected.change) < NOTHING {
-        true => Whose::Sender,
-        false => Whose::Path,
-    })
+    let growth = growth(&stretches)?;
+    let is_certain = growth.slope_sigma() < CERTAIN * suspected.change.abs();
+    is_certain.then_some(
+        match libm::fabs(growth.slope / suspected.change) < NOTHING {
+            true => Whose::Sender,
+            false => Whose::Path,
+        },
+    )
 }
 
 /// The mean of the ways of a stretch.
@@ -78,34 +81,11 @@ impl Stretch {
     }
 }
 
-/// By how much ways grow per second.
-struct Growth {
-    by: f64,
-    sigma: f64,
-}
-
-impl Growth {
-    fn of(stretches: &[Stretch]) -> Option<Self> {
-        let known = stretches.iter().filter(|stretch| stretch.count > 0.0);
-        let count = known.clone().count();
-        if count < ENOUGH {
-            return None;
-        }
-        let n = count as f64;
-        let mean = |of: fn(&Stretch) -> f64| known.clone().map(of).sum::<f64>() / n;
-        let (time, way) = (mean(|one| one.time), mean(|one| one.way));
-        let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
-            let terms = known.clone();
-            terms.map(|one| of(one.time - time, one.way - way)).sum()
-        };
-        let squares = sum(&|t, _| t * t);
-        let by = sum(&|t, w| t * w) / squares;
-        let scatter = sum(&|t, w| (w - by * t) * (w - by * t)) / (n - 2.0);
-        Some(Self {
-            by,
-            sigma: libm::sqrt(scatter / squares),
-        })
-    }
+/// The line through the stretches of which something is known; none of too few.
+fn growth(stretches: &[Stretch]) -> Option<StraightLine> {
+    let known = stretches.iter().filter(|stretch| stretch.count > 0.0);
+    let enough = known.clone().count() >= ENOUGH;
+    enough.then(|| StraightLine::through(known.map(|stretch| (stretch.time, stretch.way))))
 }
 
 #[cfg(test)]
@@ -113,31 +93,31 @@ mod tests {
     use super::*;
 
     /// The growth of ways that are `way` long, asked every 20 ms for so long, s.
-    fn growth(span: f64, way: fn(f64) -> f64) -> Option<Growth> {
+    fn growth_of(span: f64, way: fn(f64) -> f64) -> Option<StraightLine> {
         let mut stretches = [Stretch::default(); STRETCHES];
         for k in 0..(span / 0.02) as u32 {
             let time = 0.02 * f64::from(k);
             let jitter = 20e-6 * f64::from(k.wrapping_mul(2_654_435_761) >> 8 & 0xffff) / 65_536.0;
             stretches[(time / STRETCH) as usize].take(time, way(time) + jitter);
         }
-        Growth::of(&stretches)
+        growth(&stretches)
     }
 
     #[test]
     fn the_growth_of_ways_is_found() {
-        assert!(growth(0.2, |_| 1e-3).is_none(), "too few");
+        assert!(growth_of(0.2, |_| 1e-3).is_none(), "too few");
         for way in [
             |_| 1e-3,
             |time: f64| 1e-3 + 200e-6 * time,
             |time: f64| 1e-3 - 200e-6 * time,
         ] {
             let true_growth = way(1.0) - way(0.0);
-            let growth = growth(1.0, way).unwrap();
-            assert!(growth.sigma < 10e-6);
+            let growth = growth_of(1.0, way).unwrap();
+            assert!(growth.slope_sigma() < 10e-6);
             assert!(
-                (growth.by - true_growth).abs() < 4.0 * growth.sigma,
+                (growth.slope - true_growth).abs() < 4.0 * growth.slope_sigma(),
                 "{}",
-                growth.by
+                growth.slope
             );
         }
     }
@@ -151,7 +131,11 @@ mod tests {
                 0.0
             }
         };
-        let growth = growth(1.0, held_up).unwrap();
-        assert!(growth.by.abs() < 4.0 * growth.sigma, "{}", growth.by);
+        let growth = growth_of(1.0, held_up).unwrap();
+        assert!(
+            growth.slope.abs() < 4.0 * growth.slope_sigma(),
+            "{}",
+            growth.slope
+        );
     }
 }

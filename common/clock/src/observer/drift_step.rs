@@ -8,6 +8,7 @@
 //! are correlated that is a lot in a second, and little in ten.
 
 use super::filter::Estimate;
+use crate::straight_line::StraightLine;
 
 /// A window of the finest scale takes so long, s, but has at least so many counts.
 const FINEST: f64 = 0.05;
@@ -31,6 +32,8 @@ const KNOWN_AFTER: u32 = 24;
 const CELLS: f64 = 3.0;
 /// By such a part of what the first window shows of the change a point may be off.
 const DOUBT: f64 = 0.5;
+/// How far low phases are above the line is a mean over so many.
+const LEVEL_MEMORY: u32 = 32;
 /// Smaller changes are left to the filters, s/s.
 const SMALLEST: f64 = 8e-6;
 
@@ -207,7 +210,7 @@ impl Scale {
     ) -> Option<DriftStep> {
         if self.len == POINTS {
             self.left = self.left.saturating_add(1);
-            let part = 1.0 / f64::from(self.left.min(32));
+            let part = 1.0 / f64::from(self.left.min(LEVEL_MEMORY));
             self.above += (self.points[0].above - self.above) * part;
             self.points.copy_within(1.., 0);
             self.len -= 1;
@@ -217,7 +220,8 @@ impl Scale {
         if self.len < POINTS {
             return None;
         }
-        let line = Fit::through(&self.points);
+        let points = self.points.iter();
+        let line = StraightLine::through(points.map(|point| (point.time, point.phase)));
         let off = line.slope - drift;
         let is_other = self.usual().or(finer).is_some_and(|usual| {
             let least = (OUT_OF_THE_ORDINARY * usual)
@@ -265,7 +269,7 @@ impl Scale {
     }
 
     /// What it has become, if it differs by `off`. The first of the points may be of before.
-    fn step(&self, line: &Fit, off: f64) -> DriftStep {
+    fn step(&self, line: &StraightLine, off: f64) -> DriftStep {
         let last = self.points[POINTS - 1].time;
         let window = (last - self.points[0].time) / (POINTS as f64 - 1.0);
         let doubt = DOUBT * off * window;
@@ -275,7 +279,7 @@ impl Scale {
         DriftStep {
             at: last,
             estimate: Estimate {
-                offset: line.phase + line.slope * ahead - self.above,
+                offset: line.value + line.slope * ahead - self.above,
                 drift: line.slope,
                 offset_variance: scatter / POINTS as f64 + drift_variance * ahead * ahead,
                 covariance: drift_variance * ahead,
@@ -289,57 +293,13 @@ impl Scale {
     }
 }
 
-/// A straight line through points, by least squares.
-struct Fit {
-    time: f64,
-    phase: f64,
-    slope: f64,
-    /// Sums of squares: of the times from their mean, and of the phases from the line.
-    squares: f64,
-    scatter: f64,
-}
-
-impl Fit {
-    /// The variance of a point.
-    fn variance(&self) -> f64 {
-        self.scatter / (POINTS as f64 - 2.0)
-    }
-
-    fn slope_sigma(&self) -> f64 {
-        libm::sqrt(self.variance() / self.squares)
-    }
-
-    fn through(points: &[Point]) -> Self {
-        let n = points.len() as f64;
-        let time = points.iter().map(|point| point.time).sum::<f64>() / n;
-        let phase = points.iter().map(|point| point.phase).sum::<f64>() / n;
-        let sum = |f: fn(f64, f64) -> f64| -> f64 {
-            let terms = points.iter();
-            terms
-                .map(|point| f(point.time - time, point.phase - phase))
-                .sum()
-        };
-        let squares = sum(|t, _| t * t);
-        let slope = sum(|t, p| t * p) / squares;
-        let scatter = (sum(|_, p| p * p) - slope * slope * squares).max(0.0);
-        Self {
-            time,
-            phase,
-            slope,
-            squares,
-            scatter,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const SPACING: f64 = 1e-3;
 
-    /// What is found in ten seconds of phases, of which one message in seven is early and the others are late by up to 20 µs;
-    /// the line is level.
+    /// What is found in ten seconds of phases that are late by up to 20 µs; the line is level.
     fn found(phase: impl Fn(f64) -> f64) -> Option<DriftStep> {
         let mut steps = DriftSteps::new(SPACING);
         (0..10_000).find_map(|k: u32| {
