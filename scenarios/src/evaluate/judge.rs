@@ -17,7 +17,7 @@ use super::settling::{Settled, Settling};
 use super::slave::SlaveJudge;
 use super::watch::{FarErrorWatch, ReceiverWatch};
 use crate::curves::Curves;
-use crate::invariants::{InvariantViolation, Watched};
+use crate::invariants::InvariantViolation;
 use crate::record::Record;
 use crate::row::{Reference, Row};
 use crate::summary::{LastSignals, ReceiverSummary};
@@ -119,7 +119,7 @@ impl Judge {
             settling: Settling::default(),
             ripple: Settled::default(),
             time_error: Settled::default(),
-            far_error: far_error_watch(config, view, clock_jumps),
+            far_error: clock_jumps.and_then(|jumps| FarErrorWatch::new(config, view, jumps)),
             lag: Lag::default(),
             fastest_master: 0.0,
             drift: DriftTruth::default(),
@@ -489,21 +489,6 @@ impl Followed {
             },
         }
     }
-}
-
-fn far_error_watch(
-    config: &ReceiverConfig,
-    view: &View,
-    clock_jumps: Option<&[f64]>,
-) -> Option<FarErrorWatch> {
-    let Viewed::Far { axis, .. } = view.of else {
-        return None;
-    };
-    let of = Watched {
-        receiver: config.name.to_string(),
-        part: config.far_axis_names().into_iter().nth(axis),
-    };
-    Some(FarErrorWatch::new(of, clock_jumps?.to_vec()))
 }
 
 /// In place of the mode of a far node, of a receiver as its own virtual axis leads it.

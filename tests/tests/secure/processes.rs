@@ -67,16 +67,19 @@ fn write(folder: &Path, name: &str, text: &str) {
     std::fs::write(folder.join(format!("{name}.toml")), text).expect("a config");
 }
 
+/// The sender that all tests have, which listens at this port.
+fn write_line(folder: &Path, port: u16) {
+    let listen = format!("listen = ['tls/127.0.0.1:{port}']");
+    let text = format!("{AXIS}[transport]\nsecure = 'net/line'\n{listen}");
+    write(folder, "line", &text);
+}
+
 #[test]
 fn a_node_that_nobody_hears_is_told_so_at_both_ends() {
     let scratch = tempfile::tempdir().expect("a scratch folder");
     let folder = scratch.path();
     let [line, _, _] = free_ports();
-    write(
-        folder,
-        "line",
-        &format!("{AXIS}[transport]\nsecure = 'net/line'\nlisten = ['tls/127.0.0.1:{line}']"),
-    );
+    write_line(folder, line);
     for name in ["deaf", "saw"] {
         write(
             folder,
@@ -134,11 +137,7 @@ fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
     let scratch = tempfile::tempdir().expect("a scratch folder");
     let folder = scratch.path();
     let [line, saw, _] = free_ports();
-    write(
-        folder,
-        "line",
-        &format!("{AXIS}[transport]\nsecure = 'net/line'\nlisten = ['tls/127.0.0.1:{line}']"),
-    );
+    write_line(folder, line);
     write(
         folder,
         "saw",

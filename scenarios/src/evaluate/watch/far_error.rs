@@ -1,12 +1,12 @@
 //! What a receiver says of how wrong its corrected time is, against how wrong it is.
 
 use coaxle_clock::delay::DelayState;
-
-use coaxle_receiver::StateName;
+use coaxle_receiver::{ReceiverConfig, StateName};
 
 use super::found::{Found, WatchedCycle};
 use crate::invariants::{Invariant, InvariantViolation, Watched};
 use crate::row::Row;
+use crate::topology::{View, Viewed};
 
 /// Nobody can know of a clock that jumped: of what was measured before, exchanges count for ten seconds, and then
 /// the delay is slewed, s.
@@ -24,12 +24,23 @@ pub(in super::super) struct FarErrorWatch {
 }
 
 impl FarErrorWatch {
-    pub(in super::super) fn new(of: Watched, jumps: Vec<f64>) -> Self {
-        Self {
-            of,
-            jumps,
+    /// None of one of the receiver's own axes.
+    pub(in super::super) fn new(
+        config: &ReceiverConfig,
+        view: &View,
+        jumps: &[f64],
+    ) -> Option<Self> {
+        let Viewed::Far { axis, .. } = view.of else {
+            return None;
+        };
+        Some(Self {
+            of: Watched {
+                receiver: config.name.to_string(),
+                part: config.far_axis_names().into_iter().nth(axis),
+            },
+            jumps: jumps.to_vec(),
             found: Found::default(),
-        }
+        })
     }
 
     /// In sync with a measured delay it is wrong by its uncertainty at most, and by what it says is still to be made up.
