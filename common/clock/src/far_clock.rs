@@ -37,7 +37,9 @@
 use crate::cycle::CycleTime;
 use crate::delay::{DelayExchange, DelayOutput, DelayState, Refusal, TimeResponse};
 use crate::instant::{Instant, Local, Seconds, Span};
-use crate::observer::{FarTime, ObserverOutput, ObserverParameters, ObserverState, PhaseObserver};
+use crate::observer::{
+    FarLine, FarTime, ObserverOutput, ObserverParameters, ObserverState, PhaseObserver,
+};
 use crate::time_sync::WrongParameter;
 
 /// Responses that can wait for their cycle.
@@ -72,8 +74,8 @@ pub struct FarClock {
     waiting: [Option<(Instant<Local>, TimeResponse)>; RESPONSES],
     /// Responses that found no room to wait.
     overflow: u64,
-    /// How sure the line is that the delay is measured against.
-    line_sigma: Seconds,
+    /// The line that the delay is measured against.
+    line: Option<FarLine>,
     is_sure: bool,
     newest: Option<(Instant<Local>, FarClockOutput)>,
 }
@@ -129,7 +131,7 @@ impl FarClock {
             exchange: DelayExchange::new(run),
             waiting: [None; RESPONSES],
             overflow: 0,
-            line_sigma: Seconds::ZERO,
+            line: None,
             is_sure: false,
             newest: None,
         })
@@ -252,7 +254,7 @@ impl FarClock {
         let Some(line) = self.observer.line() else {
             return;
         };
-        self.line_sigma = line.sigma;
+        self.line = Some(line);
         if let Some(jump) = self.exchange.follow(&line) {
             self.observer.attribute_step_to_path(jump);
         }
@@ -270,6 +272,9 @@ impl FarClock {
         {
             self.observer.attribute_drift(to_sender);
         }
+        if let Some((gain, sigma)) = self.exchange.proven_gain() {
+            self.observer.follow_drift(gain, sigma);
+        }
         if let Some(step) = self.exchange.step_of_sender() {
             let mapped = self.observer.attribute_step_to_sender(step);
             self.exchange.map_step_of_sender(mapped);
@@ -285,7 +290,13 @@ impl FarClock {
                 ..DelayOutput::default()
             },
             DelaySource::Measured => {
-                let output = self.exchange.output(now, self.line_sigma);
+                let output = match &self.line {
+                    Some(line) => self.exchange.output(now, line),
+                    None => DelayOutput {
+                        state: DelayState::Asking,
+                        ..DelayOutput::default()
+                    },
+                };
                 DelayOutput {
                     refused: output.refused.saturating_add(self.overflow),
                     ..output

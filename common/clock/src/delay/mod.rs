@@ -24,18 +24,21 @@
 //! by how much the early ones differ from that: the uncertainty. (RFC 5905 reasons alike; as the line
 //! takes the drift out, the two ways need not be of the same exchange.)
 
+mod bounds;
 mod drift;
 mod estimate;
 mod outcome;
 mod step;
 #[cfg(test)]
 mod tests;
+mod trend;
 mod window;
 
 pub use outcome::{DelayOutput, DelayState, Refusal};
 
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::{FarLine, SuspectedDrift};
+use bounds::Bounds;
 use drift::Whose;
 use estimate::Estimate;
 use step::{Cause, Step, TELLING, Ways};
@@ -102,6 +105,10 @@ pub struct DelayExchange {
     is_asked: bool,
     sender: Option<Sender>,
     estimate: Option<Estimate>,
+    /// Between what all recent exchanges have it.
+    bounds: Option<Bounds>,
+    /// By how much that moves the estimate, s.
+    pulled: f64,
     /// A step of the line of which nobody knows yet whose it was.
     step: Option<Step>,
     /// One that was the sender's, until it is asked for, s.
@@ -145,6 +152,8 @@ impl DelayExchange {
             is_asked: false,
             sender: None,
             estimate: None,
+            bounds: None,
+            pulled: 0.0,
             step: None,
             step_of_sender: None,
             asymmetry: 0.0,
@@ -256,11 +265,13 @@ impl DelayExchange {
             Ok(exchange) => {
                 self.exchanges = self.exchanges.saturating_add(1);
                 self.window.push(exchange);
+                self.bounds = Bounds::of(self.window.all().rev(), arrived, line);
                 self.attribute(&exchange);
                 if !line.synced {
                     self.measure_again(line);
                 }
                 self.estimate(arrived, line);
+                self.stay_within_bounds(arrived, line);
             }
             Err(_) => self.refused = self.refused.saturating_add(1),
         }
@@ -277,6 +288,14 @@ impl DelayExchange {
             self.next_request = Instant::from_nanos(i64::MIN);
         }
         told.map(|whose| whose == Whose::Sender)
+    }
+
+    /// By how much the sender gains on the line per second, s/s, and the standard deviation of that, once exchanges
+    /// prove the line wrong; each time once. [`PhaseObserver::follow_drift`] is to be told.
+    ///
+    /// [`PhaseObserver::follow_drift`]: crate::PhaseObserver::follow_drift
+    pub fn proven_gain(&mut self) -> Option<(f64, f64)> {
+        self.bounds.as_mut()?.take_proven_gain()
     }
 
     /// Whether exchanges will tell of a step of the line at `now` whether it was the path's or the sender's.
@@ -312,11 +331,11 @@ impl DelayExchange {
     #[must_use]
     pub fn delay(&self) -> Option<Span> {
         self.estimate
-            .map(|estimate| Span::from_secs_f64(estimate.delay))
+            .map(|estimate| Span::from_secs_f64(estimate.delay + self.pulled))
     }
 
-    /// What is known at `now`, with the line's own standard deviation `sigma`.
-    pub fn output(&self, now: Instant<Local>, sigma: Seconds) -> DelayOutput {
+    /// What is known at `now`, of the line as it is then.
+    pub fn output(&self, now: Instant<Local>, line: &FarLine) -> DelayOutput {
         let blank = DelayOutput {
             state: DelayState::Asking,
             exchanges: self.exchanges,
@@ -333,8 +352,8 @@ impl DelayExchange {
                 true if age > STALE_AFTER => DelayState::Stale,
                 true => DelayState::Measured,
             },
-            delay: Some(Seconds(estimate.delay)),
-            uncertainty: Some(Seconds(estimate.uncertainty + COVERED * sigma.0)),
+            delay: Some(Seconds(estimate.delay + self.pulled)),
+            uncertainty: Some(Seconds(self.uncertainty(estimate, now, line))),
             jitter: Some(Seconds(estimate.jitter)),
             age: Some(age),
             ..blank
@@ -394,6 +413,24 @@ impl DelayExchange {
         });
     }
 
+    /// Whatever the window makes of them: exchanges that all say otherwise are right.
+    fn stay_within_bounds(&mut self, now: Instant<Local>, line: &FarLine) {
+        if let Some(Estimate { delay, .. }) = self.estimate {
+            self.pulled = bounds::pull(delay, self.window.all().rev(), now, line);
+        }
+    }
+
+    /// What the delay is wrong by at most, s: as its measurement says, and no less than exchanges leave open.
+    fn uncertainty(&self, estimate: &Estimate, now: Instant<Local>, line: &FarLine) -> f64 {
+        let measured = estimate.uncertainty + COVERED * line.sigma.0;
+        let Some(bounds) = &self.bounds else {
+            return measured;
+        };
+        let (least, most) = bounds.at(now, line);
+        let delay = estimate.delay + self.pulled;
+        measured.max(delay - least).max(most - delay)
+    }
+
     /// A step of the line that exchanges will tell of, if enough came before it.
     fn step_of(&self, jump: Seconds, usual: Option<Ways>) -> Option<Step> {
         match &self.step {
@@ -442,6 +479,8 @@ impl DelayExchange {
     fn start_over(&mut self) {
         self.window.clear();
         self.first = self.next;
+        self.bounds = None;
+        self.pulled = 0.0;
         self.step = None;
         self.hurry();
         if let Some(estimate) = &mut self.estimate {

@@ -29,7 +29,7 @@ pub struct DelayOutput {
     /// How far the sender's time is ahead of the one that arrives.
     pub delay: Option<Seconds>,
     /// The delay is wrong by at most this, however unequal the ways there and back are: half of the
-    /// least round trip, and three standard deviations of the line.
+    /// least round trip, and three standard deviations of the line; and no less than the last exchanges leave open.
     pub uncertainty: Option<Seconds>,
     /// The part of the error that jitter causes, as a standard deviation. Were the ways equal, there
     /// would be no other.

@@ -1,3 +1,4 @@
+mod bounds;
 mod with_observer;
 
 use super::*;
@@ -25,6 +26,7 @@ fn line(delay: Span) -> FarLine {
         synced: true,
         relocks: 0,
         sigma: Seconds::ZERO,
+        rate_sigma: 0.0,
         jumped: Seconds::ZERO,
         corrected: Seconds::ZERO,
         taken_back: Seconds::ZERO,
@@ -85,8 +87,12 @@ fn exchanges(
     now
 }
 
-fn delay_us(exchange: &DelayExchange, now: Instant<Local>) -> (DelayState, f64, f64) {
-    let output = exchange.output(now, Seconds::ZERO);
+fn delay_us(
+    exchange: &DelayExchange,
+    now: Instant<Local>,
+    line: &FarLine,
+) -> (DelayState, f64, f64) {
+    let output = exchange.output(now, line);
     let micros = |seconds: Option<Seconds>| seconds.map_or(f64::NAN, Seconds::as_micros);
     (
         output.state,
@@ -115,12 +121,12 @@ fn equal_ways_give_the_delay_and_half_of_the_round_trip_as_its_uncertainty() {
     let now = exchanges(&mut exchange, &line, at(0), 1, || {
         (micros(900), micros(900))
     });
-    let (state, delay, uncertainty) = delay_us(&exchange, now);
+    let (state, delay, uncertainty) = delay_us(&exchange, now, &line);
     assert_eq!(state, DelayState::Asking, "one exchange is little");
     assert!((delay - 1_200.0).abs() < 0.01, "{delay}");
-    assert!((uncertainty - 900.0).abs() < 0.01, "{uncertainty}");
+    assert!((uncertainty - 900.0).abs() < 0.02, "{uncertainty}");
     let now = exchanges(&mut exchange, &line, now, 20, || (micros(900), micros(900)));
-    assert_eq!(delay_us(&exchange, now).0, DelayState::Measured);
+    assert_eq!(delay_us(&exchange, now, &line).0, DelayState::Measured);
     assert_eq!(exchange.delay(), Some(micros(1_200)));
 }
 
@@ -132,10 +138,10 @@ fn jitter_averages_out() {
         let line = line(micros(1_000));
         let ways = || (micros(1_000) + there(), micros(1_000) + back());
         let now = exchanges(&mut exchange, &line, at(0), 200, ways);
-        let (_, delay, uncertainty) = delay_us(&exchange, now);
+        let (_, delay, uncertainty) = delay_us(&exchange, now, &line);
         assert!((delay - 1_000.0).abs() < 2.0, "{seed}: {delay}");
-        assert!((999.9..1_004.0).contains(&uncertainty), "{uncertainty}");
-        let sigma = exchange.output(now, Seconds::ZERO).jitter.unwrap();
+        assert!((999.9..1_006.0).contains(&uncertainty), "{uncertainty}");
+        let sigma = exchange.output(now, &line).jitter.unwrap();
         assert!((0.05..1.0).contains(&sigma.as_micros()), "{sigma:?}");
     }
 }
@@ -148,13 +154,21 @@ fn a_shorter_way_counts_once_many_took_it_and_a_longer_one_once_the_shorter_is_o
     let shorter = || (micros(500), micros(300));
     let now = exchanges(&mut exchange, &line, at(0), 100, equal);
     let now = exchanges(&mut exchange, &line, now, 2, shorter);
-    assert_eq!(delay_us(&exchange, now).1.round(), 1_000.0, "by chance");
+    assert_eq!(
+        delay_us(&exchange, now, &line).1.round(),
+        1_000.0,
+        "by chance"
+    );
     let now = exchanges(&mut exchange, &line, now, 28, shorter);
-    assert_eq!(delay_us(&exchange, now).1.round(), 1_100.0);
+    assert_eq!(delay_us(&exchange, now, &line).1.round(), 1_100.0);
     let now = exchanges(&mut exchange, &line, now, 50, equal);
-    assert_eq!(delay_us(&exchange, now).1.round(), 1_100.0);
+    assert_eq!(delay_us(&exchange, now, &line).1.round(), 1_100.0);
     let now = exchanges(&mut exchange, &line, now, 60, equal);
-    assert_eq!(delay_us(&exchange, now).1.round(), 1_000.0, "after 10 s");
+    assert_eq!(
+        delay_us(&exchange, now, &line).1.round(),
+        1_000.0,
+        "after 10 s"
+    );
 }
 
 #[test]
@@ -171,7 +185,7 @@ fn a_jump_of_the_line_is_the_paths_doing_until_exchanges_say_otherwise() {
     };
     assert_eq!(exchange.follow(&fallen), Some(jump));
     assert_eq!(exchange.follow(&fallen), None, "told once");
-    let (state, delay, uncertainty) = delay_us(&exchange, now);
+    let (state, delay, uncertainty) = delay_us(&exchange, now, &fallen);
     assert_eq!((state, delay.round()), (DelayState::Measured, 800.0));
     assert_eq!(
         uncertainty.round(),
@@ -376,21 +390,24 @@ fn who_never_answers_is_asked_at_leisure() {
     let _ = requested(1_000, &mut exchange);
     let _ = requested(2_000, &mut exchange);
     assert_eq!(requested(3_000, &mut exchange), 10);
-    assert_eq!(delay_us(&exchange, at(4_000_000)).0, DelayState::Asking);
+    assert_eq!(
+        delay_us(&exchange, at(4_000_000), &line(micros(1_000))).0,
+        DelayState::Asking
+    );
 }
 
 #[test]
 fn silence_makes_a_measurement_stale_and_keeps_it() {
     let mut exchange = DelayExchange::new(RUN);
-    let now = exchanges(&mut exchange, &line(micros(1_000)), at(0), 30, || {
-        (micros(400), micros(400))
-    });
+    let line = line(micros(1_000));
+    let ways = || (micros(400), micros(400));
+    let now = exchanges(&mut exchange, &line, at(0), 30, ways);
     let soon = now + Span::from_secs(2);
-    assert_eq!(delay_us(&exchange, soon).0, DelayState::Measured);
+    assert_eq!(delay_us(&exchange, soon, &line).0, DelayState::Measured);
     let late = now + Span::from_secs(4);
-    assert_eq!(delay_us(&exchange, late).0, DelayState::Stale);
+    assert_eq!(delay_us(&exchange, late, &line).0, DelayState::Stale);
     assert_eq!(exchange.delay(), Some(micros(1_000)));
-    let age = exchange.output(late, Seconds::ZERO).age.expect("known");
+    let age = exchange.output(late, &line).age.expect("known");
     assert!((micros(3_990_000)..micros(4_100_000)).contains(&age));
 }
 
@@ -408,7 +425,7 @@ proptest! {
         let (mut late, mut later) = (jitter(spread, seed), jitter(spread, seed + 77_777));
         let ways = || (micros(there) + late(), micros(back) + later());
         let now = exchanges(&mut exchange, &line(micros(delay)), at(0), count, ways);
-        let (_, estimate, uncertainty) = delay_us(&exchange, now);
+        let (_, estimate, uncertainty) = delay_us(&exchange, now, &line(micros(delay)));
         let error = estimate - delay as f64;
         prop_assert!(error.abs() <= uncertainty + 0.01, "{error} ± {uncertainty}");
         let asymmetry = 0.5 * (there - back) as f64;
@@ -433,7 +450,7 @@ proptest! {
                 responded: Span::from_nanos(responded),
             };
             let _ = exchange.take(&response, Instant::from_nanos(arrived), &line);
-            let output = exchange.output(Instant::from_nanos(arrived), Seconds::ZERO);
+            let output = exchange.output(Instant::from_nanos(arrived), &line);
             let delay = output.delay.map_or(0.0, |delay| delay.0);
             prop_assert!(delay.abs() <= 1.0);
             prop_assert!(output.uncertainty.is_none_or(|u| (0.0..=1.0).contains(&u.0)));

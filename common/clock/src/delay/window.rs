@@ -140,7 +140,7 @@ impl Window {
     }
 
     /// All of them, the oldest first.
-    pub(super) fn all(&self) -> impl Iterator<Item = &Exchange> + Clone {
+    pub(super) fn all(&self) -> impl DoubleEndedIterator<Item = &Exchange> + Clone {
         (0..self.len).map(|n| &self.kept[(self.oldest + n) % KEPT])
     }
 

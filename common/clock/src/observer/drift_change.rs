@@ -21,6 +21,8 @@ const DOUBTED: f64 = 0.4;
 const UNSETTLED: f64 = 0.3;
 /// After the drift changed at once the line is moved a little for so long.
 const SETTLING: Span = Span::from_secs(2);
+/// A line that was at a wrong rate may be off by what that comes to in so many seconds.
+const WRONG_FOR: f64 = 1.0;
 
 /// Messages come later and later, or earlier and earlier, than the line says. Either the sender's clock has another
 /// drift, or the path's delay grows or shrinks.
@@ -197,14 +199,47 @@ impl PhaseObserver {
     /// The drift changed: both lines begin anew from what the phases show. What the path's delay seemed to have
     /// grown by meanwhile was the sender's clock.
     fn follow_drift_step(&mut self, step: &DriftStep) {
+        let at = libm::round(step.at / self.seconds_per_count) as i64;
+        self.begin_line_anew(at, &step.estimate, step.change);
+        let change = &mut self.drift_change;
+        change.taken_back.0 += change.attributed.since(step.since);
+        change.attributed.forget();
+    }
+
+    /// Exchanges prove that the sender gains so much on the line per second, s/s, with this standard deviation: both
+    /// lines begin anew with that drift, from where they are.
+    pub fn follow_drift(&mut self, gain: f64, sigma: f64) {
+        let Some(followed) = self.followed() else {
+            return;
+        };
+        let before = followed.estimate.drift;
+        let drift = 1.0 / (1.0 / (1.0 + before) + gain) - 1.0;
+        if !(drift.abs() <= LARGEST_DRIFT && sigma.is_finite()) {
+            return;
+        }
+        let off = self.jitter.width() + gain.abs() * WRONG_FOR;
+        let estimate = Estimate {
+            drift,
+            offset_variance: off * off,
+            covariance: 0.0,
+            drift_variance: sigma * sigma,
+            ..followed.estimate
+        };
+        self.drift_change.suspect = None;
+        self.begin_line_anew(followed.at, &estimate, drift - before);
+        self.drift_change.attributed.forget();
+    }
+
+    /// Both lines begin anew from `estimate`, which is of the count `at`; the drift is another one by `change`.
+    fn begin_line_anew(&mut self, at: i64, estimate: &Estimate, change: f64) {
         let Some(stream) = &mut self.stream else {
             return;
         };
         let Some(line) = &mut stream.line else {
             return;
         };
-        line.at = libm::round(step.at / self.seconds_per_count) as i64;
-        line.bank.begin_anew(&step.estimate);
+        line.at = at;
+        line.bank.begin_anew(estimate);
         line.bounds = Line::bounds(&line.bank, &self.jitter);
         stream.filled = 0;
         let smallest_skip = self.parameters.smallest_skip_ms * 1e-3;
@@ -212,12 +247,10 @@ impl PhaseObserver {
         stream.choice.begin_anew();
         stream.drift_steps.forget_points();
         self.detector.clear();
-        let change = &mut self.drift_change;
-        change.steps = change.steps.saturating_add(1);
-        change.last = step.change;
-        change.settled_from = stream.newest_arrival + SETTLING;
-        change.taken_back.0 += change.attributed.since(step.since);
-        change.attributed.forget();
+        let of_drift = &mut self.drift_change;
+        of_drift.steps = of_drift.steps.saturating_add(1);
+        of_drift.last = change;
+        of_drift.settled_from = stream.newest_arrival + SETTLING;
     }
 }
 
@@ -264,6 +297,28 @@ mod tests {
         observe(&mut observer, 7, count);
         assert!(observer.suspected_drift().is_none() && observer.drift_doubt() > 0.0);
         assert_eq!(observer.line().unwrap().drift_steps, 0);
+    }
+
+    #[test]
+    fn what_exchanges_prove_is_followed_from_where_the_line_is() {
+        let (mut observer, count) = suspicious();
+        let at = Instant::from_nanos(1_000_000 * count as i64);
+        let before = observer.line().unwrap();
+        observer.follow_drift(-150e-6, 1e-6);
+        let after = observer.line().unwrap();
+        assert!((after.rate - before.rate + 150e-6).abs() < 1e-12);
+        assert!(after.at(at).since(before.at(at).instant).0.abs() < 300e-6);
+        assert_eq!(
+            (after.drift_steps, after.synced),
+            (before.drift_steps + 1, false)
+        );
+        assert!(observer.suspected_drift().is_none());
+        // A rate that no clock has is not followed.
+        for gain in [0.5, -0.5, f64::NAN, f64::INFINITY] {
+            observer.follow_drift(gain, 1e-6);
+        }
+        let rate = observer.line().unwrap().rate;
+        assert!((rate - after.rate).abs() < 1e-12);
     }
 
     #[test]

@@ -19,6 +19,8 @@ pub struct FarLine {
     pub relocks: u32,
     /// Standard deviation of its offset.
     pub sigma: Seconds,
+    /// Standard deviation of its rate, s/s.
+    pub rate_sigma: f64,
     /// All jumps of the path's delay so far, added up: the line fell by as much.
     pub jumped: Seconds,
     /// All corrections of the line by a better one, added up: it fell by as much, though the path's delay
@@ -122,6 +124,7 @@ impl PhaseObserver {
                 stream.choice.sigma(estimate.offset_variance),
                 self.drift_doubt(),
             )),
+            rate_sigma: stream.choice.sigma(estimate.drift_variance),
             jumped: self.jumped,
             corrected: self.corrected,
             drift_steps: self.drift_change.steps,

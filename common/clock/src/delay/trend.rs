@@ -1,0 +1,112 @@
+//! Whether the line runs as the sender does, as the exchanges alone have it.
+//!
+//! The middles of exchanges that took no longer than most lie on the sender's own time, but for a constant. A line
+//! whose rate is right is level against them. Where it is not, that may be the doing of a path whose ways change
+//! differently, so it only makes the line less certain; but no path can bring a response before its request.
+//! Exchanges that [contradict](super::bounds) each other against this line, and do not against one at their own
+//! rate, prove that the line is wrong.
+
+use super::window::{Exchange, KEPT};
+use crate::instant::{Instant, Local, Span};
+use crate::observer::FarLine;
+use crate::straight_line::StraightLine;
+
+/// So many exchanges tell, in so long a time, s.
+const ENOUGH: usize = 24;
+const LONG_ENOUGH: f64 = 2.0;
+/// A slope of so many standard deviations is no chance.
+const SIGNIFICANT: f64 = 4.0;
+/// Both halves of the time say nearly the same, or the sender's clock has changed meanwhile.
+const ALIKE: f64 = 0.3;
+
+/// How the sender gains on the line.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Trend {
+    /// s/s.
+    pub(super) gain: f64,
+    /// Its standard deviation, s/s.
+    pub(super) sigma: f64,
+}
+
+impl Trend {
+    /// What exchanges, the newest first, say; none as long as that may be chance.
+    pub(super) fn of<'a>(
+        newest_first: impl Iterator<Item = &'a Exchange> + Clone,
+        now: Instant<Local>,
+        line: &FarLine,
+    ) -> Option<Self> {
+        let count = newest_first.clone().count();
+        let quick = quick(newest_first, count, now, line)?;
+        let whole = Self::through(quick.points())?;
+        let newer = Self::through(quick.points().take(quick.len / 2))?;
+        let doubt = SIGNIFICANT * libm::hypot(whole.sigma, newer.sigma);
+        let is_like = (whole.gain - newer.gain).abs() <= doubt + ALIKE * whole.gain.abs();
+        let is_told = whole.gain.abs() > SIGNIFICANT * whole.sigma;
+        (is_told && is_like).then_some(whole)
+    }
+
+    fn through(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Self> {
+        if points.clone().count() < ENOUGH / 4 {
+            return None;
+        }
+        let line = StraightLine::through(points);
+        let sigma = line.slope_sigma();
+        sigma.is_finite().then_some(Self {
+            gain: line.slope,
+            sigma,
+        })
+    }
+
+    /// What the line's rate may be wrong by, s/s.
+    pub(super) fn most(&self) -> f64 {
+        self.gain.abs() + SIGNIFICANT * self.sigma
+    }
+}
+
+/// The middles of the quicker half of exchanges.
+struct Quick {
+    points: [(f64, f64); KEPT],
+    len: usize,
+}
+
+impl Quick {
+    fn points(&self) -> impl Iterator<Item = (f64, f64)> + Clone {
+        self.points[..self.len].iter().copied()
+    }
+}
+
+fn quick<'a>(
+    newest_first: impl Iterator<Item = &'a Exchange> + Clone,
+    count: usize,
+    now: Instant<Local>,
+    line: &FarLine,
+) -> Option<Quick> {
+    let oldest = newest_first.clone().last()?;
+    if count < ENOUGH || (now - oldest.at).as_secs_f64() < LONG_ENOUGH {
+        return None;
+    }
+    let mut took = [Span::ZERO; KEPT];
+    for (place, exchange) in took.iter_mut().zip(newest_first.clone()) {
+        *place = under_way(exchange);
+    }
+    let (_, median, _) = took[..count].select_nth_unstable(count / 2);
+    let mut quick = Quick {
+        points: [(0.0, 0.0); KEPT],
+        len: 0,
+    };
+    for exchange in newest_first.filter(|exchange| under_way(exchange) <= *median) {
+        let stamps = &exchange.stamps;
+        let there = line.offset_at(stamps.received, stamps.requested).0;
+        let back = line.offset_at(stamps.responded, stamps.arrived).0;
+        let time = (stamps.requested - now).as_secs_f64();
+        quick.points[quick.len] = (time, 0.5 * (there + back));
+        quick.len += 1;
+    }
+    Some(quick)
+}
+
+/// How long a request and its response were under way.
+fn under_way(exchange: &Exchange) -> Span {
+    let stamps = &exchange.stamps;
+    (stamps.arrived - stamps.requested) - (stamps.responded - stamps.received)
+}
