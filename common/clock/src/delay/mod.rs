@@ -109,6 +109,8 @@ pub struct DelayExchange {
     bounds: Option<Bounds>,
     /// By how much that moves the estimate, s.
     pulled: f64,
+    /// The line was lost, and no exchange was measured against the one that was found.
+    is_of_lost_line: bool,
     /// A step of the line of which nobody knows yet whose it was.
     step: Option<Step>,
     /// One that was the sender's, until it is asked for, s.
@@ -154,6 +156,7 @@ impl DelayExchange {
             estimate: None,
             bounds: None,
             pulled: 0.0,
+            is_of_lost_line: false,
             step: None,
             step_of_sender: None,
             asymmetry: 0.0,
@@ -221,6 +224,7 @@ impl DelayExchange {
             // What was measured against a line that is gone is no help any more.
             self.start_over();
             self.asymmetry = 0.0;
+            self.is_of_lost_line = now.relocks != before.relocks;
         } else if now.synced && !before.synced {
             self.measure_again(line);
             if let Some(estimate) = &self.estimate {
@@ -265,6 +269,7 @@ impl DelayExchange {
             Ok(exchange) => {
                 self.exchanges = self.exchanges.saturating_add(1);
                 self.window.push(exchange);
+                self.is_of_lost_line = false;
                 self.bounds = Bounds::of(self.window.all().rev(), arrived, line);
                 self.attribute(&exchange);
                 if !line.synced {
@@ -349,7 +354,7 @@ impl DelayExchange {
         DelayOutput {
             state: match estimate.measured {
                 false => DelayState::Asking,
-                true if age > STALE_AFTER => DelayState::Stale,
+                true if age > STALE_AFTER || self.is_of_lost_line => DelayState::Stale,
                 true => DelayState::Measured,
             },
             delay: Some(Seconds(estimate.delay + self.pulled)),
@@ -494,6 +499,7 @@ impl DelayExchange {
         self.estimate = None;
         self.step_of_sender = None;
         self.asymmetry = 0.0;
+        self.is_of_lost_line = false;
         self.open = 0;
     }
 }

@@ -16,7 +16,7 @@ pub enum DelayState {
     Asking,
     /// It is measured.
     Measured,
-    /// It was measured; for some seconds no response came.
+    /// It was measured; for some seconds no response came, or none since the line was lost and found again.
     Stale,
 }
 

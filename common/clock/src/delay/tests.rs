@@ -238,6 +238,8 @@ fn a_lost_line_takes_its_measurements_with_it() {
         relocks: 1,
         ..line(micros(1_100))
     };
+    let _ = exchange.follow(&found_again);
+    assert_eq!(delay_us(&exchange, now, &found_again).0, DelayState::Stale);
     let now = exchanges(&mut exchange, &found_again, now, 15, ways);
     assert_eq!(
         exchange.delay(),
