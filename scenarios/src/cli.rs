@@ -22,6 +22,7 @@ use crate::saw::{self, SawCommand};
 use crate::secure::cli::SecureCommand;
 use crate::soak;
 use crate::soak::cli::SoakArgs;
+use crate::status::{self, NodesArgs, StatusArgs, WaitArgs};
 use crate::summary::World;
 use crate::sweep::{self, Axis};
 use crate::table;
@@ -74,6 +75,12 @@ enum Command {
     /// Tell a slave of a running node what to do
     #[command(name = "command")]
     Order(Box<CommandArgs>),
+    /// Who is there
+    Nodes(NodesArgs),
+    /// What running nodes say of themselves: clocks, messages, axes, slaves
+    Status(StatusArgs),
+    /// Wait until a receiver knows the clocks that it follows
+    WaitSync(WaitArgs),
     /// Make a network secure: certificates, and who may do what; docs/SECURE.md
     #[command(subcommand)]
     Secure(SecureCommand),
@@ -175,6 +182,9 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Cam(command)) => (cam::print(&command)?, Exit::Failed),
         Some(Command::Saw(command)) => (saw::print(&command)?, Exit::Refused),
         Some(Command::Order(args)) => (command::print(&args)?, Exit::Refused),
+        Some(Command::Nodes(args)) => return status::nodes(&args),
+        Some(Command::Status(args)) => return status::status(&args),
+        Some(Command::WaitSync(args)) => return status::wait(&args),
         Some(Command::Secure(command)) => (crate::secure::cli::print(&command)?, Exit::Failed),
         Some(Command::Doctor(args)) => (doctor::print(&args)?, Exit::Failed),
         Some(Command::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),

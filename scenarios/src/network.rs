@@ -1,39 +1,60 @@
-//! Where the node is looked for.
+//! Where running nodes are looked for.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use coaxle_node::config::{ConfigError, TransportConfig, TransportMode, from_table, load};
 
 /// Where the examples' nodes listen.
 const DEFAULT: [&str; 2] = ["tcp/127.0.0.1:7447", "tcp/127.0.0.1:7448"];
 
-/// The transport to look for a node with; with an operator's folder of the secure profile, which knows where the
-/// nodes are.
-///
-/// # Errors
-/// A config file that cannot be read, or whose transport section is wrong.
-pub(super) fn transport(
-    connect: &[String],
-    config: Option<&Path>,
-    secure: Option<&Path>,
-) -> Result<TransportConfig, ConfigError> {
-    let mut transport = match config {
-        Some(file) => of_config(file)?,
-        None => TransportConfig {
-            connect: connect.to_vec(),
-            ..TransportConfig::default()
-        },
-    };
-    if let (Some(file), Some(_), None) = (config, &transport.secure, secure) {
-        let file = file.display().to_string();
-        let reason = "received the folder of the node alone, expected --secure with that of an operator besides";
-        return Err(ConfigError::field(&file, "transport.secure", reason));
+/// What a command that reaches running nodes is told of the network.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct NetworkArgs {
+    /// Look for nodes here, such as tcp/192.168.1.10:7448; may be given several times [default:
+    /// this machine, ports 7447 and 7448]
+    #[arg(long, global = true, value_name = "ENDPOINT")]
+    pub(crate) connect: Vec<String>,
+    /// Look for nodes where this config file of one of them says: where it listens, and where it
+    /// connects to
+    #[arg(long, global = true, value_name = "FILE", conflicts_with = "connect")]
+    pub(crate) config: Option<PathBuf>,
+    /// The operator's folder of the secure profile, as `coaxle secure init` wrote it: nodes are looked for where
+    /// that says, and orders bear the operator's name
+    #[arg(long, global = true, value_name = "DIR")]
+    pub(crate) secure: Option<PathBuf>,
+}
+
+impl NetworkArgs {
+    /// The transport to look for nodes with; with an operator's folder of the secure profile, which knows where the
+    /// nodes are.
+    ///
+    /// # Errors
+    /// A config file that cannot be read, or whose transport section is wrong.
+    pub(crate) fn transport(&self) -> Result<TransportConfig, ConfigError> {
+        let Self {
+            connect,
+            config,
+            secure,
+        } = self;
+        let mut transport = match config {
+            Some(file) => of_config(file)?,
+            None => TransportConfig {
+                connect: connect.clone(),
+                ..TransportConfig::default()
+            },
+        };
+        if let (Some(file), Some(_), None) = (config, &transport.secure, secure) {
+            let file = file.display().to_string();
+            let reason = "received the folder of the node alone, expected --secure with that of an operator besides";
+            return Err(ConfigError::field(&file, "transport.secure", reason));
+        }
+        transport.secure.clone_from(secure);
+        if transport.connect.is_empty() && config.is_none() && secure.is_none() {
+            transport.connect = DEFAULT.map(str::to_owned).to_vec();
+        }
+        Ok(transport)
     }
-    transport.secure = secure.map(Path::to_owned);
-    if transport.connect.is_empty() && config.is_none() && secure.is_none() {
-        transport.connect = DEFAULT.map(str::to_owned).to_vec();
-    }
-    Ok(transport)
 }
 
 /// The transport section of a node's config, for somebody who wants to reach that node.
@@ -70,6 +91,19 @@ fn reachable(endpoint: &str) -> String {
 mod tests {
     use super::*;
 
+    fn looked(
+        connect: &[String],
+        config: Option<&Path>,
+        secure: Option<&Path>,
+    ) -> Result<TransportConfig, ConfigError> {
+        let args = NetworkArgs {
+            connect: connect.to_vec(),
+            config: config.map(Path::to_owned),
+            secure: secure.map(Path::to_owned),
+        };
+        args.transport()
+    }
+
     #[test]
     fn a_nodes_config_says_where_it_is() {
         let folder = tempfile::tempdir().unwrap();
@@ -77,10 +111,10 @@ mod tests {
         let text = "name = 'saw'\n[transport]\nconnect = ['tcp/10.0.0.1:7447']\n\
                     secure = 'saw'\nlisten = ['tcp/0.0.0.0:7448', 'tcp/[::]:7448', 'tcp/10.0.0.2:1']\n[slave]\n";
         std::fs::write(&file, text).unwrap();
-        let error = transport(&[], Some(&file), None).unwrap_err().to_string();
+        let error = looked(&[], Some(&file), None).unwrap_err().to_string();
         assert!(error.contains("expected --secure"), "{error}");
         let anna = folder.path().join("anna");
-        let found = transport(&[], Some(&file), Some(&anna)).unwrap();
+        let found = looked(&[], Some(&file), Some(&anna)).unwrap();
         assert_eq!(
             found.connect,
             [
@@ -94,16 +128,16 @@ mod tests {
         assert_eq!(found.secure, Some(anna), "and not the node's");
 
         std::fs::write(&file, "[transport]\nmode = 'star'").unwrap();
-        let error = transport(&[], Some(&file), None).unwrap_err().to_string();
+        let error = looked(&[], Some(&file), None).unwrap_err().to_string();
         assert!(error.contains("saw.toml: transport.mode"), "{error}");
     }
 
     #[test]
     fn endpoints_are_taken_as_they_are() {
         let given = ["tcp/10.0.0.1:1".to_owned()];
-        assert_eq!(transport(&given, None, None).unwrap().connect, given);
-        assert_eq!(transport(&[], None, None).unwrap().connect, DEFAULT);
-        let secure = transport(&[], None, Some(Path::new("anna"))).unwrap();
+        assert_eq!(looked(&given, None, None).unwrap().connect, given);
+        assert_eq!(looked(&[], None, None).unwrap().connect, DEFAULT);
+        let secure = looked(&[], None, Some(Path::new("anna"))).unwrap();
         assert!(secure.connect.is_empty(), "the profile knows where");
     }
 }

@@ -48,6 +48,7 @@ mod toy;
 mod trace;
 pub mod transport;
 mod unseen;
+mod watcher;
 
 pub use arrivals::{ArrivalsTrace, arrivals_beside, exchanges_beside};
 pub use commander::Commander;
@@ -60,3 +61,4 @@ pub use shared_memory::SharedMemoryDrive;
 pub use telemetry::{ArrivalRecord, Record, Recorder, fields_of};
 pub use trace::Trace;
 pub use transport::{Exposure, InProcess, OverZenoh, Transport, ZENOH_RUNTIME, zenoh_config};
+pub use watcher::{SeenNode, Watcher};

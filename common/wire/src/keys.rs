@@ -7,6 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::channel::Channel;
 
+/// The status of all nodes.
+pub const ANY_STATUS_KEY: &str = "coaxle/*/status";
+/// The liveliness tokens of all nodes.
+pub const ANY_ALIVE_KEY: &str = "coaxle/*/alive";
+
 /// A node's name: one chunk of a key expression.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
@@ -33,6 +38,13 @@ impl NodeName {
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
+    }
+
+    /// The node that a key is of; none of a key that is no node's.
+    #[must_use]
+    pub fn of_key(key: &str) -> Option<Self> {
+        let (name, _) = key.strip_prefix("coaxle/")?.split_once('/')?;
+        Self::new(name).ok()
     }
 
     /// The key that the frames of one of its channels travel under.
@@ -153,6 +165,17 @@ mod tests {
         assert_eq!(name.seen_by_keys(), "coaxle/saw-1/seen-by/*");
         assert_eq!(name.run_key(0xab), "coaxle/saw-1/runs/00000000000000ab");
         assert_eq!(name.runs_key(), "coaxle/saw-1/runs/*");
+        for key in [name.runs_key(), name.status_key(), name.alive_key()] {
+            assert_eq!(NodeName::of_key(&key).as_ref(), Some(&name));
+        }
+        for key in [
+            "coaxle/saw-1",
+            "coaxle//alive",
+            "other/saw-1/alive",
+            "coaxle/*/alive",
+        ] {
+            assert_eq!(NodeName::of_key(key), None, "{key}");
+        }
     }
 
     #[test]

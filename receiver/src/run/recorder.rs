@@ -1,9 +1,10 @@
 //! What becomes of a receiver's cycles: trace, log and status.
 
-use coaxle_host::{ArrivalRecord, ArrivalsTrace, Record, Recorder, Trace};
-use serde_json::{Map, Value};
+use coaxle_clock::Instant;
+use coaxle_host::{ArrivalRecord, ArrivalsTrace, Machine, Record, Recorder, Trace};
+use serde_json::{Map, Value, json};
 
-use super::journal::Journal;
+use super::journal::{Journal, Level};
 use super::status;
 use crate::config::ReceiverConfig;
 use crate::snapshot::ReceiverSnapshot;
@@ -14,6 +15,10 @@ pub(super) struct ReceiverRecorder {
     files: Files,
     journal: Journal,
     newest: Option<ReceiverSnapshot>,
+    /// When its cycle began.
+    newest_at: Instant<Machine>,
+    /// When something was wrong last, and what.
+    last_fault: Option<(Instant<Machine>, String)>,
 }
 
 /// The files that a receiver leaves, if they are wanted.
@@ -32,6 +37,8 @@ impl ReceiverRecorder {
             files,
             journal: Journal::new(config),
             newest: None,
+            newest_at: Instant::EPOCH,
+            last_fault: None,
         }
     }
 }
@@ -45,7 +52,11 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
         }
         for note in self.journal.take(record.ideal_start, snapshot) {
             note.log(&self.config.name);
+            if note.level != Level::Info {
+                self.last_fault = Some((record.ideal_start, note.text));
+            }
         }
+        self.newest_at = record.ideal_start;
         match &mut self.newest {
             Some(newest) => newest.clone_from(snapshot),
             None => self.newest = Some(snapshot.clone()),
@@ -60,7 +71,15 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
 
     fn status(&self) -> Map<String, Value> {
         match &self.newest {
-            Some(snapshot) => status::of(&self.config, snapshot),
+            Some(snapshot) => {
+                let mut status = status::of(&self.config, snapshot);
+                let fault = self.last_fault.as_ref().map(|(at, text)| {
+                    let age_s = (self.newest_at - *at).as_secs_f64();
+                    json!({ "age_s": age_s, "text": text })
+                });
+                status.insert("last_fault".to_owned(), json!(fault));
+                status
+            }
             None => status::before_the_first_cycle(),
         }
     }
@@ -173,10 +192,8 @@ mod tests {
         // The example's signals are some of many: `docs/SIGNALS.md` has them all.
         let whole = shape(&Value::Object(status));
         for path in shape(&example) {
-            assert!(
-                path.starts_with("sources.") || whole.contains(&path),
-                "{path}"
-            );
+            let is_elsewhere = path.starts_with("sources.") || path.starts_with("last_fault.");
+            assert!(is_elsewhere || whole.contains(&path), "{path}");
         }
     }
 
@@ -230,6 +247,27 @@ mod tests {
                 "{error}"
             );
         }
+    }
+
+    #[test]
+    fn the_last_fault_is_told_with_its_age_until_there_is_another() {
+        let mut recorder = ReceiverRecorder::new(&config(), Files::default());
+        recorder.record(&record(coupled()));
+        assert_eq!(recorder.status()["last_fault"], Value::Null);
+        let mut failed = coupled();
+        failed.health = crate::Health::CycleTimesDoNotFit;
+        failed.far_health[0] = failed.health;
+        for after in [1, 2, 3] {
+            let mut record = record(failed.clone());
+            record.ideal_start += Span::from_secs(after);
+            recorder.record(&record);
+        }
+        let fault = &recorder.status()["last_fault"];
+        assert_eq!(fault["age_s"], 2.0);
+        assert!(
+            fault["text"].as_str().unwrap().contains("cycle time"),
+            "{fault}"
+        );
     }
 
     #[test]

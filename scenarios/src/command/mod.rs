@@ -2,12 +2,9 @@
 
 mod blocks;
 mod far;
-mod network;
 mod options;
 mod saw;
 mod spelled;
-
-use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -24,6 +21,7 @@ use coaxle_slave as slave;
 use serde::de::DeserializeOwned;
 
 use crate::inspect::{self, shown};
+use crate::network::NetworkArgs;
 use spelled::Spelled;
 
 /// Who is told what.
@@ -53,18 +51,8 @@ pub struct CommandArgs {
     /// Print the node's answer as JSON
     #[arg(long, global = true)]
     json: bool,
-    /// Look for the node here, such as tcp/192.168.1.10:7448; may be given several times [default:
-    /// this machine, ports 7447 and 7448]
-    #[arg(long, global = true, value_name = "ENDPOINT")]
-    connect: Vec<String>,
-    /// Look for the node where this config file of a node says: where it listens, and where it
-    /// connects to
-    #[arg(long, global = true, value_name = "FILE", conflicts_with = "connect")]
-    config: Option<PathBuf>,
-    /// The operator's folder of the secure profile, as `coaxle secure init` wrote it: the node is looked for where
-    /// that says, and the order bears the operator's name
-    #[arg(long, global = true, value_name = "DIR")]
-    secure: Option<PathBuf>,
+    #[command(flatten)]
+    network: NetworkArgs,
 }
 
 /// Sends the command and prints the answer; false if it is not accepted.
@@ -73,12 +61,7 @@ pub struct CommandArgs {
 /// No command, or more than one; the node does not turn up or does not answer.
 pub fn print(args: &CommandArgs) -> anyhow::Result<bool> {
     let order = args.order()?;
-    let transport = network::transport(
-        &args.connect,
-        args.config.as_deref(),
-        args.secure.as_deref(),
-    )?;
-    let commander = Commander::open(&transport)?;
+    let commander = Commander::open(&args.network.transport()?)?;
     let answer = commander.send(&args.node, &order);
     commander.close();
     let answer = answer?;

@@ -20,5 +20,5 @@ pub use folder::{AUTHORITY_FOLDER, AUTHORITY_KEY_FILE, write_authority, write_ro
 pub use hosts::{Addresses, WrongAddress};
 pub use member::{Member, Operator};
 pub use network::{Network, WrongNetwork};
-pub use profile::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, profile};
+pub use profile::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, known_nodes, profile};
 pub use rights::{Flow, Right};

@@ -72,27 +72,15 @@ impl InProcess {
         }
     }
 
-    /// The handlers of a key, so that they can be called without the hub.
-    fn all<H>(&self, key: &str, place: fn(&mut Hub) -> &mut Handlers<H>) -> Vec<Arc<H>> {
-        let range = (key.to_owned(), 0)..=(key.to_owned(), u64::MAX);
+    /// The handlers of a key and of all patterns that mean it, so that they can be called without the hub.
+    fn all_meant<H>(&self, key: &str, place: fn(&mut Hub) -> &mut Handlers<H>) -> Vec<Arc<H>> {
         let mut hub = self.hub();
-        place(&mut hub)
-            .range(range)
-            .map(|(_, handler)| Arc::clone(handler))
-            .collect()
+        let meant = place(&mut hub).iter().filter(|((of, _), _)| means(of, key));
+        meant.map(|(_, handler)| Arc::clone(handler)).collect()
     }
 
     fn is_announced(&self, key: &str) -> bool {
-        !self.all(key, |hub| &mut hub.announcements).is_empty()
-    }
-
-    /// The handlers of a key, and those of the key with `*` for its last part.
-    fn all_meant<H>(&self, key: &str, place: fn(&mut Hub) -> &mut Handlers<H>) -> Vec<Arc<H>> {
-        let mut handlers = self.all(key, place);
-        if let Some((parent, _)) = key.rsplit_once('/') {
-            handlers.extend(self.all(&format!("{parent}/*"), place));
-        }
-        handlers
+        !self.all_meant(key, |hub| &mut hub.announcements).is_empty()
     }
 
     fn tell_watchers(&self, key: &str, is_there: bool) {
@@ -101,17 +89,25 @@ impl InProcess {
         }
     }
 
-    /// What is announced, of a key or of all that a key that ends in `/*` stands for.
+    /// What is announced of all that a key stands for.
     fn announced(&self, key: &str) -> Vec<String> {
-        let is_meant = |announced: &str| match key.strip_suffix('*') {
-            Some(parent) => announced
-                .strip_prefix(parent)
-                .is_some_and(|part| !part.contains('/')),
-            None => announced == key,
-        };
         let hub = self.hub();
         let announced = hub.announcements.keys().map(|(key, _)| key.clone());
-        announced.filter(|key| is_meant(key)).collect()
+        announced
+            .filter(|announced| means(key, announced))
+            .collect()
+    }
+}
+
+/// Whether a key stands for another one: it is that, but for parts that are `*`.
+fn means(pattern: &str, key: &str) -> bool {
+    let (mut wanted, mut parts) = (pattern.split('/'), key.split('/'));
+    loop {
+        match (wanted.next(), parts.next()) {
+            (None, None) => return true,
+            (Some(wanted), Some(part)) if wanted == "*" || wanted == part => {}
+            _ => return false,
+        }
     }
 }
 
@@ -208,7 +204,10 @@ struct ToKey {
 impl Publisher for ToKey {
     fn publish(&self, bytes: Vec<u8>) -> anyhow::Result<()> {
         let arrival = (self.transport.now)();
-        for on_bytes in self.transport.all(&self.key, |hub| &mut hub.subscribers) {
+        for on_bytes in self
+            .transport
+            .all_meant(&self.key, |hub| &mut hub.subscribers)
+        {
             let mut on_bytes = on_bytes.lock().unwrap_or_else(PoisonError::into_inner);
             on_bytes(arrival, &bytes);
         }
@@ -218,7 +217,7 @@ impl Publisher for ToKey {
     fn has_subscriber(&self) -> bool {
         !self
             .transport
-            .all(&self.key, |hub| &mut hub.subscribers)
+            .all_meant(&self.key, |hub| &mut hub.subscribers)
             .is_empty()
     }
 }

@@ -27,7 +27,8 @@ pub trait Transport: Send + Sync {
     /// The transport refuses.
     fn publisher(&self, key: &str, urgency: Urgency) -> anyhow::Result<Box<dyn Publisher>>;
 
-    /// Has everything that is published under `key` handed to `on_bytes`, until the result is dropped.
+    /// Has everything that is published under `key` handed to `on_bytes`, until the result is dropped. A part of the
+    /// key that is `*` stands for any.
     ///
     /// # Errors
     /// The transport refuses.
@@ -39,8 +40,8 @@ pub trait Transport: Send + Sync {
     /// The transport refuses.
     fn announce(&self, key: &str) -> anyhow::Result<Declared>;
 
-    /// Tells `on_change` whenever the announcement of `key` comes or goes, until the result is dropped. A key
-    /// that ends in `/*` stands for all that have one part more in its place.
+    /// Tells `on_change` whenever the announcement of `key` comes or goes, until the result is dropped. A part
+    /// of the key that is `*` stands for any.
     ///
     /// # Errors
     /// The transport refuses.

@@ -1,0 +1,248 @@
+//! Watching nodes from outside: who is there, and what they say of themselves.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use coaxle_clock::{Instant, Span};
+use coaxle_node::config::TransportConfig;
+use coaxle_node::keys::{ANY_ALIVE_KEY, ANY_STATUS_KEY, NodeName};
+use serde_json::{Map, Value};
+
+use crate::machine::{self, Machine};
+use crate::transport::{Declared, OverZenoh, Transport, Unseen};
+
+/// The longest status that is taken, bytes: that of a node with thousands of axes.
+const LONGEST_STATUS: usize = 16 << 20;
+/// So many nodes are told apart at most: whoever may publish could invent more.
+const MOST_NODES: usize = 10_000;
+
+/// Sees nodes, and hears their status. Nothing of them changes by that.
+pub struct Watcher {
+    transport: Box<dyn Transport>,
+    seen: Arc<Seen>,
+    _declared: Vec<Declared>,
+}
+
+/// A node as it is seen from outside.
+#[derive(Clone, Debug)]
+pub struct SeenNode {
+    /// Its name.
+    pub name: NodeName,
+    /// Whether it has announced itself.
+    pub is_alive: bool,
+    /// The newest status, and when it came.
+    pub status: Option<(Instant<Machine>, Map<String, Value>)>,
+}
+
+#[derive(Default)]
+struct Seen {
+    nodes: Mutex<BTreeMap<NodeName, SeenNode>>,
+    changed: Condvar,
+}
+
+impl Seen {
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<NodeName, SeenNode>> {
+        self.nodes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Notes something of the node that a key names.
+    fn note(&self, key: &str, what: impl FnOnce(&mut SeenNode)) {
+        let Some(name) = NodeName::of_key(key) else {
+            return;
+        };
+        let mut nodes = self.lock();
+        if nodes.len() >= MOST_NODES && !nodes.contains_key(&name) {
+            return;
+        }
+        what(nodes.entry(name.clone()).or_insert(SeenNode {
+            name,
+            is_alive: false,
+            status: None,
+        }));
+        drop(nodes);
+        self.changed.notify_all();
+    }
+}
+
+impl Watcher {
+    /// Joins the network and watches these nodes, or all where none is named.
+    ///
+    /// # Errors
+    /// A wrong transport section, certificates that cannot be read, or a session that cannot be opened, with the
+    /// endpoints.
+    pub fn open(transport: &TransportConfig, nodes: &[NodeName]) -> anyhow::Result<Self> {
+        Self::over(OverZenoh::open_and_wait(transport)?, nodes)
+    }
+
+    /// The same over a transport that is there already.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    pub fn over(transport: impl Transport + 'static, nodes: &[NodeName]) -> anyhow::Result<Self> {
+        let keys = |node: &NodeName| (node.status_key(), node.alive_key());
+        let keys: Vec<_> = match nodes {
+            [] => vec![(ANY_STATUS_KEY.to_owned(), ANY_ALIVE_KEY.to_owned())],
+            nodes => nodes.iter().map(keys).collect(),
+        };
+        let seen = Arc::new(Seen::default());
+        let mut declared = Vec::new();
+        for (status, alive) in keys {
+            let (heard, present) = (Arc::clone(&seen), Arc::clone(&seen));
+            let on_status = move |at, bytes: &[u8]| take_status(&heard, at, bytes);
+            declared.push(transport.subscribe(&status, Box::new(on_status))?);
+            let on_change =
+                move |key: &str, is_alive| present.note(key, |node| node.is_alive = is_alive);
+            declared.push(transport.watch(&alive, Box::new(on_change))?);
+        }
+        Ok(Self {
+            transport: Box::new(transport),
+            seen,
+            _declared: declared,
+        })
+    }
+
+    /// The nodes that were seen so far, by name.
+    #[must_use]
+    pub fn seen(&self) -> Vec<SeenNode> {
+        self.seen.lock().values().cloned().collect()
+    }
+
+    /// Waits until what is seen is `enough`, or for so long; gives what is seen then.
+    #[must_use]
+    pub fn wait_for(
+        &self,
+        patience: Span,
+        mut enough: impl FnMut(&[SeenNode]) -> bool,
+    ) -> Vec<SeenNode> {
+        let end = machine::now() + patience;
+        let mut nodes = self.seen.lock();
+        loop {
+            let seen: Vec<_> = nodes.values().cloned().collect();
+            let left = end - machine::now();
+            if left <= Span::ZERO || enough(&seen) {
+                return seen;
+            }
+            let left = Duration::from_nanos(left.as_nanos().unsigned_abs());
+            let waited = self.seen.changed.wait_timeout(nodes, left);
+            nodes = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Why a node is not to be seen, as far as trying to reach it tells. Takes some seconds.
+    #[must_use]
+    pub fn why_unseen(&self, node: &NodeName) -> Option<Unseen> {
+        self.transport.why_unseen(node.as_str())
+    }
+
+    /// How it reaches others, for messages.
+    #[must_use]
+    pub fn whereabouts(&self) -> &str {
+        self.transport.whereabouts()
+    }
+
+    /// Leaves the network.
+    pub fn close(self) {
+        self.transport.close();
+    }
+}
+
+/// A status names its node. What is none is nobody's.
+fn take_status(seen: &Seen, at: Instant<Machine>, bytes: &[u8]) {
+    if bytes.len() > LONGEST_STATUS {
+        return;
+    }
+    let Ok(Value::Object(status)) = serde_json::from_slice(bytes) else {
+        return;
+    };
+    let named = status.get("node").and_then(Value::as_str);
+    let name = named.and_then(|name| NodeName::new(name).ok());
+    if let Some(name) = name {
+        seen.note(&name.status_key(), |node| node.status = Some((at, status)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transport::{InProcess, Urgency};
+
+    fn name(name: &str) -> NodeName {
+        NodeName::new(name).unwrap()
+    }
+
+    fn publish(transport: &InProcess, key: &str, text: &str) {
+        let publisher = transport.publisher(key, Urgency::Ordinary).unwrap();
+        publisher.publish(text.into()).unwrap();
+    }
+
+    #[test]
+    fn all_nodes_are_seen_with_what_they_said_last() {
+        let transport = InProcess::dated_by(|| Instant::from_nanos(5));
+        let _early = transport.announce("coaxle/line/alive").unwrap();
+        let watcher = Watcher::over(transport.clone(), &[]).unwrap();
+        let saw = transport.announce("coaxle/saw/alive").unwrap();
+        publish(
+            &transport,
+            "coaxle/saw/status",
+            r#"{ "node": "saw", "cycle": 1 }"#,
+        );
+        publish(
+            &transport,
+            "coaxle/saw/status",
+            r#"{ "node": "saw", "cycle": 2 }"#,
+        );
+        let seen = watcher.seen();
+        let names: Vec<_> = seen.iter().map(|node| node.name.as_str()).collect();
+        assert_eq!(names, ["line", "saw"]);
+        assert!(seen.iter().all(|node| node.is_alive) && seen[0].status.is_none());
+        let (at, status) = seen[1].status.as_ref().unwrap();
+        assert_eq!((at.as_nanos(), &status["cycle"]), (5, &2.into()));
+        drop(saw);
+        assert!(!watcher.seen()[1].is_alive);
+    }
+
+    #[test]
+    fn of_named_nodes_only_these_are_heard() {
+        let transport = InProcess::default();
+        let watcher = Watcher::over(transport.clone(), &[name("saw")]).unwrap();
+        for node in ["line", "saw"] {
+            let text = format!("{{ \"node\": \"{node}\" }}");
+            publish(&transport, &format!("coaxle/{node}/status"), &text);
+        }
+        let seen = watcher.seen();
+        assert_eq!(seen.len(), 1);
+        assert_eq!(seen[0].name, name("saw"));
+    }
+
+    #[test]
+    fn what_is_no_status_is_nobodys() {
+        let transport = InProcess::default();
+        let watcher = Watcher::over(transport.clone(), &[]).unwrap();
+        for text in [
+            "",
+            "{",
+            "[]",
+            "{}",
+            r#"{ "node": 1 }"#,
+            r#"{ "node": "a/b" }"#,
+        ] {
+            publish(&transport, "coaxle/x/status", text);
+        }
+        assert!(watcher.seen().is_empty());
+    }
+
+    #[test]
+    fn it_waits_until_it_has_seen_enough_and_no_longer_than_it_may() {
+        let transport = InProcess::default();
+        let watcher = Watcher::over(transport.clone(), &[]).unwrap();
+        let nobody = watcher.wait_for(Span::from_millis(1), |seen| !seen.is_empty());
+        assert!(nobody.is_empty());
+        let later = std::thread::spawn(move || {
+            publish(&transport, "coaxle/saw/status", r#"{ "node": "saw" }"#);
+        });
+        let somebody = watcher.wait_for(Span::from_secs(60), |seen| !seen.is_empty());
+        assert_eq!(somebody.len(), 1);
+        later.join().unwrap();
+    }
+}

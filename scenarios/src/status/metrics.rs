@@ -1,0 +1,218 @@
+//! The status as metrics, in the text format that Prometheus scrapes.
+//!
+//! Numbers are values of `coaxle_<what>_<signal>`; of words there is `coaxle_<what>_<signal>{…, is="synced"} 1`. What is
+//! not known is not there. Help and unit come from the declarations of the signals.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use coaxle_host::SeenNode;
+use coaxle_node::signal::{Group, Signal, Signals};
+use coaxle_receiver::signals as receiver;
+use coaxle_sender::signals as sender;
+use serde_json::Value;
+
+use super::reading;
+use super::reading::Reading;
+
+/// One metric: its help, and a line for each that has it.
+struct Metric {
+    help: String,
+    samples: Vec<String>,
+}
+
+/// The metrics of all nodes.
+pub(super) fn of(seen: &[SeenNode]) -> String {
+    let mut metrics = Metrics::default();
+    for node in seen {
+        let up = f64::from(u8::from(node.is_alive));
+        let labels = label("node", node.name.as_str());
+        metrics.add("coaxle_up", "Whether the node is there.", &labels, up);
+        if let Some(status) = reading(node) {
+            metrics.add_node(&labels, &status);
+        }
+    }
+    metrics.text()
+}
+
+#[derive(Default)]
+struct Metrics(BTreeMap<String, Metric>);
+
+/// What the parts of a status are, and what their metrics are called.
+const PARTS: [(&str, &str, &str); 4] = [
+    ("far", "far", "far"),
+    ("axes", "axis", "axis"),
+    ("virtual_axes", "virtual_axis", "axis"),
+    ("slaves", "slave", "slave"),
+];
+
+impl Metrics {
+    fn add_node(&mut self, labels: &str, status: &Reading<'_>) {
+        self.add_all("node", labels, status);
+        for (part, metric, labelled) in PARTS {
+            for (name, fields) in status.parts(part) {
+                let unit = fields.text("unit").filter(|unit| !unit.is_empty());
+                let unit =
+                    unit.map_or_else(String::new, |unit| format!(",{}", label("unit", unit)));
+                let labels = format!("{labels},{}{unit}", label(labelled, name));
+                // A far axis says whose it is; a sender's is its own.
+                let metric = match fields.text("node") {
+                    Some(_) if part == "axes" => "far_axis",
+                    _ => metric,
+                };
+                self.add_all(metric, &labels, &fields);
+            }
+        }
+        for (name, source) in status.parts("sources") {
+            let labels = format!("{labels},{}", label("far", name));
+            self.add_all("source", &labels, &source);
+        }
+    }
+
+    fn add_all(&mut self, of: &str, labels: &str, fields: &Reading<'_>) {
+        for (name, value) in fields.fields() {
+            let metric = format!("coaxle_{of}_{name}");
+            let help = help(of, name);
+            match value {
+                Value::Number(number) => {
+                    let number = number.as_f64().unwrap_or(f64::NAN);
+                    self.add(&metric, &help, labels, number);
+                }
+                Value::Bool(is) => self.add(&metric, &help, labels, f64::from(u8::from(*is))),
+                // Names and numbers of runs would be a new series each time.
+                Value::String(_) if ["node", "unit", "epoch", "label"].contains(&name) => {}
+                Value::String(text) => {
+                    let labels = format!("{labels},{}", label("is", text));
+                    self.add(&metric, &help, &labels, 1.0);
+                }
+                Value::Object(fault) => {
+                    if let Some(code) = fault.get("code").and_then(Value::as_str) {
+                        let labels = format!("{labels},{}", label("is", code));
+                        self.add(&metric, &help, &labels, 1.0);
+                    }
+                }
+                Value::Null | Value::Array(_) => {}
+            }
+        }
+    }
+
+    fn add(&mut self, name: &str, help: &str, labels: &str, value: f64) {
+        let metric = self.0.entry(name.to_owned()).or_insert_with(|| Metric {
+            help: help.to_owned(),
+            samples: Vec::new(),
+        });
+        metric.samples.push(format!("{name}{{{labels}}} {value}"));
+    }
+
+    fn text(&self) -> String {
+        let mut text = String::new();
+        for (name, Metric { help, samples }) in &self.0 {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "# HELP {name} {}", help.replace('\\', "\\\\"));
+            let _ = writeln!(text, "# TYPE {name} untyped");
+            for sample in samples {
+                let _ = writeln!(text, "{sample}");
+            }
+        }
+        text.trim_end().to_owned()
+    }
+}
+
+fn label(name: &str, value: &str) -> String {
+    let value = value.replace('\\', "\\\\").replace('"', "\\\"");
+    format!("{name}=\"{}\"", value.replace('\n', "\\n"))
+}
+
+/// What a signal means, and its unit; of what is none, where to look.
+fn help(of: &str, name: &str) -> String {
+    let declared = declared(of);
+    let signal = declared.iter().find(|signal| signal.name == name);
+    match signal {
+        Some(signal) if signal.unit.is_empty() => signal.meaning().to_owned(),
+        Some(signal) => format!("{} ({})", signal.meaning(), signal.unit),
+        None => "See docs/WIRE.md, Status.".to_owned(),
+    }
+}
+
+fn declared(of: &str) -> Vec<Signal> {
+    fn all<S: Signals>(group: Group) -> impl Iterator<Item = Signal> {
+        debug_assert_eq!(S::GROUP, group);
+        S::SIGNALS.iter().copied()
+    }
+    match of {
+        "node" => all::<receiver::NodeSignals>(Group::Node)
+            .chain(all::<sender::SenderSignals>(Group::Node))
+            .collect(),
+        "far" => all::<receiver::FarNodeSignals>(Group::FarNode).collect(),
+        "far_axis" => all::<receiver::FarAxisSignals>(Group::FarAxis).collect(),
+        "axis" => all::<sender::AxisSignals>(Group::Axis).collect(),
+        "virtual_axis" => all::<receiver::VirtualAxisSignals>(Group::VirtualAxis).collect(),
+        "slave" => all::<receiver::SlaveSignals>(Group::Slave).collect(),
+        _ => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::status::samples::{RECEIVER, SENDER, object};
+    use coaxle_clock::Instant;
+    use coaxle_node::keys::NodeName;
+
+    fn metrics() -> String {
+        let node = |name: &str, json: &str| SeenNode {
+            name: NodeName::new(name).unwrap(),
+            is_alive: true,
+            status: Some((Instant::EPOCH, object(json))),
+        };
+        of(&[node("conveyor", SENDER), node("saw", RECEIVER)])
+    }
+
+    #[test]
+    fn numbers_flags_words_and_faults_are_metrics() {
+        let text = metrics();
+        for expected in [
+            "coaxle_up{node=\"saw\"} 1",
+            "coaxle_node_cycles{node=\"conveyor\"} 25245",
+            "coaxle_node_error{node=\"saw\",is=\"0x4B52\"} 1",
+            "coaxle_far_drift_ppm{node=\"saw\",far=\"conveyor\"} 500.1",
+            "coaxle_far_synced{node=\"saw\",far=\"conveyor\"} 1",
+            "coaxle_far_observer_state{node=\"saw\",far=\"conveyor\",is=\"synced\"} 1",
+            "coaxle_source_frame_age_ms{node=\"saw\",far=\"conveyor\"} 0.41",
+            "coaxle_axis_velocity{node=\"conveyor\",axis=\"conveyor\",unit=\"mm\"} 500",
+            "coaxle_far_axis_corrected_position{node=\"saw\",axis=\"conveyor.3\",unit=\"mm\"} 12597.89375",
+            "coaxle_slave_program_step{node=\"saw\",slave=\"slave\",unit=\"mm\"} 2",
+            "# HELP coaxle_far_drift_ppm Estimated drift of its clock against the own one (`fDrift`). (ppm)",
+        ] {
+            assert!(
+                text.lines().any(|line| line == expected),
+                "{expected}\n{text}"
+            );
+        }
+    }
+
+    #[test]
+    fn each_metric_has_one_head_and_lines_as_the_format_has_them() {
+        let text = metrics();
+        let mut heads = Vec::new();
+        for line in text.lines() {
+            if let Some(head) = line.strip_prefix("# TYPE ") {
+                heads.push(head.to_owned());
+            } else if !line.starts_with('#') {
+                let (name, rest) = line.split_once('{').unwrap();
+                let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+                assert!(name.chars().all(is_plain), "{line}");
+                let (_, value) = rest.rsplit_once("} ").unwrap();
+                assert!(value.parse::<f64>().is_ok(), "{line}");
+            }
+        }
+        let all = heads.len();
+        heads.dedup();
+        assert_eq!(heads.len(), all);
+    }
+
+    #[test]
+    fn names_cannot_end_a_label() {
+        assert_eq!(label("axis", "a\"b\\c\nd"), r#"axis="a\"b\\c\nd""#);
+    }
+}

@@ -1,0 +1,182 @@
+//! What running nodes say of themselves: `coaxle status`, `coaxle nodes` and `coaxle wait-sync`.
+//!
+//! All of it is made from the status that nodes publish (docs/WIRE.md); this tool knows no node but by that.
+
+mod metrics;
+mod nodes;
+mod plain;
+mod reading;
+#[cfg(test)]
+mod samples;
+mod wait;
+mod words;
+
+use std::time::Duration;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use coaxle_clock::Span;
+use coaxle_host::cli::Exit;
+use coaxle_host::{SeenNode, Watcher, machine};
+use coaxle_node::keys::NodeName;
+use serde_json::Value;
+
+use crate::inspect;
+use crate::network::NetworkArgs;
+use crate::secure;
+pub use nodes::{NodesArgs, nodes};
+use reading::Reading;
+pub use wait::{WaitArgs, wait};
+
+/// A node may take so long to turn up.
+const PATIENCE: Span = Span::from_secs(5);
+/// Nodes speak four times a second: after so long all that are there have.
+const ROUND: Span = Span::from_millis(600);
+/// How often `--watch` shows it again.
+const AGAIN: Duration = Duration::from_secs(1);
+
+/// Whose status, and how it is shown.
+#[derive(Debug, Args)]
+pub struct StatusArgs {
+    /// The nodes [default: all that are there]
+    #[arg(value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
+    nodes: Vec<NodeName>,
+    /// For people; as JSON, as the nodes say it; or as metrics for Prometheus
+    #[arg(short, long, value_enum, default_value_t = Format::Plain)]
+    format: Format,
+    /// Show it again every second, until Ctrl-C
+    #[arg(short, long)]
+    watch: bool,
+    #[command(flatten)]
+    network: NetworkArgs,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    Plain,
+    Json,
+    Prometheus,
+}
+
+/// Prints the status.
+///
+/// # Errors
+/// A wrong network section, a network that cannot be joined, or a node that does not turn up: says who is there.
+pub fn status(args: &StatusArgs) -> anyhow::Result<Exit> {
+    let watcher = watch(&args.network, &args.nodes)?;
+    let shown = show(args, &watcher);
+    watcher.close();
+    shown
+}
+
+fn show(args: &StatusArgs, watcher: &Watcher) -> anyhow::Result<Exit> {
+    let mut seen = gather(watcher, &args.nodes)?;
+    while print(args, &seen)? && args.watch {
+        std::thread::park_timeout(AGAIN);
+        seen = chosen(watcher.seen(), &args.nodes);
+    }
+    Ok(Exit::Done)
+}
+
+/// Whether anybody still reads it.
+fn print(args: &StatusArgs, seen: &[SeenNode]) -> anyhow::Result<bool> {
+    let text = match args.format {
+        Format::Plain => plain::all(seen, machine::now()),
+        Format::Json => json(seen, args.watch),
+        Format::Prometheus => metrics::of(seen),
+    };
+    let mut is_read = false;
+    inspect::print(|out| {
+        if args.watch && args.format == Format::Plain {
+            // The screen, from its top.
+            write!(out, "\x1b[H\x1b[2J")?;
+        }
+        writeln!(out, "{text}")?;
+        out.flush()?;
+        is_read = true;
+        Ok(true)
+    })?;
+    Ok(is_read)
+}
+
+/// As the nodes said it: a list, or a line for each node.
+fn json(seen: &[SeenNode], lines: bool) -> String {
+    let all = seen.iter().filter_map(|node| node.status.as_ref());
+    let mut all = all.map(|(_, status)| Value::Object(status.clone()));
+    if lines {
+        let lines: Vec<_> = all.map(|status| status.to_string()).collect();
+        return lines.join("\n");
+    }
+    format!("{:#}", all.by_ref().collect::<Value>())
+}
+
+/// Watches these nodes; where everybody may, all that there are, to say who is there instead of one that is not.
+///
+/// # Errors
+/// A wrong network section, or a network that cannot be joined.
+fn watch(network: &NetworkArgs, nodes: &[NodeName]) -> anyhow::Result<Watcher> {
+    let transport = network.transport()?;
+    let known = match (&network.secure, nodes) {
+        (None, _) => Vec::new(),
+        (Some(folder), []) => secure::known_nodes(folder)?,
+        (Some(_), nodes) => nodes.to_vec(),
+    };
+    Watcher::open(&transport, &known)
+}
+
+/// Waits until all of these nodes, or all that are there, have told their status.
+///
+/// # Errors
+/// One does not turn up: says who does.
+fn gather(watcher: &Watcher, nodes: &[NodeName]) -> anyhow::Result<Vec<SeenNode>> {
+    let told = |node: &SeenNode| node.status.is_some();
+    if nodes.is_empty() {
+        let some = watcher.wait_for(PATIENCE, |seen| seen.iter().any(told));
+        if some.is_empty() {
+            bail!(
+                "no node is there after {PATIENCE}, {}",
+                watcher.whereabouts()
+            );
+        }
+        return Ok(watcher.wait_for(ROUND, |_| false));
+    }
+    let has_told = |seen: &[SeenNode], name: &NodeName| {
+        seen.iter().any(|node| node.name == *name && told(node))
+    };
+    let seen = watcher.wait_for(PATIENCE, |seen| {
+        nodes.iter().all(|name| has_told(seen, name))
+    });
+    match nodes.iter().find(|name| !has_told(&seen, name)) {
+        None => Ok(chosen(seen, nodes)),
+        Some(missing) => bail!("{}", absent(watcher, missing)),
+    }
+}
+
+/// Those of these names, or all if there are none.
+fn chosen(mut seen: Vec<SeenNode>, nodes: &[NodeName]) -> Vec<SeenNode> {
+    seen.retain(|node| nodes.is_empty() || nodes.contains(&node.name));
+    seen
+}
+
+/// Why a node's status is not to be had, as far as can be told: who is there instead, or why nobody is.
+fn absent(watcher: &Watcher, name: &NodeName) -> String {
+    let others: Vec<_> = watcher
+        .seen()
+        .into_iter()
+        .filter(|node| node.is_alive)
+        .collect();
+    let why = match others.as_slice() {
+        [] => watcher.why_unseen(name).map(|why| why.reason().to_owned()),
+        others => {
+            let names: Vec<_> = others.iter().map(|node| node.name.as_str()).collect();
+            Some(format!("there are {}", names.join(", ")))
+        }
+    };
+    let why = why.map_or_else(String::new, |why| format!("; {why}"));
+    format!("node {name} says nothing, {}{why}", watcher.whereabouts())
+}
+
+/// The status of a node, if it has told one.
+fn reading(node: &SeenNode) -> Option<Reading<'_>> {
+    node.status.as_ref().map(|(_, status)| Reading::of(status))
+}

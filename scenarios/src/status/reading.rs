@@ -1,0 +1,60 @@
+//! A status, or a part of it, as JSON has it: what is missing is not known.
+
+use serde_json::{Map, Value};
+
+/// Fields by their names.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reading<'a>(&'a Map<String, Value>);
+
+impl<'a> Reading<'a> {
+    pub(super) const fn of(fields: &'a Map<String, Value>) -> Self {
+        Self(fields)
+    }
+
+    pub(super) fn number(&self, name: &str) -> Option<f64> {
+        self.0.get(name)?.as_f64()
+    }
+
+    /// A counter; 0 if it is not there.
+    pub(super) fn count(&self, name: &str) -> u64 {
+        let count = self.0.get(name).and_then(Value::as_u64);
+        count.unwrap_or_default()
+    }
+
+    pub(super) fn text(&self, name: &str) -> Option<&'a str> {
+        self.0.get(name)?.as_str()
+    }
+
+    pub(super) fn is(&self, name: &str) -> bool {
+        self.0.get(name).and_then(Value::as_bool) == Some(true)
+    }
+
+    /// A part with fields of its own.
+    pub(super) fn part(&self, name: &str) -> Option<Self> {
+        self.0.get(name)?.as_object().map(Self)
+    }
+
+    /// The parts of a part, with their names.
+    pub(super) fn parts(&self, name: &str) -> impl Iterator<Item = (&'a str, Self)> {
+        let all = self.0.get(name).and_then(Value::as_object);
+        let parts = all.into_iter().flatten();
+        parts.filter_map(|(name, part)| Some((name.as_str(), Self(part.as_object()?))))
+    }
+
+    /// Names in a list, with commas.
+    pub(super) fn names(&self, name: &str) -> String {
+        let list = self.0.get(name).and_then(Value::as_array);
+        let names = list.into_iter().flatten().filter_map(Value::as_str);
+        names.collect::<Vec<_>>().join(", ")
+    }
+
+    /// A fault: `0x4B52: what it means`.
+    pub(super) fn fault(&self, name: &str) -> Option<String> {
+        let fault = self.part(name)?;
+        Some(format!("{}: {}", fault.text("code")?, fault.text("text")?))
+    }
+
+    pub(super) fn fields(&self) -> impl Iterator<Item = (&'a str, &'a Value)> {
+        self.0.iter().map(|(name, value)| (name.as_str(), value))
+    }
+}

@@ -1,0 +1,172 @@
+//! `coaxle wait-sync`: waits until a node knows the clocks that it follows.
+
+use clap::Args;
+use coaxle_clock::Span;
+use coaxle_host::SeenNode;
+use coaxle_host::cli::{Exit, parse_duration};
+use coaxle_host::machine;
+use coaxle_node::keys::NodeName;
+
+use super::plain::{largest_error, state};
+use super::reading::Reading;
+use super::words::{UNKNOWN, micros, or_unknown, seconds};
+use super::{absent, chosen, reading, watch};
+use crate::inspect;
+use crate::network::NetworkArgs;
+
+/// Who is waited for, how well, and for how long.
+#[derive(Debug, Args)]
+pub struct WaitArgs {
+    /// The receiver
+    #[arg(value_parser = |name: &str| NodeName::new(name))]
+    node: NodeName,
+    /// Only this one of the nodes that it follows [default: all of them]
+    #[arg(long, value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
+    far: Option<NodeName>,
+    /// Give up after this time
+    #[arg(long, value_name = "DURATION", default_value = "60s", value_parser = parse_duration)]
+    timeout: Span,
+    /// Far time is to be known that well besides: 200us, 1ms … It counts what the receiver says that it may be wrong by
+    #[arg(long, value_name = "DURATION", value_parser = parse_duration)]
+    max_error: Option<Span>,
+    #[command(flatten)]
+    network: NetworkArgs,
+}
+
+/// Waits, and says how it is then: not met if it is not so in time, no data if the node says nothing.
+///
+/// # Errors
+/// A wrong network section, a network that cannot be joined, or a node that follows nobody of that name.
+pub fn wait(args: &WaitArgs) -> anyhow::Result<Exit> {
+    let watcher = watch(&args.network, std::slice::from_ref(&args.node))?;
+    let began = machine::now();
+    let own = |seen: &[SeenNode]| chosen(seen.to_vec(), std::slice::from_ref(&args.node));
+    let is_met = |status: Reading<'_>| args.is_met(&status);
+    let met = |seen: &[SeenNode]| own(seen).iter().filter_map(reading).any(is_met);
+    let seen = own(&watcher.wait_for(args.timeout, met));
+    let passed = seconds((machine::now() - began).as_secs_f64());
+    let Some(status) = seen.iter().find_map(reading) else {
+        let why = absent(&watcher, &args.node);
+        watcher.close();
+        tracing::error!("{why}");
+        return Ok(Exit::NoData);
+    };
+    watcher.close();
+    let is_met = args.is_met(&status);
+    let text = format!("{}: after {passed}: {}", args.node, args.told(&status));
+    inspect::print(|out| {
+        writeln!(out, "{text}")?;
+        Ok(true)
+    })?;
+    Ok(Exit::NotMet.unless(is_met))
+}
+
+impl WaitArgs {
+    /// What is waited for of a node: those far nodes that it follows, or the one that is named.
+    fn far<'a>(&self, status: &Reading<'a>) -> Vec<(&'a str, Reading<'a>)> {
+        let is_wanted = |(name, far): &(&str, Reading<'_>)| match &self.far {
+            Some(wanted) => *name == wanted.as_str(),
+            None => far.is("followed"),
+        };
+        status.parts("far").filter(is_wanted).collect()
+    }
+
+    fn is_met(&self, status: &Reading<'_>) -> bool {
+        let far = self.far(status);
+        !far.is_empty() && far.iter().all(|(_, far)| self.is_known(far))
+    }
+
+    fn is_known(&self, far: &Reading<'_>) -> bool {
+        let is_good_enough = match self.max_error {
+            Some(most) => largest_error(far).is_some_and(|error| error <= most.as_micros_f64()),
+            None => true,
+        };
+        far.is("synced") && is_good_enough
+    }
+
+    fn told(&self, status: &Reading<'_>) -> String {
+        let far = self.far(status);
+        if far.is_empty() {
+            let names: Vec<_> = status.parts("far").map(|(name, _)| name).collect();
+            return match (&self.far, names.as_slice()) {
+                (_, []) => "it follows no other node".to_owned(),
+                (Some(far), names) => format!("it does not follow {far}, but {}", names.join(", ")),
+                (None, _) => "none of its far nodes is followed".to_owned(),
+            };
+        }
+        let one = |(name, far): &(&str, Reading<'_>)| {
+            let error = or_unknown(largest_error(far), micros);
+            let error = if error == UNKNOWN {
+                "not known how well".to_owned()
+            } else {
+                format!("± {error}")
+            };
+            format!("{name} {}, {error}", state(far))
+        };
+        far.iter().map(one).collect::<Vec<_>>().join("; ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::status::samples::object;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Cli {
+        #[command(flatten)]
+        wait: WaitArgs,
+    }
+
+    fn args(line: &str) -> WaitArgs {
+        let words = std::iter::once("wait-sync").chain(line.split_whitespace());
+        Cli::try_parse_from(words)
+            .unwrap_or_else(|e| panic!("{e}"))
+            .wait
+    }
+
+    const STATUS: &str = r#"{ "far": {
+        "a": { "followed": true, "synced": true, "mode": "observer", "observer_state": "synced",
+               "offset_sigma_us": 1.0, "delay_uncertainty_us": 100.0, "slew_remaining_us": -50.0 },
+        "b": { "followed": true, "synced": false, "mode": "observer", "observer_state": "locking" },
+        "c": { "followed": false, "synced": false, "mode": "observer", "standby_of": "a" } } }"#;
+
+    #[test]
+    fn all_that_are_followed_are_waited_for_or_the_one_that_is_named() {
+        let status = object(STATUS);
+        let status = Reading::of(&status);
+        for (line, met) in [
+            ("saw", false),
+            ("saw --far a", true),
+            ("saw --far b", false),
+            ("saw --far x", false),
+            ("saw --far a --max-error 151us", true),
+            ("saw --far a --max-error 149us", false),
+        ] {
+            assert_eq!(args(line).is_met(&status), met, "{line}");
+        }
+        let nobody = object("{}");
+        assert!(!args("saw").is_met(&Reading::of(&nobody)));
+    }
+
+    #[test]
+    fn it_says_how_things_are() {
+        let status = object(STATUS);
+        let status = Reading::of(&status);
+        let told = args("saw").told(&status);
+        assert_eq!(
+            told,
+            "a observer, synced, ± 150.0 µs; b observer, locking, not known how well"
+        );
+        assert_eq!(
+            args("saw --far x").told(&status),
+            "it does not follow x, but a, b, c"
+        );
+        let nobody = object("{}");
+        assert_eq!(
+            args("saw").told(&Reading::of(&nobody)),
+            "it follows no other node"
+        );
+    }
+}
