@@ -198,6 +198,9 @@ where
     }
     session.take_orders(&setup.name, requests)?;
     session.watch_hearers(&setup.name)?;
+    if setup.transport.secure.is_none() {
+        session.watch_neighbours(&setup.name)?;
+    }
     let session = Arc::new(session);
 
     let publisher = start_publisher(frames, setup.send_stamps, channels, &counters, &panic_watch)?;

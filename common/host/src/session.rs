@@ -8,9 +8,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use coaxle_clock::{Instant, Span};
 use coaxle_node::command::BadOrder;
 use coaxle_node::frame::KeySeal;
-use coaxle_node::keys::NodeName;
+use coaxle_node::keys::{ANY_ALIVE_KEY, NodeName};
 use coaxle_node::wiring::{Publication, Subscription};
-use coaxle_node::{CommandAnswer, Message, Reader};
+use coaxle_node::{CommandAnswer, Message, Reader, Rejection};
 
 use crate::commands::{RequestSender, answer};
 use crate::counters::{Counters, count};
@@ -34,6 +34,8 @@ pub(crate) struct Session {
     namesakes: Keys,
     /// Those that say that they hear the axes of this node.
     seen_by: Keys,
+    /// All other nodes, where everybody may know of all.
+    neighbours: Keys,
     panics: PanicWatch,
 }
 
@@ -45,14 +47,38 @@ pub(crate) struct Contact {
     alive: AtomicBool,
     /// Machine time of the last accepted frame; `i64::MIN` before the first.
     last_frame: AtomicI64,
+    /// The axes of a frame with none of those that are followed, and when it came.
+    other_axes: Mutex<Option<(Instant<Machine>, Vec<u32>)>>,
 }
+
+/// The axes of frames that have none of those that are followed are looked at so often.
+const LOOK: Span = Span::from_secs(1);
 
 impl Contact {
     fn new() -> Arc<Self> {
         Arc::new(Self {
             alive: AtomicBool::new(false),
             last_frame: AtomicI64::new(i64::MIN),
+            other_axes: Mutex::new(None),
         })
+    }
+
+    /// The ids of the axes that came instead of those that are followed, if that is so.
+    pub(crate) fn other_axes(&self) -> Vec<u32> {
+        let other = self.other_axes.lock();
+        let other = other.unwrap_or_else(PoisonError::into_inner);
+        other.as_ref().map_or_else(Vec::new, |(_, ids)| ids.clone())
+    }
+
+    fn note_other_axes(&self, at: Instant<Machine>, ids: impl FnOnce() -> Vec<u32>) {
+        let other = self.other_axes.lock();
+        let mut other = other.unwrap_or_else(PoisonError::into_inner);
+        if other
+            .as_ref()
+            .is_none_or(|(before, _)| at - *before >= LOOK)
+        {
+            *other = Some((at, ids()));
+        }
     }
 
     /// Whether the source has announced itself. For display: what counts is the age of its frames.
@@ -94,6 +120,7 @@ impl Session {
             contacts: Vec::new(),
             namesakes,
             seen_by: Arc::default(),
+            neighbours: Arc::default(),
             panics,
         })
     }
@@ -115,12 +142,25 @@ impl Session {
         Ok(())
     }
 
+    /// Notices from now on which other nodes are there.
+    pub(crate) fn watch_neighbours(&mut self, name: &NodeName) -> anyhow::Result<()> {
+        let on_change = keeping(Arc::clone(&self.neighbours), Some(name.alive_key()));
+        let watched = self.transport.watch(ANY_ALIVE_KEY, on_change)?;
+        self.declared.push(watched);
+        Ok(())
+    }
+
+    /// The names of all other nodes that are there, in order; none where nobody may know of all.
+    pub(crate) fn neighbours(&self) -> Vec<String> {
+        let names = names(&self.neighbours, NodeName::of_key);
+        names.iter().map(NodeName::to_string).collect()
+    }
+
     /// The names of those that say that they hear the axes of this node, in order.
     pub(crate) fn seen_by(&self) -> Vec<String> {
-        let seen_by = self.seen_by.lock();
-        let seen_by = seen_by.unwrap_or_else(PoisonError::into_inner);
-        let names = seen_by.iter().filter_map(|key| key.rsplit('/').next());
-        names.map(str::to_owned).collect()
+        names(&self.seen_by, |key| {
+            key.rsplit('/').next().map(str::to_owned)
+        })
     }
 
     /// Declares the channels that the node publishes.
@@ -272,6 +312,12 @@ impl Orders {
     }
 }
 
+/// What keys that are announced name.
+fn names<T>(keys: &Keys, name: impl Fn(&str) -> Option<T>) -> Vec<T> {
+    let keys = keys.lock().unwrap_or_else(PoisonError::into_inner);
+    keys.iter().filter_map(|key| name(key)).collect()
+}
+
 /// Keeps which keys other than the own one are announced. Of one it may be told more than once.
 fn keeping(keys: Keys, own: Option<String>) -> PresenceHandler {
     Box::new(move |key, is_there| {
@@ -308,6 +354,7 @@ impl Reception {
         for delay in faults.deliveries(arrival) {
             faults.tamper(arrival, payload, |payload| {
                 let arrival = arrival + delay;
+                let mut is_of_other_axes = false;
                 reader.read(payload, |message| {
                     match message {
                         Message::Frame(_) => {
@@ -315,12 +362,18 @@ impl Reception {
                             contact.last_frame.store(nanos, Ordering::Relaxed);
                             count(&counters.received);
                         }
-                        Message::Rejected(_) if *carries_axes => count(&counters.refused),
+                        Message::Rejected(reason) if *carries_axes => {
+                            is_of_other_axes = *reason == Rejection::AxisMissing;
+                            count(&counters.refused);
+                        }
                         Message::Rejected(_) => count(&counters.exchange_refused),
                         Message::TimeRequest(_) | Message::TimeResponse(_) => {}
                     }
                     inbox.push(arrival, message);
                 });
+                if is_of_other_axes {
+                    contact.note_other_axes(arrival, || reader.axis_ids(payload));
+                }
             });
         }
     }

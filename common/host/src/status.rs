@@ -258,19 +258,21 @@ impl Reporter {
         match (self.identity.sources.get(source), evidence) {
             (Some((node, key)), Evidence::Source { alive: true, age }) => {
                 let refused = read(&self.counters.refused);
+                let other_axes = other_axes(&self.session.contacts()[source].other_axes());
                 let hint = if age.is_none() && refused == 0 && self.identity.in_secure_network {
                     "; if its cycle runs, the zenoh.json5 of one of the two gives no rights to the other"
                 } else {
                     ""
                 };
                 format!(
-                    "good frames on {key}; node {node} is alive, {refused} of its frames were refused{hint}"
+                    "good frames on {key}; node {node} is alive, {refused} of its frames were refused{other_axes}{hint}"
                 )
             }
             (Some((node, key)), _) => {
                 let reason = self.searches[source].reason().map(Unseen::reason);
                 let reason = reason.map_or_else(String::new, |reason| format!("; {reason}"));
-                format!("node {node}, whose frames come on {key}; {endpoints}{reason}")
+                let others = others(&self.session.neighbours());
+                format!("node {node}, whose frames come on {key}; {endpoints}{others}{reason}")
             }
             (None, Evidence::Followers { any: true }) => format!(
                 "somebody who hears {}; {endpoints}",
@@ -286,6 +288,27 @@ impl Reporter {
 
 /// Its node with the key of its frames, what the transport's threads know of it, and why it is not to be seen.
 type Source<'a> = ((&'a (NodeName, String), &'a Arc<Contact>), &'a Search);
+
+/// Who is there instead: a name may be written wrong.
+fn others(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        names => format!("; it sees {}", names.join(", ")),
+    }
+}
+
+/// Which axes come instead of those that are followed.
+fn other_axes(ids: &[u32]) -> String {
+    let ids: Vec<_> = ids.iter().map(u32::to_string).collect();
+    match ids.as_slice() {
+        [] => String::new(),
+        [one] => format!(": it has axis {one}, and none of those that are followed"),
+        ids => format!(
+            ": it has the axes {}, and none of those that are followed",
+            ids.join(", ")
+        ),
+    }
+}
 
 fn evidence_of(contact: &Contact, now: Instant<Machine>) -> Evidence {
     Evidence::Source {

@@ -88,6 +88,17 @@ impl Intake {
             axes: samples,
         })
     }
+
+    /// The ids of all axes of a frame, in its order: to tell whoever follows another one. It allocates.
+    #[must_use]
+    pub fn axis_ids(&self, payload: &[u8]) -> Vec<u32> {
+        let mut ids = Vec::new();
+        // What was read before a frame turned out to be none is nobody's.
+        match self.seal.open(payload, |axis| ids.push(axis.axis_id)) {
+            Ok(_) => ids,
+            Err(_) => Vec::new(),
+        }
+    }
 }
 
 /// Turns the frames of one key into messages.
@@ -132,6 +143,15 @@ impl Reader {
         match self {
             Self::Axes(intake) => intake.samples.len(),
             Self::TimeRequests(_) | Self::TimeResponses(_) => 0,
+        }
+    }
+
+    /// The ids of all axes of a frame; none of other messages. It allocates.
+    #[must_use]
+    pub fn axis_ids(&self, payload: &[u8]) -> Vec<u32> {
+        match self {
+            Self::Axes(intake) => intake.axis_ids(payload),
+            Self::TimeRequests(_) | Self::TimeResponses(_) => Vec::new(),
         }
     }
 

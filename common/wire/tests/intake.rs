@@ -148,7 +148,11 @@ fn the_index_of_another_maker_may_start_anywhere() {
 #[test]
 fn a_frame_without_the_axis_is_refused() {
     for axes in [&[][..], &[axis(1), axis(2)]] {
-        assert_eq!(refusal(&frame_of(&header(), axes)), Rejection::AxisMissing);
+        let payload = frame_of(&header(), axes);
+        assert_eq!(refusal(&payload), Rejection::AxisMissing);
+        let ids: Vec<_> = axes.iter().map(|axis| axis.axis_id).collect();
+        assert_eq!(intake().axis_ids(&payload), ids, "what is there instead");
+        assert_eq!(intake().axis_ids(&payload[1..]), []);
     }
 }
 
