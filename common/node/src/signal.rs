@@ -6,7 +6,7 @@
 //! behind that shows it in tables of results.
 //!
 //! ```
-//! use coaxle_node::signal::{Group, Signals};
+//! use coaxle_node::signal::{Group, Kind, Signals};
 //!
 //! coaxle_node::signals! {
 //!     /// A boiler.
@@ -21,6 +21,7 @@
 //! assert_eq!(BoilerSignals::GROUP, Group::Node);
 //! let [temperature, offs] = BoilerSignals::SIGNALS else { panic!() };
 //! assert_eq!((temperature.name, temperature.unit), ("temperature", "°C"));
+//! assert_eq!((temperature.kind, offs.kind), (Kind::Number, Kind::Count));
 //! assert_eq!(offs.meaning(), "Times it went off.");
 //! assert_eq!((offs.is_summarized, offs.label), (true, Some("went off")));
 //! assert!(!temperature.is_summarized);
@@ -31,6 +32,12 @@ use std::fmt;
 
 use crate::config::Unit;
 
+mod kind;
+
+pub use kind::Kind;
+#[doc(hidden)]
+pub use kind::{AnyOther, Field};
+
 /// A value that a node shows after each cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signal {
@@ -38,6 +45,8 @@ pub struct Signal {
     pub name: &'static str,
     /// Its unit; `u` is that of the axis, empty what has none.
     pub unit: &'static str,
+    /// What its values are, by the type of its field.
+    pub kind: Kind,
     /// Whether the summary of a run has its value of the last cycle.
     pub is_summarized: bool,
     /// What tables of results call it; none: they do not show it.
@@ -178,6 +187,12 @@ macro_rules! signals {
                 $( $crate::signal::Signal {
                     name: ::std::stringify!($signal),
                     unit: $unit,
+                    kind: {
+                        // Only of use where the type is none of those that are named.
+                        #[allow(unused_imports)]
+                        use $crate::signal::AnyOther as _;
+                        $crate::signal::Field::<$kind>::KIND
+                    },
                     is_summarized: $crate::signals!(@is_summarized $($last)?),
                     label: $crate::signals!(@label $($($label)?)?),
                     doc: ::std::concat!($($doc),+),
