@@ -78,6 +78,8 @@ pub enum Group {
     VirtualAxis,
     /// A slave of its own.
     Slave,
+    /// What an axis truly did, as an experiment knows it.
+    Truth,
 }
 
 impl fmt::Display for Group {
@@ -89,6 +91,7 @@ impl fmt::Display for Group {
             Self::FarAxis => "far axis",
             Self::VirtualAxis => "virtual axis",
             Self::Slave => "slave",
+            Self::Truth => "truth",
         })
     }
 }

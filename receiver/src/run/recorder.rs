@@ -221,7 +221,7 @@ mod tests {
                 Group::FarAxis => &status["axes"][&instance.name],
                 Group::VirtualAxis => &status["virtual_axes"][&instance.name],
                 Group::Slave => &status["slaves"][&instance.name],
-                Group::Axis => unreachable!("a receiver's own axes are slaves"),
+                Group::Axis | Group::Truth => unreachable!("no group of a receiver's"),
             };
             for signal in instance.signals {
                 assert!(of.get(signal.name).is_some(), "{}", signal.name);

@@ -1,0 +1,156 @@
+//! Log lines, as `foxglove.Log` has them: viewers know it.
+
+use crate::protobuf::{Fields, Wire, put_bytes, put_count, put_message};
+use crate::schema::{ENUM, FIXED32, INT32, INT64, MESSAGE, Schema, TEXT, put_field};
+
+/// How much a line of the log matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// So that one knows.
+    Info,
+    /// Somebody should look.
+    Warning,
+    /// Something does not work.
+    Error,
+}
+
+/// A line of the log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LogLine {
+    /// When it was written, ns of the clock of the rows.
+    pub at_ns: i64,
+    /// How much it matters.
+    pub level: Level,
+    /// Whose line it is: the node's name.
+    pub name: String,
+    /// What it says.
+    pub text: String,
+}
+
+const LEVELS: [(&str, u64); 6] = [
+    ("UNKNOWN", 0),
+    ("DEBUG", 1),
+    ("INFO", 2),
+    ("WARNING", 3),
+    ("ERROR", 4),
+    ("FATAL", 5),
+];
+
+impl Level {
+    const fn number(self) -> u64 {
+        match self {
+            Self::Info => 2,
+            Self::Warning => 3,
+            Self::Error => 4,
+        }
+    }
+
+    const fn of(number: u64) -> Self {
+        match number {
+            0..=2 => Self::Info,
+            3 => Self::Warning,
+            _ => Self::Error,
+        }
+    }
+}
+
+const NANOS: u64 = 1_000_000_000;
+
+/// The line as a message, with the time that the file has for it.
+pub(crate) fn encode(line: &LogLine, log_time: u64) -> Vec<u8> {
+    let mut out = Vec::new();
+    put_message(&mut out, 1, |timestamp| {
+        put_count(timestamp, 1, log_time / NANOS);
+        put_count(timestamp, 2, log_time % NANOS);
+    });
+    put_count(&mut out, 2, line.level.number());
+    put_bytes(&mut out, 3, line.text.as_bytes());
+    put_bytes(&mut out, 4, line.name.as_bytes());
+    out
+}
+
+/// The line that a message is; what is missing in it is empty.
+pub(crate) fn decode(message: &[u8], at_ns: i64) -> LogLine {
+    let mut line = LogLine {
+        at_ns,
+        level: Level::Info,
+        name: String::new(),
+        text: String::new(),
+    };
+    for field in Fields(message).map_while(Result::ok) {
+        match field {
+            (2, Wire::Varint(level)) => line.level = Level::of(level),
+            (3, Wire::Bytes(text)) => line.text = String::from_utf8_lossy(text).into_owned(),
+            (4, Wire::Bytes(name)) => line.name = String::from_utf8_lossy(name).into_owned(),
+            _ => {}
+        }
+    }
+    line
+}
+
+/// The schema as Foxglove publishes it, with what it imports in front.
+pub(crate) fn schema() -> Schema {
+    let mut data = Vec::new();
+    put_message(&mut data, 1, |file| {
+        put_file(file, "google/protobuf/timestamp.proto", "google.protobuf");
+        put_message(file, 4, |message| {
+            put_bytes(message, 1, b"Timestamp");
+            put_message(message, 2, |f| put_field(f, 1, "seconds", INT64, None));
+            put_message(message, 2, |f| put_field(f, 2, "nanos", INT32, None));
+        });
+    });
+    put_message(&mut data, 1, |file| {
+        put_file(file, "foxglove/Log.proto", "foxglove");
+        put_bytes(file, 3, b"google/protobuf/timestamp.proto");
+        put_message(file, 4, put_log);
+    });
+    let name = "foxglove.Log".to_owned();
+    Schema { name, data }
+}
+
+fn put_file(out: &mut Vec<u8>, name: &str, package: &str) {
+    put_bytes(out, 1, name.as_bytes());
+    put_bytes(out, 2, package.as_bytes());
+    put_bytes(out, 12, b"proto3");
+}
+
+fn put_log(message: &mut Vec<u8>) {
+    put_bytes(message, 1, b"Log");
+    for (number, name, type_, type_name) in [
+        (1, "timestamp", MESSAGE, Some(".google.protobuf.Timestamp")),
+        (2, "level", ENUM, Some(".foxglove.Log.Level")),
+        (3, "message", TEXT, None),
+        (4, "name", TEXT, None),
+        (5, "file", TEXT, None),
+        (6, "line", FIXED32, None),
+    ] {
+        put_message(message, 2, |f| put_field(f, number, name, type_, type_name));
+    }
+    put_message(message, 4, |levels| {
+        put_bytes(levels, 1, b"Level");
+        for (name, number) in LEVELS {
+            put_message(levels, 2, |value| {
+                put_bytes(value, 1, name.as_bytes());
+                put_count(value, 2, number);
+            });
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_comes_back() {
+        for level in [Level::Info, Level::Warning, Level::Error] {
+            let line = LogLine {
+                at_ns: 7_500_000_000,
+                level,
+                name: "saw".to_owned(),
+                text: "synchronised, drift +500 ppm".to_owned(),
+            };
+            assert_eq!(decode(&encode(&line, 7_500_000_000), line.at_ns), line);
+        }
+    }
+}

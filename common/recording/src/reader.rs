@@ -1,0 +1,425 @@
+//! Reading a recording: the rows back, by the schemas in the file.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::sync::Arc;
+
+use coaxle_node::signal::Kind;
+use mcap::records::{Channel, MessageHeader, Record};
+
+use crate::format::{
+    ABOUT, CLOCK_OFFSET, GROUP, INSTANCE, INSTANCES, PLACE, ROLE, TABLE, UNIT,
+};
+use crate::log::{self, LogLine};
+use crate::protobuf::{Fields, NoMessage, Wire, unzigzag};
+use crate::records::{Damage, Fault, Records};
+use crate::schema::{Field, fields_of};
+use crate::value::Value;
+use crate::writer::Facts;
+
+/// What a recording holds, one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Item {
+    /// What is known of it as a whole; may come more than once, the last counts.
+    Facts(Facts),
+    /// A file in it.
+    Attachment {
+        /// Its name.
+        name: String,
+        /// What it is: `application/toml`.
+        media_type: String,
+        /// What is in it.
+        data: Vec<u8>,
+    },
+    /// A row.
+    Row(Row),
+    /// A line of the log.
+    Log(LogLine),
+    /// A status, as JSON.
+    Status {
+        /// Whose it is.
+        table: String,
+        /// When it was, ns of the clock of the rows.
+        at_ns: i64,
+        /// The status.
+        json: String,
+    },
+}
+
+/// A row as it was recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Whose it is, in [`Reader::tables`].
+    pub table: usize,
+    /// When the cycle ideally began, ns of the clock of the rows.
+    pub at_ns: i64,
+    /// When it really did.
+    pub woke_ns: i64,
+    /// The values of its columns, in their order; none where nothing was known.
+    pub values: Vec<Option<Value>>,
+}
+
+/// Whose rows there are, as the file says it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReadTable {
+    /// Its name.
+    pub name: String,
+    /// What it is: `sender`, `receiver`.
+    pub role: String,
+    /// Its columns, in the order of the values of a row.
+    pub columns: Vec<Column>,
+}
+
+/// A column of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// The instance that it is of; empty for the node itself.
+    pub instance: String,
+    /// What that is: `far node`, `slave` …
+    pub group: String,
+    /// The signal.
+    pub signal: String,
+    /// Its unit; empty what has none.
+    pub unit: String,
+    /// What its values are.
+    pub kind: Kind,
+}
+
+impl Column {
+    /// Its name: `instance.signal`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match self.instance.as_str() {
+            "" => self.signal.clone(),
+            instance => format!("{instance}.{}", self.signal),
+        }
+    }
+}
+
+/// A recording that is being read. Of an unfinished or damaged file it gives what is whole in it, and says where it is not: an
+/// error is no end, unless nothing comes after it.
+pub struct Reader<R> {
+    records: Records<R>,
+    clock_offset_ns: i64,
+    schemas: BTreeMap<u16, (String, Vec<u8>)>,
+    channels: BTreeMap<u16, Known>,
+    tables: Vec<ReadTable>,
+    open: Vec<OpenTable>,
+    /// Rows of which not everything was there.
+    incomplete: u64,
+}
+
+/// A channel by what is in it.
+#[derive(Clone)]
+enum Known {
+    Instance {
+        table: usize,
+        place: usize,
+        topic: Arc<str>,
+    },
+    Log,
+    Status(Arc<str>),
+    Other,
+}
+
+/// A table while its channels come, and the row of it that is being put together.
+#[derive(Default)]
+struct OpenTable {
+    instances: Vec<Option<OpenInstance>>,
+    sequence: Option<u32>,
+    came: usize,
+    at_ns: i64,
+    woke_ns: i64,
+    values: Vec<Option<Value>>,
+}
+
+struct OpenInstance {
+    columns: Vec<Column>,
+    fields: Vec<Field>,
+    /// Of its values in a row; known when all channels have come.
+    start: usize,
+    has_come: bool,
+}
+
+impl<R: Read> Reader<R> {
+    /// Reads a recording from its beginning.
+    pub const fn new(input: R) -> Self {
+        Self {
+            records: Records::new(input),
+            clock_offset_ns: 0,
+            schemas: BTreeMap::new(),
+            channels: BTreeMap::new(),
+            tables: Vec::new(),
+            open: Vec::new(),
+            incomplete: 0,
+        }
+    }
+
+    /// Whose rows there are, as far as the file has been read: before a row comes, its table is whole.
+    #[must_use]
+    pub fn tables(&self) -> &[ReadTable] {
+        &self.tables
+    }
+
+    /// Rows so far of which not everything was there: left out.
+    #[must_use]
+    pub const fn incomplete_rows(&self) -> u64 {
+        self.incomplete
+    }
+
+    fn advance(&mut self) -> Option<Result<Item, Damage>> {
+        loop {
+            let offset = self.records.offset();
+            let record = match self.records.next()? {
+                Ok(record) => record,
+                Err(damage) => return Some(Err(damage)),
+            };
+            match self.take(record) {
+                Ok(Some(item)) => return Some(Ok(item)),
+                Ok(None) => {}
+                Err(fault) => return Some(Err(Damage { offset, fault })),
+            }
+        }
+    }
+
+    fn take(&mut self, record: Record<'static>) -> Result<Option<Item>, Fault> {
+        match record {
+            Record::Schema { header, data } => {
+                let schema = (header.name, data.into_owned());
+                self.schemas.insert(header.id, schema);
+            }
+            Record::Channel(channel) => self.channel(channel)?,
+            Record::Message { header, data } => return self.message(&header, &data),
+            Record::Metadata(metadata) if metadata.name == ABOUT => {
+                return Ok(Some(Item::Facts(self.facts(metadata.metadata))));
+            }
+            Record::Attachment { header, data, .. } => {
+                return Ok(Some(Item::Attachment {
+                    name: header.name,
+                    media_type: header.media_type,
+                    data: data.into_owned(),
+                }));
+            }
+            _ => {}
+        }
+        Ok(None)
+    }
+
+    fn facts(&mut self, facts: Facts) -> Facts {
+        let offset = facts.get(CLOCK_OFFSET).and_then(|ns| ns.parse().ok());
+        self.clock_offset_ns = offset.unwrap_or(self.clock_offset_ns);
+        facts
+    }
+
+    fn channel(&mut self, channel: Channel) -> Result<(), Fault> {
+        if self.channels.contains_key(&channel.id) {
+            return Ok(());
+        }
+        let known = self.known(&channel)?;
+        self.channels.insert(channel.id, known);
+        Ok(())
+    }
+
+    fn known(&mut self, channel: &Channel) -> Result<Known, Fault> {
+        let schema = self.schemas.get(&channel.schema_id);
+        let (schema, data) = schema.map_or(("", &[][..]), |(name, data)| (name, data));
+        let Some(name) = channel.metadata.get(TABLE) else {
+            return Ok(Known::Other);
+        };
+        if channel.metadata.contains_key(INSTANCE) {
+            let fields = fields_of(schema, data).map_err(|NoMessage| Fault::Message {
+                topic: channel.topic.clone(),
+            })?;
+            return self.instance(channel, fields);
+        }
+        Ok(match schema {
+            "foxglove.Log" => Known::Log,
+            "coaxle.Status" => Known::Status(name.as_str().into()),
+            _ => Known::Other,
+        })
+    }
+
+    fn instance(&mut self, channel: &Channel, fields: Vec<Field>) -> Result<Known, Fault> {
+        let text = |key: &str| channel.metadata.get(key).cloned().unwrap_or_default();
+        let count = |field: &'static str| {
+            let received = text(field);
+            // As many as there can be channels.
+            let count = received.parse::<u16>().map(usize::from);
+            count.map_err(|_| Fault::Channel {
+                topic: channel.topic.clone(),
+                field,
+                received,
+                expected: "a number from 0 to 65535",
+            })
+        };
+        let (place, of) = (count(PLACE)?, count(INSTANCES)?);
+        let table = self.table(&text(TABLE), &text(ROLE), of);
+        let columns = fields.iter().map(|field| Column {
+            instance: text(INSTANCE),
+            group: text(GROUP),
+            signal: field.name.clone(),
+            unit: text(&format!("{UNIT}{}", field.name)),
+            kind: field.kind,
+        });
+        let instance = OpenInstance {
+            columns: columns.collect(),
+            fields,
+            start: 0,
+            has_come: false,
+        };
+        match self.open[table].instances.get_mut(place) {
+            Some(free @ None) => *free = Some(instance),
+            _ => {
+                return Err(Fault::Channel {
+                    topic: channel.topic.clone(),
+                    field: PLACE,
+                    received: place.to_string(),
+                    expected: "a place of its own, less than `instances`",
+                });
+            }
+        }
+        self.open[table].lay_out(&mut self.tables[table]);
+        let topic = channel.topic.as_str().into();
+        Ok(Known::Instance {
+            table,
+            place,
+            topic,
+        })
+    }
+
+    /// The table of this name, a new one if there is none yet.
+    fn table(&mut self, name: &str, role: &str, instances: usize) -> usize {
+        if let Some(known) = self.tables.iter().position(|table| table.name == name) {
+            return known;
+        }
+        self.tables.push(ReadTable {
+            name: name.to_owned(),
+            role: role.to_owned(),
+            columns: Vec::new(),
+        });
+        let mut open = OpenTable::default();
+        open.instances.resize_with(instances, || None);
+        self.open.push(open);
+        self.tables.len() - 1
+    }
+
+    fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<Option<Item>, Fault> {
+        let at_ns = self.clock_ns(header.log_time);
+        // What belongs to a channel that is lost is lost, too.
+        let known = self.channels.get(&header.channel_id).cloned();
+        Ok(match known.unwrap_or(Known::Other) {
+            Known::Other => None,
+            Known::Log => Some(Item::Log(log::decode(data, at_ns))),
+            Known::Status(table) => Some(Item::Status {
+                table: table.to_string(),
+                at_ns,
+                json: String::from_utf8_lossy(data).into_owned(),
+            }),
+            Known::Instance {
+                table,
+                place,
+                topic,
+            } => {
+                let open = &mut self.open[table];
+                if open.sequence != Some(header.sequence) {
+                    self.incomplete += u64::from(open.came > 0);
+                    open.begin(header.sequence);
+                    open.at_ns = at_ns;
+                }
+                open.put(place, data).map_err(|NoMessage| Fault::Message {
+                    topic: topic.to_string(),
+                })?;
+                let woke_ns = self.clock_ns(header.publish_time);
+                let open = &mut self.open[table];
+                open.woke_ns = woke_ns;
+                open.taken(table).map(Item::Row)
+            }
+        })
+    }
+
+    /// From the time in the file to that of the clock of the rows.
+    fn clock_ns(&self, time: u64) -> i64 {
+        let time = i64::try_from(time).unwrap_or(i64::MAX);
+        time.saturating_sub(self.clock_offset_ns)
+    }
+}
+
+impl<R: Read> Iterator for Reader<R> {
+    type Item = Result<Item, Damage>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.advance()
+    }
+}
+
+impl OpenTable {
+    /// Says where in a row each instance begins, as soon as all are known.
+    fn lay_out(&mut self, table: &mut ReadTable) {
+        if self.instances.iter().any(Option::is_none) {
+            return;
+        }
+        for instance in self.instances.iter_mut().flatten() {
+            instance.start = table.columns.len();
+            table.columns.append(&mut instance.columns);
+        }
+        self.values = vec![None; table.columns.len()];
+    }
+
+    fn begin(&mut self, sequence: u32) {
+        self.sequence = Some(sequence);
+        self.came = 0;
+        self.values.fill(None);
+        for instance in self.instances.iter_mut().flatten() {
+            instance.has_come = false;
+        }
+    }
+
+    fn put(&mut self, place: usize, data: &[u8]) -> Result<(), NoMessage> {
+        let Some(Some(instance)) = self.instances.get_mut(place) else {
+            return Ok(());
+        };
+        for field in Fields(data) {
+            let (number, wire) = field?;
+            let known = instance.fields.binary_search_by_key(&number, |f| f.number);
+            let Ok(known) = known else {
+                continue;
+            };
+            let value = value(instance.fields[known].kind, wire).ok_or(NoMessage)?;
+            // None of a table that is not whole: its rows are not, either.
+            if let Some(place) = self.values.get_mut(instance.start + known) {
+                *place = Some(value);
+            }
+        }
+        if !instance.has_come {
+            instance.has_come = true;
+            self.came += 1;
+        }
+        Ok(())
+    }
+
+    /// The row, if all of it has come.
+    fn taken(&mut self, table: usize) -> Option<Row> {
+        if self.came < self.instances.len() {
+            return None;
+        }
+        self.came = 0;
+        self.sequence = None;
+        Some(Row {
+            table,
+            at_ns: self.at_ns,
+            woke_ns: self.woke_ns,
+            values: self.values.clone(),
+        })
+    }
+}
+
+fn value(kind: Kind, wire: Wire<'_>) -> Option<Value> {
+    Some(match (kind, wire) {
+        (Kind::Number, Wire::Fixed64(bits)) => Value::Number(f64::from_bits(bits)),
+        (Kind::Count, Wire::Varint(count)) => Value::Count(count),
+        (Kind::Integer, Wire::Varint(integer)) => Value::Integer(unzigzag(integer)),
+        (Kind::Flag, Wire::Varint(flag)) => Value::Flag(flag != 0),
+        (Kind::Text, Wire::Bytes(text)) => Value::Text(str::from_utf8(text).ok()?.to_owned()),
+        _ => return None,
+    })
+}

@@ -1,0 +1,227 @@
+//! The records of a file, one after the other, from an unfinished or damaged one as far as it goes.
+//!
+//! A file is a row of records, each with its length in front; most are in compressed chunks. A chunk is checked before
+//! anything in it is believed. Of a damaged one nothing is used, but what follows it is; where a length is damaged,
+//! nothing that follows can be found.
+
+use std::collections::VecDeque;
+use std::io::{self, Read};
+
+use mcap::records::{Record, op};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{MAGIC, McapError, parse_record};
+
+/// The longest record, and the longest content of a chunk, that is read: chunks of ours are a sixteenth of it.
+const MOST_BYTES: usize = 64 << 20;
+
+/// What is wrong with a file, and where.
+#[derive(Debug, thiserror::Error)]
+#[error("byte {offset}: {fault}")]
+pub struct Damage {
+    /// Where the record begins that is damaged.
+    pub offset: u64,
+    /// What is wrong with it.
+    pub fault: Fault,
+}
+
+/// What is wrong with a record.
+#[derive(Debug, thiserror::Error)]
+pub enum Fault {
+    /// The system cannot read the file.
+    #[error("cannot be read: {0}")]
+    System(#[from] io::Error),
+    /// It does not begin as such files do.
+    #[error("received other bytes, expected those that an MCAP file begins with")]
+    NoMcap,
+    /// It ends within the record.
+    #[error("the file ends within a record")]
+    CutOff,
+    /// It ends without an end.
+    #[error("the file ends without its summary: whoever wrote it did not end it")]
+    Unfinished,
+    /// A length that no record has.
+    #[error("received a record of {0} bytes, expected at most {MOST_BYTES}")]
+    TooLong(u64),
+    /// The record is not what it says.
+    #[error("{0}")]
+    Record(#[from] McapError),
+    /// A message that is none of its schema.
+    #[error("{topic}: received a message that is none of its schema")]
+    Message {
+        /// The channel.
+        topic: String,
+    },
+    /// A channel that says of itself what cannot be.
+    #[error("{topic}: {field}: received {received:?}, expected {expected}")]
+    Channel {
+        /// The channel.
+        topic: String,
+        /// The field of its metadata.
+        field: &'static str,
+        /// What it says.
+        received: String,
+        /// What it may say.
+        expected: &'static str,
+    },
+}
+
+/// The records of a file.
+pub(crate) struct Records<R> {
+    input: R,
+    offset: u64,
+    chunk: VecDeque<Record<'static>>,
+    state: State,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum State {
+    Start,
+    Data,
+    /// Its last record has come, or nothing can be found any more.
+    Over,
+}
+
+impl<R: Read> Records<R> {
+    pub(crate) const fn new(input: R) -> Self {
+        Self {
+            input,
+            offset: 0,
+            chunk: VecDeque::new(),
+            state: State::Start,
+        }
+    }
+
+    /// Where the next record of the file begins.
+    pub(crate) const fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    fn advance(&mut self) -> Option<Result<Record<'static>, Damage>> {
+        loop {
+            if let Some(record) = self.chunk.pop_front() {
+                return Some(Ok(record));
+            }
+            if self.state == State::Over {
+                return None;
+            }
+            let offset = self.offset;
+            match self.read_on() {
+                Ok(Some(record)) => return Some(Ok(record)),
+                Ok(None) => {}
+                Err(fault) => return Some(Err(Damage { offset, fault })),
+            }
+        }
+    }
+
+    /// Reads one record of the file; gives it, unless it is a chunk, whose records wait then, or one that says nothing.
+    fn read_on(&mut self) -> Result<Option<Record<'static>>, Fault> {
+        if self.state == State::Start {
+            return self.begin().map(|()| None);
+        }
+        let frame = self.frame();
+        let Ok((opcode, data)) = frame else {
+            self.state = State::Over;
+            return frame.map(|_| None);
+        };
+        match opcode {
+            op::DATA_END => {
+                self.state = State::Over;
+                Ok(None)
+            }
+            op::CHUNK => {
+                self.chunk = records_of(&data)?.into();
+                Ok(None)
+            }
+            op::METADATA | op::ATTACHMENT | op::SCHEMA | op::CHANNEL | op::MESSAGE => {
+                Ok(Some(parse_record(opcode, &data)?.into_owned()))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    fn begin(&mut self) -> Result<(), Fault> {
+        self.state = State::Over;
+        let mut magic = [0; MAGIC.len()];
+        match self.fill(&mut magic) {
+            Err(Fault::CutOff | Fault::Unfinished) => return Err(Fault::NoMcap),
+            other => other?,
+        }
+        if magic != *MAGIC {
+            return Err(Fault::NoMcap);
+        }
+        self.state = State::Data;
+        Ok(())
+    }
+
+    /// The next record: what it is, and its bytes.
+    fn frame(&mut self) -> Result<(u8, Vec<u8>), Fault> {
+        let mut head = [0; 9];
+        self.fill(&mut head)?;
+        let [opcode, length @ ..] = head;
+        let length = u64::from_le_bytes(length);
+        if length > MOST_BYTES as u64 {
+            return Err(Fault::TooLong(length));
+        }
+        // Not filled with zeros first: what the length says need not be there.
+        let mut data = Vec::new();
+        let read = self.input.by_ref().take(length).read_to_end(&mut data)?;
+        self.offset += read as u64;
+        if read as u64 == length {
+            Ok((opcode, data))
+        } else {
+            Err(Fault::CutOff)
+        }
+    }
+
+    /// Reads so many bytes; none at all are the end of a file that was not ended.
+    fn fill(&mut self, buffer: &mut [u8]) -> Result<(), Fault> {
+        let length = buffer.len();
+        let mut filled = 0;
+        while filled < length {
+            match self.input.read(&mut buffer[filled..]) {
+                Ok(0) if filled == 0 => return Err(Fault::Unfinished),
+                Ok(0) => return Err(Fault::CutOff),
+                Ok(read) => filled += read,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        self.offset += length as u64;
+        Ok(())
+    }
+}
+
+impl<R: Read> Iterator for Records<R> {
+    type Item = Result<Record<'static>, Damage>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.advance()
+    }
+}
+
+/// All records of a chunk, or none: its check sum is looked at first.
+fn records_of(chunk: &[u8]) -> Result<Vec<Record<'static>>, Fault> {
+    let options = LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_prevalidate_chunk_crcs(true)
+        .with_record_length_limit(MOST_BYTES);
+    let mut reader = LinearReader::new_with_options(options);
+    let head = [&[op::CHUNK], (chunk.len() as u64).to_le_bytes().as_slice()].concat();
+    let mut input = head.as_slice().chain(chunk);
+    let mut records = Vec::new();
+    while let Some(event) = reader.next_event() {
+        match event? {
+            LinearReadEvent::ReadRequest(need) => {
+                // It asks for what lengths in the chunk say, which is no more than there is.
+                let need = need.min(head.len() + chunk.len());
+                let read = input.read(reader.insert(need))?;
+                reader.notify_read(read);
+            }
+            LinearReadEvent::Record { opcode, data } => {
+                records.push(parse_record(opcode, data)?.into_owned());
+            }
+        }
+    }
+    Ok(records)
+}

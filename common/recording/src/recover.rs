@@ -1,0 +1,126 @@
+//! An unfinished or damaged file made whole, with a summary: what is left of it.
+
+use std::io::{BufWriter, Read, Write};
+
+use mcap::records::Record;
+use mcap::write::NoSeek;
+use mcap::{Attachment, Compression, McapError, WriteOptions};
+
+use crate::records::{Damage, Records};
+use crate::writer::WriteError;
+
+/// What was kept of a file.
+#[derive(Debug, Default)]
+pub struct Recovered {
+    /// Messages: rows have one for each instance.
+    pub messages: u64,
+    /// Messages whose channel is lost, and so they are.
+    pub lost: u64,
+    /// From when to when they are, ns since 1970 as the file has it.
+    pub span_ns: Option<(u64, u64)>,
+    /// What was wrong, and where; the last one is where it broke off, if it did.
+    pub damage: Vec<Damage>,
+    /// Damaged pieces beyond those.
+    pub more_damage: u64,
+}
+
+/// As many pieces are named.
+const MOST_DAMAGE: usize = 20;
+
+impl Recovered {
+    /// Whether it was whole already.
+    #[must_use]
+    pub const fn was_whole(&self) -> bool {
+        self.damage.is_empty()
+    }
+
+    fn note(&mut self, damage: Damage) {
+        if self.damage.len() == MOST_DAMAGE {
+            self.damage.pop();
+            self.more_damage += 1;
+        }
+        self.damage.push(damage);
+    }
+
+    fn keep(&mut self, time: u64) {
+        self.messages += 1;
+        let (start, end) = self.span_ns.unwrap_or((time, time));
+        self.span_ns = Some((start.min(time), end.max(time)));
+    }
+}
+
+/// Writes what is whole in `from` to `to`, as a finished file.
+///
+/// # Errors
+/// [`WriteError`]. That something is wrong with `from` is no error: it is in what is given back.
+pub fn recover(from: impl Read, to: impl Write) -> Result<Recovered, WriteError> {
+    let options = WriteOptions::new()
+        .compression(Some(Compression::Lz4))
+        .library(concat!("coaxle ", env!("CARGO_PKG_VERSION")))
+        .disable_seeking(true);
+    let mut writer = options.create(NoSeek::new(BufWriter::new(to)))?;
+    let mut recovered = Recovered::default();
+    for record in Records::new(from) {
+        match record {
+            Ok(record) => copy(record, &mut writer, &mut recovered)?,
+            Err(damage) => recovered.note(damage),
+        }
+    }
+    writer.finish()?;
+    let written = writer.into_inner().into_inner();
+    written
+        .into_inner()
+        .map_err(|error| McapError::Io(error.into_error()))?;
+    Ok(recovered)
+}
+
+fn copy<W: Write>(
+    record: Record<'static>,
+    writer: &mut mcap::Writer<NoSeek<W>>,
+    recovered: &mut Recovered,
+) -> Result<(), McapError> {
+    let copied = match record {
+        Record::Schema { header, data } => writer
+            .add_schema_with_id(header.id, &header.name, &header.encoding, &data)
+            .map(|_| ()),
+        Record::Channel(channel) => writer
+            .add_channel_with_id(
+                channel.id,
+                channel.schema_id,
+                &channel.topic,
+                &channel.message_encoding,
+                &channel.metadata,
+            )
+            .map(|_| ()),
+        Record::Message { header, data } => {
+            let written = writer.write_to_known_channel(&header, &data);
+            if written.is_ok() {
+                recovered.keep(header.log_time);
+            }
+            written
+        }
+        Record::Metadata(metadata) => writer.write_metadata(&metadata),
+        Record::Attachment { header, data, .. } => writer.attach(&Attachment {
+            log_time: header.log_time,
+            create_time: header.create_time,
+            name: header.name,
+            media_type: header.media_type,
+            data,
+        }),
+        _ => Ok(()),
+    };
+    match copied {
+        // What refers to something that is lost, or contradicts it, is lost.
+        Err(
+            McapError::UnknownChannel(..)
+            | McapError::UnknownSchema(..)
+            | McapError::InvalidSchemaId
+            | McapError::ConflictingSchemas(_)
+            | McapError::ConflictingChannels(_),
+        ) => {
+            recovered.lost += 1;
+            Ok(())
+        }
+        other => other,
+    }
+}

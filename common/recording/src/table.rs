@@ -1,0 +1,172 @@
+//! What has rows, and a row on its way into a file.
+
+use coaxle_node::signal::{Instance, Kind};
+use serde::Serialize;
+
+use crate::row_serializer::RowSerializer;
+
+/// Whose rows they are: those of a node, or of whatever else fills one row at a time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Table {
+    /// Its name: the node's.
+    pub name: String,
+    /// What it is: `sender`, `receiver`.
+    pub role: String,
+    /// Everything in it that has signals, in the order of a row.
+    pub instances: Vec<Instance>,
+}
+
+/// A row as a file has it: one message for each instance.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct EncodedRow {
+    /// When the cycle ideally began, ns of the clock of the rows.
+    pub(crate) at_ns: i64,
+    /// When it really did.
+    pub(crate) woke_ns: i64,
+    bytes: Vec<u8>,
+    ends: Vec<u32>,
+}
+
+/// A row that is none of its table.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RowError {
+    /// A value of another kind than its signal.
+    #[error("{column}: received a {received}, expected a {expected}")]
+    Kind {
+        /// The column: `instance.signal`.
+        column: String,
+        /// What the row has there.
+        received: &'static str,
+        /// What the signal is declared to be.
+        expected: Kind,
+    },
+    /// More or fewer values than there are signals.
+    #[error("received {received} values, expected {expected}")]
+    Length {
+        /// How many came, at least.
+        received: usize,
+        /// How many signals there are.
+        expected: usize,
+    },
+    /// Something that is no row.
+    #[error("received {0}, expected structures of numbers, flags and words")]
+    NoRow(String),
+}
+
+/// Makes messages of rows.
+#[derive(Clone, Debug)]
+pub struct RowEncoder {
+    slots: Vec<Slot>,
+    columns: Vec<String>,
+    /// Of the longest row so far.
+    bytes: usize,
+}
+
+/// Where the value of a signal goes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slot {
+    pub(crate) number: u32,
+    pub(crate) kind: Kind,
+    /// Whether its message ends with it.
+    pub(crate) is_last: bool,
+}
+
+impl RowEncoder {
+    /// For rows of a table.
+    #[must_use]
+    pub fn of(table: &Table) -> Self {
+        let slots = table.instances.iter().flat_map(|instance| {
+            let count = instance.signals.len() as u32;
+            (1..).zip(instance.signals).map(move |(number, signal)| Slot {
+                number,
+                kind: signal.kind,
+                is_last: number == count,
+            })
+        });
+        Self {
+            slots: slots.collect(),
+            columns: table.instances.iter().flat_map(Instance::columns).collect(),
+            bytes: 0,
+        }
+    }
+
+    /// The row of a cycle that ideally began at `at_ns` and really at `woke_ns`, ns of whichever clock: a structure whose
+    /// fields are, one after the other, the signals of the table.
+    ///
+    /// # Errors
+    /// [`RowError`] where they are not.
+    pub fn encode(
+        &mut self,
+        at_ns: i64,
+        woke_ns: i64,
+        row: &impl Serialize,
+    ) -> Result<EncodedRow, RowError> {
+        let mut encoded = EncodedRow {
+            at_ns,
+            woke_ns,
+            bytes: Vec::with_capacity(self.bytes),
+            ends: Vec::new(),
+        };
+        let mut serializer = RowSerializer::new(&self.slots, &self.columns, &mut encoded);
+        row.serialize(&mut serializer)?;
+        serializer.finish()?;
+        self.bytes = self.bytes.max(encoded.bytes.len());
+        Ok(encoded)
+    }
+}
+
+impl EncodedRow {
+    /// Bytes of memory that it takes.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        size_of::<Self>() + self.bytes.capacity() + self.ends.capacity() * size_of::<u32>()
+    }
+
+    /// The message being made.
+    pub(crate) const fn open_message(&mut self) -> &mut Vec<u8> {
+        &mut self.bytes
+    }
+
+    pub(crate) fn end_message(&mut self) {
+        self.ends.push(self.bytes.len() as u32);
+    }
+
+    /// Its messages, in the order of the instances.
+    pub(crate) fn messages(&self) -> impl Iterator<Item = &[u8]> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        let ranges = starts.zip(&self.ends);
+        ranges.map(|(start, end)| &self.bytes[start as usize..*end as usize])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::example::{boiler, row};
+
+    #[test]
+    fn a_row_has_a_message_per_instance() {
+        let mut encoder = RowEncoder::of(&boiler());
+        let encoded = encoder.encode(5, 6, &row(0)).unwrap();
+        let lengths: Vec<_> = encoded.messages().map(<[u8]>::len).collect();
+        // What is not known takes no bytes.
+        assert_eq!(lengths, [2 + 5, 9 + 2 + 12, 9 + 2 + 2 + 12]);
+    }
+
+    #[test]
+    fn what_is_no_row_of_the_table_is_refused_by_name() {
+        let mut encoder = RowEncoder::of(&boiler());
+        let mut said = |row: &dyn Fn(&mut RowEncoder) -> Result<EncodedRow, RowError>| {
+            row(&mut encoder).unwrap_err().to_string()
+        };
+        let short = said(&|encoder| encoder.encode(0, 0, &(1.0, 2_u8)));
+        assert_eq!(short, "received 2 values, expected 11");
+        let long = said(&|encoder| encoder.encode(0, 0, &(row(0), 1.0)));
+        assert_eq!(long, "received 12 values, expected 11");
+        let kind = said(&|encoder| encoder.encode(0, 0, &(1.0, -2_i64)));
+        assert_eq!(kind, "offs: received a integer, expected a count");
+        let map = std::collections::BTreeMap::from([(1, 2)]);
+        let map = said(&|encoder| encoder.encode(0, 0, &map));
+        assert!(map.starts_with("received a map, expected"), "{map}");
+    }
+}

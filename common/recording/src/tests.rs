@@ -1,0 +1,237 @@
+//! Recordings written and read again, whole and broken.
+
+use proptest::prelude::*;
+
+use crate::example::{BoilerRow, boiler, row};
+use crate::{
+    Facts, Item, Level, LogLine, Reader, Row, RowEncoder, Table, Value, Writer, recover,
+};
+
+/// Between two rows of the example, ns.
+const CYCLE_NS: i64 = 10_000_000;
+
+/// A recording of so many rows, and where it was after each flush.
+fn recording(tables: &[Table], rows: u64) -> Vec<u8> {
+    let facts = Facts::from([("scenario".to_owned(), "beat".to_owned())]);
+    let mut writer = Writer::create(Vec::new(), tables, &facts, 1_000).unwrap();
+    writer.attach("boiler.toml", "application/toml", b"name = 'b'").unwrap();
+    for (n, table) in tables.iter().enumerate() {
+        let mut encoder = RowEncoder::of(table);
+        for k in 0..rows {
+            let at = k as i64 * CYCLE_NS;
+            let encoded = encoder.encode(at, at + 7, &row(k)).unwrap();
+            writer.row(n, &encoded).unwrap();
+        }
+        writer.log(n, &line(5)).unwrap();
+        writer.status(n, 6, r#"{"health":"ok"}"#).unwrap();
+    }
+    writer.finish().unwrap()
+}
+
+fn line(at_ns: i64) -> LogLine {
+    LogLine {
+        at_ns,
+        level: Level::Warning,
+        name: "boiler".to_owned(),
+        text: "cold".to_owned(),
+    }
+}
+
+fn values(row: &BoilerRow) -> Vec<Option<Value>> {
+    let word = |flame: &crate::example::Flame| match flame {
+        crate::example::Flame::Off => Value::Text("off".to_owned()),
+        crate::example::Flame::BurnsWell => Value::Text("burns-well".to_owned()),
+    };
+    let node = &row.node;
+    let mut values = vec![
+        node.temperature.map(Value::Number),
+        Some(Value::Count(node.offs)),
+        Some(word(&node.flame)),
+    ];
+    for valve in &row.valves {
+        values.extend([
+            Some(Value::Number(valve.position)),
+            valve.steps.map(|steps| Value::Integer(steps.into())),
+            valve.open.map(Value::Flag),
+            valve.flame.as_ref().map(word),
+        ]);
+    }
+    values
+}
+
+/// All that is whole, and how much was said to be wrong.
+fn read(file: &[u8]) -> (Vec<Item>, usize) {
+    let mut damage = 0;
+    let mut items = Vec::new();
+    for item in Reader::new(file) {
+        match item {
+            Ok(item) => items.push(item),
+            Err(_) => damage += 1,
+        }
+    }
+    (items, damage)
+}
+
+fn rows(items: &[Item]) -> Vec<&Row> {
+    let row = |item| match item {
+        &Item::Row(ref row) => Some(row),
+        _ => None,
+    };
+    items.iter().filter_map(row).collect()
+}
+
+/// Whether these are the first rows of the example, or some of them in their order.
+fn assert_some_of_the_example(rows: &[&Row]) {
+    let mut before = -1;
+    for read in rows {
+        assert!(read.at_ns > before, "{} after {before}", read.at_ns);
+        before = read.at_ns;
+        let expected = row((read.at_ns / CYCLE_NS) as u64);
+        assert_eq!(read.values, values(&expected));
+    }
+}
+
+#[test]
+fn everything_comes_back() {
+    let file = recording(&[boiler()], 60);
+    let mut reader = Reader::new(file.as_slice());
+    let items: Vec<_> = reader.by_ref().collect::<Result<_, _>>().unwrap();
+    let Item::Facts(facts) = &items[0] else {
+        panic!("{:?}", items[0])
+    };
+    assert_eq!(facts["scenario"], "beat");
+    assert_eq!(facts["clock-offset-ns"], "1000");
+    assert!(matches!(&items[1], Item::Attachment { name, data, .. }
+        if name == "boiler.toml" && data == b"name = 'b'"));
+    let rows = rows(&items);
+    assert_eq!(rows.len(), 60);
+    assert_eq!(rows[59].woke_ns, 59 * CYCLE_NS + 7);
+    assert_some_of_the_example(&rows);
+    assert!(items.contains(&Item::Log(line(5))));
+    assert!(matches!(items.last(), Some(Item::Status { table, at_ns: 6, json })
+        if table == "boiler" && json == r#"{"health":"ok"}"#));
+    let [table] = reader.tables() else { panic!() };
+    let columns: Vec<_> = table.columns.iter().map(|c| c.name()).collect();
+    let expected: Vec<_> = boiler().instances.iter().flat_map(|i| i.columns()).collect();
+    assert_eq!(columns, expected);
+    assert_eq!((table.columns[0].unit.as_str(), table.columns[3].unit.as_str()), ("°C", "u"));
+    assert_eq!(reader.incomplete_rows(), 0);
+}
+
+#[test]
+fn tables_are_told_apart_even_where_their_instances_have_the_same_names() {
+    let second = Table {
+        name: "second".to_owned(),
+        ..boiler()
+    };
+    let (items, damage) = read(&recording(&[boiler(), second], 3));
+    assert_eq!(damage, 0);
+    let tables: Vec<_> = rows(&items).iter().map(|row| row.table).collect();
+    assert_eq!(tables, [0, 0, 0, 1, 1, 1]);
+}
+
+#[test]
+fn what_was_flushed_is_there_whatever_becomes_of_the_rest() {
+    let whole = recording(&[boiler()], 100);
+    let all = rows(&read(&whole).0).len();
+    assert_eq!(all, 100);
+    let mut kept = Vec::new();
+    for end in (0..whole.len()).step_by(7) {
+        let (items, damage) = read(&whole[..end]);
+        let rows = rows(&items);
+        assert_some_of_the_example(&rows);
+        assert!(damage == 1 || rows.len() == all, "{end}: {damage}");
+        kept.push(rows.len());
+    }
+    assert!(kept.is_sorted());
+    // A piece every 250 ms: 25 rows, and the one that makes them as old.
+    kept.dedup();
+    assert_eq!(kept, [0, 26, 51, 76, 100]);
+}
+
+#[test]
+fn what_is_recovered_is_finished_and_the_same() {
+    let whole = recording(&[boiler()], 100);
+    let broken = &whole[..whole.len() * 2 / 3];
+    let mut finished = Vec::new();
+    let recovered = recover(broken, &mut finished).unwrap();
+    assert!(!recovered.was_whole());
+    assert_eq!(recovered.lost, 0);
+    let (items, damage) = read(&finished);
+    assert_eq!(damage, 0);
+    assert_eq!(items, read(broken).0);
+    let of_rows = 3 * rows(&items).len() as u64;
+    assert!(of_rows >= 3 * 51 && recovered.messages == of_rows);
+    let again = recover(finished.as_slice(), Vec::new()).unwrap();
+    assert!(again.was_whole());
+    // Other readers look for the summary.
+    assert!(mcap::Summary::read(&finished).unwrap().is_some());
+}
+
+#[test]
+fn of_a_damaged_piece_nothing_is_used_and_all_that_follows() {
+    let mut file = recording(&[boiler()], 100);
+    let middle = file.len() / 2;
+    file[middle] ^= 0xff;
+    let (items, damage) = read(&file);
+    let rows = rows(&items);
+    assert_some_of_the_example(&rows);
+    assert!(damage >= 1 && rows.len() < 100);
+    assert_eq!(rows.last().unwrap().at_ns, 99 * CYCLE_NS);
+}
+
+#[test]
+fn what_is_no_recording_is_said_to_be_none() {
+    for bytes in [&b""[..], b"at_ns,woke_ns\n", &[0; 100]] {
+        let errors: Vec<_> = Reader::new(bytes).map(|item| item.unwrap_err().to_string()).collect();
+        assert_eq!(errors, ["byte 0: received other bytes, expected those that an MCAP file begins with"]);
+    }
+}
+
+proptest! {
+    #[test]
+    fn rows_of_any_values_come_back(
+        temperature in proptest::option::of(any::<f64>()),
+        offs: u64,
+        position: f64,
+        steps in proptest::option::of(any::<i32>()),
+        open in proptest::option::of(any::<bool>()),
+        at in -1_000_i64..1 << 60,
+    ) {
+        let mut row = row(1);
+        row.node.temperature = temperature;
+        row.node.offs = offs;
+        row.valves[1].position = position;
+        row.valves[1].steps = steps;
+        row.valves[1].open = open;
+        let mut encoder = RowEncoder::of(&boiler());
+        let mut writer = Writer::create(Vec::new(), &[boiler()], &Facts::new(), 1_000).unwrap();
+        writer.row(0, &encoder.encode(at, at, &row).unwrap()).unwrap();
+        let (items, damage) = read(&writer.finish().unwrap());
+        prop_assert_eq!(damage, 0);
+        let read = rows(&items);
+        prop_assert_eq!(read.len(), 1);
+        prop_assert_eq!(read[0].at_ns, at);
+        // As texts: no number is equal to none.
+        prop_assert_eq!(format!("{:?}", read[0].values), format!("{:?}", values(&row)));
+    }
+
+    #[test]
+    fn broken_files_are_read_as_far_as_they_go(
+        end in any::<prop::sample::Index>(),
+        flips in proptest::collection::vec((any::<prop::sample::Index>(), 1_u8..), 0..6),
+    ) {
+        let mut file = recording(&[boiler()], 40);
+        file.truncate(1 + end.index(file.len()));
+        for (place, flip) in flips {
+            let place = place.index(file.len());
+            file[place] ^= flip;
+        }
+        let (items, _) = read(&file);
+        let mut finished = Vec::new();
+        let _ = recover(file.as_slice(), &mut finished).unwrap();
+        let (again, damage) = read(&finished);
+        prop_assert!(damage == 0 || damage <= items.len() + 2);
+        prop_assert!(rows(&again).len() <= 40);
+    }
+}

@@ -1,0 +1,297 @@
+//! Writing a recording.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::{BufWriter, Write};
+
+use coaxle_node::signal::Instance;
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+use mcap::{Attachment, Compression, McapError, WriteOptions};
+
+use crate::format::{
+    ABOUT, CLOCK_OFFSET, FORMAT, GROUP, INSTANCE, INSTANCES, PLACE, ROLE, TABLE, UNIT, VERSION,
+};
+use crate::log::{self, LogLine};
+use crate::schema::Schema;
+use crate::table::{EncodedRow, Table};
+
+/// Rows are written out this often, ns of their clock, so that a killed process leaves a usable file.
+pub const FLUSH_PERIOD_NS: i64 = 250_000_000;
+
+/// What is pressed into one piece at most, before compression. Rows of a flush period are less, but for the largest nodes.
+const CHUNK_BYTES: u64 = 4 << 20;
+
+/// Writing is what failed: no space, or no file any more.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot be written: {0}")]
+pub struct WriteError(#[from] McapError);
+
+/// What is known of a recording as a whole, by name: scenario, seed, version, node, role.
+pub type Facts = BTreeMap<String, String>;
+
+/// A recording that is being written. What it has flushed, whoever kills the process leaves it there.
+pub struct Writer<W: Write> {
+    mcap: mcap::Writer<NoSeek<BufWriter<W>>>,
+    clock_offset_ns: i64,
+    tables: Vec<Channels>,
+    /// When it was last written out, on the clock of the rows.
+    flushed_ns: Option<i64>,
+}
+
+/// Where the messages of a table go.
+struct Channels {
+    instances: Vec<u16>,
+    log: u16,
+    status: u16,
+    rows: u32,
+    statuses: u32,
+    lines: u32,
+}
+
+impl<W: Write> Writer<W> {
+    /// Begins a recording of these tables. `clock_offset_ns` is what the wall clock shows, ns since 1970, when the clock
+    /// of the rows shows 0: the times in the file are the sum, so that recordings of several PCs lie over each other.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn create(
+        out: W,
+        tables: &[Table],
+        facts: &Facts,
+        clock_offset_ns: i64,
+    ) -> Result<Self, WriteError> {
+        let options = WriteOptions::new()
+            .compression(Some(Compression::Lz4))
+            .chunk_size(Some(CHUNK_BYTES))
+            .library(concat!("coaxle ", env!("CARGO_PKG_VERSION")))
+            .disable_seeking(true);
+        let mcap = options.create(NoSeek::new(BufWriter::new(out)))?;
+        let mut writer = Self {
+            mcap,
+            clock_offset_ns,
+            tables: Vec::new(),
+            flushed_ns: None,
+        };
+        writer.facts(facts)?;
+        let mut schemas = Schemas::default();
+        for table in tables {
+            let prefix = match tables {
+                [_] => String::new(),
+                _ => format!("{}/", table.name),
+            };
+            let channels = writer.channels(table, &prefix, &mut schemas)?;
+            writer.tables.push(channels);
+        }
+        // So that a reader of a file without rows knows what would be in it.
+        writer.mcap.flush()?;
+        Ok(writer)
+    }
+
+    /// Says more of the recording as a whole.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn facts(&mut self, facts: &Facts) -> Result<(), WriteError> {
+        let mut metadata = facts.clone();
+        metadata.insert(FORMAT.to_owned(), VERSION.to_owned());
+        metadata.insert(CLOCK_OFFSET.to_owned(), self.clock_offset_ns.to_string());
+        let name = ABOUT.to_owned();
+        Ok(self.mcap.write_metadata(&Metadata { name, metadata })?)
+    }
+
+    /// Puts a file into the recording: a config, a scenario.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), WriteError> {
+        let time = self.log_time(self.flushed_ns.unwrap_or_default());
+        Ok(self.mcap.attach(&Attachment {
+            log_time: time,
+            create_time: time,
+            name: name.to_owned(),
+            media_type: media_type.to_owned(),
+            data: Cow::Borrowed(data),
+        })?)
+    }
+
+    /// Adds a row of the n-th table, and writes out what is older than [`FLUSH_PERIOD_NS`].
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn row(&mut self, table: usize, row: &EncodedRow) -> Result<(), WriteError> {
+        let (log_time, publish_time) = (self.log_time(row.at_ns), self.log_time(row.woke_ns));
+        let Some(channels) = self.tables.get_mut(table) else {
+            return Ok(());
+        };
+        for (channel, message) in channels.instances.iter().zip(row.messages()) {
+            let header = MessageHeader {
+                channel_id: *channel,
+                sequence: channels.rows,
+                log_time,
+                publish_time,
+            };
+            self.mcap.write_to_known_channel(&header, message)?;
+        }
+        channels.rows = channels.rows.wrapping_add(1);
+        self.flush_at(row.at_ns)
+    }
+
+    /// Adds a line of the log of the n-th table.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn log(&mut self, table: usize, line: &LogLine) -> Result<(), WriteError> {
+        let time = self.log_time(line.at_ns);
+        let Some(channels) = self.tables.get_mut(table) else {
+            return Ok(());
+        };
+        channels.lines = channels.lines.wrapping_add(1);
+        let header = MessageHeader {
+            channel_id: channels.log,
+            sequence: channels.lines,
+            log_time: time,
+            publish_time: time,
+        };
+        let message = log::encode(line, time);
+        Ok(self.mcap.write_to_known_channel(&header, &message)?)
+    }
+
+    /// Adds a status of the n-th table, as JSON.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn status(&mut self, table: usize, at_ns: i64, json: &str) -> Result<(), WriteError> {
+        let time = self.log_time(at_ns);
+        let Some(channels) = self.tables.get_mut(table) else {
+            return Ok(());
+        };
+        channels.statuses = channels.statuses.wrapping_add(1);
+        let header = MessageHeader {
+            channel_id: channels.status,
+            sequence: channels.statuses,
+            log_time: time,
+            publish_time: time,
+        };
+        Ok(self
+            .mcap
+            .write_to_known_channel(&header, json.as_bytes())?)
+    }
+
+    /// Ends the recording with its summary, and gives back where it was written.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn finish(mut self) -> Result<W, WriteError> {
+        self.mcap.finish()?;
+        let written = self.mcap.into_inner().into_inner().into_inner();
+        Ok(written.map_err(|error| McapError::Io(error.into_error()))?)
+    }
+
+    fn flush_at(&mut self, at_ns: i64) -> Result<(), WriteError> {
+        let flushed = *self.flushed_ns.get_or_insert(at_ns);
+        // A clock that was set back begins anew.
+        if !(0..FLUSH_PERIOD_NS).contains(&at_ns.saturating_sub(flushed)) {
+            self.flushed_ns = Some(at_ns);
+            self.mcap.flush()?;
+        }
+        Ok(())
+    }
+
+    /// MCAP knows no time before 1970.
+    fn log_time(&self, at_ns: i64) -> u64 {
+        let time = at_ns.saturating_add(self.clock_offset_ns);
+        u64::try_from(time).unwrap_or_default()
+    }
+
+    fn channels(
+        &mut self,
+        table: &Table,
+        prefix: &str,
+        schemas: &mut Schemas,
+    ) -> Result<Channels, WriteError> {
+        let mut instances = Vec::new();
+        for (place, instance) in table.instances.iter().enumerate() {
+            let schema = schemas.of(instance, &table.role);
+            let schema = self.schema(&schema, "protobuf")?;
+            let topic = topic(table, instance, prefix);
+            let mut metadata = units(instance);
+            metadata.extend(whose(table));
+            let pairs = [
+                (INSTANCE, instance.name.clone()),
+                (GROUP, instance.group.to_string()),
+                (PLACE, place.to_string()),
+                (INSTANCES, table.instances.len().to_string()),
+            ];
+            metadata.extend(pairs.map(|(key, value)| (key.to_owned(), value)));
+            instances.push(self.mcap.add_channel(schema, &topic, "protobuf", &metadata)?);
+        }
+        let metadata = whose(table).into();
+        let log = self.schema(&log::schema(), "protobuf")?;
+        let topic = format!("{}/log", table.name);
+        let log = self.mcap.add_channel(log, &topic, "protobuf", &metadata)?;
+        let object = Schema {
+            name: "coaxle.Status".to_owned(),
+            data: br#"{"type":"object"}"#.to_vec(),
+        };
+        let status = self.schema(&object, "jsonschema")?;
+        let topic = format!("{}/status", table.name);
+        let status = self.mcap.add_channel(status, &topic, "json", &metadata)?;
+        Ok(Channels {
+            instances,
+            log,
+            status,
+            rows: 0,
+            statuses: 0,
+            lines: 0,
+        })
+    }
+
+    fn schema(&mut self, schema: &Schema, encoding: &str) -> Result<u16, WriteError> {
+        Ok(self.mcap.add_schema(&schema.name, encoding, &schema.data)?)
+    }
+}
+
+/// The node itself goes by its own name.
+fn topic(table: &Table, instance: &Instance, prefix: &str) -> String {
+    let is_taken = |name: &str| table.instances.iter().any(|other| other.name == name);
+    match instance.name.as_str() {
+        "" if is_taken(&table.name) => format!("{prefix}{} (node)", table.name),
+        "" => format!("{prefix}{}", table.name),
+        name => format!("{prefix}{name}"),
+    }
+}
+
+/// What the channels of a table have in common.
+fn whose(table: &Table) -> [(String, String); 2] {
+    let pairs = [(TABLE, &table.name), (ROLE, &table.role)];
+    pairs.map(|(key, value)| (key.to_owned(), value.clone()))
+}
+
+/// The unit of each signal that has one, with that of the axis in it.
+fn units(instance: &Instance) -> BTreeMap<String, String> {
+    let unit = |signal: &coaxle_node::signal::Signal| {
+        let unit = instance.unit.in_place_of_u(signal.unit);
+        (!unit.is_empty()).then(|| (format!("{UNIT}{}", signal.name), unit))
+    };
+    instance.signals.iter().filter_map(unit).collect()
+}
+
+/// The schemas so far: groups that have the same signals share one, others need another name.
+#[derive(Default)]
+struct Schemas(BTreeMap<String, Vec<u8>>);
+
+impl Schemas {
+    fn of(&mut self, instance: &Instance, role: &str) -> Schema {
+        let mut variant = 0;
+        loop {
+            let schema = Schema::of(instance, role, variant);
+            let taken = self.0.entry(schema.name.clone());
+            // The name is in the schema: another variant differs from this one by it, and is compared with its own.
+            if *taken.or_insert_with(|| schema.data.clone()) == schema.data {
+                return schema;
+            }
+            variant += 1;
+        }
+    }
+}
