@@ -1,6 +1,9 @@
 //! A node for tests: a boiler with two valves.
 
-#![allow(unreachable_pub, reason = "the macro declares what a crate shows to others")]
+#![allow(
+    unreachable_pub,
+    reason = "the macro declares what a crate shows to others"
+)]
 
 use coaxle_node::config::Unit;
 use coaxle_node::signal::Instance;
@@ -53,7 +56,11 @@ pub(crate) fn boiler() -> Table {
     Table {
         name: "boiler".to_owned(),
         role: "boiler".to_owned(),
-        instances: vec![Instance::of::<BoilerSignals>(""), valve("hot"), valve("cold")],
+        instances: vec![
+            Instance::of::<BoilerSignals>(""),
+            valve("hot"),
+            valve("cold"),
+        ],
     }
 }
 

@@ -7,9 +7,7 @@ use std::sync::Arc;
 use coaxle_node::signal::Kind;
 use mcap::records::{Channel, MessageHeader, Record};
 
-use crate::format::{
-    ABOUT, CLOCK_OFFSET, GROUP, INSTANCE, INSTANCES, PLACE, ROLE, TABLE, UNIT,
-};
+use crate::format::{ABOUT, CLOCK_OFFSET, GROUP, INSTANCE, INSTANCES, PLACE, ROLE, TABLE, UNIT};
 use crate::log::{self, LogLine};
 use crate::protobuf::{Fields, NoMessage, Wire, unzigzag};
 use crate::records::{Damage, Fault, Records};

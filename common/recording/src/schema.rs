@@ -223,7 +223,11 @@ pub(crate) mod tests {
             Instance::of::<ValveSignals>("a"),
         ] {
             let schema = Schema::of(&instance, "boiler room", 0);
-            assert!(schema.name.starts_with("coaxle.boiler_room."), "{}", schema.name);
+            assert!(
+                schema.name.starts_with("coaxle.boiler_room."),
+                "{}",
+                schema.name
+            );
             let fields = fields_of(&schema.name, &schema.data).unwrap();
             assert_eq!(fields.len(), instance.signals.len());
             for ((n, field), signal) in (1..).zip(&fields).zip(instance.signals) {
@@ -237,6 +241,9 @@ pub(crate) mod tests {
     fn a_schema_of_another_message_is_none_of_this_one() {
         let schema = Schema::of(&Instance::of::<BoilerSignals>(""), "boiler", 1);
         assert_eq!(schema.name, "coaxle.boiler.Node2");
-        assert_eq!(fields_of("coaxle.boiler.Node", &schema.data), Err(NoMessage));
+        assert_eq!(
+            fields_of("coaxle.boiler.Node", &schema.data),
+            Err(NoMessage)
+        );
     }
 }

@@ -77,11 +77,13 @@ impl RowEncoder {
     pub fn of(table: &Table) -> Self {
         let slots = table.instances.iter().flat_map(|instance| {
             let count = instance.signals.len() as u32;
-            (1..).zip(instance.signals).map(move |(number, signal)| Slot {
-                number,
-                kind: signal.kind,
-                is_last: number == count,
-            })
+            (1..)
+                .zip(instance.signals)
+                .map(move |(number, signal)| Slot {
+                    number,
+                    kind: signal.kind,
+                    is_last: number == count,
+                })
         });
         Self {
             slots: slots.collect(),

@@ -3,9 +3,7 @@
 use proptest::prelude::*;
 
 use crate::example::{BoilerRow, boiler, row};
-use crate::{
-    Facts, Item, Level, LogLine, Reader, Row, RowEncoder, Table, Value, Writer, recover,
-};
+use crate::{Facts, Item, Level, LogLine, Reader, Row, RowEncoder, Table, Value, Writer, recover};
 
 /// Between two rows of the example, ns.
 const CYCLE_NS: i64 = 10_000_000;
@@ -14,7 +12,9 @@ const CYCLE_NS: i64 = 10_000_000;
 fn recording(tables: &[Table], rows: u64) -> Vec<u8> {
     let facts = Facts::from([("scenario".to_owned(), "beat".to_owned())]);
     let mut writer = Writer::create(Vec::new(), tables, &facts, 1_000).unwrap();
-    writer.attach("boiler.toml", "application/toml", b"name = 'b'").unwrap();
+    writer
+        .attach("boiler.toml", "application/toml", b"name = 'b'")
+        .unwrap();
     for (n, table) in tables.iter().enumerate() {
         let mut encoder = RowEncoder::of(table);
         for k in 0..rows {
@@ -73,11 +73,11 @@ fn read(file: &[u8]) -> (Vec<Item>, usize) {
 }
 
 fn rows(items: &[Item]) -> Vec<&Row> {
-    let row = |item| match item {
-        &Item::Row(ref row) => Some(row),
+    let rows = items.iter().filter_map(|item| match item {
+        Item::Row(row) => Some(row),
         _ => None,
-    };
-    items.iter().filter_map(row).collect()
+    });
+    rows.collect()
 }
 
 /// Whether these are the first rows of the example, or some of them in their order.
@@ -108,13 +108,25 @@ fn everything_comes_back() {
     assert_eq!(rows[59].woke_ns, 59 * CYCLE_NS + 7);
     assert_some_of_the_example(&rows);
     assert!(items.contains(&Item::Log(line(5))));
-    assert!(matches!(items.last(), Some(Item::Status { table, at_ns: 6, json })
-        if table == "boiler" && json == r#"{"health":"ok"}"#));
+    assert!(
+        matches!(items.last(), Some(Item::Status { table, at_ns: 6, json })
+        if table == "boiler" && json == r#"{"health":"ok"}"#)
+    );
     let [table] = reader.tables() else { panic!() };
     let columns: Vec<_> = table.columns.iter().map(|c| c.name()).collect();
-    let expected: Vec<_> = boiler().instances.iter().flat_map(|i| i.columns()).collect();
+    let expected: Vec<_> = boiler()
+        .instances
+        .iter()
+        .flat_map(|i| i.columns())
+        .collect();
     assert_eq!(columns, expected);
-    assert_eq!((table.columns[0].unit.as_str(), table.columns[3].unit.as_str()), ("°C", "u"));
+    assert_eq!(
+        (
+            table.columns[0].unit.as_str(),
+            table.columns[3].unit.as_str()
+        ),
+        ("°C", "u")
+    );
     assert_eq!(reader.incomplete_rows(), 0);
 }
 
@@ -183,8 +195,13 @@ fn of_a_damaged_piece_nothing_is_used_and_all_that_follows() {
 #[test]
 fn what_is_no_recording_is_said_to_be_none() {
     for bytes in [&b""[..], b"at_ns,woke_ns\n", &[0; 100]] {
-        let errors: Vec<_> = Reader::new(bytes).map(|item| item.unwrap_err().to_string()).collect();
-        assert_eq!(errors, ["byte 0: received other bytes, expected those that an MCAP file begins with"]);
+        let errors: Vec<_> = Reader::new(bytes)
+            .map(|item| item.unwrap_err().to_string())
+            .collect();
+        assert_eq!(
+            errors,
+            ["byte 0: received other bytes, expected those that an MCAP file begins with"]
+        );
     }
 }
 

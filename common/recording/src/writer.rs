@@ -173,9 +173,7 @@ impl<W: Write> Writer<W> {
             log_time: time,
             publish_time: time,
         };
-        Ok(self
-            .mcap
-            .write_to_known_channel(&header, json.as_bytes())?)
+        Ok(self.mcap.write_to_known_channel(&header, json.as_bytes())?)
     }
 
     /// Ends the recording with its summary, and gives back where it was written.
@@ -224,7 +222,10 @@ impl<W: Write> Writer<W> {
                 (INSTANCES, table.instances.len().to_string()),
             ];
             metadata.extend(pairs.map(|(key, value)| (key.to_owned(), value)));
-            instances.push(self.mcap.add_channel(schema, &topic, "protobuf", &metadata)?);
+            instances.push(
+                self.mcap
+                    .add_channel(schema, &topic, "protobuf", &metadata)?,
+            );
         }
         let metadata = whose(table).into();
         let log = self.schema(&log::schema(), "protobuf")?;

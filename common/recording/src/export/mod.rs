@@ -1,0 +1,206 @@
+//! Tables of a recording, for other programs.
+//!
+//! Each table of a recording becomes one wide table, `at_ns`, `woke_ns` and a column for each signal: a row is a cycle, so what
+//! belongs together is beside each other, and no program has to join it again by its time.
+
+mod csv_table;
+mod parquet_table;
+
+use std::io::{self, Read, Write};
+
+use crate::reader::{Item, ReadTable, Reader, Row};
+use crate::records::Damage;
+use crate::writer::Facts;
+
+/// What a table is written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// As a trace in CSV has it, to the letter.
+    Csv,
+    /// Typed columns, compressed.
+    Parquet,
+}
+
+/// What came of an export.
+#[derive(Debug, Default)]
+pub struct Exported {
+    /// The tables, and how many rows of each there were.
+    pub rows: Vec<(String, u64)>,
+    /// What was wrong with the recording, and where.
+    pub damage: Vec<Damage>,
+    /// Rows of which not everything was there: left out.
+    pub incomplete: u64,
+}
+
+/// Why a table could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The system cannot write it.
+    #[error("cannot be written: {0}")]
+    System(#[from] io::Error),
+    /// As CSV.
+    #[error("cannot be written: {0}")]
+    Csv(#[from] csv::Error),
+    /// As Parquet.
+    #[error("cannot be written: {0}")]
+    Parquet(#[from] parquet::errors::ParquetError),
+}
+
+/// Somewhere a table is written to.
+trait TableWriter {
+    fn row(&mut self, row: &Row) -> Result<(), ExportError>;
+    fn finish(self: Box<Self>) -> Result<(), ExportError>;
+}
+
+/// Writes the tables of a recording, each to what `create` gives for it. What of the recording is damaged is left out
+/// and said; of one that was not ended, all that is whole is written.
+///
+/// # Errors
+/// [`ExportError`]: a table cannot be written.
+pub fn export<R: Read, W: Write + Send + 'static>(
+    recording: R,
+    format: Format,
+    mut create: impl FnMut(&ReadTable) -> io::Result<W>,
+) -> Result<Exported, ExportError> {
+    let mut reader = Reader::new(recording);
+    let mut exported = Exported::default();
+    let mut facts = Facts::new();
+    let mut writers: Vec<Option<Box<dyn TableWriter>>> = Vec::new();
+    while let Some(item) = reader.next() {
+        match item {
+            Ok(Item::Row(row)) => {
+                let tables = reader.tables();
+                let table = &tables[row.table];
+                writers.resize_with(tables.len(), || None);
+                let writer = &mut writers[row.table];
+                let writer = match writer {
+                    Some(writer) => writer,
+                    None => writer.insert(open(format, create(table)?, table, &facts)?),
+                };
+                writer.row(&row)?;
+                count(&mut exported.rows, &table.name);
+            }
+            Ok(Item::Facts(more)) => facts.extend(more),
+            Ok(_) => {}
+            Err(damage) => exported.damage.push(damage),
+        }
+    }
+    exported.incomplete = reader.incomplete_rows();
+    for writer in writers.into_iter().flatten() {
+        writer.finish()?;
+    }
+    Ok(exported)
+}
+
+fn open<W: Write + Send + 'static>(
+    format: Format,
+    to: W,
+    table: &ReadTable,
+    facts: &Facts,
+) -> Result<Box<dyn TableWriter>, ExportError> {
+    Ok(match format {
+        Format::Csv => Box::new(csv_table::CsvTable::new(to, table)?),
+        Format::Parquet => Box::new(parquet_table::ParquetTable::new(to, table, facts)?),
+    })
+}
+
+fn count(rows: &mut Vec<(String, u64)>, table: &str) {
+    match rows.iter_mut().find(|(name, _)| name == table) {
+        Some((_, rows)) => *rows += 1,
+        None => rows.push((table.to_owned(), 1)),
+    }
+}
+
+/// The columns of a table, as a trace has them.
+fn columns(table: &ReadTable) -> impl Iterator<Item = String> {
+    let when = ["at_ns", "woke_ns"].map(str::to_owned);
+    when.into_iter()
+        .chain(table.columns.iter().map(|c| c.name()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::example::{boiler, row};
+    use crate::{RowEncoder, Writer};
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::RowAccessor;
+    use std::sync::{Arc, Mutex};
+
+    /// Bytes that can still be looked at when they are written.
+    #[derive(Clone, Default)]
+    struct Shared(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Shared {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().unwrap().write(bytes)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    fn exported(format: Format, rows: u64) -> Vec<u8> {
+        let mut encoder = RowEncoder::of(&boiler());
+        let mut writer = Writer::create(Vec::new(), &[boiler()], &Facts::new(), 0).unwrap();
+        for k in 0..rows {
+            let encoded = encoder.encode(k as i64, k as i64 + 1, &row(k)).unwrap();
+            writer.row(0, &encoded).unwrap();
+        }
+        let file = writer.finish().unwrap();
+        let shared = Shared::default();
+        let exported = export(file.as_slice(), format, |_| Ok(shared.clone())).unwrap();
+        assert_eq!(exported.rows, [("boiler".to_owned(), rows)]);
+        assert!(exported.damage.is_empty());
+        let bytes = shared.0.lock().unwrap();
+        bytes.clone()
+    }
+
+    #[test]
+    fn a_table_in_csv_is_to_the_letter_what_rows_are() {
+        let mut expected = csv::WriterBuilder::new()
+            .has_headers(false)
+            .from_writer(Vec::new());
+        let columns = coaxle_node::signal::trace_columns(&boiler().instances);
+        expected.write_record(columns).unwrap();
+        for k in 0..50 {
+            expected
+                .serialize((k as i64, k as i64 + 1, &row(k)))
+                .unwrap();
+        }
+        let expected = String::from_utf8(expected.into_inner().unwrap()).unwrap();
+        assert_eq!(
+            String::from_utf8(exported(Format::Csv, 50)).unwrap(),
+            expected
+        );
+    }
+
+    #[test]
+    fn a_table_in_parquet_has_typed_columns() {
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(&exported(Format::Parquet, 50)).unwrap();
+        let reader = SerializedFileReader::new(file).unwrap();
+        let metadata = reader.metadata().file_metadata();
+        let units = metadata.key_value_metadata().unwrap();
+        let unit = units.iter().find(|pair| pair.key == "unit.temperature");
+        assert_eq!(unit.unwrap().value.as_deref(), Some("°C"));
+        let rows: Vec<_> = reader
+            .get_row_iter(None)
+            .unwrap()
+            .map(Result::unwrap)
+            .collect();
+        assert_eq!(rows.len(), 50);
+        let (read, expected) = (&rows[49], row(49));
+        assert_eq!(read.get_long(0).unwrap(), 49);
+        assert_eq!(
+            read.get_double(2).unwrap(),
+            expected.node.temperature.unwrap()
+        );
+        assert_eq!(read.get_ulong(3).unwrap(), 49);
+        assert_eq!(read.get_string(4).unwrap(), "off");
+        assert_eq!(read.get_long(10).unwrap(), -49);
+        assert!(rows[0].get_double(2).is_err(), "not known");
+        assert!(rows[0].get_bool(7).unwrap());
+    }
+}

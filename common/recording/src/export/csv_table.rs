@@ -1,0 +1,26 @@
+//! A table as CSV.
+
+use std::io::Write;
+
+use super::{ExportError, TableWriter, columns};
+use crate::reader::{ReadTable, Row};
+
+pub(super) struct CsvTable<W: Write>(csv::Writer<W>);
+
+impl<W: Write> CsvTable<W> {
+    pub(super) fn new(to: W, table: &ReadTable) -> Result<Self, ExportError> {
+        let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(to);
+        csv.write_record(columns(table))?;
+        Ok(Self(csv))
+    }
+}
+
+impl<W: Write> TableWriter for CsvTable<W> {
+    fn row(&mut self, row: &Row) -> Result<(), ExportError> {
+        Ok(self.0.serialize((row.at_ns, row.woke_ns, &row.values))?)
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<(), ExportError> {
+        Ok(self.0.flush()?)
+    }
+}
