@@ -39,6 +39,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod encoded_row;
 #[cfg(test)]
 mod example;
 #[cfg(feature = "export")]
@@ -46,9 +47,11 @@ pub mod export;
 mod format;
 mod log;
 mod protobuf;
+mod read_table;
 mod reader;
 mod records;
 mod recover;
+mod row_assembly;
 mod row_serializer;
 mod schema;
 mod table;
@@ -57,10 +60,12 @@ mod tests;
 mod value;
 mod writer;
 
+pub use encoded_row::{EncodedRow, RowError};
 pub use log::{Level, LogLine};
-pub use reader::{Column, Item, ReadTable, Reader, Row};
+pub use read_table::{Column, ReadTable, Row};
+pub use reader::{Item, Reader};
 pub use records::{Damage, Fault};
 pub use recover::{Recovered, recover};
-pub use table::{EncodedRow, RowEncoder, RowError, Table};
+pub use table::{RowEncoder, Table};
 pub use value::Value;
 pub use writer::{FLUSH_PERIOD_NS, Facts, WriteError, Writer};

@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::sync::Arc;
 
-use coaxle_node::signal::Kind;
 use mcap::records::{Channel, MessageHeader, Record};
 
 use crate::format::{ABOUT, CLOCK_OFFSET, GROUP, INSTANCE, INSTANCES, PLACE, ROLE, TABLE, UNIT};
 use crate::log::{self, LogLine};
-use crate::protobuf::{Fields, NoMessage, Wire, unzigzag};
-use crate::records::{Damage, Fault, Records};
+use crate::protobuf::NoMessage;
+use crate::read_table::{Column, ReadTable, Row};
+use crate::records::{Damage, Fault, MOST_SIGNALS, Records};
+use crate::row_assembly::{OpenInstance, OpenTable};
 use crate::schema::{Field, fields_of};
-use crate::value::Value;
 use crate::writer::Facts;
 
 /// What a recording holds, one after the other.
@@ -44,56 +44,6 @@ pub enum Item {
     },
 }
 
-/// A row as it was recorded.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Row {
-    /// Whose it is, in [`Reader::tables`].
-    pub table: usize,
-    /// When the cycle ideally began, ns of the clock of the rows.
-    pub at_ns: i64,
-    /// When it really did.
-    pub woke_ns: i64,
-    /// The values of its columns, in their order; none where nothing was known.
-    pub values: Vec<Option<Value>>,
-}
-
-/// Whose rows there are, as the file says it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ReadTable {
-    /// Its name.
-    pub name: String,
-    /// What it is: `sender`, `receiver`.
-    pub role: String,
-    /// Its columns, in the order of the values of a row.
-    pub columns: Vec<Column>,
-}
-
-/// A column of a table.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Column {
-    /// The instance that it is of; empty for the node itself.
-    pub instance: String,
-    /// What that is: `far node`, `slave` …
-    pub group: String,
-    /// The signal.
-    pub signal: String,
-    /// Its unit; empty what has none.
-    pub unit: String,
-    /// What its values are.
-    pub kind: Kind,
-}
-
-impl Column {
-    /// Its name: `instance.signal`.
-    #[must_use]
-    pub fn name(&self) -> String {
-        match self.instance.as_str() {
-            "" => self.signal.clone(),
-            instance => format!("{instance}.{}", self.signal),
-        }
-    }
-}
-
 /// A recording that is being read. Of an unfinished or damaged file it gives what is whole in it, and says where it is not: an
 /// error is no end, unless nothing comes after it.
 pub struct Reader<R> {
@@ -103,6 +53,8 @@ pub struct Reader<R> {
     channels: BTreeMap<u16, Known>,
     tables: Vec<ReadTable>,
     open: Vec<OpenTable>,
+    /// Of all channels.
+    signals: usize,
     /// Rows of which not everything was there.
     incomplete: u64,
 }
@@ -120,25 +72,6 @@ enum Known {
     Other,
 }
 
-/// A table while its channels come, and the row of it that is being put together.
-#[derive(Default)]
-struct OpenTable {
-    instances: Vec<Option<OpenInstance>>,
-    sequence: Option<u32>,
-    came: usize,
-    at_ns: i64,
-    woke_ns: i64,
-    values: Vec<Option<Value>>,
-}
-
-struct OpenInstance {
-    columns: Vec<Column>,
-    fields: Vec<Field>,
-    /// Of its values in a row; known when all channels have come.
-    start: usize,
-    has_come: bool,
-}
-
 impl<R: Read> Reader<R> {
     /// Reads a recording from its beginning.
     pub const fn new(input: R) -> Self {
@@ -149,6 +82,7 @@ impl<R: Read> Reader<R> {
             channels: BTreeMap::new(),
             tables: Vec::new(),
             open: Vec::new(),
+            signals: 0,
             incomplete: 0,
         }
     }
@@ -251,6 +185,10 @@ impl<R: Read> Reader<R> {
             })
         };
         let (place, of) = (count(PLACE)?, count(INSTANCES)?);
+        self.signals += fields.len();
+        if self.signals > MOST_SIGNALS {
+            return Err(Fault::TooManySignals);
+        }
         let table = self.table(&text(TABLE), &text(ROLE), of);
         let columns = fields.iter().map(|field| Column {
             instance: text(INSTANCE),
@@ -259,24 +197,18 @@ impl<R: Read> Reader<R> {
             unit: text(&format!("{UNIT}{}", field.name)),
             kind: field.kind,
         });
-        let instance = OpenInstance {
-            columns: columns.collect(),
-            fields,
-            start: 0,
-            has_come: false,
-        };
-        match self.open[table].instances.get_mut(place) {
-            Some(free @ None) => *free = Some(instance),
-            _ => {
-                return Err(Fault::Channel {
-                    topic: channel.topic.clone(),
-                    field: PLACE,
-                    received: place.to_string(),
-                    expected: "a place of its own, less than `instances`",
-                });
-            }
+        let instance = OpenInstance::new(columns.collect(), fields);
+        let open = &mut self.open[table];
+        if place >= open.expected || open.instances.contains_key(&place) {
+            return Err(Fault::Channel {
+                topic: channel.topic.clone(),
+                field: PLACE,
+                received: place.to_string(),
+                expected: "a place of its own, less than `instances`",
+            });
         }
-        self.open[table].lay_out(&mut self.tables[table]);
+        open.instances.insert(place, instance);
+        open.lay_out(&mut self.tables[table]);
         let topic = channel.topic.as_str().into();
         Ok(Known::Instance {
             table,
@@ -295,9 +227,7 @@ impl<R: Read> Reader<R> {
             role: role.to_owned(),
             columns: Vec::new(),
         });
-        let mut open = OpenTable::default();
-        open.instances.resize_with(instances, || None);
-        self.open.push(open);
+        self.open.push(OpenTable::of(instances));
         self.tables.len() - 1
     }
 
@@ -348,76 +278,4 @@ impl<R: Read> Iterator for Reader<R> {
     fn next(&mut self) -> Option<Self::Item> {
         self.advance()
     }
-}
-
-impl OpenTable {
-    /// Says where in a row each instance begins, as soon as all are known.
-    fn lay_out(&mut self, table: &mut ReadTable) {
-        if self.instances.iter().any(Option::is_none) {
-            return;
-        }
-        for instance in self.instances.iter_mut().flatten() {
-            instance.start = table.columns.len();
-            table.columns.append(&mut instance.columns);
-        }
-        self.values = vec![None; table.columns.len()];
-    }
-
-    fn begin(&mut self, sequence: u32) {
-        self.sequence = Some(sequence);
-        self.came = 0;
-        self.values.fill(None);
-        for instance in self.instances.iter_mut().flatten() {
-            instance.has_come = false;
-        }
-    }
-
-    fn put(&mut self, place: usize, data: &[u8]) -> Result<(), NoMessage> {
-        let Some(Some(instance)) = self.instances.get_mut(place) else {
-            return Ok(());
-        };
-        for field in Fields(data) {
-            let (number, wire) = field?;
-            let known = instance.fields.binary_search_by_key(&number, |f| f.number);
-            let Ok(known) = known else {
-                continue;
-            };
-            let value = value(instance.fields[known].kind, wire).ok_or(NoMessage)?;
-            // None of a table that is not whole: its rows are not, either.
-            if let Some(place) = self.values.get_mut(instance.start + known) {
-                *place = Some(value);
-            }
-        }
-        if !instance.has_come {
-            instance.has_come = true;
-            self.came += 1;
-        }
-        Ok(())
-    }
-
-    /// The row, if all of it has come.
-    fn taken(&mut self, table: usize) -> Option<Row> {
-        if self.came < self.instances.len() {
-            return None;
-        }
-        self.came = 0;
-        self.sequence = None;
-        Some(Row {
-            table,
-            at_ns: self.at_ns,
-            woke_ns: self.woke_ns,
-            values: self.values.clone(),
-        })
-    }
-}
-
-fn value(kind: Kind, wire: Wire<'_>) -> Option<Value> {
-    Some(match (kind, wire) {
-        (Kind::Number, Wire::Fixed64(bits)) => Value::Number(f64::from_bits(bits)),
-        (Kind::Count, Wire::Varint(count)) => Value::Count(count),
-        (Kind::Integer, Wire::Varint(integer)) => Value::Integer(unzigzag(integer)),
-        (Kind::Flag, Wire::Varint(flag)) => Value::Flag(flag != 0),
-        (Kind::Text, Wire::Bytes(text)) => Value::Text(str::from_utf8(text).ok()?.to_owned()),
-        _ => return None,
-    })
 }

@@ -14,6 +14,9 @@ use mcap::{MAGIC, McapError, parse_record};
 /// The longest record, and the longest content of a chunk, that is read: chunks of ours are a sixteenth of it.
 const MOST_BYTES: usize = 64 << 20;
 
+/// As many signals are read of a file: some times those of the largest node.
+pub(crate) const MOST_SIGNALS: usize = 200_000;
+
 /// What is wrong with a file, and where.
 #[derive(Debug, thiserror::Error)]
 #[error("byte {offset}: {fault}")]
@@ -45,6 +48,11 @@ pub enum Fault {
     /// The record is not what it says.
     #[error("{0}")]
     Record(#[from] McapError),
+    /// More signals than any recording has.
+    #[error(
+        "received more than {MOST_SIGNALS} signals, expected at most that many in all channels"
+    )]
+    TooManySignals,
     /// A message that is none of its schema.
     #[error("{topic}: received a message that is none of its schema")]
     Message {

@@ -3,8 +3,8 @@
 use coaxle_node::signal::Kind;
 use serde::ser::{self, Impossible, Serialize};
 
+use crate::encoded_row::{EncodedRow, RowError, Slot};
 use crate::protobuf::{put_bytes, put_count, put_integer, put_number};
-use crate::table::{EncodedRow, RowError, Slot};
 
 /// Writes one value after the other, each where its signal has its field.
 pub(crate) struct RowSerializer<'a> {
@@ -55,7 +55,7 @@ impl<'a> RowSerializer<'a> {
         if let Some(kind) = kind
             && kind != slot.kind
         {
-            return Err(self.wrong_kind(name_of(kind), slot.kind));
+            return Err(self.wrong_kind(kind, slot.kind));
         }
         put(self.row.open_message(), slot.number);
         if slot.is_last {
@@ -65,22 +65,12 @@ impl<'a> RowSerializer<'a> {
         Ok(())
     }
 
-    fn wrong_kind(&self, received: &'static str, expected: Kind) -> RowError {
+    fn wrong_kind(&self, received: Kind, expected: Kind) -> RowError {
         RowError::Kind {
             column: self.columns[self.next].clone(),
             received,
             expected,
         }
-    }
-}
-
-const fn name_of(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Number => "number",
-        Kind::Count => "count",
-        Kind::Integer => "integer",
-        Kind::Flag => "flag",
-        Kind::Text => "text",
     }
 }
 

@@ -1,8 +1,9 @@
-//! What has rows, and a row on its way into a file.
+//! What has rows, and how they become messages.
 
-use coaxle_node::signal::{Instance, Kind};
+use coaxle_node::signal::Instance;
 use serde::Serialize;
 
+use crate::encoded_row::{EncodedRow, RowError, Slot};
 use crate::row_serializer::RowSerializer;
 
 /// Whose rows they are: those of a node, or of whatever else fills one row at a time.
@@ -16,43 +17,6 @@ pub struct Table {
     pub instances: Vec<Instance>,
 }
 
-/// A row as a file has it: one message for each instance.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct EncodedRow {
-    /// When the cycle ideally began, ns of the clock of the rows.
-    pub(crate) at_ns: i64,
-    /// When it really did.
-    pub(crate) woke_ns: i64,
-    bytes: Vec<u8>,
-    ends: Vec<u32>,
-}
-
-/// A row that is none of its table.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum RowError {
-    /// A value of another kind than its signal.
-    #[error("{column}: received a {received}, expected a {expected}")]
-    Kind {
-        /// The column: `instance.signal`.
-        column: String,
-        /// What the row has there.
-        received: &'static str,
-        /// What the signal is declared to be.
-        expected: Kind,
-    },
-    /// More or fewer values than there are signals.
-    #[error("received {received} values, expected {expected}")]
-    Length {
-        /// How many came, at least.
-        received: usize,
-        /// How many signals there are.
-        expected: usize,
-    },
-    /// Something that is no row.
-    #[error("received {0}, expected structures of numbers, flags and words")]
-    NoRow(String),
-}
-
 /// Makes messages of rows.
 #[derive(Clone, Debug)]
 pub struct RowEncoder {
@@ -60,15 +24,6 @@ pub struct RowEncoder {
     columns: Vec<String>,
     /// Of the longest row so far.
     bytes: usize,
-}
-
-/// Where the value of a signal goes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Slot {
-    pub(crate) number: u32,
-    pub(crate) kind: Kind,
-    /// Whether its message ends with it.
-    pub(crate) is_last: bool,
 }
 
 impl RowEncoder {
@@ -103,41 +58,12 @@ impl RowEncoder {
         woke_ns: i64,
         row: &impl Serialize,
     ) -> Result<EncodedRow, RowError> {
-        let mut encoded = EncodedRow {
-            at_ns,
-            woke_ns,
-            bytes: Vec::with_capacity(self.bytes),
-            ends: Vec::new(),
-        };
+        let mut encoded = EncodedRow::new(at_ns, woke_ns, self.bytes);
         let mut serializer = RowSerializer::new(&self.slots, &self.columns, &mut encoded);
         row.serialize(&mut serializer)?;
         serializer.finish()?;
-        self.bytes = self.bytes.max(encoded.bytes.len());
+        self.bytes = self.bytes.max(encoded.length());
         Ok(encoded)
-    }
-}
-
-impl EncodedRow {
-    /// Bytes of memory that it takes.
-    #[must_use]
-    pub fn size(&self) -> usize {
-        size_of::<Self>() + self.bytes.capacity() + self.ends.capacity() * size_of::<u32>()
-    }
-
-    /// The message being made.
-    pub(crate) const fn open_message(&mut self) -> &mut Vec<u8> {
-        &mut self.bytes
-    }
-
-    pub(crate) fn end_message(&mut self) {
-        self.ends.push(self.bytes.len() as u32);
-    }
-
-    /// Its messages, in the order of the instances.
-    pub(crate) fn messages(&self) -> impl Iterator<Item = &[u8]> {
-        let starts = std::iter::once(0).chain(self.ends.iter().copied());
-        let ranges = starts.zip(&self.ends);
-        ranges.map(|(start, end)| &self.bytes[start as usize..*end as usize])
     }
 }
 

@@ -131,6 +131,18 @@ fn everything_comes_back() {
 }
 
 #[test]
+fn the_same_rows_give_the_same_bytes() {
+    let tables = [
+        boiler(),
+        Table {
+            name: "second".to_owned(),
+            ..boiler()
+        },
+    ];
+    assert!(recording(&tables, 60) == recording(&tables, 60));
+}
+
+#[test]
 fn tables_are_told_apart_even_where_their_instances_have_the_same_names() {
     let second = Table {
         name: "second".to_owned(),

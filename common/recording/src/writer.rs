@@ -9,12 +9,13 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapError, WriteOptions};
 
+use crate::encoded_row::EncodedRow;
 use crate::format::{
     ABOUT, CLOCK_OFFSET, FORMAT, GROUP, INSTANCE, INSTANCES, PLACE, ROLE, TABLE, UNIT, VERSION,
 };
 use crate::log::{self, LogLine};
 use crate::schema::Schema;
-use crate::table::{EncodedRow, Table};
+use crate::table::Table;
 
 /// Rows are written out this often, ns of their clock, so that a killed process leaves a usable file.
 pub const FLUSH_PERIOD_NS: i64 = 250_000_000;
@@ -188,8 +189,8 @@ impl<W: Write> Writer<W> {
 
     fn flush_at(&mut self, at_ns: i64) -> Result<(), WriteError> {
         let flushed = *self.flushed_ns.get_or_insert(at_ns);
-        // A clock that was set back begins anew.
-        if !(0..FLUSH_PERIOD_NS).contains(&at_ns.saturating_sub(flushed)) {
+        // Rows of several tables may come some cycles apart; a clock that was set back further begins anew.
+        if at_ns.abs_diff(flushed) >= FLUSH_PERIOD_NS.unsigned_abs() {
             self.flushed_ns = Some(at_ns);
             self.mcap.flush()?;
         }

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use super::{ExportError, TableWriter, columns};
-use crate::reader::{ReadTable, Row};
+use crate::read_table::{ReadTable, Row};
 
 pub(super) struct CsvTable<W: Write>(csv::Writer<W>);
 

@@ -8,7 +8,8 @@ mod parquet_table;
 
 use std::io::{self, Read, Write};
 
-use crate::reader::{Item, ReadTable, Reader, Row};
+use crate::read_table::{ReadTable, Row};
+use crate::reader::{Item, Reader};
 use crate::records::Damage;
 use crate::writer::Facts;
 
@@ -52,7 +53,7 @@ trait TableWriter {
     fn finish(self: Box<Self>) -> Result<(), ExportError>;
 }
 
-/// Writes the tables of a recording, each to what `create` gives for it. What of the recording is damaged is left out
+/// Writes the tables of a recording, each to what `create` gives for the n-th of all that there are. What of the recording is damaged is left out
 /// and said; of one that was not ended, all that is whole is written.
 ///
 /// # Errors
@@ -60,7 +61,7 @@ trait TableWriter {
 pub fn export<R: Read, W: Write + Send + 'static>(
     recording: R,
     format: Format,
-    mut create: impl FnMut(&ReadTable) -> io::Result<W>,
+    mut create: impl FnMut(&[ReadTable], usize) -> io::Result<W>,
 ) -> Result<Exported, ExportError> {
     let mut reader = Reader::new(recording);
     let mut exported = Exported::default();
@@ -75,7 +76,7 @@ pub fn export<R: Read, W: Write + Send + 'static>(
                 let writer = &mut writers[row.table];
                 let writer = match writer {
                     Some(writer) => writer,
-                    None => writer.insert(open(format, create(table)?, table, &facts)?),
+                    None => writer.insert(open(format, create(tables, row.table)?, table, &facts)?),
                 };
                 writer.row(&row)?;
                 count(&mut exported.rows, &table.name);
@@ -150,7 +151,7 @@ mod tests {
         }
         let file = writer.finish().unwrap();
         let shared = Shared::default();
-        let exported = export(file.as_slice(), format, |_| Ok(shared.clone())).unwrap();
+        let exported = export(file.as_slice(), format, |_, _| Ok(shared.clone())).unwrap();
         assert_eq!(exported.rows, [("boiler".to_owned(), rows)]);
         assert!(exported.damage.is_empty());
         let bytes = shared.0.lock().unwrap();

@@ -14,7 +14,7 @@ use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{Type, TypePtr};
 
 use super::{ExportError, TableWriter, columns};
-use crate::reader::{ReadTable, Row};
+use crate::read_table::{ReadTable, Row};
 use crate::value::Value;
 use crate::writer::Facts;
 

@@ -1,0 +1,122 @@
+//! A row while its messages come.
+
+use std::collections::BTreeMap;
+
+use coaxle_node::signal::Kind;
+
+use crate::protobuf::{Fields, NoMessage, Wire, unzigzag};
+use crate::read_table::{Column, ReadTable, Row};
+use crate::schema::Field;
+use crate::value::Value;
+
+/// A table while its channels come, and the row of it that is being put together.
+#[derive(Default)]
+pub(crate) struct OpenTable {
+    /// How many instances it has, and those whose channels have come, by their place.
+    pub(crate) expected: usize,
+    pub(crate) instances: BTreeMap<usize, OpenInstance>,
+    pub(crate) sequence: Option<u32>,
+    pub(crate) came: usize,
+    pub(crate) at_ns: i64,
+    pub(crate) woke_ns: i64,
+    values: Vec<Option<Value>>,
+}
+
+pub(crate) struct OpenInstance {
+    columns: Vec<Column>,
+    fields: Vec<Field>,
+    /// Of its values in a row; known when all channels have come.
+    start: usize,
+    has_come: bool,
+}
+
+impl OpenInstance {
+    pub(crate) const fn new(columns: Vec<Column>, fields: Vec<Field>) -> Self {
+        Self {
+            columns,
+            fields,
+            start: 0,
+            has_come: false,
+        }
+    }
+}
+
+impl OpenTable {
+    /// One of so many instances.
+    pub(crate) fn of(expected: usize) -> Self {
+        Self {
+            expected,
+            ..Self::default()
+        }
+    }
+
+    /// Says where in a row each instance begins, as soon as all are known.
+    pub(crate) fn lay_out(&mut self, table: &mut ReadTable) {
+        if self.instances.len() < self.expected {
+            return;
+        }
+        for instance in self.instances.values_mut() {
+            instance.start = table.columns.len();
+            table.columns.append(&mut instance.columns);
+        }
+        self.values = vec![None; table.columns.len()];
+    }
+
+    pub(crate) fn begin(&mut self, sequence: u32) {
+        self.sequence = Some(sequence);
+        self.came = 0;
+        self.values.fill(None);
+        for instance in self.instances.values_mut() {
+            instance.has_come = false;
+        }
+    }
+
+    pub(crate) fn put(&mut self, place: usize, data: &[u8]) -> Result<(), NoMessage> {
+        let Some(instance) = self.instances.get_mut(&place) else {
+            return Ok(());
+        };
+        for field in Fields(data) {
+            let (number, wire) = field?;
+            let known = instance.fields.binary_search_by_key(&number, |f| f.number);
+            let Ok(known) = known else {
+                continue;
+            };
+            let value = value(instance.fields[known].kind, wire).ok_or(NoMessage)?;
+            // None of a table that is not whole: its rows are not, either.
+            if let Some(place) = self.values.get_mut(instance.start + known) {
+                *place = Some(value);
+            }
+        }
+        if !instance.has_come {
+            instance.has_come = true;
+            self.came += 1;
+        }
+        Ok(())
+    }
+
+    /// The row, if all of it has come.
+    pub(crate) fn taken(&mut self, table: usize) -> Option<Row> {
+        if self.came < self.expected {
+            return None;
+        }
+        self.came = 0;
+        self.sequence = None;
+        Some(Row {
+            table,
+            at_ns: self.at_ns,
+            woke_ns: self.woke_ns,
+            values: self.values.clone(),
+        })
+    }
+}
+
+fn value(kind: Kind, wire: Wire<'_>) -> Option<Value> {
+    Some(match (kind, wire) {
+        (Kind::Number, Wire::Fixed64(bits)) => Value::Number(f64::from_bits(bits)),
+        (Kind::Count, Wire::Varint(count)) => Value::Count(count),
+        (Kind::Integer, Wire::Varint(integer)) => Value::Integer(unzigzag(integer)),
+        (Kind::Flag, Wire::Varint(flag)) => Value::Flag(flag != 0),
+        (Kind::Text, Wire::Bytes(text)) => Value::Text(str::from_utf8(text).ok()?.to_owned()),
+        _ => return None,
+    })
+}
