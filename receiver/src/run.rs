@@ -111,6 +111,7 @@ fn files(args: &Args, config: &ReceiverConfig) -> anyhow::Result<Files> {
     Ok(Files {
         trace: trace.map(create).transpose()?,
         arrivals: arrivals.as_deref().map(ArrivalsTrace::create).transpose()?,
+        recording: (args.node).recording(&config.name, "receiver", config.instances())?,
     })
 }
 

@@ -9,7 +9,7 @@ use coaxle_host::{NodeArgs, Setup};
 
 use crate::config::SenderConfig;
 use crate::node::Sender;
-use recorder::SenderRecorder;
+use recorder::{Files, SenderRecorder};
 
 /// What a sender is told on its command line.
 pub type Args = NodeArgs;
@@ -41,7 +41,11 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
 }
 
 fn setup(args: &Args, config: SenderConfig) -> anyhow::Result<Setup<Sender>> {
-    let recorder = SenderRecorder::new(&config, args.trace(&config.columns())?);
+    let files = Files {
+        trace: args.trace(&config.columns())?,
+        recording: args.recording(&config.name, "sender", config.instances())?,
+    };
+    let recorder = SenderRecorder::new(&config, files);
     let file = args.file();
     Ok(Setup {
         name: config.name.clone(),

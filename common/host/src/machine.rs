@@ -25,14 +25,23 @@ pub fn now() -> Instant<Machine> {
     Instant::from_nanos(time.tv_sec * NANOS_PER_SEC + time.tv_nsec)
 }
 
-/// What the machine takes the time of day for. For certificates alone: it may jump.
+/// What the machine takes the time of day for. For certificates, and for where the rows of a recording lie in the day: it
+/// may jump.
 #[must_use]
 #[expect(
     clippy::disallowed_methods,
-    reason = "certificates hold from one day to another; this crate reads the machine's clocks"
+    reason = "certificates hold from one day to another, recordings are of a day; this crate reads the machine's clocks"
 )]
 pub fn wall_clock() -> SystemTime {
     SystemTime::now()
+}
+
+/// What the wall clock shows when this machine's clock shows 0, ns since 1970: where the rows of a recording lie in the day.
+#[must_use]
+pub fn wall_clock_offset_ns() -> i64 {
+    let since_1970 = wall_clock().duration_since(SystemTime::UNIX_EPOCH);
+    let wall = since_1970.unwrap_or_default().as_nanos() as i64;
+    wall - now().as_nanos()
 }
 
 thread_local! {

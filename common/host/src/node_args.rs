@@ -7,12 +7,16 @@ use anyhow::{Context, bail};
 use coaxle_clock::Span;
 use coaxle_node::config::{TransportConfig, load};
 use coaxle_node::keys::NodeName;
+use coaxle_node::signal::Instance;
+use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
+use coaxle_recording::Table;
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
 use serde::de::DeserializeOwned;
 
 use crate::cli::parse_duration;
 use crate::credentials::{Credentials, CredentialsFault};
 use crate::machine;
+use crate::recording::{Attached, Recording};
 use crate::trace::Trace;
 use crate::transport::zenoh_config;
 
@@ -28,8 +32,11 @@ pub struct NodeArgs {
     /// it: trace.csv, trace-arrivals.csv and trace-exchanges.csv
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
+    /// Record every cycle, the log and the status to this file, as MCAP: docs/RECORDING.md
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
     /// Only check the config and the files it names: say "CONFIG: ok" or what is wrong
-    #[arg(long, conflicts_with_all = ["run_for", "trace"])]
+    #[arg(long, conflicts_with_all = ["run_for", "trace", "record"])]
     pub check: bool,
     /// Connect here instead of where the config says, such as tcp/192.168.1.10:7447; may be given
     /// several times
@@ -102,6 +109,41 @@ impl NodeArgs {
     pub fn trace(&self, columns: &[String]) -> anyhow::Result<Option<Trace>> {
         let create = |path| Trace::with_columns(path, columns);
         self.trace.as_deref().map(create).transpose()
+    }
+
+    /// Creates the recording, if one is asked for, with the config file in it. `instances` is everything of the node that
+    /// has signals, in the order of a row.
+    ///
+    /// # Errors
+    /// Names the file that cannot be written, or read.
+    pub fn recording(
+        &self,
+        node: &NodeName,
+        role: &str,
+        instances: Vec<Instance>,
+    ) -> anyhow::Result<Option<Recording>> {
+        let Some(path) = &self.record else {
+            return Ok(None);
+        };
+        let table = Table {
+            name: node.to_string(),
+            role: role.to_owned(),
+            instances,
+        };
+        let config = text_file::read(&self.config, MOST_CONFIG_BYTES)?;
+        let name = self.config.file_name().unwrap_or_default();
+        let attached = Attached {
+            name: &name.to_string_lossy(),
+            media_type: "application/toml",
+            data: config.as_bytes(),
+        };
+        let facts = [
+            ("node", node.as_str()),
+            ("role", role),
+            ("version", env!("CARGO_PKG_VERSION")),
+        ];
+        let facts = facts.map(|(name, fact)| (name.to_owned(), fact.to_owned()));
+        Recording::create(path, &table, &facts.into(), &[attached]).map(Some)
     }
 
     /// From now on this process dies with the one that started it, where it is told of one: however that ends.
@@ -223,6 +265,7 @@ mod tests {
         for line in [
             "node a.toml --check --for 1s",
             "node a.toml --check --trace t.csv",
+            "node a.toml --check --record r.mcap",
         ] {
             assert!(
                 Cli::try_parse_from(line.split_whitespace()).is_err(),

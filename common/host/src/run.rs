@@ -161,7 +161,7 @@ fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
 }
 
 async fn drive<N, T>(
-    setup: Setup<N>,
+    mut setup: Setup<N>,
     opening: impl Future<Output = anyhow::Result<T>>,
 ) -> anyhow::Result<Outcome>
 where
@@ -172,6 +172,7 @@ where
     let (panic_watch, mut panics) = panics();
     let epoch = getrandom::u64().context("the system gives no random epoch")?;
     let identity = identity(&setup, epoch);
+    setup.recorder.begin(epoch);
     let node = (setup.build)(NodeClock::first_cycle(&setup.clock), epoch)
         .with_context(|| format!("cannot build node {}", setup.name))?;
     let clock = NodeClock::new(&setup.clock, setup.seed, Instant::EPOCH)

@@ -72,8 +72,8 @@ impl Reporter {
         }
     }
 
-    /// Publishes the status at `now`, with what the recorder adds to it.
-    pub(crate) fn report(&mut self, now: Instant<Machine>, details: Map<String, Value>) {
+    /// Publishes the status at `now`, with what the recorder adds to it, and gives it back: JSON.
+    pub(crate) fn report(&mut self, now: Instant<Machine>, details: Map<String, Value>) -> String {
         self.look_for_missing(now);
         self.say_who_is_heard(now);
         self.look_for_hearers(now);
@@ -85,7 +85,7 @@ impl Reporter {
             _ => Health::NameTaken,
         };
         self.log_health(now, health, (evidence, source), &details);
-        self.publish(now, health, details);
+        self.publish(now, health, details)
     }
 
     /// Publishes the last status.
@@ -176,10 +176,15 @@ impl Reporter {
         matches!(search.and_then(Search::reason), Some(Unseen::Refused(_)))
     }
 
-    fn publish(&self, now: Instant<Machine>, health: Health, details: Map<String, Value>) {
-        let status = merged(self.facts(now), health, details);
-        self.session
-            .publish_status(Value::Object(status).to_string());
+    fn publish(
+        &self,
+        now: Instant<Machine>,
+        health: Health,
+        details: Map<String, Value>,
+    ) -> String {
+        let status = Value::Object(merged(self.facts(now), health, details)).to_string();
+        self.session.publish_status(status.clone());
+        status
     }
 
     fn facts(&self, now: Instant<Machine>) -> Map<String, Value> {

@@ -40,6 +40,11 @@ pub trait Recorder<S>: Send {
     /// Takes a cycle's record; each is given once, in order.
     fn record(&mut self, record: &Record<S>);
 
+    /// The run with this epoch begins: nothing has been given yet.
+    fn begin(&mut self, epoch: u64) {
+        let _ = epoch;
+    }
+
     /// Takes something that a cycle took in; each is given once, in order, but some time before or
     /// after the record of its cycle.
     fn arrived(&mut self, record: &ArrivalRecord) {
@@ -49,6 +54,11 @@ pub trait Recorder<S>: Send {
     /// What to add to the node's status, a few times a second. A text under `health` is the
     /// node's own opinion: it shows while the network gives no reason for a worse one.
     fn status(&self) -> Map<String, Value>;
+
+    /// The node's whole status, as it was published at `at`: JSON.
+    fn reported(&mut self, at: Instant<Machine>, status: &str) {
+        let _ = (at, status);
+    }
 
     /// The run is over: nothing more comes.
     ///
@@ -173,7 +183,9 @@ pub(crate) fn observe<S>(
         }
         if machine::now() >= next_status {
             next_status = machine::now() + STATUS_PERIOD;
-            reporter.report(machine::now(), recorder.status());
+            let now = machine::now();
+            let status = reporter.report(now, recorder.status());
+            recorder.reported(now, &status);
         }
         std::thread::park_timeout(TICK);
     }

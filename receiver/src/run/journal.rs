@@ -46,6 +46,16 @@ pub(super) enum Level {
     Error,
 }
 
+impl From<Level> for coaxle_recording::Level {
+    fn from(level: Level) -> Self {
+        match level {
+            Level::Info => Self::Info,
+            Level::Warning => Self::Warning,
+            Level::Error => Self::Error,
+        }
+    }
+}
+
 /// A receiver that falls out of sync and back hundreds of times a second must not flood the log.
 const MOST_LINES: u32 = 10;
 /// So many lines, and no more, in each stretch of this length.

@@ -1,7 +1,7 @@
 //! What becomes of a receiver's cycles: trace, log and status.
 
 use coaxle_clock::Instant;
-use coaxle_host::{ArrivalRecord, ArrivalsTrace, Machine, Record, Recorder, Trace};
+use coaxle_host::{ArrivalRecord, ArrivalsTrace, Machine, Record, Recorder, Recording, Trace};
 use serde_json::{Map, Value, json};
 
 use super::journal::{Journal, Level};
@@ -28,6 +28,8 @@ pub(super) struct Files {
     pub(super) trace: Option<Trace>,
     /// What came in from the followed node.
     pub(super) arrivals: Option<ArrivalsTrace>,
+    /// Every cycle, the log and the status.
+    pub(super) recording: Option<Recording>,
 }
 
 impl ReceiverRecorder {
@@ -44,16 +46,34 @@ impl ReceiverRecorder {
 }
 
 impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
+    fn begin(&mut self, epoch: u64) {
+        if let Some(recording) = &mut self.files.recording {
+            recording.begin(epoch);
+        }
+    }
+
+    fn reported(&mut self, at: Instant<Machine>, status: &str) {
+        if let Some(recording) = &mut self.files.recording {
+            recording.status(at, status);
+        }
+    }
+
     fn record(&mut self, record: &Record<ReceiverSnapshot>) {
         let snapshot = &record.snapshot;
         if let Some(trace) = &mut self.files.trace {
             let (at, woke) = (record.ideal_start.as_nanos(), record.woke.as_nanos());
             trace.write(record.ideal_start, [(at, woke, &snapshot.signals)]);
         }
+        if let Some(recording) = &mut self.files.recording {
+            recording.row(record.ideal_start, record.woke, &snapshot.signals);
+        }
         for note in self.journal.take(record.ideal_start, snapshot) {
             note.log(&self.config.name);
             if note.level != Level::Info {
-                self.last_fault = Some((record.ideal_start, note.text));
+                self.last_fault = Some((record.ideal_start, note.text.clone()));
+            }
+            if let Some(recording) = &mut self.files.recording {
+                recording.log(record.ideal_start, note.level.into(), note.text);
             }
         }
         self.newest_at = record.ideal_start;
@@ -70,7 +90,7 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
     }
 
     fn status(&self) -> Map<String, Value> {
-        match &self.newest {
+        let mut status = match &self.newest {
             Some(snapshot) => {
                 let mut status = status::of(&self.config, snapshot);
                 let fault = self.last_fault.as_ref().map(|(at, text)| {
@@ -81,14 +101,23 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
                 status
             }
             None => status::before_the_first_cycle(),
+        };
+        if let Some(recording) = &self.files.recording {
+            status.insert("recording_dropped".to_owned(), json!(recording.dropped()));
         }
+        status
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
-        let Files { trace, arrivals } = &mut self.files;
+        let Files {
+            trace,
+            arrivals,
+            recording,
+        } = &mut self.files;
         let traced = trace.as_mut().map_or(Ok(()), Trace::finish);
         let arrived = arrivals.as_mut().map_or(Ok(()), ArrivalsTrace::finish);
-        traced.and(arrived)
+        let recorded = recording.as_mut().map_or(Ok(()), Recording::finish);
+        traced.and(arrived).and(recorded)
     }
 }
 
@@ -96,7 +125,7 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
 mod tests {
     use super::*;
     use crate::node::Receiver;
-    use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
+    use coaxle_clock::{CycleIndex, CycleTime, Span};
     use coaxle_curve::profile::Kinematics;
     use coaxle_node::config::parse;
     use coaxle_node::signal::Group;

@@ -1,6 +1,7 @@
 //! What becomes of a sender's cycles: trace and status.
 
-use coaxle_host::{Record, Recorder, Trace, fields_of};
+use coaxle_clock::Instant;
+use coaxle_host::{Machine, Record, Recorder, Recording, Trace, fields_of};
 use coaxle_node::signal::{Group, Instance};
 use serde_json::{Map, Value, json};
 
@@ -8,29 +9,52 @@ use crate::config::SenderConfig;
 use crate::signals::AxisSignals;
 use crate::snapshot::SenderSnapshot;
 
-/// Keeps the newest cycle for the status, and all of them if there is a trace.
+/// Keeps the newest cycle for the status, and what is wanted in files.
 pub(super) struct SenderRecorder {
     config: SenderConfig,
-    trace: Option<Trace>,
+    files: Files,
     newest: Option<SenderSnapshot>,
 }
 
+/// The files that a sender leaves, if they are wanted: of every cycle.
+#[derive(Default)]
+pub(super) struct Files {
+    pub(super) trace: Option<Trace>,
+    pub(super) recording: Option<Recording>,
+}
+
 impl SenderRecorder {
-    pub(super) fn new(config: &SenderConfig, trace: Option<Trace>) -> Self {
+    pub(super) fn new(config: &SenderConfig, files: Files) -> Self {
         Self {
             config: config.clone(),
-            trace,
+            files,
             newest: None,
         }
     }
 }
 
 impl Recorder<SenderSnapshot> for SenderRecorder {
+    fn begin(&mut self, epoch: u64) {
+        if let Some(recording) = &mut self.files.recording {
+            recording.begin(epoch);
+        }
+    }
+
+    fn reported(&mut self, at: Instant<Machine>, status: &str) {
+        if let Some(recording) = &mut self.files.recording {
+            recording.status(at, status);
+        }
+    }
+
     fn record(&mut self, record: &Record<SenderSnapshot>) {
         let snapshot = &record.snapshot;
-        if let Some(trace) = &mut self.trace {
+        let Files { trace, recording } = &mut self.files;
+        if let Some(trace) = trace {
             let (at, woke) = (record.ideal_start.as_nanos(), record.woke.as_nanos());
             trace.write(record.ideal_start, [(at, woke, &snapshot.signals)]);
+        }
+        if let Some(recording) = recording {
+            recording.row(record.ideal_start, record.woke, &snapshot.signals);
         }
         match &mut self.newest {
             Some(newest) => newest.clone_from(snapshot),
@@ -39,14 +63,21 @@ impl Recorder<SenderSnapshot> for SenderRecorder {
     }
 
     fn status(&self) -> Map<String, Value> {
-        match &self.newest {
+        let mut status = match &self.newest {
             Some(snapshot) => status_of(&self.config, snapshot),
             None => Map::new(),
+        };
+        if let Some(recording) = &self.files.recording {
+            status.insert("recording_dropped".to_owned(), json!(recording.dropped()));
         }
+        status
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
-        self.trace.as_mut().map_or(Ok(()), Trace::finish)
+        let Files { trace, recording } = &mut self.files;
+        let traced = trace.as_mut().map_or(Ok(()), Trace::finish);
+        let recorded = recording.as_mut().map_or(Ok(()), Recording::finish);
+        traced.and(recorded)
     }
 }
 
@@ -74,7 +105,6 @@ fn status_of(config: &SenderConfig, snapshot: &SenderSnapshot) -> Map<String, Va
 mod tests {
     use super::*;
     use crate::Sender;
-    use coaxle_clock::Instant;
     use coaxle_node::Node;
     use coaxle_node::config::parse;
 
@@ -121,7 +151,7 @@ mod tests {
 
     #[test]
     fn the_status_has_the_fields_that_the_document_describes() {
-        let mut recorder = SenderRecorder::new(&config(), None);
+        let mut recorder = SenderRecorder::new(&config(), Files::default());
         assert_eq!(
             recorder.status(),
             Map::new(),
@@ -152,7 +182,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("trace.csv");
         let trace = Trace::with_columns(&path, &config().columns()).unwrap();
-        let mut recorder = SenderRecorder::new(&config(), Some(trace));
+        let files = Files {
+            trace: Some(trace),
+            ..Files::default()
+        };
+        let mut recorder = SenderRecorder::new(&config(), files);
         recorder.record(&record());
         recorder.record(&record());
         recorder.finish().unwrap();

@@ -1,0 +1,330 @@
+//! A recording on its way into a file: encoded here, written by a thread of its own.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::thread::JoinHandle;
+
+use anyhow::{Context, anyhow};
+use coaxle_clock::Instant;
+use coaxle_recording::{EncodedRow, Facts, Level, LogLine, RowEncoder, RowError, Table, Writer};
+use serde::Serialize;
+
+use crate::machine::{self, Machine};
+
+/// Memory for what waits to be written: a disk may stand still for a second or more.
+const QUEUE_BYTES: usize = 32 << 20;
+/// As many rows as that holds, but no more and no fewer than that.
+const MOST_ENTRIES: usize = 16_384;
+const FEWEST_ENTRIES: usize = 64;
+/// About what a signal takes in a row.
+const SIGNAL_BYTES: usize = 12;
+
+/// Rows, log lines and status of a node, on their way into an MCAP file. Nobody waits for the disk: what the queue to the
+/// thread that writes cannot hold is dropped and counted. What is older than a quarter of a second is on the disk.
+pub struct Recording {
+    path: PathBuf,
+    node: String,
+    encoder: RowEncoder,
+    /// None after the end.
+    queue: Option<SyncSender<Entry>>,
+    thread: Option<JoinHandle<anyhow::Result<()>>>,
+    dropped: u64,
+    /// A row that did not fit its table; nothing is written after that.
+    failure: Option<RowError>,
+}
+
+/// Something to write.
+enum Entry {
+    Row(EncodedRow),
+    Log(LogLine),
+    Status { at_ns: i64, json: String },
+    Facts(Facts),
+}
+
+/// A file that is put into a recording.
+#[derive(Clone, Copy, Debug)]
+pub struct Attached<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// What it is.
+    pub media_type: &'a str,
+    /// What is in it.
+    pub data: &'a [u8],
+}
+
+impl Recording {
+    /// Creates the file, or empties it, and starts the thread that writes it.
+    ///
+    /// # Errors
+    /// Names the file that cannot be written.
+    pub fn create(
+        path: &Path,
+        table: &Table,
+        facts: &Facts,
+        attached: &[Attached<'_>],
+    ) -> anyhow::Result<Self> {
+        let cannot = || format!("cannot write the recording {}", path.display());
+        let file = File::create(path).with_context(cannot)?;
+        let tables = std::slice::from_ref(table);
+        let mut writer =
+            Writer::create(Synced(file), tables, facts, machine::wall_clock_offset_ns())
+                .with_context(cannot)?;
+        for file in attached {
+            let put = writer.attach(file.name, file.media_type, file.data);
+            put.with_context(cannot)?;
+        }
+        let signals: usize = table.instances.iter().map(|of| of.signals.len()).sum();
+        let entries = QUEUE_BYTES / (SIGNAL_BYTES * signals).max(1);
+        let (queue, entries) = sync_channel(entries.clamp(FEWEST_ENTRIES, MOST_ENTRIES));
+        let file = path.display().to_string();
+        let thread = std::thread::Builder::new()
+            .name("recording".to_owned())
+            .spawn(move || {
+                let written = write(writer, &entries);
+                written
+                    .inspect_err(|error| tracing::error!(%file, "the recording ends here: {error}"))
+            })
+            .with_context(cannot)?;
+        Ok(Self {
+            path: path.to_owned(),
+            node: table.name.clone(),
+            encoder: RowEncoder::of(table),
+            queue: Some(queue),
+            thread: Some(thread),
+            dropped: 0,
+            failure: None,
+        })
+    }
+
+    /// Says which run of the node it is.
+    pub fn begin(&mut self, epoch: u64) {
+        let facts = [("epoch", format!("{epoch:016x}"))];
+        self.facts(facts);
+    }
+
+    /// Adds the row of a cycle.
+    pub fn row(&mut self, at: Instant<Machine>, woke: Instant<Machine>, row: &impl Serialize) {
+        if self.failure.is_some() {
+            return;
+        }
+        match self.encoder.encode(at.as_nanos(), woke.as_nanos(), row) {
+            Ok(row) => self.push(Entry::Row(row)),
+            Err(error) => {
+                tracing::error!(file = %self.path.display(), "the recording ends here: {error}");
+                self.failure = Some(error);
+            }
+        }
+    }
+
+    /// Adds a line of the node's log.
+    pub fn log(&mut self, at: Instant<Machine>, level: Level, text: impl Into<String>) {
+        self.push(Entry::Log(LogLine {
+            at_ns: at.as_nanos(),
+            level,
+            name: self.node.clone(),
+            text: text.into(),
+        }));
+    }
+
+    /// Adds a status of the node, as JSON.
+    pub fn status(&mut self, at: Instant<Machine>, json: &str) {
+        let json = json.to_owned();
+        let at_ns = at.as_nanos();
+        self.push(Entry::Status { at_ns, json });
+    }
+
+    /// What did not fit into the queue, or came after a failure: rows, log lines and status.
+    #[must_use]
+    pub const fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// Writes out what is left, and ends the file with its summary.
+    ///
+    /// # Errors
+    /// Names the file that is incomplete, and why.
+    pub fn finish(&mut self) -> anyhow::Result<()> {
+        let facts = [("dropped", self.dropped.to_string())];
+        self.facts(facts);
+        self.queue = None;
+        let Some(thread) = self.thread.take() else {
+            return Ok(());
+        };
+        let written = thread.join();
+        let written = written.unwrap_or_else(|_| Err(anyhow!("its thread panicked")));
+        let rows = self
+            .failure
+            .take()
+            .map_or(Ok(()), |error| Err(error.into()));
+        let incomplete = || format!("the recording {} is incomplete", self.path.display());
+        written.and(rows).with_context(incomplete)
+    }
+
+    fn facts<const N: usize>(&mut self, facts: [(&str, String); N]) {
+        let facts = facts.map(|(name, value)| (name.to_owned(), value));
+        // Few and small: they may wait, for as long as a disk does.
+        if let Some(queue) = &self.queue {
+            let _ = queue.send(Entry::Facts(facts.into()));
+        }
+    }
+
+    fn push(&mut self, entry: Entry) {
+        let Some(queue) = &self.queue else {
+            return;
+        };
+        let pushed = queue.try_send(entry);
+        // Why nobody takes them any more, the thread has said itself.
+        if let Err(TrySendError::Full(_)) = &pushed
+            && self.dropped == 0
+        {
+            let file = self.path.display();
+            tracing::warn!(%file, "the recording has gaps from now on: its disk does not keep up");
+        }
+        self.dropped += u64::from(pushed.is_err());
+    }
+}
+
+impl Drop for Recording {
+    /// A node that does not come to its end leaves a file that is finished, too.
+    fn drop(&mut self) {
+        if self.thread.is_some() {
+            let _ = self.finish();
+        }
+    }
+}
+
+/// Writes what comes until nothing more does, and ends the file.
+fn write(mut writer: Writer<Synced>, entries: &Receiver<Entry>) -> anyhow::Result<()> {
+    for entry in entries {
+        match entry {
+            Entry::Row(row) => writer.row(0, &row),
+            Entry::Log(line) => writer.log(0, &line),
+            Entry::Status { at_ns, json } => writer.status(0, at_ns, &json),
+            Entry::Facts(facts) => writer.facts(&facts),
+        }?;
+    }
+    writer.finish()?;
+    Ok(())
+}
+
+/// What is flushed is on the disk, so that neither the end of the process nor that of the power takes it.
+struct Synced(File);
+
+impl Write for Synced {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self.0.sync_data() {
+            // What is no file, such as a pipe, has no disk.
+            Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
+            other => other,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_clock::Span;
+    use coaxle_node::signal::Instance;
+    use coaxle_recording::{Item, Reader, Value};
+
+    mod declared {
+        #![allow(
+            unreachable_pub,
+            reason = "the macro declares what a crate shows to others"
+        )]
+
+        coaxle_node::signals! {
+            /// A boiler.
+            pub struct BoilerSignals of Node {
+                /// Temperature of the water.
+                temperature: f64 ["°C"],
+            }
+        }
+    }
+
+    use declared::BoilerSignals;
+
+    fn table() -> Table {
+        Table {
+            name: "boiler".to_owned(),
+            role: "boiler".to_owned(),
+            instances: vec![Instance::of::<BoilerSignals>("")],
+        }
+    }
+
+    fn items(path: &Path) -> Vec<Item> {
+        let reader = Reader::new(File::open(path).unwrap());
+        reader.filter_map(Result::ok).collect()
+    }
+
+    #[test]
+    fn what_a_node_shows_is_in_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("boiler.mcap");
+        let config = Attached {
+            name: "boiler.toml",
+            media_type: "application/toml",
+            data: b"name = 'boiler'",
+        };
+        let mut recording = Recording::create(&path, &table(), &Facts::new(), &[config]).unwrap();
+        recording.begin(0xf00d);
+        let start = machine::now();
+        for k in 0..100 {
+            let at = start + Span::from_millis(10 * k);
+            let row = BoilerSignals {
+                temperature: k as f64,
+            };
+            recording.row(at, at + Span::from_micros(3), &row);
+        }
+        recording.log(start, Level::Warning, "cold");
+        recording.status(start, "{}");
+        recording.finish().unwrap();
+        assert_eq!(recording.dropped(), 0);
+        let items = items(&path);
+        let rows = items.iter().filter_map(|item| match item {
+            Item::Row(row) => Some(row),
+            _ => None,
+        });
+        let rows: Vec<_> = rows.collect();
+        assert_eq!(rows.len(), 100);
+        // The machine's clock comes back to the nanosecond.
+        assert_eq!(rows[3].at_ns, (start + Span::from_millis(30)).as_nanos());
+        assert_eq!(rows[3].values, [Some(Value::Number(3.0))]);
+        let facts = items.iter().filter_map(|item| match item {
+            Item::Facts(facts) => facts.get("epoch").cloned(),
+            _ => None,
+        });
+        assert_eq!(facts.collect::<Vec<_>>(), ["000000000000f00d"]);
+        let is_there = |what: fn(&Item) -> bool| items.iter().any(what);
+        assert!(is_there(|item| matches!(item, Item::Attachment { .. })));
+        assert!(is_there(|item| matches!(item, Item::Log(_))));
+        assert!(is_there(|item| matches!(item, Item::Status { .. })));
+    }
+
+    #[test]
+    fn nobody_waits_for_a_disk_that_is_full_and_it_is_said() {
+        let path = Path::new("/dev/full");
+        let error = Recording::create(path, &table(), &Facts::new(), &[]).map(|_| ());
+        let message = format!("{:#}", error.unwrap_err());
+        assert!(message.contains("the recording /dev/full"), "{message}");
+    }
+
+    #[test]
+    fn a_row_of_something_else_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("boiler.mcap");
+        let mut recording = Recording::create(&path, &table(), &Facts::new(), &[]).unwrap();
+        recording.row(Instant::EPOCH, Instant::EPOCH, &("hot", 1));
+        let message = format!("{:#}", recording.finish().unwrap_err());
+        assert!(
+            message.contains("temperature: received a text, expected a number"),
+            "{message}"
+        );
+    }
+}

@@ -1,0 +1,128 @@
+//! The receiver's own program, killed while it records.
+
+#![allow(
+    clippy::disallowed_methods,
+    reason = "it waits for processes, which nothing is measured by"
+)]
+
+use std::fs::File;
+use std::path::Path;
+use std::process::{Child, Command};
+use std::time::{Duration, Instant};
+
+use coaxle_recording::{FLUSH_PERIOD_NS, Item, Reader, Row, recover};
+
+/// Longer than any test takes on any machine.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// More than two flush periods of cycles of 2 ms.
+const ROWS: usize = 300;
+
+const CONFIG: &str = "
+name = 'saw'
+cycle-time-us = 2000
+master = { node = 'nobody' }
+[transport]
+connect = []
+listen = ['tcp/127.0.0.1:0']
+[[slave]]
+name = 'carriage'
+";
+
+fn start(folder: &Path) -> Child {
+    let config = folder.join("r.toml");
+    std::fs::write(&config, CONFIG).expect("the folder can be written");
+    Command::new(env!("CARGO_BIN_EXE_coaxle-receiver"))
+        .arg(&config)
+        .args(["--record".as_ref(), folder.join("saw.mcap").as_os_str()])
+        .spawn()
+        .expect("the receiver starts")
+}
+
+/// What is whole in a recording, and what is said to be wrong with it.
+fn read(path: &Path) -> (Vec<Item>, Vec<String>) {
+    let (mut items, mut wrong) = (Vec::new(), Vec::new());
+    let Ok(file) = File::open(path) else {
+        return (items, wrong);
+    };
+    for item in Reader::new(file) {
+        match item {
+            Ok(item) => items.push(item),
+            Err(damage) => wrong.push(damage.to_string()),
+        }
+    }
+    (items, wrong)
+}
+
+fn rows(items: &[Item]) -> Vec<&Row> {
+    let rows = items.iter().filter_map(|item| match item {
+        Item::Row(row) => Some(row),
+        _ => None,
+    });
+    rows.collect()
+}
+
+#[test]
+fn what_a_killed_node_had_flushed_is_kept_and_can_be_recovered() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("saw.mcap");
+    let mut node = start(folder.path());
+    let begin = Instant::now();
+    let seen = loop {
+        let seen = rows(&read(&recording).0).len();
+        if seen > ROWS {
+            break seen;
+        }
+        assert!(begin.elapsed() < PATIENCE, "{seen} rows");
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    node.kill().expect("it lives");
+    node.wait().expect("it is dead");
+
+    let (items, wrong) = read(&recording);
+    let kept = rows(&items);
+    assert!(kept.len() >= seen, "{} of {seen}", kept.len());
+    assert!(matches!(wrong.as_slice(), [unfinished] if unfinished.contains("the file ends")));
+    let is_config = |item: &Item| {
+        matches!(item, Item::Attachment { name, data, .. }
+            if name == "r.toml" && data == CONFIG.as_bytes())
+    };
+    assert!(items.iter().any(is_config));
+    assert!(
+        items
+            .iter()
+            .any(|item| matches!(item, Item::Status { table, json, .. }
+        if table == "saw" && json.contains("\"recording_dropped\":0")))
+    );
+    // Written out in pieces of a quarter of a second, in the order of their cycles.
+    let first_piece = kept
+        .iter()
+        .take_while(|row| row.at_ns - kept[0].at_ns < FLUSH_PERIOD_NS);
+    assert!(first_piece.count() < kept.len());
+    assert!(kept.is_sorted_by_key(|row| row.at_ns));
+
+    let finished = folder.path().join("finished.mcap");
+    let to = File::create(&finished).expect("the folder can be written");
+    let recovered = recover(File::open(&recording).expect("it is there"), to);
+    assert!(!recovered.expect("it can be written").was_whole());
+    let (again, wrong) = read(&finished);
+    assert_eq!(wrong, [""; 0]);
+    assert_eq!(again, items);
+}
+
+#[test]
+fn a_node_that_is_ended_finishes_its_recording() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let config = folder.path().join("r.toml");
+    std::fs::write(&config, CONFIG).expect("the folder can be written");
+    let recording = folder.path().join("saw.mcap");
+    let ended = Command::new(env!("CARGO_BIN_EXE_coaxle-receiver"))
+        .arg(&config)
+        .args(["--for", "500ms", "--record"])
+        .arg(&recording)
+        .status();
+    // It followed a node that nobody is: no data came.
+    assert_eq!(ended.expect("the receiver starts").code(), Some(5));
+    let (items, wrong) = read(&recording);
+    assert_eq!(wrong, [""; 0]);
+    assert!(!rows(&items).is_empty());
+}
