@@ -136,6 +136,7 @@ pub(super) fn recording(data: &[u8]) -> Outcome {
     for repeat in [false, true] {
         let config = ReplayConfig {
             file: file.path().to_owned(),
+            axis: None,
             repeat,
             interpolation: Default::default(),
         };

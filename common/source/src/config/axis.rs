@@ -71,12 +71,16 @@ const fn default_window() -> NonZeroU16 {
 }
 
 /// A recorded motion: a CSV file with the columns `time_s`, `position` and, if recorded,
-/// `velocity` and `acceleration`.
+/// `velocity` and `acceleration`; or an axis of a recording in MCAP.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct ReplayConfig {
     /// The file.
     pub file: PathBuf,
+    /// Which axis of a recording, `*.mcap`: its name there, `table` or `press/table`. Its motion begins with the first cycle in
+    /// which it is known where it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<String>,
     /// Begin again after the last row, each pass going on where the last one ended. Otherwise the
     /// axis stands still from then on, the default.
     #[serde(default)]

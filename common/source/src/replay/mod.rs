@@ -1,12 +1,13 @@
 //! A recorded motion, replayed.
 
+mod recorded;
 mod table;
 
 use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
 
 pub use table::ReplayError;
-use table::Row;
+use table::{Motion, Row};
 
 use crate::config::{Interpolation, ReplayConfig};
 use crate::source::{Activity, AxisSample, Source};
@@ -29,10 +30,10 @@ impl Replay {
     /// # Errors
     /// [`ReplayError`], naming the file and, where there is one, line and column.
     pub fn open(config: &ReplayConfig) -> Result<Self, ReplayError> {
-        let recording = table::read(&config.file)?;
+        let motion = read(config)?;
         Ok(Self {
-            velocity_recorded: recording.velocity_recorded,
-            rows: recording.rows,
+            velocity_recorded: motion.velocity_recorded,
+            rows: motion.rows,
             interpolation: config.interpolation,
             repeat: config.repeat,
         })
@@ -79,6 +80,24 @@ impl Replay {
 
     fn ends(&self) -> (&Row, &Row) {
         (&self.rows[0], &self.rows[self.rows.len() - 1])
+    }
+}
+
+/// A recording in MCAP has many axes, a table one.
+fn read(config: &ReplayConfig) -> Result<Motion, ReplayError> {
+    let wrong = |received: &str, expected: &str| ReplayError::Axis {
+        file: config.file.display().to_string(),
+        received: received.to_owned(),
+        expected: expected.to_owned(),
+    };
+    match (recorded::is_recording(&config.file), &config.axis) {
+        (true, Some(axis)) => recorded::read(&config.file, axis),
+        (true, None) => Err(wrong("none", "the name of an axis in the recording")),
+        (false, Some(_)) => Err(wrong(
+            "a name",
+            "none: only a recording, *.mcap, has several",
+        )),
+        (false, None) => table::read(&config.file),
     }
 }
 
@@ -146,7 +165,103 @@ fn linear(from: &Row, to: &Row, time: f64, velocity_recorded: bool) -> Kinematic
 #[cfg(test)]
 mod tests {
     use super::*;
+    use coaxle_node::signal::Instance;
+    use coaxle_recording::{Facts, RowEncoder, Table, Writer};
     use std::fs;
+
+    mod declared {
+        #![allow(
+            unreachable_pub,
+            reason = "the macro declares what a crate shows to others"
+        )]
+
+        coaxle_node::signals! {
+            /// An axis.
+            pub struct MovedSignals of Axis {
+                /// Where it is; none before that is known.
+                position: Option<f64> ["u"],
+                /// How fast it is.
+                velocity: f64 ["u/s"],
+            }
+        }
+    }
+
+    /// A parabola in cycles of 10 ms, of which the first two are not known.
+    fn recording(end: usize) -> Vec<u8> {
+        let table = Table {
+            name: "press".to_owned(),
+            role: "sender".to_owned(),
+            instances: ["ram", "table"]
+                .map(Instance::of::<declared::MovedSignals>)
+                .into(),
+        };
+        let mut encoder = RowEncoder::of(&table);
+        let mut writer = Writer::create(Vec::new(), &[table], &Facts::new(), 0).unwrap();
+        for k in 0..200_i64 {
+            let t = (k - 2) as f64 * 0.01;
+            let moved = declared::MovedSignals {
+                position: (k >= 2).then_some(t * t),
+                velocity: 2.0 * t,
+            };
+            let at = 1_000_000_000 + k * 10_000_000;
+            let row = encoder.encode(at, at, &[declared::MovedSignals::default(), moved]);
+            writer.row(0, &row.unwrap()).unwrap();
+        }
+        let mut file = writer.finish().unwrap();
+        file.truncate(file.len().min(end));
+        file
+    }
+
+    fn replayed(recording: &[u8], axis: Option<&str>) -> Result<Replay, ReplayError> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("motion.mcap");
+        fs::write(&file, recording).unwrap();
+        Replay::open(&ReplayConfig {
+            file,
+            axis: axis.map(str::to_owned),
+            repeat: false,
+            interpolation: Interpolation::Cubic,
+        })
+    }
+
+    #[test]
+    fn an_axis_of_a_recording_moves_as_it_did_from_where_it_was_known() {
+        for name in ["table", "press/table"] {
+            let mut replay = replayed(&recording(usize::MAX), Some(name)).unwrap();
+            for t in [0.0, 0.033, 1.234, 1.97] {
+                let sample = at(&mut replay, t);
+                assert_close(sample.motion.position, t * t);
+                assert_close(sample.motion.velocity, 2.0 * t);
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_recording_does_not_hold_is_named() {
+        let said = |recording: &[u8], axis| {
+            let error = replayed(recording, axis).unwrap_err().to_string();
+            error
+                .split_once("motion.mcap: ")
+                .expect("the file")
+                .1
+                .to_owned()
+        };
+        let whole = recording(usize::MAX);
+        let other = said(&whole, Some("knife"));
+        assert_eq!(
+            other,
+            r#"axis: received "knife", expected one of "ram", "table""#
+        );
+        let none = said(&whole, None);
+        assert!(
+            none.starts_with("axis: received none, expected the name"),
+            "{none}"
+        );
+        let still = said(&whole, Some("ram"));
+        assert_eq!(still, "received 0 rows, expected at least 2");
+        let broken = said(&recording(whole.len() - 2_000), Some("table"));
+        assert!(broken.contains("coaxle recover"), "{broken}");
+    }
 
     fn replay(text: &str, repeat: bool, interpolation: Interpolation) -> Replay {
         let folder = tempfile::tempdir().unwrap();
@@ -154,6 +269,7 @@ mod tests {
         fs::write(&file, text).unwrap();
         let config = ReplayConfig {
             file,
+            axis: None,
             repeat,
             interpolation,
         };

@@ -4,19 +4,20 @@ use std::path::Path;
 
 use coaxle_node::one_line;
 use coaxle_node::text_file::{self, Unreadable};
+use coaxle_recording::Damage;
 
 /// Most bytes of a recording: an hour in cycles of a millisecond.
 const MOST_BYTES: u64 = 128 << 20;
 /// Most rows of it.
-const MOST_ROWS: usize = 4_000_000;
+pub(super) const MOST_ROWS: usize = 4_000_000;
 /// The largest number in it, and the shortest time between two rows, s: with these, whatever is calculated of them is
 /// finite. What no axis can be is told in the cycle in which it comes.
-const MOST: f64 = 1e100;
+pub(super) const MOST: f64 = 1e100;
 const SHORTEST: f64 = 1e-9;
 
-/// A recording, its missing columns differentiated.
+/// A recorded motion, its missing columns differentiated.
 #[derive(Debug)]
-pub(super) struct Recording {
+pub(super) struct Motion {
     pub(super) rows: Vec<Row>,
     pub(super) velocity_recorded: bool,
 }
@@ -70,6 +71,38 @@ pub enum ReplayError {
         /// What should be.
         expected: String,
     },
+    /// A recording in MCAP is damaged, or was not ended.
+    #[error("{file}: {damage}: `coaxle recover` keeps what is whole of it")]
+    Recording {
+        /// The file.
+        file: String,
+        /// What is wrong, and where.
+        damage: Box<Damage>,
+    },
+    /// It is not said which axis of a recording in MCAP is replayed, or there is none of that name, or the file has only one.
+    #[error("{file}: axis: received {received}, expected {expected}")]
+    Axis {
+        /// The file.
+        file: String,
+        /// The name.
+        received: String,
+        /// The names that there are.
+        expected: String,
+    },
+    /// A cycle of a recording in MCAP is not what it must be.
+    #[error("{file}: {axis}: cycle at {at_ns} ns: received {received}, expected {expected}")]
+    Cycle {
+        /// The file.
+        file: String,
+        /// The axis.
+        axis: String,
+        /// The cycle, by the clock of the recording.
+        at_ns: i64,
+        /// What is there.
+        received: f64,
+        /// What should be.
+        expected: String,
+    },
     /// There is nothing to move along.
     #[error("{file}: received {received} rows, expected at least 2")]
     TooShort {
@@ -86,8 +119,8 @@ pub enum ReplayError {
     },
 }
 
-/// Reads a recording.
-pub(super) fn read(path: &Path) -> Result<Recording, ReplayError> {
+/// Reads a recorded motion.
+pub(super) fn read(path: &Path) -> Result<Motion, ReplayError> {
     let text = text_file::read_table(path, MOST_BYTES)?;
     let file = path.display().to_string();
     Text { file, text }.parse()
@@ -100,7 +133,7 @@ struct Text {
 }
 
 impl Text {
-    fn parse(&self) -> Result<Recording, ReplayError> {
+    fn parse(&self) -> Result<Motion, ReplayError> {
         let mut csv = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .from_reader(self.text.as_bytes());
@@ -142,7 +175,7 @@ impl Text {
         if !velocity_recorded {
             differentiate(&mut rows);
         }
-        Ok(Recording {
+        Ok(Motion {
             rows,
             velocity_recorded,
         })
@@ -240,7 +273,7 @@ fn listed(header: &csv::StringRecord) -> String {
 }
 
 /// Sets each row's velocity to the slope there of the parabola through it and its neighbours.
-fn differentiate(rows: &mut [Row]) {
+pub(super) fn differentiate(rows: &mut [Row]) {
     let slope = |from: &Row, to: &Row| (to.position - from.position) / (to.time - from.time);
     let last = rows.len() - 1;
     if last == 1 {
