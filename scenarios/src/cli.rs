@@ -16,8 +16,9 @@ use crate::command::{self, CommandArgs};
 use crate::doctor::{self, DoctorArgs};
 use crate::finished::Progress;
 use crate::number;
+use crate::recorded::{self, ExportArgs, InfoArgs, RecoverArgs};
 use crate::recording::{self, RecordArgs};
-use crate::run::{self, Options, Outcome};
+use crate::run::{self, Options, Outcome, TraceFormat};
 use crate::saw::{self, SawCommand};
 use crate::secure::cli::SecureCommand;
 use crate::soak;
@@ -45,7 +46,7 @@ pub struct Cli {
 enum Command {
     /// List the scenarios that come with the tool
     List,
-    /// Run a scenario and write summary.json, trace.csv and report.html
+    /// Run a scenario and write summary.json, trace.mcap and report.html
     Run(RunArgs),
     /// Run a scenario over a grid of values, in virtual time, and write sweep.csv
     Sweep(SweepArgs),
@@ -88,6 +89,12 @@ enum Command {
     Doctor(DoctorArgs),
     /// Record how messages between real nodes arrive, to judge estimators of a far clock by
     RecordArrivals(RecordArgs),
+    /// Make a recording whole that nobody ended, or that is damaged: docs/RECORDING.md
+    Recover(RecoverArgs),
+    /// Write the rows of a recording as tables for other programs
+    Export(ExportArgs),
+    /// Say what is in a recording
+    Info(InfoArgs),
     /// Keep one processor busy until standard input ends
     #[command(name = recording::KEEP_BUSY, hide = true)]
     KeepBusy,
@@ -119,8 +126,11 @@ struct RunArgs {
     /// Folder for the results [default: out/SCENARIO-WORLD]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Do not write trace.csv (a line per receiver cycle: gigabytes for a day), nor the raw arrivals
-    /// of each receiver (nodes/RECEIVER-arrivals.csv and -exchanges.csv)
+    /// As what to write the trace, a row per receiver cycle: trace.mcap (docs/RECORDING.md) or trace.csv
+    #[arg(long, value_enum, default_value_t, conflicts_with = "no_trace")]
+    trace: TraceFormat,
+    /// Do not write the trace (gigabytes for a day), nor the raw arrivals of each receiver
+    /// (nodes/RECEIVER-arrivals.csv and -exchanges.csv)
     #[arg(long)]
     no_trace: bool,
     /// Print the summary as JSON instead of a table
@@ -156,6 +166,7 @@ fn demonstration() -> RunArgs {
         overrides: Vec::new(),
         receivers: Vec::new(),
         out: None,
+        trace: TraceFormat::default(),
         no_trace: false,
         json: false,
     }
@@ -188,6 +199,14 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Secure(command)) => (crate::secure::cli::print(&command)?, Exit::Failed),
         Some(Command::Doctor(args)) => (doctor::print(&args)?, Exit::Failed),
         Some(Command::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
+        Some(Command::Recover(args)) => (
+            say(&recorded::recover(&args)?).map(|()| true)?,
+            Exit::Failed,
+        ),
+        Some(Command::Export(args)) => {
+            (say(&recorded::export(&args)?).map(|()| true)?, Exit::Failed)
+        }
+        Some(Command::Info(args)) => (say(&recorded::info(&args)?).map(|()| true)?, Exit::Failed),
         Some(Command::KeepBusy) => (recording::keep_busy().map(|()| true)?, Exit::Failed),
         Some(Command::Sender(args)) => return coaxle_sender::run::run(&args),
         Some(Command::Receiver(args)) => return coaxle_receiver::run::run(&args),
@@ -252,7 +271,7 @@ fn run_scenario(args: &RunArgs) -> anyhow::Result<bool> {
         overrides: args.overrides.clone(),
         receivers: args.receivers.clone(),
         out: args.out.clone().unwrap_or_else(default_out),
-        trace: !args.no_trace,
+        trace: (!args.no_trace).then_some(args.trace),
         command: command_of(args),
     };
     let scenario = run::prepare(&source, &options)?;

@@ -19,7 +19,7 @@ use coaxle_receiver::ContinuityName;
 
 use crate::catalog::Source;
 use crate::finished::Finished;
-use crate::run::{self, Options};
+use crate::run::{self, Options, TraceFormat};
 use crate::summary::{ReceiverSummary, World};
 use crate::{processes, virtual_time};
 
@@ -147,7 +147,7 @@ impl Soak {
             overrides: Vec::new(),
             receivers: Vec::new(),
             out,
-            trace: true,
+            trace: Some(TraceFormat::Csv),
             command: format!("coaxle run {}", file.display()),
         };
         let source = source(text);

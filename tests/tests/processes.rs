@@ -105,7 +105,7 @@ fn the_beat_is_shown_and_cured() {
         let drift = figure("sync", "drift_ppm").expect("estimated");
         assert!((500.0..2000.0).contains(&drift), "{drift}");
     }
-    for file in ["summary.json", "trace.csv", "report.html"] {
+    for file in ["summary.json", "trace.mcap", "report.html"] {
         assert!(
             out.path()
                 .join(file)

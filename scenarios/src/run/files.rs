@@ -1,4 +1,4 @@
-//! The files that hold every cycle of a run: `trace.csv`, and each receiver's raw arrivals.
+//! The files that hold every cycle of a run: its trace, and each receiver's raw arrivals.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -17,12 +17,20 @@ use crate::scenario::Scenario;
 use crate::summary::World;
 use crate::topology::Topology;
 use crate::trace::TraceWriter;
+use crate::trace_recording::TraceRecording;
+
+use super::TraceFormat;
 
 /// The files, open.
 pub(super) struct Files {
-    trace: TraceWriter<BufWriter<File>>,
+    trace: Trace,
     /// Of each receiver; none where they are processes, which write them themselves.
     arrivals: Vec<ArrivalsTrace>,
+}
+
+enum Trace {
+    Csv(Box<TraceWriter<BufWriter<File>>>),
+    Recording(Box<TraceRecording>),
 }
 
 impl Files {
@@ -30,19 +38,35 @@ impl Files {
     ///
     /// # Errors
     /// Names the file or folder that cannot be written.
-    pub(super) fn create(scenario: &Scenario, world: World, out: &Path) -> anyhow::Result<Self> {
-        let path = out.join("trace.csv");
-        let file =
-            File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
+    pub(super) fn create(
+        name: &str,
+        scenario: &Scenario,
+        world: World,
+        format: TraceFormat,
+        out: &Path,
+    ) -> anyhow::Result<Self> {
         let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
         let arrivals = match world {
             World::Virtual => create_arrivals(scenario, &out.join(processes::FOLDER))?,
             World::Processes => Vec::new(),
         };
-        Ok(Self {
-            trace: TraceWriter::new(&scenario.receivers, topology.views(), BufWriter::new(file)),
-            arrivals,
-        })
+        let trace = match format {
+            TraceFormat::Mcap => {
+                let path = out.join("trace.mcap");
+                let views = topology.views();
+                let recording = TraceRecording::create(&path, name, scenario, world, views)?;
+                Trace::Recording(Box::new(recording))
+            }
+            TraceFormat::Csv => {
+                let path = out.join("trace.csv");
+                let file = File::create(&path)
+                    .with_context(|| format!("cannot write {}", path.display()))?;
+                let (receivers, views) = (&scenario.receivers, topology.views());
+                let trace = TraceWriter::new(receivers, views, BufWriter::new(file));
+                Trace::Csv(Box::new(trace))
+            }
+        };
+        Ok(Self { trace, arrivals })
     }
 
     /// Writes out what is left.
@@ -50,7 +74,10 @@ impl Files {
     /// # Errors
     /// Names the file that is incomplete.
     pub(super) fn finish(self) -> anyhow::Result<()> {
-        self.trace.finish()?;
+        match self.trace {
+            Trace::Csv(trace) => trace.finish(),
+            Trace::Recording(trace) => trace.finish(),
+        }?;
         for mut arrivals in self.arrivals {
             arrivals.finish()?;
         }
@@ -60,7 +87,10 @@ impl Files {
 
 impl RowSink for Files {
     fn row(&mut self, view: usize, row: &Row) {
-        self.trace.row(view, row);
+        match &mut self.trace {
+            Trace::Csv(trace) => trace.row(view, row),
+            Trace::Recording(trace) => trace.row(view, row),
+        }
     }
 
     fn arrived(&mut self, receiver: usize, at: Instant<True>, tick: &Tick, arrival: &Arrival) {

@@ -28,13 +28,23 @@ pub struct Options {
     pub overrides: Vec<String>,
     /// Only these receivers; all if empty.
     pub receivers: Vec<String>,
-    /// Where to leave `summary.json`, `trace.csv`, `report.html`, and `cuts.csv` if a slave cuts.
+    /// Where to leave `summary.json`, the trace, `report.html`, and `cuts.csv` if a slave cuts.
     pub out: PathBuf,
-    /// Whether to write `trace.csv`, a line per receiver cycle, and the raw arrivals of each receiver:
-    /// `nodes/RECEIVER-arrivals.csv`, `nodes/RECEIVER-exchanges.csv`.
-    pub trace: bool,
+    /// As what to write the trace, a row per receiver cycle, with the raw arrivals of each receiver:
+    /// `nodes/RECEIVER-arrivals.csv`, `nodes/RECEIVER-exchanges.csv`; none of them if none.
+    pub trace: Option<TraceFormat>,
     /// The command that repeats the run, for the report.
     pub command: String,
+}
+
+/// As what a run leaves its trace.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum TraceFormat {
+    /// `trace.mcap`, a recording.
+    #[default]
+    Mcap,
+    /// `trace.csv`.
+    Csv,
 }
 
 /// What a run came to, and where the rest of it lies.
@@ -60,7 +70,7 @@ pub fn run(
     let out = &options.out;
     std::fs::create_dir_all(out)
         .with_context(|| format!("cannot make the folder {}", out.display()))?;
-    let mut files = create_files(scenario, options)?;
+    let mut files = create_files(name, scenario, options)?;
     let finished = match options.world {
         World::Virtual => virtual_time::run(scenario, &mut files, progress)?,
         World::Processes => processes::run(scenario, out, &mut files, progress)?,
@@ -136,7 +146,13 @@ fn write_summary(path: &Path, summary: &Summary) -> anyhow::Result<()> {
 }
 
 /// The files of all cycles, if they are wanted.
-fn create_files(scenario: &Scenario, options: &Options) -> anyhow::Result<Option<Files>> {
-    let create = || Files::create(scenario, options.world, &options.out);
-    options.trace.then(create).transpose()
+fn create_files(
+    name: &str,
+    scenario: &Scenario,
+    options: &Options,
+) -> anyhow::Result<Option<Files>> {
+    let Some(format) = options.trace else {
+        return Ok(None);
+    };
+    Files::create(name, scenario, options.world, format, &options.out).map(Some)
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use coaxle::catalog::{self, Source};
-use coaxle::run::{self, Options};
+use coaxle::run::{self, Options, TraceFormat};
 use coaxle::summary::{ReceiverSummary, Summary, World};
 
 /// A scenario of the catalogue with some fields set.
@@ -22,7 +22,7 @@ pub(crate) fn trace_into(name: &str, overrides: &[&str], receivers: &[&str], out
     let source = catalog::find(name).expect("a scenario of the catalogue");
     let options = Options {
         receivers: receivers.iter().map(|&name| name.to_owned()).collect(),
-        trace: true,
+        trace: Some(TraceFormat::Csv),
         ..options(overrides, None, out)
     };
     let _ = run_with(&source, &options);
@@ -45,7 +45,7 @@ fn options(overrides: &[&str], seed: Option<u64>, out: &Path) -> Options {
         overrides: overrides.iter().map(|&set| set.to_owned()).collect(),
         receivers: Vec::new(),
         out: out.to_owned(),
-        trace: seed.is_some(),
+        trace: seed.map(|_| TraceFormat::Csv),
         command: String::new(),
     }
 }

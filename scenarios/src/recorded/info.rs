@@ -1,0 +1,101 @@
+//! `coaxle info`: what is in a recording.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use clap::Args;
+use coaxle_node::one_line;
+use coaxle_recording::{Damage, Facts, Item, ReadTable, Reader, Row};
+
+use super::{damage, open};
+
+/// What to look into.
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    /// The recording
+    file: PathBuf,
+}
+
+/// What has been read of it.
+#[derive(Default)]
+struct Content {
+    facts: Facts,
+    files: Vec<String>,
+    rows: BTreeMap<usize, Rows>,
+    lines: u64,
+    statuses: u64,
+    damage: Vec<Damage>,
+}
+
+/// The rows of a table.
+struct Rows {
+    count: u64,
+    start_ns: i64,
+    end_ns: i64,
+}
+
+/// Says what is in a recording: what is known of it, its files, its tables, its log.
+///
+/// # Errors
+/// Names the file that cannot be read.
+pub(crate) fn info(args: &InfoArgs) -> anyhow::Result<String> {
+    let mut reader = Reader::new(open(&args.file)?);
+    let mut content = Content::default();
+    for item in reader.by_ref() {
+        content.take(item);
+    }
+    Ok(content.told(reader.tables()).join("\n"))
+}
+
+impl Content {
+    fn take(&mut self, item: Result<Item, Damage>) {
+        match item {
+            Ok(Item::Facts(facts)) => self.facts.extend(facts),
+            Ok(Item::Attachment { name, data, .. }) => {
+                self.files
+                    .push(format!("{}, {} bytes", one_line(&name), data.len()));
+            }
+            Ok(Item::Row(row)) => self.row(&row),
+            Ok(Item::Log(_)) => self.lines += 1,
+            Ok(Item::Status { .. }) => self.statuses += 1,
+            Err(damage) => self.damage.push(damage),
+        }
+    }
+
+    fn row(&mut self, row: &Row) {
+        let rows = self.rows.entry(row.table).or_insert(Rows {
+            count: 0,
+            start_ns: row.at_ns,
+            end_ns: row.at_ns,
+        });
+        rows.count += 1;
+        rows.start_ns = rows.start_ns.min(row.at_ns);
+        rows.end_ns = rows.end_ns.max(row.at_ns);
+    }
+
+    fn told(&self, tables: &[ReadTable]) -> Vec<String> {
+        let facts = self.facts.iter();
+        let mut lines: Vec<String> = facts
+            .map(|(name, fact)| format!("{}: {}", one_line(name), one_line(fact)))
+            .collect();
+        lines.extend(self.files.iter().map(|file| format!("file {file}")));
+        for (n, table) in tables.iter().enumerate() {
+            let (name, role) = (one_line(&table.name), one_line(&table.role));
+            let columns = table.columns.len();
+            let rows = self.rows.get(&n).map_or_else(
+                || "no row".to_owned(),
+                |rows| {
+                    let seconds = rows.end_ns.saturating_sub(rows.start_ns) as f64 * 1e-9;
+                    format!("{} rows, {seconds:.3} s", rows.count)
+                },
+            );
+            lines.push(format!("{role} {name}: {rows}, {columns} signals"));
+        }
+        lines.push(format!(
+            "{} lines of log, {} times its status",
+            self.lines, self.statuses
+        ));
+        lines.extend(damage(&self.damage, 0));
+        lines
+    }
+}
