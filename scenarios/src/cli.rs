@@ -282,6 +282,8 @@ fn run_scenario(args: &RunArgs) -> anyhow::Result<bool> {
             scenario.duration_s.get(),
             scenario.senders.len() + scenario.receivers.len(),
         ))?;
+        let warning = (options.trace).and_then(|format| run::trace_warning(&scenario, format));
+        warning.map_or(Ok(()), |warning| say(&warning))?;
     }
     let mut bar = Bar::new(format!("of {} s", scenario.duration_s.get()));
     let outcome = run::run(&source.name, &scenario, &options, &mut bar);

@@ -13,7 +13,7 @@ use super::{damage, open};
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
     /// The recording
-    file: PathBuf,
+    pub(super) file: PathBuf,
 }
 
 /// What has been read of it.

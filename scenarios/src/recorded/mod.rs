@@ -3,7 +3,7 @@
 mod info;
 
 use std::fs::File;
-use std::io::{self, BufReader};
+use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
@@ -42,6 +42,9 @@ enum TableFormat {
     Csv,
     Parquet,
 }
+
+/// What every MCAP file begins with.
+const MAGIC: &[u8] = b"\x89MCAP";
 
 /// As much damage is told line by line.
 const MOST_LINES: usize = 10;
@@ -157,7 +160,17 @@ fn damage(damage: &[Damage], more: u64) -> impl Iterator<Item = String> {
 
 fn open(path: &Path) -> anyhow::Result<BufReader<File>> {
     // It is read bit by bit: it may be of any length.
-    Ok(BufReader::new(text_file::open(path, u64::MAX)?))
+    let mut file = BufReader::new(text_file::open(path, u64::MAX)?);
+    let begins = file
+        .fill_buf()
+        .with_context(|| path.display().to_string())?;
+    if !begins.starts_with(MAGIC) {
+        bail!(
+            "{}: received another file, expected a recording in MCAP",
+            path.display()
+        );
+    }
+    Ok(file)
 }
 
 /// Never what is being read.
@@ -173,4 +186,87 @@ fn create(from: &Path, to: &Path) -> anyhow::Result<File> {
         );
     }
     File::create(to).with_context(|| format!("cannot write {}", to.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::signal::Instance;
+    use coaxle_receiver::signals::NodeSignals;
+    use coaxle_recording::{Facts, RowEncoder, Table, Writer};
+
+    /// A recording of so many cycles of a millisecond, of two receivers.
+    fn recording(folder: &Path, rows: i64) -> PathBuf {
+        let table = |name: &str| Table {
+            name: name.to_owned(),
+            role: "receiver".to_owned(),
+            instances: vec![Instance::of::<NodeSignals>("")],
+        };
+        let tables = ["saw", "press/ram"].map(table);
+        let path = folder.join("line.mcap");
+        let file = File::create(&path).unwrap();
+        let mut writer = Writer::create(file, &tables, &Facts::new(), 0).unwrap();
+        let mut encoder = RowEncoder::of(&tables[0]);
+        for k in 0..rows {
+            let at = k * 1_000_000;
+            let row = encoder.encode(at, at, &NodeSignals::default()).unwrap();
+            writer.row(0, &row).unwrap();
+            writer.row(1, &row).unwrap();
+        }
+        writer.finish().unwrap();
+        path
+    }
+
+    fn exporting(file: &Path) -> ExportArgs {
+        ExportArgs {
+            format: TableFormat::Csv,
+            file: file.to_owned(),
+            out: None,
+        }
+    }
+
+    #[test]
+    fn each_table_gets_a_file_with_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let told = export(&exporting(&recording(folder.path(), 3))).unwrap();
+        for name in ["line-saw.csv", "line-press_ram.csv"] {
+            assert!(told.contains(name), "{told}");
+            let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
+            assert_eq!(text.lines().count(), 1 + 3);
+            assert!(text.starts_with("at_ns,woke_ns,cycle,"), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_kept_of_a_broken_file_is_said_and_can_be_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = recording(folder.path(), 1_000);
+        let whole = std::fs::read(&file).unwrap();
+        std::fs::write(&file, &whole[..whole.len() / 2]).unwrap();
+        let out = None;
+        let told = recover(&RecoverArgs {
+            file: file.clone(),
+            out,
+        });
+        let told = told.unwrap();
+        assert!(told.starts_with("kept "), "{told}");
+        assert!(told.contains("the file ends"), "{told}");
+        let recovered = folder.path().join("line-recovered.mcap");
+        let content = info(&InfoArgs { file: recovered }).unwrap();
+        assert!(content.contains("receiver saw: "), "{content}");
+        assert!(!content.contains("the file ends"), "{content}");
+    }
+
+    #[test]
+    fn what_is_no_recording_or_would_be_overwritten_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = folder.path().join("trace.csv");
+        std::fs::write(&text, "at_ns,woke_ns\n").unwrap();
+        let error = export(&exporting(&text)).unwrap_err().to_string();
+        assert!(error.ends_with("expected a recording in MCAP"), "{error}");
+        let file = recording(folder.path(), 3);
+        let out = Some(file.clone());
+        let error = recover(&RecoverArgs { file, out }).unwrap_err().to_string();
+        assert!(error.contains("the recording itself"), "{error}");
+    }
 }

@@ -2,6 +2,7 @@
 
 mod cuts;
 mod files;
+mod size;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,6 +17,8 @@ use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, Summary, World};
 use crate::{processes, virtual_time};
 use files::Files;
+
+pub use size::warning as trace_warning;
 
 /// How to run a scenario.
 #[derive(Clone, Debug)]

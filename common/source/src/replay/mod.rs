@@ -228,7 +228,7 @@ mod tests {
     fn an_axis_of_a_recording_moves_as_it_did_from_where_it_was_known() {
         for name in ["table", "press/table"] {
             let mut replay = replayed(&recording(usize::MAX), Some(name)).unwrap();
-            for t in [0.0, 0.033, 1.234, 1.97] {
+            for t in [0.0, 0.033, 1.234, 1.96] {
                 let sample = at(&mut replay, t);
                 assert_close(sample.motion.position, t * t);
                 assert_close(sample.motion.velocity, 2.0 * t);
@@ -259,7 +259,7 @@ mod tests {
         );
         let still = said(&whole, Some("ram"));
         assert_eq!(still, "received 0 rows, expected at least 2");
-        let broken = said(&recording(whole.len() - 2_000), Some("table"));
+        let broken = said(&recording(whole.len() / 2), Some("table"));
         assert!(broken.contains("coaxle recover"), "{broken}");
     }
 
