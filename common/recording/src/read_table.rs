@@ -7,7 +7,7 @@ use crate::value::Value;
 /// A row as it was recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Whose it is, in [`Reader::tables`].
+    /// Whose it is: its place among the tables that [`Reader::tables`](crate::Reader::tables) gives.
     pub table: usize,
     /// When the cycle ideally began, ns of the clock of the rows.
     pub at_ns: i64,
