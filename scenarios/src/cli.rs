@@ -1,12 +1,14 @@
 //! The `coaxle` tool's command line.
 
 use std::io::{self, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 use coaxle_host::cli::{EXIT_CODES, Exit, LogArgs, exit_code};
+use coaxle_host::{Interrupt, machine};
 use coaxle_node::one_line;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -14,10 +16,13 @@ use crate::cam::{self, CamCommand};
 use crate::catalog;
 use crate::command::{self, CommandArgs};
 use crate::doctor::{self, DoctorArgs};
+use crate::examples;
 use crate::finished::Progress;
+use crate::junit::{self, Case};
 use crate::number;
 use crate::recorded::{self, ExportArgs, InfoArgs, RecoverArgs};
 use crate::recording::{self, RecordArgs};
+use crate::results_folder::ResultsFolder;
 use crate::run::{self, Options, Outcome, TraceFormat};
 use crate::saw::{self, SawCommand};
 use crate::secure::cli::SecureCommand;
@@ -27,6 +32,7 @@ use crate::status::{self, NodesArgs, StatusArgs, WaitArgs};
 use crate::summary::World;
 use crate::sweep::{self, Axis};
 use crate::table;
+use crate::verdict::Verdict;
 
 /// Distributed axes: motion axes on different PCs that move as one, although every PC has its own
 /// clock.
@@ -62,6 +68,11 @@ enum Command {
         /// Name of a built-in scenario
         scenario: String,
     },
+    /// Print a config of a node to start from; without a name, list those that there are
+    Example {
+        /// Its name
+        name: Option<String>,
+    },
     /// List the signals of a node: the columns of its trace, with unit and meaning
     Signals {
         /// The receiver's config file
@@ -95,6 +106,17 @@ enum Command {
     Export(ExportArgs),
     /// Say what is in a recording
     Info(InfoArgs),
+    /// Print completions for a shell: coaxle completions bash > /etc/bash_completion.d/coaxle
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Write the man pages, one for each command
+    Man {
+        /// The folder that they go to
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
     /// Keep one processor busy until standard input ends
     #[command(name = recording::KEEP_BUSY, hide = true)]
     KeepBusy,
@@ -136,6 +158,9 @@ struct RunArgs {
     /// Print the summary as JSON instead of a table
     #[arg(long)]
     json: bool,
+    /// Write a report in JUnit's format: a case for each expectation
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -169,6 +194,7 @@ fn demonstration() -> RunArgs {
         trace: TraceFormat::default(),
         no_trace: false,
         json: false,
+        junit: None,
     }
 }
 
@@ -182,13 +208,14 @@ pub fn main() -> ExitCode {
 
 fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
     let (good, otherwise) = match command {
-        None => (run_scenario(&demonstration())?, Exit::NotMet),
-        Some(Command::Run(args)) => (run_scenario(&args)?, Exit::NotMet),
-        Some(Command::Sweep(args)) => (run_sweep(&args)?, Exit::NotMet),
+        None => return run_scenario(&demonstration()),
+        Some(Command::Run(args)) => return run_scenario(&args),
+        Some(Command::Sweep(args)) => return run_sweep(&args),
         Some(Command::Soak(args)) => (soak::cli::print(&args)?, Exit::NotMet),
         Some(Command::List) => (list()?, Exit::Failed),
         Some(Command::Check { scenarios }) => (check(&scenarios)?, Exit::Failed),
         Some(Command::Show { scenario }) => (show(&scenario)?, Exit::Failed),
+        Some(Command::Example { name }) => (examples::print(name.as_deref())?, Exit::Failed),
         Some(Command::Signals { config }) => (crate::signals::signals(&config)?, Exit::Failed),
         Some(Command::Cam(command)) => (cam::print(&command)?, Exit::Failed),
         Some(Command::Saw(command)) => (saw::print(&command)?, Exit::Refused),
@@ -207,6 +234,8 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
             (say(&recorded::export(&args)?).map(|()| true)?, Exit::Failed)
         }
         Some(Command::Info(args)) => (say(&recorded::info(&args)?).map(|()| true)?, Exit::Failed),
+        Some(Command::Completions { shell }) => (completions(shell)?, Exit::Failed),
+        Some(Command::Man { out }) => (man(&out)?, Exit::Failed),
         Some(Command::KeepBusy) => (recording::keep_busy().map(|()| true)?, Exit::Failed),
         Some(Command::Sender(args)) => return coaxle_sender::run::run(&args),
         Some(Command::Receiver(args)) => return coaxle_receiver::run::run(&args),
@@ -214,8 +243,12 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
     Ok(otherwise.unless(good))
 }
 
+/// A reader that has seen enough, as `head` has, is no error.
 fn say(text: &str) -> anyhow::Result<()> {
-    writeln!(io::stdout(), "{text}").context("cannot write to standard output")
+    match writeln!(io::stdout(), "{text}") {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.context("cannot write to standard output"),
+    }
 }
 
 fn list() -> anyhow::Result<bool> {
@@ -257,7 +290,7 @@ fn check(names: &[String]) -> anyhow::Result<bool> {
     Ok(good)
 }
 
-fn run_scenario(args: &RunArgs) -> anyhow::Result<bool> {
+fn run_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
     let source = catalog::find(&args.scenario)?;
     let world = if args.processes {
         World::Processes
@@ -285,10 +318,16 @@ fn run_scenario(args: &RunArgs) -> anyhow::Result<bool> {
         let warning = (options.trace).and_then(|format| run::trace_warning(&scenario, format));
         warning.map_or(Ok(()), |warning| say(&warning))?;
     }
-    let mut bar = Bar::new(format!("of {} s", scenario.duration_s.get()));
+    let mut bar = Bar::new(format!("of {} s", scenario.duration_s.get()))?;
+    let begin = machine::now();
     let outcome = run::run(&source.name, &scenario, &options, &mut bar);
-    bar.0.finish_and_clear();
+    bar.clear();
     let outcome = outcome?;
+    if let Some(path) = &args.junit {
+        let (suite, took) = (format!("run {}", source.name), machine::now() - begin);
+        let cases = outcome.summary.expectations.iter().map(case);
+        junit::write(path, &suite, took.as_secs_f64(), cases)?;
+    }
     if args.json {
         let text = serde_json::to_string_pretty(&outcome.summary)
             .context("cannot write the summary as JSON")?;
@@ -296,40 +335,74 @@ fn run_scenario(args: &RunArgs) -> anyhow::Result<bool> {
     } else {
         tell(&outcome)?;
     }
-    Ok(outcome.summary.failed().next().is_none())
+    if let Some(at) = outcome.summary.interrupted_at_s {
+        tracing::warn!("interrupted after {at:.1} s: the results are of the time before");
+        return Ok(Exit::Interrupted);
+    }
+    Ok(Exit::NotMet.unless(outcome.summary.failed().next().is_none()))
 }
 
-fn run_sweep(args: &SweepArgs) -> anyhow::Result<bool> {
+/// An expectation, for the report.
+fn case(verdict: &Verdict) -> Case {
+    let failure = (!verdict.met).then(|| junit::Failure {
+        message: verdict.to_string(),
+        text: String::new(),
+    });
+    Case {
+        name: format!("{} {}", verdict.place(), verdict.expected),
+        failure,
+    }
+}
+
+fn run_sweep(args: &SweepArgs) -> anyhow::Result<Exit> {
     let source = catalog::find(&args.scenario)?;
     let out = args
         .out
         .clone()
         .unwrap_or_else(|| PathBuf::from("out").join(format!("{}-sweep", source.name)));
-    std::fs::create_dir_all(&out)
-        .with_context(|| format!("cannot make the folder {}", out.display()))?;
+    let folder = ResultsFolder::hold(&out)?;
     let prepared = sweep::prepare(&source, &args.over, &args.overrides, &args.receivers)?;
-    let mut bar = Bar::new("of the grid".to_owned());
+    let mut bar = Bar::new("of the grid".to_owned())?;
     let swept = prepared.run(&mut bar);
-    bar.0.finish_and_clear();
+    bar.clear();
     let swept = swept?;
-    let path = out.join("sweep.csv");
+    let path = folder.file("sweep.csv");
     swept.write_csv(&path)?;
     say(&swept.table())?;
     say(&format!("\ntable: {}", path.display()))?;
-    Ok(true)
+    if !swept.is_whole() {
+        tracing::warn!("interrupted: the table has the points that were done");
+        return Ok(Exit::Interrupted);
+    }
+    Ok(Exit::Done)
 }
 
 fn record_arrivals(args: &RecordArgs) -> anyhow::Result<bool> {
     let said = match args.seconds() {
         Some(seconds) => {
-            let mut bar = Bar::new(format!("of {seconds} s"));
+            let mut bar = Bar::new(format!("of {seconds} s"))?;
             let said = recording::run(args, &mut bar);
-            bar.0.finish_and_clear();
+            bar.clear();
             said?
         }
         None => recording::run(args, &mut ())?,
     };
     say(&said)?;
+    Ok(true)
+}
+
+fn completions(shell: Shell) -> anyhow::Result<bool> {
+    let mut text = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "coaxle", &mut text);
+    say(String::from_utf8_lossy(&text).trim_end())?;
+    Ok(true)
+}
+
+fn man(out: &Path) -> anyhow::Result<bool> {
+    let cannot = || format!("cannot write the man pages to {}", out.display());
+    std::fs::create_dir_all(out).with_context(cannot)?;
+    clap_mangen::generate_to(Cli::command(), out).with_context(cannot)?;
+    say(&format!("man pages: {}", out.display()))?;
     Ok(true)
 }
 
@@ -370,36 +443,44 @@ fn command_of(args: &RunArgs) -> String {
     words.join(" ")
 }
 
-/// A progress bar, on a terminal only.
-struct Bar(ProgressBar);
+/// A progress bar, on a terminal only; and Ctrl-C, which ends what it shows.
+struct Bar {
+    bar: ProgressBar,
+    interrupt: Interrupt,
+}
 
 /// The bar's resolution.
 const STEPS: u64 = 1_000;
 
 impl Bar {
-    fn new(message: String) -> Self {
-        if !io::stderr().is_terminal() {
-            return Self(ProgressBar::hidden());
-        }
-        let bar = ProgressBar::new(STEPS);
+    fn new(message: String) -> anyhow::Result<Self> {
+        let bar = match io::stderr().is_terminal() {
+            true => ProgressBar::new(STEPS),
+            false => ProgressBar::hidden(),
+        };
         let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         bar.set_style(style);
         bar.set_message(message);
-        Self(bar)
+        let interrupt = Interrupt::listen()?;
+        Ok(Self { bar, interrupt })
+    }
+
+    fn clear(&self) {
+        self.bar.finish_and_clear();
     }
 }
 
 impl Progress for Bar {
-    fn at(&mut self, share: f64) {
-        self.0.set_position((share * STEPS as f64) as u64);
+    fn at(&mut self, share: f64) -> bool {
+        self.bar.set_position((share * STEPS as f64) as u64);
+        !self.interrupt.is_asked()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {

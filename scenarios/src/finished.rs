@@ -8,14 +8,17 @@ use crate::invariants::InvariantViolation;
 use crate::summary::ReceiverSummary;
 use crate::verdict::Verdict;
 
-/// Hears how far a run is.
+/// Hears how far a run is, and may end it.
 pub trait Progress {
-    /// This share of the run is done, 0 to 1.
-    fn at(&mut self, share: f64);
+    /// This share of the run is done, 0 to 1. Whether to go on: if not, what there is by now is all.
+    #[must_use]
+    fn at(&mut self, share: f64) -> bool;
 }
 
 impl Progress for () {
-    fn at(&mut self, _share: f64) {}
+    fn at(&mut self, _share: f64) -> bool {
+        true
+    }
 }
 
 /// What either world hands back.
@@ -27,6 +30,8 @@ pub struct Finished {
     pub(crate) commands: Vec<Verdict>,
     /// What did not hold in every cycle.
     pub(crate) violations: Vec<InvariantViolation>,
+    /// When it was ended before its time, s after its start.
+    pub(crate) interrupted_at_s: Option<f64>,
 }
 
 impl Finished {
@@ -42,6 +47,14 @@ impl Finished {
             curves,
             commands: Vec::new(),
             violations: evaluated.violations,
+            interrupted_at_s: None,
+        }
+    }
+
+    pub(crate) fn interrupted_at(self, interrupted_at_s: Option<f64>) -> Self {
+        Self {
+            interrupted_at_s,
+            ..self
         }
     }
 

@@ -54,28 +54,35 @@ pub fn run(
     let mut orders = Orders::prepare(&scenario.events, |node| {
         topology.node(node).map(|node| endpoints[node].clone())
     })?;
-    play(scenario, &topology, &mut children, &mut orders, progress)?;
+    let interrupted_at = play(scenario, &topology, &mut children, &mut orders, progress)?;
     let finished = traces::evaluate(scenario, &topology, &children, sink)?;
-    Ok(finished.with_commands(orders.finish()))
+    let finished = finished.with_commands(orders.finish());
+    Ok(finished.interrupted_at(interrupted_at))
 }
 
-/// Starts every node but the twins, lets the events happen, and ends every node.
+/// Starts every node but the twins, lets the events happen, and ends every node. Gives when it was ended before its
+/// time, s.
 fn play(
     scenario: &Scenario,
     topology: &Topology,
     children: &mut [Child],
     orders: &mut Orders,
     progress: &mut dyn Progress,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<Option<f64>> {
     for child in children.iter_mut().take(topology.names().len()) {
         child.start()?;
     }
     let mut changes = changes_of(scenario, topology).into_iter().peekable();
     let begin = machine::now();
     let duration = Span::from_secs_f64(scenario.duration_s.get());
+    let mut interrupted_at = None;
     loop {
         let passed = machine::now() - begin;
-        progress.at((passed.as_secs_f64() / duration.as_secs_f64()).min(1.0));
+        let share = (passed.as_secs_f64() / duration.as_secs_f64()).min(1.0);
+        if !progress.at(share) && passed < duration {
+            interrupted_at = Some(passed.as_secs_f64());
+            break;
+        }
         while let Some(change) = changes.next_if(|change| change.at <= passed) {
             let child = &mut children[change.node];
             match change.what {
@@ -97,7 +104,8 @@ fn play(
     for child in children.iter_mut() {
         child.ask_to_end()?;
     }
-    children.iter_mut().try_for_each(Child::wait_for_end)
+    children.iter_mut().try_for_each(Child::wait_for_end)?;
+    Ok(interrupted_at)
 }
 
 /// How often the runner looks after its nodes.

@@ -4,7 +4,6 @@
 //! long as it fails, and left as a scenario file that repeats it.
 
 pub(crate) mod cli;
-mod junit;
 pub mod schedule;
 mod shrink;
 
@@ -19,6 +18,7 @@ use coaxle_receiver::ContinuityName;
 
 use crate::catalog::Source;
 use crate::finished::Finished;
+use crate::junit::{self, Case};
 use crate::run::{self, Options, TraceFormat};
 use crate::summary::{ReceiverSummary, World};
 use crate::{processes, virtual_time};
@@ -109,9 +109,28 @@ impl Soak {
             failures,
         };
         if let Some(path) = &self.junit {
-            write(path, &junit::report(self, &soaked))?;
+            junit::write(path, &self.suite(), soaked.took_s, self.cases(&soaked))?;
         }
         Ok(soaked)
+    }
+
+    /// What the report calls it.
+    fn suite(&self) -> String {
+        format!("soak {}", self.world.name())
+    }
+
+    /// Each schedule, for the report.
+    fn cases(&self, soaked: &Soaked) -> impl Iterator<Item = Case> {
+        self.seeds.clone().map(|seed| {
+            let failed = soaked.failures.iter().find(|failure| failure.seed == seed);
+            Case {
+                name: format!("seed {seed}"),
+                failure: failed.map(|failure| junit::Failure {
+                    message: failure.file.display().to_string(),
+                    text: failure.wrong.join("\n"),
+                }),
+            }
+        })
     }
 
     fn run_one(&self, seed: u64) -> anyhow::Result<Option<Failure>> {

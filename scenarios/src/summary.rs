@@ -27,8 +27,11 @@ pub struct Summary {
     pub world: World,
     /// The seed.
     pub seed: u64,
-    /// How long it ran, s of true time.
+    /// How long it was to run, s of true time.
     pub duration_s: f64,
+    /// When it was ended before its time, s; what is here is of the time before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interrupted_at_s: Option<f64>,
     /// Each receiver's figures, by its name.
     pub receivers: BTreeMap<String, ReceiverSummary>,
     /// Each expectation's outcome.

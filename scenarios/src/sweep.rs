@@ -75,6 +75,7 @@ fn split_values(text: &str) -> Vec<String> {
 pub struct Sweep {
     fields: Vec<String>,
     rows: Vec<Row>,
+    is_whole: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -153,9 +154,11 @@ impl Prepared {
     /// A run that fails.
     pub fn run(self, progress: &mut (dyn Progress + Send)) -> anyhow::Result<Sweep> {
         let results = in_parallel(&self.points, progress)?;
+        let is_whole = results.iter().all(Option::is_some);
         let rows = self.points.into_iter().zip(results);
         let rows = rows.flat_map(|((values, _), figures)| {
-            figures.into_iter().map(move |(receiver, figures)| Row {
+            let figures = figures.into_iter().flatten();
+            figures.map(move |(receiver, figures)| Row {
                 values: values.clone(),
                 receiver,
                 figures,
@@ -164,6 +167,7 @@ impl Prepared {
         Ok(Sweep {
             rows: rows.collect(),
             fields: self.fields,
+            is_whole,
         })
     }
 }
@@ -230,11 +234,12 @@ fn scenario_at(
 
 type Figures = Vec<(String, ReceiverSummary)>;
 
-/// Each core takes the next scenario that nobody has begun.
+/// Each core takes the next scenario that nobody has begun. Those that nobody has, as the run was ended before, have no
+/// figures.
 fn in_parallel(
     scenarios: &[(Vec<String>, Scenario)],
     progress: &mut (dyn Progress + Send),
-) -> anyhow::Result<Vec<Figures>> {
+) -> anyhow::Result<Vec<Option<Figures>>> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let waiting = Mutex::new(scenarios.iter().enumerate());
     let finished: Mutex<Vec<Option<anyhow::Result<Figures>>>> =
@@ -249,7 +254,9 @@ fn in_parallel(
                     lock(&finished)[n] = Some(result);
                     let (progress, done) = &mut *lock(&progress);
                     *done += 1;
-                    progress.at(*done as f64 / scenarios.len() as f64);
+                    if !progress.at(*done as f64 / scenarios.len() as f64) {
+                        break;
+                    }
                 }
             });
         }
@@ -258,7 +265,7 @@ fn in_parallel(
         .into_inner()
         .unwrap_or_else(std::sync::PoisonError::into_inner)
         .into_iter()
-        .map(|result| result.context("a run did not finish")?)
+        .map(Option::transpose)
         .collect()
 }
 
@@ -283,6 +290,12 @@ const COLUMNS: [(&str, Figure); 8] = [
 ];
 
 impl Sweep {
+    /// Whether all points were run: it was not ended before.
+    #[must_use]
+    pub const fn is_whole(&self) -> bool {
+        self.is_whole
+    }
+
     /// The sweep as a table for people.
     #[must_use]
     pub fn table(&self) -> String {

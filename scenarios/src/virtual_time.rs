@@ -44,7 +44,9 @@ pub fn run(
     let end = Instant::EPOCH + Span::from_secs_f64(scenario.duration_s.get());
     for change in changes_of(scenario, &topology) {
         let at = (Instant::EPOCH + change.at).min(end);
-        run_in_steps(&mut world, at, &mut watcher, progress, end)?;
+        if !run_in_steps(&mut world, at, &mut watcher, progress, end)? {
+            break;
+        }
         match change.what {
             What::Kill => world.kill(change.node),
             What::Start => world.start(change.node),
@@ -57,12 +59,15 @@ pub fn run(
             }
         }
     }
-    run_in_steps(&mut world, end, &mut watcher, progress, end)?;
+    let at = world.now();
+    let is_whole = run_in_steps(&mut world, end, &mut watcher, progress, end)?;
+    let interrupted_at = (!is_whole).then(|| at.since_epoch().as_secs_f64());
     let commands = judge_commands(scenario, &watcher.outcomes);
     let Watcher {
         evaluation, sink, ..
     } = watcher;
-    Ok(Finished::new(evaluation.finish(sink)).with_commands(commands))
+    let finished = Finished::new(evaluation.finish(sink)).with_commands(commands);
+    Ok(finished.interrupted_at(interrupted_at))
 }
 
 fn judge_commands(scenario: &Scenario, outcomes: &[Option<CommandOutcome>]) -> Vec<Verdict> {
@@ -193,20 +198,23 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()
     Ok(())
 }
 
+/// False if it was ended before.
 fn run_in_steps<S: RowSink>(
     world: &mut World<AnyNode>,
     until: Instant<True>,
     watcher: &mut Watcher<'_, S>,
     progress: &mut dyn Progress,
     end: Instant<True>,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<bool> {
     while world.now() < until {
         let next = (world.now() + PROGRESS_STEP).min(until);
         world.run_until(next, watcher)?;
         let done = next.since_epoch().as_secs_f64() / end.since_epoch().as_secs_f64();
-        progress.at(done);
+        if !progress.at(done) {
+            return Ok(false);
+        }
     }
-    Ok(())
+    Ok(true)
 }
 
 /// Virtual time between two looks at the progress bar.

@@ -76,11 +76,13 @@ pub enum Exit {
     Refused = 4,
     /// A node's time was up, and nothing had come of any node it follows.
     NoData = 5,
+    /// Ctrl-C or SIGTERM came before it was done: what it left is of the time before.
+    Interrupted = 130,
 }
 
 /// The exit codes, for `--help`.
 pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 could not (config, file, network); 2 wrong command line; \
-    3 an expectation was not met; 4 refused; 5 no data came";
+    3 an expectation was not met; 4 refused; 5 no data came; 130 interrupted";
 
 impl Exit {
     /// This one where something did not go as it should.

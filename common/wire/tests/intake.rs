@@ -152,7 +152,7 @@ fn a_frame_without_the_axis_is_refused() {
         assert_eq!(refusal(&payload), Rejection::AxisMissing);
         let ids: Vec<_> = axes.iter().map(|axis| axis.axis_id).collect();
         assert_eq!(intake().axis_ids(&payload), ids, "what is there instead");
-        assert_eq!(intake().axis_ids(&payload[1..]), []);
+        assert!(intake().axis_ids(&payload[1..]).is_empty());
     }
 }
 

@@ -6,10 +6,10 @@ pub(crate) mod samples;
 mod tables;
 mod text;
 
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 
 pub(crate) use charts::{Charts, Line, Sampled};
 pub(crate) use tables::{cells, right, table};
@@ -40,12 +40,55 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
         .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
-/// Writes a plot and says where it is.
+/// Writes a plot and says where it is. What is there already and is no page, such as the file that is drawn, stays.
 ///
 /// # Errors
-/// A page that cannot be written.
+/// A page that cannot be written, or would take the place of something else.
 pub(crate) fn write_plot(path: &Path, page: &str, out: &mut dyn Write) -> anyhow::Result<()> {
+    if is_something_else(path) {
+        bail!(
+            "{}: received a file that is no page, expected one of before, or a name that is not taken",
+            path.display()
+        );
+    }
     std::fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))?;
     writeln!(out, "plot: {}", path.display())?;
     Ok(())
+}
+
+/// Whether there is something that is no page, and not empty.
+fn is_something_else(path: &Path) -> bool {
+    const PAGE: &[u8] = b"<!doctype html";
+    let mut begin = [0; PAGE.len()];
+    let Ok(mut file) = std::fs::File::open(path) else {
+        return false;
+    };
+    // Whatever cannot be read, a folder among others, cannot be written either, which says more.
+    match file.read(&mut begin) {
+        Ok(0) | Err(_) => false,
+        Ok(read) => !begin[..read].eq_ignore_ascii_case(&PAGE[..read]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plot_takes_the_place_of_a_plot_and_of_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plot.html");
+        for _ in 0..2 {
+            write_plot(&path, "<!DOCTYPE html>\n<html>", &mut Vec::new()).unwrap();
+        }
+        let cam = folder.path().join("cam.toml");
+        std::fs::write(&cam, "title = 'a cam'").unwrap();
+        let refused = write_plot(&cam, "<!DOCTYPE html>", &mut Vec::new());
+        let refused = format!("{:#}", refused.unwrap_err());
+        assert!(
+            refused.contains("cam.toml") && refused.contains("no page"),
+            "{refused}"
+        );
+        assert_eq!(std::fs::read_to_string(&cam).unwrap(), "title = 'a cam'");
+    }
 }

@@ -1,6 +1,7 @@
 //! One node as a process.
 
 use std::fs::File;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -100,6 +101,8 @@ impl Child {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(log)
+            // Ctrl-C is for the run: it ends its nodes itself, and reads what they left.
+            .process_group(0)
             .spawn()
             .with_context(|| format!("cannot start {}", self.name))?;
         self.process = Some(process);

@@ -134,7 +134,9 @@ fn run(
     let share =
         |now: Instant<Machine>| (now - begin).as_secs_f64() / settings.duration.as_secs_f64();
     while share(machine::now()) < 1.0 {
-        progress.at(share(machine::now()));
+        if !progress.at(share(machine::now())) {
+            break;
+        }
         look_after(children)?;
     }
     children.iter().try_for_each(Child::ask_to_end)?;

@@ -25,6 +25,7 @@ fn summary() -> Summary {
         world: World::Virtual,
         seed: 7,
         duration_s: 10.0,
+        interrupted_at_s: None,
         receivers: BTreeMap::from([
             ("bare".to_owned(), receiver("bypass", Some(1.0))),
             (NASTY.to_owned(), receiver("sync", Some(0.01))),

@@ -13,6 +13,7 @@ use crate::catalog::Source;
 use crate::finished::Progress;
 use crate::invariants;
 use crate::report::{self, Report};
+use crate::results_folder::ResultsFolder;
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, Summary, World};
 use crate::{processes, virtual_time};
@@ -71,8 +72,7 @@ pub fn run(
     progress: &mut dyn Progress,
 ) -> anyhow::Result<Outcome> {
     let out = &options.out;
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("cannot make the folder {}", out.display()))?;
+    let folder = ResultsFolder::hold(out)?;
     let mut files = create_files(name, scenario, options)?;
     let finished = match options.world {
         World::Virtual => virtual_time::run(scenario, &mut files, progress)?,
@@ -83,11 +83,12 @@ pub fn run(
     }
     let mut summary = summarise(name, scenario, options.world, finished.figures);
     summary.expectations.extend(finished.commands);
+    summary.interrupted_at_s = finished.interrupted_at_s;
     let failed = invariants::judge(&scenario.exceptions, &finished.violations, options.world);
     summary.expectations.extend(failed);
-    write_summary(&out.join("summary.json"), &summary)?;
-    cuts::write(&out.join("cuts.csv"), &summary)?;
-    let report = out.join("report.html");
+    write_summary(&folder.file("summary.json"), &summary)?;
+    cuts::write(&folder.file("cuts.csv"), &summary)?;
+    let report = folder.file("report.html");
     let scenario_toml =
         toml::to_string_pretty(scenario).context("cannot write the scenario as TOML")?;
     report::write(
@@ -131,6 +132,7 @@ fn summarise(
         world,
         seed: scenario.seed,
         duration_s: scenario.duration_s.get(),
+        interrupted_at_s: None,
         receivers,
         expectations: Vec::new(),
     };

@@ -1,6 +1,6 @@
 //! `coaxle soak`.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -101,7 +101,11 @@ fn tell(soaked: &Soaked) -> anyhow::Result<()> {
         lines.extend(failure.wrong.iter().map(|line| format!("  {line}")));
     }
     for line in lines {
-        writeln!(out, "{line}").context("cannot write to standard output")?;
+        match writeln!(out, "{line}") {
+            // A reader that has seen enough.
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => break,
+            written => written.context("cannot write to standard output")?,
+        }
     }
     Ok(())
 }

@@ -14,6 +14,7 @@ fn summary(receivers: Vec<(&str, ReceiverSummary)>) -> Summary {
         world: World::Virtual,
         seed: 1,
         duration_s: 40.0,
+        interrupted_at_s: None,
         receivers,
         expectations: Vec::new(),
     }

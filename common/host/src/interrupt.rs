@@ -1,0 +1,51 @@
+//! Ctrl-C while a tool works: it comes to an end by itself, and leaves what it has.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::Context;
+
+use crate::cli::Exit;
+use crate::ended::Signals;
+
+/// Whether Ctrl-C, SIGTERM or SIGHUP has come.
+#[derive(Clone, Debug, Default)]
+pub struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// Listens from now on, for the rest of the process. A second one ends the process at once.
+    ///
+    /// # Errors
+    /// The system refuses a thread or the signals.
+    pub fn listen() -> anyhow::Result<Self> {
+        let interrupt = Self::default();
+        let asked = Arc::clone(&interrupt.0);
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_io()
+            .build();
+        let runtime = runtime.context("cannot listen for signals")?;
+        let mut signals = {
+            let _entered = runtime.enter();
+            Signals::listen()?
+        };
+        let listening = move || {
+            runtime.block_on(async {
+                let _ = signals.next().await;
+                asked.store(true, Ordering::Relaxed);
+                let _ = signals.next().await;
+            });
+            std::process::exit(Exit::Interrupted as i32);
+        };
+        let thread = std::thread::Builder::new().name("signals".to_owned());
+        thread
+            .spawn(listening)
+            .context("cannot listen for signals")?;
+        Ok(interrupt)
+    }
+
+    /// Whether it has come.
+    #[must_use]
+    pub fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}

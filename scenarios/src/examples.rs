@@ -1,0 +1,131 @@
+//! `coaxle example`: configs of nodes to start from, carried in the tool.
+
+use anyhow::bail;
+
+use crate::inspect;
+
+/// Whose config it is, its name, and its text.
+const EXAMPLES: [(&str, &str, &str); 7] = [
+    (
+        "sender",
+        "conveyor",
+        include_str!("../../sender/configs/conveyor.toml"),
+    ),
+    (
+        "receiver",
+        "saw",
+        include_str!("../../receiver/configs/saw.toml"),
+    ),
+    (
+        "receiver",
+        "line",
+        include_str!("../../receiver/configs/line.toml"),
+    ),
+    (
+        "receiver",
+        "carriage",
+        include_str!("../../receiver/configs/carriage.toml"),
+    ),
+    (
+        "receiver",
+        "chained",
+        include_str!("../../receiver/configs/chained.toml"),
+    ),
+    (
+        "receiver",
+        "drive",
+        include_str!("../../receiver/configs/drive.toml"),
+    ),
+    (
+        "receiver",
+        "shaft",
+        include_str!("../../receiver/configs/shaft.toml"),
+    ),
+];
+
+/// Prints one, or without a name what there is.
+///
+/// # Errors
+/// There is none of this name: says which there are.
+pub(crate) fn print(name: Option<&str>) -> anyhow::Result<bool> {
+    let text = match name {
+        Some(name) => text(name)?.to_owned(),
+        None => list(),
+    };
+    inspect::print(|out| {
+        writeln!(out, "{}", text.trim_end())?;
+        Ok(true)
+    })
+}
+
+fn text(wanted: &str) -> anyhow::Result<&'static str> {
+    let found = EXAMPLES.iter().find(|(_, name, _)| *name == wanted);
+    match found {
+        Some((_, _, text)) => Ok(text),
+        None => {
+            let names: Vec<_> = EXAMPLES.iter().map(|(_, name, _)| *name).collect();
+            bail!(
+                "received the name {wanted:?}, expected one of {}",
+                names.join(", ")
+            )
+        }
+    }
+}
+
+fn list() -> String {
+    let mut lines: Vec<_> = EXAMPLES.iter().map(line).collect();
+    lines.push("\nStart from one with: coaxle example conveyor > conveyor.toml".to_owned());
+    lines.join("\n")
+}
+
+/// The first line of a config says what it is.
+fn line((role, name, text): &(&str, &str, &str)) -> String {
+    let about = text.lines().next().unwrap_or_default();
+    format!(
+        "{name:10} {role:9} {}",
+        about.trim_start_matches(['#', ' '])
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::config::parse;
+    use coaxle_receiver::ReceiverConfig;
+    use coaxle_sender::config::SenderConfig;
+
+    #[test]
+    fn every_shipped_config_is_carried_and_can_be_read() {
+        for role in ["sender", "receiver"] {
+            let folder = format!("{}/../{role}/configs", env!("CARGO_MANIFEST_DIR"));
+            for file in std::fs::read_dir(folder).unwrap() {
+                let path = file.unwrap().path();
+                let name = path.file_stem().unwrap().to_str().unwrap();
+                let found = EXAMPLES
+                    .iter()
+                    .find(|(of, known, _)| (*of, *known) == (role, name));
+                assert!(found.is_some(), "{role} {name}");
+            }
+        }
+        for (role, name, text) in EXAMPLES {
+            match role {
+                "sender" => drop(parse::<SenderConfig>(name, text).unwrap()),
+                _ => drop(parse::<ReceiverConfig>(name, text).unwrap()),
+            }
+        }
+    }
+
+    #[test]
+    fn they_are_listed_with_what_they_are_and_a_wrong_name_with_the_right_ones() {
+        let list = list();
+        assert!(
+            list.lines().count() > EXAMPLES.len() && list.contains("saw"),
+            "{list}"
+        );
+        let refused = text("conveior").unwrap_err().to_string();
+        assert!(
+            refused.contains("\"conveior\"") && refused.contains("conveyor, saw"),
+            "{refused}"
+        );
+    }
+}

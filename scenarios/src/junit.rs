@@ -1,0 +1,111 @@
+//! A report as continuous integration reads it: JUnit's XML.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::Context;
+
+/// Something that was judged.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Case {
+    pub(crate) name: String,
+    pub(crate) failure: Option<Failure>,
+}
+
+/// Why it is not as it should be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Failure {
+    /// In a line.
+    pub(crate) message: String,
+    /// In full.
+    pub(crate) text: String,
+}
+
+/// Writes the report of all cases of a suite, which took so many seconds.
+///
+/// # Errors
+/// Names the file that cannot be written.
+pub(crate) fn write(
+    path: &Path,
+    suite: &str,
+    took_s: f64,
+    cases: impl IntoIterator<Item = Case>,
+) -> anyhow::Result<()> {
+    let text = report(suite, took_s, cases);
+    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}
+
+fn report(suite: &str, took_s: f64, cases: impl IntoIterator<Item = Case>) -> String {
+    let (mut all, mut failed, mut lines) = (0, 0, String::new());
+    let class = escaped(&suite.replace(' ', "."));
+    for Case { name, failure } in cases {
+        all += 1;
+        let name = escaped(&name);
+        // Writing to a string cannot fail.
+        let _ = write!(lines, "<testcase classname=\"{class}\" name=\"{name}\"");
+        match failure {
+            None => lines += "/>\n",
+            Some(Failure { message, text }) => {
+                failed += 1;
+                let (message, text) = (escaped(&message), escaped(&text));
+                let failure = format!("<failure message=\"{message}\">{text}</failure>");
+                let _ = writeln!(lines, ">{failure}</testcase>");
+            }
+        }
+    }
+    let suite = escaped(suite);
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n<testsuite name=\"{suite}\" tests=\"{all}\" \
+         failures=\"{failed}\" time=\"{took_s:.1}\">\n{lines}</testsuite>\n</testsuites>\n"
+    )
+}
+
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => out += "&amp;",
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '"' => out += "&quot;",
+            // XML has no other control characters, not even escaped.
+            control if control.is_control() && !matches!(control, '\n' | '\t') => out.push(' '),
+            other => out.push(other),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_case_is_there_and_what_failed_says_why() {
+        let failure = Failure {
+            message: "out/seed-4.toml".to_owned(),
+            text: "a.b is \"x\" < 3 & more".to_owned(),
+        };
+        let cases = [("seed 3", None), ("seed 4", Some(failure))];
+        let cases = cases.map(|(name, failure)| Case {
+            name: name.to_owned(),
+            failure,
+        });
+        let text = report("soak virtual", 1.25, cases);
+        assert!(
+            text.contains("name=\"soak virtual\" tests=\"2\" failures=\"1\" time=\"1.2\""),
+            "{text}"
+        );
+        assert!(
+            text.contains("classname=\"soak.virtual\" name=\"seed 3\"/>"),
+            "{text}"
+        );
+        assert!(
+            text.contains(
+                "name=\"seed 4\"><failure message=\"out/seed-4.toml\">a.b is &quot;x&quot; &lt; 3 &amp; more</failure>"
+            ),
+            "{text}"
+        );
+        assert!(report("none", 0.0, []).contains("tests=\"0\" failures=\"0\""));
+    }
+}
