@@ -75,8 +75,10 @@ impl Bounds {
             ..*line
         };
         let agrees = || Agreeing::of(newest_first.clone(), now, &tilted, trend.sigma);
-        let is_proven =
-            line.synced && level.contradicted && agrees().is_some_and(|all| !all.contradicted);
+        let is_proven = line.synced
+            && trend.may_prove()
+            && level.contradicted
+            && agrees().is_some_and(|all| !all.contradicted);
         let doubted = Agreeing::of(newest_first, now, line, trend.most())?;
         Some(Self {
             proven: is_proven.then_some(trend),

@@ -11,9 +11,10 @@ use crate::instant::{Instant, Local, Span};
 use crate::observer::FarLine;
 use crate::straight_line::StraightLine;
 
-/// So many exchanges tell, in so long a time, s.
+/// So many exchanges tell, in so long a time, s; and in so long a time they prove something.
 const ENOUGH: usize = 24;
-const LONG_ENOUGH: f64 = 2.0;
+const LONG_ENOUGH: f64 = 0.4;
+const PROVING: f64 = 2.0;
 /// A slope of so many standard deviations is no chance.
 const SIGNIFICANT: f64 = 4.0;
 /// Both halves of the time say nearly the same, or the sender's clock has changed meanwhile.
@@ -26,6 +27,8 @@ pub(super) struct Trend {
     pub(super) gain: f64,
     /// Its standard deviation, s/s.
     pub(super) sigma: f64,
+    /// Since the oldest exchange, s.
+    span: f64,
 }
 
 impl Trend {
@@ -37,15 +40,15 @@ impl Trend {
     ) -> Option<Self> {
         let count = newest_first.clone().count();
         let quick = quick(newest_first, count, now, line)?;
-        let whole = Self::through(quick.points())?;
-        let newer = Self::through(quick.points().take(quick.len / 2))?;
+        let whole = Self::through(quick.points(), quick.span)?;
+        let newer = Self::through(quick.points().take(quick.len / 2), quick.span)?;
         let doubt = SIGNIFICANT * libm::hypot(whole.sigma, newer.sigma);
         let is_like = (whole.gain - newer.gain).abs() <= doubt + ALIKE * whole.gain.abs();
         let is_told = whole.gain.abs() > SIGNIFICANT * whole.sigma;
         (is_told && is_like).then_some(whole)
     }
 
-    fn through(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Self> {
+    fn through(points: impl Iterator<Item = (f64, f64)> + Clone, span: f64) -> Option<Self> {
         if points.clone().count() < ENOUGH / 4 {
             return None;
         }
@@ -54,7 +57,13 @@ impl Trend {
         sigma.is_finite().then_some(Self {
             gain: line.slope,
             sigma,
+            span,
         })
+    }
+
+    /// Whether it is seen for long enough to prove something.
+    pub(super) fn may_prove(&self) -> bool {
+        self.span >= PROVING
     }
 
     /// What the line's rate may be wrong by, s/s.
@@ -67,6 +76,8 @@ impl Trend {
 struct Quick {
     points: [(f64, f64); KEPT],
     len: usize,
+    /// Since the oldest of all, s.
+    span: f64,
 }
 
 impl Quick {
@@ -82,7 +93,8 @@ fn quick<'a>(
     line: &FarLine,
 ) -> Option<Quick> {
     let oldest = newest_first.clone().last()?;
-    if count < ENOUGH || (now - oldest.at).as_secs_f64() < LONG_ENOUGH {
+    let span = (now - oldest.at).as_secs_f64();
+    if count < ENOUGH || span < LONG_ENOUGH {
         return None;
     }
     let mut took = [Span::ZERO; KEPT];
@@ -93,6 +105,7 @@ fn quick<'a>(
     let mut quick = Quick {
         points: [(0.0, 0.0); KEPT],
         len: 0,
+        span,
     };
     for exchange in newest_first.filter(|exchange| under_way(exchange) <= *median) {
         let stamps = &exchange.stamps;
