@@ -96,7 +96,7 @@ enum Command {
     /// Make a network secure: certificates, and who may do what; docs/SECURE.md
     #[command(subcommand)]
     Secure(SecureCommand),
-    /// Say what the configs of nodes leave open to others, and what closes it
+    /// Say how fit this PC is for cycles; or what the configs of nodes leave open to others, and what closes it
     Doctor(DoctorArgs),
     /// Record how messages between real nodes arrive, to judge estimators of a far clock by
     RecordArrivals(RecordArgs),

@@ -1,4 +1,4 @@
-//! `coaxle doctor`: what the configs of nodes leave open to others, and what closes it.
+//! `coaxle doctor`: how fit a PC is for cycles; and what the configs of nodes leave open to others, and what closes it.
 
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
@@ -6,7 +6,10 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::Args;
+use coaxle_clock::Span;
+use coaxle_host::cli::parse_duration;
 use coaxle_host::credentials::{Credentials, KEY_FILE, PROFILE_FILE, RENEW_WITHIN, date};
+use coaxle_host::fitness::{self, Finding};
 use coaxle_host::{Exposure, machine};
 use coaxle_node::keys::NodeName;
 
@@ -14,12 +17,22 @@ use crate::inspect;
 use crate::node_config::NodeConfig;
 use crate::secure::{AUTHORITY_FOLDER, AUTHORITY_KEY_FILE};
 
-/// Which nodes are looked at.
+/// What is looked at.
 #[derive(Debug, Args)]
 pub struct DoctorArgs {
-    /// Config files of senders and receivers
-    #[arg(required = true, value_name = "CONFIG")]
+    /// Config files of senders and receivers: what they leave open to others [default: this PC, and how late it wakes a
+    /// thread]
+    #[arg(value_name = "CONFIG")]
     configs: Vec<PathBuf>,
+    /// Wake a thread for so long
+    #[arg(long, value_name = "DURATION", default_value = "5s", value_parser = parse_duration, conflicts_with = "configs")]
+    measure: Span,
+    /// … with this cycle …
+    #[arg(long, value_name = "DURATION", default_value = "1ms", value_parser = parse_duration, conflicts_with = "configs")]
+    cycle: Span,
+    /// … and this real-time priority, if it is permitted; 0: none
+    #[arg(long, value_name = "N", default_value_t = 80, value_parser = clap::value_parser!(u8).range(0..=99), conflicts_with = "configs")]
+    priority: u8,
 }
 
 /// Longer messages than this are nothing that a node has to say.
@@ -30,6 +43,9 @@ const LONG_MESSAGE: u64 = 16 << 20;
 /// # Errors
 /// A config that no node would start with.
 pub fn print(args: &DoctorArgs) -> anyhow::Result<bool> {
+    if args.configs.is_empty() {
+        return print_fitness(args);
+    }
     let now = machine::wall_clock();
     let mut examined = Vec::new();
     for file in &args.configs {
@@ -44,38 +60,67 @@ pub fn print(args: &DoctorArgs) -> anyhow::Result<bool> {
     })
 }
 
+/// Settings of this PC that matter, and how late a thread is woken.
+fn print_fitness(args: &DoctorArgs) -> anyhow::Result<bool> {
+    let found = fitness::examine();
+    inspect::print(|out| {
+        for Finding {
+            is_good,
+            text,
+            remedy,
+        } in &found
+        {
+            let mark = if *is_good { "good" } else { "note" };
+            writeln!(out, "{mark}: {text}")?;
+            remedy.map_or(Ok(()), |remedy| writeln!(out, "    {remedy}"))?;
+        }
+        out.flush()?;
+        let priority = (args.priority > 0).then_some(args.priority);
+        let late = fitness::wake_ups(args.cycle, args.measure, priority)?;
+        for denied in &late.denied {
+            writeln!(out, "note: {} not granted: {}", denied.wish, denied.reason)?;
+        }
+        writeln!(
+            out,
+            "wake-ups: {} of {}: half within {}, 999 of 1000 within {}, all within {}; {} missed a whole cycle",
+            late.count, args.cycle, late.median, late.nearly_all, late.most, late.missed
+        )?;
+        Ok(true)
+    })
+}
+
 /// Something that whoever runs a node ought to know.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Finding {
+struct Opening {
     /// Whether it lets somebody in, or keeps the node itself out.
     is_open: bool,
     text: String,
     remedy: &'static str,
 }
 
-fn open(text: String, remedy: &'static str) -> Finding {
+fn open(text: String, remedy: &'static str) -> Opening {
     let is_open = true;
-    Finding {
+    Opening {
         is_open,
         text,
         remedy,
     }
 }
 
-fn note(text: &str, remedy: &'static str) -> Finding {
+fn note(text: &str, remedy: &'static str) -> Opening {
     let (is_open, text) = (false, text.to_owned());
-    Finding {
+    Opening {
         is_open,
         text,
         remedy,
     }
 }
 
-fn tell(file: &str, findings: &[Finding], out: &mut dyn Write) -> anyhow::Result<()> {
+fn tell(file: &str, findings: &[Opening], out: &mut dyn Write) -> anyhow::Result<()> {
     if !findings.iter().any(|finding| finding.is_open) {
         writeln!(out, "{file}: nothing is open")?;
     }
-    for Finding {
+    for Opening {
         is_open,
         text,
         remedy,
@@ -87,7 +132,7 @@ fn tell(file: &str, findings: &[Finding], out: &mut dyn Write) -> anyhow::Result
     Ok(())
 }
 
-fn examine(file: &Path, now: SystemTime) -> anyhow::Result<Vec<Finding>> {
+fn examine(file: &Path, now: SystemTime) -> anyhow::Result<Vec<Opening>> {
     let config = NodeConfig::load(file)?;
     let mut transport = config.transport().clone();
     transport.relative_to(file.parent().unwrap_or(Path::new("")));
@@ -107,7 +152,7 @@ fn examine(file: &Path, now: SystemTime) -> anyhow::Result<Vec<Finding>> {
 const MAKE_SECURE: &str =
     "make the network secure with `coaxle secure init`, or stay on 127.0.0.1; docs/SECURE.md";
 
-fn of_transport(exposure: &Exposure) -> Vec<Finding> {
+fn of_transport(exposure: &Exposure) -> Vec<Opening> {
     let mut findings = Vec::new();
     let is_local = exposure.listens.is_empty() && exposure.connects.is_empty();
     let listens = exposure.without_mutual_tls(&exposure.listens);
@@ -157,7 +202,7 @@ fn of_transport(exposure: &Exposure) -> Vec<Finding> {
 const COPY_ANEW: &str = "copy the whole folder anew from where `coaxle secure` wrote it";
 const RENEW: &str = "`coaxle secure renew`, then copy the folder anew and start the node again";
 
-fn of_folder(node: &NodeName, folder: &Path, now: SystemTime) -> Vec<Finding> {
+fn of_folder(node: &NodeName, folder: &Path, now: SystemTime) -> Vec<Opening> {
     let mut findings = Vec::new();
     match Credentials::open(folder) {
         Ok(credentials) => findings.extend(of_credentials(node, &credentials, now)),
@@ -192,7 +237,7 @@ fn of_folder(node: &NodeName, folder: &Path, now: SystemTime) -> Vec<Finding> {
     findings
 }
 
-fn of_credentials(node: &NodeName, credentials: &Credentials, now: SystemTime) -> Option<Finding> {
+fn of_credentials(node: &NodeName, credentials: &Credentials, now: SystemTime) -> Option<Opening> {
     if credentials.name() != node {
         let text = format!(
             "the certificate is of {:?}, and the node is {:?}",

@@ -25,6 +25,7 @@ pub mod credentials;
 mod cycle;
 mod ended;
 mod faults;
+pub mod fitness;
 mod health;
 mod hearing;
 mod interrupt;

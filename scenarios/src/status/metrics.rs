@@ -212,6 +212,31 @@ mod tests {
     }
 
     #[test]
+    fn the_dashboard_asks_for_metrics_that_there_are() {
+        let dashboard = include_str!("../../../docs/grafana-dashboard.json");
+        let is_of_a_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let names = dashboard.split(|c| !is_of_a_name(c));
+        let names = names.filter_map(|name| name.strip_prefix("coaxle_"));
+        let mut count = 0;
+        for name in names {
+            count += 1;
+            let is_declared = |of| {
+                let signal = name
+                    .strip_prefix(of)
+                    .and_then(|rest| rest.strip_prefix('_'));
+                signal.is_some_and(|signal| declared(of).iter().any(|known| known.name == signal))
+            };
+            let is_known = ["node", "far", "slave"].into_iter().any(is_declared);
+            // Those two are of the host, and of this tool.
+            assert!(
+                is_known || ["source_frame_age_ms", "up"].contains(&name),
+                "{name}"
+            );
+        }
+        assert!(count > 10, "{count}");
+    }
+
+    #[test]
     fn names_cannot_end_a_label() {
         assert_eq!(label("axis", "a\"b\\c\nd"), r#"axis="a\"b\\c\nd""#);
     }
