@@ -42,9 +42,11 @@ pub fn run(
         outcomes: vec![None; scenario.events.len()],
     };
     let end = Instant::EPOCH + Span::from_secs_f64(scenario.duration_s.get());
+    let mut is_whole = true;
     for change in changes_of(scenario, &topology) {
         let at = (Instant::EPOCH + change.at).min(end);
-        if !run_in_steps(&mut world, at, &mut watcher, progress, end)? {
+        is_whole = run_in_steps(&mut world, at, &mut watcher, progress, end)?;
+        if !is_whole {
             break;
         }
         match change.what {
@@ -59,9 +61,8 @@ pub fn run(
             }
         }
     }
-    let at = world.now();
-    let is_whole = run_in_steps(&mut world, end, &mut watcher, progress, end)?;
-    let interrupted_at = (!is_whole).then(|| at.since_epoch().as_secs_f64());
+    let is_whole = is_whole && run_in_steps(&mut world, end, &mut watcher, progress, end)?;
+    let interrupted_at = (!is_whole).then(|| world.now().since_epoch().as_secs_f64());
     let commands = judge_commands(scenario, &watcher.outcomes);
     let Watcher {
         evaluation, sink, ..

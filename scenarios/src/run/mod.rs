@@ -161,3 +161,47 @@ fn create_files(
     };
     Files::create(name, scenario, options.world, format, &options.out).map(Some)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog;
+
+    /// Somebody who has seen enough.
+    struct Until(f64);
+
+    impl Progress for Until {
+        fn at(&mut self, share: f64) -> bool {
+            share < self.0
+        }
+    }
+
+    #[test]
+    fn a_run_that_is_ended_leaves_what_there_is_and_says_of_which_time() {
+        let scratch = tempfile::tempdir().unwrap();
+        let source = catalog::find("beat").unwrap();
+        let options = Options {
+            world: World::Virtual,
+            seed: None,
+            overrides: vec!["duration-s=20".to_owned()],
+            receivers: Vec::new(),
+            out: scratch.path().to_owned(),
+            trace: Some(TraceFormat::Csv),
+            command: String::new(),
+        };
+        let scenario = prepare(&source, &options).unwrap();
+        for (until, at) in [(0.5, Some(10.0)), (2.0, None)] {
+            let outcome = run("beat", &scenario, &options, &mut Until(until)).unwrap();
+            assert_eq!(outcome.summary.interrupted_at_s, at);
+            let trace = std::fs::read_to_string(scratch.path().join("trace.csv")).unwrap();
+            let last = trace.lines().last().unwrap();
+            let ended: f64 = last.split(',').nth(1).unwrap().parse().unwrap();
+            let expected = at.unwrap_or(20.0);
+            assert!(
+                (expected - 0.1..=expected + 0.1).contains(&ended),
+                "{ended}"
+            );
+            assert!(outcome.report.exists());
+        }
+    }
+}
