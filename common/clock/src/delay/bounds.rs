@@ -14,7 +14,7 @@
 
 use super::COVERED;
 use super::trend::Trend;
-use super::window::{Exchange, Stamps};
+use super::window::{Exchange, Recent, Stamps};
 use crate::instant::{Instant, Local, Seconds};
 use crate::observer::FarLine;
 
@@ -24,21 +24,14 @@ const UNKNOWN_RATE: f64 = 1e-6;
 /// A drift may have changed by so much, s/s, as long as nobody has noticed yet.
 const UNNOTICED_RATE: f64 = 200e-6;
 
-/// By how much a delay, s, is to be moved for none of the recent exchanges, given the newest first, to deny it at `now`,
-/// even if the rate of the line should be quite wrong.
-pub(super) fn pull<'a>(
-    delay: f64,
-    newest_first: impl Iterator<Item = &'a Exchange>,
-    now: Instant<Local>,
-    line: &FarLine,
-) -> f64 {
-    let agreeing = Agreeing::of(newest_first, now, line, UNNOTICED_RATE);
-    let Some(Agreeing { bounds, .. }) = agreeing else {
+/// By how much a delay, s, is to be moved for none of the recent exchanges to deny it, even if the rate of the line should
+/// be quite wrong.
+pub(super) fn pull(delay: f64, recent: &Recent<'_>) -> f64 {
+    let Some(Agreeing { least, most, .. }) = Agreeing::of(recent, UNNOTICED_RATE, 0.0) else {
         return 0.0;
     };
-    let (least, most) = bounds.at(now, line);
-    match least <= most {
-        true => delay.clamp(least, most) - delay,
+    match least.ahead <= most.ahead {
+        true => delay.clamp(least.ahead, most.ahead) - delay,
         // A single exchange that denies itself.
         false => 0.0,
     }
@@ -58,39 +51,30 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// What exchanges say at `now`, given the newest first; none if there are none.
-    pub(super) fn of<'a>(
-        newest_first: impl Iterator<Item = &'a Exchange> + Clone,
-        now: Instant<Local>,
-        line: &FarLine,
-    ) -> Option<Self> {
-        let level = Agreeing::of(newest_first.clone(), now, line, 0.0)?;
-        let Some(trend) = Trend::of(newest_first.clone(), now, line) else {
-            return Some(level.bounds);
+    /// What exchanges say; none if there are none.
+    pub(super) fn of(recent: &Recent<'_>) -> Option<Self> {
+        let level = Agreeing::of(recent, 0.0, 0.0)?;
+        let Some(trend) = Trend::of(recent) else {
+            return Some(level.bounds(0.0, None));
         };
-        let tilted = FarLine {
-            rate: line.rate + trend.gain,
-            far: line.at(now),
-            here: now,
-            ..*line
-        };
-        let agrees = || Agreeing::of(newest_first.clone(), now, &tilted, trend.sigma);
-        let is_proven = line.synced
+        let agree = || Agreeing::of(recent, trend.sigma, trend.gain);
+        let is_proven = recent.line.synced
             && trend.may_prove()
             && level.contradicted
-            && agrees().is_some_and(|all| !all.contradicted);
-        let doubted = Agreeing::of(newest_first, now, line, trend.most())?;
-        Some(Self {
-            proven: is_proven.then_some(trend),
-            ..doubted.bounds
-        })
+            && agree().is_some_and(|all| !all.contradicted);
+        let doubted = Agreeing::of(recent, trend.most(), 0.0)?;
+        Some(doubted.bounds(trend.most(), is_proven.then_some(trend)))
     }
 
     /// How far the sender is ahead of the line at least and at most at `now`, s.
     pub(super) fn at(&self, now: Instant<Local>, line: &FarLine) -> (f64, f64) {
+        let Self { least, most, .. } = self;
+        let rate = rate_doubt(line, self.doubt);
+        let Seconds(at_least) = line.offset_at(least.responded, least.arrived);
+        let Seconds(at_most) = line.offset_at(most.received, most.requested);
         (
-            least(&self.least, now, line, self.doubt),
-            most(&self.most, now, line, self.doubt),
+            at_least - rate * (now - least.arrived).as_secs_f64(),
+            at_most + rate * (now - most.requested).as_secs_f64(),
         )
     }
 
@@ -101,64 +85,66 @@ impl Bounds {
     }
 }
 
+/// What the rate of the line may be wrong by, s/s.
+fn rate_doubt(line: &FarLine, doubt: f64) -> f64 {
+    COVERED * line.rate_sigma + UNKNOWN_RATE + doubt
+}
+
 /// Exchanges that agree, from the newest on.
 struct Agreeing {
-    bounds: Bounds,
+    least: Limit,
+    most: Limit,
     /// An older one does not.
     contradicted: bool,
 }
 
+/// How far the sender is ahead of the line by one exchange, s.
+#[derive(Clone, Copy)]
+struct Limit {
+    ahead: f64,
+    stamps: Stamps,
+}
+
 impl Agreeing {
-    fn of<'a>(
-        mut newest_first: impl Iterator<Item = &'a Exchange>,
-        now: Instant<Local>,
-        line: &FarLine,
-        doubt: f64,
-    ) -> Option<Self> {
-        let newest = newest_first.next()?.stamps;
-        let mut bounds = Bounds {
-            least: newest,
-            most: newest,
-            doubt,
-            proven: None,
+    /// The rate of the line may be wrong by `doubt` beside what it knows of that, and the sender gains on it, s/s.
+    fn of(recent: &Recent<'_>, doubt: f64, gain: f64) -> Option<Self> {
+        let rate = rate_doubt(recent.line, doubt);
+        let limits = |exchange: &Exchange| {
+            let stamps = exchange.stamps;
+            let since = |at: Instant<Local>| (recent.now - at).as_secs_f64();
+            let (requested, arrived) = (since(stamps.requested), since(stamps.arrived));
+            let least = -exchange.back + gain * arrived - rate * arrived;
+            let most = exchange.there + gain * requested + rate * requested;
+            [least, most].map(|ahead| Limit { ahead, stamps })
         };
-        let (mut lower, mut upper) = bounds.at(now, line);
-        let mut contradicted = false;
-        for Exchange { stamps, .. } in newest_first {
-            let (least, most) = (
-                least(stamps, now, line, doubt),
-                most(stamps, now, line, doubt),
-            );
-            if least > upper || most < lower {
-                contradicted = true;
+        let mut newest_first = recent.exchanges.iter().map(limits);
+        let [least, most] = newest_first.next()?;
+        let mut agreeing = Self {
+            least,
+            most,
+            contradicted: false,
+        };
+        for [least, most] in newest_first {
+            if least.ahead > agreeing.most.ahead || most.ahead < agreeing.least.ahead {
+                agreeing.contradicted = true;
                 break;
             }
-            if least > lower {
-                (bounds.least, lower) = (*stamps, least);
+            if least.ahead > agreeing.least.ahead {
+                agreeing.least = least;
             }
-            if most < upper {
-                (bounds.most, upper) = (*stamps, most);
+            if most.ahead < agreeing.most.ahead {
+                agreeing.most = most;
             }
         }
-        Some(Self {
-            bounds,
-            contradicted,
-        })
+        Some(agreeing)
     }
-}
 
-fn least(stamps: &Stamps, now: Instant<Local>, line: &FarLine, doubt: f64) -> f64 {
-    let Seconds(ahead) = line.offset_at(stamps.responded, stamps.arrived);
-    ahead - widened(stamps.arrived, now, line, doubt)
-}
-
-fn most(stamps: &Stamps, now: Instant<Local>, line: &FarLine, doubt: f64) -> f64 {
-    let Seconds(ahead) = line.offset_at(stamps.received, stamps.requested);
-    ahead + widened(stamps.requested, now, line, doubt)
-}
-
-/// What the line can have gained or lost since, s.
-fn widened(since: Instant<Local>, now: Instant<Local>, line: &FarLine, doubt: f64) -> f64 {
-    let rate = COVERED * line.rate_sigma + UNKNOWN_RATE + doubt;
-    rate * (now - since).as_secs_f64()
+    const fn bounds(&self, doubt: f64, proven: Option<Trend>) -> Bounds {
+        Bounds {
+            least: self.least.stamps,
+            most: self.most.stamps,
+            doubt,
+            proven,
+        }
+    }
 }

@@ -42,7 +42,7 @@ use bounds::Bounds;
 use drift::Whose;
 use estimate::Estimate;
 use step::{Cause, Step, TELLING, Ways};
-use window::{Exchange, Stamps, Window};
+use window::{Exchange, Recent, Stamps, Window};
 
 /// Between two requests as long as little is known …
 const HASTE: Span = Span::from_millis(20);
@@ -270,13 +270,12 @@ impl DelayExchange {
                 self.exchanges = self.exchanges.saturating_add(1);
                 self.window.push(exchange);
                 self.is_of_lost_line = false;
-                self.bounds = Bounds::of(self.window.all().rev(), arrived, line);
                 self.attribute(&exchange);
                 if !line.synced {
                     self.measure_again(line);
                 }
                 self.estimate(arrived, line);
-                self.stay_within_bounds(arrived, line);
+                self.bound(arrived, line);
             }
             Err(_) => self.refused = self.refused.saturating_add(1),
         }
@@ -418,10 +417,17 @@ impl DelayExchange {
         });
     }
 
-    /// Whatever the window makes of them: exchanges that all say otherwise are right.
-    fn stay_within_bounds(&mut self, now: Instant<Local>, line: &FarLine) {
+    /// What exchanges leave open; whatever the window makes of them, what they all deny is wrong.
+    fn bound(&mut self, now: Instant<Local>, line: &FarLine) {
+        let measured = self.window.measured_now(line);
+        let recent = Recent {
+            exchanges: &measured[..self.window.len()],
+            now,
+            line,
+        };
+        self.bounds = Bounds::of(&recent);
         if let Some(Estimate { delay, .. }) = self.estimate {
-            self.pulled = bounds::pull(delay, self.window.all().rev(), now, line);
+            self.pulled = bounds::pull(delay, &recent);
         }
     }
 

@@ -6,9 +6,8 @@
 //! Exchanges that [contradict](super::bounds) each other against this line, and do not against one at their own
 //! rate, prove that the line is wrong.
 
-use super::window::{Exchange, KEPT};
-use crate::instant::{Instant, Local, Span};
-use crate::observer::FarLine;
+use super::window::{Exchange, KEPT, Recent};
+use crate::instant::Span;
 use crate::straight_line::StraightLine;
 
 /// So many exchanges tell, in so long a time, s; and in so long a time they prove something.
@@ -32,14 +31,9 @@ pub(super) struct Trend {
 }
 
 impl Trend {
-    /// What exchanges, the newest first, say; none as long as that may be chance.
-    pub(super) fn of<'a>(
-        newest_first: impl Iterator<Item = &'a Exchange> + Clone,
-        now: Instant<Local>,
-        line: &FarLine,
-    ) -> Option<Self> {
-        let count = newest_first.clone().count();
-        let quick = quick(newest_first, count, now, line)?;
+    /// What exchanges say; none as long as that may be chance.
+    pub(super) fn of(recent: &Recent<'_>) -> Option<Self> {
+        let quick = quick(recent)?;
         let whole = Self::through(quick.points(), quick.span)?;
         let newer = Self::through(quick.points().take(quick.len / 2), quick.span)?;
         let doubt = SIGNIFICANT * libm::hypot(whole.sigma, newer.sigma);
@@ -86,33 +80,29 @@ impl Quick {
     }
 }
 
-fn quick<'a>(
-    newest_first: impl Iterator<Item = &'a Exchange> + Clone,
-    count: usize,
-    now: Instant<Local>,
-    line: &FarLine,
-) -> Option<Quick> {
-    let oldest = newest_first.clone().last()?;
-    let span = (now - oldest.at).as_secs_f64();
-    if count < ENOUGH || span < LONG_ENOUGH {
+fn quick(recent: &Recent<'_>) -> Option<Quick> {
+    let Recent { exchanges, now, .. } = *recent;
+    let span = (now - exchanges.last()?.at).as_secs_f64();
+    if exchanges.len() < ENOUGH || span < LONG_ENOUGH {
         return None;
     }
     let mut took = [Span::ZERO; KEPT];
-    for (place, exchange) in took.iter_mut().zip(newest_first.clone()) {
+    for (place, exchange) in took.iter_mut().zip(exchanges) {
         *place = under_way(exchange);
     }
-    let (_, median, _) = took[..count].select_nth_unstable(count / 2);
+    let took = &mut took[..exchanges.len()];
+    let (_, median, _) = took.select_nth_unstable(exchanges.len() / 2);
     let mut quick = Quick {
         points: [(0.0, 0.0); KEPT],
         len: 0,
         span,
     };
-    for exchange in newest_first.filter(|exchange| under_way(exchange) <= *median) {
-        let stamps = &exchange.stamps;
-        let there = line.offset_at(stamps.received, stamps.requested).0;
-        let back = line.offset_at(stamps.responded, stamps.arrived).0;
-        let time = (stamps.requested - now).as_secs_f64();
-        quick.points[quick.len] = (time, 0.5 * (there + back));
+    for exchange in exchanges
+        .iter()
+        .filter(|exchange| under_way(exchange) <= *median)
+    {
+        let time = (exchange.stamps.requested - now).as_secs_f64();
+        quick.points[quick.len] = (time, 0.5 * (exchange.there - exchange.back));
         quick.len += 1;
     }
     Some(quick)

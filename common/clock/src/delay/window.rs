@@ -56,6 +56,14 @@ impl Exchange {
     }
 }
 
+/// Exchanges, the newest first, measured against the line as it is now.
+#[derive(Clone, Copy)]
+pub(super) struct Recent<'a> {
+    pub(super) exchanges: &'a [Exchange],
+    pub(super) now: Instant<Local>,
+    pub(super) line: &'a FarLine,
+}
+
 /// One direction over the whole window, s. The very least hangs on a single message; a few are the surer
 /// measure where jitter has no sharp lower bound, and no more than a few meet no obstacle.
 #[derive(Clone, Copy, Debug)]
@@ -110,6 +118,15 @@ impl Window {
         for exchange in &mut self.kept {
             *exchange = Exchange::measured(exchange.stamps, line);
         }
+    }
+
+    /// All of them, the newest first, measured against the line as it is now; how many there are is [`Self::len`].
+    pub(super) fn measured_now(&self, line: &FarLine) -> [Exchange; KEPT] {
+        let mut measured = self.kept;
+        for (place, exchange) in measured.iter_mut().zip(self.all().rev()) {
+            *place = Exchange::measured(exchange.stamps, line);
+        }
+        measured
     }
 
     /// Puts the newest in; the oldest goes if there is no room.
