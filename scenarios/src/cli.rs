@@ -1,6 +1,6 @@
 //! The `coaxle` tool's command line.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -18,6 +18,7 @@ use crate::command::{self, CommandArgs};
 use crate::doctor::{self, DoctorArgs};
 use crate::examples;
 use crate::finished::Progress;
+use crate::inspect;
 use crate::junit::{self, Case};
 use crate::number;
 use crate::recorded::{self, ExportArgs, InfoArgs, RecoverArgs};
@@ -243,12 +244,8 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
     Ok(otherwise.unless(good))
 }
 
-/// A reader that has seen enough, as `head` has, is no error.
 fn say(text: &str) -> anyhow::Result<()> {
-    match writeln!(io::stdout(), "{text}") {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        written => written.context("cannot write to standard output"),
-    }
+    inspect::print_text(text)
 }
 
 fn list() -> anyhow::Result<bool> {

@@ -52,10 +52,7 @@ pub(crate) fn print(name: Option<&str>) -> anyhow::Result<bool> {
         Some(name) => text(name)?.to_owned(),
         None => list(),
     };
-    inspect::print(|out| {
-        writeln!(out, "{}", text.trim_end())?;
-        Ok(true)
-    })
+    inspect::print_text(text.trim_end()).map(|()| true)
 }
 
 fn text(wanted: &str) -> anyhow::Result<&'static str> {

@@ -336,3 +336,24 @@ fn field_of(scenario: &Scenario, node: usize, field: &str) -> String {
         Some(receiver) => format!("receiver[{receiver}].{field}"),
     }
 }
+
+#[cfg(test)]
+impl View {
+    /// A receiver called `r` with one far axis, which so many slaves follow.
+    pub(crate) fn of_first_axis(slaves: usize) -> Self {
+        Self {
+            name: "r".to_owned(),
+            receiver: 0,
+            of: Viewed::Far { far: 0, axis: 0 },
+            slaves: (0..slaves).collect(),
+            root: Root {
+                source: 0,
+                node: 0,
+                axis: 1,
+                gear: None,
+            },
+            standbys: Vec::new(),
+            nodes: vec![0],
+        }
+    }
+}

@@ -121,26 +121,12 @@ fn columns(receivers: &[ReceiverConfig], views: &[View]) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::record::Record;
-    use crate::topology::{Root, Viewed};
     use coaxle_receiver::SignalRow;
 
     fn lines_of(rest: &str) -> Vec<String> {
         let text = format!("name = 'r'\ncycle-time-us = 1000\nmaster = {{ node = 'm' }}\n{rest}");
         let config: ReceiverConfig = coaxle_node::config::parse("test", &text).unwrap();
-        let view = View {
-            name: "r".to_owned(),
-            receiver: 0,
-            of: Viewed::Far { far: 0, axis: 0 },
-            slaves: (0..config.slaves.len()).collect(),
-            root: Root {
-                source: 0,
-                node: 0,
-                axis: 1,
-                gear: None,
-            },
-            standbys: Vec::new(),
-            nodes: vec![0],
-        };
+        let view = View::of_first_axis(config.slaves.len());
         let mut record = Box::<Record>::default();
         record.fill(0, 0, &SignalRow::new(&config), &view);
         let mut trace = TraceWriter::new(&[config], &[view], Vec::new());

@@ -8,8 +8,9 @@ use coaxle_host::machine;
 use coaxle_node::signal::Instance;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
-use coaxle_recording::{Facts, RowEncoder, Table, Writer};
+use coaxle_recording::{EncodedRow, Facts, RowEncoder, RowError, Table, Writer};
 
+use crate::record::Record;
 use crate::row::{Row, RowSink};
 use crate::scenario::Scenario;
 use crate::summary::World;
@@ -95,18 +96,31 @@ impl TraceRecording {
             set_velocity: row.set_velocity,
             time_error_us: row.time_error_us,
         };
-        let values = (
-            truth,
-            &record.node,
-            &record.far,
-            &record.axis,
-            &record.slaves,
-        );
         let encoder = self.encoders.get_mut(view);
         let encoder = encoder.ok_or_else(|| anyhow!("a row of no axis that is known"))?;
-        let encoded = encoder.encode(record.at_ns, record.woke_ns, &values)?;
+        let encoded = encode(encoder, truth, record)?;
         Ok(self.writer.row(view, &encoded)?)
     }
+}
+
+/// In the order of the instances of [`table`].
+fn encode(
+    encoder: &mut RowEncoder,
+    truth: TruthSignals,
+    record: &Record,
+) -> Result<EncodedRow, RowError> {
+    let Record {
+        node,
+        far,
+        axis,
+        slaves,
+        ..
+    } = record;
+    encoder.encode(
+        record.at_ns,
+        record.woke_ns,
+        &(truth, node, far, axis, slaves),
+    )
 }
 
 impl RowSink for TraceRecording {
@@ -153,8 +167,6 @@ fn table(receiver: &ReceiverConfig, view: &View) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::Record;
-    use crate::topology::Root;
     use coaxle_receiver::SignalRow;
     use coaxle_recording::{Item, Reader, Value};
 
@@ -163,20 +175,7 @@ mod tests {
         let text = "name = 'r'\ncycle-time-us = 1000\nmaster = { node = 'm' }\n\
                     [[slave]]\nname = 'a'";
         let config: ReceiverConfig = coaxle_node::config::parse("test", text).unwrap();
-        let view = View {
-            name: "r".to_owned(),
-            receiver: 0,
-            of: Viewed::Far { far: 0, axis: 0 },
-            slaves: vec![0],
-            root: Root {
-                source: 0,
-                node: 0,
-                axis: 1,
-                gear: None,
-            },
-            standbys: Vec::new(),
-            nodes: vec![0],
-        };
+        let view = View::of_first_axis(1);
         let mut record = Box::<Record>::default();
         record.fill(3_000_000, 3_000_500, &SignalRow::new(&config), &view);
         let table = table(&config, &view);
@@ -185,16 +184,7 @@ mod tests {
             position: Some(2.5),
             ..TruthSignals::default()
         };
-        let values = (
-            truth,
-            &record.node,
-            &record.far,
-            &record.axis,
-            &record.slaves,
-        );
-        let encoded = encoder
-            .encode(record.at_ns, record.woke_ns, &values)
-            .unwrap();
+        let encoded = encode(&mut encoder, truth, &record).unwrap();
         let mut writer = Writer::create(Vec::new(), &[table], &Facts::new(), 0).unwrap();
         writer.row(0, &encoded).unwrap();
         let file = writer.finish().unwrap();

@@ -34,6 +34,20 @@ pub(crate) fn print(
     }
 }
 
+/// Prints a text and the end of its line.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub(crate) fn print_text(text: &str) -> anyhow::Result<()> {
+    let printed = print(|out| {
+        writeln!(out, "{text}")?;
+        Ok(true)
+    });
+    printed
+        .map(|_| ())
+        .context("cannot write to standard output")
+}
+
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error
         .downcast_ref::<io::Error>()

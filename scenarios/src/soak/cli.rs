@@ -1,15 +1,15 @@
 //! `coaxle soak`.
 
-use std::io::{ErrorKind, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use anyhow::Context;
 use clap::Args;
 use coaxle_host::machine;
 
 use super::schedule::DURATION_S;
 use super::{Soak, Soaked, seeds_of_hours};
+use crate::inspect;
 use crate::summary::World;
 
 /// What to soak in.
@@ -84,7 +84,6 @@ fn say(line: &str) {
 }
 
 fn tell(soaked: &Soaked) -> anyhow::Result<()> {
-    let mut out = std::io::stdout().lock();
     let mut lines = vec![format!(
         "{} schedules, {:.2} h, in {:.0} s: {} failed",
         soaked.schedules,
@@ -100,12 +99,5 @@ fn tell(soaked: &Soaked) -> anyhow::Result<()> {
         ));
         lines.extend(failure.wrong.iter().map(|line| format!("  {line}")));
     }
-    for line in lines {
-        match writeln!(out, "{line}") {
-            // A reader that has seen enough.
-            Err(error) if error.kind() == ErrorKind::BrokenPipe => break,
-            written => written.context("cannot write to standard output")?,
-        }
-    }
-    Ok(())
+    inspect::print_text(&lines.join("\n"))
 }

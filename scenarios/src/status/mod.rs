@@ -102,12 +102,12 @@ fn print(args: &StatusArgs, seen: &[SeenNode]) -> anyhow::Result<bool> {
 /// As the nodes said it: a list, or a line for each node.
 fn json(seen: &[SeenNode], lines: bool) -> String {
     let all = seen.iter().filter_map(|node| node.status.as_ref());
-    let mut all = all.map(|(_, status)| Value::Object(status.clone()));
+    let all = all.map(|(_, status)| Value::Object(status.clone()));
     if lines {
         let lines: Vec<_> = all.map(|status| status.to_string()).collect();
         return lines.join("\n");
     }
-    format!("{:#}", all.by_ref().collect::<Value>())
+    format!("{:#}", all.collect::<Value>())
 }
 
 /// Watches these nodes; where everybody may, all that there are, to say who is there instead of one that is not.

@@ -10,7 +10,7 @@ use coaxle_node::keys::NodeName;
 use super::plain::{largest_error, state};
 use super::reading::Reading;
 use super::words::{UNKNOWN, micros, or_unknown, seconds};
-use super::{absent, chosen, reading, watch};
+use super::{absent, reading, watch};
 use crate::inspect;
 use crate::network::NetworkArgs;
 
@@ -40,12 +40,14 @@ pub struct WaitArgs {
 pub fn wait(args: &WaitArgs) -> anyhow::Result<Exit> {
     let watcher = watch(&args.network, std::slice::from_ref(&args.node))?;
     let began = machine::now();
-    let own = |seen: &[SeenNode]| chosen(seen.to_vec(), std::slice::from_ref(&args.node));
-    let is_met = |status: Reading<'_>| args.is_met(&status);
-    let met = |seen: &[SeenNode]| own(seen).iter().filter_map(reading).any(is_met);
-    let seen = own(&watcher.wait_for(args.timeout, met));
+    let own = |seen: &[SeenNode]| seen.iter().position(|node| node.name == args.node);
+    let met = |seen: &[SeenNode]| {
+        let status = own(seen).and_then(|n| reading(&seen[n]));
+        status.is_some_and(|status| args.is_met(&status))
+    };
+    let seen = watcher.wait_for(args.timeout, met);
     let passed = seconds((machine::now() - began).as_secs_f64());
-    let Some(status) = seen.iter().find_map(reading) else {
+    let Some(status) = own(&seen).and_then(|n| reading(&seen[n])) else {
         let why = absent(&watcher, &args.node);
         watcher.close();
         tracing::error!("{why}");
@@ -54,10 +56,7 @@ pub fn wait(args: &WaitArgs) -> anyhow::Result<Exit> {
     watcher.close();
     let is_met = args.is_met(&status);
     let text = format!("{}: after {passed}: {}", args.node, args.told(&status));
-    inspect::print(|out| {
-        writeln!(out, "{text}")?;
-        Ok(true)
-    })?;
+    inspect::print_text(&text)?;
     Ok(Exit::NotMet.unless(is_met))
 }
 
