@@ -15,7 +15,7 @@ use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
 
 /// What a machine that is busy with other things may take for something that ought to take milliseconds.
-const PATIENCE: Span = Span::from_secs(30);
+const PATIENCE: Span = Span::from_secs(120);
 const LOOK: Duration = Duration::from_millis(10);
 
 /// The configs of two senders and a receiver that follows both, and two operators: anna may command all nodes, bert

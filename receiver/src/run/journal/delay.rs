@@ -38,19 +38,25 @@ pub(super) fn delay(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Not
 /// A node that is heard and asked for its time.
 #[derive(Debug, Default)]
 pub(super) struct Asked {
-    since: Option<Instant<Machine>>,
+    /// For how long its clock was known. A receiver that is synced only now and then waits longer, and tells too.
+    waited: Span,
+    /// The last look, if its clock was known then.
+    looked: Option<Instant<Machine>>,
     is_told: bool,
 }
 
 impl Asked {
-    /// That it has never responded since its clock is known, once.
+    /// That it has never responded although its clock is known, once.
     pub(super) fn in_vain(&mut self, at: Instant<Machine>, now: &FarNodeSignals) -> Option<Note> {
-        if !now.synced || now.delay_state != Some(DelayState::Asking) {
+        if now.delay_state != Some(DelayState::Asking) {
             *self = Self::default();
             return None;
         }
-        let since = *self.since.get_or_insert(at);
-        if self.is_told || at - since < PATIENCE {
+        let looked = std::mem::replace(&mut self.looked, now.synced.then_some(at));
+        if let (Some(looked), true) = (looked, now.synced) {
+            self.waited += at - looked;
+        }
+        if self.is_told || self.waited < PATIENCE {
             return None;
         }
         self.is_told = true;
@@ -89,5 +95,20 @@ mod tests {
         assert_eq!(told_at(&signals, 40..60), [46]);
         signals.synced = false;
         assert!(told_at(&signals, 60..80).is_empty());
+    }
+
+    #[test]
+    fn one_whose_clock_is_known_now_and_then_is_told_of_later() {
+        let mut asked = Asked::default();
+        let told_at = (0..40).filter(|second| {
+            let signals = FarNodeSignals {
+                synced: second % 4 != 0,
+                delay_state: Some(DelayState::Asking),
+                ..FarNodeSignals::default()
+            };
+            let at = Instant::EPOCH + Span::from_secs(*second);
+            asked.in_vain(at, &signals).is_some()
+        });
+        assert_eq!(told_at.collect::<Vec<_>>(), [11]);
     }
 }
