@@ -7,6 +7,10 @@ pub(crate) const FORMAT: &str = "format";
 pub(crate) const VERSION: &str = "1";
 /// In it, what the wall clock shows when the clock of the rows shows 0, ns.
 pub(crate) const CLOCK_OFFSET: &str = "clock-offset-ns";
+/// In it, the run of the node.
+pub(crate) const EPOCH: &str = "epoch";
+/// In it, which piece of a recording it is, from 0.
+pub(crate) const PIECE: &str = "piece";
 
 // In the metadata of a channel:
 

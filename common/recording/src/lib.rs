@@ -3,7 +3,7 @@
 //! A [`Table`] says whose rows they are and which signals they have. A [`RowEncoder`] makes messages of rows, a
 //! [`Writer`] puts them into a file that describes itself: each instance of a group of signals is a channel, each group a
 //! Protocol Buffers schema in the file. A [`Reader`] gives the rows back by those schemas, also from a file that nobody ended, and
-//! [`recover()`] ends it. `export` makes tables of it, with the feature of that name. Nothing here knows a clock, a
+//! [`recover()`] ends it. [`Pieces`] are for those who look on meanwhile, and [`Join`] makes one recording of them. `export` makes tables of it, with the feature of that name. Nothing here knows a clock, a
 //! thread or a file: bytes go to whatever writes and come from whatever reads.
 //!
 //! ```
@@ -45,7 +45,9 @@ mod example;
 #[cfg(feature = "export")]
 pub mod export;
 mod format;
+mod join;
 mod log;
+mod pieces;
 mod protobuf;
 mod read_table;
 mod reader;
@@ -61,7 +63,9 @@ mod value;
 mod writer;
 
 pub use encoded_row::{EncodedRow, RowError};
+pub use join::{Join, JoinError, JoinedNode};
 pub use log::{Level, LogLine};
+pub use pieces::Pieces;
 pub use read_table::{Column, ReadTable, Row};
 pub use reader::{Item, Reader};
 pub use records::{Damage, Fault};

@@ -4,10 +4,10 @@ use std::io::{BufWriter, Read, Write};
 
 use mcap::records::Record;
 use mcap::write::NoSeek;
-use mcap::{Attachment, Compression, McapError, WriteOptions};
+use mcap::{Attachment, McapError};
 
 use crate::records::{Damage, Records};
-use crate::writer::WriteError;
+use crate::writer::{WriteError, options};
 
 /// What was kept of a file.
 #[derive(Debug, Default)]
@@ -54,11 +54,7 @@ impl Recovered {
 /// # Errors
 /// [`WriteError`]. That something is wrong with `from` is no error: it is in what is given back.
 pub fn recover(from: impl Read, to: impl Write) -> Result<Recovered, WriteError> {
-    let options = WriteOptions::new()
-        .compression(Some(Compression::Lz4))
-        .library(concat!("coaxle ", env!("CARGO_PKG_VERSION")))
-        .disable_seeking(true);
-    let mut writer = options.create(NoSeek::new(BufWriter::new(to)))?;
+    let mut writer = options().create(NoSeek::new(BufWriter::new(to)))?;
     let mut recovered = Recovered::default();
     for record in Records::new(from) {
         match record {

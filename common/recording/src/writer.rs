@@ -45,9 +45,32 @@ struct Channels {
     instances: Vec<u16>,
     log: u16,
     status: u16,
+    written: Written,
+}
+
+/// How many messages of each kind a table has so far: their sequence numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Written {
     rows: u32,
     statuses: u32,
     lines: u32,
+}
+
+impl Written {
+    pub(crate) const NOTHING: Self = Self {
+        rows: 0,
+        statuses: 0,
+        lines: 0,
+    };
+}
+
+/// How files of ours are written.
+pub(crate) fn options() -> WriteOptions {
+    WriteOptions::new()
+        .compression(Some(Compression::Lz4))
+        .chunk_size(Some(CHUNK_BYTES))
+        .library(concat!("coaxle ", env!("CARGO_PKG_VERSION")))
+        .disable_seeking(true)
 }
 
 impl<W: Write> Writer<W> {
@@ -62,11 +85,17 @@ impl<W: Write> Writer<W> {
         facts: &Facts,
         clock_offset_ns: i64,
     ) -> Result<Self, WriteError> {
-        let options = WriteOptions::new()
-            .compression(Some(Compression::Lz4))
-            .chunk_size(Some(CHUNK_BYTES))
-            .library(concat!("coaxle ", env!("CARGO_PKG_VERSION")))
-            .disable_seeking(true);
+        Self::with_options(options(), out, tables, facts, clock_offset_ns)
+    }
+
+    /// The same, written as MCAP's options say.
+    pub(crate) fn with_options(
+        options: WriteOptions,
+        out: W,
+        tables: &[Table],
+        facts: &Facts,
+        clock_offset_ns: i64,
+    ) -> Result<Self, WriteError> {
         let mcap = options.create(NoSeek::new(BufWriter::new(out)))?;
         let mut writer = Self {
             mcap,
@@ -128,13 +157,13 @@ impl<W: Write> Writer<W> {
         for (channel, message) in channels.instances.iter().zip(row.messages()) {
             let header = MessageHeader {
                 channel_id: *channel,
-                sequence: channels.rows,
+                sequence: channels.written.rows,
                 log_time,
                 publish_time,
             };
             self.mcap.write_to_known_channel(&header, message)?;
         }
-        channels.rows = channels.rows.wrapping_add(1);
+        channels.written.rows = channels.written.rows.wrapping_add(1);
         self.flush_at(row.at_ns)
     }
 
@@ -147,10 +176,10 @@ impl<W: Write> Writer<W> {
         let Some(channels) = self.tables.get_mut(table) else {
             return Ok(());
         };
-        channels.lines = channels.lines.wrapping_add(1);
+        channels.written.lines = channels.written.lines.wrapping_add(1);
         let header = MessageHeader {
             channel_id: channels.log,
-            sequence: channels.lines,
+            sequence: channels.written.lines,
             log_time: time,
             publish_time: time,
         };
@@ -167,10 +196,10 @@ impl<W: Write> Writer<W> {
         let Some(channels) = self.tables.get_mut(table) else {
             return Ok(());
         };
-        channels.statuses = channels.statuses.wrapping_add(1);
+        channels.written.statuses = channels.written.statuses.wrapping_add(1);
         let header = MessageHeader {
             channel_id: channels.status,
-            sequence: channels.statuses,
+            sequence: channels.written.statuses,
             log_time: time,
             publish_time: time,
         };
@@ -185,6 +214,19 @@ impl<W: Write> Writer<W> {
         self.mcap.finish()?;
         let written = self.mcap.into_inner().into_inner().into_inner();
         Ok(written.map_err(|error| McapError::Io(error.into_error()))?)
+    }
+
+    /// How many messages the n-th table has.
+    pub(crate) fn written(&self, table: usize) -> Written {
+        let channels = self.tables.get(table);
+        channels.map_or(Written::NOTHING, |channels| channels.written)
+    }
+
+    /// Counts the messages of the n-th table on from there.
+    pub(crate) fn count_on(&mut self, table: usize, written: Written) {
+        if let Some(channels) = self.tables.get_mut(table) {
+            channels.written = written;
+        }
     }
 
     fn flush_at(&mut self, at_ns: i64) -> Result<(), WriteError> {
@@ -243,9 +285,7 @@ impl<W: Write> Writer<W> {
             instances,
             log,
             status,
-            rows: 0,
-            statuses: 0,
-            lines: 0,
+            written: Written::NOTHING,
         })
     }
 

@@ -1,0 +1,293 @@
+//! One recording of the pieces that nodes show of themselves.
+
+use std::collections::BTreeMap;
+use std::io::{BufWriter, Write};
+
+use mcap::McapError;
+use mcap::records::{Channel, MessageHeader, Metadata, Record};
+use mcap::write::NoSeek;
+
+use crate::format::{ABOUT, CLOCK_OFFSET, EPOCH, FORMAT, INSTANCE, PIECE, PLACE, TABLE, VERSION};
+use crate::records::{Damage, Records};
+use crate::writer::{FLUSH_PERIOD_NS, Facts, WriteError, options};
+
+/// A recording that grows by [`Pieces`](crate::Pieces), of one node or of several.
+pub struct Join<W: Write> {
+    mcap: mcap::Writer<NoSeek<BufWriter<W>>>,
+    of_many: bool,
+    nodes: BTreeMap<String, Node>,
+    flushed_ns: Option<u64>,
+}
+
+/// What has been joined of a node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JoinedNode {
+    /// Its name.
+    pub name: String,
+    /// Its rows.
+    pub rows: u64,
+    /// Rows between them that never came.
+    pub missing: u64,
+}
+
+/// A piece that cannot be joined. What was joined before is all right.
+#[derive(Debug, thiserror::Error)]
+pub enum JoinError {
+    /// The file cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// It is damaged, or no piece at all.
+    #[error("received something that is no piece of a recording: {0}")]
+    Damage(#[from] Damage),
+    /// It says that it is another node's.
+    #[error("received a piece of {received:?}, expected one of {expected:?}")]
+    Foreign {
+        /// Whose it says it is.
+        received: String,
+        /// Who sent it.
+        expected: String,
+    },
+    /// The node shows other signals than before: it was started with another config. A file has room for one.
+    #[error("{node} shows other signals than before")]
+    Changed {
+        /// The node.
+        node: String,
+    },
+}
+
+impl<W: Write> Join<W> {
+    /// Begins a recording. Where it is `of_many` nodes the topics have the node's name in front, and its clock is the time
+    /// of day: each PC has a monotonic clock of its own.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn create(out: W, of_many: bool) -> Result<Self, WriteError> {
+        let mut join = Self {
+            mcap: options().create(NoSeek::new(BufWriter::new(out)))?,
+            of_many,
+            nodes: BTreeMap::new(),
+            flushed_ns: None,
+        };
+        if of_many {
+            join.say([(CLOCK_OFFSET, "0")])?;
+        }
+        Ok(join)
+    }
+
+    /// Adds a piece that came from a node of this name.
+    ///
+    /// # Errors
+    /// [`JoinError`]: nothing of the piece has been added then, unless writing failed.
+    pub fn piece(&mut self, name: &str, piece: &[u8]) -> Result<(), JoinError> {
+        let piece = Piece::read(piece)?;
+        if let Some(received) = piece.foreign(name) {
+            let expected = name.to_owned();
+            return Err(JoinError::Foreign { received, expected });
+        }
+        let mut node = match self.nodes.remove(name) {
+            Some(node) => node,
+            None => self.meet(name, &piece)?,
+        };
+        let is_changed = node.channels != piece.channels;
+        let added = match is_changed {
+            true => Ok(()),
+            false => self.add(name, &mut node, &piece),
+        };
+        self.nodes.insert(name.to_owned(), node);
+        match is_changed {
+            true => Err(JoinError::Changed {
+                node: name.to_owned(),
+            }),
+            false => Ok(added?),
+        }
+    }
+
+    /// What has been joined so far, by name.
+    #[must_use]
+    pub fn nodes(&self) -> Vec<JoinedNode> {
+        let joined = |(name, node): (&String, &Node)| JoinedNode {
+            name: name.clone(),
+            rows: node.rows,
+            missing: node.missing,
+        };
+        self.nodes.iter().map(joined).collect()
+    }
+
+    /// Ends the recording with its summary, and gives back where it was written.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn finish(mut self) -> Result<W, WriteError> {
+        for node in self.nodes() {
+            let key = self.fact_of(&node.name, "missing");
+            self.say([(key.as_str(), node.missing.to_string().as_str())])?;
+        }
+        self.mcap.finish()?;
+        let written = self.mcap.into_inner().into_inner().into_inner();
+        Ok(written.map_err(|error| McapError::Io(error.into_error()))?)
+    }
+
+    /// Gives the channels of a node that is new a place.
+    fn meet(&mut self, name: &str, piece: &Piece) -> Result<Node, WriteError> {
+        let mut to = Vec::new();
+        for Described { channel, schema } in &piece.channels {
+            let schema = (self.mcap).add_schema(&schema.name, &schema.encoding, &schema.data)?;
+            let topic = match self.of_many {
+                true => format!("{name}/{}", channel.topic),
+                false => channel.topic.clone(),
+            };
+            let (encoding, metadata) = (&channel.message_encoding, &channel.metadata);
+            to.push(self.mcap.add_channel(schema, &topic, encoding, metadata)?);
+        }
+        Ok(Node {
+            channels: piece.channels.clone(),
+            to,
+            ..Node::default()
+        })
+    }
+
+    fn add(&mut self, name: &str, node: &mut Node, piece: &Piece) -> Result<(), WriteError> {
+        if node.epoch != piece.facts.get(EPOCH).cloned() {
+            node.epoch = piece.facts.get(EPOCH).cloned();
+            // Another run counts anew.
+            node.next_row = None;
+            self.tell(name, &piece.facts)?;
+        }
+        for (header, data) in &piece.messages {
+            let known = node.channels.iter().zip(&node.to);
+            let mut known = known.map(|(described, to)| (&described.channel, to));
+            let Some((channel, to)) = known.find(|(known, _)| known.id == header.channel_id) else {
+                continue;
+            };
+            if begins_a_row(channel) {
+                let expected = node.next_row.unwrap_or(header.sequence);
+                node.missing += u64::from(header.sequence.wrapping_sub(expected));
+                node.next_row = Some(header.sequence.wrapping_add(1));
+                node.rows += 1;
+            }
+            let mut header = *header;
+            header.channel_id = *to;
+            self.mcap.write_to_known_channel(&header, data)?;
+            self.flush_at(header.log_time)?;
+        }
+        Ok(())
+    }
+
+    /// What a piece says of the node and its run.
+    fn tell(&mut self, name: &str, facts: &Facts) -> Result<(), WriteError> {
+        let is_ours = |key: &str| [FORMAT, PIECE].contains(&key);
+        let of_many = self.of_many;
+        let told = facts.iter().filter(|(key, _)| !is_ours(key));
+        let told = told.filter(|(key, _)| !of_many || *key != CLOCK_OFFSET);
+        let told: Vec<_> = told
+            .map(|(key, fact)| (self.fact_of(name, key), fact.as_str()))
+            .collect();
+        self.say(told.iter().map(|(key, fact)| (key.as_str(), *fact)))
+    }
+
+    fn fact_of(&self, node: &str, key: &str) -> String {
+        match self.of_many {
+            true => format!("{node}.{key}"),
+            false => key.to_owned(),
+        }
+    }
+
+    fn say<'a>(
+        &mut self,
+        facts: impl IntoIterator<Item = (&'a str, &'a str)>,
+    ) -> Result<(), WriteError> {
+        let facts = facts.into_iter().chain([(FORMAT, VERSION)]);
+        let metadata = facts.map(|(key, fact)| (key.to_owned(), fact.to_owned()));
+        Ok(self.mcap.write_metadata(&Metadata {
+            name: ABOUT.to_owned(),
+            metadata: metadata.collect(),
+        })?)
+    }
+
+    fn flush_at(&mut self, log_time: u64) -> Result<(), WriteError> {
+        let flushed = *self.flushed_ns.get_or_insert(log_time);
+        if log_time.abs_diff(flushed) >= FLUSH_PERIOD_NS.unsigned_abs() {
+            self.flushed_ns = Some(log_time);
+            self.mcap.flush()?;
+        }
+        Ok(())
+    }
+}
+
+/// A node whose pieces come.
+#[derive(Default)]
+struct Node {
+    channels: Vec<Described>,
+    /// Where the messages of each go.
+    to: Vec<u16>,
+    epoch: Option<String>,
+    /// The sequence number of its next row.
+    next_row: Option<u32>,
+    rows: u64,
+    missing: u64,
+}
+
+/// The first message of each row is of the first instance.
+fn begins_a_row(channel: &Channel) -> bool {
+    let of = &channel.metadata;
+    of.contains_key(INSTANCE) && of.get(PLACE).is_some_and(|place| place == "0")
+}
+
+/// A piece, taken apart.
+#[derive(Default)]
+struct Piece {
+    facts: Facts,
+    channels: Vec<Described>,
+    messages: Vec<(MessageHeader, Vec<u8>)>,
+}
+
+/// A channel and what its messages are.
+#[derive(Clone, PartialEq)]
+struct Described {
+    channel: Channel,
+    schema: Schema,
+}
+
+#[derive(Clone, Default, PartialEq)]
+struct Schema {
+    name: String,
+    encoding: String,
+    data: Vec<u8>,
+}
+
+impl Piece {
+    fn read(bytes: &[u8]) -> Result<Self, Damage> {
+        let mut piece = Self::default();
+        let mut schemas = BTreeMap::new();
+        for record in Records::new(bytes) {
+            match record? {
+                Record::Metadata(about) if about.name == ABOUT => piece.facts = about.metadata,
+                Record::Schema { header, data } => {
+                    let schema = Schema {
+                        name: header.name,
+                        encoding: header.encoding,
+                        data: data.into_owned(),
+                    };
+                    schemas.insert(header.id, schema);
+                }
+                Record::Channel(channel) => {
+                    let schema = schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                    piece.channels.push(Described { channel, schema });
+                }
+                Record::Message { header, data } => {
+                    piece.messages.push((header, data.into_owned()));
+                }
+                _ => {}
+            }
+        }
+        Ok(piece)
+    }
+
+    /// Whose it says it is, if that is somebody else.
+    fn foreign(&self, name: &str) -> Option<String> {
+        let tables = self.channels.iter();
+        let mut tables = tables.map(|described| described.channel.metadata.get(TABLE));
+        let other = tables.find(|table| table.is_none_or(|table| table != name))?;
+        Some(other.cloned().unwrap_or_default())
+    }
+}
