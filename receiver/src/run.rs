@@ -6,19 +6,19 @@ mod journal;
 mod recorder;
 mod status;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::anyhow;
 use coaxle_clock::{Instant, Local};
 use coaxle_host::cli::Exit;
-use coaxle_host::{ArrivalsTrace, Ended, NodeArgs, Setup, Trace, arrivals_beside};
+use coaxle_host::{ArrivalsTrace, Ended, NodeArgs, Rows, Setup, arrivals_beside};
 use coaxle_node::config::ConfigError;
 
 use crate::config::ReceiverConfig;
 use crate::drives::Drives;
 use crate::node::Receiver;
 use drives::drives;
-use recorder::{Files, ReceiverRecorder};
+use recorder::ReceiverRecorder;
 
 /// What a receiver is told on its command line.
 #[derive(Clone, Debug, clap::Args)]
@@ -60,9 +60,9 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
         return node.say_ok().map(|()| Exit::Done);
     }
     node.die_with_parent()?;
-    let files = files(args, &config)?;
+    let recorder = recorder(args, &config)?;
     let follows = !config.heard_nodes().is_empty();
-    let outcome = coaxle_host::run(setup(node, config, files))?;
+    let outcome = coaxle_host::run(setup(node, config, recorder))?;
     tracing::info!(
         cycles = outcome.cycles,
         received = outcome.received,
@@ -81,8 +81,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn setup(node: &NodeArgs, config: ReceiverConfig, files: Files) -> Setup<Receiver> {
-    let recorder = ReceiverRecorder::new(&config, files);
+fn setup(node: &NodeArgs, config: ReceiverConfig, recorder: ReceiverRecorder) -> Setup<Receiver> {
     let file = node.file();
     Setup {
         name: config.name.clone(),
@@ -102,17 +101,18 @@ fn setup(node: &NodeArgs, config: ReceiverConfig, files: Files) -> Setup<Receive
     }
 }
 
-/// The trace, and the raw arrivals where they are asked for or beside the trace.
-fn files(args: &Args, config: &ReceiverConfig) -> anyhow::Result<Files> {
-    let columns = config.columns();
+/// Rows go where they are wanted; the raw arrivals where they are asked for, or beside the trace.
+fn recorder(args: &Args, config: &ReceiverConfig) -> anyhow::Result<ReceiverRecorder> {
+    let rows = rows(&args.node, config)?;
     let trace = args.node.trace.as_deref();
     let arrivals = args.arrivals.clone().or_else(|| trace.map(arrivals_beside));
-    let create = |path: &Path| Trace::with_columns(path, &columns);
-    Ok(Files {
-        trace: trace.map(create).transpose()?,
-        arrivals: arrivals.as_deref().map(ArrivalsTrace::create).transpose()?,
-        recording: (args.node).recording(&config.name, "receiver", config.instances())?,
-    })
+    let arrivals = arrivals.as_deref().map(ArrivalsTrace::create).transpose()?;
+    Ok(ReceiverRecorder::new(config, rows, arrivals))
+}
+
+fn rows(node: &NodeArgs, config: &ReceiverConfig) -> anyhow::Result<Rows> {
+    let (instances, columns) = (config.instances(), config.columns());
+    node.rows(&config.name, "receiver", instances, &columns)
 }
 
 fn build(

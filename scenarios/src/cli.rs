@@ -21,8 +21,8 @@ use crate::finished::Progress;
 use crate::inspect;
 use crate::junit::{self, Case};
 use crate::number;
-use crate::recorded::{self, ExportArgs, InfoArgs, RecoverArgs};
-use crate::recording::{self, RecordArgs};
+use crate::recorded::{self, ExportArgs, InfoArgs, RecordArgs, RecoverArgs};
+use crate::recording;
 use crate::results_folder::ResultsFolder;
 use crate::run::{self, Options, Outcome, TraceFormat};
 use crate::saw::{self, SawCommand};
@@ -100,7 +100,9 @@ enum Command {
     /// Say how fit this PC is for cycles; or what the configs of nodes leave open to others, and what closes it
     Doctor(DoctorArgs),
     /// Record how messages between real nodes arrive, to judge estimators of a far clock by
-    RecordArrivals(RecordArgs),
+    RecordArrivals(recording::RecordArgs),
+    /// Record what running nodes show of every cycle, from outside: docs/RECORDING.md
+    Record(RecordArgs),
     /// Make a recording whole that nobody ended, or that is damaged: docs/RECORDING.md
     Recover(RecoverArgs),
     /// Write the rows of a recording as tables for other programs
@@ -227,6 +229,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Secure(command)) => (crate::secure::cli::print(&command)?, Exit::Failed),
         Some(Command::Doctor(args)) => (doctor::print(&args)?, Exit::Failed),
         Some(Command::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
+        Some(Command::Record(args)) => return recorded::record(&args),
         Some(Command::Recover(args)) => (
             say(&recorded::recover(&args)?).map(|()| true)?,
             Exit::Failed,
@@ -374,7 +377,7 @@ fn run_sweep(args: &SweepArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn record_arrivals(args: &RecordArgs) -> anyhow::Result<bool> {
+fn record_arrivals(args: &recording::RecordArgs) -> anyhow::Result<bool> {
     let said = match args.seconds() {
         Some(seconds) => {
             let mut bar = Bar::new(format!("of {seconds} s"))?;

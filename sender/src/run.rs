@@ -5,11 +5,11 @@ mod recorder;
 use anyhow::Context;
 use coaxle_clock::{Instant, Local};
 use coaxle_host::cli::Exit;
-use coaxle_host::{NodeArgs, Setup};
+use coaxle_host::{NodeArgs, Rows, Setup};
 
 use crate::config::SenderConfig;
 use crate::node::Sender;
-use recorder::{Files, SenderRecorder};
+use recorder::SenderRecorder;
 
 /// What a sender is told on its command line.
 pub type Args = NodeArgs;
@@ -41,11 +41,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
 }
 
 fn setup(args: &Args, config: SenderConfig) -> anyhow::Result<Setup<Sender>> {
-    let files = Files {
-        trace: args.trace(&config.columns())?,
-        recording: args.recording(&config.name, "sender", config.instances())?,
-    };
-    let recorder = SenderRecorder::new(&config, files);
+    let recorder = SenderRecorder::new(&config, rows(args, &config)?);
     let file = args.file();
     Ok(Setup {
         name: config.name.clone(),
@@ -60,6 +56,15 @@ fn setup(args: &Args, config: SenderConfig) -> anyhow::Result<Setup<Sender>> {
         build: Box::new(move |start, epoch| build(&file, &config, start, epoch)),
         recorder: Box::new(recorder),
     })
+}
+
+fn rows(args: &Args, config: &SenderConfig) -> anyhow::Result<Rows> {
+    args.rows(
+        &config.name,
+        "sender",
+        config.instances(),
+        &config.columns(),
+    )
 }
 
 fn build(

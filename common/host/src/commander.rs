@@ -1,5 +1,6 @@
 //! Commanding nodes from outside.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{anyhow, bail};
@@ -21,7 +22,7 @@ const LOOK: Duration = Duration::from_millis(10);
 
 /// Sends orders. Its calls wait for the answers.
 pub struct Commander {
-    transport: Box<dyn Transport>,
+    transport: Arc<dyn Transport>,
     operator: Option<NodeName>,
 }
 
@@ -35,16 +36,16 @@ impl Commander {
         let credentials = transport.secure.as_deref().map(Credentials::open);
         let operator = credentials.transpose()?.map(|found| found.name().clone());
         Ok(Self {
-            transport: Box::new(OverZenoh::open_and_wait(transport)?),
+            transport: Arc::new(OverZenoh::open_and_wait(transport)?),
             operator,
         })
     }
 
     /// Sends orders over a transport that is there already, in the name of an operator or in nobody's.
     #[must_use]
-    pub fn over(transport: impl Transport + 'static, operator: Option<NodeName>) -> Self {
+    pub fn over(transport: Arc<dyn Transport>, operator: Option<NodeName>) -> Self {
         Self {
-            transport: Box::new(transport),
+            transport,
             operator,
         }
     }

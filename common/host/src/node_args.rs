@@ -9,7 +9,7 @@ use coaxle_node::config::{TransportConfig, load};
 use coaxle_node::keys::NodeName;
 use coaxle_node::signal::Instance;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
-use coaxle_recording::Table;
+use coaxle_recording::{Facts, Table};
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
 use serde::de::DeserializeOwned;
 
@@ -17,6 +17,7 @@ use crate::cli::parse_duration;
 use crate::credentials::{Credentials, CredentialsFault};
 use crate::machine;
 use crate::recording::{Attached, Recording};
+use crate::rows::Rows;
 use crate::trace::Trace;
 use crate::transport::zenoh_config;
 
@@ -102,33 +103,41 @@ impl NodeArgs {
         Ok(transport)
     }
 
-    /// Creates the trace file, if one is asked for.
-    ///
-    /// # Errors
-    /// Names the file that cannot be written.
-    pub fn trace(&self, columns: &[String]) -> anyhow::Result<Option<Trace>> {
-        let create = |path| Trace::with_columns(path, columns);
-        self.trace.as_deref().map(create).transpose()
-    }
-
-    /// Creates the recording, if one is asked for, with the config file in it. `instances` is everything of the node that
-    /// has signals, in the order of a row.
+    /// What becomes of the node's rows: creates the trace and the recording, if they are asked for. `instances` is
+    /// everything of the node that has signals, in the order of a row, and `columns` are their names.
     ///
     /// # Errors
     /// Names the file that cannot be written, or read.
-    pub fn recording(
+    pub fn rows(
         &self,
         node: &NodeName,
         role: &str,
         instances: Vec<Instance>,
-    ) -> anyhow::Result<Option<Recording>> {
-        let Some(path) = &self.record else {
-            return Ok(None);
-        };
+        columns: &[String],
+    ) -> anyhow::Result<Rows> {
         let table = Table {
             name: node.to_string(),
             role: role.to_owned(),
             instances,
+        };
+        let facts = [
+            ("node", node.as_str()),
+            ("role", role),
+            ("version", env!("CARGO_PKG_VERSION")),
+        ];
+        let facts: Facts = facts
+            .map(|(name, fact)| (name.to_owned(), fact.to_owned()))
+            .into();
+        let trace = |path| Trace::with_columns(path, columns);
+        let trace = self.trace.as_deref().map(trace).transpose()?;
+        let recording = self.recording(&table, &facts)?;
+        Ok(Rows::new(table, facts, trace, recording))
+    }
+
+    /// With the config file in it.
+    fn recording(&self, table: &Table, facts: &Facts) -> anyhow::Result<Option<Recording>> {
+        let Some(path) = &self.record else {
+            return Ok(None);
         };
         let config = text_file::read(&self.config, MOST_CONFIG_BYTES)?;
         let name = self.config.file_name().unwrap_or_default();
@@ -137,13 +146,7 @@ impl NodeArgs {
             media_type: "application/toml",
             data: config.as_bytes(),
         };
-        let facts = [
-            ("node", node.as_str()),
-            ("role", role),
-            ("version", env!("CARGO_PKG_VERSION")),
-        ];
-        let facts = facts.map(|(name, fact)| (name.to_owned(), fact.to_owned()));
-        Recording::create(path, &table, &facts.into(), &[attached]).map(Some)
+        Recording::create(path, table, facts, &[attached]).map(Some)
     }
 
     /// From now on this process dies with the one that started it, where it is told of one: however that ends.

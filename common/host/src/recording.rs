@@ -1,17 +1,17 @@
 //! A recording on its way into a file: encoded here, written by a thread of its own.
 
 use std::fs::File;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 
 use anyhow::{Context, anyhow};
 use coaxle_clock::Instant;
-use coaxle_recording::{EncodedRow, Facts, Level, LogLine, RowEncoder, RowError, Table, Writer};
+use coaxle_recording::{EncodedRow, Facts, LogLine, RowEncoder, RowError, Table, Writer};
 use serde::Serialize;
 
 use crate::machine::{self, Machine};
+use crate::synced_file::SyncedFile;
 
 /// Memory for what waits to be written: a disk may stand still for a second or more.
 const QUEUE_BYTES: usize = 32 << 20;
@@ -25,7 +25,6 @@ const SIGNAL_BYTES: usize = 12;
 /// thread that writes cannot hold is dropped and counted. What is older than a quarter of a second is on the disk.
 pub struct Recording {
     path: PathBuf,
-    node: String,
     encoder: RowEncoder,
     /// None after the end.
     queue: Option<SyncSender<Entry>>,
@@ -68,9 +67,13 @@ impl Recording {
         let cannot = || format!("cannot write the recording {}", path.display());
         let file = File::create(path).with_context(cannot)?;
         let tables = std::slice::from_ref(table);
-        let mut writer =
-            Writer::create(Synced(file), tables, facts, machine::wall_clock_offset_ns())
-                .with_context(cannot)?;
+        let mut writer = Writer::create(
+            SyncedFile(file),
+            tables,
+            facts,
+            machine::wall_clock_offset_ns(),
+        )
+        .with_context(cannot)?;
         for file in attached {
             let put = writer.attach(file.name, file.media_type, file.data);
             put.with_context(cannot)?;
@@ -89,7 +92,6 @@ impl Recording {
             .with_context(cannot)?;
         Ok(Self {
             path: path.to_owned(),
-            node: table.name.clone(),
             encoder: RowEncoder::of(table),
             queue: Some(queue),
             thread: Some(thread),
@@ -119,13 +121,8 @@ impl Recording {
     }
 
     /// Adds a line of the node's log.
-    pub fn log(&mut self, at: Instant<Machine>, level: Level, text: impl Into<String>) {
-        self.push(Entry::Log(LogLine {
-            at_ns: at.as_nanos(),
-            level,
-            name: self.node.clone(),
-            text: text.into(),
-        }));
+    pub fn log(&mut self, line: LogLine) {
+        self.push(Entry::Log(line));
     }
 
     /// Adds a status of the node, as JSON.
@@ -196,7 +193,7 @@ impl Drop for Recording {
 }
 
 /// Writes what comes until nothing more does, and ends the file.
-fn write(mut writer: Writer<Synced>, entries: &Receiver<Entry>) -> anyhow::Result<()> {
+fn write(mut writer: Writer<SyncedFile>, entries: &Receiver<Entry>) -> anyhow::Result<()> {
     for entry in entries {
         match entry {
             Entry::Row(row) => writer.row(0, &row),
@@ -209,29 +206,12 @@ fn write(mut writer: Writer<Synced>, entries: &Receiver<Entry>) -> anyhow::Resul
     Ok(())
 }
 
-/// What is flushed is on the disk, so that neither the end of the process nor that of the power takes it.
-struct Synced(File);
-
-impl Write for Synced {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        match self.0.sync_data() {
-            // What is no file, such as a pipe, has no disk.
-            Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
-            other => other,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use coaxle_clock::Span;
     use coaxle_node::signal::Instance;
-    use coaxle_recording::{Item, Reader, Value};
+    use coaxle_recording::{Item, Level, Reader, Value};
 
     mod declared {
         #![allow(
@@ -282,7 +262,12 @@ mod tests {
             };
             recording.row(at, at + Span::from_micros(3), &row);
         }
-        recording.log(start, Level::Warning, "cold");
+        recording.log(LogLine {
+            at_ns: start.as_nanos(),
+            level: Level::Warning,
+            name: "boiler".to_owned(),
+            text: "cold".to_owned(),
+        });
         recording.status(start, "{}");
         recording.finish().unwrap();
         assert_eq!(recording.dropped(), 0);

@@ -27,7 +27,7 @@ use crate::session::Session;
 use crate::status::{Identity, Reporter};
 use crate::telemetry::{Recorder, telemetry};
 use crate::threads::{Wishes, joined, start_cycle, start_publisher, start_server, start_telemetry};
-use crate::transport::{Exposure, OverZenoh, Transport};
+use crate::transport::{Exposure, OverZenoh, Transport, Urgency};
 
 /// Messages with axes between two scans: two seconds' worth at 1 kHz.
 const MAILBOX_MESSAGES: usize = 2048;
@@ -172,7 +172,6 @@ where
     let (panic_watch, mut panics) = panics();
     let epoch = getrandom::u64().context("the system gives no random epoch")?;
     let identity = identity(&setup, epoch);
-    setup.recorder.begin(epoch);
     let node = (setup.build)(NodeClock::first_cycle(&setup.clock), epoch)
         .with_context(|| format!("cannot build node {}", setup.name))?;
     let clock = NodeClock::new(&setup.clock, setup.seed, Instant::EPOCH)
@@ -192,6 +191,8 @@ where
     orders.attach(server.thread().clone());
     requests.attach(server.thread().clone());
 
+    let rows = transport.publisher(&setup.name.rows_key(), Urgency::Bulk)?;
+    setup.recorder.begin(epoch, rows);
     let mut session = Session::open(transport, &setup.name, epoch, panic_watch.clone())?;
     let channels = session.publish(&setup.wiring.publications, setup.seed)?;
     for (subscription, inbox) in setup.wiring.subscriptions.iter().zip(inboxes) {

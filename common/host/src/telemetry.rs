@@ -11,6 +11,7 @@ use serde_json::{Map, Value};
 
 use crate::machine::{self, Machine};
 use crate::status::Reporter;
+use crate::transport::Publisher;
 
 /// One cycle as telemetry sees it.
 #[derive(Clone, Copy, Debug)]
@@ -40,9 +41,9 @@ pub trait Recorder<S>: Send {
     /// Takes a cycle's record; each is given once, in order.
     fn record(&mut self, record: &Record<S>);
 
-    /// The run with this epoch begins: nothing has been given yet.
-    fn begin(&mut self, epoch: u64) {
-        let _ = epoch;
+    /// The run with this epoch begins: nothing has been given yet. Whoever looks on hears what `rows` publishes.
+    fn begin(&mut self, epoch: u64, rows: Box<dyn Publisher>) {
+        let _ = (epoch, rows);
     }
 
     /// Takes something that a cycle took in; each is given once, in order, but some time before or

@@ -19,7 +19,7 @@ const MOST_NODES: usize = 10_000;
 
 /// Sees nodes, and hears their status. Nothing of them changes by that.
 pub struct Watcher {
-    transport: Box<dyn Transport>,
+    transport: Arc<dyn Transport>,
     seen: Arc<Seen>,
     _declared: Vec<Declared>,
 }
@@ -72,14 +72,14 @@ impl Watcher {
     /// A wrong transport section, certificates that cannot be read, or a session that cannot be opened, with the
     /// endpoints.
     pub fn open(transport: &TransportConfig, nodes: &[NodeName]) -> anyhow::Result<Self> {
-        Self::over(OverZenoh::open_and_wait(transport)?, nodes)
+        Self::over(Arc::new(OverZenoh::open_and_wait(transport)?), nodes)
     }
 
     /// The same over a transport that is there already.
     ///
     /// # Errors
     /// The transport refuses.
-    pub fn over(transport: impl Transport + 'static, nodes: &[NodeName]) -> anyhow::Result<Self> {
+    pub fn over(transport: Arc<dyn Transport>, nodes: &[NodeName]) -> anyhow::Result<Self> {
         let keys = |node: &NodeName| (node.status_key(), node.alive_key());
         let keys: Vec<_> = match nodes {
             [] => vec![(ANY_STATUS_KEY.to_owned(), ANY_ALIVE_KEY.to_owned())],
@@ -96,7 +96,7 @@ impl Watcher {
             declared.push(transport.watch(&alive, Box::new(on_change))?);
         }
         Ok(Self {
-            transport: Box::new(transport),
+            transport,
             seen,
             _declared: declared,
         })
@@ -133,6 +133,12 @@ impl Watcher {
     #[must_use]
     pub fn why_unseen(&self, node: &NodeName) -> Option<Unseen> {
         self.transport.why_unseen(node.as_str())
+    }
+
+    /// The transport, for whatever else one wants of the nodes.
+    #[must_use]
+    pub const fn transport(&self) -> &Arc<dyn Transport> {
+        &self.transport
     }
 
     /// How it reaches others, for messages.
@@ -180,7 +186,7 @@ mod tests {
     fn all_nodes_are_seen_with_what_they_said_last() {
         let transport = InProcess::dated_by(|| Instant::from_nanos(5));
         let _early = transport.announce("coaxle/line/alive").unwrap();
-        let watcher = Watcher::over(transport.clone(), &[]).unwrap();
+        let watcher = Watcher::over(Arc::new(transport.clone()), &[]).unwrap();
         let saw = transport.announce("coaxle/saw/alive").unwrap();
         publish(
             &transport,
@@ -205,7 +211,7 @@ mod tests {
     #[test]
     fn of_named_nodes_only_these_are_heard() {
         let transport = InProcess::default();
-        let watcher = Watcher::over(transport.clone(), &[name("saw")]).unwrap();
+        let watcher = Watcher::over(Arc::new(transport.clone()), &[name("saw")]).unwrap();
         for node in ["line", "saw"] {
             let text = format!("{{ \"node\": \"{node}\" }}");
             publish(&transport, &format!("coaxle/{node}/status"), &text);
@@ -218,7 +224,7 @@ mod tests {
     #[test]
     fn what_is_no_status_is_nobodys() {
         let transport = InProcess::default();
-        let watcher = Watcher::over(transport.clone(), &[]).unwrap();
+        let watcher = Watcher::over(Arc::new(transport.clone()), &[]).unwrap();
         for text in [
             "",
             "{",
@@ -235,7 +241,7 @@ mod tests {
     #[test]
     fn it_waits_until_it_has_seen_enough_and_no_longer_than_it_may() {
         let transport = InProcess::default();
-        let watcher = Watcher::over(transport.clone(), &[]).unwrap();
+        let watcher = Watcher::over(Arc::new(transport.clone()), &[]).unwrap();
         let nobody = watcher.wait_for(Span::from_millis(1), |seen| !seen.is_empty());
         assert!(nobody.is_empty());
         let later = std::thread::spawn(move || {

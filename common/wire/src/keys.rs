@@ -1,5 +1,5 @@
 //! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/far-axes`, `/time-requests`, `/time-responses`,
-//! `/command`, `/command/<operator>`, `/status`, `/alive`, `/seen-by/<node>`, `/runs/<epoch>`.
+//! `/command`, `/command/<operator>`, `/status`, `/rows`, `/alive`, `/seen-by/<node>`, `/runs/<epoch>`.
 
 use std::fmt;
 
@@ -76,6 +76,12 @@ impl NodeName {
     #[must_use]
     pub fn status_key(&self) -> String {
         format!("coaxle/{self}/status")
+    }
+
+    /// The key of its rows, for those who look on: small recordings, while somebody subscribes.
+    #[must_use]
+    pub fn rows_key(&self) -> String {
+        format!("coaxle/{self}/rows")
     }
 
     /// The key of its liveliness token.

@@ -1,7 +1,8 @@
 //! What becomes of a receiver's cycles: trace, log and status.
 
 use coaxle_clock::Instant;
-use coaxle_host::{ArrivalRecord, ArrivalsTrace, Machine, Record, Recorder, Recording, Trace};
+use coaxle_host::transport::Publisher;
+use coaxle_host::{ArrivalRecord, ArrivalsTrace, Machine, Record, Recorder, Rows};
 use serde_json::{Map, Value, json};
 
 use super::journal::{Journal, Level};
@@ -12,7 +13,8 @@ use crate::snapshot::ReceiverSnapshot;
 /// Keeps the newest cycle for the status, and what is wanted in files.
 pub(super) struct ReceiverRecorder {
     config: ReceiverConfig,
-    files: Files,
+    rows: Rows,
+    arrivals: Option<ArrivalsTrace>,
     journal: Journal,
     newest: Option<ReceiverSnapshot>,
     /// When its cycle began.
@@ -21,22 +23,17 @@ pub(super) struct ReceiverRecorder {
     last_fault: Option<(Instant<Machine>, String)>,
 }
 
-/// The files that a receiver leaves, if they are wanted.
-#[derive(Default)]
-pub(super) struct Files {
-    /// Every cycle.
-    pub(super) trace: Option<Trace>,
-    /// What came in from the followed node.
-    pub(super) arrivals: Option<ArrivalsTrace>,
-    /// Every cycle, the log and the status.
-    pub(super) recording: Option<Recording>,
-}
-
 impl ReceiverRecorder {
-    pub(super) fn new(config: &ReceiverConfig, files: Files) -> Self {
+    /// With what came in from the followed nodes, where that is wanted too.
+    pub(super) fn new(
+        config: &ReceiverConfig,
+        rows: Rows,
+        arrivals: Option<ArrivalsTrace>,
+    ) -> Self {
         Self {
             config: config.clone(),
-            files,
+            rows,
+            arrivals,
             journal: Journal::new(config),
             newest: None,
             newest_at: Instant::EPOCH,
@@ -46,35 +43,25 @@ impl ReceiverRecorder {
 }
 
 impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
-    fn begin(&mut self, epoch: u64) {
-        if let Some(recording) = &mut self.files.recording {
-            recording.begin(epoch);
-        }
+    fn begin(&mut self, epoch: u64, rows: Box<dyn Publisher>) {
+        self.rows.begin(epoch, rows);
     }
 
     fn reported(&mut self, at: Instant<Machine>, status: &str) {
-        if let Some(recording) = &mut self.files.recording {
-            recording.status(at, status);
-        }
+        self.rows.reported(at, status);
     }
 
     fn record(&mut self, record: &Record<ReceiverSnapshot>) {
         let snapshot = &record.snapshot;
-        if let Some(trace) = &mut self.files.trace {
-            let (at, woke) = (record.ideal_start.as_nanos(), record.woke.as_nanos());
-            trace.write(record.ideal_start, [(at, woke, &snapshot.signals)]);
-        }
-        if let Some(recording) = &mut self.files.recording {
-            recording.row(record.ideal_start, record.woke, &snapshot.signals);
-        }
+        self.rows
+            .row(record.ideal_start, record.woke, &snapshot.signals);
         for note in self.journal.take(record.ideal_start, snapshot) {
             note.log(&self.config.name);
             if note.level != Level::Info {
                 self.last_fault = Some((record.ideal_start, note.text.clone()));
             }
-            if let Some(recording) = &mut self.files.recording {
-                recording.log(record.ideal_start, note.level.into(), note.text);
-            }
+            self.rows
+                .log(record.ideal_start, note.level.into(), note.text);
         }
         self.newest_at = record.ideal_start;
         match &mut self.newest {
@@ -84,7 +71,7 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
     }
 
     fn arrived(&mut self, record: &ArrivalRecord) {
-        if let Some(arrivals) = &mut self.files.arrivals {
+        if let Some(arrivals) = &mut self.arrivals {
             arrivals.write(record.ideal_start, &record.tick, &record.arrival);
         }
     }
@@ -102,22 +89,13 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
             }
             None => status::before_the_first_cycle(),
         };
-        if let Some(recording) = &self.files.recording {
-            status.insert("recording_dropped".to_owned(), json!(recording.dropped()));
-        }
+        self.rows.add_to(&mut status);
         status
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
-        let Files {
-            trace,
-            arrivals,
-            recording,
-        } = &mut self.files;
-        let traced = trace.as_mut().map_or(Ok(()), Trace::finish);
-        let arrived = arrivals.as_mut().map_or(Ok(()), ArrivalsTrace::finish);
-        let recorded = recording.as_mut().map_or(Ok(()), Recording::finish);
-        traced.and(arrived).and(recorded)
+        let arrived = self.arrivals.as_mut().map_or(Ok(()), ArrivalsTrace::finish);
+        self.rows.finish().and(arrived)
     }
 }
 
@@ -162,6 +140,18 @@ mod tests {
         parse("r", text).unwrap()
     }
 
+    /// As a command line says it.
+    fn rows(line: &[&str]) -> Rows {
+        #[derive(clap::Parser)]
+        struct Cli {
+            #[command(flatten)]
+            node: coaxle_host::NodeArgs,
+        }
+        let line = ["node", "r.toml"].iter().chain(line);
+        let cli = <Cli as clap::Parser>::parse_from(line);
+        super::super::rows(&cli.node, &config()).unwrap()
+    }
+
     fn record(snapshot: ReceiverSnapshot) -> Record<ReceiverSnapshot> {
         Record {
             ideal_start: Instant::from_nanos(1_000),
@@ -194,7 +184,7 @@ mod tests {
 
     #[test]
     fn the_status_has_the_fields_that_the_document_describes() {
-        let mut recorder = ReceiverRecorder::new(&config(), Files::default());
+        let mut recorder = ReceiverRecorder::new(&config(), rows(&[]), None);
         let before = recorder.status();
         assert_eq!(before["health"], "waiting-for-master");
         assert_eq!(
@@ -240,7 +230,7 @@ mod tests {
 
     #[test]
     fn the_status_says_every_signal_of_everything() {
-        let mut recorder = ReceiverRecorder::new(&config(), Files::default());
+        let mut recorder = ReceiverRecorder::new(&config(), rows(&[]), None);
         recorder.record(&record(coupled()));
         let status = recorder.status();
         for instance in config().instances() {
@@ -260,7 +250,7 @@ mod tests {
 
     #[test]
     fn an_error_is_code_and_text_and_a_master_that_does_not_fit_is_one() {
-        let mut recorder = ReceiverRecorder::new(&config(), Files::default());
+        let mut recorder = ReceiverRecorder::new(&config(), rows(&[]), None);
         let mut snapshot = coupled();
         snapshot.health = crate::Health::CycleTimesDoNotFit;
         snapshot.far_health[0] = snapshot.health;
@@ -280,7 +270,7 @@ mod tests {
 
     #[test]
     fn the_last_fault_is_told_with_its_age_until_there_is_another() {
-        let mut recorder = ReceiverRecorder::new(&config(), Files::default());
+        let mut recorder = ReceiverRecorder::new(&config(), rows(&[]), None);
         recorder.record(&record(coupled()));
         assert_eq!(recorder.status()["last_fault"], Value::Null);
         let mut failed = coupled();
@@ -304,12 +294,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("trace.csv");
         let columns = config().columns();
-        let trace = Trace::with_columns(&path, &columns).unwrap();
-        let files = Files {
-            trace: Some(trace),
-            ..Files::default()
-        };
-        let mut recorder = ReceiverRecorder::new(&config(), files);
+        let rows = rows(&["--trace", path.to_str().unwrap()]);
+        let mut recorder = ReceiverRecorder::new(&config(), rows, None);
         for _ in 0..3 {
             recorder.record(&record(coupled()));
         }

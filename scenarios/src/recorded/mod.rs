@@ -1,6 +1,8 @@
-//! `coaxle recover`, `coaxle export`, `coaxle info`: what becomes of recordings.
+//! `coaxle record`, `coaxle recover`, `coaxle export`, `coaxle info`: recordings of running nodes, and what becomes of
+//! them.
 
 mod info;
+mod live;
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
@@ -13,6 +15,7 @@ use coaxle_recording::export::{Exported, Format};
 use coaxle_recording::{Damage, ReadTable, Recovered};
 
 pub(crate) use info::{InfoArgs, info};
+pub(crate) use live::{RecordArgs, record};
 
 /// What to recover.
 #[derive(Debug, Args)]

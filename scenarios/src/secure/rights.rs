@@ -105,12 +105,15 @@ fn both_ways(node: &Member, operator: &Operator, orders: Flow) -> Vec<Right> {
     let answers = opposite(orders);
     let own = node.name.operator_command_key(&operator.name);
     let (status, alive) = (node.name.status_key(), node.name.alive_key());
+    let rows = node.name.rows_key();
     vec![
         right(of, orders, ORDER, &own),
         right(of, answers, REPLY, &own),
         right(of, answers, SERVE, &node.name.operator_command_keys()),
         right(of, orders, HEAR, &status),
         right(of, answers, PUBLISH, &status),
+        right(of, orders, HEAR, &rows),
+        right(of, answers, PUBLISH, &rows),
         right(of, orders, WATCH, &alive),
         right(of, answers, ANNOUNCE, &alive),
     ]
@@ -214,6 +217,8 @@ mod tests {
                 "Egress declare_queryable coaxle/saw/command/*",
                 "Ingress declare_subscriber coaxle/saw/status",
                 "Egress put coaxle/saw/status",
+                "Ingress declare_subscriber coaxle/saw/rows",
+                "Egress put coaxle/saw/rows",
                 "Ingress declare_liveliness_subscriber coaxle/saw/alive",
                 "Ingress liveliness_query coaxle/saw/alive",
                 "Egress liveliness_token coaxle/saw/alive",

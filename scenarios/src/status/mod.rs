@@ -114,7 +114,7 @@ fn json(seen: &[SeenNode], lines: bool) -> String {
 ///
 /// # Errors
 /// A wrong network section, or a network that cannot be joined.
-fn watch(network: &NetworkArgs, nodes: &[NodeName]) -> anyhow::Result<Watcher> {
+pub(crate) fn watch(network: &NetworkArgs, nodes: &[NodeName]) -> anyhow::Result<Watcher> {
     let transport = network.transport()?;
     let known = match (&network.secure, nodes) {
         (None, _) => Vec::new(),
@@ -128,7 +128,7 @@ fn watch(network: &NetworkArgs, nodes: &[NodeName]) -> anyhow::Result<Watcher> {
 ///
 /// # Errors
 /// One does not turn up: says who does.
-fn gather(watcher: &Watcher, nodes: &[NodeName]) -> anyhow::Result<Vec<SeenNode>> {
+pub(crate) fn gather(watcher: &Watcher, nodes: &[NodeName]) -> anyhow::Result<Vec<SeenNode>> {
     let told = |node: &SeenNode| node.status.is_some();
     if nodes.is_empty() {
         let some = watcher.wait_for(PATIENCE, |seen| seen.iter().any(told));

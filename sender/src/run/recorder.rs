@@ -1,7 +1,8 @@
 //! What becomes of a sender's cycles: trace and status.
 
 use coaxle_clock::Instant;
-use coaxle_host::{Machine, Record, Recorder, Recording, Trace, fields_of};
+use coaxle_host::transport::Publisher;
+use coaxle_host::{Machine, Record, Recorder, Rows, fields_of};
 use coaxle_node::signal::{Group, Instance};
 use serde_json::{Map, Value, json};
 
@@ -12,50 +13,33 @@ use crate::snapshot::SenderSnapshot;
 /// Keeps the newest cycle for the status, and what is wanted in files.
 pub(super) struct SenderRecorder {
     config: SenderConfig,
-    files: Files,
+    rows: Rows,
     newest: Option<SenderSnapshot>,
 }
 
-/// The files that a sender leaves, if they are wanted: of every cycle.
-#[derive(Default)]
-pub(super) struct Files {
-    pub(super) trace: Option<Trace>,
-    pub(super) recording: Option<Recording>,
-}
-
 impl SenderRecorder {
-    pub(super) fn new(config: &SenderConfig, files: Files) -> Self {
+    pub(super) fn new(config: &SenderConfig, rows: Rows) -> Self {
         Self {
             config: config.clone(),
-            files,
+            rows,
             newest: None,
         }
     }
 }
 
 impl Recorder<SenderSnapshot> for SenderRecorder {
-    fn begin(&mut self, epoch: u64) {
-        if let Some(recording) = &mut self.files.recording {
-            recording.begin(epoch);
-        }
+    fn begin(&mut self, epoch: u64, rows: Box<dyn Publisher>) {
+        self.rows.begin(epoch, rows);
     }
 
     fn reported(&mut self, at: Instant<Machine>, status: &str) {
-        if let Some(recording) = &mut self.files.recording {
-            recording.status(at, status);
-        }
+        self.rows.reported(at, status);
     }
 
     fn record(&mut self, record: &Record<SenderSnapshot>) {
         let snapshot = &record.snapshot;
-        let Files { trace, recording } = &mut self.files;
-        if let Some(trace) = trace {
-            let (at, woke) = (record.ideal_start.as_nanos(), record.woke.as_nanos());
-            trace.write(record.ideal_start, [(at, woke, &snapshot.signals)]);
-        }
-        if let Some(recording) = recording {
-            recording.row(record.ideal_start, record.woke, &snapshot.signals);
-        }
+        self.rows
+            .row(record.ideal_start, record.woke, &snapshot.signals);
         match &mut self.newest {
             Some(newest) => newest.clone_from(snapshot),
             None => self.newest = Some(snapshot.clone()),
@@ -67,17 +51,12 @@ impl Recorder<SenderSnapshot> for SenderRecorder {
             Some(snapshot) => status_of(&self.config, snapshot),
             None => Map::new(),
         };
-        if let Some(recording) = &self.files.recording {
-            status.insert("recording_dropped".to_owned(), json!(recording.dropped()));
-        }
+        self.rows.add_to(&mut status);
         status
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
-        let Files { trace, recording } = &mut self.files;
-        let traced = trace.as_mut().map_or(Ok(()), Trace::finish);
-        let recorded = recording.as_mut().map_or(Ok(()), Recording::finish);
-        traced.and(recorded)
+        self.rows.finish()
     }
 }
 
@@ -139,6 +118,18 @@ mod tests {
         parse("s", &text).unwrap()
     }
 
+    /// As a command line says it.
+    fn rows(line: &[&str]) -> Rows {
+        #[derive(clap::Parser)]
+        struct Cli {
+            #[command(flatten)]
+            node: coaxle_host::NodeArgs,
+        }
+        let line = ["node", "s.toml"].iter().chain(line);
+        let cli = <Cli as clap::Parser>::parse_from(line);
+        super::super::rows(&cli.node, &config()).unwrap()
+    }
+
     fn record() -> Record<SenderSnapshot> {
         let mut sender = Sender::new(&config(), Instant::EPOCH, 1).unwrap();
         let _ = sender.cycle(Instant::EPOCH);
@@ -151,7 +142,7 @@ mod tests {
 
     #[test]
     fn the_status_has_the_fields_that_the_document_describes() {
-        let mut recorder = SenderRecorder::new(&config(), Files::default());
+        let mut recorder = SenderRecorder::new(&config(), rows(&[]));
         assert_eq!(
             recorder.status(),
             Map::new(),
@@ -181,12 +172,8 @@ mod tests {
     fn a_trace_has_a_row_per_cycle_and_a_column_per_signal() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("trace.csv");
-        let trace = Trace::with_columns(&path, &config().columns()).unwrap();
-        let files = Files {
-            trace: Some(trace),
-            ..Files::default()
-        };
-        let mut recorder = SenderRecorder::new(&config(), files);
+        let rows = rows(&["--trace", path.to_str().unwrap()]);
+        let mut recorder = SenderRecorder::new(&config(), rows);
         recorder.record(&record());
         recorder.record(&record());
         recorder.finish().unwrap();

@@ -112,6 +112,8 @@ pub enum Urgency {
     RealTime,
     /// What people read.
     Ordinary,
+    /// Much at a time, for who looks on: after all else.
+    Bulk,
 }
 
 /// Publishes under one key.

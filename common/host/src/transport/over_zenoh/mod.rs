@@ -89,6 +89,7 @@ impl Transport for OverZenoh {
         let priority = match urgency {
             Urgency::RealTime => Priority::RealTime,
             Urgency::Ordinary => Priority::DEFAULT,
+            Urgency::Bulk => Priority::DataLow,
         };
         // Drop: the newest frame is worth more than a guarantee, and Block would hold the publisher.
         // Not express: each express message takes a whole batch, and most of them would be lost.

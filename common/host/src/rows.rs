@@ -1,0 +1,195 @@
+//! What becomes of the rows of a node: a trace, a recording, and what those see who look on.
+
+use coaxle_clock::Instant;
+use coaxle_recording::{Facts, Level, LogLine, Pieces, Table};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use crate::machine::{self, Machine};
+use crate::recording::Recording;
+use crate::row_stream::RowStream;
+use crate::trace::Trace;
+use crate::transport::Publisher;
+
+/// The rows of a node, with its log and its status, on their way to wherever they are wanted.
+pub struct Rows {
+    table: Table,
+    facts: Facts,
+    trace: Option<Trace>,
+    recording: Option<Recording>,
+    /// None before the run begins.
+    stream: Option<RowStream>,
+}
+
+impl Rows {
+    /// Of a table, of which `facts` are known, into the files that are wanted.
+    #[must_use]
+    pub const fn new(
+        table: Table,
+        facts: Facts,
+        trace: Option<Trace>,
+        recording: Option<Recording>,
+    ) -> Self {
+        Self {
+            table,
+            facts,
+            trace,
+            recording,
+            stream: None,
+        }
+    }
+
+    /// The run with this epoch begins; those who look on hear of it from this publisher.
+    pub fn begin(&mut self, epoch: u64, publisher: Box<dyn Publisher>) {
+        if let Some(recording) = &mut self.recording {
+            recording.begin(epoch);
+        }
+        let mut facts = self.facts.clone();
+        facts.insert("epoch".to_owned(), format!("{epoch:016x}"));
+        let offset = machine::wall_clock_offset_ns();
+        let pieces = Pieces::of(self.table.clone(), facts, offset);
+        self.stream = Some(RowStream::new(&self.table, pieces, publisher));
+    }
+
+    /// Adds the row of a cycle.
+    pub fn row(&mut self, at: Instant<Machine>, woke: Instant<Machine>, row: &impl Serialize) {
+        if let Some(trace) = &mut self.trace {
+            trace.write(at, [(at.as_nanos(), woke.as_nanos(), row)]);
+        }
+        if let Some(recording) = &mut self.recording {
+            recording.row(at, woke, row);
+        }
+        if let Some(stream) = &mut self.stream {
+            stream.row(at, woke, row);
+        }
+    }
+
+    /// Adds a line of the node's log.
+    pub fn log(&mut self, at: Instant<Machine>, level: Level, text: impl Into<String>) {
+        let line = LogLine {
+            at_ns: at.as_nanos(),
+            level,
+            name: self.table.name.clone(),
+            text: text.into(),
+        };
+        if let Some(stream) = &mut self.stream {
+            stream.log(&line);
+        }
+        if let Some(recording) = &mut self.recording {
+            recording.log(line);
+        }
+    }
+
+    /// Adds the node's status, as it was published: JSON.
+    pub fn reported(&mut self, at: Instant<Machine>, status: &str) {
+        if let Some(recording) = &mut self.recording {
+            recording.status(at, status);
+        }
+        if let Some(stream) = &mut self.stream {
+            stream.status(at, status);
+        }
+    }
+
+    /// Adds to the status how it goes with them.
+    pub fn add_to(&self, status: &mut Map<String, Value>) {
+        if let Some(recording) = &self.recording {
+            status.insert("recording_dropped".to_owned(), json!(recording.dropped()));
+        }
+    }
+
+    /// The run is over.
+    ///
+    /// # Errors
+    /// Names the file that is incomplete, and why.
+    pub fn finish(&mut self) -> anyhow::Result<()> {
+        if let Some(mut stream) = self.stream.take() {
+            stream.send();
+        }
+        let traced = self.trace.as_mut().map_or(Ok(()), Trace::finish);
+        let recorded = self.recording.as_mut().map_or(Ok(()), Recording::finish);
+        traced.and(recorded)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transport::{InProcess, Transport, Urgency};
+    use coaxle_clock::Span;
+    use coaxle_node::signal::Instance;
+    use coaxle_recording::{Item, Join, Reader};
+    use std::sync::{Arc, Mutex};
+
+    mod declared {
+        #![allow(
+            unreachable_pub,
+            reason = "the macro declares what a crate shows to others"
+        )]
+
+        coaxle_node::signals! {
+            /// A boiler.
+            pub struct BoilerSignals of Node {
+                /// Temperature of the water.
+                temperature: f64 ["°C"],
+            }
+        }
+    }
+
+    use declared::BoilerSignals;
+
+    fn rows() -> Rows {
+        let table = Table {
+            name: "boiler".to_owned(),
+            role: "boiler".to_owned(),
+            instances: vec![Instance::of::<BoilerSignals>("")],
+        };
+        Rows::new(table, Facts::new(), None, None)
+    }
+
+    #[test]
+    fn who_looks_on_sees_what_comes_from_then_on_and_nothing_is_made_for_nobody() {
+        let network = InProcess::default();
+        let mut rows = rows();
+        let publisher = network.publisher("coaxle/boiler/rows", Urgency::Bulk);
+        rows.begin(7, publisher.unwrap());
+        let at = |ms: i64| Instant::EPOCH + Span::from_millis(ms);
+        let show = |rows: &mut Rows, from: i64, to: i64| {
+            for ms in from..to {
+                let temperature = ms as f64;
+                rows.row(at(ms), at(ms), &BoilerSignals { temperature });
+                if ms % 100 == 0 {
+                    rows.log(at(ms), Level::Info, "warm");
+                    rows.reported(at(ms), "{}");
+                }
+            }
+        };
+        show(&mut rows, 0, 200);
+        let seen: Arc<Mutex<Vec<Vec<u8>>>> = Arc::default();
+        let taken = Arc::clone(&seen);
+        let take = move |_, bytes: &[u8]| taken.lock().unwrap().push(bytes.to_vec());
+        let subscribed = network.subscribe("coaxle/boiler/rows", Box::new(take));
+        let subscribed = subscribed.unwrap();
+        show(&mut rows, 200, 420);
+        drop(subscribed);
+        show(&mut rows, 420, 600);
+        rows.finish().unwrap();
+
+        let mut join = Join::create(Vec::new(), false).unwrap();
+        for piece in &*seen.lock().unwrap() {
+            join.piece("boiler", piece).unwrap();
+        }
+        let joined = &join.nodes()[0];
+        // From the next piece on; those of the last one are on their way when nobody is there any more.
+        assert_eq!((joined.rows, joined.missing), (200, 0));
+        let file = join.finish().unwrap();
+        let items: Vec<_> = Reader::new(file.as_slice()).map(Result::unwrap).collect();
+        let count = |what: fn(&Item) -> bool| items.iter().filter(|item| what(item)).count();
+        assert_eq!(count(|item| matches!(item, Item::Log(_))), 2);
+        assert_eq!(count(|item| matches!(item, Item::Status { .. })), 2);
+        let epoch = items.iter().find_map(|item| match item {
+            Item::Facts(facts) => facts.get("epoch"),
+            _ => None,
+        });
+        assert_eq!(epoch.map(String::as_str), Some("0000000000000007"));
+    }
+}

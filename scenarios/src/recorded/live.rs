@@ -1,0 +1,274 @@
+//! `coaxle record`: what running nodes show of themselves, into a recording.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use coaxle_clock::Span;
+use coaxle_host::cli::{Exit, parse_duration};
+use coaxle_host::transport::{Declared, Transport};
+use coaxle_host::{Interrupt, SyncedFile, machine};
+use coaxle_node::keys::NodeName;
+use coaxle_recording::{Join, JoinError, JoinedNode};
+
+use super::beside;
+use crate::inspect;
+use crate::network::NetworkArgs;
+use crate::status;
+
+/// Whose rows, and where they go.
+#[derive(Debug, Args)]
+pub(crate) struct RecordArgs {
+    /// The nodes [default: all that are there]
+    #[arg(value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
+    nodes: Vec<NodeName>,
+    /// The recording to write, which must not be there yet [default: NODE.mcap, of several nodes nodes.mcap]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Record for so long, such as 10s, 500ms, 2m, 1h; without it, until Ctrl-C
+    #[arg(long = "for", value_name = "DURATION", value_parser = parse_duration)]
+    record_for: Option<Span>,
+    #[command(flatten)]
+    network: NetworkArgs,
+}
+
+/// As many pieces wait to be written: a few seconds of ten nodes. What comes when it is full is missing, and counted.
+const MOST_PIECES: usize = 1024;
+/// How often it looks whether it is to end.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Records what the nodes show from now on.
+///
+/// # Errors
+/// A network that cannot be joined, a node that is not there, or a file that is there already or cannot be written.
+pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<Exit> {
+    let interrupt = Interrupt::listen()?;
+    let watcher = status::watch(&args.network, &args.nodes)?;
+    let recorded = status::gather(&watcher, &args.nodes).and_then(|seen| {
+        let nodes: Vec<_> = seen.into_iter().map(|node| node.name).collect();
+        let (pieces, declared) = subscribe(&**watcher.transport(), &nodes)?;
+        let mut files = Files::create(args.out.as_deref(), &nodes)?;
+        tracing::info!("recording to {}", files.path.display());
+        let exit = take(args, &interrupt, &nodes, &pieces, &mut files)?;
+        drop(declared);
+        files.finish()?;
+        Ok((exit, files, nodes))
+    });
+    watcher.close();
+    let (exit, files, nodes) = recorded?;
+    inspect::print_text(&files.lines().join("\n"))?;
+    let silent = nodes.iter().filter(|node| !files.has_rows_of(node));
+    let silent: Vec<_> = silent.map(NodeName::as_str).collect();
+    if !silent.is_empty() {
+        tracing::error!(
+            "no row came of {}: in a secure network the operator may have no right to coaxle/<node>/rows",
+            silent.join(", ")
+        );
+        return Ok(Exit::NoData);
+    }
+    Ok(exit)
+}
+
+/// Whose piece it is, by its place among the nodes, and the piece.
+type Pieces = Receiver<(usize, Vec<u8>)>;
+
+fn subscribe(
+    transport: &dyn Transport,
+    nodes: &[NodeName],
+) -> anyhow::Result<(Pieces, Vec<Declared>)> {
+    let (queue, pieces) = sync_channel(MOST_PIECES);
+    let queue = Arc::new(queue);
+    let subscribed = nodes.iter().enumerate().map(|(n, node)| {
+        let queue = Arc::clone(&queue);
+        let take = move |_, piece: &[u8]| {
+            // What finds no room shows as missing rows.
+            let _ = queue.try_send((n, piece.to_vec()));
+        };
+        transport.subscribe(&node.rows_key(), Box::new(take))
+    });
+    let subscribed: anyhow::Result<_> = subscribed.collect();
+    Ok((pieces, subscribed?))
+}
+
+/// Writes pieces until it is to end.
+fn take(
+    args: &RecordArgs,
+    interrupt: &Interrupt,
+    nodes: &[NodeName],
+    pieces: &Pieces,
+    files: &mut Files,
+) -> anyhow::Result<Exit> {
+    let end = args.record_for.map(|span| machine::now() + span);
+    loop {
+        if interrupt.is_asked() {
+            // Without a time it is how a recording ends.
+            let is_early = end.is_some();
+            return Ok(Exit::Interrupted.unless(!is_early));
+        }
+        if end.is_some_and(|end| machine::now() >= end) {
+            return Ok(Exit::Done);
+        }
+        match pieces.recv_timeout(LOOK) {
+            Ok((n, piece)) => files.piece(&nodes[n], &piece)?,
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => bail!("the network is gone"),
+        }
+    }
+}
+
+/// The recording; and another one each time that a node shows other signals than before.
+struct Files {
+    path: PathBuf,
+    of_many: bool,
+    join: Option<Join<SyncedFile>>,
+    /// Pieces that were none.
+    refused: u64,
+    finished: Vec<(PathBuf, Vec<JoinedNode>)>,
+}
+
+impl Files {
+    fn create(out: Option<&Path>, nodes: &[NodeName]) -> anyhow::Result<Self> {
+        let path = match (out, nodes) {
+            (Some(out), _) => out.to_owned(),
+            (None, [node]) => PathBuf::from(format!("{node}.mcap")),
+            (None, _) => PathBuf::from("nodes.mcap"),
+        };
+        let of_many = nodes.len() > 1;
+        Ok(Self {
+            join: Some(create(&path, of_many)?),
+            path,
+            of_many,
+            refused: 0,
+            finished: Vec::new(),
+        })
+    }
+
+    fn piece(&mut self, node: &NodeName, piece: &[u8]) -> anyhow::Result<()> {
+        match self.join(node, piece) {
+            Err(JoinError::Changed { .. }) => {
+                self.finish()?;
+                let number = self.finished.len() + 1;
+                let next = beside(&self.finished[0].0, &format!("-{number}"), "mcap");
+                tracing::warn!(
+                    "{node} shows other signals than before: the recording goes on in {}",
+                    next.display()
+                );
+                self.join = Some(create(&next, self.of_many)?);
+                self.path = next;
+                let joined = self.join(node, piece);
+                joined.with_context(|| self.path.display().to_string())
+            }
+            Err(error @ (JoinError::Damage(_) | JoinError::Foreign { .. })) => {
+                if self.refused == 0 {
+                    tracing::warn!("{}: {error}", node.rows_key());
+                }
+                self.refused += 1;
+                Ok(())
+            }
+            joined => joined.with_context(|| self.path.display().to_string()),
+        }
+    }
+
+    fn join(&mut self, node: &NodeName, piece: &[u8]) -> Result<(), JoinError> {
+        match &mut self.join {
+            Some(join) => join.piece(node.as_str(), piece),
+            None => Ok(()),
+        }
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        if let Some(join) = self.join.take() {
+            self.finished.push((self.path.clone(), join.nodes()));
+            let finished = join.finish();
+            finished.with_context(|| self.path.display().to_string())?;
+        }
+        Ok(())
+    }
+
+    fn has_rows_of(&self, node: &NodeName) -> bool {
+        let mut all = self.finished.iter().flat_map(|(_, nodes)| nodes);
+        all.any(|joined| joined.name == node.as_str() && joined.rows > 0)
+    }
+
+    /// What is in them.
+    fn lines(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        for (path, nodes) in &self.finished {
+            lines.extend(nodes.iter().map(|node| {
+                let JoinedNode {
+                    name,
+                    rows,
+                    missing,
+                } = node;
+                format!("{name}: {rows} rows, {missing} missing")
+            }));
+            lines.push(format!("recording: {}", path.display()));
+        }
+        if self.refused > 0 {
+            lines.push(format!(
+                "{} messages were no pieces of a recording",
+                self.refused
+            ));
+        }
+        lines
+    }
+}
+
+fn create(path: &Path, of_many: bool) -> anyhow::Result<Join<SyncedFile>> {
+    let file = File::create_new(path).with_context(|| {
+        format!(
+            "cannot create the recording {}, expected --out with a file that is not there yet",
+            path.display()
+        )
+    })?;
+    Join::create(SyncedFile(file), of_many).with_context(|| path.display().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::signal::Instance;
+    use coaxle_receiver::signals::NodeSignals;
+    use coaxle_recording::{Facts, Pieces, RowEncoder, Table};
+
+    fn piece(instances: usize) -> Vec<u8> {
+        let instance = |n: usize| Instance::of::<NodeSignals>(if n == 0 { "" } else { "other" });
+        let table = Table {
+            name: "saw".to_owned(),
+            role: "receiver".to_owned(),
+            instances: (0..instances).map(instance).collect(),
+        };
+        let mut encoder = RowEncoder::of(&table);
+        let mut pieces = Pieces::of(table, Facts::new(), 0);
+        let row = vec![NodeSignals::default(); instances];
+        pieces.row(&encoder.encode(0, 0, &row).unwrap()).unwrap();
+        pieces.take().unwrap().unwrap()
+    }
+
+    #[test]
+    fn a_node_that_shows_other_signals_gets_another_file_and_strangers_get_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap");
+        let saw = NodeName::new("saw").unwrap();
+        let mut files = Files::create(Some(&path), std::slice::from_ref(&saw)).unwrap();
+        files.piece(&saw, &piece(1)).unwrap();
+        files.piece(&saw, b"hello").unwrap();
+        files.piece(&saw, &piece(2)).unwrap();
+        files.piece(&saw, &piece(2)).unwrap();
+        files.finish().unwrap();
+        assert!(files.has_rows_of(&saw));
+        let lines = files.lines();
+        assert_eq!(lines[0], "saw: 1 rows, 0 missing");
+        assert!(lines[3].ends_with("a-2.mcap"), "{lines:?}");
+        assert_eq!(lines[4], "1 messages were no pieces of a recording");
+        let error = Files::create(Some(&path), &[saw]).map(|_| ()).unwrap_err();
+        assert!(
+            format!("{error:#}").contains("a file that is not there yet"),
+            "{error:#}"
+        );
+    }
+}
