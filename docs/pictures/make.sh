@@ -20,3 +20,6 @@ cargo run --release -- cam plot scenarios/cams/rotary-knife.toml -o "$out/cam.ht
 picture "$out/cam.html" cam 1100,1230
 cargo run --release -- saw plot scenarios/saws/saw-position-1.toml -o "$out/saw.html"
 picture "$out/saw.html" saw 1100,1280
+# The scope's is what its test sees; that needs chromium-driver too.
+cargo test -p coaxle-tests --test watched signals_are_drawn
+cp target/tmp/scope.png docs/pictures/scope.png

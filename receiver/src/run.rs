@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use anyhow::anyhow;
 use coaxle_clock::{Instant, Local};
 use coaxle_host::cli::Exit;
-use coaxle_host::{ArrivalsTrace, Ended, NodeArgs, Rows, Setup, arrivals_beside};
+use coaxle_host::{ArrivalsTrace, Beside, Ended, NodeArgs, Rows, Setup, arrivals_beside};
 use coaxle_node::config::ConfigError;
 
 use crate::config::ReceiverConfig;
@@ -40,6 +40,14 @@ pub struct Args {
 /// The config names a wrong value (file, field, received, expected), the trace file or the
 /// endpoints cannot be opened, or the trace could not be kept.
 pub fn run(args: &Args) -> anyhow::Result<Exit> {
+    run_beside(args, None)
+}
+
+/// The same, with something else on its transport.
+///
+/// # Errors
+/// As [`run`], and what that says.
+pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     let node = &args.node;
     let mut config: ReceiverConfig = node.load()?;
     config.relative_to(node.folder());
@@ -62,7 +70,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     node.die_with_parent()?;
     let recorder = recorder(args, &config)?;
     let follows = !config.heard_nodes().is_empty();
-    let outcome = coaxle_host::run(setup(node, config, recorder))?;
+    let outcome = coaxle_host::run(setup(node, config, recorder, beside))?;
     tracing::info!(
         cycles = outcome.cycles,
         received = outcome.received,
@@ -81,7 +89,12 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn setup(node: &NodeArgs, config: ReceiverConfig, recorder: ReceiverRecorder) -> Setup<Receiver> {
+fn setup(
+    node: &NodeArgs,
+    config: ReceiverConfig,
+    recorder: ReceiverRecorder,
+    beside: Option<Beside>,
+) -> Setup<Receiver> {
     let file = node.file();
     Setup {
         name: config.name.clone(),
@@ -98,6 +111,7 @@ fn setup(node: &NodeArgs, config: ReceiverConfig, recorder: ReceiverRecorder) ->
             build(&file, &config, drives, start, epoch)
         }),
         recorder: Box::new(recorder),
+        beside,
     }
 }
 

@@ -26,6 +26,7 @@ use crate::recording;
 use crate::results_folder::ResultsFolder;
 use crate::run::{self, Options, Outcome, TraceFormat};
 use crate::saw::{self, SawCommand};
+use crate::scope::{self, OwnPageArgs, ScopeArgs};
 use crate::secure::cli::SecureCommand;
 use crate::soak;
 use crate::soak::cli::SoakArgs;
@@ -101,6 +102,8 @@ enum Command {
     Doctor(DoctorArgs),
     /// Record how messages between real nodes arrive, to judge estimators of a far clock by
     RecordArrivals(recording::RecordArgs),
+    /// Give out a page that shows what running nodes do: plots, clocks, slaves; docs/SCOPE.md
+    Scope(ScopeArgs),
     /// Record what running nodes show of every cycle, from outside: docs/RECORDING.md
     Record(RecordArgs),
     /// Make a recording whole that nobody ended, or that is damaged: docs/RECORDING.md
@@ -124,9 +127,19 @@ enum Command {
     #[command(name = recording::KEEP_BUSY, hide = true)]
     KeepBusy,
     /// Run a sender node
-    Sender(coaxle_sender::run::Args),
+    Sender {
+        #[command(flatten)]
+        node: coaxle_sender::run::Args,
+        #[command(flatten)]
+        page: OwnPageArgs,
+    },
     /// Run a receiver node
-    Receiver(coaxle_receiver::run::Args),
+    Receiver {
+        #[command(flatten)]
+        node: coaxle_receiver::run::Args,
+        #[command(flatten)]
+        page: OwnPageArgs,
+    },
 }
 
 #[derive(Debug, Args)]
@@ -229,6 +242,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Secure(command)) => (crate::secure::cli::print(&command)?, Exit::Failed),
         Some(Command::Doctor(args)) => (doctor::print(&args)?, Exit::Failed),
         Some(Command::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
+        Some(Command::Scope(args)) => return scope::scope(&args),
         Some(Command::Record(args)) => return recorded::record(&args),
         Some(Command::Recover(args)) => (
             say(&recorded::recover(&args)?).map(|()| true)?,
@@ -241,8 +255,12 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Completions { shell }) => (completions(shell)?, Exit::Failed),
         Some(Command::Man { out }) => (man(&out)?, Exit::Failed),
         Some(Command::KeepBusy) => (recording::keep_busy().map(|()| true)?, Exit::Failed),
-        Some(Command::Sender(args)) => return coaxle_sender::run::run(&args),
-        Some(Command::Receiver(args)) => return coaxle_receiver::run::run(&args),
+        Some(Command::Sender { node, page }) => {
+            return coaxle_sender::run::run_beside(&node, page.beside());
+        }
+        Some(Command::Receiver { node, page }) => {
+            return coaxle_receiver::run::run_beside(&node, page.beside());
+        }
     };
     Ok(otherwise.unless(good))
 }

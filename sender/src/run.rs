@@ -5,7 +5,7 @@ mod recorder;
 use anyhow::Context;
 use coaxle_clock::{Instant, Local};
 use coaxle_host::cli::Exit;
-use coaxle_host::{NodeArgs, Rows, Setup};
+use coaxle_host::{Beside, NodeArgs, Rows, Setup};
 
 use crate::config::SenderConfig;
 use crate::node::Sender;
@@ -20,6 +20,14 @@ pub type Args = NodeArgs;
 /// The config names a wrong value (file, field, received, expected), the trace file or the
 /// endpoints cannot be opened, or the trace could not be kept.
 pub fn run(args: &Args) -> anyhow::Result<Exit> {
+    run_beside(args, None)
+}
+
+/// The same, with something else on its transport.
+///
+/// # Errors
+/// As [`run`], and what that says.
+pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     let mut config: SenderConfig = args.load()?;
     config.relative_to(args.folder());
     config.transport = args.transport(&config.name, &config.transport)?;
@@ -29,7 +37,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
         return args.say_ok().map(|()| Exit::Done);
     }
     args.die_with_parent()?;
-    let outcome = coaxle_host::run(setup(args, config)?)?;
+    let outcome = coaxle_host::run(setup(args, config, beside)?)?;
     tracing::info!(
         cycles = outcome.cycles,
         published = outcome.published,
@@ -40,7 +48,11 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn setup(args: &Args, config: SenderConfig) -> anyhow::Result<Setup<Sender>> {
+fn setup(
+    args: &Args,
+    config: SenderConfig,
+    beside: Option<Beside>,
+) -> anyhow::Result<Setup<Sender>> {
     let recorder = SenderRecorder::new(&config, rows(args, &config)?);
     let file = args.file();
     Ok(Setup {
@@ -55,6 +67,7 @@ fn setup(args: &Args, config: SenderConfig) -> anyhow::Result<Setup<Sender>> {
         run_for: args.run_for,
         build: Box::new(move |start, epoch| build(&file, &config, start, epoch)),
         recorder: Box::new(recorder),
+        beside,
     })
 }
 

@@ -65,7 +65,7 @@ pub use machine::Machine;
 pub use node_args::NodeArgs;
 pub use recording::{Attached, Recording};
 pub use rows::Rows;
-pub use run::{BuildNode, Outcome, Setup, run, run_over};
+pub use run::{Beside, BuildNode, Outcome, Setup, run, run_over};
 pub use shared_memory::SharedMemoryDrive;
 pub use synced_file::SyncedFile;
 pub use telemetry::{ArrivalRecord, Record, Recorder, fields_of};

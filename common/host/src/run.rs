@@ -27,7 +27,7 @@ use crate::session::Session;
 use crate::status::{Identity, Reporter};
 use crate::telemetry::{Recorder, telemetry};
 use crate::threads::{Wishes, joined, start_cycle, start_publisher, start_server, start_telemetry};
-use crate::transport::{Exposure, OverZenoh, Transport, Urgency};
+use crate::transport::{Declared, Exposure, OverZenoh, Transport, Urgency};
 
 /// Messages with axes between two scans: two seconds' worth at 1 kHz.
 const MAILBOX_MESSAGES: usize = 2048;
@@ -64,7 +64,12 @@ pub struct Setup<N: Node> {
     pub build: BuildNode<N>,
     /// Keeps what the node shows of itself.
     pub recorder: Box<dyn Recorder<N::Snapshot>>,
+    /// What else runs on the node's transport, if anything.
+    pub beside: Option<Beside>,
 }
+
+/// Starts something on the transport of a node; it ends when what it gives is dropped.
+pub type Beside = Box<dyn FnOnce(Arc<dyn Transport>) -> anyhow::Result<Declared> + Send>;
 
 /// Builds a node from the ideal start of its first cycle, in its own clock, and the run's epoch.
 pub type BuildNode<N> = Box<dyn FnOnce(Instant<Local>, u64) -> anyhow::Result<N>>;
@@ -191,6 +196,9 @@ where
     orders.attach(server.thread().clone());
     requests.attach(server.thread().clone());
 
+    let beside = setup.beside.take();
+    let beside = beside.map(|start| start(Arc::clone(&transport)));
+    let _beside = beside.transpose()?;
     let rows = transport.publisher(&setup.name.rows_key(), Urgency::Bulk)?;
     setup.recorder.begin(epoch, rows);
     let mut session = Session::open(transport, &setup.name, epoch, panic_watch.clone())?;

@@ -12,7 +12,7 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use coaxle_node::text_file;
 use coaxle_recording::export::{Exported, Format};
-use coaxle_recording::{Damage, ReadTable, Recovered};
+use coaxle_recording::{Damage, Recovered};
 
 pub(crate) use info::{InfoArgs, info};
 pub(crate) use live::{RecordArgs, record};
@@ -105,13 +105,28 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
     let from = open(&args.file)?;
     let mut written = Vec::new();
     let exported = coaxle_recording::export::export(from, format, |tables, n| {
-        let path = path_of(&one, tables, n);
+        let path = path_of(&one, tables.len(), &tables[n].name);
         let file = create(&args.file, &path).map_err(io::Error::other)?;
         written.push(path);
         Ok(file)
     });
     let exported = exported.with_context(|| one.display().to_string())?;
+    name_all(&one, &exported, &mut written)?;
     Ok(told(&exported, &written))
+}
+
+/// In a recording of several nodes the second table may turn up when the first one has got its file already.
+fn name_all(one: &Path, exported: &Exported, written: &mut [PathBuf]) -> anyhow::Result<()> {
+    let count = written.len();
+    for ((table, _), path) in exported.rows.iter().zip(written) {
+        let named = path_of(one, count, table);
+        if *path != named {
+            let renamed = std::fs::rename(&*path, &named);
+            renamed.with_context(|| format!("cannot write {}", named.display()))?;
+            *path = named;
+        }
+    }
+    Ok(())
 }
 
 fn told(exported: &Exported, written: &[PathBuf]) -> String {
@@ -132,13 +147,12 @@ fn told(exported: &Exported, written: &[PathBuf]) -> String {
     lines.join("\n")
 }
 
-/// Where a table goes: if it is the only one, where it is said.
-fn path_of(one: &Path, tables: &[ReadTable], n: usize) -> PathBuf {
-    if tables.len() == 1 {
+/// Where a table of so many goes: if it is the only one, where it is said.
+fn path_of(one: &Path, tables: usize, name: &str) -> PathBuf {
+    if tables == 1 {
         return one.to_owned();
     }
     let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
-    let name = &tables[n].name;
     let name: String = name
         .chars()
         .map(|c| if is_plain(c) { c } else { '_' })

@@ -176,6 +176,11 @@ fn absent(watcher: &Watcher, name: &NodeName) -> String {
     format!("node {name} says nothing, {}{why}", watcher.whereabouts())
 }
 
+/// The metrics of nodes, as Prometheus scrapes them.
+pub(crate) fn metrics(seen: &[SeenNode]) -> String {
+    metrics::of(seen)
+}
+
 /// The status of a node, if it has told one.
 fn reading(node: &SeenNode) -> Option<Reading<'_>> {
     node.status.as_ref().map(|(_, status)| Reading::of(status))

@@ -1,101 +1,14 @@
-//! Running nodes as who watches them sees them: who is there, what they say, and when a clock is known.
+//! Running nodes as who watches them sees them: who is there, what they say, when a clock is known, what they show of every
+//! cycle.
 
-use std::fs::File;
-use std::net::TcpListener;
-use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
-use std::time::Duration;
+mod browser;
+mod line;
+mod page;
 
-use coaxle_clock::Span;
-use coaxle_host::machine;
+use std::process::Command;
+
+use line::{Line, printed, said, until};
 use serde_json::Value;
-use tempfile::TempDir;
-
-/// For whatever takes no time: the machine may be very busy.
-const PATIENCE: Span = Span::from_secs(60);
-
-/// A sender, and receivers that follow it, or something like it. Each listens, as nothing is forwarded between peers.
-struct Line {
-    folder: TempDir,
-    endpoints: Vec<String>,
-    nodes: Vec<Child>,
-}
-
-impl Line {
-    /// The sender alone.
-    fn new() -> Self {
-        let mut line = Self {
-            folder: tempfile::tempdir().expect("a scratch folder"),
-            endpoints: Vec::new(),
-            nodes: Vec::new(),
-        };
-        let sender = "cycle-time-us = 2000\n[[axis]]\nid = 3\nname = 'belt'\n[axis.program]\n\
-                      limits = { velocity = 100, acceleration = 100, jerk = 1000 }\nsteps = []\n";
-        line.start("sender", "belt", sender);
-        line
-    }
-
-    fn start(&mut self, role: &str, name: &str, config: &str) {
-        // Nobody else takes a port that was just free.
-        let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
-        let endpoint = format!("tcp/127.0.0.1:{}", port.expect("a free port").port());
-        let file = self.folder.path().join(format!("{name}.toml"));
-        std::fs::write(&file, format!("name = '{name}'\n{config}")).expect("a config");
-        let log = File::create(self.log(name)).expect("a log");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
-        command.arg(role).arg(file).stdin(Stdio::null());
-        command.args(["--listen", &endpoint]);
-        for other in &self.endpoints {
-            command.args(["--connect", other]);
-        }
-        self.endpoints.push(endpoint);
-        self.nodes
-            .push(command.stderr(log).spawn().expect("it starts"));
-    }
-
-    fn receive(&mut self, name: &str, master: &str) {
-        let config = format!("cycle-time-us = 2000\nmaster = {master}\n");
-        self.start("receiver", name, &config);
-    }
-
-    fn log(&self, name: &str) -> std::path::PathBuf {
-        self.folder.path().join(format!("{name}.log"))
-    }
-
-    fn ask(&self, words: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
-        command.args(words);
-        for endpoint in &self.endpoints {
-            command.args(["--connect", endpoint]);
-        }
-        command.output().expect("it runs")
-    }
-}
-
-impl Drop for Line {
-    fn drop(&mut self) {
-        for node in &mut self.nodes {
-            let _ = node.kill();
-            let _ = node.wait();
-        }
-    }
-}
-
-fn until(what: &str, mut is_so: impl FnMut() -> bool) {
-    let begin = machine::now();
-    while !is_so() {
-        assert!(machine::now() - begin < PATIENCE, "{what}");
-        std::thread::park_timeout(Duration::from_millis(20));
-    }
-}
-
-fn said(log: &Path) -> String {
-    std::fs::read_to_string(log).unwrap_or_default()
-}
-
-fn printed(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).expect("UTF-8")
-}
 
 #[test]
 fn nodes_are_listed_their_status_is_told_and_a_script_can_wait_for_them() {
@@ -203,5 +116,38 @@ fn where_nobody_is_there_is_no_data() {
     assert!(
         String::from_utf8_lossy(&nobody.stderr).contains("no node is there"),
         "{nobody:?}"
+    );
+}
+
+#[test]
+fn rows_are_recorded_from_outside_as_the_node_records_them() {
+    let mut line = Line::new();
+    line.receive("saw", "{ node = 'belt', axis = 3 }");
+    let file = line.folder.path().join("seen.mcap");
+    let file = file.to_str().expect("a path");
+    let recorded = line.ask(&["record", "belt", "saw", "--for", "2s", "--out", file]);
+    assert_eq!(recorded.status.code(), Some(0), "{recorded:?}");
+    let text = printed(&recorded);
+    let rows = |node: &str| {
+        let told = text.lines().find_map(|line| line.strip_prefix(node));
+        let told = told.and_then(|rest| rest.split(' ').next()?.parse::<u64>().ok());
+        told.unwrap_or_default()
+    };
+    assert!(rows("belt: ") > 10 && rows("saw: ") > 10, "{text}");
+    let mut export = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+    let exported = export.args(["export", "csv", file]).output();
+    let exported = exported.expect("it runs");
+    assert_eq!(exported.status.code(), Some(0), "{exported:?}");
+    let table = said(&line.folder.path().join("seen-saw.csv"));
+    assert!(table.starts_with("at_ns,woke_ns,"), "{table:.200}");
+    assert_eq!(table.lines().count() as u64, rows("saw: ") + 1);
+
+    let again = line.ask(&["record", "saw", "--for", "1s", "--out", file]);
+    assert_eq!(again.status.code(), Some(1), "{again:?}");
+    let nobody = line.ask(&["record", "sow", "--for", "1s"]);
+    let error = String::from_utf8_lossy(&nobody.stderr);
+    assert!(
+        error.contains("sow") && error.contains("there are"),
+        "{error}"
     );
 }

@@ -1,0 +1,62 @@
+//! Who may ask. A page of somebody else that is open in the same browser can reach this one; it must neither read the nodes nor
+//! command them.
+
+use std::net::IpAddr;
+
+use axum::extract::Request;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+
+/// What the page says in front of every order: no other page may say it without asking first, and nobody answers that.
+pub(super) const OWN_HEADER: &str = "x-coaxle-scope";
+
+/// Refuses whoever asks for a host by a name that is not ours: a name that somebody else owns may point here.
+pub(super) async fn own_host(request: Request, next: Next) -> Response {
+    match check_host(request.headers()) {
+        Ok(()) => next.run(request).await,
+        Err(why) => (StatusCode::FORBIDDEN, why).into_response(),
+    }
+}
+
+fn check_host(headers: &HeaderMap) -> Result<(), String> {
+    let host = headers
+        .get(header::HOST)
+        .and_then(|host| host.to_str().ok());
+    let host = host.unwrap_or_default();
+    let name = without_port(host);
+    if name == "localhost" || name.parse::<IpAddr>().is_ok() {
+        return Ok(());
+    }
+    Err(format!(
+        "host: received {host:?}, expected an address or localhost"
+    ))
+}
+
+/// `[::1]:80`, `127.0.0.1:80` or `localhost`.
+fn without_port(host: &str) -> &str {
+    if let Some(rest) = host.strip_prefix('[') {
+        return rest.split(']').next().unwrap_or_default();
+    }
+    host.split(':').next().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_are_ours_and_names_are_not() {
+        let check = |host: &str| {
+            let mut headers = HeaderMap::new();
+            headers.insert(header::HOST, host.parse().unwrap());
+            check_host(&headers)
+        };
+        for host in ["127.0.0.1:7480", "localhost", "[::1]:80", "10.0.0.7"] {
+            assert_eq!(check(host), Ok(()), "{host}");
+        }
+        for host in ["evil.example:7480", "", "127.0.0.1.evil.example"] {
+            assert!(check(host).is_err(), "{host}");
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! `coaxle scope`: a page on this PC that shows the rows of running nodes as they come, their status, and their slaves with
+//! what may be told them.
+//!
+//! The page is three files in this folder that the tool carries with it; it loads nothing else. [`server`] gives it out and
+//! answers it, [`stream`] makes of the pieces that a node publishes what the page draws. Nothing of a node changes by being
+//! looked at, but that it publishes its rows.
+
+mod guard;
+mod server;
+mod stream;
+#[cfg(test)]
+mod tests;
+
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::Context;
+use clap::Args;
+use coaxle_host::cli::Exit;
+use coaxle_host::credentials::Credentials;
+use coaxle_host::transport::Transport;
+use coaxle_host::{Beside, Commander, Interrupt, Watcher};
+use coaxle_node::keys::NodeName;
+
+use crate::inspect;
+use crate::network::NetworkArgs;
+use crate::status;
+
+/// Where the page is, and of whom.
+#[derive(Debug, Args)]
+pub(crate) struct ScopeArgs {
+    /// The nodes [default: all that are there]
+    #[arg(value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
+    nodes: Vec<NodeName>,
+    #[command(flatten)]
+    page: PageArgs,
+    #[command(flatten)]
+    network: NetworkArgs,
+}
+
+/// Where the page is.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PageArgs {
+    /// Give out the page here; port 0 is any that is free
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7480")]
+    pub(crate) page: SocketAddr,
+    /// Give the page buttons that command slaves. Who reaches the page can use them
+    #[arg(long)]
+    pub(crate) commands: bool,
+}
+
+/// The page that a node gives out of itself, and of those that it sees.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct OwnPageArgs {
+    /// Give out a page here that shows what the node does, such as 127.0.0.1:7480: docs/SCOPE.md
+    #[arg(long, value_name = "ADDRESS", conflicts_with = "check")]
+    page: Option<SocketAddr>,
+    /// Give that page buttons that command slaves. Who reaches the page can use them
+    #[arg(long, requires = "page")]
+    commands: bool,
+}
+
+impl OwnPageArgs {
+    /// What runs beside the node on its transport, if it has a page.
+    pub(crate) fn beside(&self) -> Option<Beside> {
+        let page = PageArgs {
+            page: self.page?,
+            commands: self.commands,
+        };
+        Some(Box::new(move |transport| {
+            let scope = Scope::open(Watcher::over(transport, &[])?, None, &page)?;
+            tracing::info!("the page is at http://{}", scope.address());
+            Ok(Box::new(scope))
+        }))
+    }
+}
+
+/// How often it looks whether it is to end.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Gives out the page until Ctrl-C.
+///
+/// # Errors
+/// A network that cannot be joined, or an address that is not to be had.
+pub(crate) fn scope(args: &ScopeArgs) -> anyhow::Result<Exit> {
+    let interrupt = Interrupt::listen()?;
+    let watcher = status::watch(&args.network, &args.nodes)?;
+    let secure = args.network.transport()?.secure;
+    let credentials = secure.as_deref().map(Credentials::open).transpose()?;
+    let operator = credentials.map(|found| found.name().clone());
+    let scope = Scope::open(watcher, operator, &args.page)?;
+    inspect::print_text(&format!("the page is at http://{}", scope.address()))?;
+    while !interrupt.is_asked() {
+        std::thread::park_timeout(LOOK);
+    }
+    scope.watcher.transport().close();
+    Ok(Exit::Done)
+}
+
+/// A page that is given out.
+pub(crate) struct Scope {
+    watcher: Arc<Watcher>,
+    address: SocketAddr,
+    /// None when it is over.
+    runtime: Option<tokio::runtime::Runtime>,
+}
+
+impl Scope {
+    /// Gives out a page of the nodes that are watched; its commands bear the operator's name.
+    ///
+    /// # Errors
+    /// The address is not to be had.
+    pub(crate) fn open(
+        watcher: Watcher,
+        operator: Option<NodeName>,
+        page: &PageArgs,
+    ) -> anyhow::Result<Self> {
+        if !page.page.ip().is_loopback() {
+            tracing::warn!(
+                "whoever reaches {} sees all{}",
+                page.page,
+                if page.commands {
+                    " and commands slaves"
+                } else {
+                    ""
+                }
+            );
+        }
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .thread_name("scope")
+            .enable_all()
+            .build()
+            .context("cannot start the page's runtime")?;
+        let listener = listen(page.page)
+            .with_context(|| format!("--page: cannot give out a page at {}", page.page))?;
+        let address = listener.local_addr()?;
+        let watcher = Arc::new(watcher);
+        let transport: &Arc<dyn Transport> = watcher.transport();
+        let commander = page
+            .commands
+            .then(|| Commander::over(Arc::clone(transport), operator));
+        let served = server::serve(listener, Arc::clone(&watcher), commander);
+        runtime.spawn(served);
+        Ok(Self {
+            watcher,
+            address,
+            runtime: Some(runtime),
+        })
+    }
+
+    /// Where it is.
+    pub(crate) const fn address(&self) -> SocketAddr {
+        self.address
+    }
+}
+
+impl Drop for Scope {
+    /// Whoever drops it may be in a runtime itself, where nobody may wait.
+    fn drop(&mut self) {
+        if let Some(runtime) = self.runtime.take() {
+            runtime.shutdown_background();
+        }
+    }
+}
+
+fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
+    let listener = TcpListener::bind(address)?;
+    listener.set_nonblocking(true)?;
+    Ok(listener)
+}

@@ -1,0 +1,263 @@
+'use strict';
+// Rows of signals over time, and how they are drawn.
+
+// The newest rows of some signals: times, and a column of values for each signal.
+class Rows {
+  constructor(names, most) {
+    this.names = names;
+    this.most = most;
+    this.length = 0;
+    this.times = new Float64Array(most);
+    this.columns = new Map(names.map((name) => [name, new Float64Array(most)]));
+  }
+
+  // Adds rows; what no longer fits makes room a quarter at a time, so that it is not moved for every block.
+  push(times, columns) {
+    const count = Math.min(times.length, this.most >> 2);
+    if (this.length + count > this.most) {
+      const gone = Math.max(count, this.most >> 2);
+      this.times.copyWithin(0, gone, this.length);
+      for (const column of this.columns.values()) column.copyWithin(0, gone, this.length);
+      this.length = Math.max(0, this.length - gone);
+    }
+    const from = times.length - count;
+    this.times.set(times.subarray(from), this.length);
+    this.names.forEach((name, n) => this.columns.get(name).set(columns[n].subarray(from), this.length));
+    this.length += count;
+  }
+
+  // Takes over what another one has of the same signals.
+  adopt(other) {
+    const count = Math.min(other.length, this.most);
+    const from = other.length - count;
+    this.times.set(other.times.subarray(from, other.length));
+    for (const [name, column] of this.columns) {
+      const known = other.columns.get(name);
+      if (known) column.set(known.subarray(from, other.length));
+      else column.fill(NaN, 0, count);
+    }
+    this.length = count;
+  }
+
+  last() {
+    return this.length ? this.times[this.length - 1] : undefined;
+  }
+
+  // The first row that is not before this time.
+  find(time) {
+    let [low, high] = [0, this.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] < time) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+
+  // The value that holds at this time.
+  at(name, time) {
+    const row = this.find(time);
+    const held = row < this.length && this.times[row] === time ? row : row - 1;
+    return held >= 0 ? this.columns.get(name)[held] : NaN;
+  }
+
+  // Of a signal from one time to another.
+  figures(name, from, to) {
+    const column = this.columns.get(name);
+    let [least, most, sum, squares, count] = [Infinity, -Infinity, 0, 0, 0];
+    const end = this.find(to);
+    for (let row = this.find(from); row < end; row++) {
+      const value = column[row];
+      if (Number.isNaN(value)) continue;
+      if (value < least) least = value;
+      if (value > most) most = value;
+      sum += value;
+      squares += value * value;
+      count++;
+    }
+    return count ? { least, most, mean: sum / count, rms: Math.sqrt(squares / count) } : undefined;
+  }
+
+  // The first time after `since` at which the signal goes through the level.
+  crossing(name, since, level, rising) {
+    const column = this.columns.get(name);
+    for (let row = Math.max(1, this.find(since)); row < this.length; row++) {
+      const [before, now] = [column[row - 1], column[row]];
+      if (rising ? before < level && now >= level : before > level && now <= level) return this.times[row];
+    }
+    return undefined;
+  }
+}
+
+// Steps of 1, 2 or 5 times a power of ten, so that there are about `count` of them.
+function ticks(from, to, count) {
+  const raw = (to - from) / count;
+  const power = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 5, 10].map((factor) => factor * power).find((candidate) => candidate >= raw);
+  const marks = [];
+  for (let n = Math.ceil(from / step); n * step <= to; n++) marks.push(n * step);
+  return { marks, decimals: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+}
+
+const LEFT = 76;
+const BOTTOM = 18;
+
+// The place of a pane's curves on its canvas.
+function area(canvas) {
+  const width = canvas.clientWidth - LEFT - 6;
+  const height = canvas.clientHeight - BOTTOM - 4;
+  return { left: LEFT, top: 4, width: Math.max(1, width), height: Math.max(1, height) };
+}
+
+// Draws a pane: `view` is { from, to } in seconds, `cursors` are times, `curves` are { rows, name, colour, words }.
+// Gives the range of values that it shows.
+function draw(canvas, curves, view, cursors, range, unit) {
+  const ratio = window.devicePixelRatio || 1;
+  canvas.width = Math.round(canvas.clientWidth * ratio);
+  canvas.height = Math.round(canvas.clientHeight * ratio);
+  const pen = canvas.getContext('2d');
+  pen.scale(ratio, ratio);
+  const style = getComputedStyle(document.body);
+  const [text, rule] = ['--quiet', '--rule'].map((name) => style.getPropertyValue(name));
+  const place = area(canvas);
+  const x = (time) => place.left + ((time - view.from) / (view.to - view.from)) * place.width;
+  pen.font = '11px system-ui, sans-serif';
+  pen.fillStyle = text;
+  pen.strokeStyle = rule;
+  pen.lineWidth = 1;
+
+  const reference = view.zero;
+  const time = ticks(view.from - reference, view.to - reference, place.width / 90);
+  pen.textAlign = 'center';
+  for (const mark of time.marks) {
+    const at = Math.round(x(mark + reference)) + 0.5;
+    pen.beginPath();
+    pen.moveTo(at, place.top);
+    pen.lineTo(at, place.top + place.height);
+    pen.stroke();
+    pen.fillText(mark.toFixed(time.decimals) + ' s', at, place.top + place.height + 13);
+  }
+
+  const isWords = curves.every((curve) => curve.words);
+  const shown = isWords ? [0, curves.length] : range ?? fit(curves, view, place.width);
+  const y = (value) => place.top + ((shown[1] - value) / (shown[1] - shown[0])) * place.height;
+  if (!isWords) {
+    const values = ticks(shown[0], shown[1], place.height / 32);
+    pen.textAlign = 'right';
+    for (const mark of values.marks) {
+      const at = Math.round(y(mark)) + 0.5;
+      pen.beginPath();
+      pen.moveTo(place.left, at);
+      pen.lineTo(place.left + place.width, at);
+      pen.stroke();
+      pen.fillText(values.decimals > 6 ? mark.toExponential(1) : mark.toFixed(values.decimals), place.left - 5, at + 4);
+    }
+  }
+  pen.textAlign = 'left';
+  pen.fillText(unit, 2, place.top + place.height + 13);
+
+  pen.save();
+  pen.beginPath();
+  pen.rect(place.left, place.top, place.width, place.height);
+  pen.clip();
+  curves.forEach((curve, lane) => {
+    if (isWords) drawWords(pen, curve, view, x, place.top + (lane / curves.length) * place.height,
+      place.height / curves.length);
+    else drawCurve(pen, curve, view, x, y, place);
+  });
+  pen.lineWidth = 1;
+  for (const [name, cursor] of Object.entries(cursors)) {
+    if (cursor === undefined) continue;
+    pen.strokeStyle = pen.fillStyle = style.getPropertyValue('--text');
+    pen.setLineDash([4, 3]);
+    pen.beginPath();
+    pen.moveTo(x(cursor), place.top);
+    pen.lineTo(x(cursor), place.top + place.height);
+    pen.stroke();
+    pen.setLineDash([]);
+    pen.fillText(name, x(cursor) + 3, place.top + 10);
+  }
+  pen.restore();
+  return shown;
+}
+
+// The values between two times, with some room above and below.
+function fit(curves, view) {
+  let [least, most] = [Infinity, -Infinity];
+  for (const { rows, name } of curves) {
+    const column = rows.columns.get(name);
+    const end = rows.find(view.to);
+    for (let row = rows.find(view.from); row < end; row++) {
+      if (column[row] < least) least = column[row];
+      if (column[row] > most) most = column[row];
+    }
+  }
+  if (least > most) return [0, 1];
+  const room = (most - least) * 0.06 || Math.max(Math.abs(most) * 1e-6, 1e-6);
+  return [least - room, most + room];
+}
+
+// More rows than pixels become a vertical stroke each pixel, from the least to the most: no peak is lost.
+function drawCurve(pen, { rows, name, colour }, view, x, y, place) {
+  const column = rows.columns.get(name);
+  const start = Math.max(0, rows.find(view.from) - 1);
+  const end = Math.min(rows.length, rows.find(view.to) + 1);
+  pen.strokeStyle = colour;
+  pen.lineWidth = 1.3;
+  pen.beginPath();
+  let isDown = false;
+  const to = (at, value) => {
+    if (isDown) pen.lineTo(at, value);
+    else pen.moveTo(at, value);
+    isDown = true;
+  };
+  if (end - start < 2 * place.width) {
+    for (let row = start; row < end; row++) {
+      if (Number.isNaN(column[row])) isDown = false;
+      else to(x(rows.times[row]), y(column[row]));
+    }
+  } else {
+    let row = start;
+    while (row < end) {
+      const pixel = Math.floor(x(rows.times[row]));
+      let [least, most, first, last] = [Infinity, -Infinity, NaN, NaN];
+      for (; row < end && Math.floor(x(rows.times[row])) === pixel; row++) {
+        const value = column[row];
+        if (Number.isNaN(value)) continue;
+        if (value < least) least = value;
+        if (value > most) most = value;
+        if (Number.isNaN(first)) first = value;
+        last = value;
+      }
+      if (Number.isNaN(first)) {
+        isDown = false;
+        continue;
+      }
+      to(pixel, y(first));
+      pen.lineTo(pixel, y(least));
+      pen.lineTo(pixel, y(most));
+      pen.lineTo(pixel, y(last));
+    }
+  }
+  pen.stroke();
+}
+
+// States: a band with a word for as long as it holds.
+function drawWords(pen, { rows, name, colour, words }, view, x, top, height) {
+  const column = rows.columns.get(name);
+  const end = Math.min(rows.length, rows.find(view.to) + 1);
+  let row = Math.max(0, rows.find(view.from) - 1);
+  while (row < end) {
+    const number = column[row];
+    const from = x(rows.times[row]);
+    while (row < end && Object.is(column[row], number)) row++;
+    if (Number.isNaN(number)) continue;
+    const to = row < rows.length ? x(rows.times[row]) : from + 1e4;
+    const left = Math.max(from, LEFT);
+    pen.globalAlpha = 0.18;
+    pen.fillStyle = colour;
+    pen.fillRect(left, top + 2, Math.min(to, 1e5) - left - 1, height - 4);
+    pen.globalAlpha = 1;
+    if (to - left > 24) pen.fillText(words[number] ?? '', left + 4, top + height / 2 + 4, to - left - 6);
+  }
+}

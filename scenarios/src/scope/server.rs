@@ -1,0 +1,238 @@
+//! What the page asks for, and its answers.
+
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::{Body, Bytes};
+use axum::extract::{Path, Query, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use coaxle_host::transport::{Declared, Transport};
+use coaxle_host::{Commander, SeenNode, Watcher, machine};
+use coaxle_node::keys::NodeName;
+use coaxle_node::{CommandAnswer, CommandOrder};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tokio::net::TcpListener;
+use tokio::sync::mpsc;
+
+use super::guard::{OWN_HEADER, own_host};
+use super::stream::{Blocks, channels};
+use crate::status;
+
+/// Gives out the page and answers it, for as long as this is polled.
+pub(super) async fn serve(
+    listener: std::net::TcpListener,
+    watcher: Arc<Watcher>,
+    commander: Option<Commander>,
+) {
+    let state = Shared {
+        watcher,
+        commander: commander.map(Arc::new),
+    };
+    let served = match TcpListener::from_std(listener) {
+        Ok(listener) => axum::serve(listener, routes(state)).await,
+        Err(error) => Err(error),
+    };
+    if let Err(error) = served {
+        tracing::error!("the page is gone: {error}");
+    }
+}
+
+#[derive(Clone)]
+struct Shared {
+    watcher: Arc<Watcher>,
+    /// None where nobody may command.
+    commander: Option<Arc<Commander>>,
+}
+
+fn routes(state: Shared) -> Router {
+    Router::new()
+        .route("/", get(|| file("text/html", include_str!("page.html"))))
+        .route(
+            "/page.css",
+            get(|| file("text/css", include_str!("page.css"))),
+        )
+        .route(
+            "/page.js",
+            get(|| file("text/javascript", include_str!("page.js"))),
+        )
+        .route(
+            "/plot.js",
+            get(|| file("text/javascript", include_str!("plot.js"))),
+        )
+        .route("/nodes", get(nodes))
+        .route("/signals/{node}", get(signals))
+        .route("/rows/{node}", get(rows))
+        .route("/orders/{node}", post(order))
+        .route("/metrics", get(metrics))
+        .layer(axum::middleware::from_fn(own_host))
+        .with_state(state)
+}
+
+/// What it may load and what may show it: nothing of others, and nobody else.
+const POLICY: &str = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'";
+
+async fn file(kind: &'static str, text: &'static str) -> Response {
+    let kind = format!("{kind}; charset=utf-8");
+    let headers = [
+        (header::CONTENT_TYPE, kind.as_str()),
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::CACHE_CONTROL, "no-cache"),
+    ];
+    (headers, text).into_response()
+}
+
+fn as_json(value: &Value) -> Response {
+    let headers = [(header::CONTENT_TYPE, "application/json")];
+    (headers, value.to_string()).into_response()
+}
+
+fn wrong(status: StatusCode, why: impl Into<String>) -> Response {
+    (status, why.into()).into_response()
+}
+
+/// Who is there, with what each says of itself.
+async fn nodes(State(shared): State<Shared>) -> Response {
+    let now = machine::now();
+    let one = |node: &SeenNode| {
+        let age = node
+            .status
+            .as_ref()
+            .map(|(at, _)| (now - *at).as_secs_f64());
+        let status = node.status.as_ref().map(|(_, status)| status);
+        json!({ "name": node.name, "is_alive": node.is_alive, "age_s": age, "status": status })
+    };
+    let seen = shared.watcher.seen();
+    let nodes: Vec<_> = seen.iter().map(one).collect();
+    as_json(&json!({ "nodes": nodes, "commands": shared.commander.is_some() }))
+}
+
+async fn metrics(State(shared): State<Shared>) -> Response {
+    let headers = [(header::CONTENT_TYPE, "text/plain; version=0.0.4")];
+    let text = status::metrics(&shared.watcher.seen());
+    (headers, text + "\n").into_response()
+}
+
+/// The first piece may take so long: the node learns of the subscription, and makes one.
+const FIRST_PIECE: Duration = Duration::from_secs(3);
+/// As many pieces wait for a browser: those of three seconds.
+const MOST_PIECES: usize = 64;
+
+/// Which signals a node has.
+async fn signals(State(shared): State<Shared>, Path(node): Path<String>) -> Response {
+    let (mut pieces, _declared) = match subscribe(&shared, node) {
+        Ok(subscribed) => subscribed,
+        Err(refused) => return refused,
+    };
+    match tokio::time::timeout(FIRST_PIECE, pieces.recv()).await {
+        Ok(Some(piece)) => as_json(&json!(channels(&piece))),
+        _ => wrong(StatusCode::NOT_FOUND, "no row came of this node"),
+    }
+}
+
+#[derive(Deserialize)]
+struct Wanted {
+    /// With commas.
+    signals: String,
+}
+
+/// A page may ask for so many signals of a node at once.
+const MOST_SIGNALS: usize = 1000;
+
+/// The rows of a node from now on, in blocks.
+async fn rows(
+    State(shared): State<Shared>,
+    Path(node): Path<String>,
+    Query(wanted): Query<Wanted>,
+) -> Response {
+    let wanted: Vec<_> = wanted.signals.split(',').map(str::to_owned).collect();
+    if wanted.len() > MOST_SIGNALS {
+        let received = wanted.len();
+        let why = format!("signals: received {received}, expected at most {MOST_SIGNALS}");
+        return wrong(StatusCode::BAD_REQUEST, why);
+    }
+    let (pieces, declared) = match subscribe(&shared, node) {
+        Ok(subscribed) => subscribed,
+        Err(refused) => return refused,
+    };
+    // The subscription lives as long as the stream.
+    let state = (pieces, declared, Blocks::of(wanted));
+    let blocks = futures_util::stream::unfold(state, |(mut pieces, declared, mut blocks)| async {
+        loop {
+            let piece = pieces.recv().await?;
+            if let Some(block) = blocks.block(&piece) {
+                let block = Ok::<_, Infallible>(Bytes::from(block));
+                return Some((block, (pieces, declared, blocks)));
+            }
+        }
+    });
+    let headers = [
+        (header::CONTENT_TYPE, "application/octet-stream"),
+        (header::CACHE_CONTROL, "no-store"),
+    ];
+    (headers, Body::from_stream(blocks)).into_response()
+}
+
+#[expect(
+    clippy::result_large_err,
+    reason = "a response is what is wanted in either case"
+)]
+fn subscribe(
+    shared: &Shared,
+    node: String,
+) -> Result<(mpsc::Receiver<Vec<u8>>, Declared), Response> {
+    let node =
+        NodeName::new(node).map_err(|error| wrong(StatusCode::BAD_REQUEST, error.to_string()))?;
+    let (queue, pieces) = mpsc::channel(MOST_PIECES);
+    let take = move |_, piece: &[u8]| {
+        // A browser that does not keep up misses some.
+        let _ = queue.try_send(piece.to_vec());
+    };
+    let transport: &dyn Transport = &**shared.watcher.transport();
+    let declared = transport.subscribe(&node.rows_key(), Box::new(take));
+    let declared = declared.map_err(|error| {
+        let why = format!("{error:#}");
+        wrong(StatusCode::BAD_GATEWAY, why)
+    })?;
+    Ok((pieces, declared))
+}
+
+/// Sends an order, and gives the node's answer.
+async fn order(
+    State(shared): State<Shared>,
+    Path(node): Path<String>,
+    headers: HeaderMap,
+    body: String,
+) -> Response {
+    let Some(commander) = shared.commander else {
+        let why = "commands are off: start it with --commands";
+        return wrong(StatusCode::FORBIDDEN, why);
+    };
+    if !headers.contains_key(OWN_HEADER) {
+        let why = format!("expected the header {OWN_HEADER}");
+        return wrong(StatusCode::FORBIDDEN, why);
+    }
+    let node = match NodeName::new(node) {
+        Ok(node) => node,
+        Err(error) => return wrong(StatusCode::BAD_REQUEST, error.to_string()),
+    };
+    let order = match CommandOrder::from_json(body.as_bytes()) {
+        Ok(order) => order,
+        Err(error) => return wrong(StatusCode::BAD_REQUEST, error.to_string()),
+    };
+    let sent = tokio::task::spawn_blocking(move || commander.send(&node, &order)).await;
+    match sent {
+        Ok(Ok(answer)) => answered(&answer),
+        Ok(Err(error)) => wrong(StatusCode::BAD_GATEWAY, format!("{error:#}")),
+        Err(error) => wrong(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()),
+    }
+}
+
+fn answered(answer: &CommandAnswer) -> Response {
+    let headers = [(header::CONTENT_TYPE, "application/json")];
+    (headers, answer.to_json()).into_response()
+}

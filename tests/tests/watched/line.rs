@@ -1,0 +1,108 @@
+//! A sender, and receivers that follow it, as real processes.
+
+use std::fs::File;
+use std::net::TcpListener;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
+
+use coaxle_clock::Span;
+use coaxle_host::machine;
+use tempfile::TempDir;
+
+/// For whatever takes no time: the machine may be very busy.
+pub(crate) const PATIENCE: Span = Span::from_secs(60);
+
+/// A sender, and receivers that follow it, or something like it. Each listens, as nothing is forwarded between peers.
+pub(crate) struct Line {
+    pub(crate) folder: TempDir,
+    pub(crate) endpoints: Vec<String>,
+    pub(crate) nodes: Vec<Child>,
+}
+
+impl Line {
+    /// The sender alone, whose axis rests.
+    pub(crate) fn new() -> Self {
+        Self::moving(0.0)
+    }
+
+    /// The sender alone, whose axis moves so fast, u/s.
+    pub(crate) fn moving(velocity: f64) -> Self {
+        let mut line = Self {
+            folder: tempfile::tempdir().expect("a scratch folder"),
+            endpoints: Vec::new(),
+            nodes: Vec::new(),
+        };
+        let sender = format!(
+            "cycle-time-us = 2000\n[[axis]]\nid = 3\nname = 'belt'\n[axis.program]\nstart-velocity = {velocity}\n\
+             limits = {{ velocity = 100, acceleration = 100, jerk = 1000 }}\nsteps = []\n"
+        );
+        line.start("sender", "belt", &sender);
+        line
+    }
+
+    pub(crate) fn start(&mut self, role: &str, name: &str, config: &str) {
+        self.start_with(role, name, config, &[]);
+    }
+
+    pub(crate) fn start_with(&mut self, role: &str, name: &str, config: &str, options: &[&str]) {
+        // Nobody else takes a port that was just free.
+        let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
+        let endpoint = format!("tcp/127.0.0.1:{}", port.expect("a free port").port());
+        let file = self.folder.path().join(format!("{name}.toml"));
+        std::fs::write(&file, format!("name = '{name}'\n{config}")).expect("a config");
+        let log = File::create(self.log(name)).expect("a log");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+        command.arg(role).arg(file).stdin(Stdio::null());
+        command.args(["--listen", &endpoint]).args(options);
+        for other in &self.endpoints {
+            command.args(["--connect", other]);
+        }
+        self.endpoints.push(endpoint);
+        self.nodes
+            .push(command.stderr(log).spawn().expect("it starts"));
+    }
+
+    pub(crate) fn receive(&mut self, name: &str, master: &str) {
+        let config = format!("cycle-time-us = 2000\nmaster = {master}\n");
+        self.start("receiver", name, &config);
+    }
+
+    pub(crate) fn log(&self, name: &str) -> std::path::PathBuf {
+        self.folder.path().join(format!("{name}.log"))
+    }
+
+    pub(crate) fn ask(&self, words: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+        command.args(words);
+        for endpoint in &self.endpoints {
+            command.args(["--connect", endpoint]);
+        }
+        command.output().expect("it runs")
+    }
+}
+
+impl Drop for Line {
+    fn drop(&mut self) {
+        for node in &mut self.nodes {
+            let _ = node.kill();
+            let _ = node.wait();
+        }
+    }
+}
+
+pub(crate) fn until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let begin = machine::now();
+    while !is_so() {
+        assert!(machine::now() - begin < PATIENCE, "{what}");
+        std::thread::park_timeout(Duration::from_millis(20));
+    }
+}
+
+pub(crate) fn said(log: &Path) -> String {
+    std::fs::read_to_string(log).unwrap_or_default()
+}
+
+pub(crate) fn printed(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("UTF-8")
+}

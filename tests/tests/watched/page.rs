@@ -1,0 +1,197 @@
+//! The page of `coaxle scope`, in a real browser.
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use crate::browser::Browser;
+use crate::line::{Line, said, until};
+
+/// The tool that gives out the page, of a line.
+struct Scope {
+    tool: Child,
+    address: String,
+}
+
+impl Scope {
+    fn of(line: &Line, options: &[&str]) -> Self {
+        let log = line.log("scope");
+        let out = std::fs::File::create(&log).expect("a log");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+        command
+            .args(["scope", "--page", "127.0.0.1:0"])
+            .args(options);
+        for endpoint in &line.endpoints {
+            command.args(["--connect", endpoint]);
+        }
+        let tool = command.stdin(Stdio::null()).stdout(out).spawn();
+        let mut scope = Self {
+            tool: tool.expect("it starts"),
+            address: String::new(),
+        };
+        until("it says where the page is", || {
+            let text = said(&log);
+            let address = text.strip_prefix("the page is at ");
+            scope.address = address.unwrap_or_default().trim().to_owned();
+            text.ends_with('\n')
+        });
+        scope
+    }
+}
+
+impl Drop for Scope {
+    fn drop(&mut self) {
+        let _ = self.tool.kill();
+        let _ = self.tool.wait();
+    }
+}
+
+#[test]
+fn signals_are_drawn_measured_and_triggered_on() {
+    let Some(browser) = Browser::start() else {
+        return;
+    };
+    let mut line = Line::moving(50.0);
+    line.receive(
+        "saw",
+        "{ node = 'belt', axis = 3 }\n[[slave]]\nname = 'gear'",
+    );
+    let scope = Scope::of(&line, &[]);
+    let signals = "saw:belt.3.received_velocity,saw:belt.3.corrected_velocity,saw:gear.state,saw:belt.drift_ppm,saw:cycle";
+    browser.open(&format!("{}/#signals={signals}&span=1", scope.address));
+    let number = |script: &str| browser.run(script).as_f64().unwrap_or_default();
+    let text = |id: &str| {
+        let script = format!("return document.querySelector('{id}').textContent");
+        browser.run(&script).as_str().unwrap_or_default().to_owned()
+    };
+    until("rows come", || {
+        number("return Number(document.body.dataset.rows)") > 1000.0
+    });
+    // A unit each, and a lane for the state.
+    assert_eq!(
+        number("return document.querySelectorAll('canvas').length"),
+        4.0
+    );
+    until("the state is told", || {
+        text("#figures").contains("synchronized-motion")
+    });
+    until("the nodes are told", || text("#nodes").contains("saw: ok"));
+
+    browser.click("canvas", (-50, 0), false);
+    browser.click("canvas", (50, 0), true);
+    until("the cursors are apart", || {
+        text("#cursors").contains(" ms, ")
+    });
+
+    // The count of cycles passes a level once.
+    let level = number("return state.sources.get('saw').rows.columns.get('cycle')[0]") + 5_000.0;
+    browser.run(&format!(
+        "for (const [id, value] of [['trigger-signal', 'saw:cycle'], ['trigger-level', {level}], ['trigger-mode', 'single']]) {{
+           document.getElementById(id).value = value;
+           document.getElementById(id).dispatchEvent(new Event('change'));
+         }}"
+    ));
+    until("the shot is taken", || text("#trigger-state") == "taken");
+    assert_eq!(text("#pause"), "Go on");
+    let (from, to) = (number("return view().from"), number("return view().to"));
+    let at = number("return state.trigger.at");
+    assert!(from < at && at < to, "{from} {at} {to}");
+    let before = number(
+        "const rows = state.sources.get('saw').rows; \
+         return rows.columns.get('cycle')[rows.find(state.trigger.at) - 1]",
+    );
+    assert!(before < level, "{before} {level}");
+    assert_eq!(number("return Number(document.body.dataset.missing)"), 0.0);
+    keep(&browser, "scope.png");
+}
+
+#[test]
+fn a_slave_is_told_only_what_it_would_take() {
+    let Some(browser) = Browser::start() else {
+        return;
+    };
+    let mut line = Line::new();
+    line.receive(
+        "saw",
+        "{ node = 'belt', axis = 3 }\n[[slave]]\nname = 'gear'",
+    );
+    let scope = Scope::of(&line, &["--commands"]);
+    browser.open(&format!("{}/#tab=slaves", scope.address));
+    let buttons = || {
+        let script = "return [...document.querySelectorAll('#slaves button')].map((b) => b.textContent).join(' ')";
+        browser.run(script).as_str().unwrap_or_default().to_owned()
+    };
+    let press = |label: &str| {
+        let script = format!(
+            "const b = [...document.querySelectorAll('#slaves button')].find((b) => b.textContent === '{label}'); \
+             b?.click(); return b !== undefined"
+        );
+        until(label, || browser.run(&script) == true);
+    };
+    let shows = |what: &str| {
+        let mut text = String::new();
+        let end = coaxle_host::machine::now() + crate::line::PATIENCE;
+        while !text.contains(what) {
+            assert!(
+                coaxle_host::machine::now() < end,
+                "expected {what} in {text}"
+            );
+            let shown = browser.run("return document.querySelector('#slaves').innerText");
+            text = shown.as_str().unwrap_or_default().to_owned();
+        }
+    };
+    shows("in-sync");
+    until("it may be uncoupled", || buttons().contains("Gear out"));
+    press("Gear out");
+    shows("standstill");
+    press("Gear in 1:1");
+    shows("synchronized-motion");
+    press("Power off");
+    shows("disabled");
+    until("it may be switched on, and not coupled", || {
+        buttons().contains("Power on") && !buttons().contains("Gear in")
+    });
+    keep(&browser, "slaves.png");
+}
+
+#[test]
+fn a_node_gives_out_a_page_of_itself() {
+    let mut line = Line::new();
+    let config = "cycle-time-us = 2000\nmaster = { node = 'belt', axis = 3 }\n";
+    line.start_with("receiver", "saw", config, &["--page", "127.0.0.1:0"]);
+    let log = line.log("saw");
+    until("it says where", || {
+        said(&log).contains("the page is at http://")
+    });
+    let text = said(&log);
+    let address = text
+        .split("http://")
+        .nth(1)
+        .and_then(|rest| rest.split_whitespace().next());
+    let address = address.expect("an address");
+    let shown = |path: &str| {
+        use std::io::{Read, Write};
+        let mut stream = std::net::TcpStream::connect(address).expect("the page");
+        let request =
+            format!("GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n");
+        stream.write_all(request.as_bytes()).expect("a request");
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).expect("an answer");
+        answer
+    };
+    until("it knows itself and its neighbour", || {
+        let nodes = shown("/nodes");
+        nodes.contains("\"name\":\"saw\"") && nodes.contains("\"name\":\"belt\"")
+    });
+    until("its own signals are there", || {
+        shown("/signals/saw").contains("belt.3.corrected_position")
+    });
+    assert!(shown("/metrics").contains("coaxle_up{node=\"saw\"} 1"));
+}
+
+/// Keeps a picture in `target/tmp`, for who wants to look at it.
+fn keep(browser: &Browser, name: &str) {
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    browser.screenshot(&file);
+    let bytes = std::fs::read(&file).expect("a screenshot");
+    assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 10_000);
+}
