@@ -122,7 +122,8 @@ impl Figure {
     /// Its name with its unit, as columns bear it: `lag_us`, `velocity_ripple_max [mm/s]`.
     pub(crate) fn heading(&self, units: &Units) -> String {
         let unit = self.unit(units);
-        let is_in_name = self.name.ends_with(&format!("_{}", unit.replace('µ', "u")));
+        let ascii = unit.replace('µ', "u");
+        let is_in_name = self.name.split('_').any(|part| part == ascii);
         if unit.is_empty() || is_in_name {
             self.name.clone()
         } else {
@@ -338,6 +339,8 @@ mod tests {
         for (name, expected) in [
             ("lag_us", "lag_us"),
             ("time_to_sync_s", "time_to_sync_s"),
+            ("drift_ppm_true", "drift_ppm_true"),
+            ("random_walk_ppm", "random_walk_ppm [ppm/√s]"),
             ("velocity_ripple_max", "velocity_ripple_max [mm/s]"),
             ("slave.velocity_max", "slave.velocity_max [u/s]"),
             (

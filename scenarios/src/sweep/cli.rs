@@ -10,6 +10,7 @@ use coaxle_clock::Instant;
 use coaxle_host::cli::Exit;
 use coaxle_host::machine::{self, Machine};
 
+use super::grid::MOST_RUNS;
 use super::{Axis, Options, Outcome, Prepared, Setup, SoFar, prepare};
 use crate::bar::Bar;
 use crate::catalog;
@@ -27,7 +28,7 @@ pub(crate) struct SweepArgs {
     over: Vec<Axis>,
     /// With how many seeds to run each point: the scenario's and those that follow it. Tables have median, 5 % and 95 % quantile
     /// and the worst
-    #[arg(long, value_name = "N", default_value = "1")]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = seeds)]
     seeds: NonZeroUsize,
     /// Set a field of the scenario at all points: path.to.field=value
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -48,6 +49,12 @@ pub(crate) struct SweepArgs {
     /// Write a report in JUnit's format: a case for each point
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
+}
+
+fn seeds(text: &str) -> Result<NonZeroUsize, String> {
+    let seeds = text.parse().ok();
+    let seeds = seeds.filter(|seeds: &NonZeroUsize| seeds.get() <= MOST_RUNS);
+    seeds.ok_or_else(|| format!("received {text}, expected 1 to {MOST_RUNS}"))
 }
 
 /// Sweeps, prints the table and says where the rest is.

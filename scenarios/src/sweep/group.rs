@@ -1,6 +1,6 @@
 //! What belongs together of the runs of a point.
 
-use super::record::{Record, Row};
+use super::record::{FigureRow, RunRecord};
 use crate::figures::Units;
 
 /// The rows of one receiver, or of one slave, at one point with all seeds.
@@ -10,11 +10,11 @@ pub(super) struct Group<'a> {
     pub(super) is_first: bool,
     pub(super) units: &'a Units,
     /// A row for each seed.
-    pub(super) rows: Vec<&'a Row>,
+    pub(super) rows: Vec<&'a FigureRow>,
 }
 
 /// Those of a point, of its runs with their seeds.
-pub(super) fn groups(records: &[(u64, Record)]) -> impl Iterator<Item = Group<'_>> {
+pub(super) fn groups(records: &[(u64, RunRecord)]) -> impl Iterator<Item = Group<'_>> {
     // The same scenario but for its seed has the same rows.
     let first = records
         .first()

@@ -12,19 +12,19 @@ use crate::verdict::Verdict;
 
 /// What came of a run: figures, and what was not as expected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Record {
+pub(super) struct RunRecord {
     /// How many expectations there were, and what else holds in every run and did not.
     pub(super) judged: usize,
     /// Those that were not met, a line each.
     pub(super) failures: Vec<String>,
     /// The figures, a row for each receiver and slave of it.
     #[serde(default)]
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<FigureRow>,
 }
 
 /// The figures of a receiver, and of one of its slaves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Row {
+pub(super) struct FigureRow {
     /// The receiver.
     pub(super) receiver: String,
     /// The slave, if it has any.
@@ -38,7 +38,7 @@ pub(super) struct Row {
     figures: BTreeMap<String, toml::Value>,
 }
 
-impl Record {
+impl RunRecord {
     pub(super) fn of(summary: &Summary, figures: &[Figure]) -> Self {
         let failed = summary.failed().map(Verdict::to_string);
         let rows = summary
@@ -53,7 +53,7 @@ impl Record {
     }
 }
 
-fn rows_of(name: &str, receiver: &ReceiverSummary, figures: &[Figure]) -> Vec<Row> {
+fn rows_of(name: &str, receiver: &ReceiverSummary, figures: &[Figure]) -> Vec<FigureRow> {
     let fields = Fields::of_receiver(receiver);
     let slaves = receiver.slaves.iter().map(Some);
     // A receiver without slaves has a row, too.
@@ -65,7 +65,7 @@ fn rows_of(name: &str, receiver: &ReceiverSummary, figures: &[Figure]) -> Vec<Ro
             let value = figure.value(&fields, of_slave.as_ref())?;
             Some((figure.name.clone(), stored(value)?))
         });
-        Row {
+        FigureRow {
             receiver: name.to_owned(),
             slave: slave.map(|(name, _)| name.clone()),
             is_first: n == 0,
@@ -87,7 +87,7 @@ fn stored(value: Value) -> Option<toml::Value> {
     })
 }
 
-impl Row {
+impl FigureRow {
     /// A figure; none where there is none.
     pub(super) fn value(&self, figure: &Figure) -> Option<Value> {
         let value = self.figures.get(&figure.name)?;
@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn every_receiver_and_slave_has_a_row_which_toml_keeps_to_the_bit() {
         let figures = Figure::all();
-        let record = Record::of(&summary(), &figures);
+        let record = RunRecord::of(&summary(), &figures);
         let names: Vec<_> = (record.rows.iter())
             .map(|row| (row.receiver.as_str(), row.slave.as_deref(), row.is_first))
             .collect();
@@ -158,7 +158,7 @@ mod tests {
         assert_eq!(names, expected);
         assert_eq!(record.failures, ["b.errors is null, expected 0"]);
         let text = toml::to_string(&record).unwrap();
-        let read: Record = toml::from_str(&text).unwrap();
+        let read: RunRecord = toml::from_str(&text).unwrap();
         assert_eq!(read, record);
         let value = |row: usize, name: &str| {
             let figure = figures.iter().find(|figure| figure.name == name).unwrap();

@@ -30,7 +30,8 @@ pub(super) fn write(
         body += &drawing(n, plot);
     }
     if plots.is_empty() {
-        body += "<p class=\"hint\">No axis has two values.</p>\n";
+        body +=
+            "<p class=\"hint\">Nothing to plot: no axis has two values, or no run is over.</p>\n";
     }
     body += &table(sweep, shown);
     let _ = writeln!(

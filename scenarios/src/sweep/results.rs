@@ -3,7 +3,7 @@
 use super::group::groups;
 use super::outcome::{Outcome, PointOutcome};
 use super::plot::{self, Plots};
-use super::record::Record;
+use super::record::RunRecord;
 use super::report;
 use super::shown::Shown;
 use super::tables::Tables;
@@ -68,7 +68,7 @@ pub(super) fn write(
 }
 
 /// Those of these runs that are over, with their seeds.
-fn records_of(runs: &[Run]) -> Vec<(u64, Record)> {
+fn records_of(runs: &[Run]) -> Vec<(u64, RunRecord)> {
     let records = (runs.iter()).filter_map(|run| Some((run.seed, store::load(&run.place)?)));
     records.collect()
 }
@@ -88,7 +88,11 @@ fn common_units(runs: &[Run]) -> Units {
 }
 
 /// None where nothing is over.
-fn outcome_of(sweep: &Prepared, point: &Point, records: &[(u64, Record)]) -> Option<PointOutcome> {
+fn outcome_of(
+    sweep: &Prepared,
+    point: &Point,
+    records: &[(u64, RunRecord)],
+) -> Option<PointOutcome> {
     let failures = records.iter().flat_map(|(seed, record)| {
         let lines = record.failures.iter();
         lines.map(|line| (*seed, line.clone()))

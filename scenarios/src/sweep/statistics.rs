@@ -1,6 +1,6 @@
 //! A figure over several seeds.
 
-use super::record::Row;
+use super::record::FigureRow;
 use crate::figures::{Figure, number};
 
 /// What a figure of a point was, over its seeds.
@@ -20,7 +20,7 @@ pub(super) struct Statistics {
 
 impl Statistics {
     /// Of the same row with several seeds. None where no run has the figure, or it is a text.
-    pub(super) fn of(figure: &Figure, rows: &[&Row]) -> Option<Self> {
+    pub(super) fn of(figure: &Figure, rows: &[&FigureRow]) -> Option<Self> {
         let values = rows.iter().filter_map(|row| row.value(figure));
         let mut values: Vec<f64> = values.filter_map(|value| number(&value)).collect();
         values.sort_by(f64::total_cmp);

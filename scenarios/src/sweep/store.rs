@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, bail};
 use serde::{Deserialize, Serialize};
 
-use super::record::Record;
+use super::record::RunRecord;
 use crate::results_folder::ResultsFolder;
 use crate::scenario::Scenario;
 
@@ -85,7 +85,7 @@ impl Store {
 }
 
 /// What came of a run; none where that is not there, or not whole.
-pub(super) fn load(place: &Path) -> Option<Record> {
+pub(super) fn load(place: &Path) -> Option<RunRecord> {
     toml::from_str(&fs::read_to_string(place).ok()?).ok()
 }
 
@@ -93,7 +93,7 @@ pub(super) fn load(place: &Path) -> Option<Record> {
 ///
 /// # Errors
 /// Names the file that cannot be written.
-pub(super) fn keep(place: &Path, record: &Record) -> anyhow::Result<()> {
+pub(super) fn keep(place: &Path, record: &RunRecord) -> anyhow::Result<()> {
     let cannot = || format!("cannot write {}", place.display());
     let text = toml::to_string(record).with_context(cannot)?;
     let unfinished = place.with_extension("new");
@@ -194,8 +194,8 @@ mod tests {
         }
     }
 
-    fn record() -> Record {
-        Record {
+    fn record() -> RunRecord {
+        RunRecord {
             judged: 1,
             failures: vec!["a \"quoted\"\nline".to_owned()],
             rows: Vec::new(),

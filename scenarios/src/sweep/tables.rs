@@ -10,7 +10,7 @@ use coaxle_recording::export::{ParquetTable, TypedColumn};
 
 use super::grid::{self, Axis, SEED};
 use super::group::Group;
-use super::record::Row;
+use super::record::FigureRow;
 use super::statistics::Statistics;
 use crate::figures::{Figure, Units};
 use crate::results_folder::ResultsFolder;
@@ -63,7 +63,12 @@ impl<'a> Tables<'a> {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub(super) fn row(&mut self, point: &[String], seed: u64, row: &Row) -> anyhow::Result<()> {
+    pub(super) fn row(
+        &mut self,
+        point: &[String],
+        seed: u64,
+        row: &FigureRow,
+    ) -> anyhow::Result<()> {
         let mut cells: Vec<_> = self.places(point).map(Some).collect();
         if self.has_seed {
             cells.push(Some(Value::Count(seed)));

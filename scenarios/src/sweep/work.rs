@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anyhow::Context;
 
-use super::record::Record;
+use super::record::RunRecord;
 use super::{Point, store};
 use crate::figures::Figure;
 use crate::finished::Progress;
@@ -143,14 +143,14 @@ impl<'a> Core<'_, 'a> {
         name: &str,
         scenario: &Scenario,
         figures: &[Figure],
-    ) -> anyhow::Result<Option<Record>> {
+    ) -> anyhow::Result<Option<RunRecord>> {
         let finished = virtual_time::run(scenario, &mut (), self)?;
         let (summary, _) = judged(name, scenario, World::Virtual, finished);
         let is_whole = summary.interrupted_at_s.is_none();
-        Ok(is_whole.then(|| Record::of(&summary, figures)))
+        Ok(is_whole.then(|| RunRecord::of(&summary, figures)))
     }
 
-    fn has_done(&self, record: &Record) {
+    fn has_done(&self, record: &RunRecord) {
         let mut shared = lock(self.shared);
         shared.under_way[self.number] = 0.0;
         shared.so_far.done += 1;
