@@ -227,7 +227,7 @@ fn index(axes: &[Axis], point: &[usize]) -> usize {
 }
 
 impl Along {
-    fn of(axis: &Axis) -> Self {
+    pub(super) fn of(axis: &Axis) -> Self {
         let mut order: Vec<usize> = (0..axis.values.len()).collect();
         let numbers = axis.numbers();
         if let Some(numbers) = &numbers {

@@ -25,7 +25,10 @@ fn layout(plot: &Plot) -> (usize, usize) {
 pub(super) fn draw(root: &Area<'_>, name: &str, plot: &Plot, up: &Along) -> Result<(), DrawError> {
     let colours = Colours::of(plot);
     let (columns, rows) = layout(plot);
-    let root = root.titled(&title(name, plot), (FONT, 22))?;
+    let title = title(name, plot);
+    // As large as fits.
+    let fits = 1.6 * f64::from(size(plot).0) / title.chars().count().max(1) as f64;
+    let root = root.titled(&title, (FONT, fits.min(22.0)))?;
     let areas = root.split_evenly((rows, columns));
     for (area, panel) in areas.iter().zip(&plot.panels) {
         map(area, plot, up, panel, &colours)?;
@@ -59,8 +62,11 @@ fn map(
     builder.x_label_area_size(44).y_label_area_size(84);
     let (x, y) = ((0..width - 1), (0..height - 1));
     let mut chart = builder.build_cartesian_2d(x.into_segmented(), y.into_segmented())?;
-    let x_label = |place: &_| word(&plot.across, place);
-    let y_label = |place: &_| word(up, place);
+    let longest = plot.across.values.iter().map(|value| value.chars().count());
+    let letters = longest.max().unwrap_or(0) + 2;
+    let (x_every, y_every) = (every(width, LETTERS / letters), every(height, LINES));
+    let x_label = |place: &_| word(&plot.across, place, x_every);
+    let y_label = |place: &_| word(up, place, y_every);
     let mut mesh = chart.configure_mesh();
     mesh.x_desc(plot.across.field.as_str())
         .y_desc(up.field.as_str());
@@ -89,14 +95,25 @@ fn map(
     Ok(())
 }
 
-fn word(along: &Along, place: &SegmentValue<i32>) -> String {
+/// Letters that fit below a map, and lines beside it.
+const LETTERS: usize = 56;
+const LINES: usize = 18;
+
+/// The step from one word to the next, where only so many fit.
+fn every(count: i32, fit: usize) -> usize {
+    let count = usize::try_from(count).unwrap_or(0);
+    count.div_ceil(fit.max(1)).max(1)
+}
+
+fn word(along: &Along, place: &SegmentValue<i32>, every: usize) -> String {
     let n = match place {
         SegmentValue::CenterOf(n) => usize::try_from(*n).ok(),
         _ => None,
     };
-    n.and_then(|n| along.values.get(n))
-        .cloned()
-        .unwrap_or_default()
+    let word = n
+        .filter(|n| n % every == 0)
+        .and_then(|n| along.values.get(n));
+    word.cloned().unwrap_or_default()
 }
 
 /// Which share of the way from the least to the largest a value is.
@@ -144,6 +161,17 @@ fn bright(share: f64) -> RGBColor {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_many_words_only_those_that_fit_are_there() {
+        assert_eq!(every(4, 18), 1);
+        assert_eq!(every(100, 8), 13);
+        assert_eq!(every(3, 0), 3);
+        let axis: crate::sweep::Axis = "a=1,2,3".parse().unwrap();
+        let along = Along::of(&axis);
+        let words = [0, 1, 2, 3].map(|n| word(&along, &SegmentValue::CenterOf(n), 2));
+        assert_eq!(words, ["1", "", "3", ""]);
+    }
 
     #[test]
     fn colours_are_those_of_the_ends_at_the_ends() {
