@@ -232,7 +232,7 @@ impl Lines {
                 0 => String::new(),
                 kept => format!(", {kept} of them are in the folder already"),
             };
-            return Some(format!("{runs} runs{of_before}"));
+            return Some(format!("runs: {runs}{of_before}"));
         }
         let took = (machine::now() - self.begin).as_secs_f64();
         let (rate, left) = (done as f64 / took, took / share * (1.0 - share));

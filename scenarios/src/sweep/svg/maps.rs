@@ -27,7 +27,7 @@ pub(super) fn draw(root: &Area<'_>, name: &str, plot: &Plot, up: &Along) -> Resu
     let (columns, rows) = layout(plot);
     let title = title(name, plot);
     // As large as fits.
-    let fits = 1.6 * f64::from(size(plot).0) / title.chars().count().max(1) as f64;
+    let fits = 2.2 * f64::from(size(plot).0) / title.chars().count().max(1) as f64;
     let root = root.titled(&title, (FONT, fits.min(22.0)))?;
     let areas = root.split_evenly((rows, columns));
     for (area, panel) in areas.iter().zip(&plot.panels) {
