@@ -1,6 +1,5 @@
 //! The `coaxle` tool's command line.
 
-use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -8,22 +7,20 @@ use anyhow::Context;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use coaxle_host::cli::{EXIT_CODES, Exit, LogArgs, exit_code};
-use coaxle_host::{Interrupt, machine};
+use coaxle_host::machine;
 use coaxle_node::one_line;
-use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::bar::Bar;
 use crate::cam::{self, CamCommand};
 use crate::catalog;
 use crate::command::{self, CommandArgs};
 use crate::doctor::{self, DoctorArgs};
 use crate::examples;
-use crate::finished::Progress;
 use crate::inspect;
 use crate::junit::{self, Case};
 use crate::number;
 use crate::recorded::{self, ExportArgs, InfoArgs, RecordArgs, RecoverArgs};
 use crate::recording;
-use crate::results_folder::ResultsFolder;
 use crate::run::{self, Options, Outcome, TraceFormat};
 use crate::saw::{self, SawCommand};
 use crate::scope::{self, OwnPageArgs, ScopeArgs};
@@ -32,7 +29,8 @@ use crate::soak;
 use crate::soak::cli::SoakArgs;
 use crate::status::{self, NodesArgs, StatusArgs, WaitArgs};
 use crate::summary::World;
-use crate::sweep::{self, Axis};
+use crate::sweep::cli::SweepArgs;
+use crate::sweep::{self, Setup};
 use crate::table;
 use crate::verdict::Verdict;
 
@@ -56,7 +54,7 @@ enum Command {
     List,
     /// Run a scenario and write summary.json, trace.mcap and report.html
     Run(RunArgs),
-    /// Run a scenario over a grid of values, in virtual time, and write sweep.csv
+    /// Run a scenario over a grid of values, in virtual time, and write tables, a plot and a report: docs/SWEEPS.md
     Sweep(SweepArgs),
     /// Run random schedules of faults and commands, and check every cycle of them
     Soak(SoakArgs),
@@ -179,24 +177,6 @@ struct RunArgs {
     junit: Option<PathBuf>,
 }
 
-#[derive(Debug, Args)]
-struct SweepArgs {
-    /// Name of a built-in scenario, or path of a TOML file
-    scenario: String,
-    /// A field and its values: path.to.field=a,b,c. Several span a grid [default: the scenario's own]
-    #[arg(long = "over", value_name = "PATH=VALUES")]
-    over: Vec<Axis>,
-    /// Set a field of the scenario at all points: path.to.field=value
-    #[arg(long = "set", value_name = "PATH=VALUE")]
-    overrides: Vec<String>,
-    /// Only these receivers, and those they follow
-    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
-    receivers: Vec<String>,
-    /// Folder for the results [default: out/SCENARIO-sweep]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-}
-
 /// What the demonstration runs: pieces cut to length, with real processes.
 fn demonstration() -> RunArgs {
     RunArgs {
@@ -226,7 +206,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
     let (good, otherwise) = match command {
         None => return run_scenario(&demonstration()),
         Some(Command::Run(args)) => return run_scenario(&args),
-        Some(Command::Sweep(args)) => return run_sweep(&args),
+        Some(Command::Sweep(args)) => return sweep::cli::run(&args),
         Some(Command::Soak(args)) => (soak::cli::print(&args)?, Exit::NotMet),
         Some(Command::List) => (list()?, Exit::Failed),
         Some(Command::Check { scenarios }) => (check(&scenarios)?, Exit::Failed),
@@ -291,7 +271,7 @@ fn check(names: &[String]) -> anyhow::Result<bool> {
     let mut good = true;
     for name in all {
         let prepared =
-            catalog::find(&name).and_then(|source| sweep::prepare(&source, &[], &[], &[]));
+            catalog::find(&name).and_then(|source| sweep::prepare(&source, &Setup::default()));
         match prepared {
             Ok(prepared) => {
                 say(&format!("{name}: ok"))?;
@@ -372,29 +352,6 @@ fn case(verdict: &Verdict) -> Case {
     }
 }
 
-fn run_sweep(args: &SweepArgs) -> anyhow::Result<Exit> {
-    let source = catalog::find(&args.scenario)?;
-    let out = args
-        .out
-        .clone()
-        .unwrap_or_else(|| PathBuf::from("out").join(format!("{}-sweep", source.name)));
-    let folder = ResultsFolder::hold(&out)?;
-    let prepared = sweep::prepare(&source, &args.over, &args.overrides, &args.receivers)?;
-    let mut bar = Bar::new("of the grid".to_owned())?;
-    let swept = prepared.run(&mut bar);
-    bar.clear();
-    let swept = swept?;
-    let path = folder.file("sweep.csv");
-    swept.write_csv(&path)?;
-    say(&swept.table())?;
-    say(&format!("\ntable: {}", path.display()))?;
-    if !swept.is_whole() {
-        tracing::warn!("interrupted: the table has the points that were done");
-        return Ok(Exit::Interrupted);
-    }
-    Ok(Exit::Done)
-}
-
 fn record_arrivals(args: &recording::RecordArgs) -> anyhow::Result<bool> {
     let said = match args.seconds() {
         Some(seconds) => {
@@ -459,41 +416,6 @@ fn command_of(args: &RunArgs) -> String {
         words.push(format!("--receivers {}", args.receivers.join(",")));
     }
     words.join(" ")
-}
-
-/// A progress bar, on a terminal only; and Ctrl-C, which ends what it shows.
-struct Bar {
-    bar: ProgressBar,
-    interrupt: Interrupt,
-}
-
-/// The bar's resolution.
-const STEPS: u64 = 1_000;
-
-impl Bar {
-    fn new(message: String) -> anyhow::Result<Self> {
-        let bar = match io::stderr().is_terminal() {
-            true => ProgressBar::new(STEPS),
-            false => ProgressBar::hidden(),
-        };
-        let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left")
-            .unwrap_or_else(|_| ProgressStyle::default_bar());
-        bar.set_style(style);
-        bar.set_message(message);
-        let interrupt = Interrupt::listen()?;
-        Ok(Self { bar, interrupt })
-    }
-
-    fn clear(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-impl Progress for Bar {
-    fn at(&mut self, share: f64) -> bool {
-        self.bar.set_position((share * STEPS as f64) as u64);
-        !self.interrupt.is_asked()
-    }
 }
 
 #[cfg(test)]

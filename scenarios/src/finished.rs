@@ -73,8 +73,4 @@ impl Finished {
     pub fn violations(&self) -> &[InvariantViolation] {
         &self.violations
     }
-
-    pub(crate) fn into_figures(self) -> Vec<(String, ReceiverSummary)> {
-        self.figures.into_iter().collect()
-    }
 }

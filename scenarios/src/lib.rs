@@ -6,6 +6,7 @@
 //! compares every receiver cycle with what the master really did and leaves a summary, a trace and
 //! a report.
 
+mod bar;
 pub mod cam;
 pub mod catalog;
 pub mod cli;
@@ -16,6 +17,7 @@ pub mod evaluate;
 pub mod event;
 mod examples;
 pub mod expect;
+mod figures;
 pub mod finished;
 mod inspect;
 pub mod invariants;

@@ -9,7 +9,7 @@ use crate::row::Row;
 use crate::units;
 
 /// Positions and velocity around the beat that each receiver kept.
-pub(super) fn drawing(receivers: &[Shown<'_>]) -> Drawing {
+pub(super) fn drawing(receivers: &[Shown<'_>]) -> Drawing<'static> {
     let mut data = Vec::new();
     for receiver in receivers {
         let rows = &receiver.curves.around_beat;

@@ -15,7 +15,7 @@ pub(super) struct Shown<'a> {
 }
 
 /// Distinguishable with any colour vision, and on white as on black. The first belong to the modes.
-const PALETTE: [&str; 7] = [
+pub(crate) const COLOURS: [&str; 7] = [
     "#d9541e", "#d99a00", "#0b9c78", "#2f86d6", "#b06fa8", "#4fb0dc", "#8c7a5b",
 ];
 /// Modes that have a colour of their own.
@@ -25,7 +25,7 @@ pub(crate) const NEUTRAL: &str = "#8a8a8a";
 
 /// The receivers with a colour each; the first of each mode has the mode's own, in every report.
 pub(super) fn coloured<'a>(curves: &[&'a Curves]) -> Vec<Shown<'a>> {
-    let mut taken = [false; PALETTE.len()];
+    let mut taken = [false; COLOURS.len()];
     let own: Vec<Option<usize>> = curves
         .iter()
         .map(|curves| {
@@ -34,7 +34,7 @@ pub(super) fn coloured<'a>(curves: &[&'a Curves]) -> Vec<Shown<'a>> {
         })
         .collect();
     // Those of absent modes last, so that a colour keeps its meaning as long as possible.
-    let others = (MODES..PALETTE.len()).chain((0..MODES).filter(|n| !taken[*n]));
+    let others = (MODES..COLOURS.len()).chain((0..MODES).filter(|n| !taken[*n]));
     let mut free = others.cycle();
     curves
         .iter()
@@ -42,7 +42,7 @@ pub(super) fn coloured<'a>(curves: &[&'a Curves]) -> Vec<Shown<'a>> {
         .map(|(curves, own)| Shown {
             curves,
             name: escaped(&curves.name),
-            colour: PALETTE[own.or_else(|| free.next()).unwrap_or(0)],
+            colour: COLOURS[own.or_else(|| free.next()).unwrap_or(0)],
         })
         .collect()
 }

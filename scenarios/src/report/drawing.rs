@@ -7,12 +7,12 @@ use crate::table;
 
 /// A plot with its words.
 #[derive(Clone, Debug)]
-pub(crate) struct Drawing {
+pub(crate) struct Drawing<'a> {
     /// Name within the page.
-    pub(crate) id: &'static str,
-    pub(crate) title: &'static str,
+    pub(crate) id: &'a str,
+    pub(crate) title: &'a str,
     /// What to look at.
-    pub(crate) caption: &'static str,
+    pub(crate) caption: &'a str,
     /// Pixels.
     pub(crate) height: usize,
     /// `data` and `layout`; none if there is nothing to draw.

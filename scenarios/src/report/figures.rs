@@ -14,7 +14,7 @@ use crate::summary::Summary;
 use crate::table;
 
 /// All plots of a run.
-pub(super) fn all(summary: &Summary, curves: &[Curves]) -> Vec<Drawing> {
+pub(super) fn all(summary: &Summary, curves: &[Curves]) -> Vec<Drawing<'static>> {
     let mut curves: Vec<_> = curves.iter().collect();
     curves.sort_by(|a, b| {
         let key = |c: &Curves| (table::rank(c.mode), c.name.clone());
@@ -57,7 +57,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn velocity(&self) -> Drawing {
+    fn velocity(&self) -> Drawing<'static> {
         let set: Vec<_> = self.thin(|curves| &curves.set_velocity);
         let drive: Vec<_> = self.thin(|curves| &curves.drive_velocity);
         let range = range_of(set.iter().chain(&drive).flatten());
@@ -127,7 +127,7 @@ impl Run<'_> {
         }))
     }
 
-    fn correction(&self) -> Drawing {
+    fn correction(&self) -> Drawing<'static> {
         Drawing {
             id: "correction",
             title: "Correction time",
@@ -138,7 +138,7 @@ impl Run<'_> {
         }
     }
 
-    fn time_error(&self) -> Drawing {
+    fn time_error(&self) -> Drawing<'static> {
         Drawing {
             id: "time-error",
             title: "Error of the corrected time",
@@ -159,7 +159,7 @@ impl Run<'_> {
         }
     }
 
-    fn drift(&self) -> Drawing {
+    fn drift(&self) -> Drawing<'static> {
         let mut figure = self.over_time("ppm", |curves| &curves.drift_ppm, |_| 0.0);
         if let Some(Value::Array(data)) = figure.as_mut().map(|figure| figure["data"].take()) {
             let truth = self.receivers.iter().filter_map(|receiver| {
@@ -192,7 +192,7 @@ impl Run<'_> {
         }
     }
 
-    fn state(&self) -> Drawing {
+    fn state(&self) -> Drawing<'static> {
         let mut data = Vec::new();
         let count = self.receivers.len() as f64;
         for (n, receiver) in self.receivers.iter().enumerate() {

@@ -13,7 +13,7 @@ use std::path::Path;
 use anyhow::Context;
 use plotly::Plot;
 
-pub(crate) use self::draw::{NEUTRAL, layout, vertical};
+pub(crate) use self::draw::{COLOURS, NEUTRAL, layout, vertical};
 pub(crate) use self::drawing::{Drawing, axis_name, band};
 pub(crate) use self::html::escaped;
 use self::html::script_json;
@@ -176,7 +176,7 @@ fn expectation(verdict: &Verdict) -> String {
 }
 
 /// The figure with its words.
-pub(crate) fn figure_element(drawing: &Drawing) -> String {
+pub(crate) fn figure_element(drawing: &Drawing<'_>) -> String {
     let Drawing {
         id,
         title,

@@ -9,7 +9,7 @@ use crate::summary::{Cut, Summary};
 use crate::units;
 
 /// The error of every cut, by receiver.
-pub(super) fn cuts(summary: &Summary, receivers: &[Shown<'_>]) -> Drawing {
+pub(super) fn cuts(summary: &Summary, receivers: &[Shown<'_>]) -> Drawing<'static> {
     let cuts = summary.receivers.values();
     let cuts = cuts.flat_map(|receiver| receiver.slaves.values().map(|slave| &slave.cuts));
     let cutting = cuts.filter(|cuts| cuts.cuts > 0);
@@ -85,7 +85,7 @@ fn line_of_cuts(
 }
 
 /// The set positions of all slaves, a panel per receiver, each curve of at most so many stretches.
-pub(super) fn positions(receivers: &[Shown<'_>], most: usize) -> Drawing {
+pub(super) fn positions(receivers: &[Shown<'_>], most: usize) -> Drawing<'static> {
     let count = receivers.len();
     let mut data = Vec::new();
     let mut layout = layout(TIME);

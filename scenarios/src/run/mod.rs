@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 use crate::catalog::Source;
-use crate::finished::Progress;
+use crate::curves::Curves;
+use crate::finished::{Finished, Progress};
 use crate::invariants;
 use crate::report::{self, Report};
 use crate::results_folder::ResultsFolder;
@@ -81,11 +82,7 @@ pub fn run(
     if let Some(files) = files {
         files.finish()?;
     }
-    let mut summary = summarise(name, scenario, options.world, finished.figures);
-    summary.expectations.extend(finished.commands);
-    summary.interrupted_at_s = finished.interrupted_at_s;
-    let failed = invariants::judge(&scenario.exceptions, &finished.violations, options.world);
-    summary.expectations.extend(failed);
+    let (summary, curves) = judged(name, scenario, options.world, finished);
     write_summary(&folder.file("summary.json"), &summary)?;
     cuts::write(&folder.file("cuts.csv"), &summary)?;
     let report = folder.file("report.html");
@@ -96,7 +93,7 @@ pub fn run(
         &Report {
             summary: &summary,
             scenario_toml: &scenario_toml,
-            curves: &finished.curves,
+            curves: &curves,
             command: &options.command,
         },
     )?;
@@ -118,6 +115,21 @@ pub fn prepare(source: &Source, options: &Options) -> anyhow::Result<Scenario> {
             .map_err(|reason| anyhow::anyhow!("--receivers: {reason}"))?;
     }
     Ok(scenario)
+}
+
+/// A run in figures with everything that is expected of it, and its curves.
+pub(crate) fn judged(
+    name: &str,
+    scenario: &Scenario,
+    world: World,
+    finished: Finished,
+) -> (Summary, Vec<Curves>) {
+    let mut summary = summarise(name, scenario, world, finished.figures);
+    summary.expectations.extend(finished.commands);
+    summary.interrupted_at_s = finished.interrupted_at_s;
+    let failed = invariants::judge(&scenario.exceptions, &finished.violations, world);
+    summary.expectations.extend(failed);
+    (summary, finished.curves)
 }
 
 fn summarise(

@@ -119,9 +119,14 @@ function choose(key, isChosen) {
 
 const split = (key) => [key.slice(0, key.indexOf(':')), key.slice(key.indexOf(':') + 1)];
 
+// A name that ends in ' is the rate of change of that signal, from cycle to cycle: of a position the velocity that arrives.
+const isRate = (name) => name.endsWith("'");
+const base = (name) => (isRate(name) ? name.slice(0, -1) : name);
+
 function signalOf(key) {
   const [node, name] = split(key);
-  return state.sources.get(node)?.signals.find((signal) => signal.name === name);
+  const signal = state.sources.get(node)?.signals.find((known) => known.name === base(name));
+  return signal && isRate(name) ? { ...signal, name, unit: `${signal.unit || '1'}/s` } : signal;
 }
 
 // --- Rows as they come
@@ -131,13 +136,14 @@ async function listen(node) {
   if (!source) return;
   source.stream?.abort();
   const names = state.chosen.map(split).filter(([of]) => of === node).map(([, name]) => name);
-  const known = names.filter((name) => source.signals.some((signal) => signal.name === name));
+  const shown = names.filter((name) => signalOf(`${node}:${name}`));
+  const known = [...new Set(shown.map(base))];
   if (!known.length) {
     source.rows = undefined;
     return;
   }
-  const most = Math.floor(Math.min(MOST_ROWS, MOST_VALUES / known.length));
-  const rows = new Rows(known, most);
+  const most = Math.floor(Math.min(MOST_ROWS, MOST_VALUES / shown.length));
+  const rows = new Rows([...known, ...shown.filter(isRate)], most);
   if (source.rows) rows.adopt(source.rows);
   source.rows = rows;
   const words = new Map(known.map((name) => [name, []]));
@@ -149,7 +155,7 @@ async function listen(node) {
     if (!answer.ok) throw new Error(await answer.text());
     // Words are numbered anew by each stream: what is there of them goes.
     for (const name of known) {
-      if (source.signals.find((signal) => signal.name === name).is_word) rows.columns.get(name).fill(NaN, 0, rows.length);
+      if (signalOf(`${node}:${name}`).is_word) rows.columns.get(name).fill(NaN, 0, rows.length);
     }
     source.words = words;
     await take(answer.body.getReader(), (head, numbers) => block(node, source, rows, words, head, numbers));
@@ -200,11 +206,23 @@ function block(node, source, rows, words, head, numbers) {
   else if (source.piece !== undefined && source.stream === source.counted) source.missing += head.piece - source.piece - 1;
   Object.assign(source, { epoch: head.epoch, piece: head.piece, counted: source.stream });
   const column = (n) => numbers.subarray(n * head.rows, (n + 1) * head.rows);
-  rows.push(column(0), rows.names.map((_, n) => column(n + 1)));
+  const times = column(0);
+  const rate = (name) => rates(rows, times, base(name), column(rows.names.indexOf(base(name)) + 1));
+  rows.push(times, rows.names.map((name, n) => (isRate(name) ? rate(name) : column(n + 1))));
   state.zero ??= rows.times[0];
   document.body.dataset.rows = (Number(document.body.dataset.rows) || 0) + head.rows;
   watchTrigger();
   state.isDirty = true;
+}
+
+// The change of each row against the one before it, per second.
+function rates(rows, times, name, values) {
+  let [time, value] = rows.length ? [rows.last(), rows.columns.get(name)[rows.length - 1]] : [NaN, NaN];
+  return values.map((now, n) => {
+    const rate = (now - value) / (times[n] - time);
+    [time, value] = [times[n], now];
+    return rate;
+  });
 }
 
 function log(node, { at, level, text: said }) {
@@ -311,6 +329,7 @@ function showFigures() {
     const row = make('tr', '');
     row.style.setProperty('--colour', colour(key));
     row.append(...cells.map((cell) => make('td', cell)));
+    if (!words && !isRate(name)) row.append(rateButton(key));
     return row;
   }));
   const apart = A !== undefined && B !== undefined;
@@ -318,6 +337,16 @@ function showFigures() {
     ? `B − A: ${number((B - A) * 1e3)} ms${A === B ? '' : `, ${number(1 / Math.abs(B - A))} Hz`}`
     : '';
   showGaps();
+}
+
+function rateButton(key) {
+  const cell = make('td', '');
+  const isShown = state.chosen.includes(`${key}'`);
+  const button = make('button', 'd/dt', { title: 'its change from cycle to cycle, per second' });
+  button.setAttribute('aria-pressed', String(isShown));
+  button.addEventListener('pointerdown', () => choose(`${key}'`, !isShown));
+  cell.append(button);
+  return cell;
 }
 
 function showGaps() {

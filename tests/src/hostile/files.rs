@@ -60,7 +60,7 @@ pub(super) fn scenario(data: &[u8]) -> Outcome {
             .to_string(),
         text: text(data)?.to_owned(),
     };
-    let prepared = coaxle::sweep::prepare(&source, &[], &[], &[]);
+    let prepared = coaxle::sweep::prepare(&source, &coaxle::sweep::Setup::default());
     // As the tool prints it.
     let prepared = prepared.map_err(|error| one_line(&format!("{error:#}")))?;
     let notes = prepared.notes();

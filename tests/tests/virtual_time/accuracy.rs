@@ -1,5 +1,7 @@
 //! What TS5066's method reaches, in virtual time, against what the master truly did.
 
+use coaxle::sweep::{self, Options, Setup};
+
 use crate::common::{figures, run};
 
 /// 1 ms cycles, constant velocity, no jitter.
@@ -93,7 +95,13 @@ fn sweep_over_drift_and_jitter() {
 #[test]
 fn sweep_of_the_observer() {
     let source = coaxle::catalog::find("observer-sweep").expect("a scenario of the catalogue");
-    let prepared = coaxle::sweep::prepare(&source, &[], &[], &[]).expect("the grid is right");
-    let sweep = prepared.run(&mut ()).expect("every point runs");
-    insta::assert_snapshot!(sweep.table());
+    let prepared = sweep::prepare(&source, &Setup::default()).expect("the grid is right");
+    let scratch = tempfile::tempdir().expect("a folder");
+    let options = Options {
+        out: scratch.path().to_owned(),
+        ..Options::default()
+    };
+    let swept = prepared.run(&options, &|_| true).expect("every point runs");
+    assert!(swept.is_whole());
+    insta::assert_snapshot!(swept.table);
 }

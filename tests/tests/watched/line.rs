@@ -23,18 +23,18 @@ pub(crate) struct Line {
 impl Line {
     /// The sender alone, whose axis rests.
     pub(crate) fn new() -> Self {
-        Self::moving(0.0)
+        Self::moving(0.0, 0.0)
     }
 
-    /// The sender alone, whose axis moves so fast, u/s.
-    pub(crate) fn moving(velocity: f64) -> Self {
+    /// The sender alone, whose axis moves so fast, u/s, and whose clock so much, ppm.
+    pub(crate) fn moving(velocity: f64, drift_ppm: f64) -> Self {
         let mut line = Self {
             folder: tempfile::tempdir().expect("a scratch folder"),
             endpoints: Vec::new(),
             nodes: Vec::new(),
         };
         let sender = format!(
-            "cycle-time-us = 2000\n[[axis]]\nid = 3\nname = 'belt'\n[axis.program]\nstart-velocity = {velocity}\n\
+            "cycle-time-us = 2000\nclock = {{ drift-ppm = {drift_ppm} }}\n[[axis]]\nid = 3\nname = 'belt'\n[axis.program]\nstart-velocity = {velocity}\n\
              limits = {{ velocity = 100, acceleration = 100, jerk = 1000 }}\nsteps = []\n"
         );
         line.start("sender", "belt", &sender);

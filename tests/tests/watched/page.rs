@@ -46,18 +46,19 @@ impl Drop for Scope {
 }
 
 #[test]
-fn signals_are_drawn_measured_and_triggered_on() {
+fn a_beat_is_found_by_the_trigger_and_measured() {
     let Some(browser) = Browser::start() else {
         return;
     };
-    let mut line = Line::moving(50.0);
+    let mut line = Line::moving(50.0, -500.0);
     line.receive(
         "saw",
         "{ node = 'belt', axis = 3 }\n[[slave]]\nname = 'gear'",
     );
     let scope = Scope::of(&line, &[]);
-    let signals = "saw:belt.3.received_velocity,saw:belt.3.corrected_velocity,saw:gear.state,saw:belt.drift_ppm,saw:cycle";
-    browser.open(&format!("{}/#signals={signals}&span=1", scope.address));
+    // The rates of change of positions: the velocity that arrives, and the cured one.
+    let signals = "saw:belt.3.received_position',saw:belt.3.corrected_position',saw:gear.state,saw:belt.drift_ppm";
+    browser.open(&format!("{}/#signals={signals}&span=0.4", scope.address));
     let number = |script: &str| browser.run(script).as_f64().unwrap_or_default();
     let text = |id: &str| {
         let script = format!("return document.querySelector('{id}').textContent");
@@ -66,10 +67,10 @@ fn signals_are_drawn_measured_and_triggered_on() {
     until("rows come", || {
         number("return Number(document.body.dataset.rows)") > 1000.0
     });
-    // A unit each, and a lane for the state.
+    // One for each unit, and one with a lane for the state.
     assert_eq!(
         number("return document.querySelectorAll('canvas').length"),
-        4.0
+        3.0
     );
     until("the state is told", || {
         text("#figures").contains("synchronized-motion")
@@ -82,24 +83,29 @@ fn signals_are_drawn_measured_and_triggered_on() {
         text("#cursors").contains(" ms, ")
     });
 
-    // The count of cycles passes a level once.
-    let level = number("return state.sources.get('saw').rows.columns.get('cycle')[0]") + 5_000.0;
-    browser.run(&format!(
-        "for (const [id, value] of [['trigger-signal', 'saw:cycle'], ['trigger-level', {level}], ['trigger-mode', 'single']]) {{
-           document.getElementById(id).value = value;
-           document.getElementById(id).dispatchEvent(new Event('change'));
-         }}"
-    ));
+    browser.run(
+        "const settings = { 'trigger-signal': \"saw:belt.3.received_position'\", 'trigger-edge': 'falling', \
+                            'trigger-level': 10, 'trigger-mode': 'single' }; \
+         for (const [id, value] of Object.entries(settings)) { \
+           document.getElementById(id).value = value; \
+           document.getElementById(id).dispatchEvent(new Event('change')); \
+         }",
+    );
     until("the shot is taken", || text("#trigger-state") == "taken");
     assert_eq!(text("#pause"), "Go on");
-    let (from, to) = (number("return view().from"), number("return view().to"));
-    let at = number("return state.trigger.at");
-    assert!(from < at && at < to, "{from} {at} {to}");
-    let before = number(
-        "const rows = state.sources.get('saw').rows; \
-         return rows.columns.get('cycle')[rows.find(state.trigger.at) - 1]",
+    // A quarter of the window is before it. The same frame was read twice: nothing moved.
+    assert_eq!(
+        number("return state.trigger.at - view().from")
+            .mul_add(1e3, 0.5)
+            .floor(),
+        100.0
     );
-    assert!(before < level, "{before} {level}");
+    let rate = |at: &str| {
+        number(&format!(
+            "return state.sources.get('saw').rows.at(\"belt.3.received_position'\", state.trigger.at{at})"
+        ))
+    };
+    assert!(rate("").abs() < 10.0 && rate(" - 0.003").abs() > 10.0);
     assert_eq!(number("return Number(document.body.dataset.missing)"), 0.0);
     keep(&browser, "scope.png");
 }

@@ -8,9 +8,13 @@ mod parquet_table;
 
 use std::io::{self, Read, Write};
 
+use coaxle_node::signal::Kind;
+
+pub use self::parquet_table::{ParquetTable, TypedColumn};
 use crate::read_table::{ReadTable, Row};
 use crate::reader::{Item, Reader};
 use crate::records::Damage;
+use crate::value::Value;
 use crate::writer::Facts;
 
 /// What a table is written as.
@@ -101,8 +105,34 @@ fn open<W: Write + Send + 'static>(
 ) -> Result<Box<dyn TableWriter>, ExportError> {
     Ok(match format {
         Format::Csv => Box::new(csv_table::CsvTable::new(to, table)?),
-        Format::Parquet => Box::new(parquet_table::ParquetTable::new(to, table, facts)?),
+        Format::Parquet => Box::new(ParquetTable::new(to, &typed_columns(table), facts)?),
     })
+}
+
+impl<W: Write + Send> TableWriter for ParquetTable<W> {
+    fn row(&mut self, row: &Row) -> Result<(), ExportError> {
+        let when = [row.at_ns, row.woke_ns].map(Value::Integer);
+        let values = row.values.iter().map(Option::as_ref);
+        Self::row(self, when.iter().map(Some).chain(values))
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), ExportError> {
+        Self::finish(*self)
+    }
+}
+
+fn typed_columns(table: &ReadTable) -> Vec<TypedColumn> {
+    let when = [(Kind::Integer, "", false); 2];
+    let kinds = (table.columns.iter()).map(|column| (column.kind, column.unit.as_str(), true));
+    let typed = when.into_iter().chain(kinds);
+    let typed = columns(table).zip(typed);
+    let typed = typed.map(|(name, (kind, unit, is_optional))| TypedColumn {
+        name,
+        unit: unit.to_owned(),
+        kind,
+        is_optional,
+    });
+    typed.collect()
 }
 
 fn count(rows: &mut Vec<(String, u64)>, table: &str) {

@@ -13,19 +13,31 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{Type, TypePtr};
 
-use super::{ExportError, TableWriter, columns};
-use crate::read_table::{ReadTable, Row};
+use super::ExportError;
 use crate::value::Value;
 use crate::writer::Facts;
 
 /// Values that wait in memory for their piece of the file to be whole: some tens of megabytes.
 const MOST_VALUES: usize = 2 << 20;
 
-pub(super) struct ParquetTable<W: Write + Send> {
+/// A column of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TypedColumn {
+    /// Its name.
+    pub name: String,
+    /// Its unit, which the file has under `unit.NAME`; empty what has none.
+    pub unit: String,
+    /// What its values are.
+    pub kind: Kind,
+    /// Whether values may be missing.
+    pub is_optional: bool,
+}
+
+/// Writes a table as Parquet, row by row, in a bounded part of memory.
+pub struct ParquetTable<W: Write + Send> {
     file: SerializedFileWriter<W>,
-    /// `at_ns`, `woke_ns`.
-    when: [Vec<i64>; 2],
     columns: Vec<Cells>,
+    rows: usize,
     most_rows: usize,
 }
 
@@ -33,6 +45,7 @@ pub(super) struct ParquetTable<W: Write + Send> {
 struct Cells {
     known: Vec<i16>,
     values: Values,
+    is_optional: bool,
 }
 
 enum Values {
@@ -43,12 +56,13 @@ enum Values {
 }
 
 impl<W: Write + Send> ParquetTable<W> {
-    pub(super) fn new(to: W, table: &ReadTable, facts: &Facts) -> Result<Self, ExportError> {
-        let units = table
-            .columns
-            .iter()
-            .filter(|column| !column.unit.is_empty());
-        let units = units.map(|c| KeyValue::new(format!("unit.{}", c.name()), c.unit.clone()));
+    /// A table of these columns, with what else the file says of itself.
+    ///
+    /// # Errors
+    /// [`ExportError`]: it cannot be written.
+    pub fn new(to: W, columns: &[TypedColumn], facts: &Facts) -> Result<Self, ExportError> {
+        let units = columns.iter().filter(|column| !column.unit.is_empty());
+        let units = units.map(|c| KeyValue::new(format!("unit.{}", c.name), c.unit.clone()));
         let facts = facts
             .iter()
             .map(|(key, value)| KeyValue::new(key.clone(), value.clone()));
@@ -56,72 +70,69 @@ impl<W: Write + Send> ParquetTable<W> {
             .set_compression(Compression::SNAPPY)
             .set_key_value_metadata(Some(facts.chain(units).collect()))
             .build();
-        let file = SerializedFileWriter::new(to, schema(table)?, Arc::new(properties))?;
+        let file = SerializedFileWriter::new(to, schema(columns)?, Arc::new(properties))?;
         Ok(Self {
             file,
-            when: [Vec::new(), Vec::new()],
-            columns: table
-                .columns
-                .iter()
-                .map(|column| Cells::of(column.kind))
-                .collect(),
-            most_rows: (MOST_VALUES / (2 + table.columns.len())).max(1),
+            columns: columns.iter().map(Cells::of).collect(),
+            rows: 0,
+            most_rows: (MOST_VALUES / columns.len().max(1)).max(1),
         })
     }
 
-    /// Writes the piece of the file that is whole.
-    fn write_out(&mut self) -> Written<()> {
-        let mut piece = self.file.next_row_group()?;
-        for when in &mut self.when {
-            if let Some(mut writer) = piece.next_column()? {
-                Values::Integers(std::mem::take(when)).write(&mut writer, None)?;
-                writer.close()?;
-            }
+    /// Appends a row: a value for each column, in their order; none where it is missing.
+    ///
+    /// # Errors
+    /// [`ExportError`]: it cannot be written, or a value that has to be there is not.
+    pub fn row<'a>(
+        &mut self,
+        values: impl IntoIterator<Item = Option<&'a Value>>,
+    ) -> Result<(), ExportError> {
+        for (cells, value) in self.columns.iter_mut().zip(values) {
+            cells.push(value);
         }
-        for cells in &mut self.columns {
-            if let Some(mut writer) = piece.next_column()? {
-                cells.values.write(&mut writer, Some(&cells.known))?;
-                writer.close()?;
-                cells.clear();
-            }
-        }
-        piece.close().map(|_| ())
-    }
-}
-
-impl<W: Write + Send> TableWriter for ParquetTable<W> {
-    fn row(&mut self, row: &Row) -> Result<(), ExportError> {
-        let [at, woke] = &mut self.when;
-        at.push(row.at_ns);
-        woke.push(row.woke_ns);
-        for (cells, value) in self.columns.iter_mut().zip(&row.values) {
-            cells.push(value.as_ref());
-        }
-        if self.when[0].len() >= self.most_rows {
+        self.rows += 1;
+        if self.rows >= self.most_rows {
             self.write_out()?;
         }
         Ok(())
     }
 
-    fn finish(mut self: Box<Self>) -> Result<(), ExportError> {
-        if !self.when[0].is_empty() {
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// [`ExportError`]: it cannot be written.
+    pub fn finish(mut self) -> Result<(), ExportError> {
+        if self.rows > 0 {
             self.write_out()?;
         }
         self.file.close()?;
         Ok(())
     }
+
+    /// Writes the piece of the file that is whole.
+    fn write_out(&mut self) -> Written<()> {
+        let mut piece = self.file.next_row_group()?;
+        for cells in &mut self.columns {
+            if let Some(mut writer) = piece.next_column()? {
+                let known = cells.is_optional.then_some(cells.known.as_slice());
+                cells.values.write(&mut writer, known)?;
+                writer.close()?;
+                cells.clear();
+            }
+        }
+        self.rows = 0;
+        piece.close().map(|_| ())
+    }
 }
 
-fn schema(table: &ReadTable) -> Written<TypePtr> {
-    let when = [(Kind::Integer, Repetition::REQUIRED); 2];
-    let kinds = table
-        .columns
-        .iter()
-        .map(|column| (column.kind, Repetition::OPTIONAL));
-    let fields = columns(table).zip(when.into_iter().chain(kinds));
-    let fields = fields.map(|(name, (kind, repetition))| {
-        let (physical, logical) = types_of(kind);
-        let field = Type::primitive_type_builder(&name, physical)
+fn schema(columns: &[TypedColumn]) -> Written<TypePtr> {
+    let fields = columns.iter().map(|column| {
+        let (physical, logical) = types_of(column.kind);
+        let repetition = match column.is_optional {
+            true => Repetition::OPTIONAL,
+            false => Repetition::REQUIRED,
+        };
+        let field = Type::primitive_type_builder(&column.name, physical)
             .with_repetition(repetition)
             .with_logical_type(logical);
         field.build().map(Arc::new)
@@ -141,15 +152,18 @@ fn types_of(kind: Kind) -> (Physical, Option<LogicalType>) {
 }
 
 impl Cells {
-    fn of(kind: Kind) -> Self {
-        let values = match kind {
+    fn of(column: &TypedColumn) -> Self {
+        let values = match column.kind {
             Kind::Number => Values::Numbers(Vec::new()),
             Kind::Count | Kind::Integer => Values::Integers(Vec::new()),
             Kind::Flag => Values::Flags(Vec::new()),
             Kind::Text => Values::Texts(Vec::new()),
         };
-        let known = Vec::new();
-        Self { known, values }
+        Self {
+            known: Vec::new(),
+            values,
+            is_optional: column.is_optional,
+        }
     }
 
     fn push(&mut self, value: Option<&Value>) {

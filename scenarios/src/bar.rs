@@ -1,0 +1,48 @@
+//! How far something is, on a terminal.
+
+use std::io::{self, IsTerminal};
+
+use coaxle_host::Interrupt;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::finished::Progress;
+
+/// A progress bar, on a terminal only; and Ctrl-C, which ends what it shows.
+pub(crate) struct Bar {
+    bar: ProgressBar,
+    interrupt: Interrupt,
+}
+
+/// The bar's resolution.
+const STEPS: u64 = 1_000;
+
+impl Bar {
+    /// With what is behind the share.
+    ///
+    /// # Errors
+    /// Signals that cannot be listened to.
+    pub(crate) fn new(message: String) -> anyhow::Result<Self> {
+        let bar = match io::stderr().is_terminal() {
+            true => ProgressBar::new(STEPS),
+            false => ProgressBar::hidden(),
+        };
+        let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        bar.set_style(style);
+        bar.set_message(message);
+        let interrupt = Interrupt::listen()?;
+        Ok(Self { bar, interrupt })
+    }
+
+    /// Takes it off the screen.
+    pub(crate) fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Progress for Bar {
+    fn at(&mut self, share: f64) -> bool {
+        self.bar.set_position((share * STEPS as f64) as u64);
+        !self.interrupt.is_asked()
+    }
+}

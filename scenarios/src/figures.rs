@@ -1,0 +1,355 @@
+//! The figures of a summary as columns: name, unit, what the values are, and what is bad.
+//!
+//! Signals bring all of that from their declaration. What is evaluated besides is declared here, a line each.
+
+use coaxle_host::fields_of;
+use coaxle_node::config::Unit;
+use coaxle_node::signal::{Kind, Signal, Signals};
+use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
+use coaxle_recording::Value;
+use serde_json::{Map, Value as Json};
+
+use crate::summary::{ReceiverSummary, SlaveSummary};
+use crate::units;
+
+/// A figure of a receiver, or of a slave.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Figure {
+    /// Its name: of a slave's with `slave.` in front.
+    pub(crate) name: String,
+    /// Its name in the summary.
+    field: &'static str,
+    /// Whether it is a slave's.
+    pub(crate) is_of_slave: bool,
+    /// Its unit, in which `u` stands for another one; empty what has none.
+    unit: &'static str,
+    /// For which.
+    u: U,
+    /// What its values are.
+    pub(crate) kind: Kind,
+    /// Whether more of it is better. Otherwise what is farther from zero is worse.
+    pub(crate) more_is_better: bool,
+}
+
+/// What `u` stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum U {
+    /// The unit of the receiver's master axis.
+    Receiver,
+    /// That of the slave.
+    Slave,
+    /// That of the slave's master.
+    Master,
+}
+
+/// The units of a row: of a receiver, and of one of its slaves.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Units {
+    receiver: Unit,
+    slave: Unit,
+    master: Unit,
+}
+
+impl Units {
+    pub(crate) fn of(receiver: &ReceiverSummary, slave: Option<&SlaveSummary>) -> Self {
+        Self {
+            receiver: receiver.unit.clone(),
+            slave: slave.map_or_else(Unit::default, |slave| slave.unit.clone()),
+            master: slave.map_or_else(Unit::default, |slave| slave.cuts.cut_unit.clone()),
+        }
+    }
+
+    /// Of all these rows together: `u` where they differ. Rows without a slave say nothing of slaves.
+    pub(crate) fn common<'a>(rows: impl Iterator<Item = (&'a Self, bool)> + Clone) -> Self {
+        let of_slaves = rows.clone().filter(|(_, has_slave)| *has_slave);
+        Self {
+            receiver: units::common(rows.map(|(units, _)| &units.receiver)),
+            slave: units::common(of_slaves.clone().map(|(units, _)| &units.slave)),
+            master: units::common(of_slaves.map(|(units, _)| &units.master)),
+        }
+    }
+}
+
+impl Figure {
+    /// All figures: those of receivers, then those of slaves.
+    pub(crate) fn all() -> Vec<Self> {
+        let signals = |signals: &'static [Signal]| signals.iter().filter(|s| s.is_summarized);
+        let of_receiver = [
+            NodeSignals::SIGNALS,
+            FarNodeSignals::SIGNALS,
+            FarAxisSignals::SIGNALS,
+        ];
+        let declared = RECEIVER.iter().map(|it| Self::declared(it, false));
+        let receiver = (of_receiver.into_iter().flat_map(signals)).map(|it| Self::of(it, false));
+        let slaves = SLAVE.iter().map(|it| Self::declared(it, true));
+        let slave = signals(SlaveSignals::SIGNALS).map(|it| Self::of(it, true));
+        declared
+            .chain(receiver)
+            .chain(slaves)
+            .chain(slave)
+            .collect()
+    }
+
+    fn declared(declared: &Declared, is_of_slave: bool) -> Self {
+        let Declared(field, unit, u, kind) = *declared;
+        Self {
+            name: full_name(field, is_of_slave),
+            field,
+            is_of_slave,
+            unit,
+            u,
+            kind,
+            more_is_better: MORE_IS_BETTER.contains(&field),
+        }
+    }
+
+    fn of(signal: &Signal, is_of_slave: bool) -> Self {
+        let u = if is_of_slave { U::Slave } else { U::Receiver };
+        let declared = Declared(signal.name, signal.unit, u, signal.kind);
+        Self::declared(&declared, is_of_slave)
+    }
+
+    /// Its unit among such rows.
+    pub(crate) fn unit(&self, units: &Units) -> String {
+        let of = match self.u {
+            U::Receiver => &units.receiver,
+            U::Slave => &units.slave,
+            U::Master => &units.master,
+        };
+        of.in_place_of_u(self.unit)
+    }
+
+    /// Its name with its unit, as columns bear it: `lag_us`, `velocity_ripple_max [mm/s]`.
+    pub(crate) fn heading(&self, units: &Units) -> String {
+        let unit = self.unit(units);
+        let ascii = unit.replace('µ', "u");
+        let is_in_name = self.name.split('_').any(|part| part == ascii);
+        if unit.is_empty() || is_in_name {
+            self.name.clone()
+        } else {
+            format!("{} [{unit}]", self.name)
+        }
+    }
+
+    /// Its value among the fields of a receiver's summary or a slave's; none where there is none.
+    pub(crate) fn value(&self, receiver: &Fields, slave: Option<&Fields>) -> Option<Value> {
+        let fields = if self.is_of_slave { slave? } else { receiver };
+        let value = fields.0.get(self.field)?;
+        match self.kind {
+            Kind::Number => value.as_f64().map(Value::Number),
+            Kind::Count => value.as_u64().map(Value::Count),
+            Kind::Integer => value.as_i64().map(Value::Integer),
+            Kind::Flag => value.as_bool().map(Value::Flag),
+            Kind::Text => value.as_str().map(|text| Value::Text(text.to_owned())),
+        }
+    }
+}
+
+/// A value as a number; none of a text. A flag is 0 or 1.
+pub(crate) fn number(value: &Value) -> Option<f64> {
+    match *value {
+        Value::Number(number) => Some(number),
+        Value::Count(count) => Some(count as f64),
+        Value::Integer(integer) => Some(integer as f64),
+        Value::Flag(flag) => Some(if flag { 1.0 } else { 0.0 }),
+        Value::Text(_) => None,
+    }
+}
+
+/// The fields of a summary.
+pub(crate) struct Fields(Map<String, Json>);
+
+impl Fields {
+    pub(crate) fn of_receiver(summary: &ReceiverSummary) -> Self {
+        Self(fields_of(summary))
+    }
+
+    pub(crate) fn of_slave(summary: &SlaveSummary) -> Self {
+        Self(fields_of(summary))
+    }
+}
+
+fn full_name(field: &str, is_of_slave: bool) -> String {
+    match is_of_slave {
+        true => format!("slave.{field}"),
+        false => field.to_owned(),
+    }
+}
+
+/// Name, unit, what `u` stands for in it, kind.
+struct Declared(&'static str, &'static str, U, Kind);
+
+const fn number_of(name: &'static str, unit: &'static str, u: U) -> Declared {
+    Declared(name, unit, u, Kind::Number)
+}
+
+const fn count(name: &'static str) -> Declared {
+    Declared(name, "", U::Receiver, Kind::Count)
+}
+
+const fn flag(name: &'static str) -> Declared {
+    Declared(name, "", U::Receiver, Kind::Flag)
+}
+
+const fn text(name: &'static str) -> Declared {
+    Declared(name, "", U::Receiver, Kind::Text)
+}
+
+const RECEIVER: &[Declared] = &[
+    text("mode"),
+    text("master"),
+    count("cycles"),
+    count("errors"),
+    text("last_error"),
+    count("warnings"),
+    number_of("time_to_sync_s", "s", U::Receiver),
+    count("beats_at_sync"),
+    count("synced_times"),
+    flag("synced_at_end"),
+    number_of("drift_ppm_true", "ppm", U::Receiver),
+    number_of("delay_error_us", "µs", U::Receiver),
+    number_of("delay_covered_share", "", U::Receiver),
+    number_of("evaluated_from_s", "s", U::Receiver),
+    count("evaluated_cycles"),
+    number_of("velocity_ripple_rms", "u/s", U::Receiver),
+    number_of("velocity_ripple_max", "u/s", U::Receiver),
+    number_of("velocity_ripple_ratio", "", U::Receiver),
+    number_of("velocity_ripple_settled_rms", "u/s", U::Receiver),
+    number_of("velocity_ripple_settled_max", "u/s", U::Receiver),
+    number_of("velocity_ripple_settled_ratio", "", U::Receiver),
+    number_of("velocity_ripple_lock_in_max", "u/s", U::Receiver),
+    number_of("corrected_time_error_rms_us", "µs", U::Receiver),
+    number_of("corrected_time_error_max_us", "µs", U::Receiver),
+    number_of("corrected_time_error_settled_rms_us", "µs", U::Receiver),
+    number_of("corrected_time_error_settled_max_us", "µs", U::Receiver),
+    number_of("corrected_time_error_lock_in_max_us", "µs", U::Receiver),
+    number_of("lag_us", "µs", U::Receiver),
+    number_of("lag_error_max", "u", U::Receiver),
+    number_of("lag_error_max_us", "µs", U::Receiver),
+    number_of("lag_error_rms_us", "µs", U::Receiver),
+    number_of("drive_position_error_max", "u", U::Slave),
+    number_of("following_error_max", "u", U::Slave),
+    flag("drive_tripped"),
+    number_of("wake_up_max_us", "µs", U::Receiver),
+];
+
+const SLAVE: &[Declared] = &[
+    count("errors"),
+    text("last_error"),
+    text("last_refusal"),
+    number_of("in_sync_share", "", U::Slave),
+    number_of("position_jump_max", "u", U::Slave),
+    number_of("velocity_max", "u/s", U::Slave),
+    number_of("acceleration_max", "u/s²", U::Slave),
+    number_of("velocity_share_max", "", U::Slave),
+    number_of("acceleration_share_max", "", U::Slave),
+    number_of("jerk_share_max", "", U::Slave),
+    number_of("following_error_max", "u", U::Slave),
+    count("synchronisations"),
+    number_of("sync_duration_s", "s", U::Slave),
+    number_of("sync_master_way", "u", U::Master),
+    number_of("sync_slave_way", "u", U::Slave),
+    number_of("sync_master_position", "u", U::Master),
+    number_of("sync_slave_position", "u", U::Slave),
+    number_of("sync_position_min", "u", U::Slave),
+    number_of("sync_position_max", "u", U::Slave),
+    number_of("release_master_way", "u", U::Master),
+    number_of("release_slave_way", "u", U::Slave),
+    number_of("release_master_position", "u", U::Master),
+    number_of("release_slave_position", "u", U::Slave),
+    count("cuts"),
+    number_of("cut_position_error_max", "u", U::Master),
+    number_of("cut_position_error_rms", "u", U::Master),
+    number_of("cut_length_error_max", "u", U::Master),
+    number_of("cut_length_error_rms", "u", U::Master),
+];
+
+/// Of these the least is the worst.
+const MORE_IS_BETTER: [&str; 8] = [
+    "cuts",
+    "cycles",
+    "delay_covered_share",
+    "evaluated_cycles",
+    "in_sync_share",
+    "received",
+    "synced_at_end",
+    "synchronisations",
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// Of a summary: units, lists and slaves are no figures.
+    fn names_of(fields: &Fields) -> BTreeSet<&str> {
+        const NO_FIGURES: [&str; 3] = ["unit", "cut_unit", "slaves"];
+        let names = fields.0.keys().map(String::as_str);
+        names.filter(|name| !NO_FIGURES.contains(name)).collect()
+    }
+
+    #[test]
+    fn every_field_of_a_summary_is_a_figure() {
+        let figures = Figure::all();
+        let declared = |is_of_slave| -> BTreeSet<&str> {
+            let figures = figures.iter().filter(|f| f.is_of_slave == is_of_slave);
+            figures.map(|figure| figure.field).collect()
+        };
+        let receiver = Fields::of_receiver(&ReceiverSummary::default());
+        assert_eq!(declared(false), names_of(&receiver));
+        let slave = Fields::of_slave(&SlaveSummary::default());
+        assert_eq!(declared(true), names_of(&slave));
+        let names: BTreeSet<_> = figures.iter().map(|figure| &figure.name).collect();
+        assert_eq!(names.len(), figures.len());
+    }
+
+    #[test]
+    fn what_a_summary_has_is_of_the_kind_that_is_declared() {
+        let receiver = Fields::of_receiver(&ReceiverSummary::default());
+        let slave = Fields::of_slave(&SlaveSummary::default());
+        for figure in Figure::all() {
+            let fields = if figure.is_of_slave {
+                &slave
+            } else {
+                &receiver
+            };
+            if !fields.0[figure.field].is_null() {
+                let value = figure.value(&receiver, Some(&slave));
+                assert!(value.is_some(), "{} is no {}", figure.name, figure.kind);
+            }
+        }
+    }
+
+    #[test]
+    fn a_column_bears_its_unit_once() {
+        let units = |slave: &str| Units {
+            receiver: Unit::new("mm").unwrap(),
+            slave: Unit::new(slave).unwrap(),
+            master: Unit::new("mm").unwrap(),
+        };
+        let (degrees, turns) = (units("°"), units("rev"));
+        let same = [(&degrees, true), (&turns, false)];
+        assert_eq!(Units::common(same.into_iter()), degrees);
+        let common = Units::common([(&degrees, true), (&turns, true)].into_iter());
+        let heading = |name: &str| {
+            let all = Figure::all();
+            let figure = all.iter().find(|figure| figure.name == name).unwrap();
+            figure.heading(&common)
+        };
+        for (name, expected) in [
+            ("lag_us", "lag_us"),
+            ("time_to_sync_s", "time_to_sync_s"),
+            ("drift_ppm_true", "drift_ppm_true"),
+            ("random_walk_ppm", "random_walk_ppm [ppm/√s]"),
+            ("velocity_ripple_max", "velocity_ripple_max [mm/s]"),
+            ("slave.velocity_max", "slave.velocity_max [u/s]"),
+            (
+                "slave.cut_length_error_max",
+                "slave.cut_length_error_max [mm]",
+            ),
+            ("cycles", "cycles"),
+        ] {
+            assert_eq!(heading(name), expected);
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! What belongs together of the runs of a point.
+
+use super::record::{FigureRow, RunRecord};
+use crate::figures::Units;
+
+/// The rows of one receiver, or of one slave, at one point with all seeds.
+pub(super) struct Group<'a> {
+    pub(super) receiver: &'a str,
+    pub(super) slave: Option<&'a str>,
+    pub(super) is_first: bool,
+    pub(super) units: &'a Units,
+    /// A row for each seed.
+    pub(super) rows: Vec<&'a FigureRow>,
+}
+
+/// Those of a point, of its runs with their seeds.
+pub(super) fn groups(records: &[(u64, RunRecord)]) -> impl Iterator<Item = Group<'_>> {
+    // The same scenario but for its seed has the same rows.
+    let first = records
+        .first()
+        .into_iter()
+        .flat_map(|(_, record)| &record.rows);
+    first.enumerate().map(|(n, row)| Group {
+        receiver: &row.receiver,
+        slave: row.slave.as_deref(),
+        is_first: row.is_first,
+        units: &row.units,
+        rows: (records.iter())
+            .filter_map(|(_, record)| record.rows.get(n))
+            .collect(),
+    })
+}

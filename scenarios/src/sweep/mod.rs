@@ -1,0 +1,240 @@
+//! One scenario over a grid of values, with one seed or several, in virtual time, on all cores.
+//!
+//! [`prepare`] checks the scenario at every point, [`Prepared::run`] runs those that the folder does not have yet, and leaves
+//! tables, a plot and a report there. A sweep that is ended goes on where it was.
+
+pub(crate) mod cli;
+mod grid;
+mod group;
+mod outcome;
+mod plot;
+mod record;
+mod report;
+mod results;
+mod shown;
+mod statistics;
+mod store;
+mod svg;
+mod tables;
+mod work;
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use anyhow::{Context, bail};
+use coaxle_node::config::parse_table;
+
+pub use self::grid::Axis;
+pub use self::outcome::{Outcome, PointOutcome};
+pub use self::work::SoFar;
+use crate::catalog::Source;
+use crate::figures::Figure;
+use crate::results_folder::ResultsFolder;
+use crate::scenario::Scenario;
+use store::{Identity, Store};
+use work::Run;
+
+/// What to sweep over.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setup {
+    /// The axes of the grid; the scenario's own if there are none.
+    pub axes: Vec<Axis>,
+    /// Fields to set at all points, each `path.to.field=value`.
+    pub overrides: Vec<String>,
+    /// Only these receivers, and those they follow; all if empty.
+    pub receivers: Vec<String>,
+    /// With how many seeds to run each point: the scenario's and those that follow it.
+    pub seeds: NonZeroUsize,
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Self {
+            axes: Vec::new(),
+            overrides: Vec::new(),
+            receivers: Vec::new(),
+            seeds: NonZeroUsize::MIN,
+        }
+    }
+}
+
+/// Where to leave what, and of what to make the plot.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// The folder.
+    pub out: PathBuf,
+    /// Whether what is in the folder of a sweep is thrown away.
+    pub is_fresh: bool,
+    /// The figure that is plotted, by its name in the tables; one that suits the scenario if none.
+    pub figure: Option<String>,
+    /// The command that repeats the sweep, for the report.
+    pub command: String,
+}
+
+/// Bytes that the scenario may have at all points together: each is read.
+const MOST_BYTES: usize = 16 << 20;
+
+/// A scenario at every point of a grid, checked and ready to run.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    identity: Identity,
+    title: String,
+    axes: Vec<Axis>,
+    seeds: NonZeroUsize,
+    points: Vec<Point>,
+}
+
+/// A point of the grid.
+#[derive(Clone, Debug)]
+struct Point {
+    /// A value for each axis.
+    values: Vec<String>,
+    scenario: Scenario,
+}
+
+impl Point {
+    /// The scenario with the n-th of its seeds.
+    fn with_seed(&self, n: usize) -> anyhow::Result<Scenario> {
+        let mut scenario = self.scenario.clone();
+        let seed = scenario.seed.checked_add(n as u64);
+        let seed = seed.filter(|seed| i64::try_from(*seed).is_ok());
+        scenario.seed = seed.with_context(|| {
+            let first = self.scenario.seed;
+            format!(
+                "seed: received {first}, expected one with {n} more behind it, up to {}",
+                i64::MAX
+            )
+        })?;
+        Ok(scenario)
+    }
+}
+
+/// Checks a scenario at every point of the grid that the axes span, or of its own grid where there
+/// are none. A scenario without any grid is one point.
+///
+/// # Errors
+/// A field or value that the scenario does not take.
+pub fn prepare(source: &Source, setup: &Setup) -> anyhow::Result<Prepared> {
+    let axes: Vec<Axis> = match setup.axes.as_slice() {
+        [] => {
+            let scenario = scenario_at(source, &[], &[], setup)?;
+            scenario.grid.iter().map(Axis::from).collect()
+        }
+        axes => axes.to_vec(),
+    };
+    let grid = grid::points(&axes, setup.seeds.get()).with_context(|| source.file.clone())?;
+    check_bytes(source, grid.len())?;
+    let points = grid.into_iter().map(|values| {
+        let scenario = scenario_at(source, &axes, &values, setup)?;
+        Ok(Point { values, scenario })
+    });
+    let points: Vec<Point> = points.collect::<anyhow::Result<_>>()?;
+    let title = points.first().map(|point| point.scenario.title.clone());
+    Ok(Prepared {
+        identity: identity(source, &axes, setup)?,
+        title: title.unwrap_or_default(),
+        axes,
+        seeds: setup.seeds,
+        points,
+    })
+}
+
+fn identity(source: &Source, axes: &[Axis], setup: &Setup) -> anyhow::Result<Identity> {
+    let mut table = parse_table(&source.file, &source.text)?;
+    table.remove("sweep");
+    Ok(Identity {
+        scenario: source.name.clone(),
+        fields: axes.iter().map(|axis| axis.field.clone()).collect(),
+        set: setup.overrides.clone(),
+        receivers: setup.receivers.clone(),
+        text: toml::to_string(&table).context("cannot write the scenario as TOML")?,
+    })
+}
+
+fn check_bytes(source: &Source, points: usize) -> anyhow::Result<()> {
+    let bytes = source.text.len();
+    // One point is the scenario itself.
+    if points > 1 && bytes.saturating_mul(points) > MOST_BYTES {
+        bail!(
+            "{}: received {bytes} bytes at {points} points of a grid, expected at most {MOST_BYTES} bytes at all of \
+             them together",
+            source.file
+        );
+    }
+    Ok(())
+}
+
+fn scenario_at(
+    source: &Source,
+    axes: &[Axis],
+    point: &[String],
+    setup: &Setup,
+) -> anyhow::Result<Scenario> {
+    let at_point = axes
+        .iter()
+        .zip(point)
+        .map(|(axis, value)| format!("{}={value}", axis.field));
+    let all: Vec<String> = setup.overrides.iter().cloned().chain(at_point).collect();
+    let mut scenario = source.read(&all)?;
+    if !setup.receivers.is_empty() {
+        scenario
+            .keep_receivers(&setup.receivers)
+            .map_err(|reason| anyhow::anyhow!("--receivers: {reason}"))?;
+    }
+    Ok(scenario)
+}
+
+impl Prepared {
+    /// What is worth a word of its receivers, at the first point of the grid: a line each.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        let first = self.points.first();
+        let receivers = first
+            .into_iter()
+            .flat_map(|point| &point.scenario.receivers);
+        let notes = receivers.flat_map(|receiver| {
+            let name = &receiver.name;
+            (receiver.notes().into_iter()).map(move |note| format!("receiver {name}: {note}"))
+        });
+        notes.collect()
+    }
+
+    /// Runs whatever the folder does not have yet, and leaves the results of all there. `hear` hears how far it is, from any of
+    /// its threads, and says whether to go on: if not, the results are of what was run by then.
+    ///
+    /// # Errors
+    /// The folder of another sweep, or one that another run writes to; a figure that there is not; a run that fails; a file
+    /// that cannot be written.
+    pub fn run(
+        &self,
+        options: &Options,
+        hear: &(dyn Fn(&SoFar) -> bool + Sync),
+    ) -> anyhow::Result<Outcome> {
+        let figures = Figure::all();
+        plot::check_figure(options.figure.as_deref(), &figures)?;
+        let folder = ResultsFolder::hold(&options.out)?;
+        let store = Store::open(&folder, &self.identity, options.is_fresh)?;
+        let runs = self.runs(&store)?;
+        work::run_missing(&self.identity.scenario, &self.points, &runs, &figures, hear)?;
+        results::write(self, &runs, &figures, &folder, options)
+    }
+
+    /// Each point with each seed, in their order.
+    fn runs(&self, store: &Store) -> anyhow::Result<Vec<Run>> {
+        let runs = self.points.iter().enumerate().flat_map(|(n, point)| {
+            (0..self.seeds.get()).map(move |nth_seed| {
+                let scenario = point.with_seed(nth_seed)?;
+                Ok(Run {
+                    point: n,
+                    nth_seed,
+                    seed: scenario.seed,
+                    place: store.place(&scenario)?,
+                })
+            })
+        });
+        runs.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;

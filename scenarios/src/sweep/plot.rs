@@ -1,0 +1,354 @@
+//! What is plotted of a sweep: a figure over the grid, whoever draws it.
+//!
+//! Over one axis it is a curve for each receiver or slave, over two a map for each; axes beyond the second have a map for each of
+//! their values. Axes with a single value are none.
+
+use anyhow::bail;
+use coaxle_node::signal::Kind;
+
+use super::grid::Axis;
+use super::group::Group;
+use super::shown::COLUMNS;
+use super::statistics::Statistics;
+use crate::figures::{Figure, Units};
+
+/// What cuts is judged by its pieces first.
+const CUTTING: &str = "slave.cut_length_error_max";
+/// What every receiver is judged by.
+const TIME_ERROR: &str = "corrected_time_error_rms_us";
+
+/// A figure over the grid.
+pub(super) struct Plot {
+    /// The figure with its unit.
+    pub(super) heading: String,
+    /// What lies from left to right.
+    pub(super) across: Along,
+    /// What lies from the bottom to the top of a map; none: it is a plot of curves.
+    pub(super) up: Option<Along>,
+    /// The curves or maps.
+    pub(super) panels: Vec<Panel>,
+    /// So many more there would be.
+    pub(super) more: usize,
+}
+
+/// A field along which a plot goes.
+pub(super) struct Along {
+    pub(super) field: String,
+    /// Its values, numbers in their order.
+    pub(super) values: Vec<String>,
+    /// As numbers, if they are.
+    pub(super) numbers: Option<Vec<f64>>,
+    /// Each one's place among the values of the axis.
+    order: Vec<usize>,
+}
+
+/// A curve or a map.
+pub(super) struct Panel {
+    /// The receiver, its slave, and the values of further axes.
+    pub(super) title: String,
+    /// The figure at each value across, row by row upwards.
+    pub(super) cells: Vec<Option<Statistics>>,
+}
+
+/// Most curves or maps of a plot.
+const MOST_PANELS: usize = 12;
+
+/// Whether there is such a figure.
+///
+/// # Errors
+/// Says what was asked for, and which there are that have it in their names.
+pub(super) fn check_figure(name: Option<&str>, figures: &[Figure]) -> anyhow::Result<()> {
+    let plotted = |figure: &&Figure| figure.kind != Kind::Text;
+    let Some(name) = name else {
+        return Ok(());
+    };
+    if figures
+        .iter()
+        .filter(plotted)
+        .any(|figure| figure.name == name)
+    {
+        return Ok(());
+    }
+    let alike = figures.iter().filter(plotted);
+    let alike = alike.map(|figure| figure.name.as_str());
+    let alike: Vec<_> = alike.filter(|known| known.contains(name)).collect();
+    let known = match alike.as_slice() {
+        [] => format!("such as {TIME_ERROR} or {CUTTING}"),
+        alike => format!("such as {}", alike.join(", ")),
+    };
+    bail!(
+        "--figure: received {name:?}, expected a figure as the columns of points.csv name them without their units, {known}"
+    );
+}
+
+/// A point: each field with its value.
+pub(super) fn point_name(axes: &[Axis], values: &[String]) -> String {
+    let pairs = axes.iter().zip(values);
+    let pairs: Vec<_> = pairs
+        .map(|(axis, value)| format!("{}={value}", axis.field))
+        .collect();
+    match pairs.as_slice() {
+        [] => "the scenario".to_owned(),
+        pairs => pairs.join(" "),
+    }
+}
+
+/// Collects what is plotted, point by point.
+pub(super) struct Plots<'a> {
+    axes: &'a [Axis],
+    points: usize,
+    drawn: Vec<Drawn<'a>>,
+}
+
+/// A figure, and what it was: for each receiver or slave at each point.
+struct Drawn<'a> {
+    figure: &'a Figure,
+    series: Vec<(String, Vec<Option<Statistics>>)>,
+}
+
+impl<'a> Plots<'a> {
+    /// Of the figure of the name and the usual ones.
+    pub(super) fn new(axes: &'a [Axis], figures: &'a [Figure], wanted: Option<&str>) -> Self {
+        let usual = [CUTTING, TIME_ERROR].into_iter();
+        let usual = usual.chain(COLUMNS.map(|(_, name)| name));
+        let mut drawn: Vec<Drawn<'_>> = Vec::new();
+        for name in wanted.into_iter().chain(usual) {
+            let is_new = drawn.iter().all(|drawn| drawn.figure.name != name);
+            let figure = figures.iter().find(|figure| figure.name == name);
+            if let (Some(figure), true) = (figure, is_new) {
+                let series = Vec::new();
+                drawn.push(Drawn { figure, series });
+            }
+        }
+        let points = axes.iter().map(|axis| axis.values.len()).product();
+        Self {
+            axes,
+            points,
+            drawn,
+        }
+    }
+
+    /// Takes what a receiver or slave was at the n-th point.
+    pub(super) fn add(&mut self, point: usize, group: &Group<'_>) {
+        for Drawn { figure, series } in &mut self.drawn {
+            let name = match (figure.is_of_slave, group.slave) {
+                (true, Some(slave)) => format!("{}.{slave}", group.receiver),
+                (false, _) if group.is_first => group.receiver.to_owned(),
+                _ => continue,
+            };
+            let Some(statistics) = Statistics::of(figure, &group.rows) else {
+                continue;
+            };
+            let place = series.iter().position(|(known, _)| *known == name);
+            let place = place.unwrap_or_else(|| {
+                series.push((name, vec![None; self.points]));
+                series.len() - 1
+            });
+            series[place].1[point] = Some(statistics);
+        }
+    }
+
+    /// A plot for each figure that there is, the most interesting one first.
+    pub(super) fn finish(self, units: &Units) -> Vec<Plot> {
+        let Self { axes, drawn, .. } = self;
+        let plots = drawn.into_iter().filter_map(|drawn| {
+            let heading = drawn.figure.heading(units);
+            plot(axes, heading, drawn.series)
+        });
+        plots.collect()
+    }
+}
+
+fn plot(
+    axes: &[Axis],
+    heading: String,
+    series: Vec<(String, Vec<Option<Statistics>>)>,
+) -> Option<Plot> {
+    let varied = axes.iter().enumerate();
+    let mut varied = varied.filter(|(_, axis)| axis.values.len() > 1);
+    let (first, second) = (varied.next()?, varied.next());
+    let further: Vec<_> = varied.collect();
+    let across = Along::of(first.1);
+    let up = second.map(|(_, axis)| Along::of(axis));
+    let mut panels = Vec::new();
+    for (name, values) in series {
+        for combination in combinations(&further) {
+            let mut point = vec![0; axes.len()];
+            let mut title = name.clone();
+            for (n, value) in &combination {
+                point[*n] = *value;
+                title += &format!(", {}={}", axes[*n].field, axes[*n].values[*value]);
+            }
+            let rows = up.as_ref().map_or(&[0][..], |up| &up.order);
+            let mut cells = Vec::with_capacity(rows.len() * across.order.len());
+            for row in rows {
+                for column in &across.order {
+                    point[first.0] = *column;
+                    if let Some((n, _)) = second {
+                        point[n] = *row;
+                    }
+                    cells.push(values[index(axes, &point)]);
+                }
+            }
+            panels.push(Panel { title, cells });
+        }
+    }
+    let more = panels.len().saturating_sub(MOST_PANELS);
+    panels.truncate(MOST_PANELS);
+    (!panels.is_empty()).then_some(Plot {
+        heading,
+        across,
+        up,
+        panels,
+        more,
+    })
+}
+
+/// Each combination of these axes: their numbers with those of a value each.
+fn combinations(axes: &[(usize, &Axis)]) -> Vec<Vec<(usize, usize)>> {
+    let mut all = vec![Vec::new()];
+    for (n, axis) in axes {
+        let longer = all.iter().flat_map(|begun: &Vec<(usize, usize)>| {
+            (0..axis.values.len()).map(move |value| {
+                let mut one = begun.clone();
+                one.push((*n, value));
+                one
+            })
+        });
+        all = longer.collect();
+    }
+    all
+}
+
+/// The number of a point: the last axis runs fastest.
+fn index(axes: &[Axis], point: &[usize]) -> usize {
+    let places = axes.iter().zip(point);
+    places.fold(0, |index, (axis, place)| index * axis.values.len() + place)
+}
+
+impl Along {
+    pub(super) fn of(axis: &Axis) -> Self {
+        let mut order: Vec<usize> = (0..axis.values.len()).collect();
+        let numbers = axis.numbers();
+        if let Some(numbers) = &numbers {
+            order.sort_by(|a, b| numbers[*a].total_cmp(&numbers[*b]));
+        }
+        Self {
+            field: axis.field.clone(),
+            values: order.iter().map(|n| axis.values[*n].clone()).collect(),
+            numbers: numbers.map(|numbers| order.iter().map(|n| numbers[*n]).collect()),
+            order,
+        }
+    }
+
+    /// Where the values lie: at their numbers, or one beside the other.
+    pub(super) fn places(&self) -> Vec<f64> {
+        let beside = || (0..self.values.len()).map(|n| n as f64).collect();
+        self.numbers.clone().unwrap_or_else(beside)
+    }
+}
+
+impl Plot {
+    /// The least and the largest median of all panels; none where there is none.
+    pub(super) fn range(&self) -> Option<(f64, f64)> {
+        let cells = self.panels.iter().flat_map(|panel| &panel.cells);
+        let medians = cells.flatten().map(|cell| cell.median);
+        medians.fold(None, |range, median| {
+            let (low, high) = range.unwrap_or((median, median));
+            Some((low.min(median), high.max(median)))
+        })
+    }
+}
+
+/// Whether values are better told apart by their logarithms: all above zero, over more than this factor.
+pub(super) fn is_logarithmic(values: impl Iterator<Item = f64>) -> bool {
+    const FACTOR: f64 = 30.0;
+    let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    low > 0.0 && high > FACTOR * low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axes(texts: &[&str]) -> Vec<Axis> {
+        texts.iter().map(|text| text.parse().unwrap()).collect()
+    }
+
+    fn of(value: f64) -> Option<Statistics> {
+        Some(Statistics {
+            known: 1,
+            median: value,
+            low: value,
+            high: value,
+            worst: value,
+        })
+    }
+
+    fn plotted(texts: &[&str]) -> Option<Plot> {
+        let axes = axes(texts);
+        let points: usize = axes.iter().map(|axis| axis.values.len()).product();
+        let values = (0..points).map(|n| of(n as f64)).collect();
+        plot(&axes, "x".to_owned(), vec![("observer".to_owned(), values)])
+    }
+
+    fn medians(panel: &Panel) -> Vec<f64> {
+        let cells = panel.cells.iter().flatten();
+        cells.map(|cell| cell.median).collect()
+    }
+
+    #[test]
+    fn one_axis_is_a_curve_with_its_numbers_in_order() {
+        let plot = plotted(&["b=7", "a=3,1,2"]).unwrap();
+        assert!(plot.up.is_none());
+        assert_eq!(plot.across.places(), [1.0, 2.0, 3.0]);
+        assert_eq!(medians(&plot.panels[0]), [1.0, 2.0, 0.0]);
+        assert_eq!(
+            plotted(&["a=pt1,sync"]).unwrap().across.places(),
+            [0.0, 1.0]
+        );
+        assert!(plotted(&["a=1"]).is_none());
+        assert!(plotted(&[]).is_none());
+    }
+
+    #[test]
+    fn two_axes_are_a_map_and_further_ones_more_maps() {
+        let plot = plotted(&["a=1,2,3", "b=1,2"]).unwrap();
+        assert_eq!(plot.panels.len(), 1);
+        assert_eq!(medians(&plot.panels[0]), [0.0, 2.0, 4.0, 1.0, 3.0, 5.0]);
+        assert_eq!(plot.range(), Some((0.0, 5.0)));
+        let plot = plotted(&["a=1,2", "b=1,2", "c=x,y"]).unwrap();
+        let titles: Vec<_> = plot.panels.iter().map(|panel| &panel.title).collect();
+        assert_eq!(titles, ["observer, c=x", "observer, c=y"]);
+        assert_eq!(medians(&plot.panels[1]), [1.0, 5.0, 3.0, 7.0]);
+        let many = plotted(&["a=1,2", "b=1,2", "c=1,2,3,4,5", "d=1,2,3"]).unwrap();
+        assert_eq!((many.panels.len(), many.more), (12, 3));
+    }
+
+    #[test]
+    fn a_figure_that_there_is_not_is_named_with_those_like_it() {
+        let figures = Figure::all();
+        assert!(check_figure(Some("lag_us"), &figures).is_ok());
+        for (name, part) in [
+            ("ripple_settled", "velocity_ripple_settled_rms, "),
+            ("xyz", TIME_ERROR),
+            ("mode", "such as "),
+        ] {
+            let error = check_figure(Some(name), &figures).unwrap_err().to_string();
+            assert!(
+                error.contains("--figure") && error.contains(part),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_spans_decades_is_logarithmic() {
+        assert!(is_logarithmic([1.0, 100.0].into_iter()));
+        assert!(!is_logarithmic([1.0, 20.0].into_iter()));
+        assert!(!is_logarithmic([0.0, 100.0].into_iter()));
+        assert!(!is_logarithmic([].into_iter()));
+    }
+}

@@ -1,0 +1,105 @@
+//! What a sweep leaves in its folder, of as many runs as there are.
+
+use super::group::groups;
+use super::outcome::{Outcome, PointOutcome};
+use super::plot::{self, Plots};
+use super::record::RunRecord;
+use super::report;
+use super::shown::Shown;
+use super::tables::Tables;
+use super::work::Run;
+use super::{Options, Point, Prepared, store, svg};
+use crate::figures::{Figure, Units};
+use crate::results_folder::ResultsFolder;
+
+/// Writes tables, plot and report of the runs that are over. One point after the other is in memory.
+///
+/// # Errors
+/// Names the file that cannot be written.
+pub(super) fn write(
+    sweep: &Prepared,
+    runs: &[Run],
+    figures: &[Figure],
+    folder: &ResultsFolder,
+    options: &Options,
+) -> anyhow::Result<Outcome> {
+    let (axes, name) = (sweep.axes.as_slice(), sweep.identity.scenario.as_str());
+    let units = common_units(runs);
+    let facts = [
+        ("scenario", name.to_owned()),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+    ];
+    let mut tables = Tables::create(folder, axes, figures, &units, facts)?;
+    let mut shown = Shown::new(axes, figures);
+    let mut plots = Plots::new(axes, figures, options.figure.as_deref());
+    let (mut points, mut over) = (Vec::new(), 0);
+    let of_points = runs.chunks(sweep.seeds.get());
+    for (n, (point, runs)) in sweep.points.iter().zip(of_points).enumerate() {
+        let records = records_of(runs);
+        for (seed, record) in &records {
+            for row in &record.rows {
+                tables.row(&point.values, *seed, row)?;
+            }
+        }
+        for group in groups(&records) {
+            tables.summary(&point.values, &group)?;
+            shown.add(&point.values, &group);
+            plots.add(n, &group);
+        }
+        over += records.len();
+        points.extend(outcome_of(sweep, point, &records));
+    }
+    tables.finish()?;
+    let plots = plots.finish(&units);
+    let plot = folder.file("plot.svg");
+    let plot = svg::write(&plot, name, &plots)?.then_some(plot);
+    let outcome = Outcome {
+        table: shown.table(),
+        runs: (over, runs.len()),
+        points,
+        tables: ["points.csv", "points.parquet", "summary.csv"]
+            .map(|file| folder.file(file))
+            .into(),
+        plot,
+        report: folder.file("report.html"),
+    };
+    report::write(sweep, &shown, &plots, &outcome, &options.command)?;
+    Ok(outcome)
+}
+
+/// Those of these runs that are over, with their seeds.
+fn records_of(runs: &[Run]) -> Vec<(u64, RunRecord)> {
+    let records = (runs.iter()).filter_map(|run| Some((run.seed, store::load(&run.place)?)));
+    records.collect()
+}
+
+/// The units that all rows have.
+fn common_units(runs: &[Run]) -> Units {
+    let mut seen: Vec<(Units, bool)> = Vec::new();
+    for record in runs.iter().filter_map(|run| store::load(&run.place)) {
+        for row in record.rows {
+            let units = (row.units, row.slave.is_some());
+            if !seen.contains(&units) {
+                seen.push(units);
+            }
+        }
+    }
+    Units::common(seen.iter().map(|(units, has_slave)| (units, *has_slave)))
+}
+
+/// None where nothing is over.
+fn outcome_of(
+    sweep: &Prepared,
+    point: &Point,
+    records: &[(u64, RunRecord)],
+) -> Option<PointOutcome> {
+    let failures = records.iter().flat_map(|(seed, record)| {
+        let lines = record.failures.iter();
+        lines.map(|line| (*seed, line.clone()))
+    });
+    (!records.is_empty()).then(|| PointOutcome {
+        name: plot::point_name(&sweep.axes, &point.values),
+        judged: records.iter().map(|(_, record)| record.judged).sum(),
+        failures: failures.collect(),
+    })
+}

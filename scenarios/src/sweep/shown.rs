@@ -1,0 +1,80 @@
+//! The figures of most interest, as people read them.
+
+use comfy_table::{Cell, CellAlignment, Table, presets};
+
+use super::grid::Axis;
+use super::group::Group;
+use super::statistics::Statistics;
+use crate::figures::Figure;
+use crate::number::significant;
+
+/// What a column is called, and the figure in it.
+pub(super) const COLUMNS: [(&str, &str); 8] = [
+    ("sync_s", "time_to_sync_s"),
+    ("drift_ppm", "drift_ppm"),
+    ("drift_true_ppm", "drift_ppm_true"),
+    ("ripple_max", "velocity_ripple_max"),
+    ("ripple_rms", "velocity_ripple_rms"),
+    ("time_error_rms_us", "corrected_time_error_rms_us"),
+    ("time_error_max_us", "corrected_time_error_max_us"),
+    ("lag_us", "lag_us"),
+];
+
+/// A row for each point and receiver.
+pub(super) struct Shown<'a> {
+    /// Columns that are no figures.
+    words: usize,
+    pub(super) header: Vec<String>,
+    figures: Vec<&'a Figure>,
+    pub(super) rows: Vec<Vec<String>>,
+}
+
+impl<'a> Shown<'a> {
+    pub(super) fn new(axes: &[Axis], figures: &'a [Figure]) -> Self {
+        let fields = axes.iter().map(|axis| axis.field.as_str());
+        let headings = COLUMNS.map(|(heading, _)| heading);
+        let header = fields.chain(["receiver"]).chain(headings);
+        let named = |name| figures.iter().find(|figure| figure.name == name);
+        Self {
+            words: axes.len() + 1,
+            header: header.map(str::to_owned).collect(),
+            figures: (COLUMNS.iter())
+                .filter_map(|(_, name)| named(*name))
+                .collect(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// Appends a receiver at a point: of several seeds the medians.
+    pub(super) fn add(&mut self, point: &[String], group: &Group<'_>) {
+        if !group.is_first {
+            return;
+        }
+        let words = point.iter().map(String::as_str).chain([group.receiver]);
+        let figures = self.figures.iter().map(|figure| {
+            let known = Statistics::of(figure, &group.rows);
+            known.map_or_else(|| "–".to_owned(), |known| significant(known.median, 4))
+        });
+        let row = words.map(str::to_owned).chain(figures);
+        self.rows.push(row.collect());
+    }
+
+    /// As a table for a terminal.
+    pub(super) fn table(&self) -> String {
+        let mut table = Table::new();
+        table.load_style(presets::ASCII_MARKDOWN);
+        table.set_header(&self.header);
+        for row in &self.rows {
+            let cells = row.iter().enumerate().map(|(n, text)| {
+                let alignment = if n < self.words {
+                    CellAlignment::Left
+                } else {
+                    CellAlignment::Right
+                };
+                Cell::new(text).set_alignment(alignment)
+            });
+            table.add_row(cells);
+        }
+        table.trim_fmt()
+    }
+}

@@ -1,0 +1,184 @@
+//! All cores at the runs that are missing.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use anyhow::Context;
+
+use super::record::RunRecord;
+use super::{Point, store};
+use crate::figures::Figure;
+use crate::finished::Progress;
+use crate::run::judged;
+use crate::scenario::Scenario;
+use crate::summary::World;
+use crate::virtual_time;
+
+/// A point with a seed.
+#[derive(Clone, Debug)]
+pub(super) struct Run {
+    /// Which of the points.
+    pub(super) point: usize,
+    /// Which of its seeds, and that seed.
+    pub(super) nth_seed: usize,
+    pub(super) seed: u64,
+    /// Where what came of it is.
+    pub(super) place: PathBuf,
+}
+
+/// How far a sweep is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SoFar {
+    /// All runs of the sweep: points times seeds.
+    pub runs: usize,
+    /// Of these, what the folder had already.
+    pub kept: usize,
+    /// What was run since then.
+    pub done: usize,
+    /// Of what was run since then, where expectations were not met.
+    pub failed: usize,
+    /// The share of what had to be run that is done, 0 to 1, with what is under way.
+    pub share: f64,
+}
+
+/// What the cores share.
+struct Shared<'a> {
+    waiting: std::vec::IntoIter<&'a Run>,
+    so_far: SoFar,
+    /// How far each core is in its run.
+    under_way: Vec<f64>,
+    /// Whether to go on.
+    goes_on: bool,
+    error: Option<anyhow::Error>,
+}
+
+/// Each core takes the next run that nobody has begun, and leaves what came of it in its place. The first error ends them all, and
+/// `hear` does by false: what is under way is then left out.
+pub(super) fn run_missing(
+    name: &str,
+    points: &[Point],
+    runs: &[Run],
+    figures: &[Figure],
+    hear: &(dyn Fn(&SoFar) -> bool + Sync),
+) -> anyhow::Result<()> {
+    let missing: Vec<&Run> = (runs.iter())
+        .filter(|run| store::load(&run.place).is_none())
+        .collect();
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let cores = cores.min(missing.len());
+    let so_far = SoFar {
+        runs: runs.len(),
+        kept: runs.len() - missing.len(),
+        done: 0,
+        failed: 0,
+        share: if missing.is_empty() { 1.0 } else { 0.0 },
+    };
+    let shared = Mutex::new(Shared {
+        goes_on: hear(&so_far),
+        so_far,
+        under_way: vec![0.0; cores],
+        waiting: missing.into_iter(),
+        error: None,
+    });
+    std::thread::scope(|scope| {
+        for number in 0..cores {
+            let (shared, core) = (
+                &shared,
+                Core {
+                    number,
+                    shared: &shared,
+                    hear,
+                },
+            );
+            scope.spawn(move || {
+                if let Err(error) = core.work(name, points, figures) {
+                    let mut shared = lock(shared);
+                    shared.goes_on = false;
+                    shared.error.get_or_insert(error);
+                }
+            });
+        }
+    });
+    let shared = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+    shared.error.map_or(Ok(()), Err)
+}
+
+/// One of the cores, which also hears how far its run is.
+struct Core<'s, 'a> {
+    number: usize,
+    shared: &'s Mutex<Shared<'a>>,
+    hear: &'s (dyn Fn(&SoFar) -> bool + Sync),
+}
+
+impl<'a> Core<'_, 'a> {
+    fn work(mut self, name: &str, points: &[Point], figures: &[Figure]) -> anyhow::Result<()> {
+        while let Some(run) = self.next() {
+            let point = &points[run.point];
+            let scenario = point.with_seed(run.nth_seed)?;
+            let record = self.run(name, &scenario, figures).with_context(|| {
+                let values = point.values.join(", ");
+                format!("at the point {values} with seed {}", run.seed)
+            })?;
+            let Some(record) = record else {
+                break;
+            };
+            store::keep(&run.place, &record)?;
+            self.has_done(&record);
+        }
+        Ok(())
+    }
+
+    fn next(&self) -> Option<&'a Run> {
+        let mut shared = lock(self.shared);
+        if shared.goes_on {
+            shared.waiting.next()
+        } else {
+            None
+        }
+    }
+
+    /// None if it was ended before its time.
+    fn run(
+        &mut self,
+        name: &str,
+        scenario: &Scenario,
+        figures: &[Figure],
+    ) -> anyhow::Result<Option<RunRecord>> {
+        let finished = virtual_time::run(scenario, &mut (), self)?;
+        let (summary, _) = judged(name, scenario, World::Virtual, finished);
+        let is_whole = summary.interrupted_at_s.is_none();
+        Ok(is_whole.then(|| RunRecord::of(&summary, figures)))
+    }
+
+    fn has_done(&self, record: &RunRecord) {
+        let mut shared = lock(self.shared);
+        shared.under_way[self.number] = 0.0;
+        shared.so_far.done += 1;
+        shared.so_far.failed += usize::from(!record.failures.is_empty());
+        self.tell(&mut shared);
+    }
+
+    fn tell(&self, shared: &mut Shared<'_>) {
+        let SoFar {
+            runs, kept, done, ..
+        } = shared.so_far;
+        let under_way: f64 = shared.under_way.iter().sum();
+        let missing = (runs - kept) as f64;
+        shared.so_far.share = ((done as f64 + under_way) / missing).min(1.0);
+        shared.goes_on &= (self.hear)(&shared.so_far);
+    }
+}
+
+impl Progress for Core<'_, '_> {
+    fn at(&mut self, share: f64) -> bool {
+        let mut shared = lock(self.shared);
+        shared.under_way[self.number] = share;
+        self.tell(&mut shared);
+        // What is over is kept, even if nothing else is begun.
+        shared.goes_on || share >= 1.0
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
