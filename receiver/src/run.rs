@@ -8,11 +8,9 @@ mod status;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::anyhow;
 use coaxle_clock::{Instant, Local};
 use coaxle_host::cli::Exit;
 use coaxle_host::{ArrivalsTrace, Ended, NodeArgs, Setup, Trace, arrivals_beside};
-use coaxle_node::config::ConfigError;
 
 use crate::config::ReceiverConfig;
 use crate::drives::Drives;
@@ -47,16 +45,9 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     for note in config.notes() {
         tracing::warn!("{}: {note}", node.file());
     }
-    let named = config.check_files();
-    named.map_err(|wrong| ConfigError::field(&node.file(), wrong.field(), wrong.reason()))?;
+    config.check_files().map_err(|wrong| node.wrong(wrong))?;
     if node.check {
-        build(
-            &node.file(),
-            &config,
-            Drives::simulated(),
-            Instant::EPOCH,
-            0,
-        )?;
+        build(node, &config, Drives::simulated(), Instant::EPOCH, 0)?;
         return node.say_ok().map(|()| Exit::Done);
     }
     node.die_with_parent()?;
@@ -83,7 +74,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
 
 fn setup(node: &NodeArgs, config: ReceiverConfig, files: Files) -> Setup<Receiver> {
     let recorder = ReceiverRecorder::new(&config, files);
-    let file = node.file();
+    let args = node.clone();
     Setup {
         name: config.name.clone(),
         role: "receiver",
@@ -95,8 +86,8 @@ fn setup(node: &NodeArgs, config: ReceiverConfig, files: Files) -> Setup<Receive
         wiring: config.wiring(),
         run_for: node.run_for,
         build: Box::new(move |start, epoch| {
-            let drives = drives(&config, epoch).map_err(|error| anyhow!("{file}: {error}"))?;
-            build(&file, &config, drives, start, epoch)
+            let drives = drives(&config, epoch).map_err(|error| args.wrong(error))?;
+            build(&args, &config, drives, start, epoch)
         }),
         recorder: Box::new(recorder),
     }
@@ -116,12 +107,12 @@ fn files(args: &Args, config: &ReceiverConfig) -> anyhow::Result<Files> {
 }
 
 fn build(
-    file: &str,
+    args: &NodeArgs,
     config: &ReceiverConfig,
     drives: Drives,
     start: Instant<Local>,
     epoch: u64,
 ) -> anyhow::Result<Receiver> {
     let built = Receiver::with_drives(config, drives, start, epoch);
-    Ok(built.map_err(|error| ConfigError::whole(file, error))?)
+    Ok(built.map_err(|error| args.wrong(error))?)
 }

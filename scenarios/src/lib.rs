@@ -35,6 +35,7 @@ pub mod row;
 pub mod run;
 pub mod saw;
 pub mod scenario;
+pub mod schema;
 pub mod secure;
 mod signals;
 pub mod soak;

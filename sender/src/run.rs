@@ -2,7 +2,6 @@
 
 mod recorder;
 
-use anyhow::Context;
 use coaxle_clock::{Instant, Local};
 use coaxle_host::cli::Exit;
 use coaxle_host::{NodeArgs, Setup};
@@ -23,9 +22,9 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let mut config: SenderConfig = args.load()?;
     config.relative_to(args.folder());
     config.transport = args.transport(&config.name, &config.transport)?;
-    config.check_files().with_context(|| args.file())?;
+    config.check_files().map_err(|wrong| args.wrong(wrong))?;
     if args.check {
-        build(&args.file(), &config, Instant::EPOCH, 0)?;
+        build(args, &config, Instant::EPOCH, 0)?;
         return args.say_ok().map(|()| Exit::Done);
     }
     args.die_with_parent()?;
@@ -46,7 +45,7 @@ fn setup(args: &Args, config: SenderConfig) -> anyhow::Result<Setup<Sender>> {
         recording: args.recording(&config.name, "sender", config.instances())?,
     };
     let recorder = SenderRecorder::new(&config, files);
-    let file = args.file();
+    let node = args.clone();
     Ok(Setup {
         name: config.name.clone(),
         role: "sender",
@@ -57,16 +56,16 @@ fn setup(args: &Args, config: SenderConfig) -> anyhow::Result<Setup<Sender>> {
         send_stamps: config.send_stamps,
         wiring: config.wiring(),
         run_for: args.run_for,
-        build: Box::new(move |start, epoch| build(&file, &config, start, epoch)),
+        build: Box::new(move |start, epoch| build(&node, &config, start, epoch)),
         recorder: Box::new(recorder),
     })
 }
 
 fn build(
-    file: &str,
+    args: &NodeArgs,
     config: &SenderConfig,
     start: Instant<Local>,
     epoch: u64,
 ) -> anyhow::Result<Sender> {
-    Sender::new(config, start, epoch).with_context(|| file.to_owned())
+    Ok(Sender::new(config, start, epoch).map_err(|wrong| args.wrong(wrong))?)
 }
