@@ -20,6 +20,7 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use coaxle_node::{Channel, Intake, Reader};
 use coaxle_source::config::AxisConfig;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use crate::marks::{MarksConfig, SpacingSwing, WrongMarks};
@@ -36,7 +37,7 @@ pub use virtual_axes::WrongVirtualAxis;
 
 /// A receiver: whose axes it follows, how, which it has itself, and what it drives. A file has a list of far nodes, or one
 /// master in short (`master`, with `mode`, `sync`, `observer`, `delay` and `faults` beside it).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", try_from = "form::Form")]
 pub struct ReceiverConfig {
     /// The node's name.

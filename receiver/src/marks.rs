@@ -1,6 +1,7 @@
 //! `[slave.marks]`: registration marks on the material that the master moves.
 
 use coaxle_node::config::{AtLeastZero, Finite, Positive};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Registration marks, and a simulated sensor that sees them, as the drive is a simulated one.
@@ -8,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// The mark `n` is at the slave's position 0 when the master is at
 /// `first + n·spacing + spacing-drift·n·(n − 1)/2`, and what the swing adds to the spacings before
 /// it. All lengths are in units of the master, which moves the material forwards.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct MarksConfig {
     /// Where the master is when the first mark is at the slave's position 0, u of the master.
@@ -27,7 +28,7 @@ pub struct MarksConfig {
 }
 
 /// A swing of the spacing: `amplitude · sin(2π·n/marks)` is added to the spacing after mark `n`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct SpacingSwing {
     /// The amplitude, u of the master; less than the spacing.

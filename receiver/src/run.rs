@@ -8,11 +8,9 @@ mod status;
 
 use std::path::PathBuf;
 
-use anyhow::anyhow;
 use coaxle_clock::{Instant, Local};
 use coaxle_host::cli::Exit;
 use coaxle_host::{ArrivalsTrace, Beside, Ended, NodeArgs, Rows, Setup, arrivals_beside};
-use coaxle_node::config::ConfigError;
 
 use crate::config::ReceiverConfig;
 use crate::drives::Drives;
@@ -55,16 +53,9 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     for note in config.notes() {
         tracing::warn!("{}: {note}", node.file());
     }
-    let named = config.check_files();
-    named.map_err(|wrong| ConfigError::field(&node.file(), wrong.field(), wrong.reason()))?;
+    config.check_files().map_err(|wrong| node.wrong(wrong))?;
     if node.check {
-        build(
-            &node.file(),
-            &config,
-            Drives::simulated(),
-            Instant::EPOCH,
-            0,
-        )?;
+        build(node, &config, Drives::simulated(), Instant::EPOCH, 0)?;
         return node.say_ok().map(|()| Exit::Done);
     }
     node.die_with_parent()?;
@@ -95,7 +86,7 @@ fn setup(
     recorder: ReceiverRecorder,
     beside: Option<Beside>,
 ) -> Setup<Receiver> {
-    let file = node.file();
+    let args = node.clone();
     Setup {
         name: config.name.clone(),
         role: "receiver",
@@ -107,8 +98,8 @@ fn setup(
         wiring: config.wiring(),
         run_for: node.run_for,
         build: Box::new(move |start, epoch| {
-            let drives = drives(&config, epoch).map_err(|error| anyhow!("{file}: {error}"))?;
-            build(&file, &config, drives, start, epoch)
+            let drives = drives(&config, epoch).map_err(|error| args.wrong(error))?;
+            build(&args, &config, drives, start, epoch)
         }),
         recorder: Box::new(recorder),
         beside,
@@ -130,12 +121,12 @@ fn rows(node: &NodeArgs, config: &ReceiverConfig) -> anyhow::Result<Rows> {
 }
 
 fn build(
-    file: &str,
+    args: &NodeArgs,
     config: &ReceiverConfig,
     drives: Drives,
     start: Instant<Local>,
     epoch: u64,
 ) -> anyhow::Result<Receiver> {
     let built = Receiver::with_drives(config, drives, start, epoch);
-    Ok(built.map_err(|error| ConfigError::whole(file, error))?)
+    Ok(built.map_err(|error| args.wrong(error))?)
 }

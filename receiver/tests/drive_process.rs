@@ -221,7 +221,7 @@ fn two_nodes_do_not_share_a_file() {
     let pid = node.child.id();
     let expected =
         format!("drive: is used by another node (process {pid}), expected a file of its own");
-    assert!(said.contains("slave[0].drive.path: "), "{said}");
+    assert!(said.contains("slave \"carriage\".drive.path: "), "{said}");
     assert!(said.contains(&expected), "{said}");
     node.end();
 }

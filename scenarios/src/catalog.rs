@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use coaxle_node::config::parse_table;
+use coaxle_node::config::{ConfigError, did_you_mean, parse_table};
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 
 use crate::scenario::Scenario;
@@ -131,8 +131,9 @@ pub fn find(name_or_path: &str) -> anyhow::Result<Source> {
     if !looks_like_path {
         let known: Vec<_> = all().map(|(name, _)| name).collect();
         anyhow::bail!(
-            "received scenario {name_or_path:?}, expected a path ending in .toml or one of: {}",
-            known.join(", ")
+            "received scenario {name_or_path:?}, expected a path ending in .toml or one of: {}{}",
+            known.join(", "),
+            did_you_mean(name_or_path, known)
         );
     }
     let text = text_file::read(path, MOST_CONFIG_BYTES)?;
@@ -152,10 +153,20 @@ impl Source {
     /// # Errors
     /// Names the file, the field, what was received and what is expected.
     pub fn read(&self, sets: &[String]) -> anyhow::Result<Scenario> {
-        let mut table = parse_table(&self.file, &self.text)?;
+        let own = parse_table(&self.file, &self.text)?;
+        let in_text = |error: ConfigError| error.in_text(&self.file, &self.text);
+        if sets.is_empty() {
+            return Ok(read::scenario(&self.file, own).map_err(in_text)?);
+        }
+        let mut table = own.clone();
         for text in sets {
             overrides::apply(&mut table, text).with_context(|| self.file.clone())?;
         }
-        Ok(read::scenario(&self.file, table)?)
+        // What is wrong without them has a line; what is wrong with them has none.
+        let read = read::scenario(&self.file, table.clone());
+        read.map_err(|error| match read::scenario(&self.file, own) {
+            Err(own) => in_text(own).into(),
+            Ok(_) => error.in_table(&self.file, &table).into(),
+        })
     }
 }

@@ -6,9 +6,8 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
-use coaxle_host::cli::{EXIT_CODES, Exit, LogArgs, exit_code};
+use coaxle_host::cli::{EXIT_CODES, Exit, LogArgs, exit_code, lines_of};
 use coaxle_host::machine;
-use coaxle_node::one_line;
 
 use crate::bar::Bar;
 use crate::cam::{self, CamCommand};
@@ -24,6 +23,7 @@ use crate::recording;
 use crate::run::{self, Options, Outcome, TraceFormat};
 use crate::saw::{self, SawCommand};
 use crate::scope::{self, OwnPageArgs, ScopeArgs};
+use crate::schema::{self, SchemaArgs};
 use crate::secure::cli::SecureCommand;
 use crate::soak;
 use crate::soak::cli::SoakArgs;
@@ -98,6 +98,8 @@ enum Command {
     Secure(SecureCommand),
     /// Say how fit this PC is for cycles; or what the configs of nodes leave open to others, and what closes it
     Doctor(DoctorArgs),
+    /// Write what files may hold as JSON Schema, for editors: docs/REFERENCE.md
+    Schema(SchemaArgs),
     /// Record how messages between real nodes arrive, to judge estimators of a far clock by
     RecordArrivals(recording::RecordArgs),
     /// Give out a page that shows what running nodes do: plots, clocks, slaves; docs/SCOPE.md
@@ -221,6 +223,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::WaitSync(args)) => return status::wait(&args),
         Some(Command::Secure(command)) => (crate::secure::cli::print(&command)?, Exit::Failed),
         Some(Command::Doctor(args)) => (doctor::print(&args)?, Exit::Failed),
+        Some(Command::Schema(args)) => (schema::print(&args).map(|()| true)?, Exit::Failed),
         Some(Command::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
         Some(Command::Scope(args)) => return scope::scope(&args),
         Some(Command::Record(args)) => return recorded::record(&args),
@@ -281,7 +284,7 @@ fn check(names: &[String]) -> anyhow::Result<bool> {
             }
             Err(error) => {
                 good = false;
-                say(&one_line(&format!("{error:#}")))?;
+                lines_of(&error).iter().try_for_each(|line| say(line))?;
             }
         }
     }

@@ -9,6 +9,7 @@ use coaxle_node::command::{
 };
 use coaxle_node::keys::NodeName;
 use coaxle_slave::Command;
+use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -17,7 +18,7 @@ use serde_json::json;
 use crate::verdict::Verdict;
 
 /// Something that happens to a node.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "EventInFile", into = "EventInFile")]
 pub struct Event {
     /// When, s after the start.
@@ -47,7 +48,7 @@ pub enum Happening {
 }
 
 /// How a node goes away.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Action {
     /// It dies, as in a power cut, and is started anew afterwards.
@@ -103,32 +104,44 @@ impl Commanded {
 }
 
 /// An event as a file has it.
-#[derive(Clone, Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct EventInFile {
+    /// When, s after the start.
     at_s: Moment,
+    /// The node that it happens to.
     node: NodeName,
+    /// How the node goes away; with `for-s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     action: Option<Action>,
+    /// For how long it is away, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     for_s: Option<Moment>,
+    /// Which of its slaves is told something; with `command`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     slave: Option<SlaveName>,
+    /// Which of the nodes that it follows it is told something about; with `command`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     far: Option<FarName>,
+    /// The code with which the command shall be refused; without, it shall be taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     expect_refusal: Option<u32>,
+    /// Whether it shall only say what would come of it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     dry_run: bool,
+    /// The command, by its name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     command: Option<CommandInFile>,
 }
 
 /// A command, told by its name.
-#[derive(Clone, Serialize)]
+#[derive(Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
+#[schemars(rename = "AnyCommand")]
 enum CommandInFile {
+    /// To a slave.
     Slave(Command),
+    /// About a far node.
     Far(FarCommand),
 }
 
@@ -283,8 +296,11 @@ impl From<Event> for EventInFile {
 }
 
 /// A time in a scenario, in whole milliseconds so that it can be compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(try_from = "f64", into = "f64")]
+#[schemars(inline, extend("minimum" = 0, "maximum" = 1e9))]
 pub struct Moment {
     millis: u64,
 }

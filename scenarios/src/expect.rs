@@ -1,6 +1,7 @@
 //! What a scenario expects of its outcome.
 
 use coaxle_host::fields_of;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -9,7 +10,7 @@ use crate::summary::{Summary, World};
 use crate::verdict::Verdict;
 
 /// One expectation: a field of one receiver's summary against a bound.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Expectation {
     /// The receiver.
@@ -42,7 +43,7 @@ pub(crate) fn receiver_of(name: &str) -> &str {
 }
 
 /// A share of the same field of another receiver.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Share {
     /// The other receiver.

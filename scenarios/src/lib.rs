@@ -38,6 +38,7 @@ pub mod run;
 pub mod saw;
 pub mod scenario;
 mod scope;
+pub mod schema;
 pub mod secure;
 mod signals;
 pub mod soak;

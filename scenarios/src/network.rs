@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use coaxle_node::config::{ConfigError, TransportConfig, TransportMode, from_table, load};
+use coaxle_node::config::{ConfigError, TransportConfig, TransportMode, from_table, parse_table};
+use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 
 /// Where the examples' nodes listen.
 const DEFAULT: [&str; 2] = ["tcp/127.0.0.1:7447", "tcp/127.0.0.1:7448"];
@@ -59,11 +60,13 @@ impl NetworkArgs {
 
 /// The transport section of a node's config, for somebody who wants to reach that node.
 fn of_config(file: &Path) -> Result<TransportConfig, ConfigError> {
-    let mut config: toml::Table = load(file)?;
+    let name = file.display().to_string();
+    let text = text_file::read(file, MOST_CONFIG_BYTES)?;
+    let mut config = parse_table(&name, &text)?;
     let mut section = toml::Table::new();
     section.extend(config.remove_entry("transport"));
-    let name = file.display().to_string();
-    let mut transport = from_table::<Section>(&name, section)?.transport;
+    let read = from_table::<Section>(&name, section);
+    let mut transport = read.map_err(|error| error.in_text(&name, &text))?.transport;
     transport.relative_to(file.parent().unwrap_or(Path::new("")));
     let listens = std::mem::take(&mut transport.listen);
     if transport.mode == TransportMode::Peer {
@@ -74,7 +77,7 @@ fn of_config(file: &Path) -> Result<TransportConfig, ConfigError> {
     Ok(transport)
 }
 
-#[derive(serde::Deserialize)]
+#[derive(serde::Deserialize, schemars::JsonSchema)]
 struct Section {
     #[serde(default)]
     transport: TransportConfig,
@@ -129,7 +132,7 @@ mod tests {
 
         std::fs::write(&file, "[transport]\nmode = 'star'").unwrap();
         let error = looked(&[], Some(&file), None).unwrap_err().to_string();
-        assert!(error.contains("saw.toml: transport.mode"), "{error}");
+        assert!(error.contains("saw.toml:2:8: transport.mode"), "{error}");
     }
 
     #[test]

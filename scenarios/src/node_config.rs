@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use coaxle_node::config::{ConfigError, TransportConfig, from_table, load};
+use coaxle_node::config::{ConfigError, TransportConfig, parse, parse_table};
 use coaxle_node::keys::NodeName;
+use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 use coaxle_node::wiring::Wiring;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::SenderConfig;
@@ -23,15 +24,16 @@ impl NodeConfig {
     /// # Errors
     /// Names the file, the field, what was received and what is expected.
     pub fn load(file: &Path) -> Result<Self, ConfigError> {
-        let table: toml::Table = load(file)?;
+        let name = file.display().to_string();
+        let text = text_file::read(file, MOST_CONFIG_BYTES)?;
+        let table = parse_table(&name, &text)?;
         let follows = ["far", "master", "slave"]
             .iter()
             .any(|key| table.contains_key(*key));
-        let name = file.display().to_string();
         if table.contains_key("axis") && !follows {
-            return Ok(Self::Sender(from_table(&name, table)?));
+            return Ok(Self::Sender(parse(&name, &text)?));
         }
-        Ok(Self::Receiver(from_table(&name, table)?))
+        Ok(Self::Receiver(parse(&name, &text)?))
     }
 
     /// The node's name.

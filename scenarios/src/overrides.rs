@@ -1,10 +1,14 @@
 //! `--set path.to.field=value`.
 
 use anyhow::{Context, bail};
+use coaxle_node::config::did_you_mean;
 use toml::{Table, Value};
 
 /// Most keys of a path.
 const MOST_KEYS: usize = 32;
+
+/// Most elements of a list that are told where one is not known.
+const MOST_LISTED: usize = 24;
 
 /// Sets one field of a table. A path is keys and list positions with dots between; the elements of
 /// the lists `sender` and `receiver` also go by their names: `receiver.saw.cycle-time-us=2000`.
@@ -56,21 +60,32 @@ fn set(at: &mut Value, keys: &[&str], value: Value) -> anyhow::Result<()> {
             set(next, rest, value)
         }
         Value::Array(list) => {
-            let known = list.len();
             let found = match key.parse::<usize>() {
-                Ok(position) => list.get_mut(position),
-                Err(_) => list.iter_mut().find(|element| is_named(element, key)),
+                Ok(position) => Some(position),
+                Err(_) => list.iter().position(|element| is_named(element, key)),
             };
-            let next = found.with_context(|| {
-                format!(
-                    "received {key:?}, expected the name or position (0 to {}) of an element",
-                    known.saturating_sub(1)
-                )
-            })?;
-            set(next, rest, value)
+            match found.filter(|position| *position < list.len()) {
+                Some(position) => set(&mut list[position], rest, value),
+                None => bail!(unknown(list, key)),
+            }
         }
         other => bail!("received {key:?} below a plain value ({other}), expected no more keys"),
     }
+}
+
+/// An element that a list has not, with those that it has: by their names, or by their positions from 0.
+fn unknown(list: &[Value], received: &str) -> String {
+    let name = |element: &Value| Some(element.get("name")?.as_str()?.to_owned());
+    let name = |(n, element): (usize, &Value)| name(element).unwrap_or_else(|| n.to_string());
+    let known: Vec<String> = list
+        .iter()
+        .take(MOST_LISTED)
+        .enumerate()
+        .map(name)
+        .collect();
+    let meant = did_you_mean(received, known.iter().map(String::as_str));
+    let known = known.join(", ");
+    format!("received {received:?}, expected one of: {known}{meant}")
 }
 
 fn is_named(element: &Value, name: &str) -> bool {
@@ -110,7 +125,7 @@ mod tests {
         for (text, part) in [
             ("seed", "path.to.field=value"),
             ("a..b=1", "single dots"),
-            ("receiver.c.mode=1", "expected the name or position"),
+            ("receiver.c.mode=1", "expected one of: a, b"),
             ("seed.x=1", "below a plain value"),
         ] {
             let message = format!("{:#}", changed(text).unwrap_err());

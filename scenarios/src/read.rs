@@ -6,7 +6,7 @@ use std::path::Path;
 
 use coaxle_host::fields_of;
 use coaxle_node::CommandOrder;
-use coaxle_node::config::{ConfigError, Unit, from_table};
+use coaxle_node::config::{ConfigError, Unit, did_you_mean, from_table};
 use coaxle_node::faults::{WrongTerm, check_link};
 use coaxle_node::keys::NodeName;
 use coaxle_receiver::{Drives, ReceiverConfig, SlaveConfig};
@@ -103,9 +103,11 @@ fn show_followed_axes(
 fn check_events(scenario: &Scenario, topology: &Topology, file: &str) -> Result<(), ConfigError> {
     for (n, event) in scenario.events.iter().enumerate() {
         if topology.node(&event.node).is_none() {
+            let nodes = topology.names().iter().map(NodeName::as_str);
             let reason = format!(
-                "received {:?}, expected a node of this scenario",
-                event.node.as_str()
+                "received {:?}, expected a node of this scenario{}",
+                event.node.as_str(),
+                did_you_mean(event.node.as_str(), nodes)
             );
             return Err(ConfigError::field(file, format!("event[{n}].node"), reason));
         }
@@ -133,8 +135,9 @@ fn check_addressee(scenario: &Scenario, event: &Event) -> Result<(), (&'static s
     if known.iter().any(|name| name == received) {
         return Ok(());
     }
+    let meant = did_you_mean(received, known.iter().map(String::as_str));
     let (node, known) = (&event.node, known.join(", "));
-    let reason = format!("received {received:?}, expected {what} {node}: {known}");
+    let reason = format!("received {received:?}, expected {what} {node}: {known}{meant}");
     Err((field, reason))
 }
 
@@ -165,8 +168,7 @@ fn check_expectation(
 ) -> Result<(), (&'static str, String)> {
     for (name, field) in expectation.nodes().zip(["receiver", "at-most-share.of"]) {
         if !judged.contains(&name) {
-            let reason = format!("received {name:?}, expected one of: {}", judged.join(", "));
-            return Err((field, reason));
+            return Err((field, unknown(name, judged)));
         }
     }
     let fields = match &expectation.slave {
@@ -177,7 +179,12 @@ fn check_expectation(
                 let node = receiver_of(node);
                 let receiver = scenario.receivers.iter().find(|r| r.name.as_str() == node);
                 if !receiver.is_some_and(|r| r.slaves.iter().any(of_slave)) {
-                    let reason = format!("received {name:?}, expected a slave of {node}");
+                    let slaves = receiver.iter().flat_map(|r| &r.slaves);
+                    let known: Vec<_> = slaves.map(|slave| slave.name.as_str()).collect();
+                    let meant = did_you_mean(name, known.iter().copied());
+                    let known = known.join(", ");
+                    let reason =
+                        format!("received {name:?}, expected a slave of {node}: {known}{meant}");
                     return Err(("slave", reason));
                 }
             }
@@ -186,12 +193,7 @@ fn check_expectation(
     };
     if !fields.contains_key(&expectation.field) {
         let known: Vec<_> = fields.keys().map(String::as_str).collect();
-        let reason = format!(
-            "received {:?}, expected one of: {}",
-            expectation.field,
-            known.join(", ")
-        );
-        return Err(("field", reason));
+        return Err(("field", unknown(&expectation.field, &known)));
     }
     if expectation.has_bound() {
         Ok(())
@@ -199,6 +201,13 @@ fn check_expectation(
         let reason = "expected at least one of at-most, at-least, equals, at-most-share";
         Err(("field", reason.to_owned()))
     }
+}
+
+/// A name that nothing has, with those that there are.
+fn unknown(received: &str, known: &[&str]) -> String {
+    let meant = did_you_mean(received, known.iter().copied());
+    let known = known.join(", ");
+    format!("received {received:?}, expected one of: {known}{meant}")
 }
 
 fn check_exceptions(scenario: &Scenario, file: &str) -> Result<(), ConfigError> {
@@ -219,10 +228,8 @@ fn check_exception(
         receiver, of, from, ..
     } = exception;
     let unknown = |received: &str, known: Vec<String>| {
-        format!(
-            "received {received:?}, expected one of: {}",
-            known.join(", ")
-        )
+        let known: Vec<_> = known.iter().map(String::as_str).collect();
+        unknown(received, &known)
     };
     let receivers = &scenario.receivers;
     let Some(config) = receivers

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use coaxle_node::config::{DurationSeconds, LinkConfig};
+use coaxle_node::config::{DurationSeconds, LinkConfig, did_you_mean};
 use coaxle_node::faults::seed_of;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::Wiring;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::SenderConfig;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::event::{Action, Event, Happening};
@@ -15,7 +16,7 @@ use crate::expect::{Expectation, receiver_of};
 use crate::invariants::Exception;
 
 /// An experiment.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Scenario {
     /// One line: what it shows.
@@ -53,12 +54,13 @@ pub struct Scenario {
 }
 
 /// A field of the scenario and the values it takes in a sweep.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct GridAxis {
     /// The path of the field, as `--set` takes it.
     pub field: String,
     /// The values, in the order they are run.
+    #[schemars(with = "Vec<serde_json::Value>")]
     pub values: Vec<toml::Value>,
 }
 
@@ -134,8 +136,9 @@ impl Scenario {
             if !self.receivers.iter().any(|r| r.name.as_str() == name) {
                 let known: Vec<_> = self.receivers.iter().map(|r| r.name.as_str()).collect();
                 return Err(format!(
-                    "received {name:?}, expected some of: {}",
-                    known.join(", ")
+                    "received {name:?}, expected some of: {}{}",
+                    known.join(", "),
+                    did_you_mean(name, known.iter().copied())
                 ));
             }
         }

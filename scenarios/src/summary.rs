@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 
 use coaxle_node::config::Unit;
 use coaxle_receiver::signals::SlaveSignals;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 pub use coupling::CouplingSummary;
 pub use cuts::{Cut, CutsSummary};
@@ -46,7 +47,7 @@ impl Summary {
 }
 
 /// Where a scenario runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum World {
     /// In virtual time.
@@ -69,7 +70,7 @@ impl World {
 /// One receiver in figures. What concerns motion is in units of its master axis, and taken over
 /// the time after it first synchronised, or from 100 cycles after its first data where its mode
 /// never does.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct ReceiverSummary {
     /// `bypass`, `pt1`, `time`, `sync` or `observer`.
     pub mode: &'static str,
@@ -81,6 +82,7 @@ pub struct ReceiverSummary {
     pub cycles: u64,
     /// What its signals said in the last cycle.
     #[serde(flatten)]
+    #[schemars(skip)]
     pub last: LastSignals,
     /// Times an error was raised.
     pub errors: u64,
@@ -163,16 +165,18 @@ pub struct ReceiverSummary {
     /// Largest delay from the ideal start of a cycle to its scan, µs.
     pub wake_up_max_us: f64,
     /// Each slave's figures, by its name. What is said of a slave above is the first one.
+    #[schemars(skip)]
     pub slaves: BTreeMap<String, SlaveSummary>,
 }
 
 /// One slave in figures, by what it records of itself.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct SlaveSummary {
     /// What its position is in: what `u` stands for here.
     pub unit: Unit,
     /// What its signals said in the last cycle.
     #[serde(flatten, serialize_with = "last::summarized")]
+    #[schemars(skip)]
     pub last: SlaveSignals,
     /// Times it went to error stop.
     pub errors: u64,

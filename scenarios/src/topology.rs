@@ -1,7 +1,7 @@
 //! Who follows whom: every axis that leads slaves, resolved to the node that its motion comes from in the
 //! end: a sender, or a receiver with a virtual axis.
 
-use coaxle_node::config::ConfigError;
+use coaxle_node::config::{ConfigError, did_you_mean};
 use coaxle_node::keys::NodeName;
 use coaxle_receiver::config::{FarAxisConfig, FarChannel, GearConfig, MasterRef};
 use coaxle_receiver::{ReceiverConfig, SignalRow};
@@ -235,8 +235,9 @@ impl Topology {
                 }
                 (None, _) => {
                     let reason = format!(
-                        "received {:?}, expected a node of this scenario",
-                        node_name.as_str()
+                        "received {:?}, expected a node of this scenario{}",
+                        node_name.as_str(),
+                        did_you_mean(node_name.as_str(), self.names.iter().map(NodeName::as_str))
                     );
                     return Err(wrong("node", reason));
                 }

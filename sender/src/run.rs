@@ -2,7 +2,6 @@
 
 mod recorder;
 
-use anyhow::Context;
 use coaxle_clock::{Instant, Local};
 use coaxle_host::cli::Exit;
 use coaxle_host::{Beside, NodeArgs, Rows, Setup};
@@ -31,9 +30,9 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     let mut config: SenderConfig = args.load()?;
     config.relative_to(args.folder());
     config.transport = args.transport(&config.name, &config.transport)?;
-    config.check_files().with_context(|| args.file())?;
+    config.check_files().map_err(|wrong| args.wrong(wrong))?;
     if args.check {
-        build(&args.file(), &config, Instant::EPOCH, 0)?;
+        build(args, &config, Instant::EPOCH, 0)?;
         return args.say_ok().map(|()| Exit::Done);
     }
     args.die_with_parent()?;
@@ -54,7 +53,7 @@ fn setup(
     beside: Option<Beside>,
 ) -> anyhow::Result<Setup<Sender>> {
     let recorder = SenderRecorder::new(&config, rows(args, &config)?);
-    let file = args.file();
+    let node = args.clone();
     Ok(Setup {
         name: config.name.clone(),
         role: "sender",
@@ -65,7 +64,7 @@ fn setup(
         send_stamps: config.send_stamps,
         wiring: config.wiring(),
         run_for: args.run_for,
-        build: Box::new(move |start, epoch| build(&file, &config, start, epoch)),
+        build: Box::new(move |start, epoch| build(&node, &config, start, epoch)),
         recorder: Box::new(recorder),
         beside,
     })
@@ -81,10 +80,10 @@ fn rows(args: &Args, config: &SenderConfig) -> anyhow::Result<Rows> {
 }
 
 fn build(
-    file: &str,
+    args: &NodeArgs,
     config: &SenderConfig,
     start: Instant<Local>,
     epoch: u64,
 ) -> anyhow::Result<Sender> {
-    Sender::new(config, start, epoch).with_context(|| file.to_owned())
+    Ok(Sender::new(config, start, epoch).map_err(|wrong| args.wrong(wrong))?)
 }

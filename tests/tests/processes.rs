@@ -279,11 +279,11 @@ fn what_is_wrong_is_said_and_nothing_moves() {
         ),
         (
             &["run", "beat", "--set", "receiver.sync.mode=fast"],
-            "beat.toml: receiver[3].mode",
+            "beat.toml: receiver \"sync\".mode",
         ),
         (
             &["run", "beat", "--set", "receiver.sync.master.node=nobody"],
-            "receiver[3].far[0].node: received \"nobody\"",
+            "receiver \"sync\".far[0].node: received \"nobody\"",
         ),
         (
             &["run", "beat", "--receivers", "saw"],

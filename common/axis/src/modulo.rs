@@ -7,6 +7,11 @@ use crate::travel_direction::TravelDirection;
 #[doc(alias = "ModuloFactor")]
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "schema",
+    derive(schemars::JsonSchema),
+    schemars(inline, extend("exclusiveMinimum" = 0))
+)]
 #[cfg_attr(feature = "serde", serde(try_from = "f64", into = "f64"))]
 pub struct Modulo(f64);
 

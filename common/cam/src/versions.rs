@@ -22,6 +22,7 @@ use coaxle_plate::{Course, MotionPoint, Plate};
 #[doc(alias = "MC_SetCamOnlineChangeMode")]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(
     feature = "serde",
     serde(default, rename_all = "kebab-case", deny_unknown_fields)

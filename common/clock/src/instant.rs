@@ -296,6 +296,7 @@ impl Div<i64> for Span {
 /// too coarse a step for a velocity derived from it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(inline))]
 #[cfg_attr(feature = "serde", serde(transparent))]
 pub struct Seconds(pub f64);
 

@@ -23,6 +23,7 @@ use window::{Course, Window};
 #[doc(alias = "MC_FlyingGear")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(
     feature = "serde",
     serde(rename_all = "kebab-case", deny_unknown_fields)
@@ -54,6 +55,7 @@ pub struct FlyingGearParameters<P = f64> {
 /// Where a flying gear is in its course.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum FlyingGearPhase {
     /// Enabled; the master has not reached the window yet and the slave stands at its start.

@@ -25,6 +25,7 @@ use super::ramp_limits::ramp_limits;
 #[doc(alias = "MC_CombineAxes")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(
     feature = "serde",
     serde(rename_all = "kebab-case", deny_unknown_fields)
@@ -54,6 +55,7 @@ pub struct GearInMultiMaster {
 /// [`DistancePolicy`](coaxle_axis::set_value_guard::DistancePolicy).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum MultiMasterSync {
     /// It stays: the slave follows the masters' positions from where its velocity is theirs.
@@ -69,6 +71,11 @@ pub enum MultiMasterSync {
 /// One to four ratios.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "schema",
+    derive(schemars::JsonSchema),
+    schemars(inline, extend("minItems" = 1, "maxItems" = Masters::MOST))
+)]
 #[cfg_attr(
     feature = "serde",
     serde(try_from = "alloc::vec::Vec<f64>", into = "alloc::vec::Vec<f64>")

@@ -6,6 +6,7 @@ use std::os::unix::process::CommandExt;
 use std::process::{Command, ExitCode};
 
 use coaxle_clock::Span;
+use coaxle_node::config::ConfigError;
 use coaxle_node::one_line;
 use tracing_appender::non_blocking::WorkerGuard;
 use tracing_subscriber::EnvFilter;
@@ -93,17 +94,27 @@ impl Exit {
 }
 
 /// Prints an error as one line, from the outermost context to the cause, and gives the exit code. What was logged comes
-/// before it.
+/// before it. Of a config every mistake has a line.
 #[must_use]
 pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
     drop(logging);
     let exit = result.unwrap_or_else(|error| {
         // With standard error closed there is nobody left to tell.
-        let error = one_line(&format!("{error:#}"));
-        let _ = writeln!(std::io::stderr(), "error: {error}");
+        for line in lines_of(&error) {
+            let _ = writeln!(std::io::stderr(), "error: {line}");
+        }
         Exit::Failed
     });
     ExitCode::from(exit as u8)
+}
+
+/// What is wrong: a line for each mistake in a config, otherwise one with all of the causes.
+#[must_use]
+pub fn lines_of(error: &anyhow::Error) -> Vec<String> {
+    match error.downcast_ref::<ConfigError>() {
+        Some(config) => config.lines(),
+        None => vec![one_line(&format!("{error:#}"))],
+    }
 }
 
 /// Starts the calling program anew with Zenoh's threads shared out as [`ZENOH_RUNTIME`] says,

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use coaxle_clock::Span;
-use coaxle_node::config::{TransportConfig, load};
+use coaxle_node::config::{ConfigError, TransportConfig, load};
 use coaxle_node::keys::NodeName;
 use coaxle_node::signal::Instance;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 use coaxle_recording::{Facts, Table};
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
 use crate::cli::parse_duration;
@@ -60,8 +61,18 @@ impl NodeArgs {
     ///
     /// # Errors
     /// Names the file, the field, what was received and what is expected.
-    pub fn load<C: DeserializeOwned>(&self) -> anyhow::Result<C> {
+    pub fn load<C: DeserializeOwned + JsonSchema>(&self) -> anyhow::Result<C> {
         Ok(load(&self.config)?)
+    }
+
+    /// What is wrong in the config file, found by a check of its own that names the field first, with its line.
+    pub fn wrong(&self, reason: impl ToString) -> ConfigError {
+        let file = self.file();
+        let error = ConfigError::whole(&file, reason);
+        match text_file::read(&self.config, MOST_CONFIG_BYTES) {
+            Ok(text) => error.in_text(&file, &text),
+            Err(_) => error,
+        }
     }
 
     /// The config file, as errors call it.
@@ -96,9 +107,9 @@ impl NodeArgs {
         if let Some(folder) = &self.secure {
             transport.secure = Some(folder.clone());
         }
-        zenoh_config(&transport).with_context(|| self.file())?;
+        zenoh_config(&transport).map_err(|error| self.wrong(format!("{error:#}")))?;
         if let Some(folder) = &transport.secure {
-            check_holder(node, folder).with_context(|| self.file())?;
+            check_holder(node, folder).map_err(|error| self.wrong(format!("{error:#}")))?;
         }
         Ok(transport)
     }

@@ -10,6 +10,11 @@ use coaxle_curve::law::MotionLaw;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
+    feature = "schema",
+    derive(schemars::JsonSchema),
+    schemars(transform = with_aliases)
+)]
+#[cfg_attr(
     feature = "serde",
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
@@ -52,6 +57,21 @@ pub struct MotionPoint {
     pub jerk: f64,
 }
 
+/// A cam file says `law` and `type`, as its points do.
+#[cfg(feature = "schema")]
+fn with_aliases(schema: &mut schemars::Schema) {
+    for (field, alias) in [("function", "law"), ("point-type", "type")] {
+        if let Some(properties) = schema.get_mut("properties").and_then(|p| p.as_object_mut())
+            && let Some(described) = properties.get(field).cloned()
+        {
+            properties.insert(alias.into(), described);
+        }
+        if let Some(required) = schema.get_mut("required").and_then(|r| r.as_array_mut()) {
+            required.retain(|name| name != field);
+        }
+    }
+}
+
 impl MotionPoint {
     /// A point at which the slave rests, and which it leaves by a quintic.
     #[must_use]
@@ -79,6 +99,7 @@ const fn one_row_further() -> i32 {
 #[doc(alias = "MC_MotionPointType")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[repr(u16)]
 pub enum PointType {

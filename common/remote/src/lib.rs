@@ -69,6 +69,8 @@
 //! The crate is `no_std`, allocates nothing and asks no machine for the time.
 #![no_std]
 
+#[cfg(feature = "schema")]
+extern crate alloc;
 #[cfg(test)]
 extern crate std;
 

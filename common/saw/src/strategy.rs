@@ -7,6 +7,7 @@
 #[doc(alias = "MC_SYNC_STRATEGY")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum SyncStrategy {
     /// As late as possible, with nearly all of acceleration, deceleration and jerk: the slave keeps its

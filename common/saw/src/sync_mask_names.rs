@@ -108,6 +108,26 @@ impl Visitor<'_> for FlagName {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for SyncMask {
+    fn schema_name() -> alloc::borrow::Cow<'static, str> {
+        "SyncMask".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let flags = Self::all();
+        let names = flags
+            .iter_names()
+            .map(|(name, _)| alloc::format!("{}", Name(name)));
+        let names: alloc::vec::Vec<_> = names.collect();
+        schemars::json_schema!({
+            "description": "Flags of the sync mode: checks of the profile, and how errors are told.",
+            "type": "array",
+            "items": { "enum": names },
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,6 +9,11 @@ use coaxle_plate::{MotionPoint, PointType};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
+    feature = "schema",
+    derive(schemars::JsonSchema),
+    schemars(extend("minItems" = 1, "maxItems" = CamPoints::MOST))
+)]
+#[cfg_attr(
     feature = "serde",
     serde(
         try_from = "alloc::vec::Vec<MotionPoint>",

@@ -16,6 +16,7 @@ use super::sync_position::SyncPosition;
 /// Positions are in u, velocities in u/s. What a command leaves open is what the axis can do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(
     feature = "serde",
     serde(

@@ -147,6 +147,33 @@ pub(super) struct Travel {
     pub(super) modulo: Option<Modulo>,
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for SyncPosition {
+    fn schema_name() -> alloc::borrow::Cow<'static, str> {
+        "SyncPosition".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let one = |name: &str, meaning: &str| {
+            schemars::json_schema!({
+                "type": "object",
+                "properties": { name: { "type": "number", "description": meaning } },
+                "required": [name],
+                "additionalProperties": false,
+            })
+        };
+        schemars::json_schema!({
+            "description": "Where both are synchronous: a position, u; { ahead = 500 }, so far ahead; or { in-turn = 90 }, \
+                within a turn.",
+            "anyOf": [
+                { "type": "number" },
+                one("ahead", "So far ahead of where the axis is, u."),
+                one("in-turn", "At this position of a turn, u."),
+            ],
+        })
+    }
+}
+
 #[cfg(feature = "serde")]
 mod written {
     use core::fmt;

@@ -14,6 +14,14 @@ pub const ANY_ALIVE_KEY: &str = "coaxle/*/alive";
 
 /// A node's name: one chunk of a key expression.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(
+    feature = "schema",
+    derive(schemars::JsonSchema),
+    schemars(inline, extend(
+        "pattern" = "^[A-Za-z0-9._-]{1,64}$",
+        "x-kind" = "a name of 1 to 64 letters, digits, `-`, `_` or `.`"
+    ))
+)]
 #[serde(try_from = "String", into = "String")]
 pub struct NodeName(String);
 

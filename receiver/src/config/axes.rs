@@ -6,6 +6,7 @@ use coaxle_node::config::Unit;
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_remote::EncoderParameters;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
@@ -44,8 +45,9 @@ impl FarAxisConfig {
 }
 
 /// The axes of a far node that are followed, at least one, each once.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Vec<Value>", into = "Vec<Value>")]
+#[schemars(with = "Vec<AxesInFile>", inline, extend("minItems" = 1))]
 pub struct AxisList(Vec<FarAxisConfig>);
 
 /// A list that cannot be followed.
@@ -132,19 +134,40 @@ impl Default for AxisList {
     }
 }
 
+/// What an element of the list may be, for the schema.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "it is read by hand, for better errors")]
+#[schemars(rename = "FarAxes")]
+enum AxesInFile {
+    /// An axis id.
+    Id(u32),
+    /// A range of ids: "1-32".
+    Range(#[schemars(regex(pattern = "^ *[0-9]+ *- *[0-9]+ *$"))] String),
+    /// An axis id with more about the axis.
+    Described(Described),
+}
+
 /// An axis with its name or unit, as a config spells it.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "FarAxis")]
 struct Described {
+    /// Its axis id.
     id: u32,
+    /// What it is called here; node and id by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     name: Option<NodeName>,
+    /// What its position is in.
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<Unit>,
+    /// The length of its modulo turn, u.
     #[serde(skip_serializing_if = "Option::is_none")]
     modulo: Option<Modulo>,
+    /// Given if it is only measured, in increments: how they are smoothed.
     #[serde(skip_serializing_if = "Option::is_none")]
     encoder: Option<EncoderParameters>,
+    /// What its corrected set values keep. It has no limits of its own by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     limits: Option<FarLimits>,
 }
@@ -244,7 +267,7 @@ impl From<AxisList> for Vec<Value> {
 mod tests {
     use super::*;
 
-    #[derive(Debug, Serialize, Deserialize)]
+    #[derive(Debug, Serialize, Deserialize, schemars::JsonSchema)]
     struct Axes {
         axes: AxisList,
     }

@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use coaxle_axis::drive::{DriveParameters, ProcessDriveParameters};
 use coaxle_clock::CycleTime;
 use coaxle_node::config::{AtLeastZero, Positive};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What follows the set values of a slave. The simulated drive, without a `kind`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Form", into = "Form")]
 pub enum DriveConfig {
     /// `kind = "simulated"`: calculated.
@@ -82,33 +83,45 @@ impl SharedMemoryConfig {
 }
 
 /// As it is written: the fields of all kinds.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 struct Form {
+    /// Which kind of drive; a simulated one by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     kind: Option<Kind>,
+    /// Shared memory: the file that both map, say `/dev/shm/coaxle-carriage`.
     #[serde(skip_serializing_if = "Option::is_none")]
     path: Option<PathBuf>,
+    /// Simulated: gain of the position controller, 1/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     position_gain: Option<f64>,
+    /// Simulated: lag of the velocity controller, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     velocity_lag_s: Option<f64>,
+    /// Simulated: highest velocity, u/s; 0: not limited.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_velocity: Option<f64>,
+    /// Largest following error, u; 0: not watched. Shared memory: above 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     following_error_window: Option<f64>,
+    /// How long the following error may be beyond its window, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     following_error_time_s: Option<f64>,
+    /// Shared memory: cycles that may pass without a heartbeat, 1 to 100 000. 20 by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_silent_cycles: Option<u32>,
+    /// Shared memory: time to follow once told to have power, s, at most 600. 5 by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     switch_on_time_s: Option<f64>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[schemars(rename = "DriveKind")]
 enum Kind {
+    /// Calculated.
     Simulated,
+    /// Another process on this machine.
     SharedMemory,
 }
 
@@ -306,7 +319,7 @@ mod tests {
         for (text, expected) in [
             (
                 "kind = 'magic'",
-                "kind: unknown variant `magic`, expected `simulated` or `shared-memory`",
+                "kind: received \"magic\", expected `simulated` or `shared-memory`",
             ),
             ("gain = 1", "unknown field `gain`"),
             (

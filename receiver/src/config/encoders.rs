@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn what_smooths_nothing_is_refused_by_name() {
-        let field = "far[0].axes[1].encoder";
+        let field = "far \"a\".axes[1].encoder";
         for (encoder, expected) in [
             (
                 "{}",

@@ -12,12 +12,13 @@ use coaxle_node::config::{DelayMicros, LinkConfig, Positive, Unit};
 use coaxle_node::faults::{WrongTerm, check_link};
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, FilterMode};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::axes::{AxisList, FarAxisConfig};
 
 /// A node that is followed. Its clock is learnt once, for all of its axes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct FarConfig {
     /// The node that publishes the axes.
@@ -101,7 +102,7 @@ impl FarConfig {
 }
 
 /// Where far axes are published.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FarChannel {
     /// A sender's own axes.
@@ -124,7 +125,7 @@ impl From<FarChannel> for Channel {
 }
 
 /// How the set values are calculated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mode {
     /// TS5066's automatic mode: start-up mode, sync mode, fallback.
@@ -141,7 +142,7 @@ pub enum Mode {
 }
 
 /// Where the constant part of the delay comes from, in observer mode.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DelayConfig {
     /// The far node is asked: the set values are those that its axes have at the same moment.

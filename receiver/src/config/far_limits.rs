@@ -2,25 +2,26 @@
 
 use coaxle_axis::guard;
 use coaxle_curve::profile::Limits;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What the corrected set values of a far axis keep, by the differences of their positions, whatever its node and the
 /// network do.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "InFile", into = "InFile")]
 pub struct FarLimits(Limits);
 
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct InFile {
-    /// u/s.
+    /// Highest velocity, u/s.
     velocity: f64,
-    /// u/s².
+    /// Highest acceleration, u/s².
     acceleration: f64,
-    /// u/s²; the acceleration by default.
+    /// Highest deceleration, u/s²; the acceleration by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     deceleration: Option<f64>,
-    /// u/s³.
+    /// Highest jerk, u/s³.
     jerk: f64,
 }
 

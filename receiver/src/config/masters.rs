@@ -2,7 +2,7 @@
 
 use coaxle_axis::{Masters, Modulo};
 
-use coaxle_node::config::Unit;
+use coaxle_node::config::{Unit, did_you_mean};
 
 use super::{FarAxisConfig, FarConfig, ReceiverConfig};
 
@@ -130,7 +130,7 @@ impl ReceiverConfig {
             field: format!("slave[{n}].{field}"),
             reason: format!(
                 "received {received:?}, expected one of: {}",
-                self.masters(n)
+                listed(received, self.masters(n))
             ),
         }
     }
@@ -189,13 +189,13 @@ impl ReceiverConfig {
     }
 
     /// The names of all that the n-th slave could follow.
-    fn masters(&self, n: usize) -> String {
+    fn masters(&self, n: usize) -> Vec<String> {
         let slaves = self.slaves.iter().enumerate();
         let others = slaves.filter(|(other, _)| *other != n);
         let mut names = self.far_axis_names();
         names.extend(self.virtual_axis_names());
         names.extend(others.map(|(_, slave)| slave.name.to_string()));
-        listed(names)
+        names
     }
 
     /// The far or virtual axis at the root of the n-th slave, by first masters, if they are right.
@@ -212,13 +212,14 @@ impl ReceiverConfig {
     }
 }
 
-/// Names in one line, as far as they fit.
-pub(super) fn listed(mut names: Vec<String>) -> String {
+/// Names in one line, as far as they fit, and which of them may be meant.
+pub(super) fn listed(received: &str, mut names: Vec<String>) -> String {
+    let meant = did_you_mean(received, names.iter().map(String::as_str));
     let left_out = names.len().saturating_sub(MOST_LISTED);
     names.truncate(MOST_LISTED);
     let mut list = names.join(", ");
     if left_out > 0 {
         list += &format!(", and {left_out} more");
     }
-    list
+    list + &meant
 }

@@ -1,6 +1,7 @@
 //! `publish-far-axes`: which far axes a receiver publishes as corrected.
 
 use coaxle_node::frame::MAX_AXES;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
@@ -89,7 +90,7 @@ impl ReceiverConfig {
         for (n, name) in names.iter().enumerate() {
             let received = name.clone();
             let Some(axis) = self.far_axis_called(name) else {
-                let known = listed(self.far_axis_names());
+                let known = listed(name, self.far_axis_names());
                 return Err(WrongPublished::Unknown { received, known });
             };
             if axes[..n].contains(&axis) {
@@ -97,6 +98,25 @@ impl ReceiverConfig {
             }
         }
         Ok(())
+    }
+}
+
+impl JsonSchema for PublishFarAxes {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "PublishFarAxes".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "anyOf": [
+                { "type": "boolean" },
+                { "type": "array", "items": { "type": "string" } },
+            ],
+        })
     }
 }
 

@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use coaxle_axis::Modulo;
 use coaxle_cam::CamIn;
+use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::{Positive, Unit};
 use coaxle_node::keys::NodeName;
 use coaxle_slave::{DistanceParameters, OnMasterLoss, SlaveParameters};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::drive::DriveConfig;
@@ -14,7 +16,7 @@ use crate::marks::MarksConfig;
 use crate::program::StepConfig;
 
 /// A slave.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct SlaveConfig {
     /// Its name among the slaves.
@@ -147,7 +149,7 @@ impl SlaveConfig {
 }
 
 /// What couples a slave from the start, as soon as there is a master.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CoupleConfig {
     /// Its gear.
@@ -159,7 +161,7 @@ pub enum CoupleConfig {
 }
 
 /// A linear gear: slave = ratio · master + offset.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct GearConfig {
     /// Slave units per master unit, not 0.
@@ -179,7 +181,7 @@ impl Default for GearConfig {
 
 /// What a slave cuts the material with: itself, wherever it passes a multiple of something, as a
 /// rotary knife does; or by steps of its program, as a saw does.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct ToolConfig {
     /// It cuts wherever its set position passes a multiple of this, u, while it moves with its
@@ -201,11 +203,11 @@ impl Default for ToolConfig {
 }
 
 /// Where a cam plate comes from: a cam file, or the same written here.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum CamSource {
     /// The file.
     File(PathBuf),
     /// What it would hold.
-    Here(toml::Table),
+    Here(#[schemars(with = "CamFile")] toml::Table),
 }

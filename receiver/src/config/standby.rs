@@ -153,11 +153,11 @@ mod tests {
         for (rest, expected) in [
             (
                 "[[far]]\nnode = 'a'\nstandby = ['r']",
-                "far[0].standby[0]: received \"r\", expected another node than this receiver",
+                "far \"a\".standby[0]: received \"r\", expected another node than this receiver",
             ),
             (
                 "[[far]]\nnode = 'a'\nstandby = ['b', 'a']",
-                "far[0].standby[1]: received \"a\", expected another node than the one that it stands by for",
+                "far \"a\".standby[1]: received \"a\", expected another node than the one that it stands by for",
             ),
             (
                 "master = { node = 'a', standby = ['b', 'b'] }",
@@ -165,15 +165,15 @@ mod tests {
             ),
             (
                 "[[far]]\nnode = 'a'\n[[far]]\nnode = 'b'\nstandby = ['a']",
-                "far[1].standby[0]: received \"a\", expected a node that is not followed already",
+                "far \"b\".standby[0]: received \"a\", expected a node that is not followed already",
             ),
             (
                 "[[far]]\nnode = 'a'\nstandby = ['c']\n[[far]]\nnode = 'b'\nstandby = ['c']",
-                "far[1].standby[0]: received \"c\", expected a node that stands by for no other one",
+                "far \"b\".standby[0]: received \"c\", expected a node that stands by for no other one",
             ),
             (
                 "[[far]]\nnode = 'a'\nstandby = ['b/c']",
-                "far[0].standby[0]",
+                "far \"a\".standby[0]",
             ),
             (
                 "[[far]]\nnode = 'a'\nstandby = ['b']\ntake-over-after-ms = 0",
@@ -181,7 +181,7 @@ mod tests {
             ),
             (
                 "[[far]]\nnode = 'a'\ntake-over-after-ms = 5",
-                "far[0].take-over-after-ms: received 5 without a standby, expected standby = [\"line-b\"], say",
+                "far \"a\".take-over-after-ms: received 5 without a standby, expected standby = [\"line-b\"], say",
             ),
         ] {
             let error = config(rest).unwrap_err();

@@ -180,14 +180,14 @@ mod tests {
                 axis(1, "a") + &axis(2, "a"),
                 "virtual-axis[1].name: received \"a\", which is another virtual axis",
             ),
-            (axis(0, "a"), "virtual-axis[0].id: "),
+            (axis(0, "a"), "virtual-axis \"a\".id: "),
             (
                 axis(1, "a") + "encodr = {}",
-                "virtual-axis[0].encodr: unknown field `encodr`",
+                "virtual-axis \"a\".encodr: unknown field `encodr`",
             ),
             (
                 axis(1, "a").replace("90", "400"),
-                "virtual-axis[0].program: start-velocity: received 400, expected -360 to 360",
+                "virtual-axis \"a\".program.start-velocity: received 400, expected -360 to 360",
             ),
         ] {
             let message = config(&rest).unwrap_err();

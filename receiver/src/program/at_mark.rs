@@ -102,7 +102,7 @@ mod tests {
     };
 
     fn command(text: &str) -> Command {
-        #[derive(serde::Deserialize)]
+        #[derive(serde::Deserialize, schemars::JsonSchema)]
         struct File {
             command: Command,
         }

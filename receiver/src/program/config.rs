@@ -1,8 +1,9 @@
 //! `[[slave.step]]`
 
 use coaxle_axis::AxisStatus;
-use coaxle_node::config::{AtLeastZero, Finite, Positive};
+use coaxle_node::config::{AtLeastZero, Finite, Positive, did_you_mean};
 use coaxle_slave::Command;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::branches::Branches;
@@ -12,8 +13,9 @@ use super::{Step, at_mark};
 const MOST_STEPS: usize = 1_000;
 
 /// A step of a program.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+#[schemars(rename = "SlaveStep")]
 pub struct StepConfig {
     /// A name, to go on from here.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -59,7 +61,7 @@ fn is_false(flag: &bool) -> bool {
 }
 
 /// Where a program goes on if a step cannot be taken: labels of steps.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct Otherwise {
     /// The program's command was cut short by something else: an order, or the loss of power.
@@ -86,7 +88,7 @@ impl Otherwise {
 }
 
 /// A condition; everything that is given has to hold.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct When {
     /// So much time has passed since the program began, s of the node's own clock.
@@ -276,7 +278,10 @@ impl Labels<'_> {
                 .collect();
             (
                 field,
-                format!("received {label:?}, expected the label of a step, one of {known:?}"),
+                format!(
+                    "received {label:?}, expected the label of a step, one of {known:?}{}",
+                    did_you_mean(label, known.iter().map(|label| label.as_str()))
+                ),
             )
         };
         self.place(label).map(Some).ok_or_else(unknown)

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use super::*;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, schemars::JsonSchema)]
 struct File {
     step: Vec<StepConfig>,
 }

@@ -10,7 +10,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use coaxle_node::cam_file::CamFile;
+use coaxle_host::cli::lines_of;
+use coaxle_node::cam_file::{CamFile, CamFileError};
 use coaxle_plate::Plate;
 
 use crate::inspect;
@@ -82,7 +83,9 @@ fn check(files: &[PathBuf], out: &mut dyn Write) -> anyhow::Result<bool> {
             }
             Err(error) => {
                 good = false;
-                writeln!(out, "{error:#}")?;
+                for line in lines_of(&error) {
+                    writeln!(out, "{line}")?;
+                }
             }
         }
     }
@@ -90,7 +93,10 @@ fn check(files: &[PathBuf], out: &mut dyn Write) -> anyhow::Result<bool> {
 }
 
 fn load(file: &Path) -> anyhow::Result<(CamFile, Plate)> {
-    let cam = CamFile::load(file)?;
+    let cam = CamFile::load(file).map_err(|error| match error {
+        CamFileError::Config(error) => anyhow::Error::from(error),
+        error => error.into(),
+    })?;
     let plate = cam.plate()?;
     Ok((cam, plate))
 }

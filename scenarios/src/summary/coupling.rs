@@ -1,5 +1,6 @@
 //! How a slave is coupled and released, in figures.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The last synchronisation of a slave, and its last release by a flying gear.
@@ -7,7 +8,7 @@ use serde::Serialize;
 /// Both are seen in whole cycles: a synchronisation begins with the cycle before its first one,
 /// where a saw is coupled, and ends with the first cycle in sync. So times and ways may be a cycle's
 /// more than they are, and two cycles' where the master begins it by passing a position.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct CouplingSummary {
     /// Times that it came in sync.
     pub synchronisations: u64,

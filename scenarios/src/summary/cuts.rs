@@ -1,13 +1,14 @@
 //! The cuts of a slave, in figures.
 
 use coaxle_node::config::Unit;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The cuts of a slave, each against the mark that is closest to it.
 ///
 /// Errors are in the unit of the slave's master. They are null without marks, and where nobody knows
 /// where the master truly was.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct CutsSummary {
     /// Cuts done.
     pub cuts: u64,
@@ -27,7 +28,7 @@ pub struct CutsSummary {
 }
 
 /// A cut.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Cut {
     /// Its number, from 1.
     pub number: u64,

@@ -35,12 +35,13 @@ use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use coaxle_source::config::AxisConfig;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use shown::{InvalidShownAxes, SHOWN_BY_DEFAULT, ShownAxes};
 
 /// A sender: its name, its clock and its axes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct SenderConfig {
     /// The node's name, part of its key expressions.
@@ -106,8 +107,9 @@ const fn on() -> bool {
 }
 
 /// 1 to 128 axes, each with an id of its own.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Vec<AxisConfig>")]
+#[schemars(inline, extend("minItems" = 1, "maxItems" = MAX_AXES))]
 pub struct AxisList(Vec<AxisConfig>);
 
 impl AxisList {
@@ -233,55 +235,59 @@ mod tests {
     fn errors_name_the_field_what_came_and_what_is_expected() {
         let many: String = (1..=129).map(axis).collect();
         for (axes, expected) in [
-            (axis(0), "s.toml: axis[0].id: "),
+            (axis(0), "axis \"x\".id: "),
             (
                 axis(1) + &axis(2) + &axis(1),
-                "s.toml: axis: received id 1 twice, expected an id of its own for each axis",
+                "axis: received id 1 twice, expected an id of its own for each axis",
             ),
             (
                 "axis = []".to_owned(),
-                "s.toml: axis: received 0 axes, expected 1 to 128",
+                "axis: received 0 axes, expected 1 to 128",
             ),
-            (many, "s.toml: axis: received 129 axes, expected 1 to 128"),
+            (many, "axis: received 129 axes, expected 1 to 128"),
             (
                 "[[axis]]\nid = 1\nname = 'x'".to_owned(),
-                "s.toml: axis[0]: received no source, expected one of `program`, `encoder` and \
+                "axis \"x\": received no source, expected one of `program`, `encoder` and \
                  `replay`",
             ),
             (
                 axis(1) + "replay = { file = 'x.csv' }",
-                "s.toml: axis[0]: received `program` and `replay`, expected one of `program`, \
+                "axis \"x\": received `program` and `replay`, expected one of `program`, \
                  `encoder` and `replay`",
             ),
             (
                 axis(1).replace("'x'", "''"),
-                "s.toml: axis[0]: name: received \"\", expected 1 to 64 characters",
+                "axis[0].name: received \"\", expected 1 to 64 characters",
             ),
             (
                 axis(1).replace("jerk = 10", "jerk = -10"),
-                "s.toml: axis[0].program.limits.jerk: received -10, expected a number above 0, \
+                "axis \"x\".program.limits.jerk: received -10, expected a number above 0, \
                  at most 1000000000000000",
             ),
             (
                 axis(1).replace("5.0", "nan"),
-                "s.toml: axis[0].program.start-velocity: received NaN, expected a number from \
+                "axis \"x\".program.start-velocity: received NaN, expected a number from \
                  -1000000000000 to 1000000000000",
             ),
             (
                 axis(1).replace("5.0", "11.0"),
-                "s.toml: axis[0].program: start-velocity: received 11, expected -10 to 10",
+                "axis \"x\".program.start-velocity: received 11, expected -10 to 10",
             ),
             (
                 "show-axes = [2, 1, 2]\n".to_owned() + &axis(1),
-                "s.toml: show-axes: received id 2 twice, expected each id once",
+                "show-axes: received id 2 twice, expected each id once",
             ),
             (
                 axis(1) + "encodr = { }",
-                "s.toml: axis[0].encodr: unknown field `encodr`",
+                "axis \"x\".encodr: unknown field `encodr`",
             ),
         ] {
             let message = read(&axes).unwrap_err();
-            assert!(message.starts_with(expected), "{message}");
+            let place = message.split_once(&format!(": {expected}"));
+            assert!(
+                place.is_some_and(|(file, _)| file.starts_with("s.toml:")),
+                "{message}"
+            );
         }
     }
 }

@@ -2,14 +2,16 @@
 
 use std::num::NonZeroU32;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Axes that a snapshot, a status and a trace show where nothing is said.
 pub const SHOWN_BY_DEFAULT: usize = 4;
 
 /// Axis ids, each once; none leaves the choice to the sender.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Vec<NonZeroU32>")]
+#[schemars(inline)]
 pub struct ShownAxes(Vec<NonZeroU32>);
 
 impl ShownAxes {

@@ -40,6 +40,7 @@ pub enum GuardState {
 /// ratio leave behind, too: the gear itself does that, the guard sees positions and knows no ratio.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum DistancePolicy {
     /// The distance stays: only the velocity of the target is followed.

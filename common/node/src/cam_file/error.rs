@@ -29,21 +29,23 @@ impl CamFileError {
             Self::Plate { error, .. } => Some(error.code()),
         }
     }
-}
 
-/// Points are counted from 1, as everywhere but in TOML paths: `point[2].law` is `point 3, law`.
-pub(super) fn count_points(error: ConfigError) -> ConfigError {
-    match error {
-        ConfigError::Field {
-            file,
-            field,
-            reason,
-        } => ConfigError::Field {
-            field: counted(&field).unwrap_or(field),
-            file,
-            reason,
-        },
-        error => error,
+    /// The same with the lines of the fields in the text of the file.
+    pub(super) fn in_text(self, file: &str, text: &str) -> Self {
+        match self {
+            Self::Config(error) => Self::Config(error.in_text(file, text)),
+            error => error,
+        }
+    }
+
+    /// The same with points counted from 1, as everywhere but in TOML paths: `point[2].law` is `point 3, law`.
+    pub(super) fn with_points(self) -> Self {
+        match self {
+            Self::Config(error) => {
+                Self::Config(error.with_fields(|field| counted(&field).unwrap_or(field)))
+            }
+            error => error,
+        }
     }
 }
 

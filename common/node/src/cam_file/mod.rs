@@ -16,6 +16,7 @@
 mod error;
 mod text;
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use coaxle_plate::{
@@ -24,6 +25,8 @@ use coaxle_plate::{
 
 pub use error::CamFileError;
 pub use text::TableId;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 
 use crate::config::{ConfigError, from_table, parse_table};
 use crate::text_file;
@@ -73,6 +76,17 @@ pub struct Table {
     source: Option<Source>,
 }
 
+/// The schema is that of the file.
+impl JsonSchema for CamFile {
+    fn schema_name() -> Cow<'static, str> {
+        "CamFile".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        text::CamText::json_schema(generator)
+    }
+}
+
 impl CamFile {
     /// Reads a cam file, and the CSV file it names.
     ///
@@ -92,7 +106,7 @@ impl CamFile {
         let file = path.display().to_string();
         let table = parse_table(&file, text)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self::from_table(&file, folder, table)
+        Self::read(&file, folder, table).map_err(|error| error.in_text(&file, text).with_points())
     }
 
     /// Takes what a cam file holds from a table, say a part of another file. `file` is what the
@@ -101,7 +115,12 @@ impl CamFile {
     /// # Errors
     /// [`CamFileError`], naming the file, the point or row, and the field.
     pub fn from_table(file: &str, folder: &Path, table: toml::Table) -> Result<Self, CamFileError> {
-        let parsed: text::CamText = from_table(file, table).map_err(error::count_points)?;
+        Self::read(file, folder, table).map_err(CamFileError::with_points)
+    }
+
+    /// The same with points by their paths in errors: `point[2].law`.
+    fn read(file: &str, folder: &Path, table: toml::Table) -> Result<Self, CamFileError> {
+        let parsed: text::CamText = from_table(file, table)?;
         let shape = parsed.shape(file, folder)?;
         shape.check_size(file)?;
         Ok(Self {
@@ -156,7 +175,7 @@ impl Shape {
             Err(ConfigError::field(file, field(), reason))
         };
         match self {
-            Self::Points(points) => (1..).zip(points).try_for_each(|(n, point)| {
+            Self::Points(points) => (0..).zip(points).try_for_each(|(n, point)| {
                 let values = [
                     ("master", point.master),
                     ("slave", point.slave),
@@ -165,7 +184,7 @@ impl Shape {
                     ("jerk", point.jerk),
                 ];
                 let mut values = values.into_iter();
-                values.try_for_each(|(name, value)| check(&|| format!("point {n}, {name}"), value))
+                values.try_for_each(|(name, value)| check(&|| format!("point[{n}].{name}"), value))
             }),
             Self::Table(table) => {
                 let mut rows = table.rows.iter().enumerate();

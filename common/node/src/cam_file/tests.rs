@@ -143,7 +143,7 @@ fn errors_name_the_point_or_row_and_the_field() {
             "[table]\nrows = []\ncsv = 'x'",
             "table: received both of rows and csv",
         ),
-        (missing, "point 1: missing field `master`"),
+        (missing, "point 1, master: missing"),
         (no_law, "point 1, law: received none, expected one"),
         (
             &rise_and_fall("", ", velo = 1"),
@@ -151,11 +151,11 @@ fn errors_name_the_point_or_row_and_the_field() {
         ),
         (
             &rise_and_fall("", ", type = 'stop'"),
-            "point 2, type: unknown variant `stop`",
+            "point 2, type: received \"stop\", expected",
         ),
         (
             &rise_and_fall("", ", velocity = 'x'"),
-            "point 2, velocity: invalid type: string \"x\"",
+            "point 2, velocity: received the text \"x\", expected a number",
         ),
         (
             &rise_and_fall("", ", index = 5"),
@@ -183,11 +183,11 @@ fn errors_name_the_point_or_row_and_the_field() {
         ),
         (
             &rise_and_fall("course = 'round'", ""),
-            "course: unknown variant `round`, expected `linear` or `cyclic`",
+            "course: received \"round\", expected `linear` or `cyclic`",
         ),
         (
             "[table]\nrows = [[0, 0], [1, 'x']]",
-            "table.rows[1][1]: invalid type: string \"x\"",
+            "table.rows[1][1]: received the text \"x\"",
         ),
         (
             "[table]\nrows = [[0, 0], [0, 1]]",
@@ -204,8 +204,9 @@ fn errors_name_the_point_or_row_and_the_field() {
         ),
     ] {
         let message = refusal(text);
+        let place = message.split_once(&format!(": {expected}"));
         assert!(
-            message.starts_with(&format!("cams/t.toml: {expected}")),
+            place.is_some_and(|(file, _)| file.starts_with("cams/t.toml")),
             "{message}"
         );
         assert_eq!(message.lines().count(), 1, "{message}");
@@ -216,7 +217,7 @@ fn errors_name_the_point_or_row_and_the_field() {
 fn broken_toml_is_told_in_one_line_with_its_number() {
     let message = refusal("title = 'x'\n\ncourse = = 'linear'");
     assert!(
-        message.starts_with("cams/t.toml: is not valid TOML: line 3: "),
+        message.starts_with("cams/t.toml:3:10: is not valid TOML: "),
         "{message}"
     );
     assert_eq!(message.lines().count(), 1, "{message}");

@@ -4,27 +4,35 @@ use std::path::{Path, PathBuf};
 
 use coaxle_curve::law::MotionLaw;
 use coaxle_plate::{Course, Interpolation, MotionPoint, PointType};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{CamFileError, Shape, Table};
 use crate::config::ConfigError;
 use crate::two_columns;
 
-/// The whole file.
-#[derive(Debug, Deserialize)]
+/// A cam plate: a motion function of `[[point]]`s, or a `[table]`.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct CamText {
+    /// One line: what it is for.
     #[serde(default)]
     pub(super) title: String,
+    /// Its number, by which commands name it.
     pub(super) table_id: Option<TableId>,
+    /// What master positions are in, for people; `x` by default.
     #[serde(default = "any_master_unit")]
     pub(super) master_unit: String,
+    /// What slave positions are in, for people; `u` by default.
     #[serde(default = "any_slave_unit")]
     pub(super) slave_unit: String,
+    /// Whether it ends, or goes on from turn to turn.
     #[serde(default)]
     pub(super) course: Course,
+    /// The points of a motion function, in the order of the master.
     #[serde(rename = "point", default)]
     points: Vec<PointText>,
+    /// A table of positions, instead of points.
     table: Option<TableText>,
 }
 
@@ -38,8 +46,9 @@ fn any_slave_unit() -> String {
 
 /// Number of a cam plate, 1 to 255.
 #[doc(alias = "MC_CAM_ID")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
 #[serde(try_from = "i64")]
+#[schemars(inline, extend("minimum" = 1, "maximum" = 255))]
 pub struct TableId(u8);
 
 impl TableId {
@@ -60,22 +69,32 @@ impl TryFrom<i64> for TableId {
     }
 }
 
-/// `[[point]]`
-#[derive(Debug, Deserialize)]
+/// A point of a motion function. What is left out is 0; the kind of point follows from what is there.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "CamPoint")]
 struct PointText {
+    /// Its number; its place in the list by default, from 1.
     index: Option<u32>,
+    /// The motion law from here to the next point. The last point needs none.
     law: Option<MotionLaw>,
+    /// What kind of point it is; by default what its velocity and acceleration make it.
     #[serde(rename = "type")]
     point_type: Option<PointType>,
+    /// How many rows further the next point is; 1 by default.
     #[serde(default = "next_row")]
     relative_next: i32,
+    /// Position of the master, x.
     master: f64,
+    /// Position of the slave, u.
     slave: f64,
+    /// Velocity of the slave, u/x.
     #[serde(default)]
     velocity: f64,
+    /// Acceleration of the slave, u/x².
     #[serde(default)]
     acceleration: f64,
+    /// Jerk of the slave, u/x³.
     #[serde(default)]
     jerk: f64,
 }
@@ -84,15 +103,20 @@ const fn next_row() -> i32 {
     1
 }
 
-/// `[table]`
-#[derive(Debug, Deserialize)]
+/// A table of positions, in the file or in a CSV file beside it.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "CamTable")]
 struct TableText {
+    /// Whether the master positions are evenly apart, as they have to be then.
     #[serde(default)]
     equidistant: bool,
+    /// How the slave moves between two rows.
     #[serde(default)]
     interpolation: Interpolation,
+    /// The rows: master position, x, and slave position, u.
     rows: Option<Vec<(f64, f64)>>,
+    /// A CSV file with the columns `master` and `slave`, looked for beside this file.
     csv: Option<PathBuf>,
 }
 
@@ -125,7 +149,7 @@ fn motion_points(file: &str, points: &[PointText]) -> Result<Vec<MotionPoint>, C
         .enumerate()
         .map(|(row, point)| {
             point.checked(row, row == last).ok_or_else(|| {
-                let field = format!("point {}, law", row + 1);
+                let field = format!("point[{row}].law");
                 let reason = "received none, expected one: only the last point and ignored ones \
                               need none";
                 ConfigError::field(file, field, reason).into()

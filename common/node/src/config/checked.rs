@@ -1,7 +1,13 @@
 //! Numbers that know their range.
 
+use std::ops::Bound::{self, Excluded, Included, Unbounded};
+use std::ops::RangeBounds;
+
 use coaxle_clock::{CycleTime, Span};
+use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
+
+use super::schema::readable;
 
 /// A number that lies outside the range of its field.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -11,28 +17,40 @@ pub struct OutOfRange {
     expected: &'static str,
 }
 
-/// A number without hundreds of zeros.
-fn readable(number: f64) -> String {
-    if number == 0.0 || (1e-9..1e15).contains(&number.abs()) {
-        number.to_string()
-    } else {
-        format!("{number:e}")
+/// Says in a schema which numbers there are.
+fn be_within(schema: &mut Schema, (least, most): (Bound<f64>, Bound<f64>)) {
+    let bounds = [
+        (least, "minimum", "exclusiveMinimum"),
+        (most, "maximum", "exclusiveMaximum"),
+    ];
+    for (bound, inclusive, exclusive) in bounds {
+        match bound {
+            Included(number) => schema.insert(inclusive.to_owned(), number.into()),
+            Excluded(number) => schema.insert(exclusive.to_owned(), number.into()),
+            Unbounded => None,
+        };
     }
 }
 
 macro_rules! checked_number {
-    ($(#[$meta:meta])* $name:ident, $expected:literal, $test:expr) => {
+    ($(#[$meta:meta])* $name:ident, $expected:literal, $range:expr) => {
         $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize, Deserialize)]
+        #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize, Deserialize, JsonSchema)]
         #[serde(try_from = "f64", into = "f64")]
+        #[schemars(inline, transform = Self::bounded)]
         pub struct $name(f64);
 
         impl $name {
+            const RANGE: (Bound<f64>, Bound<f64>) = $range;
+
+            fn bounded(schema: &mut Schema) {
+                be_within(schema, Self::RANGE);
+            }
+
             /// # Errors
             /// [`OutOfRange`] when the number is.
             pub fn new(number: f64) -> Result<Self, OutOfRange> {
-                let test: fn(f64) -> bool = $test;
-                if number.is_finite() && test(number) {
+                if number.is_finite() && Self::RANGE.contains(&number) {
                     Ok(Self(number))
                 } else {
                     Err(OutOfRange { received: number, expected: $expected })
@@ -63,77 +81,77 @@ macro_rules! checked_number {
 
 checked_number! {
     /// Any finite number.
-    Finite, "a finite number", |_| true
+    Finite, "a finite number", (Unbounded, Unbounded)
 }
 
 checked_number! {
     /// A finite number above zero.
-    Positive, "a finite number above 0", |n| n > 0.0
+    Positive, "a finite number above 0", (Excluded(0.0), Unbounded)
 }
 
 checked_number! {
     /// A finite number, zero or above.
-    AtLeastZero, "a finite number of at least 0", |n| n >= 0.0
+    AtLeastZero, "a finite number of at least 0", (Included(0.0), Unbounded)
 }
 
 checked_number! {
     /// A position of an axis, or how far it goes, u: a thousandth of what a receiver believes at most.
-    Coordinate, "a number from -1000000000000 to 1000000000000", |n| (-1e12..=1e12).contains(&n)
+    Coordinate, "a number from -1000000000000 to 1000000000000", (Included(-1e12), Included(1e12))
 }
 
 checked_number! {
     /// What an axis may do at most, u/s and so on: as much as a receiver believes.
-    AxisLimit, "a number above 0, at most 1000000000000000", |n| n > 0.0 && n <= 1e15
+    AxisLimit, "a number above 0, at most 1000000000000000", (Excluded(0.0), Included(1e15))
 }
 
 checked_number! {
     /// The length of an increment of an encoder, u.
-    Increment, "a number from 0.000000000001 to 1000000000000", |n| (1e-12..=1e12).contains(&n)
+    Increment, "a number from 0.000000000001 to 1000000000000", (Included(1e-12), Included(1e12))
 }
 
 checked_number! {
     /// A share: 0 to 1.
-    Fraction, "a number from 0 to 1", |n| (0.0..=1.0).contains(&n)
+    Fraction, "a number from 0 to 1", (Included(0.0), Included(1.0))
 }
 
 checked_number! {
     /// A delay, µs: up to a second, either way.
-    DelayMicros, "a number from -1000000 to 1000000", |n| (-1e6..=1e6).contains(&n)
+    DelayMicros, "a number from -1000000 to 1000000", (Included(-1e6), Included(1e6))
 }
 
 checked_number! {
     /// How long something takes that a fault makes take longer, µs: up to a minute and a half or so.
-    FaultMicros, "a number from 0 to 100000000", |n| (0.0..=1e8).contains(&n)
+    FaultMicros, "a number from 0 to 100000000", (Included(0.0), Included(1e8))
 }
 
 checked_number! {
     /// When or for how long, s: up to thirty years.
-    FaultSeconds, "a number from 0 to 1000000000", |n| (0.0..=1e9).contains(&n)
+    FaultSeconds, "a number from 0 to 1000000000", (Included(0.0), Included(1e9))
 }
 
 checked_number! {
     /// How long something runs, s: up to eleven days.
-    DurationSeconds, "a number above 0, at most 1000000", |n| n > 0.0 && n <= 1e6
+    DurationSeconds, "a number above 0, at most 1000000", (Excluded(0.0), Included(1e6))
 }
 
 checked_number! {
     /// A period, s: from a microsecond on.
-    PeriodSeconds, "a number from 0.000001 to 1000000000", |n| (1e-6..=1e9).contains(&n)
+    PeriodSeconds, "a number from 0.000001 to 1000000000", (Included(1e-6), Included(1e9))
 }
 
 checked_number! {
     /// A change of a delay, or a jump of a clock, µs.
-    ChangeMicros, "a number from -100000000 to 100000000", |n| (-1e8..=1e8).contains(&n)
+    ChangeMicros, "a number from -100000000 to 100000000", (Included(-1e8), Included(1e8))
 }
 
 checked_number! {
     /// A drift, ppm: no clock is off by more than a tenth.
-    Ppm, "a number from -100000 to 100000", |n| n.abs() <= Ppm::MOST
+    Ppm, "a number from -100000 to 100000", (Included(-Ppm::MOST), Included(Ppm::MOST))
 }
 
 checked_number! {
     /// A random walk of a drift, ppm per √s.
-    WalkPpm, "a number from 0 to 1000", |n| (0.0..=1e3).contains(&n)
+    WalkPpm, "a number from 0 to 1000", (Included(0.0), Included(1e3))
 }
 
 impl Ppm {
@@ -196,8 +214,9 @@ impl FaultSeconds {
 }
 
 /// The count of a first cycle: as many of the longest cycles take more than a hundred years, which far time holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "u64", into = "u64")]
+#[schemars(inline, extend("maximum" = FirstCount::MOST))]
 pub struct FirstCount(u64);
 
 impl FirstCount {
@@ -236,8 +255,9 @@ impl From<FirstCount> for u64 {
 }
 
 /// A cycle time in microseconds, 100 to 100 000.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "f64", into = "f64")]
+#[schemars(inline, extend("minimum" = 100, "maximum" = 100_000))]
 pub struct CycleMicros(pub CycleTime);
 
 impl TryFrom<f64> for CycleMicros {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use coaxle_clock::Span;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::checked::{
@@ -16,7 +17,7 @@ const MOST_STEPS: usize = 128;
 
 /// A deviation injected into a node's clock: linear, periodic, step, random walk, and jitter of
 /// its cycles. All zero by default: the machine's own quartz is bad enough in production.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct ClockConfig {
     /// Constant drift, ppm. Positive: the node's clock runs fast, its cycles are short.
@@ -65,7 +66,7 @@ impl ClockConfig {
 }
 
 /// A drift that swings: `amplitude · sin(2π·t/period)`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct SineConfig {
     /// Largest deviation from the mean drift, ppm.
@@ -75,7 +76,7 @@ pub struct SineConfig {
 }
 
 /// A sudden change.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct DriftStep {
     /// When, s after the start.
@@ -90,7 +91,7 @@ pub struct DriftStep {
 }
 
 /// Jitter of the wake-ups, µs.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum JitterConfig {
     /// Gaussian around the ideal instant: standard deviation.

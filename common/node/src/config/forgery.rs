@@ -1,11 +1,12 @@
 //! What is done to the content of messages.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::checked::{CycleMicros, FaultSeconds, Finite};
 
 /// Messages that somebody else makes up: of each genuine message within a time, forged ones.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Forgery {
     /// From when, s after the start.
@@ -25,7 +26,7 @@ pub struct Forgery {
 
 /// What is different in a forged message. All but the noise are of the right form, with a right check sum; of
 /// messages that are not axes, only noise and repetitions are forged.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Forged {
     /// Random bytes.
@@ -55,8 +56,9 @@ pub enum Forged {
 }
 
 /// How many: 1 to 1000.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "u32", into = "u32")]
+#[schemars(inline, extend("minimum" = 1, "maximum" = 1_000))]
 pub struct Times(u32);
 
 impl Times {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use coaxle_clock::Span;
@@ -13,7 +14,7 @@ use super::list::at_most;
 use super::term::{MOST_TERMS, Term};
 
 /// A link's behaviour: the simulated network, or faults laid over a real one.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct LinkConfig {
     /// Least time from sending to arrival, µs.
@@ -83,7 +84,7 @@ impl LinkConfig {
 }
 
 /// Losses in bursts (Gilbert and Elliott): in a burst every message is lost.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct BurstLossConfig {
     /// Share of the messages outside a burst that one begins with.
@@ -94,7 +95,7 @@ pub struct BurstLossConfig {
 
 /// A delay that stays alike for a while: normally distributed, with an exponential autocorrelation (Ornstein and
 /// Uhlenbeck; AR(1) where messages come evenly).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct CorrelatedConfig {
     /// Standard deviation, µs.
@@ -104,7 +105,7 @@ pub struct CorrelatedConfig {
 }
 
 /// Rare long delays, uniform between two bounds.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct SpikeConfig {
     /// Share of messages that are hit.
@@ -116,7 +117,7 @@ pub struct SpikeConfig {
 }
 
 /// A lasting change of the latency.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct DelayStep {
     /// When, s after the start.
@@ -126,7 +127,7 @@ pub struct DelayStep {
 }
 
 /// A time when nothing gets through; of a stall, not until its end.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Partition {
     /// From when, s after the start.

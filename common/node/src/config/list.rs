@@ -45,7 +45,7 @@ mod tests {
     use super::*;
     use crate::config::parse;
 
-    #[derive(Debug, serde::Deserialize)]
+    #[derive(Debug, serde::Deserialize, schemars::JsonSchema)]
     struct Config {
         #[serde(default, deserialize_with = "at_most::<3, _, _>")]
         list: Vec<u8>,
@@ -59,15 +59,15 @@ mod tests {
         for (text, expected) in [
             (
                 "list = [1, 2, 3, 4]",
-                "t.toml: list: received more than 3, expected at most that many",
+                "t.toml:1:8: list: received more than 3, expected at most that many",
             ),
             (
                 "list = [1, 300]",
-                "t.toml: list[1]: invalid value: integer `300`, expected u8",
+                "t.toml:1:12: list[1]: received 300, expected a whole number from 0 to 255",
             ),
             (
                 "list = 1",
-                "t.toml: list: invalid type: integer `1`, expected a list of at most 3",
+                "t.toml:1:8: list: received 1, expected a list of at most 3",
             ),
         ] {
             assert_eq!(list(text).unwrap_err().to_string(), expected);

@@ -2,69 +2,18 @@
 
 use std::path::Path;
 
-use coaxle_wire::one_line;
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
-use crate::text_file::{self, MOST_CONFIG_BYTES, Unreadable};
-
-/// Why a config was refused, on one line: the file, the field and what is wrong with it.
-#[derive(Debug, thiserror::Error)]
-pub enum ConfigError {
-    /// The file could not be read.
-    #[error(transparent)]
-    Unreadable(#[from] Unreadable),
-    /// The file is no TOML.
-    #[error("{file}: is not valid TOML: {reason}")]
-    Syntax {
-        /// The file.
-        file: String,
-        /// Where and why.
-        reason: String,
-    },
-    /// A field holds what it must not.
-    #[error("{file}: {field}: {reason}")]
-    Field {
-        /// The file.
-        file: String,
-        /// The field, as a path.
-        field: String,
-        /// What was received and what is expected.
-        reason: String,
-    },
-    /// Every field is fine, but what they describe together cannot be.
-    #[error("{file}: {reason}")]
-    Whole {
-        /// The file.
-        file: String,
-        /// Which fields, what was received and what is expected.
-        reason: String,
-    },
-}
-
-impl ConfigError {
-    /// An error of one field, found by a check of its own.
-    pub fn field(file: &str, field: impl AsRef<str>, reason: impl ToString) -> Self {
-        Self::Field {
-            file: one_line(file),
-            field: one_line(field.as_ref()),
-            reason: one_line(&reason.to_string()),
-        }
-    }
-
-    /// An error of the config as a whole, which names its fields itself.
-    pub fn whole(file: &str, reason: impl ToString) -> Self {
-        Self::Whole {
-            file: one_line(file),
-            reason: one_line(&reason.to_string()),
-        }
-    }
-}
+use super::ConfigError;
+use super::schema::{compare, schema_of};
+use crate::text_file::{self, MOST_CONFIG_BYTES};
 
 /// Reads a config file.
 ///
 /// # Errors
 /// [`ConfigError`], naming the file and the field.
-pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T, ConfigError> {
+pub fn load<T: DeserializeOwned + JsonSchema>(path: &Path) -> Result<T, ConfigError> {
     let text = text_file::read(path, MOST_CONFIG_BYTES)?;
     parse(&path.display().to_string(), &text)
 }
@@ -73,35 +22,34 @@ pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T, ConfigError> {
 ///
 /// # Errors
 /// [`ConfigError`], naming the file and the field.
-pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, ConfigError> {
-    from_table(file, parse_table(file, text)?)
+pub fn parse<T: DeserializeOwned + JsonSchema>(file: &str, text: &str) -> Result<T, ConfigError> {
+    let read = from_table(file, parse_table(file, text)?);
+    read.map_err(|error| error.in_text(file, text))
 }
 
 /// Reads a table from text, with errors of one line; `file` is what they call it.
 ///
 /// # Errors
-/// [`ConfigError::Syntax`] with the line.
+/// [`ConfigError`] with the line and the column.
 pub fn parse_table(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
-    text.parse().map_err(|error: toml::de::Error| {
-        let before = error.span().and_then(|span| text.get(..span.start));
-        let line = before.unwrap_or_default().lines().count().max(1);
-        let message = one_line(error.message());
-        ConfigError::Syntax {
-            file: one_line(file),
-            reason: format!("line {line}: {message}"),
-        }
-    })
+    text.parse()
+        .map_err(|error| ConfigError::syntax(file, text, &error))
 }
 
-/// Reads a config from a table, say one with some values overridden.
+/// Reads a config from a table, say one with some values overridden. [`ConfigError::in_text`] gives lines to its errors.
 ///
 /// # Errors
 /// [`ConfigError`], naming the file and the field.
-pub fn from_table<T: DeserializeOwned>(file: &str, table: toml::Table) -> Result<T, ConfigError> {
-    serde_path_to_error::deserialize(table).map_err(|error| {
+pub fn from_table<T: DeserializeOwned + JsonSchema>(
+    file: &str,
+    table: toml::Table,
+) -> Result<T, ConfigError> {
+    serde_path_to_error::deserialize(table.clone()).map_err(|error| {
         let field = error.path().to_string();
-        let reason = error.into_inner().message().to_owned();
-        ConfigError::field(file, field, reason.trim())
+        // The path of the file itself.
+        let field = if field == "." { "" } else { &field };
+        let findings = compare(schema_of::<T>().as_value(), &table);
+        ConfigError::read(file, field, error.inner().message(), findings)
     })
 }
 
@@ -110,7 +58,7 @@ mod tests {
     use super::*;
     use crate::config::{ClockConfig, LinkConfig};
 
-    fn refusal<T: DeserializeOwned + std::fmt::Debug>(text: &str) -> String {
+    fn refusal<T: DeserializeOwned + JsonSchema + std::fmt::Debug>(text: &str) -> String {
         parse::<T>("test.toml", text).unwrap_err().to_string()
     }
 
@@ -127,12 +75,12 @@ mod tests {
         let message = refusal::<LinkConfig>("loss = 1.5");
         assert_eq!(
             message,
-            "test.toml: loss: received 1.5, expected a number from 0 to 1"
+            "test.toml:1:8: loss: received 1.5, expected a number from 0 to 1"
         );
         let nested = refusal::<LinkConfig>("[[partitions]]\nat-s = 1\nfor-s = -2");
         assert_eq!(
             nested,
-            "test.toml: partitions[0].for-s: received -2, expected a number from 0 to 1000000000"
+            "test.toml:3:9: partitions[0].for-s: received -2, expected a number from 0 to 1000000000"
         );
     }
 
@@ -175,16 +123,19 @@ mod tests {
                 "40000000001",
                 "received 40000000001, expected a count of at most 40000000000",
             ),
-            ("-1", "invalid value: integer `-1`, expected u64"),
+            ("-1", "received -1, expected a whole number of at least 0"),
         ] {
             let message = refusal::<ClockConfig>(&format!("first-count = {count}"));
-            assert_eq!(message, format!("test.toml: first-count: {expected}"));
+            assert_eq!(message, format!("test.toml:1:15: first-count: {expected}"));
         }
     }
 
     #[test]
     fn broken_toml_says_where() {
         let message = refusal::<LinkConfig>("loss = = 1");
-        assert!(message.contains("line 1"), "{message}");
+        assert!(
+            message.starts_with("test.toml:1:8: is not valid TOML: "),
+            "{message}"
+        );
     }
 }

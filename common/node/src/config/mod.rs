@@ -1,15 +1,19 @@
 //! Config files: TOML, kebab-case, units in the names, unknown fields refused.
 //!
 //! A config is parsed once into types that cannot hold a wrong value; every error names the file,
-//! the field, what was received and what is expected.
+//! the line, the field, what was received and what is expected.
 
 mod checked;
 mod clock;
+mod error;
 mod forgery;
 mod link;
 mod list;
 mod load;
+mod place;
 mod real_time;
+mod reworded;
+pub mod schema;
 mod term;
 mod transport;
 mod unit;
@@ -20,11 +24,13 @@ pub use checked::{
     Positive, Ppm, WalkPpm,
 };
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
+pub use error::{ConfigError, Mistake};
 pub use forgery::{Forged, Forgery, Times};
 pub use link::{BurstLossConfig, CorrelatedConfig, DelayStep, LinkConfig, Partition, SpikeConfig};
 pub use list::at_most;
-pub use load::{ConfigError, from_table, load, parse, parse_table};
+pub use load::{from_table, load, parse, parse_table};
 pub use real_time::RealTimeConfig;
+pub use reworded::did_you_mean;
 pub use term::{Between, Term, Wave};
 pub use transport::{TransportConfig, TransportMode};
 pub use unit::{Unit, WrongUnit};

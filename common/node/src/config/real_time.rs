@@ -1,9 +1,10 @@
 //! What a node asks of its operating system.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Real-time wishes. What is not permitted is left out with a warning that says why.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct RealTimeConfig {
     /// `SCHED_FIFO` priority of the cycle thread, 1 to 99; none leaves it to the normal scheduler.

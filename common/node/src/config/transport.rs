@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The Zenoh session of a node: explicit endpoints, nothing found by chance.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct TransportConfig {
     /// Peer (the default) or client of a router.
@@ -26,6 +27,7 @@ pub struct TransportConfig {
     pub file: Option<PathBuf>,
     /// Any Zenoh setting, by its path: `"transport/link/tx/lease" = 1000`.
     #[serde(skip_serializing_if = "toml::Table::is_empty")]
+    #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
     pub settings: toml::Table,
 }
 
@@ -39,7 +41,7 @@ impl TransportConfig {
 }
 
 /// A node's part in the Zenoh network.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TransportMode {
     /// Talks to other peers directly, and to clients through a router. A router never forwards

@@ -13,13 +13,16 @@
 
 mod text;
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use coaxle_saw::{
     CouplingMoment, SawCommand, SawCoupling, SawPlan, SawRefusal, SawRemedy, SawTolerances,
 };
 
-use crate::config::{ConfigError, from_table, parse_table};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+
+use crate::config::{ConfigError, parse};
 use crate::text_file::{self, MOST_CONFIG_BYTES};
 
 /// A saw file: what is known when a synchronisation is planned.
@@ -39,6 +42,17 @@ pub struct SawFile {
     pub command: SawCommand,
 }
 
+/// The schema is that of the file.
+impl JsonSchema for SawFile {
+    fn schema_name() -> Cow<'static, str> {
+        "SawFile".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        text::SawText::json_schema(generator)
+    }
+}
+
 impl SawFile {
     /// Reads a saw file.
     ///
@@ -54,8 +68,9 @@ impl SawFile {
     /// # Errors
     /// [`ConfigError`], naming the file and the field.
     pub fn parse(file: &str, text: &str) -> Result<Self, ConfigError> {
-        let parsed: text::SawText = from_table(file, parse_table(file, text)?)?;
-        parsed.checked(file)
+        let parsed: text::SawText = parse(file, text)?;
+        let checked = parsed.checked(file);
+        checked.map_err(|error| error.in_text(file, text))
     }
 
     /// The synchronisation as it would be carried out: with a start distance, from the moment at

@@ -109,7 +109,7 @@ fn a_refused_command_has_a_remedy() {
 #[test]
 fn errors_name_the_field_what_was_received_and_what_is_expected() {
     for (text, expected) in [
-        ("", "missing field `master`"),
+        ("", "t.toml: master: missing"),
         (&saw("", ""), "command: received none, expected either"),
         (&saw("", &format!("{POS}{VELO}")), "command: received both"),
         (
@@ -118,7 +118,7 @@ fn errors_name_the_field_what_was_received_and_what_is_expected() {
         ),
         (
             &saw("", VELO).replace("velocity = 0", ""),
-            "slave: missing field `velocity`",
+            "slave.velocity: missing",
         ),
         (
             &saw("", &format!("min-position = 5\nmax-position = 5\n{VELO}")),
@@ -149,16 +149,19 @@ fn errors_name_the_field_what_was_received_and_what_is_expected() {
         ),
         (
             &saw("", &format!("{VELO}\nsync-mode.base = 'timed'")),
-            "gear-in-velo.sync-mode.base: unknown variant `timed`",
+            "gear-in-velo.sync-mode.base: received \"timed\", expected",
         ),
         (
             &saw("", &format!("{VELO}\nratio.denominator = -1")),
-            "gear-in-velo.ratio.denominator: invalid value: integer `-1`",
+            "gear-in-velo.ratio.denominator: received -1",
         ),
-        ("title = 'x'\n\nmaster = = 1", "is not valid TOML: line 3: "),
+        (
+            "title = 'x'\n\nmaster = = 1",
+            "t.toml:3:10: is not valid TOML: ",
+        ),
     ] {
         let message = refusal(text);
-        assert!(message.starts_with("saws/t.toml: "), "{message}");
+        assert!(message.starts_with("saws/t.toml:"), "{message}");
         assert!(message.contains(expected), "{message}");
         assert_eq!(message.lines().count(), 1, "{message}");
     }

@@ -6,29 +6,41 @@ use coaxle_saw::{
     CouplingMoment, EncoderMaster, GearInPos, GearInVelo, Ratio, SawCommand, SlaveLimits,
     diagonal_ratio, saw_table_id,
 };
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::SawFile;
 use crate::config::{ConfigError, CycleMicros, Finite, Positive};
 
-/// The whole file.
-#[derive(Debug, Deserialize)]
+/// A flying saw at the moment of coupling: where master and slave are, what the slave can do, and the command.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct SawText {
+    /// One line: what it shows.
     #[serde(default)]
     title: String,
+    /// What master positions are in, for people; `u` by default.
     #[serde(default = "any_unit")]
     master_unit: String,
+    /// What slave positions are in, for people; `u` by default.
     #[serde(default = "any_unit")]
     slave_unit: String,
+    /// The axis id of the slave, 1 to 255, which the number of its table follows from.
     #[serde(default = "first_axis")]
     slave_axis: u32,
+    /// The angle between the slave's way and the master's, °, of a diagonal saw.
     angle_degrees: Option<f64>,
+    /// The master.
     master: MovingText,
+    /// Its encoder, if it is measured.
     encoder: Option<EncoderText>,
+    /// The slave.
     slave: MovingText,
+    /// What the slave can do.
     axis: AxisText,
+    /// Synchronous at a position; this or `gear-in-velo`.
     gear_in_pos: Option<GearInPos>,
+    /// Synchronous in velocity, wherever that is; this or `gear-in-pos`.
     gear_in_velo: Option<GearInVelo>,
 }
 
@@ -40,33 +52,47 @@ const fn first_axis() -> u32 {
     1
 }
 
-/// `[master]` and `[slave]`
-#[derive(Debug, Deserialize)]
+/// How an axis moves at the moment of coupling.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "SawMotion")]
 struct MovingText {
+    /// Position, u.
     position: Finite,
+    /// Velocity, u/s.
     velocity: Finite,
+    /// Acceleration, u/s².
     #[serde(default)]
     acceleration: Finite,
 }
 
-/// `[encoder]`
-#[derive(Debug, Deserialize)]
+/// The encoder that the master is measured by.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "SawEncoder")]
 struct EncoderText {
+    /// The length of an increment, u.
     scaling: Positive,
+    /// The cycle time with which it is read, µs.
     cycle_time_us: CycleMicros,
 }
 
-/// `[axis]`
-#[derive(Debug, Deserialize)]
+/// What the slave can do.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "SawAxis")]
 struct AxisText {
+    /// Highest velocity, u/s.
     velocity: Positive,
+    /// Highest acceleration, u/s².
     acceleration: Positive,
+    /// Highest deceleration, u/s². The same as the acceleration by default.
     deceleration: Option<Positive>,
+    /// Highest jerk, u/s³.
     jerk: Positive,
+    /// Lower software limit, u.
     min_position: Option<Finite>,
+    /// Upper software limit, u.
     max_position: Option<Finite>,
 }
 

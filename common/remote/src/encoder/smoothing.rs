@@ -46,6 +46,24 @@ impl Smoothing {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Smoothing {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> alloc::borrow::Cow<'static, str> {
+        "Smoothing".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "\"auto\", or a time constant, s: 2.86 sampling times to 0.2 s.",
+            "anyOf": [{ "const": "auto" }, { "type": "number", "exclusiveMinimum": 0, "maximum": 0.2 }],
+        })
+    }
+}
+
 #[cfg(feature = "serde")]
 mod in_a_config {
     use core::fmt;

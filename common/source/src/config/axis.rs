@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use coaxle_axis::Modulo;
 use coaxle_node::config::{Increment, Unit};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::program::ProgramConfig;
 
 /// An axis: who it is and what moves it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Written", into = "Written")]
 pub struct AxisConfig {
     /// The axis id, 1 or more; receivers pick a sender's axis by it.
@@ -49,7 +50,7 @@ pub enum SourceConfig {
 ///
 /// Its velocity is differentiated, and its acceleration, if there is one at all, is too coarse to
 /// extrapolate with: receivers of such an axis must not use it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct EncoderConfig {
     /// Length of one increment, u.
@@ -72,7 +73,7 @@ const fn default_window() -> NonZeroU16 {
 
 /// A recorded motion: a CSV file with the columns `time_s`, `position` and, if recorded,
 /// `velocity` and `acceleration`; or an axis of a recording in MCAP.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct ReplayConfig {
     /// The file.
@@ -91,8 +92,9 @@ pub struct ReplayConfig {
 }
 
 /// How a recorded motion goes on between two rows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[schemars(rename = "ReplayInterpolation")]
 pub enum Interpolation {
     /// A cubic through both positions and velocities: the velocity has no steps.
     #[default]
@@ -102,19 +104,26 @@ pub enum Interpolation {
 }
 
 /// The axis as it is written: one table for each kind of source, of which one is there.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct Written {
+    /// The axis id, 1 or more; receivers pick a sender's axis by it.
     id: NonZeroU32,
+    /// Its name, for people: 1 to 64 characters.
     name: String,
+    /// What its position is in; `u` by default.
     #[serde(default)]
     unit: Unit,
+    /// The length of a modulo turn in u, say 360 for degrees; none for an axis without.
     #[serde(skip_serializing_if = "Option::is_none")]
     modulo: Option<Modulo>,
+    /// It is a virtual axis that runs a program. One of program, encoder and replay.
     #[serde(skip_serializing_if = "Option::is_none")]
     program: Option<ProgramConfig>,
+    /// It is such an axis, seen through an encoder.
     #[serde(skip_serializing_if = "Option::is_none")]
     encoder: Option<EncoderConfig>,
+    /// It is a recorded motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     replay: Option<ReplayConfig>,
 }

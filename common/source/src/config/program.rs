@@ -7,6 +7,7 @@ use std::num::NonZeroU32;
 
 use coaxle_curve::profile::Limits;
 use coaxle_node::config::{AtLeastZero, AxisLimit, Coordinate};
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 pub use check::InvalidProgram;
@@ -19,7 +20,7 @@ pub const MAX_LOOP_DEPTH: usize = 8;
 /// Steps follow each other without a gap, at the very instant the one before is over, whether or
 /// not that is the start of a cycle. After the last step the axis goes on as that one left it:
 /// standing still, or at constant velocity.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Written", into = "Written")]
 pub struct ProgramConfig {
     /// Where the axis is at the start, u.
@@ -35,7 +36,7 @@ pub struct ProgramConfig {
 }
 
 /// Limits of all motions of a program.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct LimitsConfig {
     /// Highest speed, u/s.
@@ -64,12 +65,13 @@ impl LimitsConfig {
 }
 
 /// One step of a program.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     rename_all = "kebab-case",
     rename_all_fields = "kebab-case",
     deny_unknown_fields
 )]
+#[schemars(rename = "ProgramStep")]
 pub enum StepConfig {
     /// `MC_Power`: makes the axis ready for motions, or takes that away after halting it.
     #[doc(alias = "MC_Power")]
@@ -154,6 +156,25 @@ impl<'de> Deserialize<'de> for Repeat {
     }
 }
 
+impl JsonSchema for Repeat {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Repeat".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "anyOf": [
+                { "type": "boolean" },
+                { "type": "integer", "minimum": 1, "maximum": u32::MAX },
+            ],
+        })
+    }
+}
+
 struct RepeatVisitor;
 
 impl de::Visitor<'_> for RepeatVisitor {
@@ -185,16 +206,21 @@ impl de::Visitor<'_> for RepeatVisitor {
 }
 
 /// The program as it is written, before its steps are checked against each other.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct Written {
+    /// Where the axis is at the start, u.
     #[serde(default)]
     start_position: Coordinate,
+    /// How fast it is at the start, u/s. An axis that moves at the start is enabled from the start.
     #[serde(default)]
     start_velocity: Coordinate,
+    /// What all its motions keep to.
     limits: LimitsConfig,
+    /// How often the steps are run: true for ever, false once, or a count.
     #[serde(default)]
     repeat: Repeat,
+    /// The steps. Without any, the axis goes on as it starts.
     #[serde(default)]
     steps: Vec<StepConfig>,
 }

@@ -19,6 +19,7 @@ pub struct FarOrder {
 
 /// An input of `FB_AxisSync`, for all axes of a far node.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum FarCommand {
     /// `bEnable` = TRUE: what was disabled starts anew.
@@ -40,6 +41,7 @@ pub enum FarCommand {
 
 /// Where the constant part of the delay comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum FarDelay {
     /// The far node is asked.

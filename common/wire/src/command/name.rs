@@ -10,6 +10,14 @@ macro_rules! name {
     ($(#[$meta:meta])* $name:ident: $of:literal) => {
         $(#[$meta])*
         #[derive(Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[cfg_attr(
+            feature = "schema",
+            derive(schemars::JsonSchema),
+            schemars(inline, extend(
+        "pattern" = "^[A-Za-z0-9._-]{1,64}$",
+        "x-kind" = "a name of 1 to 64 letters, digits, `-`, `_` or `.`"
+    ))
+        )]
         #[serde(try_from = "String", into = "String")]
         pub struct $name {
             bytes: [u8; Self::MAX_LEN],

@@ -175,8 +175,9 @@ fn what_is_waited_for_is_spelled_as_in_a_config() {
         ("rolled-back", WaitsFor::RolledBack),
     ] {
         assert_eq!(shown.to_string(), name);
-        #[derive(Deserialize)]
+        #[derive(Deserialize, schemars::JsonSchema)]
         struct File {
+            #[schemars(with = "String")]
             name: WaitsFor,
         }
         let file: File = parse("n", &format!("name = '{name}'")).expect("a name");

@@ -184,7 +184,11 @@ mod tests {
             ),
         ] {
             let message = refusal(rest);
-            assert_eq!(message, format!("p.toml: .: {field}: {expected}"));
+            assert!(message.starts_with("p.toml:"), "{message}");
+            assert!(
+                message.ends_with(&format!(": {field}: {expected}")),
+                "{message}"
+            );
         }
     }
 
@@ -241,7 +245,7 @@ mod tests {
     fn repeat_is_yes_no_or_a_count() {
         for bad in ["0", "-1", "'often'", "1.5"] {
             let message = refusal(&format!("repeat = {bad}"));
-            assert!(message.starts_with("p.toml: repeat: "), "{message}");
+            assert!(message.starts_with("p.toml:2:10: repeat: "), "{message}");
             assert!(
                 message.ends_with("expected true, false, or a count from 1 to 4294967295"),
                 "{message}"
@@ -251,7 +255,7 @@ mod tests {
 
     #[test]
     fn a_step_is_one_thing_with_known_fields() {
-        assert!(refusal("steps = [{ jump = {} }]").contains("`jump`"));
+        assert!(refusal("steps = [{ jump = {} }]").contains("received \"jump\""));
         assert!(refusal("steps = [{ halt = { hard = true } }]").contains("`hard`"));
     }
 }

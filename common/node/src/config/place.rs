@@ -1,0 +1,285 @@
+//! Where a field is in the text of its file, and what people call it.
+
+use std::fmt::{self, Write};
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
+
+/// A line and a column, both from 1; the column in characters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Position {
+    line: usize,
+    column: usize,
+}
+
+impl Position {
+    /// Of a byte of a text.
+    pub(super) fn of(text: &str, byte: usize) -> Self {
+        let before = text.get(..byte).unwrap_or(text);
+        let line_start = before.rfind('\n').map_or(0, |end| end + 1);
+        Self {
+            line: 1 + before.matches('\n').count(),
+            column: 1 + before[line_start..].chars().count(),
+        }
+    }
+}
+
+impl fmt::Display for Position {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.line, self.column)
+    }
+}
+
+/// A field that was looked up in its file.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Place {
+    /// Where it is, or what it should be in; none for the file itself.
+    pub(super) position: Option<Position>,
+    /// The field, elements of lists by their names.
+    pub(super) field: String,
+    /// The reason without the field that it began with.
+    pub(super) reason: String,
+}
+
+impl Place {
+    /// Looks a field up by its path, such as `receiver[1].slave[0].gear`. Checks of a part of a file give the path
+    /// from there on at the beginning of their reason: `slave[0].gear: received …`. None if the text is no TOML.
+    pub(super) fn find(text: &str, field: &str, reason: &str) -> Option<Self> {
+        let root = DeValue::Table(DeTable::parse(text).ok()?.into_inner());
+        let mut walk = Walk::new(&root);
+        walk.follow(field);
+        let mut reason = reason;
+        while let Some((more, rest)) = reason.split_once(": ") {
+            if !(walk.leads_to(more) || says_what_is_wrong(more, rest)) {
+                break;
+            }
+            walk.follow(more);
+            reason = rest;
+        }
+        let position = walk.byte(reason).map(|byte| Position::of(text, byte));
+        Some(Self {
+            position,
+            field: walk.called,
+            reason: reason.to_owned(),
+        })
+    }
+}
+
+/// Whether a reason is one of a field whose name it begins with.
+fn says_what_is_wrong(field: &str, reason: &str) -> bool {
+    let is_field = field.starts_with(|c: char| c.is_ascii_lowercase())
+        && field
+            .chars()
+            .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-');
+    let says = ["received ", "expected ", "missing"];
+    is_field && says.iter().any(|start| reason.starts_with(start))
+}
+
+/// A way through a document along the path of a field.
+struct Walk<'d> {
+    /// The value that it has come to; none once the document has no more of the path.
+    at: Option<&'d DeValue<'d>>,
+    /// Where the last key and the last value are that the document has.
+    key: Option<Range<usize>>,
+    value: Option<Range<usize>>,
+    /// The last key: what the elements of a list are.
+    kind: &'d str,
+    called: String,
+}
+
+impl<'d> Walk<'d> {
+    fn new(root: &'d DeValue<'d>) -> Self {
+        Self {
+            at: Some(root),
+            key: None,
+            value: None,
+            kind: "",
+            called: String::new(),
+        }
+    }
+
+    /// Goes on along a path, as far as the document has it.
+    fn follow(&mut self, path: &str) {
+        let mut path = path;
+        while let Some(rest) = self.step(path) {
+            path = rest;
+        }
+        let path = path.trim_start_matches('.');
+        if !path.is_empty() {
+            self.at = None;
+            self.call(path);
+        }
+    }
+
+    /// Whether the document has the first step of a path from here.
+    fn leads_to(&self, path: &str) -> bool {
+        self.key_of(path).is_some() || self.element_of(path).is_some()
+    }
+
+    /// Takes one step; gives the rest of the path.
+    fn step<'p>(&mut self, path: &'p str) -> Option<&'p str> {
+        let path = path.strip_prefix('.').unwrap_or(path);
+        if let Some((key, value, rest)) = self.key_of(path) {
+            self.call(key.get_ref());
+            self.key = Some(key.span());
+            self.kind = key.get_ref();
+            self.arrive(value);
+            return Some(rest);
+        }
+        let (number, element, rest) = self.element_of(path)?;
+        match name_of(element.get_ref(), self.kind) {
+            // The name itself is not what it is called by while something is wrong with it.
+            Some(name) if rest != ".name" => {
+                let _ = write!(self.called, " {name:?}");
+            }
+            _ => {
+                let _ = write!(self.called, "[{number}]");
+            }
+        }
+        self.key = Some(element.span());
+        self.arrive(element);
+        Some(rest)
+    }
+
+    fn arrive(&mut self, value: &'d Spanned<DeValue<'d>>) {
+        self.value = Some(value.span());
+        self.at = Some(value.get_ref());
+    }
+
+    fn call(&mut self, key: &str) {
+        if !self.called.is_empty() && !key.starts_with(['[', ',']) {
+            self.called.push('.');
+        }
+        self.called.push_str(key);
+    }
+
+    /// The longest key of this table that a path begins with: a key may have dots in it.
+    fn key_of<'p>(&self, path: &'p str) -> Option<Entry<'d, 'p>> {
+        let Some(DeValue::Table(table)) = self.at else {
+            return None;
+        };
+        let entries = table.iter().filter_map(|(key, value)| {
+            let rest = path.strip_prefix(key.get_ref().as_ref())?;
+            (rest.is_empty() || rest.starts_with(['.', '['])).then_some((key, value, rest))
+        });
+        entries.max_by_key(|(key, ..)| key.get_ref().len())
+    }
+
+    /// The element of this list that a path begins with: `[2]`.
+    fn element_of<'p>(&self, path: &'p str) -> Option<(usize, &'d Spanned<DeValue<'d>>, &'p str)> {
+        let Some(DeValue::Array(list)) = self.at else {
+            return None;
+        };
+        let (number, rest) = path.strip_prefix('[')?.split_once(']')?;
+        let number = number.parse().ok()?;
+        Some((number, list.get(number)?, rest))
+    }
+
+    /// The byte to look at: the key where that is wrong, otherwise the value.
+    fn byte(&self, reason: &str) -> Option<usize> {
+        let span = match reason.starts_with("unknown field") {
+            true => &self.key,
+            false => &self.value,
+        };
+        span.as_ref().map(|span| span.start)
+    }
+}
+
+/// A key of a table, its value, and the rest of a path.
+type Entry<'d, 'p> = (&'d Spanned<DeString<'d>>, &'d Spanned<DeValue<'d>>, &'p str);
+
+/// What an element of a list is called by.
+fn name_of<'d>(element: &'d DeValue<'d>, kind: &str) -> Option<&'d str> {
+    let key = match kind {
+        "far" => "node",
+        "step" => "label",
+        _ => "name",
+    };
+    let name = element.get(key)?.get_ref().as_str()?;
+    (!name.is_empty()).then_some(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "title = 'é'\n[[receiver]]\nname = 'saw'\nmode = 'pt2'\n[[receiver.slave]]\n  gear.ratio = 0\n\
+        [[receiver]]\n[settings]\n'a.b' = 1\n";
+
+    fn found(field: &str, reason: &str) -> String {
+        let place = Place::find(TEXT, field, reason).unwrap();
+        let at = place.position.map(|position| position.to_string());
+        format!(
+            "{}|{}|{}",
+            at.unwrap_or_default(),
+            place.field,
+            place.reason
+        )
+    }
+
+    #[test]
+    fn a_field_is_found_by_its_path_and_elements_are_called_by_their_names() {
+        for (field, expected) in [
+            ("", "||wrong"),
+            ("title", "1:9|title|wrong"),
+            ("receiver", "2:1|receiver|wrong"),
+            ("receiver[0].mode", "4:8|receiver \"saw\".mode|wrong"),
+            ("receiver[0].name", "3:8|receiver[0].name|wrong"),
+            (
+                "receiver[0].slave[0].gear.ratio",
+                "6:16|receiver \"saw\".slave[0].gear.ratio|wrong",
+            ),
+            ("receiver[1]", "7:1|receiver[1]|wrong"),
+            ("settings.a.b", "9:9|settings.a.b|wrong"),
+        ] {
+            assert_eq!(found(field, "wrong"), expected);
+        }
+    }
+
+    #[test]
+    fn what_is_not_there_is_where_it_should_be() {
+        assert_eq!(
+            found("receiver[1].name.x", "wrong"),
+            "7:1|receiver[1].name.x|wrong"
+        );
+        assert_eq!(found("receiver[7]", "wrong"), "2:1|receiver[7]|wrong");
+        assert_eq!(found("seed", "wrong"), "|seed|wrong");
+    }
+
+    #[test]
+    fn a_field_at_the_beginning_of_the_reason_is_one() {
+        for (field, reason, expected) in [
+            (
+                "receiver[0]",
+                "slave[0].gear.ratio: received 0",
+                "6:16|receiver \"saw\".slave[0].gear.ratio|received 0",
+            ),
+            (
+                "receiver[1]",
+                "name: received none, expected one",
+                "7:1|receiver[1].name|received none, expected one",
+            ),
+            (
+                "title",
+                "0x4b32: received 3: expected 4",
+                "1:9|title|0x4b32: received 3: expected 4",
+            ),
+            (
+                "title",
+                "other.csv: received 3",
+                "1:9|title|other.csv: received 3",
+            ),
+        ] {
+            assert_eq!(found(field, reason), expected);
+        }
+    }
+
+    #[test]
+    fn an_unknown_field_is_its_key() {
+        assert_eq!(
+            found("receiver[0].mode", "unknown field `mode`"),
+            "4:1|receiver \"saw\".mode|unknown field `mode`"
+        );
+    }
+}

@@ -1,0 +1,154 @@
+//! A document beside its schema: all fields that are missing or unknown, at once.
+
+use serde_json::Value as Schema;
+use toml::{Table, Value};
+
+use super::expected::{expected, variant};
+use super::{alternatives, resolved};
+use crate::config::did_you_mean;
+
+/// A field that is missing or unknown, and why.
+#[derive(Debug, PartialEq, Eq)]
+pub(in crate::config) struct Finding {
+    pub(in crate::config) field: String,
+    pub(in crate::config) reason: String,
+}
+
+/// All fields of a document that are missing or unknown. Where a value may be one of several things and it is not
+/// clear which is meant, nothing is found.
+pub(in crate::config) fn compare(root: &Schema, document: &Table) -> Vec<Finding> {
+    let mut comparison = Comparison {
+        root,
+        findings: Vec::new(),
+    };
+    comparison.table(root, document, "");
+    comparison.findings
+}
+
+/// Most names that are listed where one is not known.
+const MOST_LISTED: usize = 24;
+/// Most that is found in one document.
+const MOST_FINDINGS: usize = 40;
+
+struct Comparison<'s> {
+    root: &'s Schema,
+    findings: Vec<Finding>,
+}
+
+impl<'s> Comparison<'s> {
+    fn value(&mut self, schema: &'s Schema, value: &Value, path: &str) {
+        let Some(schema) = self.meant(schema, value) else {
+            return;
+        };
+        match value {
+            Value::Table(table) => self.table(schema, table, path),
+            Value::Array(list) => {
+                let items = schema.get("items");
+                for (n, element) in list.iter().enumerate() {
+                    let firsts = schema.get("prefixItems").and_then(|firsts| firsts.get(n));
+                    if let Some(schema) = firsts.or(items) {
+                        self.value(schema, element, &format!("{path}[{n}]"));
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn table(&mut self, schema: &'s Schema, table: &Table, path: &str) {
+        let known = schema.get("properties").and_then(Schema::as_object);
+        let is_closed = schema.get("additionalProperties") == Some(&Schema::Bool(false));
+        let field = |name: &str| match path {
+            "" => name.to_owned(),
+            path => format!("{path}.{name}"),
+        };
+        let mut unknown = Vec::new();
+        for (name, value) in table {
+            match known.and_then(|known| known.get(name)) {
+                Some(schema) => self.value(schema, value, &field(name)),
+                None if is_closed => unknown.push(name.as_str()),
+                None => {}
+            }
+        }
+        let names = || known.into_iter().flat_map(|known| known.keys());
+        let free = || {
+            let free = names().filter(|name| !table.contains_key(*name));
+            free.map(String::as_str)
+        };
+        for name in &unknown {
+            let meant = match did_you_mean(name, free()) {
+                meant if meant.is_empty() => did_you_mean(name, names().map(String::as_str)),
+                meant => meant,
+            };
+            let reason = match meant {
+                meant if meant.is_empty() => format!("unknown field `{name}`, {}", listed(free())),
+                meant => format!("unknown field `{name}`{meant}"),
+            };
+            self.find(field(name), reason);
+        }
+        let required = schema.get("required").and_then(Schema::as_array);
+        for name in required.into_iter().flatten().filter_map(Schema::as_str) {
+            // A typo is one mistake, not two.
+            let is_typo = |typo: &&str| !did_you_mean(typo, [name]).is_empty();
+            if table.contains_key(name) || unknown.iter().any(is_typo) {
+                continue;
+            }
+            let schema = known.and_then(|known| known.get(name));
+            let expected = schema.map_or("one".to_owned(), |schema| expected(self.root, schema));
+            self.find(field(name), format!("missing, expected {expected}"));
+        }
+    }
+
+    fn find(&mut self, field: String, reason: String) {
+        if self.findings.len() < MOST_FINDINGS {
+            self.findings.push(Finding { field, reason });
+        }
+    }
+
+    /// The schema by which a value is meant, if there is but one.
+    fn meant(&self, schema: &'s Schema, value: &Value) -> Option<&'s Schema> {
+        let mut candidates = Vec::new();
+        self.candidates(schema, value, &mut candidates);
+        match candidates[..] {
+            [only] => Some(only),
+            _ => None,
+        }
+    }
+
+    fn candidates(&self, schema: &'s Schema, value: &Value, candidates: &mut Vec<&'s Schema>) {
+        let schema = resolved(self.root, schema);
+        match alternatives(schema) {
+            Some(all) => {
+                for one in all {
+                    self.candidates(one, value, candidates);
+                }
+            }
+            None if fits(schema, value) => candidates.push(schema),
+            None => {}
+        }
+    }
+}
+
+/// Whether a value is of the kind that a schema is for: of a variant of an enum, that it is this variant.
+fn fits(schema: &Schema, value: &Value) -> bool {
+    let kind = schema.get("type").and_then(Schema::as_str);
+    match value {
+        Value::Table(table) if kind == Some("object") => match variant(schema) {
+            Some(name) => table.contains_key(name),
+            None => true,
+        },
+        Value::Array(_) => kind == Some("array"),
+        _ => false,
+    }
+}
+
+fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
+    let mut names: Vec<_> = names.map(|name| format!("`{name}`")).collect();
+    let left_out = names.len().saturating_sub(MOST_LISTED);
+    names.truncate(MOST_LISTED);
+    match (&names[..], left_out) {
+        ([], _) => "expected none".to_owned(),
+        (names, 0) => format!("expected one of {}", names.join(", ")),
+        (names, more) => format!("expected one of {}, and {more} more", names.join(", ")),
+    }
+}

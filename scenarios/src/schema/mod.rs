@@ -1,0 +1,103 @@
+//! `coaxle schema`: what files may hold, for editors and checks, as JSON Schema made from the types that read them.
+
+mod figures;
+mod reference;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use coaxle_node::cam_file::CamFile;
+use coaxle_node::config::schema::schema_of;
+use coaxle_node::saw_file::SawFile;
+use coaxle_receiver::ReceiverConfig;
+use coaxle_sender::config::SenderConfig;
+use serde_json::Value;
+
+use crate::inspect::print_text;
+use crate::scenario::Scenario;
+
+/// Which schemas, and where to.
+#[derive(Debug, Args)]
+pub struct SchemaArgs {
+    /// The kind of file [default: all of them, with --out]
+    #[arg(required_unless_present = "out")]
+    kind: Option<FileKind>,
+    /// Write the schema to this folder, as coaxle-KIND.schema.json
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// A kind of file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FileKind {
+    /// An experiment: senders, receivers, what happens and what is expected
+    Scenario,
+    /// The config of a sender
+    Sender,
+    /// The config of a receiver
+    Receiver,
+    /// A cam plate
+    Cam,
+    /// A flying saw at the moment of coupling
+    Saw,
+}
+
+impl FileKind {
+    /// The kind, as the command line spells it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Scenario => "scenario",
+            Self::Sender => "sender",
+            Self::Receiver => "receiver",
+            Self::Cam => "cam",
+            Self::Saw => "saw",
+        }
+    }
+
+    /// Its schema.
+    #[must_use]
+    pub fn schema(self) -> Value {
+        let mut schema = match self {
+            Self::Scenario => schema_of::<Scenario>(),
+            Self::Sender => schema_of::<SenderConfig>(),
+            Self::Receiver => schema_of::<ReceiverConfig>(),
+            Self::Cam => schema_of::<CamFile>(),
+            Self::Saw => schema_of::<SawFile>(),
+        };
+        let title = format!("Coaxle: {}", self.name());
+        schema.insert("title".to_owned(), title.into());
+        schema.to_value()
+    }
+}
+
+/// Prints a schema, or writes one or all of them to a folder.
+///
+/// # Errors
+/// Names the file that cannot be written.
+pub fn print(args: &SchemaArgs) -> anyhow::Result<()> {
+    match (args.kind, &args.out) {
+        (kind, Some(out)) => {
+            let kinds = kind.map_or(FileKind::value_variants().to_vec(), |kind| vec![kind]);
+            kinds.into_iter().try_for_each(|kind| write(kind, out))
+        }
+        (Some(kind), None) => print_text(&text(kind)?),
+        // The command line does not let that through.
+        (None, None) => Ok(()),
+    }
+}
+
+fn write(kind: FileKind, out: &Path) -> anyhow::Result<()> {
+    let path = out.join(format!("coaxle-{}.schema.json", kind.name()));
+    let cannot = || format!("cannot write {}", path.display());
+    std::fs::create_dir_all(out).with_context(cannot)?;
+    std::fs::write(&path, text(kind)? + "\n").with_context(cannot)?;
+    print_text(&format!("{}: {}", kind.name(), path.display()))
+}
+
+fn text(kind: FileKind) -> anyhow::Result<String> {
+    serde_json::to_string_pretty(&kind.schema()).context("cannot write the schema as JSON")
+}

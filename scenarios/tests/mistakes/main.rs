@@ -1,0 +1,171 @@
+//! What newcomers get wrong: each mistake ends the tool with one line that says where it is, what was received, and what is
+//! expected or what to do.
+
+mod command_line;
+mod good;
+mod in_files;
+
+use std::net::TcpListener;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use command_line::ON_THE_COMMAND_LINE;
+use good::{CAM, RECEIVER, SAW, SCENARIO, SENDER};
+use in_files::IN_FILES;
+
+fn coaxle(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_coaxle"))
+        .current_dir(folder)
+        .env_remove("RUST_LOG")
+        .args(arguments)
+        .output()
+        .expect("the tool runs")
+}
+
+/// What the tool says of what it cannot do: the lines that begin with "error: ", without that.
+fn said(folder: &Path, arguments: &[&str]) -> Vec<String> {
+    let output = coaxle(folder, arguments);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {text}");
+    assert!(!text.contains("panicked"), "{text}");
+    let lines = text.lines().filter_map(|line| line.strip_prefix("error: "));
+    lines.map(str::to_owned).collect()
+}
+
+/// Whether a line is the expected one, in which `…` stands for anything.
+fn is(line: &str, expected: &str) -> bool {
+    match expected.split_once('…') {
+        Some((begin, end)) => line.starts_with(begin) && line.ends_with(end),
+        None => line == expected,
+    }
+}
+
+/// A file and how it is checked.
+struct Kind {
+    file: &'static str,
+    good: &'static str,
+    check: &'static [&'static str],
+}
+
+const KINDS: [Kind; 5] = [
+    Kind {
+        file: "s.toml",
+        good: SENDER,
+        check: &["sender", "s.toml", "--check"],
+    },
+    Kind {
+        file: "r.toml",
+        good: RECEIVER,
+        check: &["receiver", "r.toml", "--check"],
+    },
+    Kind {
+        file: "x.toml",
+        good: SCENARIO,
+        check: &["run", "x.toml", "--out", "out"],
+    },
+    Kind {
+        file: "cam.toml",
+        good: CAM,
+        check: &["cam", "values", "cam.toml"],
+    },
+    Kind {
+        file: "saw.toml",
+        good: SAW,
+        check: &["saw", "plan", "saw.toml"],
+    },
+];
+
+#[test]
+fn a_mistake_in_a_file_is_told_in_one_line() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let mut wrong = Vec::new();
+    for (file, from, to, expected) in IN_FILES {
+        let kind = KINDS
+            .iter()
+            .find(|kind| kind.file == *file)
+            .expect("a kind");
+        let changed = kind.good.replacen(from, to, 1);
+        assert_ne!(changed, kind.good, "{from}");
+        std::fs::write(folder.path().join(file), changed).expect("a file");
+        let lines = said(folder.path(), kind.check);
+        if !matches!(&lines[..], [line] if is(line, expected)) {
+            wrong.push(format!(
+                "{file} with {to:?}:\n  {}\nnot\n  {expected}",
+                lines.join("\n  ")
+            ));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_mistake_on_the_command_line_is_told_in_one_line() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    for kind in &KINDS {
+        std::fs::write(folder.path().join(kind.file), kind.good).expect("a file");
+    }
+    std::fs::write(folder.path().join("binary.toml"), b"name = '\xff'\n").expect("a file");
+    for (arguments, expected) in ON_THE_COMMAND_LINE {
+        let arguments: Vec<_> = arguments.split(' ').collect();
+        let lines = said(folder.path(), &arguments);
+        assert!(
+            matches!(&lines[..], [line] if is(line, expected)),
+            "{lines:#?}\nnot\n{expected}"
+        );
+    }
+}
+
+#[test]
+fn what_the_mistakes_are_made_of_is_good() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    for kind in &KINDS {
+        std::fs::write(folder.path().join(kind.file), kind.good).expect("a file");
+        let output = coaxle(folder.path(), kind.check);
+        assert!(output.status.success(), "{}: {output:?}", kind.file);
+    }
+}
+
+#[test]
+fn all_fields_that_are_missing_or_unknown_are_told_at_once() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let text = SENDER
+        .replace("name = 'conveyor'\n", "")
+        .replace("drift-ppm", "drfit-ppm")
+        .replace(", jerk = 10", "")
+        .replace("acceleration = 10", "aceleration = 10");
+    std::fs::write(folder.path().join("s.toml"), text).expect("a file");
+    let lines = said(folder.path(), &["sender", "s.toml", "--check"]);
+    let places: Vec<_> = lines
+        .iter()
+        .map(|line| line.splitn(3, ": ").take(2).collect::<Vec<_>>().join(" "))
+        .collect();
+    assert_eq!(
+        places,
+        [
+            "s.toml name",
+            "s.toml:5:1 clock.drfit-ppm",
+            "s.toml:12:10 axis \"belt\".program.limits.jerk",
+            "s.toml:12:27 axis \"belt\".program.limits.aceleration",
+        ],
+        "{lines:#?}"
+    );
+}
+
+#[test]
+fn a_port_that_is_in_use_is_named() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    std::fs::write(folder.path().join("s.toml"), SENDER).expect("a file");
+    let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let endpoint = format!("tcp/{}", taken.local_addr().expect("its address"));
+    let lines = said(
+        folder.path(),
+        &["sender", "s.toml", "--for", "1s", "--listen", &endpoint],
+    );
+    let [line] = &lines[..] else {
+        panic!("{lines:#?}");
+    };
+    assert!(
+        line.contains(&endpoint) && line.contains("Address already in use"),
+        "{line}"
+    );
+}
