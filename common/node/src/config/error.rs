@@ -114,8 +114,14 @@ impl ConfigError {
 }
 
 fn joined(mistakes: &[Mistake]) -> String {
-    let lines: Vec<_> = mistakes.iter().map(ToString::to_string).collect();
-    lines.join("; ")
+    match mistakes {
+        [only] => only.to_string(),
+        // Many are cut in the middle, as any other line is that is too long.
+        many => {
+            let lines: Vec<_> = many.iter().map(ToString::to_string).collect();
+            one_line(&lines.join("; "))
+        }
+    }
 }
 
 impl Mistake {
@@ -153,5 +159,21 @@ impl fmt::Display for Mistake {
             write!(f, ": {}", self.field)?;
         }
         write!(f, ": {}", self.reason)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_wire::MOST_CHARACTERS;
+
+    #[test]
+    fn many_mistakes_are_one_line_that_is_not_too_long_or_a_line_for_each() {
+        let mistake = Mistake::new("t.toml", "field", "received 1, expected 2");
+        let error = ConfigError::Wrong(vec![mistake; 500]);
+        let line = error.to_string();
+        assert!(line.chars().count() < 2 * MOST_CHARACTERS, "{line}");
+        assert_eq!(error.lines().len(), 500);
+        assert_eq!(error.lines()[7], "t.toml: field: received 1, expected 2");
     }
 }

@@ -28,7 +28,7 @@ pub(in crate::config) fn compare(root: &Schema, document: &Table) -> Vec<Finding
 /// Most names that are listed where one is not known.
 const MOST_LISTED: usize = 24;
 /// Most that is found in one document.
-const MOST_FINDINGS: usize = 40;
+const MOST_FINDINGS: usize = 20;
 
 struct Comparison<'s> {
     root: &'s Schema,
