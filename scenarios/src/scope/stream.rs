@@ -76,7 +76,7 @@ struct Line {
 
 /// Words of a signal that are told apart: states have some ten.
 const MOST_WORDS: usize = 1000;
-const NANOS: f64 = 1e-9;
+const NANOS: f64 = 1e9;
 
 impl Blocks {
     pub(super) fn of(wanted: Vec<String>) -> Self {
@@ -96,7 +96,7 @@ impl Blocks {
         let (mut times, mut offset) = (Vec::new(), 0);
         let mut values = vec![Vec::new(); self.wanted.len()];
         let mut log = Vec::new();
-        let seconds = |at_ns: i64, offset: i64| at_ns.saturating_add(offset) as f64 * NANOS;
+        let seconds = |at_ns: i64, offset: i64| at_ns.saturating_add(offset) as f64 / NANOS;
         while let Some(item) = reader.next() {
             match item.ok()? {
                 Item::Facts(facts) => {

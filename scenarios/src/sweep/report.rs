@@ -10,6 +10,7 @@ use super::outcome::{Outcome, PointOutcome};
 use super::plot::{Panel, Plot, is_logarithmic};
 use super::shown::Shown;
 use super::statistics::Statistics;
+use crate::number::significant;
 use crate::report::{COLOURS, Drawing, document, escaped, figure_element, layout, vertical};
 
 /// Writes the report. The same results give the same bytes.
@@ -226,6 +227,11 @@ fn maps(plot: &Plot) -> Value {
             let rows = panel.cells.chunks(along.values.len());
             rows.map(|row| row_of(row, is_colour)).collect()
         };
+        // In its cells Plotly writes no other data than this.
+        let word = |value: Option<f64>| value.map(|value| significant(value, 3));
+        let words = rows_of(false).into_iter();
+        let words = words.map(|row| row.into_iter().map(word).collect());
+        let words: Vec<Vec<_>> = words.collect();
         data.push(json!({
             "type": "heatmap",
             "xaxis": x,
@@ -235,7 +241,8 @@ fn maps(plot: &Plot) -> Value {
             "z": rows_of(true),
             "customdata": rows_of(false),
             "coloraxis": "coloraxis",
-            "texttemplate": "%{customdata:.3~g}",
+            "text": words,
+            "texttemplate": "%{text}",
             "hovertemplate": "%{x}, %{y}: %{customdata:.6~g}<extra></extra>",
         }));
         let (column, row) = (n % columns, n / columns);
