@@ -99,6 +99,12 @@ function ticks(from, to, count) {
   return { marks, decimals: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
 }
 
+// As short as there is room for.
+function label(mark, decimals) {
+  const isShort = decimals <= 6 && (Math.abs(mark) < 1e8 || mark === 0);
+  return isShort ? mark.toFixed(decimals) : mark.toExponential(2);
+}
+
 const LEFT = 76;
 const BOTTOM = 18;
 
@@ -150,7 +156,7 @@ function draw(canvas, curves, view, cursors, range, unit) {
       pen.moveTo(place.left, at);
       pen.lineTo(place.left + place.width, at);
       pen.stroke();
-      pen.fillText(values.decimals > 6 ? mark.toExponential(1) : mark.toFixed(values.decimals), place.left - 5, at + 4);
+      pen.fillText(label(mark, values.decimals), place.left - 5, at + 4);
     }
   }
   pen.textAlign = 'left';
@@ -197,11 +203,25 @@ function fit(curves, view) {
   return [least - room, most + room];
 }
 
+// The first row of each pixel, and the one after the last: all curves of the same rows share them.
+const EDGES = new WeakMap();
+
+function edgesOf(rows, view, width) {
+  const known = EDGES.get(rows);
+  const of = [view.from, view.to, width, rows.length, rows.last()];
+  if (known && known.of.every((value, n) => value === of[n])) return known.edges;
+  const edges = new Int32Array(Math.ceil(width) + 1);
+  const each = (view.to - view.from) / width;
+  for (let pixel = 0; pixel < edges.length; pixel++) edges[pixel] = rows.find(view.from + pixel * each);
+  EDGES.set(rows, { of, edges });
+  return edges;
+}
+
 // More rows than pixels become a vertical stroke each pixel, from the least to the most: no peak is lost.
 function drawCurve(pen, { rows, name, colour }, view, x, y, place) {
   const column = rows.columns.get(name);
   const start = Math.max(0, rows.find(view.from) - 1);
-  const end = Math.min(rows.length, rows.find(view.to) + 1);
+  const stop = Math.min(rows.length, rows.find(view.to) + 1);
   pen.strokeStyle = colour;
   pen.lineWidth = 1.3;
   pen.beginPath();
@@ -211,32 +231,33 @@ function drawCurve(pen, { rows, name, colour }, view, x, y, place) {
     else pen.moveTo(at, value);
     isDown = true;
   };
-  if (end - start < 2 * place.width) {
-    for (let row = start; row < end; row++) {
+  if (stop - start < 2 * place.width) {
+    for (let row = start; row < stop; row++) {
       if (Number.isNaN(column[row])) isDown = false;
       else to(x(rows.times[row]), y(column[row]));
     }
   } else {
-    let row = start;
-    while (row < end) {
-      const pixel = Math.floor(x(rows.times[row]));
-      let [least, most, first, last] = [Infinity, -Infinity, NaN, NaN];
-      for (; row < end && Math.floor(x(rows.times[row])) === pixel; row++) {
+    const edges = edgesOf(rows, view, place.width);
+    for (let pixel = 0; pixel + 1 < edges.length; pixel++) {
+      const last = edges[pixel + 1] - 1;
+      let [least, most] = [Infinity, -Infinity];
+      for (let row = edges[pixel]; row <= last; row++) {
         const value = column[row];
-        if (Number.isNaN(value)) continue;
         if (value < least) least = value;
         if (value > most) most = value;
-        if (Number.isNaN(first)) first = value;
-        last = value;
       }
-      if (Number.isNaN(first)) {
-        isDown = false;
+      if (least > most) {
+        // Pixels without any row are crossed; where values are not known the curve has a gap.
+        if (last >= edges[pixel]) isDown = false;
         continue;
       }
-      to(pixel, y(first));
-      pen.lineTo(pixel, y(least));
-      pen.lineTo(pixel, y(most));
-      pen.lineTo(pixel, y(last));
+      const at = place.left + pixel;
+      // A constant is one point a pixel, a slope two.
+      const [first, end] = [column[edges[pixel]], column[last]].map((value) => (Number.isNaN(value) ? least : value));
+      to(at, y(first));
+      if (least < first && least < end) pen.lineTo(at, y(least));
+      if (most > first && most > end) pen.lineTo(at, y(most));
+      if (end !== first) pen.lineTo(at, y(end));
     }
   }
   pen.stroke();
