@@ -24,6 +24,8 @@ mod counters;
 pub mod credentials;
 mod cycle;
 mod ended;
+#[cfg(test)]
+mod example;
 mod faults;
 pub mod fitness;
 mod health;

@@ -209,34 +209,9 @@ fn write(mut writer: Writer<SyncedFile>, entries: &Receiver<Entry>) -> anyhow::R
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::example::{BoilerSignals, boiler};
     use coaxle_clock::Span;
-    use coaxle_node::signal::Instance;
     use coaxle_recording::{Item, Level, Reader, Value};
-
-    mod declared {
-        #![allow(
-            unreachable_pub,
-            reason = "the macro declares what a crate shows to others"
-        )]
-
-        coaxle_node::signals! {
-            /// A boiler.
-            pub struct BoilerSignals of Node {
-                /// Temperature of the water.
-                temperature: f64 ["°C"],
-            }
-        }
-    }
-
-    use declared::BoilerSignals;
-
-    fn table() -> Table {
-        Table {
-            name: "boiler".to_owned(),
-            role: "boiler".to_owned(),
-            instances: vec![Instance::of::<BoilerSignals>("")],
-        }
-    }
 
     fn items(path: &Path) -> Vec<Item> {
         let reader = Reader::new(File::open(path).unwrap());
@@ -252,7 +227,7 @@ mod tests {
             media_type: "application/toml",
             data: b"name = 'boiler'",
         };
-        let mut recording = Recording::create(&path, &table(), &Facts::new(), &[config]).unwrap();
+        let mut recording = Recording::create(&path, &boiler(), &Facts::new(), &[config]).unwrap();
         recording.begin(0xf00d);
         let start = machine::now();
         for k in 0..100 {
@@ -295,7 +270,7 @@ mod tests {
     #[test]
     fn nobody_waits_for_a_disk_that_is_full_and_it_is_said() {
         let path = Path::new("/dev/full");
-        let error = Recording::create(path, &table(), &Facts::new(), &[]).map(|_| ());
+        let error = Recording::create(path, &boiler(), &Facts::new(), &[]).map(|_| ());
         let message = format!("{:#}", error.unwrap_err());
         assert!(message.contains("the recording /dev/full"), "{message}");
     }
@@ -304,7 +279,7 @@ mod tests {
     fn a_row_of_something_else_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("boiler.mcap");
-        let mut recording = Recording::create(&path, &table(), &Facts::new(), &[]).unwrap();
+        let mut recording = Recording::create(&path, &boiler(), &Facts::new(), &[]).unwrap();
         recording.row(Instant::EPOCH, Instant::EPOCH, &("hot", 1));
         let message = format!("{:#}", recording.finish().unwrap_err());
         assert!(

@@ -114,36 +114,14 @@ impl Rows {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::example::{BoilerSignals, boiler};
     use crate::transport::{InProcess, Transport, Urgency};
     use coaxle_clock::Span;
-    use coaxle_node::signal::Instance;
     use coaxle_recording::{Item, Join, Reader};
     use std::sync::{Arc, Mutex};
 
-    mod declared {
-        #![allow(
-            unreachable_pub,
-            reason = "the macro declares what a crate shows to others"
-        )]
-
-        coaxle_node::signals! {
-            /// A boiler.
-            pub struct BoilerSignals of Node {
-                /// Temperature of the water.
-                temperature: f64 ["°C"],
-            }
-        }
-    }
-
-    use declared::BoilerSignals;
-
     fn rows() -> Rows {
-        let table = Table {
-            name: "boiler".to_owned(),
-            role: "boiler".to_owned(),
-            instances: vec![Instance::of::<BoilerSignals>("")],
-        };
-        Rows::new(table, Facts::new(), None, None)
+        Rows::new(boiler(), Facts::new(), None, None)
     }
 
     #[test]

@@ -61,16 +61,22 @@ function showNodes() {
 
 async function learn(node) {
   if (state.sources.has(node)) return;
-  const source = { signals: [], rows: undefined, words: new Map(), stream: undefined, epoch: '', restarts: 0, missing: 0 };
+  const source = {
+    signals: [], rows: undefined, words: new Map(), stream: undefined, epoch: '', restarts: 0, missing: 0, unknown: [],
+  };
   state.sources.set(node, source);
+  if (!await learnSignals(node, source)) setTimeout(() => state.sources.delete(node), 2000);
+}
+
+// Another run of the node may have another config, and so other signals.
+async function learnSignals(node, source) {
   const answer = await fetch(`signals/${node}`).catch(() => undefined);
-  if (!answer?.ok) {
-    setTimeout(() => state.sources.delete(node), 2000);
-    return;
-  }
+  if (!answer?.ok) return false;
   source.signals = await answer.json();
   showChannels();
+  arrange();
   listen(node);
+  return true;
 }
 
 function showChannels() {
@@ -202,9 +208,11 @@ function block(node, source, rows, words, head, numbers) {
     words.get(rows.names[n]).splice(from, Infinity, ...more);
   }
   for (const line of head.log) log(node, line);
-  if (source.epoch && head.epoch !== source.epoch) source.restarts++;
-  else if (source.piece !== undefined && source.stream === source.counted) source.missing += head.piece - source.piece - 1;
-  Object.assign(source, { epoch: head.epoch, piece: head.piece, counted: source.stream });
+  if (source.epoch && head.epoch !== source.epoch) {
+    source.restarts++;
+    learnSignals(node, source);
+  } else if (source.piece !== undefined && source.stream === source.counted) source.missing += head.piece - source.piece - 1;
+  Object.assign(source, { epoch: head.epoch, piece: head.piece, counted: source.stream, unknown: head.unknown });
   const column = (n) => numbers.subarray(n * head.rows, (n + 1) * head.rows);
   const times = column(0);
   const rate = (name) => rates(rows, times, base(name), column(rows.names.indexOf(base(name)) + 1));
@@ -350,9 +358,10 @@ function rateButton(key) {
 }
 
 function showGaps() {
-  const told = [...state.sources].flatMap(([node, { restarts, missing }]) => [
+  const told = [...state.sources].flatMap(([node, { restarts, missing, unknown }]) => [
     ...(restarts ? [`${node}: started anew ${restarts} times`] : []),
     ...(missing ? [`${node}: ${missing} pieces of 50 ms are missing`] : []),
+    ...(unknown.length ? [`${node}: no signals of this run: ${unknown.join(', ')}`] : []),
   ]);
   $('told').textContent = told.join(', ');
   document.body.dataset.missing = [...state.sources.values()].reduce((sum, { missing }) => sum + missing, 0);
@@ -629,6 +638,5 @@ listenToTools();
 recall();
 setInterval(round, ROUND_MS);
 setInterval(showFigures, 250);
-setInterval(() => panes.length !== 0 || !state.chosen.some(signalOf) || arrange(), 300);
 round();
 paint();
