@@ -225,16 +225,21 @@ fn violations(finished: &Finished) -> impl Iterator<Item = String> {
     finished.violations().iter().map(ToString::to_string)
 }
 
-/// A receiver that follows another one hears of it once that is back itself. Until so many messages it may be starting up.
-const STARTING_UP: u64 = 10_000;
+/// A receiver that follows another one hears of it once that is back itself, and an observer may take so long to lock, s.
+const STARTING_UP: f64 = 30.0;
+/// TS5066 learns the drift from one beat to the next.
+const BEATS: u64 = 2;
 
-/// Whether a receiver is in sync, or its clock is and the axis is on its way: that takes up to half a minute after it was
-/// away for long.
+/// Whether a receiver is in sync, or cannot be yet; or its clock is and the axis is on its way: that takes up to half a minute
+/// after it was away for long.
 fn is_back(receiver: &ReceiverSummary) -> bool {
     let (far, axis) = (&receiver.last.far, &receiver.last.axis);
     let is_on_its_way = far.synced && axis.continuity == ContinuityName::Rejoining;
-    let has_just_begun = far.restarts == 0 && (1..STARTING_UP).contains(&far.expected);
-    receiver.synced_at_end || is_on_its_way || has_just_begun
+    let heard_for = far.cycle_time_us.unwrap_or_default() * 1e-6 * far.expected as f64;
+    let has_just_begun = far.restarts == 0 && far.expected > 0 && heard_for < STARTING_UP;
+    let waits_for_beats =
+        receiver.mode != "observer" && far.error == 0 && u64::from(far.beats) < BEATS;
+    receiver.synced_at_end || is_on_its_way || has_just_begun || waits_for_beats
 }
 
 fn synchronises(mode: &str) -> bool {

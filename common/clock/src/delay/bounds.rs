@@ -23,6 +23,8 @@ const UNKNOWN_RATE: f64 = 1e-6;
 
 /// A drift may have changed by so much, s/s, as long as nobody has noticed yet.
 const UNNOTICED_RATE: f64 = 200e-6;
+/// Exchanges of so long a time, s, have tested the rate of a line.
+const TESTED: f64 = 8.0;
 
 /// By how much a delay, s, is to be moved for none of the recent exchanges to deny it, even if the rate of the line should
 /// be quite wrong.
@@ -54,8 +56,17 @@ impl Bounds {
     /// What exchanges say; none if there are none.
     pub(super) fn of(recent: &Recent<'_>) -> Option<Self> {
         let level = Agreeing::of(recent, 0.0, 0.0)?;
-        let Some(trend) = Trend::of(recent) else {
-            return Some(level.bounds(0.0, None));
+        let trend = Trend::of(recent);
+        let trend = match level.contradicted {
+            true => trend.or_else(|| Trend::left_open(recent)),
+            false => trend,
+        };
+        let Some(trend) = trend else {
+            let doubt = match level.contradicted || recent.span() < TESTED {
+                true => UNNOTICED_RATE,
+                false => 0.0,
+            };
+            return Some(Agreeing::of(recent, doubt, 0.0)?.bounds(doubt, None));
         };
         let agree = || Agreeing::of(recent, trend.sigma, trend.gain);
         let is_proven = recent.line.synced

@@ -21,6 +21,9 @@ const STRETCH: f64 = 0.06;
 /// So many stretches at most, and how many tell at least.
 const STRETCHES: usize = 64;
 const ENOUGH: usize = 5;
+/// Where the jitter is too wide for that, the quickest of so many requests tell, if there are so many of them.
+const EACH: usize = 6;
+const QUICKEST: usize = 8;
 /// Such a part of the change is as good as nothing, and to be told from all of it: so the slope is to be known that well that
 /// its standard deviation is such a part of the change. A drift that is taken for a path is looked at again a second later; a path
 /// that is taken for a drift leads away.
@@ -41,17 +44,18 @@ pub(super) fn whose<'a>(
     exchanges: impl Iterator<Item = &'a Exchange> + Clone,
 ) -> Option<Whose> {
     let line = &suspected.line;
-    let after = |of: &Exchange| (of.stamps.requested - suspected.since).as_secs_f64();
-    let span = exchanges.clone().map(after).fold(0.0, f64::max);
-    let stretch = STRETCH.max(span / (STRETCHES as f64 - 1.0));
-    let mut stretches = [Stretch::default(); STRETCHES];
-    for exchange in exchanges.filter(|exchange| after(exchange) >= 0.0) {
-        let way = line.offset_at(exchange.stamps.received, exchange.stamps.requested);
-        stretches[(after(exchange) / stretch) as usize].take(after(exchange), way.0);
-    }
-    let growth = growth(&stretches)?;
-    let is_certain = growth.slope_sigma() < CERTAIN * suspected.change.abs();
-    is_certain.then_some(
+    let ways = exchanges.filter_map(|exchange| {
+        let stamps = &exchange.stamps;
+        let after = (stamps.requested - suspected.since).as_secs_f64();
+        let way = line.offset_at(stamps.received, stamps.requested).0;
+        (after >= 0.0).then_some((after, way))
+    });
+    let is_certain =
+        |growth: &StraightLine| growth.slope_sigma() < CERTAIN * suspected.change.abs();
+    let growth = growth(ways.clone())
+        .filter(is_certain)
+        .or_else(|| growth_of_quickest(ways).filter(is_certain))?;
+    Some(
         match libm::fabs(growth.slope / suspected.change) < NOTHING {
             true => Whose::Sender,
             false => Whose::Path,
@@ -81,26 +85,73 @@ impl Stretch {
     }
 }
 
-/// The line through the stretches of which something is known; none of too few.
-fn growth(stretches: &[Stretch]) -> Option<StraightLine> {
+/// The line through the means of stretches, of which some may have none; the ways are given as pairs of time and way, s. None of
+/// too few.
+fn growth(ways: impl Iterator<Item = (f64, f64)> + Clone) -> Option<StraightLine> {
+    let span = ways.clone().map(|(time, _)| time).fold(0.0, f64::max);
+    let length = STRETCH.max(span / (STRETCHES as f64 - 1.0));
+    let mut stretches = [Stretch::default(); STRETCHES];
+    for (time, way) in ways {
+        stretches[(time / length) as usize].take(time, way);
+    }
     let known = stretches.iter().filter(|stretch| stretch.count > 0.0);
     let enough = known.clone().count() >= ENOUGH;
     enough.then(|| StraightLine::through(known.map(|stretch| (stretch.time, stretch.way))))
+}
+
+/// The line through the quickest of [`EACH`] and more; of as many each time, as the quickest of more would be quicker by that
+/// alone. None of too few.
+fn growth_of_quickest(ways: impl Iterator<Item = (f64, f64)> + Clone) -> Option<StraightLine> {
+    let count = ways.clone().count();
+    let each = count / QUICKEST;
+    if each < EACH {
+        return None;
+    }
+    let mut quickest = [(0.0, f64::INFINITY); QUICKEST];
+    for (n, way) in ways.skip(count % QUICKEST).enumerate() {
+        let place = &mut quickest[n / each];
+        if way.1 < place.1 {
+            *place = way;
+        }
+    }
+    Some(StraightLine::through(quickest.into_iter()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The growth of ways that are `way` long, asked every 20 ms for so long, s.
-    fn growth_of(span: f64, way: fn(f64) -> f64) -> Option<StraightLine> {
-        let mut stretches = [Stretch::default(); STRETCHES];
-        for k in 0..(span / 0.02) as u32 {
+    /// Asked every 20 ms for so long, s; ways are `way` long, and by up to so much later.
+    fn asked(
+        span: f64,
+        late: f64,
+        way: fn(f64) -> f64,
+    ) -> impl Iterator<Item = (f64, f64)> + Clone {
+        (0..(span / 0.02) as u32).map(move |k| {
             let time = 0.02 * f64::from(k);
-            let jitter = 20e-6 * f64::from(k.wrapping_mul(2_654_435_761) >> 8 & 0xffff) / 65_536.0;
-            stretches[(time / STRETCH) as usize].take(time, way(time) + jitter);
-        }
-        growth(&stretches)
+            let part = f64::from(k.wrapping_mul(2_654_435_761) >> 8 & 0xffff) / 65_536.0;
+            (time, way(time) + late * part * part)
+        })
+    }
+
+    fn growth_of(span: f64, way: fn(f64) -> f64) -> Option<StraightLine> {
+        growth(asked(span, 20e-6, way))
+    }
+
+    #[test]
+    fn where_the_jitter_is_wide_the_quickest_tell() {
+        let way = |time: f64| 1e-3 + 80e-6 * time;
+        let asked = |span| asked(span, 400e-6, way);
+        assert!(growth_of_quickest(asked(0.9)).is_none(), "too few");
+        let [means, quickest] = [growth(asked(1.5)), growth_of_quickest(asked(1.5))];
+        let [means, quickest] = [means, quickest].map(Option::unwrap);
+        assert!(quickest.slope_sigma() < 0.5 * means.slope_sigma());
+        assert!(
+            (quickest.slope - 80e-6).abs() < 3.0 * quickest.slope_sigma(),
+            "{} ± {}",
+            quickest.slope,
+            quickest.slope_sigma()
+        );
     }
 
     #[test]

@@ -124,7 +124,8 @@ fn equal_ways_give_the_delay_and_half_of_the_round_trip_as_its_uncertainty() {
     let (state, delay, uncertainty) = delay_us(&exchange, now, &line);
     assert_eq!(state, DelayState::Asking, "one exchange is little");
     assert!((delay - 1_200.0).abs() < 0.01, "{delay}");
-    assert!((uncertainty - 900.0).abs() < 0.02, "{uncertainty}");
+    // Nobody has tested the rate of the line, and a few milliseconds have passed.
+    assert!((900.0..901.0).contains(&uncertainty), "{uncertainty}");
     let now = exchanges(&mut exchange, &line, now, 20, || (micros(900), micros(900)));
     assert_eq!(delay_us(&exchange, now, &line).0, DelayState::Measured);
     assert_eq!(exchange.delay(), Some(micros(1_200)));

@@ -7,7 +7,7 @@
 //! rate, prove that the line is wrong.
 
 use super::window::{Exchange, KEPT, Recent};
-use crate::instant::Span;
+use crate::instant::{Instant, Local, Span};
 use crate::straight_line::StraightLine;
 
 /// So many exchanges tell, in so long a time, s; and in so long a time they prove something.
@@ -40,6 +40,32 @@ impl Trend {
         let is_like = (whole.gain - newer.gain).abs() <= doubt + ALIKE * whole.gain.abs();
         let is_told = whole.gain.abs() > SIGNIFICANT * whole.sigma;
         (is_told && is_like).then_some(whole)
+    }
+
+    /// What the exchanges leave open, however long each of them took: at no other rate do all of them agree. None if they do
+    /// not at any.
+    pub(super) fn left_open(recent: &Recent<'_>) -> Option<Self> {
+        let now = recent.now;
+        let since = |at: Instant<Local>| (at - now).as_secs_f64();
+        let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
+        for response in recent.exchanges {
+            let arrived = since(response.stamps.arrived);
+            for request in recent.exchanges {
+                // The sender is ahead by no less than the one says, and later by no more than the other one says.
+                let passed = since(request.stamps.requested) - arrived;
+                let gain = (request.there + response.back) / passed;
+                match passed > 0.0 {
+                    true => most = most.min(gain),
+                    false => least = least.max(gain),
+                }
+            }
+        }
+        (least < most).then(|| Self {
+            gain: 0.5 * (least + most),
+            // Anything in between is as likely.
+            sigma: (most - least) / libm::sqrt(12.0),
+            span: recent.span(),
+        })
     }
 
     fn through(points: impl Iterator<Item = (f64, f64)> + Clone, span: f64) -> Option<Self> {
@@ -82,7 +108,7 @@ impl Quick {
 
 fn quick(recent: &Recent<'_>) -> Option<Quick> {
     let Recent { exchanges, now, .. } = *recent;
-    let span = (now - exchanges.last()?.at).as_secs_f64();
+    let span = recent.span();
     if exchanges.len() < ENOUGH || span < LONG_ENOUGH {
         return None;
     }

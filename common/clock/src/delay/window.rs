@@ -64,6 +64,14 @@ pub(super) struct Recent<'a> {
     pub(super) line: &'a FarLine,
 }
 
+impl Recent<'_> {
+    /// Since the oldest, s.
+    pub(super) fn span(&self) -> f64 {
+        let oldest = self.exchanges.last();
+        oldest.map_or(0.0, |oldest| (self.now - oldest.at).as_secs_f64())
+    }
+}
+
 /// One direction over the whole window, s. The very least hangs on a single message; a few are the surer
 /// measure where jitter has no sharp lower bound, and no more than a few meet no obstacle.
 #[derive(Clone, Copy, Debug)]

@@ -30,6 +30,8 @@ const PROBABLE: f64 = 4.0;
 /// So many small jumps of the delay in about such a time, s, are a sign.
 const MANY_SHIFTS: f64 = 2.2;
 const SHIFTS_FORGOTTEN_AFTER: f64 = 30.0;
+/// As long as nobody knows what the lines miss themselves by, an edge is none if it is less sure than so many widths of the jitter.
+const FOUND: f64 = 4.0;
 /// An edge that is as sure as this is not left, s.
 const GOOD_ENOUGH: f64 = 0.3e-6;
 /// From so many seconds on the lines are known well enough to go on where the other one was.
@@ -163,14 +165,14 @@ impl Choice {
     }
 
     /// Looks at both lines as they are at `time`, `age` seconds after the start. By how much the line
-    /// that is followed jumps, s: where the other one is chosen early, or is too far off.
+    /// that is followed jumps, s: where the other one is chosen early, or is off by more than the `width` of the jitter.
     pub(super) fn judge(
         &mut self,
         time: f64,
         age: f64,
         all: &Estimate,
         edge: &edge::Line,
-        largest_carry: f64,
+        width: f64,
     ) -> f64 {
         let edge_offset = edge.offset_at(time);
         let looked = self.all.look(time, all.offset, all.drift);
@@ -181,7 +183,7 @@ impl Choice {
                 EARLY_JUMP_KEPT
             };
         }
-        let by_edge = self.wants_edge(all, edge);
+        let by_edge = self.wants_edge(all, edge, width);
         if by_edge == self.by_edge {
             self.contrary = 0;
             return 0.0;
@@ -200,7 +202,7 @@ impl Choice {
             all.offset - edge_offset
         };
         let difference = raw - self.carry;
-        if age > KNOWN_AFTER && libm::fabs(difference) < largest_carry {
+        if age > KNOWN_AFTER && libm::fabs(difference) < width {
             self.carry = -difference;
             0.0
         } else {
@@ -209,7 +211,7 @@ impl Choice {
         }
     }
 
-    fn wants_edge(&self, all: &Estimate, edge: &edge::Line) -> bool {
+    fn wants_edge(&self, all: &Estimate, edge: &edge::Line, width: f64) -> bool {
         if !self.correlation.is_correlated() {
             return false;
         }
@@ -219,7 +221,8 @@ impl Choice {
             self.all.usual_miss()
         };
         let (Some(all_miss), Some(edge_miss)) = (all_miss, self.edge.usual_miss()) else {
-            return true;
+            let [all, edge] = [all, &edge.estimate].map(|line| libm::sqrt(line.offset_variance));
+            return edge < FOUND * width.max(all);
         };
         let all = libm::sqrt(all.offset_variance).max(MISSED * all_miss);
         let edge = libm::sqrt(edge.estimate.offset_variance).max(MISSED * edge_miss);

@@ -11,8 +11,9 @@ use crate::instant::{Instant, Local, Seconds, Span};
 
 /// Exchanges tell within this time whose a change of the drift is, or nothing is done about it.
 const LONGEST_DOUBT: Span = Span::from_secs(3);
-/// It must be seen again within this time.
+/// It must be seen again within this time, and within so many windows of the points that show it.
 const SEEN_AGAIN_WITHIN: Span = Span::from_millis(500);
+const SEEN_AGAIN_WITHIN_WINDOWS: f64 = 2.5;
 /// If it is the path's nobody asks again for so long.
 const LEAVE_DRIFT_FOR: Span = Span::from_secs(1);
 /// The standard deviation that such a doubt is: the uncertainty covers three.
@@ -90,6 +91,12 @@ pub(super) struct Suspect {
 }
 
 impl Suspect {
+    fn seen_again_within(&self) -> Span {
+        SEEN_AGAIN_WITHIN.max(Span::from_secs_f64(
+            SEEN_AGAIN_WITHIN_WINDOWS * self.step.window,
+        ))
+    }
+
     /// Whether it is the same change, seen again. What is seen in finer windows is younger.
     fn is_like(&self, step: &DriftStep) -> bool {
         let is_finer = step.window < 0.75 * self.step.window;
@@ -152,7 +159,7 @@ impl PhaseObserver {
             return;
         };
         // First, as after a silence exchanges may not tell any more.
-        if arrived - suspect.seen > SEEN_AGAIN_WITHIN {
+        if arrived - suspect.seen > suspect.seen_again_within() {
             self.drift_change.suspect = None;
         } else if !self.exchanges_tell {
             self.attribute_drift(true);

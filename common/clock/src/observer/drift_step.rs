@@ -23,6 +23,10 @@ const SIGNIFICANT: f64 = 10.0;
 /// … and the points are so many times nearer, in squares, to one line than to two that are as steep as before, with a jump of
 /// the delay between them.
 const BETTER: f64 = 6.0;
+/// It is another drift as well if it is that steep for as many points again, to such a part, and so many times farther off than
+/// usual, if that is known.
+const STEADY: core::ops::Range<f64> = 0.7..1.4;
+const BEYOND_USUAL: f64 = 2.0;
 /// What is usual is a mean over so many slopes, each of which counts as so many times the usual at most; and is known after
 /// so many.
 const MEMORY: f64 = 128.0;
@@ -70,6 +74,9 @@ struct Scale {
     /// Mean square of what slopes differ from the drift by, s²/s².
     usual: f64,
     known: u32,
+    /// So many slopes in a row stood out as much as this one, s/s.
+    steady: usize,
+    stood_out: f64,
     /// How far low phases usually are above the line: a mean over those that have left `points`, s.
     above: f64,
     left: u32,
@@ -186,6 +193,8 @@ impl Scale {
         first: None,
         usual: 0.0,
         known: 0,
+        steady: 0,
+        stood_out: 0.0,
         above: 0.0,
         left: 0,
     };
@@ -193,6 +202,7 @@ impl Scale {
     fn forget_points(&mut self) {
         self.len = 0;
         self.first = None;
+        self.steady = 0;
     }
 
     /// What slopes of this scale usually differ from the drift by, once that is known.
@@ -223,18 +233,43 @@ impl Scale {
         let points = self.points.iter();
         let line = StraightLine::through(points.map(|point| (point.time, point.phase)));
         let off = line.slope - drift;
-        let is_other = self.usual().or(finer).is_some_and(|usual| {
-            let least = (OUT_OF_THE_ORDINARY * usual)
-                .max(SIGNIFICANT * line.slope_sigma())
-                .max(CELLS * cell / (point.time - self.points[0].time))
-                .max(SMALLEST);
-            libm::fabs(off) > least && self.scatter_of_jump(drift) > BETTER * line.scatter
-        });
-        if is_other {
+        let least = (SIGNIFICANT * line.slope_sigma())
+            .max(CELLS * cell / (point.time - self.points[0].time))
+            .max(SMALLEST);
+        let stands_out = off.abs() > least && self.scatter_of_jump(drift) > BETTER * line.scatter;
+        self.count_steady(off, stands_out);
+        let is_steady = self.steady > POINTS;
+        let times_usual = if is_steady {
+            BEYOND_USUAL
+        } else {
+            OUT_OF_THE_ORDINARY
+        };
+        let is_unusual =
+            (self.usual().or(finer)).map_or(is_steady, |usual| off.abs() > times_usual * usual);
+        if stands_out && is_unusual {
             return Some(self.step(&line, off));
         }
-        self.learn(off);
+        // Once it is no other drift it is usual, and not before.
+        if self.steady == 0 || is_steady {
+            self.learn(off);
+        }
         None
+    }
+
+    /// Counts slopes that stand out alike.
+    fn count_steady(&mut self, off: f64, stands_out: bool) {
+        let is_alike = stands_out && STEADY.contains(&(off / self.stood_out));
+        if self.steady > 0 && is_alike {
+            self.steady += 1;
+            return;
+        }
+        if self.steady <= POINTS {
+            for _ in 0..self.steady {
+                self.learn(self.stood_out);
+            }
+        }
+        self.steady = usize::from(stands_out);
+        self.stood_out = off;
     }
 
     /// The least sum of squares about two lines of the drift of before, of which one has the first points and the other one
@@ -337,6 +372,20 @@ mod tests {
             );
             let off = step.estimate.offset - phase(step.at);
             assert!(off.abs() < 6e-6, "{change}: {off}");
+        }
+    }
+
+    #[test]
+    fn a_line_that_was_wrong_from_the_start_is_found_though_nothing_is_usual() {
+        for drift in [80e-6, -80e-6] {
+            let phase = match drift {
+                80e-6 => |time: f64| 80e-6 * time,
+                _ => |time: f64| -80e-6 * time,
+            };
+            let step = found(phase).expect("it is found");
+            assert!(step.at < 4.0, "{drift}: at {}", step.at);
+            let off = step.estimate.drift - drift;
+            assert!(off.abs() < 4e-6, "{drift}: {off}");
         }
     }
 

@@ -107,6 +107,54 @@ fn a_line_at_another_rate_than_the_sender_is_proven_wrong_once() {
     }
 }
 
+/// One in three is as quick as can be, the others wait in queues.
+fn queued(mut late: impl FnMut() -> Span) -> impl FnMut() -> Span {
+    let mut number = 0;
+    move || {
+        number += 1;
+        micros(350)
+            + if number % 3 == 0 {
+                late() / 500
+            } else {
+                late()
+            }
+    }
+}
+
+#[test]
+fn ways_that_lead_through_queues_prove_it_as_well() {
+    for gain in [-200e-6, 200e-6] {
+        let mut exchange = DelayExchange::new(RUN);
+        let line = line(micros(1_000));
+        let (mut there, mut back) = (queued(jitter(20_000.0, 3)), queued(jitter(20_000.0, 4)));
+        let ways = |_| (there(), back());
+        let proven = with_sender(&mut exchange, &line, 9_000, ways, |time| gain * time);
+        let (found, sigma) = proven.expect("proven");
+        assert!(
+            (found - gain).abs() < 2.0 * sigma,
+            "{gain}: {found} ± {sigma}"
+        );
+    }
+}
+
+#[test]
+fn a_line_whose_rate_nobody_has_tested_is_not_taken_for_sure() {
+    let mut exchange = DelayExchange::new(RUN);
+    let (mut there, mut back) = (queued(jitter(20_000.0, 5)), queued(jitter(20_000.0, 6)));
+    // It says that it is right to 2 ppm, and it is wrong by 150.
+    let line = FarLine {
+        rate_sigma: 2e-6,
+        ..running(150e-6, micros(1_000))
+    };
+    let mut now = at(0);
+    for _ in 0..60 {
+        now = exchanges(&mut exchange, &line, now, 1, || (there(), back()));
+        let (_, delay, uncertainty) = delay_us(&exchange, now, &line);
+        let error = ahead_us(&line, now) - delay;
+        assert!(error.abs() <= uncertainty, "{error}, {uncertainty}");
+    }
+}
+
 #[test]
 fn no_path_proves_anything_of_a_clock() {
     let courses: [fn(f64) -> (f64, f64); 4] = [
