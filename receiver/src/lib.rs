@@ -34,7 +34,8 @@ mod snapshot;
 mod virtual_axes;
 
 pub use config::{
-    DelayConfig, FarChannel, FarConfig, MasterRef, Mode, ReceiverConfig, SlaveConfig, WrongSlave,
+    DelayConfig, DriveConfig, FarChannel, FarConfig, MasterRef, Mode, ReceiverConfig, SlaveConfig,
+    WrongSlave,
 };
 pub use drives::Drives;
 pub use names::{

@@ -18,7 +18,7 @@ use crate::examples;
 use crate::inspect;
 use crate::junit::{self, Case};
 use crate::number;
-use crate::recorded::{self, ExportArgs, InfoArgs, RecordArgs, RecoverArgs};
+use crate::recorded::{self, ExportArgs, InfoArgs, RecordArgs, RecoverArgs, ReplayArgs};
 use crate::recording;
 use crate::run::{self, Options, Outcome, TraceFormat};
 use crate::saw::{self, SawCommand};
@@ -106,6 +106,8 @@ enum Command {
     Scope(ScopeArgs),
     /// Record what running nodes show of every cycle, from outside: docs/RECORDING.md
     Record(RecordArgs),
+    /// Replay the recording of a receiver in virtual time, with its config or another one, and compare: docs/RECORDING.md
+    Replay(ReplayArgs),
     /// Make a recording whole that nobody ended, or that is damaged: docs/RECORDING.md
     Recover(RecoverArgs),
     /// Write the rows of a recording as tables for other programs
@@ -227,6 +229,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
         Some(Command::Scope(args)) => return scope::scope(&args),
         Some(Command::Record(args)) => return recorded::record(&args),
+        Some(Command::Replay(args)) => return recorded::replay(&args),
         Some(Command::Recover(args)) => (
             say(&recorded::recover(&args)?).map(|()| true)?,
             Exit::Failed,

@@ -14,6 +14,7 @@ use rtrb::Producer;
 
 use crate::commands::OrderQueue;
 use crate::counters::{Counters, count};
+use crate::inputs::InputTap;
 use crate::machine::{self, Machine};
 use crate::mailbox::Mailbox;
 use crate::outbox::{Outbox, OutgoingFrame};
@@ -34,6 +35,8 @@ pub(crate) struct Cycle<N: Node> {
     pub(crate) outbox: Outbox,
     pub(crate) records: Records<N::Snapshot>,
     pub(crate) arrivals: Producer<ArrivalRecord>,
+    /// Where its inputs go, if anybody wants them.
+    pub(crate) inputs: Option<InputTap>,
     pub(crate) counters: Arc<Counters>,
 }
 
@@ -103,16 +106,26 @@ impl<N: Node> Cycle<N> {
             outbox,
             records,
             arrivals,
+            inputs,
             counters,
         } = self;
         let clock = &mut clock.deviated;
         let now = clock.local_at(woke);
         for (subscription, mailbox) in mailboxes.iter_mut().enumerate() {
             mailbox.drain(|arrival, message| {
-                node.receive(clock.local_at(arrival), subscription, message);
+                let at = clock.local_at(arrival);
+                if let Some(inputs) = inputs {
+                    inputs.received(at, subscription, message);
+                }
+                node.receive(at, subscription, message);
             });
         }
-        orders.execute_all(woke, |order| node.execute(order));
+        orders.execute_all(woke, |order| {
+            if let Some(inputs) = inputs {
+                inputs.ordered(order);
+            }
+            node.execute(order)
+        });
         machine::begin_cycle(clock.reference_at(node.ideal_start(now)));
         let tick = node.cycle(now);
         while let Some(outgoing) = node.transmit() {
@@ -128,6 +141,9 @@ impl<N: Node> Cycle<N> {
         }
         outbox.wake();
         let ideal_start = clock.reference_at(tick.ideal_start);
+        if let Some(inputs) = inputs {
+            inputs.scan(ideal_start, woke, now);
+        }
         while let Some(arrival) = node.arrival() {
             let record = ArrivalRecord {
                 ideal_start,
@@ -223,6 +239,7 @@ mod tests {
             outbox,
             records,
             arrivals,
+            inputs: None,
             counters: Arc::clone(&counters),
         };
         Bench {

@@ -10,6 +10,7 @@ use coaxle_clock::Instant;
 use coaxle_recording::{EncodedRow, Facts, LogLine, RowEncoder, RowError, Table, Writer};
 use serde::Serialize;
 
+use crate::inputs::InputRecord;
 use crate::machine::{self, Machine};
 use crate::synced_file::SyncedFile;
 
@@ -30,6 +31,8 @@ pub struct Recording {
     queue: Option<SyncSender<Entry>>,
     thread: Option<JoinHandle<anyhow::Result<()>>>,
     dropped: u64,
+    /// Times that scans are missing among the inputs.
+    input_gaps: u64,
     /// A row that did not fit its table; nothing is written after that.
     failure: Option<RowError>,
 }
@@ -37,8 +40,16 @@ pub struct Recording {
 /// Something to write.
 enum Entry {
     Row(EncodedRow),
+    Inputs {
+        at_ns: i64,
+        woke_ns: i64,
+        bytes: Vec<u8>,
+    },
     Log(LogLine),
-    Status { at_ns: i64, json: String },
+    Status {
+        at_ns: i64,
+        json: String,
+    },
     Facts(Facts),
 }
 
@@ -96,6 +107,7 @@ impl Recording {
             queue: Some(queue),
             thread: Some(thread),
             dropped: 0,
+            input_gaps: 0,
             failure: None,
         })
     }
@@ -118,6 +130,18 @@ impl Recording {
                 self.failure = Some(error);
             }
         }
+    }
+
+    /// Adds what the node was told before a scan.
+    pub fn told(&mut self, record: &InputRecord) {
+        self.input_gaps += u64::from(record.after_gap);
+        let dropped = self.dropped;
+        self.push(Entry::Inputs {
+            at_ns: record.ideal_start.as_nanos(),
+            woke_ns: record.woke.as_nanos(),
+            bytes: record.scan.to_bytes(),
+        });
+        self.input_gaps += self.dropped - dropped;
     }
 
     /// Adds a line of the node's log.
@@ -143,7 +167,10 @@ impl Recording {
     /// # Errors
     /// Names the file that is incomplete, and why.
     pub fn finish(&mut self) -> anyhow::Result<()> {
-        let facts = [("dropped", self.dropped.to_string())];
+        let facts = [
+            ("dropped", self.dropped.to_string()),
+            ("input-gaps", self.input_gaps.to_string()),
+        ];
         self.facts(facts);
         self.queue = None;
         let Some(thread) = self.thread.take() else {
@@ -197,6 +224,11 @@ fn write(mut writer: Writer<SyncedFile>, entries: &Receiver<Entry>) -> anyhow::R
     for entry in entries {
         match entry {
             Entry::Row(row) => writer.row(0, &row),
+            Entry::Inputs {
+                at_ns,
+                woke_ns,
+                bytes,
+            } => writer.inputs(0, at_ns, woke_ns, &bytes),
             Entry::Log(line) => writer.log(0, &line),
             Entry::Status { at_ns, json } => writer.status(0, at_ns, &json),
             Entry::Facts(facts) => writer.facts(&facts),

@@ -5,6 +5,7 @@ use coaxle_recording::{Facts, Level, LogLine, Pieces, Table};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use crate::inputs::InputRecord;
 use crate::machine::{self, Machine};
 use crate::recording::Recording;
 use crate::row_stream::RowStream;
@@ -61,6 +62,19 @@ impl Rows {
         }
         if let Some(stream) = &mut self.stream {
             stream.row(at, woke, row);
+        }
+    }
+
+    /// Whether somebody wants what the node is told before its scans: a recording has it, so that it can be replayed.
+    #[must_use]
+    pub const fn want_inputs(&self) -> bool {
+        self.recording.is_some()
+    }
+
+    /// Adds what the node was told before a scan.
+    pub fn told(&mut self, record: &InputRecord) {
+        if let Some(recording) = &mut self.recording {
+            recording.told(record);
         }
     }
 

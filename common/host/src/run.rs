@@ -17,6 +17,7 @@ use crate::counters::{Counters, read};
 use crate::credentials::{Credentials, RENEW_WITHIN, date};
 use crate::cycle::{Cycle, NodeClock};
 use crate::ended::{Ended, Signals};
+use crate::inputs::inputs;
 use crate::machine;
 use crate::mailbox::{Inbox, Mailbox, mailbox};
 use crate::outbox::outbox;
@@ -190,7 +191,9 @@ where
     let (inboxes, mailboxes) = mailboxes(&setup.wiring.subscriptions, &counters);
     let (mut outbox, frames) = outbox(OUTBOX_BYTES);
     let (arrivals, arrived) = RingBuffer::new(ARRIVAL_RECORDS);
-    let (records, telemetry) = telemetry(node.snapshot(), node.snapshot_size(), arrived);
+    let (records, mut telemetry) = telemetry(node.snapshot(), node.snapshot_size(), arrived);
+    let (inputs, told) = setup.recorder.wants_inputs().then(inputs).unzip();
+    telemetry.attach(told);
     let (mut orders, server, mut requests) = commands(&setup.name);
     let server = start_server(server, &panic_watch)?;
     orders.attach(server.thread().clone());
@@ -231,6 +234,7 @@ where
         outbox,
         records,
         arrivals,
+        inputs,
         counters: counted,
     };
     let wishes = Wishes {

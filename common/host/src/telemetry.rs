@@ -9,6 +9,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use crate::inputs::{InputRecord, Inputs};
 use crate::machine::{self, Machine};
 use crate::status::Reporter;
 use crate::transport::Publisher;
@@ -49,6 +50,17 @@ pub trait Recorder<S>: Send {
     /// Takes something that a cycle took in; each is given once, in order, but some time before or
     /// after the record of its cycle.
     fn arrived(&mut self, record: &ArrivalRecord) {
+        let _ = record;
+    }
+
+    /// Whether it takes what the node is told before its scans.
+    fn wants_inputs(&self) -> bool {
+        false
+    }
+
+    /// Takes what the node was told before a scan; each is given once, in order, but some time before or after the record
+    /// of its cycle.
+    fn told(&mut self, record: &InputRecord) {
         let _ = record;
     }
 
@@ -100,6 +112,7 @@ pub(crate) struct Telemetry<S> {
     records: Consumer<Record<S>>,
     emptied: Producer<Record<S>>,
     arrivals: Consumer<ArrivalRecord>,
+    inputs: Option<Inputs>,
 }
 
 /// Rings of records like the node's snapshot, which takes so many bytes.
@@ -124,6 +137,7 @@ pub(crate) fn telemetry<S: Clone>(
         records,
         emptied,
         arrivals,
+        inputs: None,
     };
     (Records { empty, full }, telemetry)
 }
@@ -159,6 +173,16 @@ impl<S> Telemetry<S> {
         true
     }
 
+    /// From now on these inputs are telemetry's, too.
+    pub(crate) fn attach(&mut self, inputs: Option<Inputs>) {
+        self.inputs = inputs;
+    }
+
+    /// The oldest scan with what came before it.
+    fn input(&mut self) -> Option<InputRecord> {
+        self.inputs.as_mut()?.take()
+    }
+
     /// The oldest arrival.
     pub(crate) fn arrival(&mut self) -> Option<ArrivalRecord> {
         self.arrivals.pop().ok()
@@ -178,6 +202,9 @@ pub(crate) fn observe<S>(
         while telemetry.take(|record| recorder.record(record)) {}
         while let Some(arrival) = telemetry.arrival() {
             recorder.arrived(&arrival);
+        }
+        while let Some(input) = telemetry.input() {
+            recorder.told(&input);
         }
         if last_round {
             break;

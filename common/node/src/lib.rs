@@ -18,7 +18,8 @@ pub mod wiring;
 pub use arrival::{Arrival, Arrived};
 pub use coaxle_wire::{
     AxisSample, CommandAnswer, CommandOrder, CommandOutcome, Frame, FrameHeader, Intake,
-    KeptMessage, MOST_CHARACTERS, Reader, Rejection, RejectionCounters, TimeRequest, TimeServer,
-    TimeServerCounters, command, exchange, frame, intake, keys, one_line, time_server,
+    KeptMessage, MOST_CHARACTERS, NoScan, Reader, Received, Rejection, RejectionCounters, Scan,
+    TimeRequest, TimeServer, TimeServerCounters, command, exchange, frame, intake, keys, one_line,
+    time_server,
 };
 pub use contract::{Channel, Message, Node, Outgoing};

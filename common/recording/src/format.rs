@@ -12,6 +12,10 @@ pub(crate) const EPOCH: &str = "epoch";
 /// In it, which piece of a recording it is, from 0.
 pub(crate) const PIECE: &str = "piece";
 
+/// The last part of the topic of what a node was told, and how that is encoded: no schema says it.
+pub(crate) const INPUTS: &str = "inputs";
+pub(crate) const INPUTS_ENCODING: &str = "coaxle-scan";
+
 // In the metadata of a channel:
 
 /// Whose it is.

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use mcap::records::{Channel, MessageHeader, Record};
 
-use crate::format::{ABOUT, CLOCK_OFFSET, GROUP, INSTANCE, INSTANCES, PLACE, ROLE, TABLE, UNIT};
+use crate::format::{
+    ABOUT, CLOCK_OFFSET, GROUP, INPUTS_ENCODING, INSTANCE, INSTANCES, PLACE, ROLE, TABLE, UNIT,
+};
 use crate::log::{self, LogLine};
 use crate::protobuf::NoMessage;
 use crate::read_table::{Column, ReadTable, Row};
@@ -42,6 +44,17 @@ pub enum Item {
         /// The status.
         json: String,
     },
+    /// What a node was told before a scan.
+    Inputs {
+        /// Which node.
+        table: String,
+        /// When the cycle ideally began, ns of the clock of the rows.
+        at_ns: i64,
+        /// When it really did.
+        woke_ns: i64,
+        /// All of it, as `coaxle_wire::Scan` has it in bytes.
+        bytes: Vec<u8>,
+    },
 }
 
 /// A recording that is being read. Of an unfinished or damaged file it gives what is whole in it, and says where it is not: an
@@ -69,6 +82,7 @@ enum Known {
     },
     Log,
     Status(Arc<str>),
+    Inputs(Arc<str>),
     Other,
 }
 
@@ -164,6 +178,9 @@ impl<R: Read> Reader<R> {
             })?;
             return self.instance(channel, fields);
         }
+        if channel.message_encoding == INPUTS_ENCODING {
+            return Ok(Known::Inputs(name.as_str().into()));
+        }
         Ok(match schema {
             "foxglove.Log" => Known::Log,
             "coaxle.Status" => Known::Status(name.as_str().into()),
@@ -242,6 +259,12 @@ impl<R: Read> Reader<R> {
                 table: table.to_string(),
                 at_ns,
                 json: String::from_utf8_lossy(data).into_owned(),
+            }),
+            Known::Inputs(table) => Some(Item::Inputs {
+                table: table.to_string(),
+                at_ns,
+                woke_ns: self.clock_ns(header.publish_time),
+                bytes: data.to_vec(),
             }),
             Known::Instance {
                 table,

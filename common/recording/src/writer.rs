@@ -11,7 +11,8 @@ use mcap::{Attachment, Compression, McapError, WriteOptions};
 
 use crate::encoded_row::EncodedRow;
 use crate::format::{
-    ABOUT, CLOCK_OFFSET, FORMAT, GROUP, INSTANCE, INSTANCES, PLACE, ROLE, TABLE, UNIT, VERSION,
+    ABOUT, CLOCK_OFFSET, FORMAT, GROUP, INPUTS, INPUTS_ENCODING, INSTANCE, INSTANCES, PLACE, ROLE,
+    TABLE, UNIT, VERSION,
 };
 use crate::log::{self, LogLine};
 use crate::schema::Schema;
@@ -45,6 +46,11 @@ struct Channels {
     instances: Vec<u16>,
     log: u16,
     status: u16,
+    /// None before the first.
+    inputs: Option<u16>,
+    /// Of `inputs`: topic and metadata.
+    name: String,
+    metadata: BTreeMap<String, String>,
     written: Written,
 }
 
@@ -54,6 +60,7 @@ pub(crate) struct Written {
     rows: u32,
     statuses: u32,
     lines: u32,
+    inputs: u32,
 }
 
 impl Written {
@@ -61,6 +68,7 @@ impl Written {
         rows: 0,
         statuses: 0,
         lines: 0,
+        inputs: 0,
     };
 }
 
@@ -206,6 +214,42 @@ impl<W: Write> Writer<W> {
         Ok(self.mcap.write_to_known_channel(&header, json.as_bytes())?)
     }
 
+    /// Adds what the node of the n-th table was told before a scan, as `coaxle_wire::Scan` has it in bytes.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn inputs(
+        &mut self,
+        table: usize,
+        at_ns: i64,
+        woke_ns: i64,
+        bytes: &[u8],
+    ) -> Result<(), WriteError> {
+        let (log_time, publish_time) = (self.log_time(at_ns), self.log_time(woke_ns));
+        let Some(channels) = self.tables.get_mut(table) else {
+            return Ok(());
+        };
+        let channel_id = match channels.inputs {
+            Some(channel) => channel,
+            None => {
+                let topic = format!("{}/{INPUTS}", channels.name);
+                let metadata = &channels.metadata;
+                let added = self
+                    .mcap
+                    .add_channel(0, &topic, INPUTS_ENCODING, metadata)?;
+                *channels.inputs.insert(added)
+            }
+        };
+        let header = MessageHeader {
+            channel_id,
+            sequence: channels.written.inputs,
+            log_time,
+            publish_time,
+        };
+        channels.written.inputs = channels.written.inputs.wrapping_add(1);
+        Ok(self.mcap.write_to_known_channel(&header, bytes)?)
+    }
+
     /// Ends the recording with its summary, and gives back where it was written.
     ///
     /// # Errors
@@ -285,6 +329,9 @@ impl<W: Write> Writer<W> {
             instances,
             log,
             status,
+            inputs: None,
+            name: table.name.clone(),
+            metadata,
             written: Written::NOTHING,
         })
     }

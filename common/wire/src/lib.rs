@@ -44,6 +44,7 @@ pub mod keys;
 mod message;
 mod one_line;
 mod rejection;
+mod scan;
 pub mod time_server;
 
 pub use channel::Channel;
@@ -54,4 +55,5 @@ pub use intake::{Intake, Reader};
 pub use message::{KeptMessage, Message, Outgoing};
 pub use one_line::{MOST_CHARACTERS, one_line};
 pub use rejection::{Rejection, RejectionCounters};
+pub use scan::{NoScan, Received, SCAN_VERSION, Scan};
 pub use time_server::{TimeServer, TimeServerCounters};

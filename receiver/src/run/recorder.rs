@@ -2,7 +2,7 @@
 
 use coaxle_clock::Instant;
 use coaxle_host::transport::Publisher;
-use coaxle_host::{ArrivalRecord, ArrivalsTrace, Machine, Record, Recorder, Rows};
+use coaxle_host::{ArrivalRecord, ArrivalsTrace, InputRecord, Machine, Record, Recorder, Rows};
 use serde_json::{Map, Value, json};
 
 use super::journal::{Journal, Level};
@@ -68,6 +68,14 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
             Some(newest) => newest.clone_from(snapshot),
             None => self.newest = Some(snapshot.clone()),
         }
+    }
+
+    fn wants_inputs(&self) -> bool {
+        self.rows.want_inputs()
+    }
+
+    fn told(&mut self, record: &InputRecord) {
+        self.rows.told(record);
     }
 
     fn arrived(&mut self, record: &ArrivalRecord) {

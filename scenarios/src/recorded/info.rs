@@ -24,6 +24,7 @@ struct Content {
     rows: BTreeMap<usize, Rows>,
     lines: u64,
     statuses: u64,
+    inputs: u64,
     damage: Vec<Damage>,
 }
 
@@ -58,6 +59,7 @@ impl Content {
             Ok(Item::Row(row)) => self.row(&row),
             Ok(Item::Log(_)) => self.lines += 1,
             Ok(Item::Status { .. }) => self.statuses += 1,
+            Ok(Item::Inputs { .. }) => self.inputs += 1,
             Err(damage) => self.damage.push(damage),
         }
     }
@@ -95,6 +97,12 @@ impl Content {
             "{} lines of log, {} times its status",
             self.lines, self.statuses
         ));
+        if self.inputs > 0 {
+            lines.push(format!(
+                "inputs of {} cycles, for `coaxle replay`",
+                self.inputs
+            ));
+        }
         lines.extend(damage(&self.damage, 0));
         lines
     }

@@ -1,8 +1,9 @@
-//! `coaxle record`, `coaxle recover`, `coaxle export`, `coaxle info`: recordings of running nodes, and what becomes of
-//! them.
+//! `coaxle record`, `coaxle recover`, `coaxle export`, `coaxle info`, `coaxle replay`: recordings of running nodes, and what
+//! becomes of them.
 
 mod info;
 mod live;
+mod replay;
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
@@ -16,6 +17,7 @@ use coaxle_recording::{Damage, Recovered};
 
 pub(crate) use info::{InfoArgs, info};
 pub(crate) use live::{RecordArgs, record};
+pub(crate) use replay::{ReplayArgs, replay};
 
 /// What to recover.
 #[derive(Debug, Args)]

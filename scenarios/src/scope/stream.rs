@@ -118,7 +118,7 @@ impl Blocks {
                     level: level(line.level),
                     text: line.text,
                 }),
-                Item::Attachment { .. } | Item::Status { .. } => {}
+                Item::Attachment { .. } | Item::Status { .. } | Item::Inputs { .. } => {}
             }
         }
         if times.is_empty() && log.is_empty() {

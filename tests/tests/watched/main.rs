@@ -4,6 +4,7 @@
 mod browser;
 mod line;
 mod page;
+mod replay;
 
 use std::process::Command;
 

@@ -152,6 +152,7 @@ impl Stepped {
                 outbox,
                 records,
                 arrivals,
+                inputs: None,
                 counters: Arc::clone(&counters),
             },
             frames,

@@ -1,0 +1,385 @@
+//! What a node was told before a scan, as bytes: whoever tells it the same once more gets the same out of it.
+
+use coaxle_axis::StateWord;
+use coaxle_clock::delay::TimeResponse;
+use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
+use coaxle_curve::profile::Kinematics;
+use serde::{Deserialize, Serialize};
+
+use crate::command::CommandOrder;
+use crate::exchange::TimeRequest;
+use crate::frame::{AxisSample, Frame, FrameHeader};
+use crate::message::{KeptMessage, Message};
+use crate::rejection::Rejection;
+
+/// The first byte of a scan.
+pub const SCAN_VERSION: u8 = 1;
+
+/// A scan, with all that the node was told before it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scan {
+    /// The messages, one after the other.
+    pub received: Vec<Received>,
+    /// The orders after them.
+    pub orders: Vec<CommandOrder>,
+    /// When it really began, in the node's own clock.
+    pub now: Instant<Local>,
+}
+
+/// A message that came.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Received {
+    /// When it arrived, in the node's own clock.
+    pub at: Instant<Local>,
+    /// The number of the subscription.
+    pub subscription: usize,
+    /// The message.
+    pub message: KeptMessage,
+}
+
+/// Bytes that are no scan.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoScan {
+    /// Somebody else's, or of another version.
+    #[error("received version {received:?}, expected {SCAN_VERSION}")]
+    WrongVersion {
+        /// The first byte, if there is one.
+        received: Option<u8>,
+    },
+    /// They end too soon, go on too long, or say what cannot be.
+    #[error("received bytes that are no scan of version {SCAN_VERSION}")]
+    Malformed,
+    /// An order that no node takes.
+    #[error("an order: {0}")]
+    Order(String),
+}
+
+impl Scan {
+    /// As bytes.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let on_wire = ScanOnWire {
+            received: self.received.iter().map(ReceivedOnWire::from).collect(),
+            orders: self.orders.iter().map(CommandOrder::to_json).collect(),
+            now: self.now.as_nanos(),
+        };
+        let version = vec![SCAN_VERSION];
+        postcard::to_extend(&on_wire, version).expect("a vector takes whatever comes")
+    }
+
+    /// From bytes.
+    ///
+    /// # Errors
+    /// [`NoScan`].
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, NoScan> {
+        let rest = match bytes {
+            [SCAN_VERSION, rest @ ..] => rest,
+            other => {
+                let received = other.first().copied();
+                return Err(NoScan::WrongVersion { received });
+            }
+        };
+        let Ok((on_wire, [])) = postcard::take_from_bytes::<ScanOnWire>(rest) else {
+            return Err(NoScan::Malformed);
+        };
+        let orders = on_wire.orders.iter().map(|json| {
+            let order = CommandOrder::from_json(json.as_bytes());
+            order.map_err(|wrong| NoScan::Order(wrong.to_string()))
+        });
+        let received = on_wire.received.into_iter().map(Received::try_from);
+        Ok(Self {
+            received: received.collect::<Result<_, _>>()?,
+            orders: orders.collect::<Result<_, _>>()?,
+            now: Instant::from_nanos(on_wire.now),
+        })
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct ScanOnWire {
+    received: Vec<ReceivedOnWire>,
+    orders: Vec<String>,
+    now: i64,
+}
+
+#[derive(Serialize, Deserialize)]
+struct ReceivedOnWire {
+    at: i64,
+    subscription: u32,
+    message: MessageOnWire,
+}
+
+#[derive(Serialize, Deserialize)]
+enum MessageOnWire {
+    Frame {
+        sender: u32,
+        epoch: u64,
+        index: u16,
+        count: u64,
+        cycle_time: i64,
+        send_stamp: Option<i64>,
+        axes: Vec<Option<AxisOnWire>>,
+    },
+    TimeRequest {
+        requester: u32,
+        run: u64,
+        number: u32,
+        requested: i64,
+    },
+    TimeResponse {
+        run: u64,
+        number: u32,
+        requested: i64,
+        epoch: u64,
+        received: i64,
+        responded: i64,
+    },
+    /// Its place in [`Rejection::ALL`].
+    Rejected(u8),
+}
+
+#[derive(Serialize, Deserialize)]
+struct AxisOnWire {
+    position: f64,
+    velocity: f64,
+    acceleration: f64,
+    state_word: u32,
+    error_code: u32,
+}
+
+impl From<&Received> for ReceivedOnWire {
+    fn from(received: &Received) -> Self {
+        Self {
+            at: received.at.as_nanos(),
+            subscription: u32::try_from(received.subscription).unwrap_or(u32::MAX),
+            message: received.message.get().into(),
+        }
+    }
+}
+
+impl TryFrom<ReceivedOnWire> for Received {
+    type Error = NoScan;
+
+    fn try_from(received: ReceivedOnWire) -> Result<Self, NoScan> {
+        Ok(Self {
+            at: Instant::from_nanos(received.at),
+            subscription: received.subscription as usize,
+            message: received.message.kept()?,
+        })
+    }
+}
+
+impl From<Message<'_>> for MessageOnWire {
+    fn from(message: Message<'_>) -> Self {
+        match message {
+            Message::Frame(Frame { header, axes }) => Self::Frame {
+                sender: header.sender,
+                epoch: header.epoch,
+                index: header.index.0,
+                count: header.count,
+                cycle_time: header.cycle_time.span().as_nanos(),
+                send_stamp: header.send_stamp.map(Span::as_nanos),
+                axes: axes.iter().map(|axis| axis.map(AxisOnWire::from)).collect(),
+            },
+            Message::TimeRequest(request) => Self::TimeRequest {
+                requester: request.requester,
+                run: request.run,
+                number: request.number,
+                requested: request.requested,
+            },
+            Message::TimeResponse(response) => Self::TimeResponse {
+                run: response.run,
+                number: response.number,
+                requested: response.requested.as_nanos(),
+                epoch: response.epoch,
+                received: response.received.as_nanos(),
+                responded: response.responded.as_nanos(),
+            },
+            Message::Rejected(reason) => {
+                let place = Rejection::ALL.iter().position(|other| *other == reason);
+                Self::Rejected(place.map_or(u8::MAX, |place| place as u8))
+            }
+        }
+    }
+}
+
+impl MessageOnWire {
+    fn kept(self) -> Result<KeptMessage, NoScan> {
+        let message = match self {
+            Self::Frame {
+                sender,
+                epoch,
+                index,
+                count,
+                cycle_time,
+                send_stamp,
+                axes,
+            } => {
+                let cycle_time = CycleTime::new(Span::from_nanos(cycle_time));
+                let header = FrameHeader {
+                    sender,
+                    epoch,
+                    index: CycleIndex(index),
+                    count,
+                    cycle_time: cycle_time.map_err(|_| NoScan::Malformed)?,
+                    send_stamp: send_stamp.map(Span::from_nanos),
+                };
+                let axes = axes.into_iter().map(|axis| axis.map(AxisSample::from));
+                let axes: Vec<_> = axes.collect();
+                let axes = axes.as_slice();
+                return Ok(KeptMessage::new(&Message::Frame(Frame { header, axes })));
+            }
+            Self::TimeRequest {
+                requester,
+                run,
+                number,
+                requested,
+            } => Message::TimeRequest(TimeRequest {
+                requester,
+                run,
+                number,
+                requested,
+            }),
+            Self::TimeResponse {
+                run,
+                number,
+                requested,
+                epoch,
+                received,
+                responded,
+            } => Message::TimeResponse(TimeResponse {
+                run,
+                number,
+                requested: Instant::from_nanos(requested),
+                epoch,
+                received: Span::from_nanos(received),
+                responded: Span::from_nanos(responded),
+            }),
+            Self::Rejected(place) => {
+                let reason = Rejection::ALL.get(usize::from(place));
+                Message::Rejected(*reason.ok_or(NoScan::Malformed)?)
+            }
+        };
+        Ok(KeptMessage::new(&message))
+    }
+}
+
+impl From<AxisSample> for AxisOnWire {
+    fn from(axis: AxisSample) -> Self {
+        Self {
+            position: axis.set.position,
+            velocity: axis.set.velocity,
+            acceleration: axis.set.acceleration,
+            state_word: axis.state_word.bits(),
+            error_code: axis.error_code,
+        }
+    }
+}
+
+impl From<AxisOnWire> for AxisSample {
+    fn from(axis: AxisOnWire) -> Self {
+        Self {
+            set: Kinematics {
+                position: axis.position,
+                velocity: axis.velocity,
+                acceleration: axis.acceleration,
+            },
+            state_word: StateWord::from_bits_retain(axis.state_word),
+            error_code: axis.error_code,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn scan() -> Scan {
+        let header = FrameHeader {
+            sender: 7,
+            epoch: u64::MAX,
+            index: CycleIndex(65_535),
+            count: 1 << 40,
+            cycle_time: CycleTime::new(Span::from_micros(250)).unwrap(),
+            send_stamp: Some(Span::from_nanos(-3)),
+        };
+        let axis = AxisSample {
+            set: Kinematics {
+                position: 0.1 + 0.2,
+                velocity: -0.0,
+                acceleration: 5e-324,
+            },
+            state_word: StateWord::from_bits_retain(0xffff_ffff),
+            error_code: 0x4b52,
+        };
+        let axes: &[_] = &[Some(axis), None];
+        let response = TimeResponse {
+            run: 1,
+            number: u32::MAX,
+            requested: Instant::from_nanos(-1),
+            epoch: 2,
+            received: Span::from_nanos(5),
+            responded: Span::from_nanos(6),
+        };
+        let request = TimeRequest {
+            requester: 1,
+            run: 2,
+            number: 3,
+            requested: i64::MIN,
+        };
+        let messages = [
+            Message::Frame(Frame { header, axes }),
+            Message::TimeResponse(response),
+            Message::TimeRequest(request),
+            Message::Rejected(Rejection::Implausible),
+        ];
+        let received = messages.iter().enumerate().map(|(n, message)| Received {
+            at: Instant::from_nanos(n as i64 - 1),
+            subscription: n,
+            message: KeptMessage::new(message),
+        });
+        let order = r#"{"version":1,"slave":"saw","command":{"home":{"position":3}}}"#;
+        Scan {
+            received: received.collect(),
+            orders: vec![CommandOrder::from_json(order.as_bytes()).unwrap()],
+            now: Instant::from_nanos(12),
+        }
+    }
+
+    #[test]
+    fn what_a_node_was_told_comes_back_to_the_last_bit() {
+        let scan = scan();
+        let back = Scan::from_bytes(&scan.to_bytes()).unwrap();
+        assert_eq!(back, scan);
+        let bits = |scan: &Scan| match scan.received[0].message.get() {
+            Message::Frame(frame) => frame.axes[0].unwrap().set.velocity.to_bits(),
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(bits(&back), bits(&scan), "minus nothing, too");
+        let quiet = Scan::default();
+        assert_eq!(Scan::from_bytes(&quiet.to_bytes()), Ok(quiet));
+    }
+
+    #[test]
+    fn other_bytes_are_named() {
+        let bytes = scan().to_bytes();
+        let of = |bytes: &[u8]| Scan::from_bytes(bytes).unwrap_err().to_string();
+        assert_eq!(of(&[]), "received version None, expected 1");
+        assert_eq!(of(&[2]), "received version Some(2), expected 1");
+        let malformed = "received bytes that are no scan of version 1";
+        assert_eq!(of(&bytes[..bytes.len() - 1]), malformed);
+        assert_eq!(of(&[bytes.as_slice(), &[0]].concat()), malformed);
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_comes_is_read_without_a_panic(bytes: Vec<u8>, at in 0..400_usize, with: u8) {
+            let _ = Scan::from_bytes(&bytes);
+            let mut bytes = scan().to_bytes();
+            let at = at % bytes.len();
+            bytes[at] = with;
+            let _ = Scan::from_bytes(&bytes);
+        }
+    }
+}

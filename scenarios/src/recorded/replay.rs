@@ -1,0 +1,212 @@
+//! `coaxle replay`: a receiver in virtual time, told what a real one was told.
+
+mod compare;
+mod node;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow, bail};
+use clap::Args;
+use coaxle_host::cli::Exit;
+use coaxle_host::machine;
+use coaxle_node::Scan;
+use coaxle_node::config::parse;
+use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
+use coaxle_receiver::ReceiverConfig;
+use coaxle_recording::{Facts, Item, Reader};
+
+use super::{beside, create, open};
+use crate::inspect;
+use compare::compare;
+use node::Replayed;
+
+/// What to replay.
+#[derive(Debug, Args)]
+pub(crate) struct ReplayArgs {
+    /// The recording of a receiver, as `coaxle receiver --record` writes it
+    file: PathBuf,
+    /// Another config than the one that is in the recording: other parameters, other slaves. It follows the same axes
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Where to write the recording of the replay [default: beside it, FILE-replayed.mcap]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Tells a receiver what the recorded one was told, writes what becomes of it, and compares both.
+///
+/// # Errors
+/// Names the file that cannot be read or written, and what keeps it from being replayed.
+pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<Exit> {
+    let out = match &args.out {
+        Some(out) => out.clone(),
+        None => beside(&args.file, "-replayed", "mcap"),
+    };
+    let begin = machine::now();
+    let replayed = run(args, &out)?;
+    let took_s = (machine::now() - begin).as_secs_f64();
+    let compared = compare(&args.file, &out)?;
+    let mut lines = vec![format!(
+        "{} cycles, {:.1} s, replayed in {took_s:.2} s: {:.0} times as fast as they were",
+        replayed.cycles,
+        replayed.seconds,
+        replayed.seconds / took_s
+    )];
+    lines.extend(replayed.notes);
+    lines.extend(compared.told());
+    lines.push(format!("recording: {}", out.display()));
+    inspect::print_text(&lines.join("\n"))?;
+    let is_as_it_was = args.config.is_some() || compared.is_same();
+    Ok(Exit::NotMet.unless(is_as_it_was))
+}
+
+/// What was replayed.
+struct Outcome {
+    cycles: u64,
+    seconds: f64,
+    /// What whoever compares ought to know.
+    notes: Vec<String>,
+}
+
+/// What is known of a recording before its first scan.
+#[derive(Default)]
+struct Known {
+    facts: Facts,
+    files: BTreeMap<String, Vec<u8>>,
+}
+
+fn run(args: &ReplayArgs, out: &Path) -> anyhow::Result<Outcome> {
+    let file = args.file.display();
+    let mut known = Known::default();
+    let mut replayed: Option<Replayed<_>> = None;
+    let mut broken = None;
+    for item in Reader::new(open(&args.file)?) {
+        match item {
+            Ok(Item::Facts(facts)) => known.facts.extend(facts),
+            Ok(Item::Attachment { name, data, .. }) => {
+                known.files.insert(name, data);
+            }
+            Ok(Item::Inputs {
+                at_ns,
+                woke_ns,
+                bytes,
+                ..
+            }) => {
+                if let Some(damage) = broken {
+                    // A receiver that misses cycles is another one.
+                    bail!("{file}: {damage}; inputs of cycles are lost, which cannot be replayed");
+                }
+                let scan = Scan::from_bytes(&bytes);
+                let scan = scan.with_context(|| format!("{file}: inputs at {at_ns} ns"))?;
+                let node = match &mut replayed {
+                    Some(node) => node,
+                    None => replayed.insert(start(args, &known, out)?),
+                };
+                node.scan(at_ns, woke_ns, &scan)?;
+            }
+            Ok(Item::Row(_) | Item::Log(_) | Item::Status { .. }) => {}
+            // The end of a file that nobody ended: it is replayed as far as it goes.
+            Err(damage) => broken = Some(damage),
+        }
+    }
+    let replayed = replayed.ok_or_else(|| nothing_to_replay(&args.file, &known))?;
+    let mut notes = replayed.notes();
+    notes.extend(broken.map(|damage| damage.to_string()));
+    if let Some(gaps) = known.facts.get("input-gaps").filter(|gaps| *gaps != "0") {
+        notes.push(format!(
+            "inputs are missing {gaps} times: from the first time on the replay need not be what was recorded"
+        ));
+    }
+    let (cycles, seconds) = replayed.finish()?;
+    Ok(Outcome {
+        cycles,
+        seconds,
+        notes,
+    })
+}
+
+fn nothing_to_replay(file: &Path, known: &Known) -> anyhow::Error {
+    let file = file.display();
+    match known.facts.get("role").map(String::as_str) {
+        Some("receiver") => anyhow!(
+            "{file}: received a recording without inputs, expected one that the receiver wrote itself, with `--record`"
+        ),
+        Some(role) => anyhow!("{file}: received the recording of a {role}, expected a receiver's"),
+        None => anyhow!(
+            "{file}: received a recording of several nodes or of none, expected one of a receiver"
+        ),
+    }
+}
+
+fn start(args: &ReplayArgs, known: &Known, out: &Path) -> anyhow::Result<Replayed<std::fs::File>> {
+    let recorded = recorded_config(&args.file, known)?;
+    let config = match &args.config {
+        Some(path) => {
+            let config = read_config(path)?;
+            check_follows_the_same(path, &config, &recorded)?;
+            config
+        }
+        None => recorded,
+    };
+    let epoch = known.facts.get("epoch");
+    let epoch = epoch.and_then(|epoch| u64::from_str_radix(epoch, 16).ok());
+    let epoch = epoch.with_context(|| format!("{}: the run is not in it", args.file.display()))?;
+    let to = create(&args.file, out)?;
+    Replayed::start(&config, epoch, to, &known.facts)
+        .with_context(|| args.file.display().to_string())
+}
+
+/// The config in the recording; files that it names lie beside the recording.
+fn recorded_config(file: &Path, known: &Known) -> anyhow::Result<ReceiverConfig> {
+    let shown = file.display();
+    let [(name, data)] = Vec::from_iter(&known.files)[..] else {
+        let count = known.files.len();
+        bail!("{shown}: received {count} files in it, expected the config of a receiver");
+    };
+    let text = String::from_utf8_lossy(data);
+    let mut config: ReceiverConfig = parse(&format!("{shown}: {name}"), &text)?;
+    config.relative_to(file.parent().unwrap_or(Path::new("")));
+    Ok(config)
+}
+
+fn read_config(path: &Path) -> anyhow::Result<ReceiverConfig> {
+    let text = text_file::read(path, MOST_CONFIG_BYTES)?;
+    let mut config: ReceiverConfig = parse(&path.display().to_string(), &text)?;
+    config.relative_to(path.parent().unwrap_or(Path::new("")));
+    Ok(config)
+}
+
+/// What the recorded receiver did not hear cannot be replayed.
+fn check_follows_the_same(
+    path: &Path,
+    config: &ReceiverConfig,
+    recorded: &ReceiverConfig,
+) -> anyhow::Result<()> {
+    let heard = |config: &ReceiverConfig| {
+        let subscriptions = config.wiring().subscriptions;
+        let keys = subscriptions
+            .iter()
+            .map(|of| of.node.channel_key(of.channel));
+        let axes = config.far_axis_names();
+        (keys.collect::<Vec<_>>(), axes)
+    };
+    let ((keys, axes), (recorded_keys, recorded_axes)) = (heard(config), heard(recorded));
+    if axes != recorded_axes {
+        bail!(
+            "{}: follows {}, expected {} as in the recording",
+            path.display(),
+            axes.join(", "),
+            recorded_axes.join(", ")
+        );
+    }
+    if keys != recorded_keys {
+        bail!(
+            "{}: hears {}, expected {} as in the recording: does `delay` differ?",
+            path.display(),
+            keys.join(", "),
+            recorded_keys.join(", ")
+        );
+    }
+    Ok(())
+}

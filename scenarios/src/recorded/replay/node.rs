@@ -1,0 +1,99 @@
+//! The receiver that is told once more.
+
+use std::io::Write;
+
+use anyhow::Context;
+use coaxle_clock::{Instant, Local};
+use coaxle_node::{Node, Scan};
+use coaxle_receiver::{DriveConfig, Drives, Receiver, ReceiverConfig};
+use coaxle_recording::{Facts, RowEncoder, Table, Writer};
+
+/// The receiver, and where its rows go.
+pub(super) struct Replayed<W: Write> {
+    receiver: Receiver,
+    encoder: RowEncoder,
+    writer: Writer<W>,
+    cycles: u64,
+    /// Of the first and the newest cycle, ns of the recorded machine.
+    span_ns: Option<(i64, i64)>,
+    notes: Vec<String>,
+}
+
+impl<W: Write> Replayed<W> {
+    /// Before its first cycle.
+    pub(super) fn start(
+        config: &ReceiverConfig,
+        epoch: u64,
+        out: W,
+        facts: &Facts,
+    ) -> anyhow::Result<Self> {
+        let first: Instant<Local> = Instant::EPOCH + config.clock.start_phase();
+        let receiver = Receiver::with_drives(config, Drives::simulated(), first, epoch)?;
+        let table = Table {
+            name: config.name.to_string(),
+            role: "receiver".to_owned(),
+            instances: config.instances(),
+        };
+        let offset = facts.get("clock-offset-ns").and_then(|ns| ns.parse().ok());
+        let mut facts: Facts = facts.clone();
+        facts.insert("replayed".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
+        let tables = std::slice::from_ref(&table);
+        let writer = Writer::create(out, tables, &facts, offset.unwrap_or_default());
+        Ok(Self {
+            encoder: RowEncoder::of(&table),
+            writer: writer.context("the replay")?,
+            receiver,
+            cycles: 0,
+            span_ns: None,
+            notes: notes(config),
+        })
+    }
+
+    /// What whoever compares ought to know.
+    pub(super) fn notes(&self) -> Vec<String> {
+        self.notes.clone()
+    }
+
+    /// Tells it what the recorded one was told before a scan, and runs that.
+    pub(super) fn scan(&mut self, at_ns: i64, woke_ns: i64, scan: &Scan) -> anyhow::Result<()> {
+        let receiver = &mut self.receiver;
+        for received in &scan.received {
+            receiver.receive(received.at, received.subscription, &received.message.get());
+        }
+        for order in &scan.orders {
+            let _ = receiver.execute(order);
+        }
+        let _ = receiver.cycle(scan.now);
+        while receiver.transmit().is_some() {}
+        while receiver.arrival().is_some() {}
+        let signals = &receiver.snapshot().signals;
+        let row = self.encoder.encode(at_ns, woke_ns, signals)?;
+        self.writer.row(0, &row).context("the replay")?;
+        self.cycles += 1;
+        let (first, _) = self.span_ns.unwrap_or((at_ns, at_ns));
+        self.span_ns = Some((first, at_ns));
+        Ok(())
+    }
+
+    /// How many cycles it was, and how many seconds.
+    pub(super) fn finish(self) -> anyhow::Result<(u64, f64)> {
+        self.writer.finish().context("the replay")?;
+        let seconds = |(first, last): (i64, i64)| last.saturating_sub(first) as f64 * 1e-9;
+        Ok((self.cycles, self.span_ns.map_or(0.0, seconds)))
+    }
+}
+
+/// What a drive in another process said is in no recording.
+fn notes(config: &ReceiverConfig) -> Vec<String> {
+    let slaves = config.slaves.iter();
+    let is_outside = |drive: &DriveConfig| matches!(drive, DriveConfig::SharedMemory(_));
+    slaves
+        .filter(|slave| is_outside(&slave.drive))
+        .map(|slave| {
+            format!(
+                "slave {}: its drive was another process; here it is simulated, so what it says differs",
+                slave.name
+            )
+        })
+        .collect()
+}
