@@ -26,11 +26,12 @@ function told(value, digits = 6) {
 }
 
 const LEFT = 76;
+const RIGHT = 22;
 const BOTTOM = 18;
 
 // The place of a pane's curves on its canvas.
 function area(canvas) {
-  const width = canvas.clientWidth - LEFT - 6;
+  const width = canvas.clientWidth - LEFT - RIGHT;
   const height = canvas.clientHeight - BOTTOM - 4;
   return { left: LEFT, top: 4, width: Math.max(1, width), height: Math.max(1, height) };
 }

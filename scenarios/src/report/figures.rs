@@ -129,6 +129,7 @@ impl Run<'_> {
             let ppm = self.figures(receiver)?.drift_ppm_true?;
             let name = format!("{}: true", receiver.name());
             Some(Curve {
+                group: receiver.name().to_owned(),
                 colour: receiver.colour.clone(),
                 ..Curve::level(&name, ppm, 0.0, self.summary.duration_s)
             })

@@ -6,6 +6,7 @@ mod figure;
 mod figures;
 mod places;
 pub(crate) mod print;
+mod results;
 mod shown;
 mod slaves;
 
@@ -15,12 +16,12 @@ use std::path::Path;
 use anyhow::Context;
 
 use self::figure::Figure;
+use self::results::{expectations, results};
 use crate::curves::Curves;
 use crate::page::{escaped, framed, script_json};
 use crate::plotting::AXES_JS;
 use crate::summary::{Summary, World};
 use crate::table;
-use crate::verdict::Verdict;
 
 /// What the report shows.
 #[derive(Clone, Copy, Debug)]
@@ -43,10 +44,11 @@ pub fn write(path: &Path, report: &Report<'_>) -> anyhow::Result<()> {
     std::fs::write(path, page(report)).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// What draws the figures: axes that all pages have, the levels of a curve, and the figures of this page.
-const SCRIPTS: [&str; 3] = [
+/// What draws the figures: axes that all pages have, the levels of a curve, its drawing, and the figures of this page.
+const SCRIPTS: [&str; 4] = [
     AXES_JS,
     include_str!("levels.js"),
+    include_str!("draw.js"),
     include_str!("figures.js"),
 ];
 
@@ -129,60 +131,6 @@ fn description(scenario_toml: &str) -> Option<String> {
     let scenario: toml::Table = scenario_toml.parse().ok()?;
     let text = scenario.get("description")?.as_str()?.trim().to_owned();
     (!text.is_empty()).then_some(text)
-}
-
-fn results(summary: &Summary) -> String {
-    let mut text =
-        "<h2>Results</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>receiver</th>".to_owned();
-    let receivers = table::in_order(summary);
-    let figures = table::rows(&receivers);
-    for (label, _) in &figures {
-        let _ = write!(text, "<th>{}</th>", escaped(label));
-    }
-    text += "</tr></thead>\n<tbody>\n";
-    for (n, (name, _)) in receivers.iter().enumerate() {
-        let _ = write!(text, "<tr><th>{}</th>", escaped(name));
-        for (_, values) in &figures {
-            let _ = write!(text, "<td>{}</td>", escaped(&values[n]));
-        }
-        text += "</tr>\n";
-    }
-    text += "</tbody>\n</table></div>\n<p class=\"hint\">From the first synchronisation on, or from \
-             the start where a receiver never synchronises. Settled: in sync for a second or more; \
-             before that it locks in. Time errors without their mean, which is the lag.</p>\n";
-    text
-}
-
-fn expectations(summary: &Summary) -> String {
-    if summary.expectations.is_empty() {
-        return String::new();
-    }
-    let mut text =
-        "<h2>Expectations</h2>\n<div class=\"wide\"><table class=\"words\">\n<thead><tr>\
-                    <th></th><th>receiver</th><th>figure</th><th>is</th><th>expected</th></tr>\
-                    </thead>\n<tbody>\n"
-            .to_owned();
-    for verdict in &summary.expectations {
-        text += &expectation(verdict);
-    }
-    text += "</tbody>\n</table></div>\n";
-    text
-}
-
-fn expectation(verdict: &Verdict) -> String {
-    let (class, outcome) = if verdict.met {
-        ("met", "✓ met")
-    } else {
-        ("failed", "✗ failed")
-    };
-    format!(
-        "<tr class=\"{class}\"><td class=\"outcome\">{outcome}</td><td>{}</td><td>{}</td>\
-         <td>{}</td><td>{}</td></tr>\n",
-        escaped(&verdict.receiver),
-        escaped(&verdict.field),
-        escaped(&table::value(&verdict.received)),
-        escaped(&verdict.expected),
-    )
 }
 
 /// The figure with its words.

@@ -7,6 +7,7 @@ use coaxle_node::config::Unit;
 
 use super::*;
 use crate::summary::{Cut, ReceiverSummary, SlaveSummary};
+use crate::verdict::Verdict;
 
 const NASTY: &str = "</script><script>alert('x')</script>";
 
@@ -284,4 +285,23 @@ fn reports_are_small_and_compare_a_beat_without_correction_with_a_cured_one() {
     assert!(page.contains("lock-in</button>"), "no place to zoom to");
     let page = report_of("many-axes", "10");
     assert!(page.len() < 2_000_000, "{} bytes", page.len());
+}
+
+#[test]
+fn figures_once_settled_stand_apart_from_those_of_locking_in() {
+    let mut summary = summary();
+    let receiver = summary.receivers.get_mut(NASTY).unwrap();
+    receiver.velocity_ripple_settled_max = Some(1.25);
+    receiver.velocity_ripple_lock_in_max = Some(17.5);
+    let page = page_of(&summary, &curves());
+    let (_, apart) = page.split_once("<h3>Settled").unwrap();
+    let (apart, _) = apart.split_once("</table>").unwrap();
+    let place = |text: &str| {
+        apart
+            .find(text)
+            .unwrap_or_else(|| panic!("{text}: {apart}"))
+    };
+    assert!(place(">settled</th>") < place(">locking in</th>"));
+    assert!(place("<td>1.25</td>") < place("<td>17.5</td>"));
+    assert!(!page.contains("… once settled"));
 }

@@ -4,6 +4,7 @@
 mod browser;
 mod line;
 mod page;
+mod report;
 
 use std::process::Command;
 
