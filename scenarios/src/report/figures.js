@@ -34,8 +34,9 @@ class View {
   show(from, to) {
     const [first, last] = this.all;
     const span = Math.min(last - first, Math.max((last - first) * 1e-8, to - from));
-    this.from = Math.min(Math.max(first, from), last - span);
-    this.to = span === last - first ? last : this.from + span;
+    const isAll = span === last - first;
+    this.from = isAll ? first : Math.min(Math.max(first, from), last - span);
+    this.to = isAll ? last : this.from + span;
     this.redraw();
   }
 

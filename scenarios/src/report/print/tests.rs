@@ -34,7 +34,7 @@ fn a_pdf_is_one_page_of_a_column_with_text_and_paths() {
     assert!(text.contains("/Count 1"));
     // 85 mm.
     assert!(text.contains("/MediaBox [0 0 240.9"), "{text}");
-    assert!(text.contains("(a & b) Tj") && text.contains("(time \\(s\\)) Tj"));
+    assert!(text.contains("(a & b) Tj") && text.contains("(time (s)) Tj"));
     let strokes = text.lines().filter(|line| *line == "S").count();
     assert!(strokes > 10, "{strokes} strokes");
     // What a reader finds the objects by is right.
