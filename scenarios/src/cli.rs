@@ -20,6 +20,7 @@ use crate::junit::{self, Case};
 use crate::number;
 use crate::recorded::{self, ExportArgs, InfoArgs, RecordArgs, RecoverArgs, ReplayArgs};
 use crate::recording;
+use crate::report::print::COLUMN_MM;
 use crate::run::{self, Options, Outcome, TraceFormat};
 use crate::saw::{self, SawCommand};
 use crate::schema::{self, SchemaArgs};
@@ -166,6 +167,12 @@ struct RunArgs {
     /// Folder for the results [default: out/SCENARIO-WORLD]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write each figure of the report into this folder as SVG and PDF, for papers: docs/REPORTS.md
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+    /// How wide those are, mm: a column of a paper, unless another width is given
+    #[arg(long, value_name = "MM", default_value_t = COLUMN_MM, value_parser = millimetres, requires = "figures")]
+    figure_width: f64,
     /// As what to write the trace, a row per receiver cycle: trace.mcap (docs/RECORDING.md) or trace.csv
     #[arg(long, value_enum, default_value_t, conflicts_with = "no_trace")]
     trace: TraceFormat,
@@ -181,6 +188,12 @@ struct RunArgs {
     junit: Option<PathBuf>,
 }
 
+/// A width that letters fit into.
+fn millimetres(text: &str) -> Result<f64, String> {
+    let width = text.parse().ok().filter(|mm| (40.0..=500.0).contains(mm));
+    width.ok_or_else(|| "expected a width from 40 to 500 mm".to_owned())
+}
+
 /// What the demonstration runs: pieces cut to length, with real processes.
 fn demonstration() -> RunArgs {
     RunArgs {
@@ -191,6 +204,8 @@ fn demonstration() -> RunArgs {
         overrides: Vec::new(),
         receivers: Vec::new(),
         out: None,
+        figures: None,
+        figure_width: COLUMN_MM,
         trace: TraceFormat::default(),
         no_trace: false,
         json: false,
@@ -308,6 +323,7 @@ fn run_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
         overrides: args.overrides.clone(),
         receivers: args.receivers.clone(),
         out: args.out.clone().unwrap_or_else(default_out),
+        figures: (args.figures.clone()).map(|folder| (folder, args.figure_width)),
         trace: (!args.no_trace).then_some(args.trace),
         command: command_of(args),
     };

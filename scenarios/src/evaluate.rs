@@ -181,6 +181,7 @@ impl Evaluation {
         let since = Instant::from_nanos(at_ns) - self.start;
         self.watches[receiver].push(since.as_secs_f64(), signals);
         for view in self.of_receiver[receiver].clone() {
+            let mut windows = Vec::new();
             let judge = &mut self.judges[view];
             judge.take(at_ns, woke_ns, signals);
             // The motion up to this cycle may be known only after the master's next one.
@@ -195,6 +196,10 @@ impl Evaluation {
                 let row = judge.judge(record, &self.masters, self.start);
                 sink.row(view, &row);
                 judge.take_back(row.record);
+                windows.extend(judge.window());
+            }
+            for window in &windows {
+                self.judges.iter_mut().for_each(|judge| judge.keep(window));
             }
         }
     }

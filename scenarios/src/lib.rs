@@ -26,6 +26,8 @@ mod network;
 pub mod node_config;
 mod number;
 pub mod overrides;
+mod page;
+mod plotting;
 pub mod processes;
 mod read;
 pub mod record;

@@ -166,6 +166,7 @@ impl Soak {
             overrides: Vec::new(),
             receivers: Vec::new(),
             out,
+            figures: None,
             trace: Some(TraceFormat::Csv),
             command: format!("coaxle run {}", file.display()),
         };

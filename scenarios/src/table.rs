@@ -285,6 +285,64 @@ const FIGURES: [Figure; 15] = [
     },
 ];
 
+/// Figures of a phase of the run: what it is called, and a label and a value per receiver.
+pub(crate) type Phase = (&'static str, Vec<(String, Vec<String>)>);
+
+/// The figures apart for the time in which all is settled, and for that of locking in; without those that no receiver has.
+pub(crate) fn phases(receivers: &[(&str, &ReceiverSummary)]) -> Vec<Phase> {
+    let unit = units::common(receivers.iter().map(|(_, receiver)| &receiver.unit));
+    let of = |figures: &[Figure]| {
+        let rows = figures.iter().map(|figure| {
+            let values = receivers.iter().map(|(_, r)| (figure.text)(r));
+            (in_unit(figure.label, &unit), values.collect::<Vec<_>>())
+        });
+        let known = |(_, values): &(String, Vec<String>)| values.iter().any(|v| v != NOTHING);
+        rows.filter(known).collect::<Vec<_>>()
+    };
+    let all = [("settled", of(&SETTLED)), ("locking in", of(&LOCKING_IN))];
+    let all = all.into_iter().filter(|(_, rows): &Phase| !rows.is_empty());
+    all.collect()
+}
+
+/// Whether [`phases`] has the figure of this label, too.
+pub(crate) fn is_of_a_phase(label: &str) -> bool {
+    label.starts_with("… once settled") || label.starts_with("… while locking in")
+}
+
+const SETTLED: [Figure; 4] = [
+    Figure {
+        label: "velocity ripple max, u/s",
+        text: |r| optional(r.velocity_ripple_settled_max, 1.0),
+    },
+    Figure {
+        label: "velocity ripple rms, u/s",
+        text: |r| optional(r.velocity_ripple_settled_rms, 1.0),
+    },
+    Figure {
+        label: "time error max, µs",
+        text: |r| optional(r.corrected_time_error_settled_max_us, 1.0),
+    },
+    Figure {
+        label: "time error rms, µs",
+        text: |r| optional(r.corrected_time_error_settled_rms_us, 1.0),
+    },
+];
+
+const LOCKING_IN: [Figure; 3] = [
+    Figure {
+        label: "velocity ripple max, u/s",
+        text: |r| optional(r.velocity_ripple_lock_in_max, 1.0),
+    },
+    Figure {
+        label: "time error max, µs",
+        text: |r| optional(r.corrected_time_error_lock_in_max_us, 1.0),
+    },
+    Figure {
+        label: "time to sync, s",
+        text: |r| optional(r.time_to_sync_s, 1.0),
+    },
+];
+
 /// A mode in words.
 pub(crate) fn correction(mode: &str) -> &str {
     match mode {

@@ -5,7 +5,7 @@ use coaxle_plate::{MotionPoint, Plate, PointType};
 
 use super::text::{description, heading, master_heading};
 use crate::inspect::{Charts, Sampled, name};
-use crate::report::{Drawing, document, escaped, figure_element};
+use crate::page::{Drawing, document, escaped, figure_element};
 
 /// The page.
 ///
@@ -23,7 +23,7 @@ pub(super) fn page(cam: &CamFile, plate: &Plate) -> anyhow::Result<String> {
         caption: "Rest on a point to see its law. Drag to zoom in, double-click to zoom out; all \
                   four charts zoom together.",
         height: 1000,
-        figure: Some(charts(cam, plate).figure()),
+        figure: charts(cam, plate).figure(),
     };
     let body = format!(
         "<header>\n<h1>{}</h1>\n<p class=\"facts\">{}</p>\n</header>\n{}",

@@ -16,7 +16,7 @@ use super::moments::Moments;
 use super::settling::{Settled, Settling};
 use super::slave::SlaveJudge;
 use super::watch::{FarErrorWatch, ReceiverWatch};
-use crate::curves::Curves;
+use crate::curves::{Curves, Window};
 use crate::invariants::InvariantViolation;
 use crate::record::Record;
 use crate::row::{Reference, Row};
@@ -74,6 +74,8 @@ pub(super) struct Judge {
     was_error: u16,
     was_warning: u16,
     curves: Curves,
+    /// What its last cycle is worth keeping the cycles of all receivers for.
+    window: Option<Window>,
     summary: ReceiverSummary,
 }
 
@@ -126,7 +128,14 @@ impl Judge {
             was_synced: false,
             was_error: 0,
             was_warning: 0,
-            curves: Curves::new(&view.name, mode, followed.unit.clone(), slaves),
+            curves: Curves::new(
+                &view.name,
+                mode,
+                followed.unit.clone(),
+                config.cycle_time_us.0.as_secs_f64(),
+                slaves,
+            ),
+            window: None,
             summary: ReceiverSummary {
                 mode,
                 master: followed.name,
@@ -228,7 +237,7 @@ impl Judge {
                 self.lag.push(&row, self.gear, self.fastest_master);
             }
         }
-        self.curves.push(&row, self.evaluating);
+        self.window = self.curves.push(&row, self.evaluating);
         self.previous = Some(Previous {
             at_ns: record.at_ns,
             place: record.place,
@@ -238,6 +247,16 @@ impl Judge {
             evaluated: self.evaluating,
         });
         row
+    }
+
+    /// What the cycle judged last is worth keeping the cycles of all receivers for.
+    pub(super) fn window(&mut self) -> Option<Window> {
+        self.window.take()
+    }
+
+    /// Keeps every cycle of a window for the report.
+    pub(super) fn keep(&mut self, window: &Window) {
+        self.curves.keep(window.from_s, window.to_s);
     }
 
     /// What did not hold of the corrected time.

@@ -4,7 +4,8 @@ use coaxle_curve::law::Motion;
 use serde_json::{Value, json};
 
 use super::QUANTITIES;
-use crate::report::{NEUTRAL, axis_name, band, escaped, layout, vertical};
+use crate::page::{axis_name, band, escaped, layout, vertical};
+use crate::plotting::NEUTRAL;
 
 /// Four charts over one axis.
 pub(crate) struct Charts {

@@ -1,100 +1,152 @@
-//! One beat, every cycle of it.
+//! One beat, every cycle of it, without correction and with it.
 
-use serde_json::{Value, json};
-
-use super::draw::{NEUTRAL, Pen, Shown, layout, numbers, vertical};
-use super::drawing::{Drawing, axis_name, band, figure};
-use super::html::escaped;
+use super::figure::{Across, Curve, Data, Figure, Look, Panel};
+use super::shown::Shown;
 use crate::row::Row;
 use crate::units;
 
-/// Positions and velocity around the beat that each receiver kept.
-pub(super) fn drawing(receivers: &[Shown<'_>]) -> Drawing<'static> {
-    let mut data = Vec::new();
-    for receiver in receivers {
-        let rows = &receiver.curves.around_beat;
-        let Some(zero) = time_of_beat(rows) else {
-            continue;
-        };
-        data.extend(curves(receiver, rows, zero));
-    }
-    let mut layout = layout("time from the beat (ms)");
-    let unit = units::common(receivers.iter().map(|receiver| &receiver.curves.unit));
-    let off = format!("position – truth ({unit})");
-    layout["yaxis"] = vertical(&escaped(&off), None);
-    layout["yaxis"]["domain"] = band(0, 2);
-    let velocity = format!("velocity ({unit}/s)");
-    layout["yaxis2"] = vertical(&escaped(&velocity), None);
-    layout["yaxis2"]["domain"] = band(1, 2);
-    layout["xaxis"]["anchor"] = axis_name(1).into();
-    layout["shapes"] = json!([{
-        "type": "line",
-        "xref": "x",
-        "yref": "paper",
-        "x0": 0,
-        "x1": 0,
-        "y0": 0,
-        "y1": 1,
-        "line": { "color": NEUTRAL, "width": 1, "dash": "dot" },
-    }]);
-    Drawing {
+/// Positions, velocity and acceleration around the beat of a receiver without correction, and of the best cured one.
+pub(super) fn figure(receivers: &[Shown<'_>]) -> Figure {
+    let beats: Vec<_> = compared(receivers)
+        .into_iter()
+        .filter_map(Beat::of)
+        .collect();
+    let unit = units::common(beats.iter().map(|beat| &beat.receiver.curves.unit));
+    let panel = |quantity, unit: String, curves: Vec<Curve>| Panel {
+        quantity,
+        unit,
+        height: 200,
+        marks: vec![0.0],
+        curves,
+        ..Panel::default()
+    };
+    let of_all = || beats.iter();
+    let panels = [
+        panel(
+            "position – truth",
+            unit.to_string(),
+            of_all().flat_map(Beat::offsets).collect(),
+        ),
+        panel(
+            "velocity",
+            unit.in_place_of_u("u/s"),
+            of_all().map(Beat::velocity).collect(),
+        ),
+        panel(
+            "acceleration",
+            unit.in_place_of_u("u/s²"),
+            of_all().map(Beat::acceleration).collect(),
+        ),
+    ];
+    Figure {
         id: "beat",
         title: "Around one beat",
-        caption: "Above: received (dotted) and corrected position (solid) of the far axis, minus \
-                  its true position at that instant; the beat moves the received position by the \
-                  way of one cycle. Below: how the corrected position moves from cycle to cycle, \
-                  as the slaves are given it. Time counts from the beat as each receiver sees \
-                  it; one cycle per point.",
-        height: 560,
-        figure: figure(data, layout),
+        caption: "A receiver without correction beside a cured one, a point each cycle. Above: received (dotted) and corrected \
+                  position (solid) of the far axis, minus its true position at that instant; the beat moves the received \
+                  position by the way of one cycle. Below: how the corrected position moves from cycle to cycle, as the slaves \
+                  are given it, and how that changes. Time counts from the beat as each receiver sees it.",
+        across: Across::Beat,
+        panels: panels.into(),
+        is_on_one_scale: false,
     }
 }
 
-fn curves(receiver: &Shown<'_>, rows: &[Row], zero: f64) -> Vec<Value> {
-    let x = numbers(rows.iter().map(|row| 1e3 * (row.t_s - zero)));
-    let off = |position: fn(&Row) -> Option<f64>| {
-        numbers(rows.iter().map(|row| {
-            let off = position(row)
-                .zip(row.truth)
-                .map(|(p, (truth, _))| p - truth);
-            off.unwrap_or(f64::NAN)
-        }))
-    };
-    let pen = Pen {
-        name: &receiver.name,
-        group: &receiver.name,
-        colour: receiver.colour,
-        in_legend: true,
-        axis: "y",
-    };
-    let corrected = pen.line(x.clone(), off(|row| row.record.axis.corrected_position));
-    let pen = Pen {
-        in_legend: false,
-        ..pen
-    };
-    let mut received = pen.line(x.clone(), off(|row| row.record.axis.received_position));
-    received["line"]["dash"] = "dot".into();
-    let pen = Pen { axis: "y2", ..pen };
-    let mut velocity = pen.line(x, numbers(velocities(rows)));
-    // The difference quotient holds for the cycle that led here.
-    velocity["line"]["shape"] = "vh".into();
-    vec![corrected, received, velocity]
+/// The first receiver without correction, and the best that cures it, of those that kept a beat.
+fn compared<'a, 'b>(receivers: &'b [Shown<'a>]) -> Vec<&'b Shown<'a>> {
+    let with_beat = || (receivers.iter()).filter(|shown| !shown.curves.around_beat.is_empty());
+    let of_mode = |mode| with_beat().find(|shown| shown.curves.mode == mode);
+    let mut best = ["observer", "sync", "time", "pt1"].into_iter();
+    let bare = of_mode("bypass");
+    bare.into_iter().chain(best.find_map(of_mode)).collect()
 }
 
-/// Difference quotients of the corrected position; the first row has none.
-fn velocities(rows: &[Row]) -> impl Iterator<Item = f64> {
-    let quotient = |pair: &[Row]| {
-        let [before, after] = pair else {
+/// A receiver's cycles around its beat.
+struct Beat<'a> {
+    receiver: &'a Shown<'a>,
+    rows: &'a [Row],
+    /// When it was, s.
+    zero: f64,
+}
+
+impl<'a> Beat<'a> {
+    fn of(receiver: &'a Shown<'_>) -> Option<Self> {
+        let rows = &receiver.curves.around_beat;
+        let zero = time_of_beat(rows)?;
+        Some(Self {
+            receiver,
+            rows,
+            zero,
+        })
+    }
+
+    /// A curve through a value of each row; none is a gap.
+    fn curve(&self, what: &str, look: Look, values: impl Iterator<Item = Option<f64>>) -> Curve {
+        let ms = self.rows.iter().map(|row| 1e3 * (row.t_s - self.zero));
+        let points = ms.zip(values.map(|value| value.unwrap_or(f64::NAN)));
+        let name = format!("{}: {what}", self.receiver.name());
+        Curve {
+            group: self.receiver.name().to_owned(),
+            look,
+            ..Curve::new(&name, &self.receiver.colour, Data::Points(points.collect()))
+        }
+    }
+
+    fn offsets(&self) -> Vec<Curve> {
+        let off = |position: fn(&Row) -> Option<f64>| {
+            let rows = self.rows.iter();
+            rows.map(move |row| Some(position(row)? - row.truth?.0))
+        };
+        vec![
+            self.curve(
+                "corrected",
+                Look::Solid,
+                off(|row| row.record.axis.corrected_position),
+            ),
+            self.curve(
+                "received",
+                Look::Dotted,
+                off(|row| row.record.axis.received_position),
+            ),
+        ]
+    }
+
+    fn velocity(&self) -> Curve {
+        self.curve("velocity", Look::Dots, self.velocities().into_iter())
+    }
+
+    fn acceleration(&self) -> Curve {
+        let velocities = self.velocities();
+        let velocities: Vec<_> = self.times().zip(velocities).collect();
+        self.curve("acceleration", Look::Dots, rates(&velocities).into_iter())
+    }
+
+    /// Difference quotients of the corrected position.
+    fn velocities(&self) -> Vec<Option<f64>> {
+        let positions = self
+            .rows
+            .iter()
+            .map(|row| row.record.axis.corrected_position);
+        rates(&self.times().zip(positions).collect::<Vec<_>>())
+    }
+
+    fn times(&self) -> impl Iterator<Item = f64> {
+        self.rows.iter().map(|row| row.t_s)
+    }
+}
+
+/// Difference quotients over the cycle that led there; the first has none.
+fn rates(values: &[(f64, Option<f64>)]) -> Vec<Option<f64>> {
+    let rate = |pair: &[(f64, Option<f64>)]| {
+        let [(t0, before), (t1, after)] = *pair else {
             return None;
         };
-        let way = after.record.axis.corrected_position? - before.record.axis.corrected_position?;
-        Some(way / (after.t_s - before.t_s))
+        Some(((after?) - (before?)) / (t1 - t0))
     };
-    let first = rows.first().map(|_| f64::NAN);
-    let others = rows
-        .windows(2)
-        .map(move |pair| quotient(pair).unwrap_or(f64::NAN));
-    first.into_iter().chain(others)
+    let first = values.first().map(|_| None);
+    first
+        .into_iter()
+        .chain(values.windows(2).map(rate))
+        .collect()
 }
 
 /// When the beat was, s. The receivers' own detection comes a plateau later, so the step is looked
@@ -193,6 +245,18 @@ mod tests {
             let found = beat_in(&counts(per_cycle, step));
             assert_eq!(found, Some(50.0), "{per_cycle} per cycle, {step}");
         }
+    }
+
+    #[test]
+    fn a_rate_is_that_of_the_cycle_before() {
+        let values = [
+            (0.0, Some(1.0)),
+            (0.5, Some(2.0)),
+            (1.0, None),
+            (1.5, Some(2.0)),
+        ];
+        assert_eq!(rates(&values), [None, Some(2.0), None, None]);
+        assert!(rates(&[]).is_empty());
     }
 
     #[test]

@@ -1,26 +1,27 @@
-//! The report of a run: one HTML page that opens without a network.
+//! The report of a run: one HTML page that opens without a network, its figures drawn by a script of its own.
 
 mod around_beat;
-mod draw;
-mod drawing;
+mod encoding;
+mod figure;
 mod figures;
-mod html;
+mod places;
+pub(crate) mod print;
+mod results;
+mod shown;
 mod slaves;
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Context;
-use plotly::Plot;
 
-pub(crate) use self::draw::{COLOURS, NEUTRAL, layout, vertical};
-pub(crate) use self::drawing::{Drawing, axis_name, band};
-pub(crate) use self::html::escaped;
-use self::html::script_json;
+use self::figure::Figure;
+use self::results::{expectations, results};
 use crate::curves::Curves;
+use crate::page::{escaped, framed, script_json};
+use crate::plotting::AXES_JS;
 use crate::summary::{Summary, World};
 use crate::table;
-use crate::verdict::Verdict;
 
 /// What the report shows.
 #[derive(Clone, Copy, Debug)]
@@ -40,41 +41,25 @@ pub struct Report<'a> {
 /// # Errors
 /// A file that cannot be written.
 pub fn write(path: &Path, report: &Report<'_>) -> anyhow::Result<()> {
-    let page = document(&report.summary.title, &body(report))?;
-    std::fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))
+    std::fs::write(path, page(report)).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// The plotting library as a script element. The crate hands out a formula renderer behind it,
-/// which no figure here needs.
-fn plotting_script() -> anyhow::Result<String> {
-    let mut scripts = Plot::offline_js_sources();
-    let end = scripts
-        .find(SCRIPT_END)
-        .context("the plotting library is not a script element")?;
-    scripts.truncate(end + SCRIPT_END.len());
-    Ok(scripts)
-}
+/// What draws the figures: axes that all pages have, the levels of a curve, its drawing, and the figures of this page.
+const SCRIPTS: [&str; 4] = [
+    AXES_JS,
+    include_str!("levels.js"),
+    include_str!("draw.js"),
+    include_str!("figures.js"),
+];
 
-const SCRIPT_END: &str = "</script>";
-
-/// A page that opens without a network, drawing its figures in the browser's own colours.
-///
-/// # Errors
-/// The plotting library is not what it was.
-pub(crate) fn document(title: &str, body: &str) -> anyhow::Result<String> {
-    Ok(page(title, body, &plotting_script()?))
-}
-
-fn page(title: &str, body: &str, plotting_script: &str) -> String {
-    let title = escaped(title);
-    let css = include_str!("report.css");
-    let js = include_str!("report.js");
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n\
-         <style>\n{css}</style>\n{plotting_script}\n</head>\n<body>\n<main>\n{body}</main>\n\
-         <script>\n{js}</script>\n</body>\n</html>\n"
+fn page(report: &Report<'_>) -> String {
+    let style = concat!("<style>\n", include_str!("figures.css"), "</style>");
+    let scripts = SCRIPTS.map(|script| format!("<script>\n{script}</script>\n"));
+    framed(
+        &report.summary.title,
+        &body(report),
+        style,
+        &scripts.concat(),
     )
 }
 
@@ -82,13 +67,40 @@ fn body(report: &Report<'_>) -> String {
     let mut body = introduction(report);
     body += &results(report.summary);
     body += &expectations(report.summary);
-    body += "<h2>Plots</h2>\n<p class=\"hint\">Drag to zoom in, double-click to zoom out, click a \
-             name to hide its curve. The plots over time zoom together.</p>\n";
-    for drawing in &figures::all(report.summary, report.curves) {
-        body += &figure_element(drawing);
+    body += HINT;
+    body += &places(report.curves);
+    for figure in &figures::all(report.summary, report.curves) {
+        body += &figure_element(figure);
     }
     body += &repeating(report);
     body
+}
+
+const HINT: &str = "<h2>Plots</h2>\n<p class=\"hint\">Wheel: zoom (over the numbers at the left: \
+     values). Drag: move; with Shift: zoom to what is marked. Double click: all. Click: cursor A, with Shift: cursor B, \
+     Esc: none. Click a name to hide its curve. The plots over time move together. Bands are the extremes of stretches of \
+     time; around what happens every cycle is there.</p>\n";
+
+/// Buttons that show where every cycle is kept.
+fn places(curves: &[Curves]) -> String {
+    let places = places::of(curves);
+    let buttons = places.iter().map(|place| {
+        format!(
+            "<button data-from=\"{:.6}\" data-to=\"{:.6}\">{:.2} s: {}</button>\n",
+            place.from_s,
+            place.to_s,
+            place.from_s,
+            escaped(&place.words),
+        )
+    });
+    if places.is_empty() {
+        return String::new();
+    }
+    format!(
+        "<details class=\"places\">\n<summary>Where every cycle is kept</summary>\n<button \
+         data-all>the whole run</button>\n{}</details>\n",
+        buttons.collect::<String>()
+    )
 }
 
 fn introduction(report: &Report<'_>) -> String {
@@ -121,81 +133,21 @@ fn description(scenario_toml: &str) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-fn results(summary: &Summary) -> String {
-    let mut text =
-        "<h2>Results</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>receiver</th>".to_owned();
-    let receivers = table::in_order(summary);
-    let figures = table::rows(&receivers);
-    for (label, _) in &figures {
-        let _ = write!(text, "<th>{}</th>", escaped(label));
-    }
-    text += "</tr></thead>\n<tbody>\n";
-    for (n, (name, _)) in receivers.iter().enumerate() {
-        let _ = write!(text, "<tr><th>{}</th>", escaped(name));
-        for (_, values) in &figures {
-            let _ = write!(text, "<td>{}</td>", escaped(&values[n]));
-        }
-        text += "</tr>\n";
-    }
-    text += "</tbody>\n</table></div>\n<p class=\"hint\">From the first synchronisation on, or from \
-             the start where a receiver never synchronises. Settled: in sync for a second or more; \
-             before that it locks in. Time errors without their mean, which is the lag.</p>\n";
-    text
-}
-
-fn expectations(summary: &Summary) -> String {
-    if summary.expectations.is_empty() {
-        return String::new();
-    }
-    let mut text =
-        "<h2>Expectations</h2>\n<div class=\"wide\"><table class=\"words\">\n<thead><tr>\
-                    <th></th><th>receiver</th><th>figure</th><th>is</th><th>expected</th></tr>\
-                    </thead>\n<tbody>\n"
-            .to_owned();
-    for verdict in &summary.expectations {
-        text += &expectation(verdict);
-    }
-    text += "</tbody>\n</table></div>\n";
-    text
-}
-
-fn expectation(verdict: &Verdict) -> String {
-    let (class, outcome) = if verdict.met {
-        ("met", "✓ met")
-    } else {
-        ("failed", "✗ failed")
-    };
-    format!(
-        "<tr class=\"{class}\"><td class=\"outcome\">{outcome}</td><td>{}</td><td>{}</td>\
-         <td>{}</td><td>{}</td></tr>\n",
-        escaped(&verdict.receiver),
-        escaped(&verdict.field),
-        escaped(&table::value(&verdict.received)),
-        escaped(&verdict.expected),
-    )
-}
-
 /// The figure with its words.
-pub(crate) fn figure_element(drawing: &Drawing<'_>) -> String {
-    let Drawing {
-        id,
-        title,
-        caption,
-        height,
-        figure,
-    } = drawing;
-    let title = escaped(title);
-    let caption = escaped(caption);
-    let Some(figure) = figure else {
+fn figure_element(figure: &Figure) -> String {
+    let title = escaped(figure.title);
+    if figure.is_empty() {
         return format!(
             "<figure>\n<h3>{title}</h3>\n<p class=\"hint\">No receiver of this run has anything to \
              show here.</p>\n</figure>\n"
         );
-    };
-    let json = script_json(figure);
+    }
+    let Figure { id, caption, .. } = figure;
+    let caption = escaped(caption);
+    let json = script_json(&encoding::figure(figure));
     format!(
         "<figure>\n<h3>{title}</h3>\n<figcaption>{caption}</figcaption>\n\
-         <div class=\"plot\" id=\"{id}\" style=\"height:{height}px\"></div>\n\
+         <div class=\"plot\" id=\"{id}\"></div>\n\
          <script type=\"application/json\" id=\"{id}-figure\">{json}</script>\n</figure>\n"
     )
 }

@@ -7,6 +7,7 @@ use coaxle_node::config::Unit;
 
 use super::*;
 use crate::summary::{Cut, ReceiverSummary, SlaveSummary};
+use crate::verdict::Verdict;
 
 const NASTY: &str = "</script><script>alert('x')</script>";
 
@@ -46,8 +47,8 @@ fn mm() -> Unit {
 }
 
 fn curves() -> Vec<Curves> {
-    let mut bare = Curves::new("bare", "bypass", mm(), [("slave", mm())]);
-    let mut cured = Curves::new(NASTY, "sync", mm(), [("slave", mm())]);
+    let mut bare = Curves::new("bare", "bypass", mm(), 1e-3, [("slave", mm())]);
+    let mut cured = Curves::new(NASTY, "sync", mm(), 1e-3, [("slave", mm())]);
     for k in 0..10_000 {
         let t = f64::from(k) * 1e-3;
         let beat = k % 2_000 == 0;
@@ -68,6 +69,11 @@ fn curves() -> Vec<Curves> {
     vec![cured, bare]
 }
 
+/// Figures and curves of a run.
+pub(super) fn a_run() -> (Summary, Vec<Curves>) {
+    (summary(), curves())
+}
+
 fn page_of(summary: &Summary, curves: &[Curves]) -> String {
     let report = Report {
         summary,
@@ -75,7 +81,7 @@ fn page_of(summary: &Summary, curves: &[Curves]) -> String {
         curves,
         command: NASTY,
     };
-    page(&summary.title, &body(&report), "")
+    page(&report)
 }
 
 /// The figures of a page by their name, as a browser would read them.
@@ -86,7 +92,7 @@ fn figures_of(page: &str) -> BTreeMap<String, Value> {
         .skip(1)
     {
         let (id, rest) = part.split_once("\">").unwrap();
-        let (json, _) = rest.split_once(SCRIPT_END).unwrap();
+        let (json, _) = rest.split_once("</script>").unwrap();
         figures.insert(id.to_owned(), serde_json::from_str(json).unwrap());
     }
     figures
@@ -95,12 +101,17 @@ fn figures_of(page: &str) -> BTreeMap<String, Value> {
 #[test]
 fn nothing_from_the_scenario_becomes_markup() {
     let page = page_of(&summary(), &curves());
-    assert!(!page.contains("alert('x')"), "unescaped text");
-    // The plots that have data, and the page's own script.
+    for markup in [NASTY, "<script>alert", "</script>alert"] {
+        assert!(!page.contains(markup), "unescaped text");
+    }
+    // The plots that have data, and the page's own scripts.
     let figures = figures_of(&page);
     let drawn: Vec<_> = figures.keys().map(String::as_str).collect();
     assert_eq!(drawn, ["state-figure", "velocity-figure"]);
-    assert_eq!(page.matches(SCRIPT_END).count(), drawn.len() + 1);
+    assert_eq!(
+        page.matches("</script>").count(),
+        drawn.len() + SCRIPTS.len()
+    );
     assert!(page.contains("✗ failed"));
 }
 
@@ -115,16 +126,12 @@ fn the_same_run_gives_the_same_bytes() {
 #[test]
 fn velocities_share_one_scale_and_those_without_correction_come_first() {
     let figures = figures_of(&page_of(&summary(), &curves()));
-    let layout = &figures["velocity-figure"]["layout"];
-    assert_eq!(layout["yaxis"]["range"], layout["yaxis2"]["range"]);
-    assert_eq!(layout["yaxis2"]["matches"], "y");
-    assert!(
-        layout["annotations"][0]["text"]
-            .as_str()
-            .unwrap()
-            .contains("bare")
-    );
-    let low = layout["yaxis"]["range"][0].as_f64().unwrap();
+    let velocity = &figures["velocity-figure"];
+    let panels = &velocity["panels"];
+    assert_eq!(velocity["oneScale"], true);
+    assert_eq!(panels[0]["range"], panels[1]["range"]);
+    assert_eq!(panels[0]["title"], "bare – without correction");
+    let low = panels[0]["range"][0].as_f64().unwrap();
     assert!(
         low < 0.0,
         "the beat at zero must be seen, the axis ends at {low}"
@@ -149,19 +156,27 @@ fn cuts_and_several_slaves_are_drawn_where_there_are_any() {
     slave.cuts.cut_list = vec![cut(1, None), cut(2, Some(-0.4))];
     receiver.slaves.insert("saw".to_owned(), slave);
     let mut curves = curves();
-    let mut two = Curves::new("bare", "bypass", mm(), [("saw", mm()), ("tool", mm())]);
+    let mut two = Curves::new(
+        "bare",
+        "bypass",
+        mm(),
+        1e-3,
+        [("saw", mm()), ("tool", mm())],
+    );
     two.slaves[1].position.push(0.0, Some(1.0));
     curves[1] = two;
     let figures = figures_of(&page_of(&summary, &curves));
-    let cuts = figures["cuts-figure"]["data"].as_array().unwrap();
+    let cuts = figures["cuts-figure"]["panels"].as_array().unwrap();
     assert_eq!(cuts.len(), 2, "lengths and positions");
-    assert_eq!(cuts[0]["y"], serde_json::json!([-400]));
-    let title = &figures["cuts-figure"]["layout"]["yaxis"]["title"]["text"];
-    assert_eq!(title, "piece too long (µm)");
-    let names: Vec<_> = figures["positions-figure"]["data"]
-        .as_array()
-        .unwrap()
+    assert_eq!(cuts[0]["curves"][0]["data"]["y"], serde_json::json!([-400]));
+    assert_eq!(
+        (cuts[0]["quantity"].as_str(), cuts[0]["unit"].as_str()),
+        (Some("piece too long"), Some("µm"))
+    );
+    let panels = figures["positions-figure"]["panels"].as_array().unwrap();
+    let names: Vec<_> = panels
         .iter()
+        .flat_map(|panel| panel["curves"].as_array().unwrap())
         .filter_map(|curve| curve["name"].as_str())
         .collect();
     assert!(names.contains(&"tool"), "{names:?}");
@@ -190,10 +205,111 @@ fn the_page_loads_nothing() {
     }
 }
 
+/// The lowest and the highest value of a curve of a page between two times, by all that there is of it.
+fn extremes(data: &Value, from: f64, to: f64) -> (f64, f64) {
+    let step = |of: &Value| of["step"].as_f64().unwrap();
+    let numbers = |of: &Value, key: &str| encoding::untold(of[key].as_str().unwrap(), step(of));
+    let stretches = &data["stretches"];
+    let lows = numbers(stretches, "low");
+    let heights = numbers(stretches, "height");
+    let [first, each] = [0, 1].map(|n| stretches["t"][n].as_f64().unwrap());
+    let mut all = (f64::INFINITY, f64::NEG_INFINITY);
+    for (n, (low, height)) in lows.iter().zip(heights).enumerate() {
+        let start = first + n as f64 * each;
+        if start < to && start + each > from {
+            all = (all.0.min(*low), all.1.max(low + height));
+        }
+    }
+    all
+}
+
 #[test]
-fn the_plotting_library_is_one_script() {
-    let script = plotting_script().unwrap();
-    assert_eq!(script.matches(SCRIPT_END).count(), 1);
-    assert!(script.starts_with("<script") && script.ends_with(SCRIPT_END));
-    assert!(script.contains("plotly.js v"));
+fn a_spike_of_a_single_cycle_is_seen_at_every_zoom() {
+    let mut curves = curves();
+    let spike = 123_456;
+    let mut drive = Curves::new("bare", "bypass", mm(), 1e-3, [("slave", mm())]);
+    for k in 0..200_000 {
+        let velocity = if k == spike { -37.0 } else { 500.0 };
+        drive.set_velocity.push(f64::from(k) * 1e-3, Some(velocity));
+        if k == spike + 100 {
+            drive.keep(123.0, 124.0);
+        }
+    }
+    curves[1] = drive;
+    let figures = figures_of(&page_of(&summary(), &curves));
+    let data = &figures["velocity-figure"]["panels"][0]["curves"][0]["data"];
+    let at = f64::from(spike) * 1e-3;
+    for span in [200.0, 20.0, 1.0, 0.05, 0.001] {
+        let (low, high) = extremes(data, at - span / 2.0, at + span / 2.0);
+        assert!(
+            (low + 37.0).abs() < 0.2 && (high - 500.0).abs() < 0.2,
+            "{span}: {low} {high}"
+        );
+    }
+    let cycles = &data["windows"][0];
+    let step = cycles["step"].as_f64().unwrap();
+    let values = encoding::untold(cycles["value"].as_str().unwrap(), step);
+    assert_eq!(values.len(), 1_001);
+    assert_eq!(values.iter().filter(|value| **value < 499.0).count(), 1);
+    assert!((values[456] + 37.0).abs() < 0.01, "{}", values[456]);
+}
+
+/// A report of a built-in scenario.
+fn report_of(name: &str, duration_s: &str) -> String {
+    let scratch = tempfile::tempdir().unwrap();
+    let source = crate::catalog::find(name).unwrap();
+    let options = crate::run::Options {
+        world: World::Virtual,
+        seed: None,
+        overrides: vec![format!("duration-s={duration_s}")],
+        receivers: Vec::new(),
+        out: scratch.path().to_owned(),
+        figures: None,
+        trace: None,
+        command: String::new(),
+    };
+    let scenario = crate::run::prepare(&source, &options).unwrap();
+    let outcome = crate::run::run(name, &scenario, &options, &mut ()).unwrap();
+    std::fs::read_to_string(outcome.report).unwrap()
+}
+
+#[test]
+fn reports_are_small_and_compare_a_beat_without_correction_with_a_cured_one() {
+    let page = report_of("observer", "30");
+    assert!(page.len() < 1_500_000, "{} bytes", page.len());
+    let figures = figures_of(&page);
+    let panels = figures["beat-figure"]["panels"].as_array().unwrap();
+    let quantities: Vec<_> = panels.iter().map(|panel| &panel["quantity"]).collect();
+    assert_eq!(quantities, ["position – truth", "velocity", "acceleration"]);
+    let curves = panels[1]["curves"].as_array().unwrap();
+    let groups: Vec<_> = curves.iter().map(|curve| &curve["group"]).collect();
+    assert_eq!(groups, ["bypass", "observer"]);
+    let mut places = page
+        .lines()
+        .filter(|line| line.starts_with("<button data-from"));
+    assert!(
+        places.any(|place| place.contains("lock-in")),
+        "no place to zoom to"
+    );
+    let page = report_of("many-axes", "10");
+    assert!(page.len() < 2_000_000, "{} bytes", page.len());
+}
+
+#[test]
+fn figures_once_settled_stand_apart_from_those_of_locking_in() {
+    let mut summary = summary();
+    let receiver = summary.receivers.get_mut(NASTY).unwrap();
+    receiver.velocity_ripple_settled_max = Some(1.25);
+    receiver.velocity_ripple_lock_in_max = Some(17.5);
+    let page = page_of(&summary, &curves());
+    let (_, apart) = page.split_once("<h3>Settled").unwrap();
+    let (apart, _) = apart.split_once("</table>").unwrap();
+    let place = |text: &str| {
+        apart
+            .find(text)
+            .unwrap_or_else(|| panic!("{text}: {apart}"))
+    };
+    assert!(place(">settled</th>") < place(">locking in</th>"));
+    assert!(place("<td>1.25</td>") < place("<td>17.5</td>"));
+    assert!(!page.contains("… once settled"));
 }

@@ -13,6 +13,7 @@ use crate::catalog::Source;
 use crate::curves::Curves;
 use crate::finished::{Finished, Progress};
 use crate::invariants;
+use crate::report::print;
 use crate::report::{self, Report};
 use crate::results_folder::ResultsFolder;
 use crate::scenario::Scenario;
@@ -35,6 +36,8 @@ pub struct Options {
     pub receivers: Vec<String>,
     /// Where to leave `summary.json`, the trace, `report.html`, and `cuts.csv` if a slave cuts.
     pub out: PathBuf,
+    /// Where to leave each figure of the report as SVG and PDF, and how wide, mm; nowhere if none.
+    pub figures: Option<(PathBuf, f64)>,
     /// As what to write the trace, a row per receiver cycle, with the raw arrivals of each receiver:
     /// `nodes/RECEIVER-arrivals.csv`, `nodes/RECEIVER-exchanges.csv`; none of them if none.
     pub trace: Option<TraceFormat>,
@@ -97,6 +100,9 @@ pub fn run(
             command: &options.command,
         },
     )?;
+    if let Some((folder, width_mm)) = &options.figures {
+        print::write(folder, &summary, &curves, *width_mm)?;
+    }
     Ok(Outcome { summary, report })
 }
 
@@ -198,6 +204,7 @@ mod tests {
             overrides: vec!["duration-s=20".to_owned()],
             receivers: Vec::new(),
             out: scratch.path().to_owned(),
+            figures: None,
             trace: Some(TraceFormat::Csv),
             command: String::new(),
         };

@@ -7,7 +7,7 @@ use super::course::{Course, Phase};
 use super::plan::outline;
 use super::text::{description, heading, sync_mode};
 use crate::inspect::{Charts, Line, Sampled};
-use crate::report::{Drawing, document, escaped, figure_element};
+use crate::page::{Drawing, document, escaped, figure_element};
 
 /// The page.
 ///
@@ -32,7 +32,7 @@ pub(super) fn page(saw: &SawFile, plan: &SawPlan) -> anyhow::Result<String> {
                   to see which phase begins there. Drag to zoom in, double-click to zoom out; all \
                   four charts zoom together.",
         height: 1000,
-        figure: Some(charts(saw, &course).figure()),
+        figure: charts(saw, &course).figure(),
     };
     let body = format!(
         "<header>\n<h1>{}</h1>\n<p class=\"facts\">{}: {}</p>\n</header>\n{}",

@@ -419,7 +419,7 @@ function zoomValues(pane, event, factor) {
   const place = area(pane.canvas);
   const [low, high] = pane.shown;
   const around = high - ((event.offsetY - place.top) / place.height) * (high - low);
-  state.ranges.set(pane.unit, [around + (low - around) * factor, around + (high - around) * factor]);
+  state.ranges.set(pane.unit, zoomed(pane.shown, around, factor));
   state.isDirty = true;
 }
 

@@ -89,76 +89,22 @@ class Rows {
   }
 }
 
-// Steps of 1, 2 or 5 times a power of ten, so that there are about `count` of them.
-function ticks(from, to, count) {
-  const raw = (to - from) / count;
-  const power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((factor) => factor * power).find((candidate) => candidate >= raw);
-  const marks = [];
-  for (let n = Math.ceil(from / step); n * step <= to; n++) marks.push(n * step);
-  return { marks, decimals: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
-}
-
-// As short as there is room for.
-function label(mark, decimals) {
-  const isShort = decimals <= 6 && (Math.abs(mark) < 1e8 || mark === 0);
-  return isShort ? mark.toFixed(decimals) : mark.toExponential(2);
-}
-
-const LEFT = 76;
-const BOTTOM = 18;
-
-// The place of a pane's curves on its canvas.
-function area(canvas) {
-  const width = canvas.clientWidth - LEFT - 6;
-  const height = canvas.clientHeight - BOTTOM - 4;
-  return { left: LEFT, top: 4, width: Math.max(1, width), height: Math.max(1, height) };
-}
-
 // Draws a pane: `view` is { from, to } in seconds, `cursors` are times, `curves` are { rows, name, colour, words }.
 // Gives the range of values that it shows.
 function draw(canvas, curves, view, cursors, range, unit) {
-  const ratio = window.devicePixelRatio || 1;
-  canvas.width = Math.round(canvas.clientWidth * ratio);
-  canvas.height = Math.round(canvas.clientHeight * ratio);
-  const pen = canvas.getContext('2d');
-  pen.scale(ratio, ratio);
+  const pen = penOf(canvas);
   const style = getComputedStyle(document.body);
   const [text, rule] = ['--quiet', '--rule'].map((name) => style.getPropertyValue(name));
   const place = area(canvas);
   const x = (time) => place.left + ((time - view.from) / (view.to - view.from)) * place.width;
-  pen.font = '11px system-ui, sans-serif';
   pen.fillStyle = text;
   pen.strokeStyle = rule;
-  pen.lineWidth = 1;
-
-  const reference = view.zero;
-  const time = ticks(view.from - reference, view.to - reference, place.width / 90);
-  pen.textAlign = 'center';
-  for (const mark of time.marks) {
-    const at = Math.round(x(mark + reference)) + 0.5;
-    pen.beginPath();
-    pen.moveTo(at, place.top);
-    pen.lineTo(at, place.top + place.height);
-    pen.stroke();
-    pen.fillText(mark.toFixed(time.decimals) + ' s', at, place.top + place.height + 13);
-  }
+  drawTimes(pen, place, view, x, 's');
 
   const isWords = curves.every((curve) => curve.words);
   const shown = isWords ? [0, curves.length] : range ?? fit(curves, view, place.width);
   const y = (value) => place.top + ((shown[1] - value) / (shown[1] - shown[0])) * place.height;
-  if (!isWords) {
-    const values = ticks(shown[0], shown[1], place.height / 32);
-    pen.textAlign = 'right';
-    for (const mark of values.marks) {
-      const at = Math.round(y(mark)) + 0.5;
-      pen.beginPath();
-      pen.moveTo(place.left, at);
-      pen.lineTo(place.left + place.width, at);
-      pen.stroke();
-      pen.fillText(label(mark, values.decimals), place.left - 5, at + 4);
-    }
-  }
+  if (!isWords) drawValues(pen, place, shown, y);
   pen.textAlign = 'left';
   pen.fillText(unit, 2, place.top + place.height + 13);
 
@@ -171,18 +117,7 @@ function draw(canvas, curves, view, cursors, range, unit) {
       place.height / curves.length);
     else drawCurve(pen, curve, view, x, y, place);
   });
-  pen.lineWidth = 1;
-  for (const [name, cursor] of Object.entries(cursors)) {
-    if (cursor === undefined) continue;
-    pen.strokeStyle = pen.fillStyle = style.getPropertyValue('--text');
-    pen.setLineDash([4, 3]);
-    pen.beginPath();
-    pen.moveTo(x(cursor), place.top);
-    pen.lineTo(x(cursor), place.top + place.height);
-    pen.stroke();
-    pen.setLineDash([]);
-    pen.fillText(name, x(cursor) + 3, place.top + 10);
-  }
+  drawCursors(pen, place, cursors, x, style.getPropertyValue('--text'));
   pen.restore();
   return shown;
 }
@@ -198,9 +133,7 @@ function fit(curves, view) {
       if (column[row] > most) most = column[row];
     }
   }
-  if (least > most) return [0, 1];
-  const room = (most - least) * 0.06 || Math.max(Math.abs(most) * 1e-6, 1e-6);
-  return [least - room, most + room];
+  return roomAround(least, most);
 }
 
 // The first row of each pixel, and the one after the last: all curves of the same rows share them.

@@ -21,6 +21,7 @@ use tokio::sync::mpsc;
 
 use super::guard::{OWN_HEADER, own_host};
 use super::stream::{Blocks, channels};
+use crate::plotting::AXES_JS;
 use crate::status;
 
 /// Gives out the page and answers it, for as long as this is polled.
@@ -60,6 +61,7 @@ fn routes(state: Shared) -> Router {
             "/page.js",
             get(|| file("text/javascript", include_str!("page.js"))),
         )
+        .route("/axes.js", get(|| file("text/javascript", AXES_JS)))
         .route(
             "/plot.js",
             get(|| file("text/javascript", include_str!("plot.js"))),

@@ -186,7 +186,7 @@ fn the_page_its_nodes_their_signals_rows_and_metrics_are_given_out() {
         head.contains("200 OK") && page.contains("Coaxle scope"),
         "{head}{page}"
     );
-    for file in ["/page.js", "/plot.js", "/page.css"] {
+    for file in ["/page.js", "/axes.js", "/plot.js", "/page.css"] {
         assert!(shown.get(file).0.contains("200 OK"), "{file}");
     }
     assert!(

@@ -11,7 +11,8 @@ use super::plot::{Panel, Plot, is_logarithmic};
 use super::shown::Shown;
 use super::statistics::Statistics;
 use crate::number::significant;
-use crate::report::{COLOURS, Drawing, document, escaped, figure_element, layout, vertical};
+use crate::page::{Drawing, document, escaped, figure_element, layout, vertical};
+use crate::plotting::colour;
 
 /// Writes the report. The same results give the same bytes.
 ///
@@ -139,7 +140,7 @@ fn drawing(n: usize, plot: &Plot) -> String {
         title: &plot.heading,
         caption: &caption,
         height,
-        figure: Some(figure),
+        figure,
     })
 }
 
@@ -160,7 +161,7 @@ fn curves(plot: &Plot) -> Value {
             "name": escaped(&panel.title),
             "x": x,
             "y": of(|cell| cell.median),
-            "line": { "color": COLOURS[n % COLOURS.len()] },
+            "line": { "color": colour(n) },
             "error_y": {
                 "type": "data",
                 "symmetric": false,

@@ -45,6 +45,7 @@ fn options(overrides: &[&str], seed: Option<u64>, out: &Path) -> Options {
         overrides: overrides.iter().map(|&set| set.to_owned()).collect(),
         receivers: Vec::new(),
         out: out.to_owned(),
+        figures: None,
         trace: seed.map(|_| TraceFormat::Csv),
         command: String::new(),
     }

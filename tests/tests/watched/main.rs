@@ -5,6 +5,7 @@ mod browser;
 mod line;
 mod page;
 mod replay;
+mod report;
 
 use std::process::Command;
 

@@ -6,7 +6,7 @@ use plotters::prelude::*;
 
 use super::scale::Scale;
 use super::{Area, DrawError, FONT};
-use crate::report::COLOURS;
+use crate::plotting::{colour, rgb};
 use crate::sweep::plot::{Along, Plot};
 use crate::sweep::statistics::Statistics;
 
@@ -56,13 +56,13 @@ pub(super) fn draw(root: &Area<'_>, name: &str, plot: &Plot) -> Result<(), DrawE
     for (n, panel) in plot.panels.iter().enumerate() {
         curve(
             &mut chart,
-            colour(n),
+            pen(n),
             scales,
             &stretches(&places, &panel.cells),
         )?;
         let y = 70 + 24 * n as i32;
         let line = [(0, y), (24, y)];
-        names.draw(&PathElement::new(line, colour(n).stroke_width(3)))?;
+        names.draw(&PathElement::new(line, pen(n).stroke_width(3)))?;
         names.draw(&Text::new(panel.title.as_str(), (32, y - 7), (FONT, 14)))?;
     }
     Ok(())
@@ -137,26 +137,14 @@ fn stretches(places: &[f64], cells: &[Option<Statistics>]) -> Vec<Vec<(f64, Stat
 }
 
 /// The n-th curve's, as reports have them.
-fn colour(n: usize) -> RGBColor {
-    let text = COLOURS[n % COLOURS.len()].trim_start_matches('#');
-    let part = |at: usize| {
-        let hex = text.get(at..at + 2);
-        hex.and_then(|hex| u8::from_str_radix(hex, 16).ok())
-    };
-    let [red, green, blue] = [0, 2, 4].map(|at| part(at).unwrap_or(0));
+fn pen(n: usize) -> RGBColor {
+    let (red, green, blue) = rgb(&colour(n));
     RGBColor(red, green, blue)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn colours_are_those_of_reports() {
-        assert_eq!(COLOURS[0], "#d9541e");
-        assert_eq!(colour(0), RGBColor(0xd9, 0x54, 0x1e));
-        assert_eq!(colour(COLOURS.len()), colour(0));
-    }
 
     #[test]
     fn a_curve_has_a_gap_where_nothing_is_known() {

@@ -3,9 +3,10 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::scale::{Scale, short};
+use super::scale::Scale;
 use super::{Area, DrawError, FONT};
 use crate::number::significant;
+use crate::plotting::short;
 use crate::sweep::plot::{Along, Panel, Plot};
 
 /// Cells of a map up to which each shows its number.

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::plotting::short;
 use crate::sweep::plot::is_logarithmic;
 
 /// Numbers along a line, by themselves or by their logarithms.
@@ -56,35 +57,9 @@ impl Scale {
     }
 }
 
-/// So many digits, without the zeros behind them.
-pub(super) fn short(value: f64, digits: usize) -> String {
-    let rounded: f64 = format!("{value:.*e}", digits.saturating_sub(1))
-        .parse()
-        .unwrap_or(value);
-    if rounded != 0.0 && !(1e-4..1e6).contains(&rounded.abs()) {
-        return format!("{rounded:e}");
-    }
-    // Zero has no sign.
-    format!("{}", rounded + 0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn labels_are_short() {
-        for (value, expected) in [
-            (0.0, "0"),
-            (-0.0, "0"),
-            (20.0, "20"),
-            (0.1 + 0.2, "0.3"),
-            (123_456.0, "123000"),
-            (-1.5e-7, "-1.5e-7"),
-        ] {
-            assert_eq!(short(value, 3), expected);
-        }
-    }
 
     #[test]
     fn decades_are_labelled_by_what_they_are_of() {

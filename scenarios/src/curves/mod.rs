@@ -1,10 +1,17 @@
 //! What is kept of a run for its pictures, however long it lasts.
 
+mod series;
+mod windows;
+
 use coaxle_node::config::Unit;
 use coaxle_receiver::StateName;
 
 use crate::record::Record;
 use crate::row::Row;
+pub(crate) use series::joined;
+pub use series::{Series, Stretch};
+use windows::Watch;
+pub use windows::{Happened, Window};
 
 /// The curves of one receiver.
 #[derive(Clone, Debug)]
@@ -31,6 +38,11 @@ pub struct Curves {
     pub states: Vec<(f64, Option<StateName>)>,
     /// Every cycle around one beat.
     pub around_beat: Vec<Row>,
+    /// What happened that every receiver's cycles are kept around.
+    pub windows: Vec<Window>,
+    /// Own cycle time, s.
+    cycle_s: f64,
+    watch: Watch,
     recent: std::collections::VecDeque<Row>,
     beats: u32,
     capturing: bool,
@@ -54,12 +66,13 @@ const AFTER: usize = 100;
 const MOST_STATES: usize = 20_000;
 
 impl Curves {
-    /// No curves yet of a receiver with slaves of these names and units.
+    /// No curves yet of a receiver of this cycle time (s), with slaves of these names and units.
     #[must_use]
     pub fn new<'a>(
         name: &str,
         mode: &'static str,
         unit: Unit,
+        cycle_s: f64,
         slaves: impl IntoIterator<Item = (&'a str, Unit)>,
     ) -> Self {
         let slave = |(name, unit): (&str, Unit)| SlaveCurve {
@@ -79,6 +92,9 @@ impl Curves {
             slaves: slaves.into_iter().map(slave).collect(),
             states: Vec::new(),
             around_beat: Vec::new(),
+            windows: Vec::new(),
+            cycle_s,
+            watch: Watch::default(),
             recent: std::collections::VecDeque::with_capacity(BEFORE),
             beats: 0,
             capturing: false,
@@ -92,8 +108,10 @@ impl Curves {
     }
 
     /// The next cycle. `evaluated` tells whether it counts for the figures: the beat that is shown
-    /// in full is the first one that does.
-    pub fn push(&mut self, row: &Row, evaluated: bool) {
+    /// in full is the first one that does. What happened may be worth [`keep`](Self::keep)ing every cycle around it, of all
+    /// receivers.
+    #[must_use]
+    pub fn push(&mut self, row: &Row, evaluated: bool) -> Option<Window> {
         let t = row.t_s;
         let record = &row.record;
         self.set_velocity.push(t, row.set_velocity);
@@ -108,6 +126,24 @@ impl Curves {
         }
         self.push_state(t, record);
         self.capture(row, evaluated);
+        let window = self.watch.look(t, self.cycle_s, record);
+        self.windows.extend(window.clone());
+        window
+    }
+
+    /// Keeps every cycle from one time to another, s.
+    pub fn keep(&mut self, from_s: f64, to_s: f64) {
+        let own = [
+            &mut self.set_velocity,
+            &mut self.drive_velocity,
+            &mut self.correction_us,
+            &mut self.time_error_us,
+            &mut self.drift_ppm,
+        ];
+        let slaves = self.slaves.iter_mut().map(|slave| &mut slave.position);
+        for series in own.into_iter().chain(slaves) {
+            series.keep(from_s, to_s);
+        }
     }
 
     fn push_state(&mut self, t: f64, record: &Record) {
@@ -141,89 +177,5 @@ impl Curves {
             self.capturing = true;
             self.around_beat.extend(self.recent.drain(..));
         }
-    }
-}
-
-/// A curve of bounded size: the smallest and the largest value of each stretch of time, so that no
-/// spike is ever lost.
-#[derive(Clone, Debug, Default)]
-pub struct Series {
-    /// The stretches, in order.
-    pub stretches: Vec<Stretch>,
-    /// Values per stretch.
-    per_stretch: u32,
-    filled: u32,
-}
-
-/// The values of a stretch of time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stretch {
-    /// When it begins, s.
-    pub t_s: f64,
-    /// The smallest value.
-    pub low: f64,
-    /// The largest value.
-    pub high: f64,
-}
-
-/// Stretches kept at most.
-const MOST_STRETCHES: usize = 4_000;
-
-impl Series {
-    /// The next value; none is a gap.
-    pub fn push(&mut self, t_s: f64, value: Option<f64>) {
-        let Some(value) = value.filter(|value| value.is_finite()) else {
-            return;
-        };
-        match self.stretches.last_mut() {
-            Some(last) if self.filled < self.per_stretch => {
-                last.low = last.low.min(value);
-                last.high = last.high.max(value);
-                self.filled += 1;
-            }
-            _ => {
-                self.make_room();
-                self.stretches.push(Stretch {
-                    t_s,
-                    low: value,
-                    high: value,
-                });
-                self.filled = 1;
-            }
-        }
-    }
-
-    fn make_room(&mut self) {
-        self.per_stretch = self.per_stretch.max(1);
-        if self.stretches.len() < MOST_STRETCHES {
-            return;
-        }
-        let merged = self.stretches.chunks(2).map(|pair| Stretch {
-            t_s: pair[0].t_s,
-            low: pair.iter().fold(f64::INFINITY, |low, s| low.min(s.low)),
-            high: pair
-                .iter()
-                .fold(f64::NEG_INFINITY, |high, s| high.max(s.high)),
-        });
-        self.stretches = merged.collect();
-        self.per_stretch *= 2;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_long_curve_stays_small_and_keeps_its_spikes() {
-        let mut series = Series::default();
-        for k in 0..1_000_000 {
-            let value = if k == 777_777 { 5.0 } else { 1.0 };
-            series.push(f64::from(k), Some(value));
-        }
-        assert!(series.stretches.len() <= MOST_STRETCHES);
-        let spikes = series.stretches.iter().filter(|s| s.high == 5.0).count();
-        assert_eq!(spikes, 1);
-        assert!(series.stretches.is_sorted_by_key(|s| s.t_s));
     }
 }

@@ -19,7 +19,7 @@ pub(crate) fn escaped(text: &str) -> String {
 }
 
 /// JSON inside a script element, which ends at the first `</script` whatever stands around it.
-pub(super) fn script_json(value: &Value) -> String {
+pub(crate) fn script_json(value: &Value) -> String {
     // In JSON `<` occurs only within strings, where this escape means the same.
     value.to_string().replace('<', "\\u003c")
 }

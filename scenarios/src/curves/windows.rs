@@ -1,0 +1,180 @@
+//! Which parts of a run are kept cycle by cycle: those around what happens.
+
+use coaxle_axis::AxisStatus;
+
+use crate::record::Record;
+
+/// Something that is worth a closer look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Happened {
+    /// The first message.
+    Start,
+    /// The clock is known.
+    Sync,
+    /// It is no longer.
+    SyncLost,
+    /// A beat was counted.
+    Beat,
+    /// The delay jumped.
+    Shift,
+    /// The observer began to lock anew.
+    Relock,
+    /// Another node took over.
+    TakeOver,
+    /// Another run of the far node is followed.
+    Restart,
+    /// An error was raised.
+    Error,
+    /// A slave is in another state.
+    SlaveState,
+}
+
+impl Happened {
+    /// In a few words.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Start => "first data",
+            Self::Sync => "lock-in",
+            Self::SyncLost => "sync lost",
+            Self::Beat => "beat",
+            Self::Shift => "jump of the delay",
+            Self::Relock => "locks anew",
+            Self::TakeOver => "take-over",
+            Self::Restart => "restart",
+            Self::Error => "error",
+            Self::SlaveState => "slave's state",
+        }
+    }
+
+    /// How many cycles are kept before it and after it. A beat is counted a plateau after it was; a lock-in takes its time.
+    const fn cycles(self) -> (f64, f64) {
+        match self {
+            Self::Sync => (500.0, 1_000.0),
+            Self::Start => (20.0, 480.0),
+            _ => (400.0, 300.0),
+        }
+    }
+}
+
+/// A part of a run that is kept cycle by cycle, of every receiver.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Window {
+    /// When it begins, s.
+    pub from_s: f64,
+    /// When it ends, s.
+    pub to_s: f64,
+    /// What for.
+    pub what: Happened,
+}
+
+/// What one receiver's signals were, as far as it tells what happened.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Watch {
+    had_data: bool,
+    synced: bool,
+    beats: u32,
+    shifts: u32,
+    relocks: u32,
+    take_overs: u64,
+    epoch: Option<u64>,
+    error: u16,
+    slaves: Vec<AxisStatus>,
+    /// How often each has been told of.
+    told: Vec<(Happened, u32)>,
+}
+
+/// Windows for each kind of thing that happens to a receiver: the first ones show it as well as all.
+const MOST_OF_A_KIND: u32 = 5;
+
+impl Watch {
+    /// What happened in this cycle that is worth a window.
+    pub(super) fn look(&mut self, t_s: f64, cycle_s: f64, record: &Record) -> Option<Window> {
+        let what = self.happened(record);
+        self.remember(record);
+        let what = what?;
+        let known = self.told.iter_mut().find(|(known, _)| *known == what);
+        match known {
+            Some((_, times)) if *times >= MOST_OF_A_KIND => return None,
+            Some((_, times)) => *times += 1,
+            None => self.told.push((what, 1)),
+        }
+        let (before, after) = what.cycles();
+        Some(Window {
+            from_s: t_s - before * cycle_s,
+            to_s: t_s + after * cycle_s,
+            what,
+        })
+    }
+
+    fn happened(&self, record: &Record) -> Option<Happened> {
+        let (far, axis) = (&record.far, &record.axis);
+        let slaves = record.slaves.iter().map(|slave| slave.state);
+        let all = [
+            (!self.had_data && far.count.is_some(), Happened::Start),
+            (far.take_overs > self.take_overs, Happened::TakeOver),
+            (
+                self.epoch.is_some() && far.epoch.is_some() && far.epoch != self.epoch,
+                Happened::Restart,
+            ),
+            (axis.error != 0 && axis.error != self.error, Happened::Error),
+            (axis.synced && !self.synced, Happened::Sync),
+            (!axis.synced && self.synced, Happened::SyncLost),
+            (far.relocks > self.relocks, Happened::Relock),
+            (far.shifts > self.shifts, Happened::Shift),
+            (far.beats > self.beats, Happened::Beat),
+            (
+                self.had_data && !slaves.eq(self.slaves.iter().copied()),
+                Happened::SlaveState,
+            ),
+        ];
+        let mut all = all.into_iter();
+        all.find_map(|(is_so, what)| is_so.then_some(what))
+    }
+
+    fn remember(&mut self, record: &Record) {
+        let (far, axis) = (&record.far, &record.axis);
+        self.had_data |= far.count.is_some();
+        self.synced = axis.synced;
+        self.beats = far.beats;
+        self.shifts = far.shifts;
+        self.relocks = far.relocks;
+        self.take_overs = far.take_overs;
+        self.epoch = far.epoch.or(self.epoch);
+        self.error = axis.error;
+        self.slaves.clear();
+        self.slaves
+            .extend(record.slaves.iter().map(|slave| slave.state));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_of_each_kind_have_windows() {
+        let mut watch = Watch::default();
+        let mut record = Record::default();
+        let mut windows = Vec::new();
+        for cycle in 0..2_000_u32 {
+            record.far.count = (cycle >= 10).then(|| u64::from(cycle));
+            record.far.beats = cycle / 100;
+            record.axis.synced = cycle >= 250;
+            windows.extend(watch.look(1e-3 * f64::from(cycle), 1e-3, &record));
+        }
+        let whats: Vec<_> = windows.iter().map(|window| window.what).collect();
+        let expected = [
+            Happened::Start,
+            Happened::Beat,
+            Happened::Beat,
+            Happened::Sync,
+            Happened::Beat,
+            Happened::Beat,
+            Happened::Beat,
+        ];
+        assert_eq!(whats, expected);
+        let beat = &windows[1];
+        assert!((beat.from_s + 0.3).abs() < 1e-9 && (beat.to_s - 0.4).abs() < 1e-9);
+    }
+}

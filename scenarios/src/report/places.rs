@@ -1,0 +1,66 @@
+//! Where a run is kept cycle by cycle, of all receivers together.
+
+use crate::curves::{Curves, Window};
+
+/// A part of the run, and what happened there.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Place {
+    pub(super) from_s: f64,
+    pub(super) to_s: f64,
+    pub(super) words: String,
+}
+
+/// In order; what overlaps is one.
+pub(super) fn of(curves: &[Curves]) -> Vec<Place> {
+    let mut windows: Vec<&Window> = curves.iter().flat_map(|curves| &curves.windows).collect();
+    windows.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    let mut places: Vec<Place> = Vec::new();
+    for window in windows {
+        let words = window.what.words();
+        match places.last_mut() {
+            Some(last) if window.from_s <= last.to_s => {
+                last.to_s = last.to_s.max(window.to_s);
+                if !last.words.split(", ").any(|known| known == words) {
+                    last.words = format!("{}, {words}", last.words);
+                }
+            }
+            _ => places.push(Place {
+                from_s: window.from_s.max(0.0),
+                to_s: window.to_s,
+                words: words.to_owned(),
+            }),
+        }
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::curves::Happened;
+    use coaxle_node::config::Unit;
+
+    #[test]
+    fn what_overlaps_is_one_place() {
+        let window = |from_s, to_s, what| Window { from_s, to_s, what };
+        let mut one = Curves::new("one", "sync", Unit::default(), 1e-3, []);
+        let mut two = one.clone();
+        one.windows = vec![
+            window(-0.1, 0.5, Happened::Start),
+            window(2.0, 3.0, Happened::Beat),
+        ];
+        two.windows = vec![
+            window(2.1, 2.8, Happened::Beat),
+            window(2.5, 4.0, Happened::Sync),
+        ];
+        let places = of(&[one, two]);
+        let told: Vec<_> = places
+            .iter()
+            .map(|place| (place.from_s, place.to_s, place.words.as_str()))
+            .collect();
+        assert_eq!(
+            told,
+            [(0.0, 0.5, "first data"), (2.0, 4.0, "beat, lock-in")]
+        );
+    }
+}

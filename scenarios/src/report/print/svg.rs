@@ -1,0 +1,86 @@
+//! A picture as SVG.
+
+use std::fmt::Write as _;
+
+use super::picture::{Anchor, Colour, MM, Picture, Point, Shape};
+use crate::page::escaped;
+
+pub(super) fn drawn(picture: &Picture) -> String {
+    let Picture { width, height, .. } = picture;
+    let (wide, high) = (width / MM, height / MM);
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{wide:.2}mm\" height=\"{high:.2}mm\" \
+         viewBox=\"0 0 {width:.2} {height:.2}\" font-family=\"Helvetica, Arial, sans-serif\">\n\
+         <title>{}</title>\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
+        escaped(&picture.title)
+    );
+    for shape in &picture.shapes {
+        text += &element(shape);
+    }
+    text + "</svg>\n"
+}
+
+fn element(shape: &Shape) -> String {
+    match shape {
+        Shape::Line {
+            points,
+            colour,
+            width,
+            dashes,
+        } => {
+            let dashes: Vec<_> = dashes.iter().map(f64::to_string).collect();
+            let dashes = match dashes.as_slice() {
+                [] => String::new(),
+                all => format!(" stroke-dasharray=\"{}\"", all.join(" ")),
+            };
+            format!(
+                "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\"{dashes} stroke-linejoin=\"round\" \
+                 points=\"{}\"/>\n",
+                hex(*colour),
+                places(points)
+            )
+        }
+        Shape::Area {
+            points,
+            colour,
+            opacity,
+        } => format!(
+            "<polygon fill=\"{}\" fill-opacity=\"{opacity}\" points=\"{}\"/>\n",
+            hex(*colour),
+            places(points)
+        ),
+        Shape::Text {
+            at: (x, y),
+            text,
+            size,
+            anchor,
+            is_upward,
+        } => {
+            let anchor = match anchor {
+                Anchor::Start => "start",
+                Anchor::Middle => "middle",
+                Anchor::End => "end",
+            };
+            let turned = match is_upward {
+                true => format!(" transform=\"rotate(-90 {x:.2} {y:.2})\""),
+                false => String::new(),
+            };
+            format!(
+                "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size}\" text-anchor=\"{anchor}\"{turned}>{}</text>\n",
+                escaped(text)
+            )
+        }
+    }
+}
+
+fn places(points: &[Point]) -> String {
+    let mut text = String::with_capacity(12 * points.len());
+    for (x, y) in points {
+        let _ = write!(text, "{x:.2},{y:.2} ");
+    }
+    text
+}
+
+fn hex((red, green, blue): Colour) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
