@@ -27,8 +27,10 @@ fn a_report_is_zoomed_to_single_cycles_and_measured() {
         let told = browser.run(script);
         told.as_str().unwrap_or_default().to_owned()
     };
+    // Figures are drawn when they come near.
+    browser.run("document.querySelector('.plot').scrollIntoView()");
     until("the first figure is drawn", || {
-        number("return Number(document.querySelector('.plot').dataset.to)") >= 20.0
+        number("return Number(document.querySelector('.plot').dataset.to)") > 19.9
     });
     let range = "const { shown } = figures[0].panels[0]; return shown[1] - shown[0]";
     let of_all = number(range);
@@ -47,6 +49,7 @@ fn a_report_is_zoomed_to_single_cycles_and_measured() {
     wheel(&browser, -100);
     until("the wheel zooms", || number(span) < before);
 
+    browser.run("document.querySelector('#correction').scrollIntoView()");
     browser.click("#correction canvas", (-100, 0), false);
     browser.click("#correction canvas", (100, 0), true);
     let measured = "return document.querySelector('#correction .measured').textContent";
@@ -59,7 +62,7 @@ fn a_report_is_zoomed_to_single_cycles_and_measured() {
         text(tip).contains("observer: ") && text(tip).contains(" µs")
     });
 
-    browser.run("views.get('s').showAll()");
+    browser.run("document.querySelector('.plot').scrollIntoView(); views.get('s').showAll()");
     until("all is seen again", || {
         number(range).to_bits() == of_all.to_bits()
     });
