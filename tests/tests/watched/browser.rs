@@ -89,7 +89,8 @@ impl Browser {
         let key = |what: &str| json!({ "type": what, "value": "\u{e008}" });
         let pause = json!({ "type": "pause" });
         let held = match shift {
-            true => json!([key("keyDown"), pause, pause, key("keyUp")]),
+            // It is up again after the button is.
+            true => json!([key("keyDown"), pause, pause, pause, key("keyUp")]),
             false => json!([pause, pause, pause]),
         };
         let mut mouse = mouse;

@@ -68,7 +68,7 @@ fn what_cannot_be_replayed_is_told_with_what_could() {
         "run",
         "beat",
         "--receivers",
-        "observer",
+        "sync",
         "--set",
         "duration-s=0.1",
     ];
