@@ -23,6 +23,10 @@ const UNKNOWN_RATE: f64 = 1e-6;
 
 /// A drift may have changed by so much, s/s, as long as nobody has noticed yet.
 const UNNOTICED_RATE: f64 = 200e-6;
+/// What a drift may be at all, s/s, and a line that is no surer of its rate than this has not measured it yet: it knows no more
+/// than what quartzes are usually like.
+const LARGEST_RATE: f64 = 2e-3;
+const UNMEASURED: f64 = 16e-6;
 /// Exchanges of so long a time, s, have tested the rate of a line.
 const TESTED: f64 = 8.0;
 
@@ -62,9 +66,12 @@ impl Bounds {
             false => trend,
         };
         let Some(trend) = trend else {
-            let doubt = match level.contradicted || recent.span() < TESTED {
-                true => UNNOTICED_RATE,
-                false => 0.0,
+            let doubt = if !level.contradicted && recent.span() >= TESTED {
+                0.0
+            } else if recent.line.rate_sigma >= UNMEASURED {
+                LARGEST_RATE
+            } else {
+                UNNOTICED_RATE
             };
             return Some(Agreeing::of(recent, doubt, 0.0)?.bounds(doubt, None));
         };

@@ -204,7 +204,10 @@ impl DelayExchange {
         if jump != Seconds::ZERO {
             let usual = self.window.usual(line);
             let step = self.step_of(jump, usual).filter(|_| !is_rebased);
+            // What exchanges leave open goes along with the line, until newer ones say something.
+            let (bounds, pulled) = (self.bounds, self.pulled);
             self.start_over();
+            (self.bounds, self.pulled) = (bounds, pulled);
             self.step = step;
             let estimate = self.estimate.as_mut()?;
             if let Some(usual) = usual {

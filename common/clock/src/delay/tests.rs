@@ -213,6 +213,29 @@ fn a_jump_of_the_line_is_the_paths_doing_until_exchanges_say_otherwise() {
 }
 
 #[test]
+fn a_jump_of_the_line_makes_nothing_surer() {
+    let mut exchange = DelayExchange::new(RUN);
+    let before = line(micros(500));
+    let now = exchanges(&mut exchange, &before, at(0), 30, || {
+        (micros(500), micros(500))
+    });
+    // As long as a line was tested for a short time only, its rate is doubted, and the longer ago the more.
+    let later = now + micros(4_000_000);
+    let (_, delay, uncertainty) = delay_us(&exchange, later, &before);
+    let fallen = FarLine {
+        jumped: Seconds::from(micros(10)),
+        ..line(micros(510))
+    };
+    let _ = exchange.follow(&fallen);
+    let (_, jumped, after) = delay_us(&exchange, later, &fallen);
+    assert!(
+        uncertainty > 1_200.0 && after >= uncertainty,
+        "{uncertainty} {after}"
+    );
+    assert_eq!((jumped - delay).round(), 10.0);
+}
+
+#[test]
 fn what_was_measured_against_an_unsure_line_is_measured_again_as_the_line_gets_better() {
     let mut exchange = DelayExchange::new(RUN);
     let unsure = |delay| FarLine {
