@@ -54,7 +54,8 @@ impl Sender {
         let mut axes = config
             .axes
             .iter()
-            .map(Axis::new)
+            .enumerate()
+            .map(|(axis, config)| Axis::new(axis, config))
             .collect::<Result<Vec<_>, _>>()?;
         axes.sort_by_key(|axis| axis.source.id());
         place_shown(&mut axes, config)?;
@@ -171,11 +172,9 @@ impl Node for Sender {
 }
 
 impl Axis {
-    fn new(config: &AxisConfig) -> Result<Self, SenderError> {
-        let source = SourceAxis::open(config).map_err(|reason| SenderError::Replay {
-            axis: config.name.clone(),
-            reason,
-        })?;
+    fn new(axis: usize, config: &AxisConfig) -> Result<Self, SenderError> {
+        let source =
+            SourceAxis::open(config).map_err(|reason| SenderError::Replay { axis, reason })?;
         Ok(Self { source, slot: None })
     }
 }
@@ -217,10 +216,10 @@ fn signals_of(sample: &AxisSample) -> AxisSignals {
 #[derive(Debug, thiserror::Error)]
 pub enum SenderError {
     /// A recorded motion cannot be replayed.
-    #[error("axis {axis:?}: {reason}")]
+    #[error("axis[{axis}].replay.file: {reason}")]
     Replay {
-        /// The axis.
-        axis: String,
+        /// Which axis of the list, from 0.
+        axis: usize,
         /// Why.
         reason: ReplayError,
     },

@@ -55,11 +55,11 @@ fn a_check_finds_what_is_wrong_and_names_file_and_field() {
         ),
         (
             format!("{head}[[axis]]\nid = 1\nname = 'taught'\nreplay = {{ file = 'no.csv' }}"),
-            "axis \"taught\": ",
+            "axis \"taught\".replay.file: ",
         ),
         (
             format!("{head}[[axis]]\nid = 1\nname = 'empty'\nreplay = {{ file = 'empty.csv' }}"),
-            "axis \"empty\": ",
+            "axis \"empty\".replay.file: ",
         ),
     ] {
         let file = written(folder.path(), text.as_str());

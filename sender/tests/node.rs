@@ -228,7 +228,7 @@ fn an_encoder_shows_its_increments_and_the_snapshot_the_truth() {
 }
 
 #[test]
-fn a_recording_that_is_not_there_names_its_axis() {
+fn a_recording_that_is_not_there_names_its_field() {
     let text = "name = 'test'\ncycle-time-us = 1000\n[[axis]]\nid = 1\nname = 'taught'\n\
                 replay = { file = 'no/such.csv' }";
     let config: SenderConfig = parse("s.toml", text).unwrap();
@@ -237,7 +237,7 @@ fn a_recording_that_is_not_there_names_its_axis() {
         .unwrap()
         .to_string();
     assert!(
-        error.starts_with("axis \"taught\": no/such.csv: cannot be read: "),
+        error.starts_with("axis[0].replay.file: no/such.csv: cannot be read: "),
         "{error}"
     );
 }

@@ -25,7 +25,7 @@ pub struct Unreadable {
 
 #[derive(Debug, thiserror::Error)]
 enum Reason {
-    #[error(transparent)]
+    #[error("{0}{remedy}", remedy = remedy(.0))]
     System(#[from] io::Error),
     #[error("received {received}, expected a file")]
     NoFile { received: &'static str },
@@ -44,6 +44,17 @@ enum Reason {
 )]
 struct LongLine {
     line: usize,
+}
+
+/// What would help where the system refuses a file, to be said behind its reason; nothing where that says it all.
+#[must_use]
+pub fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            "; expected one that this user may use"
+        }
+        _ => "",
+    }
 }
 
 /// Reads a text of at most `most` bytes.

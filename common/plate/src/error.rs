@@ -210,11 +210,50 @@ pub enum Place {
     Row(usize),
 }
 
+impl Place {
+    /// From 0.
+    const fn row(self) -> usize {
+        match self {
+            Self::Point(point) => (point as usize).saturating_sub(1),
+            Self::Row(row) => row,
+        }
+    }
+}
+
 impl CamError {
     /// A spline's error, and where the spline or the table starts.
     pub(super) const fn from_spline(error: NoFiniteSlopes, start: Place) -> Self {
         let NoFiniteSlopes = error;
         Self::NoFiniteSlopes { start }
+    }
+
+    /// The point or the row that it names, or where what it names begins; from 0.
+    #[must_use]
+    pub const fn row(&self) -> Option<usize> {
+        match *self {
+            Self::PointIndex { row, .. } | Self::StepSize { row, .. } => Some(row),
+            Self::NotFinite { place, .. }
+            | Self::NotAscending { place, .. }
+            | Self::NoFiniteSlopes { start: place } => Some(place.row()),
+            Self::EndIgnored { point }
+            | Self::NextPoint { point, .. }
+            | Self::NextPointIgnored { point, .. }
+            | Self::PointContradicts { point, .. }
+            | Self::AddNotAvailable { point }
+            | Self::Law { point, .. }
+            | Self::SplineNotBegun { point }
+            | Self::SplineHalfPeriodic { start: point, .. }
+            | Self::TooFewSplinePoints { start: point, .. } => Some(Place::Point(point).row()),
+            Self::TooFewPoints { .. }
+            | Self::UnknownPoint { .. }
+            | Self::NoPoints
+            | Self::TooFewRows { .. }
+            | Self::FourPoint
+            | Self::NotAMotionFunction { .. }
+            | Self::Increment { .. }
+            | Self::NoColumns { .. }
+            | Self::Parameter { .. } => None,
+        }
     }
 
     /// The number the NC gives to this error.

@@ -20,7 +20,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use coaxle_plate::{
-    CamError, Course, Interpolation, MotionFunction, MotionPoint, Place, Plate, PositionTable,
+    CamError, Course, Interpolation, MotionFunction, MotionPoint, Plate, PositionTable,
 };
 
 pub use error::CamFileError;
@@ -28,7 +28,7 @@ pub use text::TableId;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 
-use crate::config::{ConfigError, from_table, parse_table};
+use crate::config::{ConfigError, Position, elements_of, from_table, parse_table};
 use crate::text_file;
 use crate::two_columns::Source;
 
@@ -52,6 +52,8 @@ pub struct CamFile {
     pub shape: Shape,
     /// What errors call the file.
     file: String,
+    /// Where its points or rows are in it; none are known of a part of another file.
+    elements: Vec<Position>,
 }
 
 /// What a plate is made of.
@@ -106,7 +108,13 @@ impl CamFile {
         let file = path.display().to_string();
         let table = parse_table(&file, text)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self::read(&file, folder, table).map_err(|error| error.in_text(&file, text).with_points())
+        let mut read = Self::read(&file, folder, table)
+            .map_err(|error| error.in_text(&file, text).with_points())?;
+        read.elements = match read.shape {
+            Shape::Points(_) => elements_of(text, &["point"]),
+            Shape::Table(_) => elements_of(text, &["table", "rows"]),
+        };
+        Ok(read)
     }
 
     /// Takes what a cam file holds from a table, say a part of another file. `file` is what the
@@ -131,6 +139,7 @@ impl CamFile {
             slave_unit: parsed.slave_unit,
             course: parsed.course,
             file: file.to_owned(),
+            elements: Vec::new(),
         })
     }
 
@@ -153,8 +162,19 @@ impl CamFile {
     /// The file, and the field or the line where there is one to look at.
     fn place_of(&self, error: &CamError) -> String {
         match &self.shape {
-            Shape::Points(_) => self.file.clone(),
-            Shape::Table(table) => table.place_of(&self.file, error),
+            Shape::Points(_) => self.file_at(error.row()),
+            Shape::Table(table) => table.place_of(&self.file_at(error.row()), error),
+        }
+    }
+}
+
+impl CamFile {
+    /// The file, with line and column of a point or row where that is in it.
+    fn file_at(&self, row: Option<usize>) -> String {
+        let position = row.and_then(|row| self.elements.get(row));
+        match position {
+            Some(position) => format!("{}:{position}", self.file),
+            None => self.file.clone(),
         }
     }
 }
@@ -216,29 +236,13 @@ impl Table {
 
     /// Where to look for what is wrong: the line of a CSV file, or the row in the cam file.
     fn place_of(&self, file: &str, error: &CamError) -> String {
-        let row = row_of(error);
+        let row = error.row();
         match (&self.source, row) {
             (None, None) => format!("{file}: table"),
             (None, Some(row)) => format!("{file}: table.rows[{row}]"),
             (Some(csv), None) => csv.file.clone(),
             (Some(csv), Some(row)) => format!("{}: line {}", csv.file, csv.lines[row]),
         }
-    }
-}
-
-/// The row an error names, from 0.
-const fn row_of(error: &CamError) -> Option<usize> {
-    match *error {
-        CamError::StepSize { row, .. }
-        | CamError::NotFinite {
-            place: Place::Row(row),
-            ..
-        }
-        | CamError::NotAscending {
-            place: Place::Row(row),
-            ..
-        } => Some(row),
-        _ => None,
     }
 }
 

@@ -56,8 +56,14 @@ impl ConfigError {
 
     /// The text is no TOML.
     pub(super) fn syntax(file: &str, text: &str, error: &toml::de::Error) -> Self {
-        let reason = format!("is not valid TOML: {}", error.message());
-        let position = error.span().map(|span| Position::of(text, span.start));
+        let start = error.span().map(|span| span.start);
+        let comma = start.and_then(|start| decimal_comma(text, start));
+        let reason = format!(
+            "is not valid TOML: {}{}",
+            error.message(),
+            comma.unwrap_or_default()
+        );
+        let position = start.map(|start| Position::of(text, start));
         Self::Wrong(vec![Mistake {
             position,
             ..Mistake::new(file, "", reason)
@@ -111,6 +117,22 @@ impl ConfigError {
         };
         Self::Wrong(mistakes.into_iter().map(called).collect())
     }
+}
+
+/// What may have been meant where the parser stumbles over a comma between two digits, or over what follows it.
+fn decimal_comma(text: &str, start: usize) -> Option<String> {
+    let line_start = text.get(..start)?.rfind('\n').map_or(0, |end| end + 1);
+    let is_digit = |c: char| c.is_ascii_digit();
+    let behind = text.get(start..)?.find(|c| !is_digit(c) && c != ',');
+    let number_end = behind.map_or(text.len(), |length| start + length);
+    let before = text.get(line_start..number_end)?;
+    let (whole, part) = before.trim_end().rsplit_once(',')?;
+    let (key, whole) = whole.rsplit_once('=')?;
+    let whole = whole.trim();
+    let are_digits = [whole, part]
+        .iter()
+        .all(|digits| !digits.is_empty() && digits.chars().all(is_digit));
+    (are_digits && !key.is_empty()).then(|| format!("; did you mean {whole}.{part}?"))
 }
 
 fn joined(mistakes: &[Mistake]) -> String {

@@ -131,6 +131,22 @@ mod tests {
     }
 
     #[test]
+    fn a_decimal_comma_is_understood() {
+        for text in [
+            "loss = 0,25",
+            "spikes = { share = 0,25 }",
+            "loss = 0,25\nseed = 3",
+        ] {
+            let message = refusal::<LinkConfig>(text);
+            assert!(message.ends_with("; did you mean 0.25?"), "{message}");
+        }
+        for text in ["a = [1,2", "loss = 1 2", "loss = , 1", "loss = 1, 2"] {
+            let message = refusal::<LinkConfig>(text);
+            assert!(!message.contains("did you mean"), "{message}");
+        }
+    }
+
+    #[test]
     fn broken_toml_says_where() {
         let message = refusal::<LinkConfig>("loss = = 1");
         assert!(

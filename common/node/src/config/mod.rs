@@ -29,6 +29,7 @@ pub use forgery::{Forged, Forgery, Times};
 pub use link::{BurstLossConfig, CorrelatedConfig, DelayStep, LinkConfig, Partition, SpikeConfig};
 pub use list::at_most;
 pub use load::{from_table, load, parse, parse_table};
+pub(crate) use place::{Position, elements_of};
 pub use real_time::RealTimeConfig;
 pub use reworded::did_you_mean;
 pub use term::{Between, Term, Wave};

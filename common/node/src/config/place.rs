@@ -8,7 +8,7 @@ use toml::de::{DeString, DeTable, DeValue};
 
 /// A line and a column, both from 1; the column in characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Position {
+pub(crate) struct Position {
     line: usize,
     column: usize,
 }
@@ -25,10 +25,47 @@ impl Position {
     }
 }
 
+impl Position {
+    /// Goes on behind this text.
+    fn pass(&mut self, text: &str) {
+        let last = text.rsplit('\n').next().unwrap_or_default().chars().count();
+        let lines = text.matches('\n').count();
+        self.line += lines;
+        self.column = if lines > 0 {
+            1 + last
+        } else {
+            self.column + last
+        };
+    }
+}
+
 impl fmt::Display for Position {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:{}", self.line, self.column)
     }
+}
+
+/// Where the elements of a list are, which the path of keys leads to; none of them if there is no such list.
+pub(crate) fn elements_of(text: &str, path: &[&str]) -> Vec<Position> {
+    let Ok(root) = DeTable::parse(text) else {
+        return Vec::new();
+    };
+    let root = DeValue::Table(root.into_inner());
+    let list = path
+        .iter()
+        .try_fold(&root, |at, key| Some(at.get(*key)?.get_ref()));
+    let Some(DeValue::Array(list)) = list else {
+        return Vec::new();
+    };
+    let mut position = Position { line: 1, column: 1 };
+    let mut done = 0;
+    let places = list.iter().map(|element| {
+        let start = element.span().start.max(done);
+        position.pass(text.get(done..start).unwrap_or_default());
+        done = start;
+        position
+    });
+    places.collect()
 }
 
 /// A field that was looked up in its file.
@@ -60,8 +97,10 @@ impl Place {
         let position = walk.byte(reason).map(|byte| Position::of(text, byte));
         Some(Self {
             position,
+            reason: walk
+                .several_variants(reason)
+                .unwrap_or_else(|| reason.to_owned()),
             field: walk.called,
-            reason: reason.to_owned(),
         })
     }
 }
@@ -176,6 +215,21 @@ impl<'d> Walk<'d> {
         Some((number, list.get(number)?, rest))
     }
 
+    /// What serde says of a table that holds several of what there is to be one of, with their names.
+    fn several_variants(&self, reason: &str) -> Option<String> {
+        let Some(DeValue::Table(table)) = self.at else {
+            return None;
+        };
+        let keys: Vec<_> = table.keys().map(|key| key.get_ref().as_ref()).collect();
+        let is_so = reason.starts_with("wanted exactly 1 element") && keys.len() > 1;
+        is_so.then(|| {
+            format!(
+                "received {}, expected one of them alone",
+                keys.join(" and ")
+            )
+        })
+    }
+
     /// The byte to look at: the key where that is wrong, otherwise the value.
     fn byte(&self, reason: &str) -> Option<usize> {
         let span = match reason.starts_with("unknown field") {
@@ -273,6 +327,34 @@ mod tests {
         ] {
             assert_eq!(found(field, reason), expected);
         }
+    }
+
+    #[test]
+    fn elements_are_where_a_look_from_the_beginning_finds_them() {
+        let text = "# é\n[table]\nrows = [[0, 0], [1, 'é'], [2, 3],\n  [4, 5]]\n[[point]]\na = 1\n[[point]]\n";
+        let rows = elements_of(text, &["table", "rows"]);
+        let rows: Vec<_> = rows.iter().map(Position::to_string).collect();
+        assert_eq!(rows, ["3:9", "3:17", "3:27", "4:3"]);
+        let points = elements_of(text, &["point"]);
+        let points: Vec<_> = points.iter().map(Position::to_string).collect();
+        assert_eq!(points, ["5:1", "7:1"]);
+        assert_eq!(elements_of(text, &["table"]), []);
+        assert_eq!(elements_of("a = = 1", &["a"]), []);
+    }
+
+    #[test]
+    fn several_variants_are_named() {
+        let text = "[network]\njitter = { exponential-us = 20, normal-us = 5 }";
+        let place = Place::find(
+            text,
+            "network.jitter",
+            "wanted exactly 1 element, more than 1 element",
+        );
+        let reason = place.unwrap().reason;
+        assert_eq!(
+            reason,
+            "received exponential-us and normal-us, expected one of them alone"
+        );
     }
 
     #[test]
