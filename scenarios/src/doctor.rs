@@ -1,7 +1,6 @@
 //! `coaxle doctor`: how fit a PC is for cycles; and what the configs of nodes leave open to others, and what closes it.
 
 use std::io::Write;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -10,6 +9,7 @@ use coaxle_clock::Span;
 use coaxle_host::cli::parse_duration;
 use coaxle_host::credentials::{Credentials, KEY_FILE, PROFILE_FILE, RENEW_WITHIN, date};
 use coaxle_host::fitness::{self, Finding};
+use coaxle_host::os::{Os, System};
 use coaxle_host::{Exposure, machine};
 use coaxle_node::keys::NodeName;
 
@@ -208,11 +208,8 @@ fn of_folder(node: &NodeName, folder: &Path, now: SystemTime) -> Vec<Opening> {
         Ok(credentials) => findings.extend(of_credentials(node, &credentials, now)),
         Err(error) => findings.push(open(error.to_string(), COPY_ANEW)),
     }
-    let mode = |file: &str| {
-        let metadata = folder.join(file).metadata().ok();
-        metadata.map(|metadata| metadata.permissions().mode())
-    };
-    if mode(KEY_FILE).is_some_and(|mode| mode & 0o077 != 0) {
+    let others = |file: &str| Os::others_may(&folder.join(file));
+    if others(KEY_FILE).is_some_and(|others| others.access) {
         let key = folder.join(KEY_FILE);
         let text = format!("other users of this PC may read {}", key.display());
         findings.push(open(
@@ -220,7 +217,7 @@ fn of_folder(node: &NodeName, folder: &Path, now: SystemTime) -> Vec<Opening> {
             "chmod 600, and renew the certificate if anybody may have",
         ));
     }
-    if mode(PROFILE_FILE).is_some_and(|mode| mode & 0o022 != 0) {
+    if others(PROFILE_FILE).is_some_and(|others| others.write) {
         let profile = folder.join(PROFILE_FILE);
         let text = format!("other users of this PC may write {}", profile.display());
         findings.push(open(text, "chmod 644"));
@@ -258,6 +255,7 @@ fn of_credentials(node: &NodeName, credentials: &Credentials, now: SystemTime) -
 mod tests {
     use super::*;
     use crate::secure::{Authority, Validity, write_role};
+    use coaxle_host::os::Readers;
     use std::time::Duration;
 
     const DAY: Duration = Duration::from_secs(24 * 60 * 60);
@@ -334,7 +332,9 @@ mod tests {
         assert_found(&examined(folder, secure, 61), &["holds until"]);
         assert_found(&examined(folder, secure, 91), &["has expired"]);
         let key = folder.join("net").join(KEY_FILE);
-        std::fs::set_permissions(&key, PermissionsExt::from_mode(0o640)).unwrap();
+        let text = std::fs::read_to_string(&key).unwrap();
+        let mut readable = Os::create_file(&key, Readers::All).unwrap();
+        readable.write_all(text.as_bytes()).unwrap();
         assert_found(&examined(folder, secure, 0), &["may read"]);
         write(&saw, &theirs);
         assert_found(&examined(folder, secure, 0), &["another authority"]);

@@ -1,18 +1,16 @@
 //! A folder for results, which one run at a time writes to.
 
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use rustix::fs::{FlockOperation, flock};
-use rustix::io::Errno;
+use coaxle_host::os::{HeldFolder, Os, System};
 
 /// The folder, held until this is dropped.
 #[derive(Debug)]
 pub(crate) struct ResultsFolder {
     path: PathBuf,
-    /// The lock ends with it, however the process does.
-    _held: File,
+    _held: HeldFolder,
 }
 
 impl ResultsFolder {
@@ -23,16 +21,12 @@ impl ResultsFolder {
     pub(crate) fn hold(path: &Path) -> anyhow::Result<Self> {
         let cannot = || format!("cannot make the folder {}", path.display());
         fs::create_dir_all(path).with_context(cannot)?;
-        let held = File::open(path).with_context(cannot)?;
-        match flock(&held, FlockOperation::NonBlockingLockExclusive) {
-            // A file system that knows no locks keeps nobody apart.
-            Ok(()) | Err(Errno::NOTSUP | Errno::NOSYS) => {}
-            Err(Errno::WOULDBLOCK) => bail!(
+        let Some(held) = Os::hold_folder(path).with_context(cannot)? else {
+            bail!(
                 "received the folder {} for the results, which another run writes to; expected one of its own: --out DIR",
                 path.display()
-            ),
-            Err(error) => return Err(error).with_context(cannot),
-        }
+            )
+        };
         Ok(Self {
             path: path.to_owned(),
             _held: held,

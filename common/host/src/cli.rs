@@ -1,16 +1,16 @@
 //! What the binaries share: the log, durations on the command line, errors and exit codes.
 
-use std::ffi::OsStr;
 use std::io::{IsTerminal, Write};
-use std::os::unix::process::CommandExt;
 use std::process::{Command, ExitCode};
 
 use coaxle_clock::Span;
 use coaxle_node::config::ConfigError;
 use coaxle_node::one_line;
+use coaxle_node::text_file::remedy;
 use tracing_appender::non_blocking::WorkerGuard;
 use tracing_subscriber::EnvFilter;
 
+use crate::os::{Os, System};
 use crate::transport::ZENOH_RUNTIME;
 
 /// How much a program logs; flatten it into its arguments.
@@ -113,7 +113,13 @@ pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
 pub fn lines_of(error: &anyhow::Error) -> Vec<String> {
     match error.downcast_ref::<ConfigError>() {
         Some(config) => config.lines(),
-        None => vec![one_line(&format!("{error:#}"))],
+        None => {
+            let by_system = error.chain().find_map(|cause| cause.downcast_ref());
+            vec![one_line(&format!(
+                "{error:#}{}",
+                by_system.map_or("", remedy)
+            ))]
+        }
     }
 }
 
@@ -131,15 +137,10 @@ pub fn tune_transport() {
     let Ok(program) = std::env::current_exe() else {
         return;
     };
-    let mut arguments = std::env::args_os();
-    let called = arguments.next();
     let mut command = Command::new(program);
-    command
-        .arg0(called.as_deref().unwrap_or(OsStr::new("coaxle")))
-        .args(arguments)
-        .env(name, value);
+    command.args(std::env::args_os().skip(1)).env(name, value);
     // Returns only if it failed.
-    let _ = command.exec();
+    let _ = Os::replace_this_process(&mut command);
 }
 
 /// Parses `10s`, `500ms`, `250us`, `2min`, `1h`, or plain seconds, for clap's `value_parser`.

@@ -1,7 +1,4 @@
-//! Why runs end, and the signals that end them.
-
-use anyhow::Context;
-use tokio::signal::unix::{Signal, SignalKind, signal};
+//! Why runs end.
 
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,66 +11,4 @@ pub enum Ended {
     Terminated,
     /// SIGHUP: its terminal was closed.
     HungUp,
-}
-
-/// The signals that end a run.
-pub(crate) struct Signals {
-    interrupt: Signal,
-    terminate: Signal,
-    /// None where it was started to outlive its terminal.
-    hang_up: Option<Signal>,
-}
-
-impl Signals {
-    /// Listens from now on.
-    pub(crate) fn listen() -> anyhow::Result<Self> {
-        let listen = |kind| signal(kind).context("cannot listen for signals");
-        let hang_up = (!ignores_hang_up()).then(|| listen(SignalKind::hangup()));
-        Ok(Self {
-            interrupt: listen(SignalKind::interrupt())?,
-            terminate: listen(SignalKind::terminate())?,
-            hang_up: hang_up.transpose()?,
-        })
-    }
-
-    /// The next one.
-    pub(crate) async fn next(&mut self) -> Ended {
-        let hang_up = async {
-            match &mut self.hang_up {
-                Some(signal) => signal.recv().await,
-                None => std::future::pending().await,
-            }
-        };
-        tokio::select! {
-            _ = self.interrupt.recv() => Ended::Interrupted,
-            _ = self.terminate.recv() => Ended::Terminated,
-            _ = hang_up => Ended::HungUp,
-        }
-    }
-}
-
-/// Whether this process was started with SIGHUP ignored, as `nohup` does: listening would undo that.
-fn ignores_hang_up() -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    ignored_signals(&status).is_some_and(|mask| mask & 1 != 0)
-}
-
-/// A bit for each signal, from number 1 on.
-fn ignored_signals(status: &str) -> Option<u64> {
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    u64::from_str_radix(mask?.trim(), 16).ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_first_bit_of_the_ignored_signals_is_that_of_sighup() {
-        let status =
-            |mask: &str| format!("SigBlk:\t0000000000000001\nSigIgn:\t{mask}\nSigCgt:\t1\n");
-        assert_eq!(ignored_signals(&status("0000000000001001")), Some(0x1001));
-        assert_eq!(ignored_signals(&status("0000000000001000")), Some(0x1000));
-        assert_eq!(ignored_signals("Name:\tx\n"), None);
-    }
 }

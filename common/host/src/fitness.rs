@@ -1,14 +1,11 @@
 //! How fit this PC is for cycles: what the operating system is set to, what it permits, and how late it wakes a thread.
 
-use std::fs;
-use std::path::Path;
-
 use anyhow::Context;
 use coaxle_clock::Span;
 use coaxle_node::config::RealTimeConfig;
-use rustix::process::{Resource, getrlimit};
 
 use crate::machine;
+use crate::os::{Facts, Os, System};
 use crate::real_time::{self, Denied};
 
 /// Something about this PC.
@@ -42,7 +39,10 @@ pub struct WakeUps {
 /// The settings of this PC that matter.
 #[must_use]
 pub fn examine() -> Vec<Finding> {
-    findings(&Facts::read())
+    match Os::facts() {
+        Some(facts) => findings(&facts),
+        None => vec![unknown_system()],
+    }
 }
 
 /// Wakes a thread with this cycle for so long, with the real-time priority that nodes are advised to have, if it is
@@ -89,52 +89,23 @@ fn summary(mut late: Vec<Span>, cycle: Span, denied: Vec<Denied>) -> WakeUps {
     }
 }
 
-/// What the system says of itself; empty what it does not say.
-#[derive(Clone, Debug, Default)]
-struct Facts {
-    kernel: String,
-    is_real_time_kernel: bool,
-    is_virtual: bool,
-    clock_source: String,
-    processors: usize,
-    isolated: String,
-    governor: String,
-    /// The highest real-time priority that is permitted.
-    priority: Option<u64>,
-    /// Memory that may be locked; none: all.
-    memory: Option<u64>,
-}
-
-impl Facts {
-    fn read() -> Self {
-        let line = |path: &str| {
-            let text = fs::read_to_string(path).unwrap_or_default();
-            text.trim().to_owned()
-        };
-        let version = line("/proc/sys/kernel/version");
-        let processors = std::thread::available_parallelism();
-        Self {
-            kernel: line("/proc/sys/kernel/osrelease"),
-            is_real_time_kernel: version.contains("PREEMPT_RT")
-                || line("/sys/kernel/realtime") == "1",
-            is_virtual: line("/proc/cpuinfo").contains(" hypervisor")
-                || Path::new("/sys/hypervisor/type").exists(),
-            clock_source: line("/sys/devices/system/clocksource/clocksource0/current_clocksource"),
-            processors: processors.map_or(1, usize::from),
-            isolated: line("/sys/devices/system/cpu/isolated"),
-            governor: line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor"),
-            priority: getrlimit(Resource::Rtprio).current,
-            memory: getrlimit(Resource::Memlock).current,
-        }
-    }
-}
-
 /// Clocks that are read without a call into the kernel.
 const QUICK_CLOCKS: [&str; 3] = ["tsc", "kvm-clock", "arch_sys_counter"];
 /// Enough for a node and what it maps.
 const ENOUGH_MEMORY: u64 = 256 << 20;
 /// What docs/SERVICE.md gives a node.
 const WANTED_PRIORITY: u64 = 80;
+
+fn unknown_system() -> Finding {
+    Finding {
+        is_good: false,
+        text: format!(
+            "nothing is known of how {} is set for cycles",
+            std::env::consts::OS
+        ),
+        remedy: Some("for motion take Linux, best with PREEMPT_RT; docs/INSTALL.md"),
+    }
+}
 
 fn findings(facts: &Facts) -> Vec<Finding> {
     let mut findings = Vec::new();

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::Context;
 
 use crate::cli::Exit;
-use crate::ended::Signals;
+use crate::os::{EndSignals, Os, System};
 
 /// Whether Ctrl-C, SIGTERM or SIGHUP has come.
 #[derive(Clone, Debug, Default)]
@@ -26,7 +26,7 @@ impl Interrupt {
         let runtime = runtime.context("cannot listen for signals")?;
         let mut signals = {
             let _entered = runtime.enter();
-            Signals::listen()?
+            Os::end_signals().context("cannot listen for signals")?
         };
         let listening = move || {
             runtime.block_on(async {

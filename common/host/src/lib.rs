@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Each arrow into or out of the cycle thread is a bounded, wait-free ring: the cycle thread never
-//! waits for the network, a disk or a log, and what does not fit is counted. The crate needs Linux.
+//! waits for the network, a disk or a log, and what does not fit is counted. Only [`os`] knows the operating system.
 //! Only the module behind [`OverZenoh`] knows Zenoh.
 //!
 //! The set values of a slave reach drive code in another process by [`shared_memory`];
@@ -35,6 +35,7 @@ mod interrupt;
 pub mod machine;
 pub mod mailbox;
 mod node_args;
+pub mod os;
 mod outbox;
 mod panics;
 mod publisher;

@@ -4,11 +4,10 @@ use std::cell::Cell;
 use std::time::SystemTime;
 
 use coaxle_clock::{Domain, Instant, Span};
-use rustix::io::Errno;
-use rustix::thread::clock_nanosleep_absolute;
-use rustix::time::{ClockId, Timespec, clock_gettime};
 
-/// The operating system's monotonic clock, `CLOCK_MONOTONIC`.
+use crate::os::{Os, System};
+
+/// The operating system's monotonic clock: `CLOCK_MONOTONIC` of Linux.
 ///
 /// All processes of one machine read the same one, so their records can be laid side by side.
 pub enum Machine {}
@@ -20,9 +19,7 @@ impl Domain for Machine {
 /// What the machine's clock reads now.
 #[must_use]
 pub fn now() -> Instant<Machine> {
-    let time = clock_gettime(ClockId::Monotonic);
-    // An i64 of nanoseconds holds 292 years of uptime.
-    Instant::from_nanos(time.tv_sec * NANOS_PER_SEC + time.tv_nsec)
+    Instant::from_nanos(Os::clock_ns())
 }
 
 /// What the machine takes the time of day for. For certificates, and for where the rows of a recording lie in the day: it
@@ -64,13 +61,7 @@ pub(crate) fn begin_cycle(ideal_start: Instant<Machine>) {
 /// The deadline is absolute, so neither an interrupting signal nor the time between reading the
 /// clock and going to sleep adds to it.
 pub fn sleep_until(deadline: Instant<Machine>) {
-    let nanos = deadline.as_nanos().max(0);
-    let request = Timespec {
-        tv_sec: nanos / NANOS_PER_SEC,
-        tv_nsec: nanos % NANOS_PER_SEC,
-    };
-    // EINTR is the only error a valid deadline can meet.
-    while clock_nanosleep_absolute(ClockId::Monotonic, &request) == Err(Errno::INTR) {}
+    Os::sleep_until_ns(deadline.as_nanos());
 }
 
 /// Sleeps like [`sleep_until`], but spends the last `spin` before the deadline awake: at the price
@@ -81,8 +72,6 @@ pub fn sleep_then_spin_until(deadline: Instant<Machine>, spin: Span) {
         std::hint::spin_loop();
     }
 }
-
-const NANOS_PER_SEC: i64 = 1_000_000_000;
 
 #[cfg(test)]
 mod tests {

@@ -10,13 +10,13 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::signal::Instance;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 use coaxle_recording::{Facts, Table};
-use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
 use crate::cli::parse_duration;
 use crate::credentials::{Credentials, CredentialsFault};
 use crate::machine;
+use crate::os::{Os, System};
 use crate::recording::{Attached, Recording};
 use crate::rows::Rows;
 use crate::trace::Trace;
@@ -168,12 +168,7 @@ impl NodeArgs {
         let Some(parent) = self.parent else {
             return Ok(());
         };
-        set_parent_process_death_signal(Some(Signal::KILL))
-            .context("cannot be tied to the process that started it")?;
-        if Pid::as_raw(getppid()) != parent {
-            bail!("the process {parent} that started it is gone");
-        }
-        Ok(())
+        Os::die_with(parent).context("cannot be tied to the process that started it")
     }
 
     /// Says on standard output that the config is all right.

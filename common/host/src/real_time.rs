@@ -1,15 +1,8 @@
 //! What the cycle thread asks of the operating system.
 
-use std::num::NonZeroU64;
-
 use coaxle_node::config::RealTimeConfig;
-use rustix::io::Errno;
-use rustix::mm::{MlockAllFlags, mlockall};
-use rustix::thread::{CpuSet, sched_setaffinity, set_current_timer_slack};
-use thread_priority::{
-    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
-    set_thread_priority_and_policy, thread_native_id,
-};
+
+use crate::os::{Os, System};
 
 /// A wish the operating system did not grant.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,67 +19,22 @@ pub struct Denied {
 pub fn apply(config: &RealTimeConfig) -> Vec<Denied> {
     let wishes = [
         // Wished for always: the kernel may otherwise bundle wake-ups within 50 µs.
-        Some(("a timer slack of 1 ns".to_owned(), tight_timers())),
+        Some(("a timer slack of 1 ns".to_owned(), Os::tighten_timers())),
         config
             .priority
-            .map(|priority| (format!("priority = {priority}"), fifo(priority))),
-        config.cpu.map(|cpu| (format!("cpu = {cpu}"), bind_to(cpu))),
+            .map(|priority| (format!("priority = {priority}"), Os::set_priority(priority))),
+        config
+            .cpu
+            .map(|cpu| (format!("cpu = {cpu}"), Os::bind_to(cpu))),
         config
             .lock_memory
-            .then(|| ("lock-memory = true".to_owned(), lock_memory())),
+            .then(|| ("lock-memory = true".to_owned(), Os::lock_memory())),
     ];
     wishes
         .into_iter()
         .flatten()
         .filter_map(|(wish, outcome)| outcome.err().map(|reason| Denied { wish, reason }))
         .collect()
-}
-
-fn tight_timers() -> Result<(), String> {
-    set_current_timer_slack(NonZeroU64::new(1)).map_err(|errno| errno.to_string())
-}
-
-fn fifo(priority: u8) -> Result<(), String> {
-    let value = ThreadPriorityValue::try_from(priority)
-        .ok()
-        .filter(|_| (1..=99).contains(&priority))
-        .ok_or_else(|| format!("received {priority}, expected 1 to 99"))?;
-    set_thread_priority_and_policy(
-        thread_native_id(),
-        ThreadPriority::Crossplatform(value),
-        ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo),
-    )
-    .map_err(|error| match error {
-        thread_priority::Error::OS(code) if code == Errno::PERM.raw_os_error() => {
-            "not permitted: needs CAP_SYS_NICE, or an rtprio limit in /etc/security/limits.conf"
-                .to_owned()
-        }
-        other => other.to_string(),
-    })
-}
-
-fn bind_to(cpu: usize) -> Result<(), String> {
-    if cpu >= CpuSet::MAX_CPU {
-        return Err(format!(
-            "received {cpu}, expected 0 to {}",
-            CpuSet::MAX_CPU - 1
-        ));
-    }
-    let mut set = CpuSet::new();
-    set.set(cpu);
-    sched_setaffinity(None, &set).map_err(|errno| match errno {
-        Errno::INVAL => format!("this process may not run on processor {cpu}, or there is none"),
-        other => other.to_string(),
-    })
-}
-
-fn lock_memory() -> Result<(), String> {
-    mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(|errno| match errno {
-        Errno::PERM | Errno::NOMEM | Errno::AGAIN => {
-            format!("{errno}: needs CAP_IPC_LOCK, or a higher memlock limit (ulimit -l)")
-        }
-        other => other.to_string(),
-    })
 }
 
 #[cfg(test)]

@@ -16,10 +16,11 @@ use crate::commands::commands;
 use crate::counters::{Counters, read};
 use crate::credentials::{Credentials, RENEW_WITHIN, date};
 use crate::cycle::{Cycle, NodeClock};
-use crate::ended::{Ended, Signals};
+use crate::ended::Ended;
 use crate::inputs::inputs;
 use crate::machine;
 use crate::mailbox::{Inbox, Mailbox, mailbox};
+use crate::os::{EndSignals, Os, System};
 use crate::outbox::outbox;
 use crate::panics::panics;
 use crate::real_time;
@@ -174,7 +175,7 @@ where
     N: Node + Send + 'static,
     T: Transport + 'static,
 {
-    let mut signals = Signals::listen()?;
+    let mut signals = Os::end_signals().context("cannot listen for signals")?;
     let (panic_watch, mut panics) = panics();
     let epoch = getrandom::u64().context("the system gives no random epoch")?;
     let identity = identity(&setup, epoch);

@@ -1,13 +1,11 @@
-//! What the service manager is told, in systemd's protocol: that the node runs, that its cycle still does, and that it
-//! ends. Where no manager listens (`NOTIFY_SOCKET`) nothing is told.
+//! What the service manager is told: that the node runs, that its cycle still does, and that it ends.
 
 use std::convert::Infallible;
 use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
-use sd_notify::NotifyState;
-
 use crate::counters::read;
+use crate::os::{Os, ServiceState, System};
 
 /// A watchdog is fed so many times in its time.
 const MEALS: u32 = 3;
@@ -22,9 +20,9 @@ pub(crate) struct Service {
 impl Service {
     /// From now on the node runs.
     pub(crate) fn ready() -> Self {
-        tell(NotifyState::Ready);
+        tell(ServiceState::Ready);
         Self {
-            watchdog: sd_notify::watchdog_enabled(),
+            watchdog: Os::watchdog(),
             pulse: Pulse::default(),
         }
     }
@@ -36,7 +34,7 @@ impl Service {
         };
         loop {
             if self.pulse.beats(read(cycles)) {
-                tell(NotifyState::Watchdog);
+                tell(ServiceState::Alive);
             }
             tokio::time::sleep(watchdog / MEALS).await;
         }
@@ -44,12 +42,12 @@ impl Service {
 
     /// From now on the node ends.
     pub(crate) fn stopping(&self) {
-        tell(NotifyState::Stopping);
+        tell(ServiceState::Stopping);
     }
 }
 
-fn tell(state: NotifyState<'_>) {
-    if let Err(error) = sd_notify::notify(&[state]) {
+fn tell(state: ServiceState) {
+    if let Err(error) = Os::tell_service_manager(state) {
         tracing::debug!(%error, "the service manager cannot be told");
     }
 }

@@ -1,17 +1,16 @@
 //! One node as a process.
 
 use std::fs::File;
-use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use anyhow::{Context, bail};
 use coaxle_clock::Span;
+use coaxle_host::os::{ChildSignal, Os, System};
 use coaxle_host::{ZENOH_RUNTIME, machine};
-use rustix::process::{Pid, Signal, kill_process};
 
-use super::memory::{MemoryWatch, resident};
+use super::memory::MemoryWatch;
 
 /// What a node is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,7 +83,8 @@ impl Child {
         let program = std::env::current_exe().context("cannot find this program")?;
         let (runtime, threads) = ZENOH_RUNTIME;
         let run_for = self.run_for.map(|time| format!("{}s", time.as_secs_f64()));
-        let process = Command::new(program)
+        let mut command = Command::new(program);
+        command
             .arg(match self.role {
                 Role::Sender => "sender",
                 Role::Receiver => "receiver",
@@ -100,9 +100,10 @@ impl Child {
             .env(runtime, threads)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
-            .stderr(log)
-            // Ctrl-C is for the run: it ends its nodes itself, and reads what they left.
-            .process_group(0)
+            .stderr(log);
+        // Ctrl-C is for the run: it ends its nodes itself, and reads what they left.
+        Os::apart_from_terminal(&mut command);
+        let process = command
             .spawn()
             .with_context(|| format!("cannot start {}", self.name))?;
         self.process = Some(process);
@@ -134,7 +135,7 @@ impl Child {
         let Some(memory) = self.memory.as_mut().filter(|memory| memory.is_due(now)) else {
             return Ok(());
         };
-        match resident(process) {
+        match Os::resident_memory(process) {
             Some(bytes) => memory.look(now, bytes).with_context(|| self.name.clone()),
             None => Ok(()),
         }
@@ -149,17 +150,17 @@ impl Child {
     }
 
     pub(super) fn freeze(&self) -> anyhow::Result<()> {
-        self.signal(Signal::STOP)
+        self.signal(ChildSignal::Freeze)
     }
 
     pub(super) fn resume(&self) -> anyhow::Result<()> {
-        self.signal(Signal::CONT)
+        self.signal(ChildSignal::Resume)
     }
 
     pub(crate) fn ask_to_end(&self) -> anyhow::Result<()> {
         // A frozen node hears nothing.
-        self.signal(Signal::CONT)?;
-        self.signal(Signal::TERM)
+        self.signal(ChildSignal::Resume)?;
+        self.signal(ChildSignal::End)
     }
 
     pub(crate) fn wait_for_end(&mut self) -> anyhow::Result<()> {
@@ -187,10 +188,9 @@ impl Child {
         }
     }
 
-    fn signal(&self, signal: Signal) -> anyhow::Result<()> {
+    fn signal(&self, signal: ChildSignal) -> anyhow::Result<()> {
         if let Some(process) = &self.process {
-            kill_process(Pid::from_child(process), signal)
-                .with_context(|| format!("cannot signal {}", self.name))?;
+            Os::signal(process, signal).with_context(|| format!("cannot signal {}", self.name))?;
         }
         Ok(())
     }

@@ -48,13 +48,6 @@ impl MemoryWatch {
     }
 }
 
-/// The resident memory of a process, bytes; none if it is gone.
-pub(super) fn resident(process: u32) -> Option<u64> {
-    let pages = std::fs::read_to_string(format!("/proc/{process}/statm")).ok()?;
-    let pages: u64 = pages.split_whitespace().nth(1)?.parse().ok()?;
-    pages.checked_mul(rustix::param::page_size() as u64)
-}
-
 const fn mebibytes(bytes: u64) -> u64 {
     bytes >> 20
 }
@@ -75,11 +68,5 @@ mod tests {
         watch.look(at(11), 66 << 20).expect("within the bound");
         let grown = watch.look(at(12), (66 << 20) + 1).expect_err("too much");
         assert!(grown.to_string().contains("from 50 to 66 MiB"), "{grown}");
-    }
-
-    #[test]
-    fn this_process_has_memory_and_none_has_number_zero() {
-        assert!(resident(std::process::id()).is_some_and(|bytes| bytes > 1 << 20));
-        assert_eq!(resident(0), None);
     }
 }

@@ -1,12 +1,12 @@
 //! The folders of a secure network: the authority's, and one for each node and operator.
 
-use std::fs::{self, OpenOptions};
+use std::fs;
 use std::io::Write;
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 
 use anyhow::Context;
 use coaxle_host::credentials::{AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE, PROFILE_FILE};
+use coaxle_host::os::{Os, Readers, System};
 
 use super::authority::{Authority, Issued};
 
@@ -14,10 +14,6 @@ use super::authority::{Authority, Issued};
 pub const AUTHORITY_FOLDER: &str = "authority";
 /// The authority's key in it.
 pub const AUTHORITY_KEY_FILE: &str = "ca.key";
-
-/// For the owner alone, and for everybody.
-const SECRET: u32 = 0o600;
-const PUBLIC: u32 = 0o644;
 
 /// Writes the authority's folder under `out`.
 ///
@@ -29,9 +25,13 @@ pub fn write_authority(out: &Path, authority: &Authority) -> anyhow::Result<()> 
     write(
         &folder.join(AUTHORITY_FILE),
         authority.certificate(),
-        PUBLIC,
+        Readers::All,
     )?;
-    write(&folder.join(AUTHORITY_KEY_FILE), &authority.key(), SECRET)
+    write(
+        &folder.join(AUTHORITY_KEY_FILE),
+        &authority.key(),
+        Readers::Owner,
+    )
 }
 
 /// Reads the authority of the folder under `out`.
@@ -68,33 +68,27 @@ pub fn write_role(
     write(
         &folder.join(AUTHORITY_FILE),
         authority.certificate(),
-        PUBLIC,
+        Readers::All,
     )?;
-    write(&folder.join(CERTIFICATE_FILE), &issued.certificate, PUBLIC)?;
-    write(&folder.join(KEY_FILE), &issued.key, SECRET)?;
-    write(&folder.join(PROFILE_FILE), profile, PUBLIC)
+    write(
+        &folder.join(CERTIFICATE_FILE),
+        &issued.certificate,
+        Readers::All,
+    )?;
+    write(&folder.join(KEY_FILE), &issued.key, Readers::Owner)?;
+    write(&folder.join(PROFILE_FILE), profile, Readers::All)
 }
 
 fn make(folder: &Path) -> anyhow::Result<()> {
-    let mut builder = fs::DirBuilder::new();
-    builder.recursive(true).mode(0o700);
-    let made = builder.create(folder);
-    made.with_context(|| format!("cannot make the folder {}", folder.display()))
+    Os::make_private_folder(folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))
 }
 
 /// Takes the place of an older file at once: a node that starts meanwhile reads the one or the other.
-fn write(file: &Path, text: &str, mode: u32) -> anyhow::Result<()> {
+fn write(file: &Path, text: &str, readers: Readers) -> anyhow::Result<()> {
     let new = file.with_extension("new");
     let written = (|| {
-        let mut options = OpenOptions::new();
-        let mut out = options
-            .write(true)
-            .create(true)
-            .truncate(true)
-            .mode(mode)
-            .open(&new)?;
-        // A file of that name that was there keeps its own mode otherwise.
-        out.set_permissions(fs::Permissions::from_mode(mode))?;
+        let mut out = Os::create_file(&new, readers)?;
         out.write_all(text.as_bytes())?;
         out.sync_all()?;
         fs::rename(&new, file)

@@ -9,6 +9,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
+use coaxle_host::os::{Os, System};
 use serde::{Deserialize, Serialize};
 
 use super::record::RunRecord;
@@ -144,7 +145,7 @@ fn read(path: &Path) -> anyhow::Result<Option<Identity>> {
 
 /// Of the file that runs: what it does may change without its version.
 fn program() -> io::Result<String> {
-    let mut file = fs::File::open("/proc/self/exe")?;
+    let mut file = Os::own_program()?;
     let (mut hasher, mut piece) = (DefaultHasher::new(), vec![0; 1 << 20]);
     loop {
         match file.read(&mut piece)? {

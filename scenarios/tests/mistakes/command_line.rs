@@ -51,6 +51,22 @@ pub(crate) const ON_THE_COMMAND_LINE: &[(&str, &str)] = &[
         "s.toml:7:3: axis: unknown field `axis`, expected one of …",
     ),
     (
+        "run x.toml --out /sys/results",
+        "cannot make the folder /sys/results: …; expected one that this user may use",
+    ),
+    (
+        "sender s.toml --for 1s --record /sys/s.mcap",
+        "cannot write the recording /sys/s.mcap: …; expected one that this user may use",
+    ),
+    (
+        "cam plot cam.toml -o /sys/cam.html",
+        "cannot write /sys/cam.html: …; expected one that this user may use",
+    ),
+    (
+        "run jitter --set network.jitter.normal-us=5",
+        "jitter.toml: network.jitter: received exponential-us and normal-us, expected one of them alone",
+    ),
+    (
         "schema cam --out s.toml",
         "cannot write s.toml/coaxle-cam.schema.json: …",
     ),

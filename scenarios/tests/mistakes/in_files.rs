@@ -108,7 +108,7 @@ pub(crate) const IN_FILES: &[(&str, &str, &str, &str)] = &[
         "s.toml",
         "drift-ppm = 50",
         "drift-ppm = 0,5",
-        "s.toml:6:14: is not valid TOML: unexpected key or value, expected newline, `#`",
+        "s.toml:6:14: is not valid TOML: unexpected key or value, expected newline, `#`; did you mean 0.5?",
     ),
     (
         "s.toml",
@@ -156,7 +156,7 @@ pub(crate) const IN_FILES: &[(&str, &str, &str, &str)] = &[
         "s.toml",
         "[axis.program]\nstart-velocity = 5\nrepeat = false\nlimits = { velocity = 10, acceleration = 10, jerk = 10 }\n",
         "replay = { file = 'taught.csv' }\n",
-        "s.toml: axis \"belt\": taught.csv: cannot be read: No such file or directory (os error 2)",
+        "s.toml:10:19: axis \"belt\".replay.file: taught.csv: cannot be read: No such file or directory (os error 2)",
     ),
     (
         "r.toml",
@@ -318,7 +318,7 @@ pub(crate) const IN_FILES: &[(&str, &str, &str, &str)] = &[
         "cam.toml",
         "master = 180",
         "master = -180",
-        "cam.toml: 0x4a06: point 2, master: received -180, expected above 0",
+        "cam.toml:6:1: 0x4a06: point 2, master: received -180, expected above 0",
     ),
     (
         "saw.toml",

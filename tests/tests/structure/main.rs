@@ -1,4 +1,4 @@
-//! The structure of the code itself: no circle between the modules of a crate.
+//! The structure of the code itself: no circle between the modules of a crate, and one place for the operating system.
 //!
 //! That crates have none, the compiler sees to. Within a crate, the modules beside each other, each
 //! with all that is below it, use one another in one direction only; a module and its own parent may
@@ -6,6 +6,7 @@
 
 mod circles;
 mod modules;
+mod system;
 
 use std::path::{Path, PathBuf};
 
@@ -38,4 +39,14 @@ fn no_crate_has_a_circle_between_its_modules() {
         found.extend(circles.iter().map(|circle| format!("{member}: {circle}")));
     }
     assert!(found.is_empty(), "circles:\n{}", found.join("\n"));
+}
+
+#[test]
+fn one_module_alone_knows_the_operating_system() {
+    let mut found = Vec::new();
+    for member in members().iter().filter(|member| *member != "tests") {
+        let source = root().join(member).join("src");
+        found.extend(system::lines_that_name_it(&source, "common/host/src/os"));
+    }
+    assert!(found.is_empty(), "outside of it:\n{}", found.join("\n"));
 }

@@ -1,23 +1,16 @@
 //! The file: made or taken over by one node, opened by one drive process, and by nobody else.
 //!
-//! A node holds a `flock` on it, a drive process a record lock (`lockf`): neither is in the way of the other,
-//! and the system drops them when their process ends, however it does.
+//! Node and drive process hold a lock each, which the system drops when they end, however they do.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{Error, ErrorKind, Read};
-use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
-use rustix::fs::{
-    FallocateFlags, FlockOperation, OFlags, fallocate, fcntl_lock, flock, fstat, stat,
-};
-use rustix::io::Errno;
-
 use super::error::{Reason, SharedMemoryError};
-use super::layout::{MAGIC, MAGIC_FIELD, NODE_PID, SIZE, SIZE_FIELD, VERSION, VERSION_FIELD};
-
-/// Read and write for its user and group, nothing for others.
-const MODE: u32 = 0o660;
+use super::layout::{
+    ACTUAL_PID, MAGIC, MAGIC_FIELD, NODE_PID, SIZE, SIZE_FIELD, VERSION, VERSION_FIELD,
+};
+use crate::os::{Os, SharedLock, System};
 
 /// The file of a node: a new one, or the one that a node before left behind.
 pub(super) fn create(path: &Path) -> Result<File, SharedMemoryError> {
@@ -31,64 +24,33 @@ pub(super) fn open(path: &Path) -> Result<File, SharedMemoryError> {
 
 /// Removes the file if it is still this one.
 pub(super) fn remove(path: &Path, file: &File) {
-    if is_at(path, file) {
+    if Os::is_at(path, file) {
         let _ = std::fs::remove_file(path);
     }
 }
 
-/// Whether this file is the one that is found there.
-fn is_at(path: &Path, file: &File) -> bool {
-    let (Ok(own), Ok(there)) = (fstat(file), stat(path)) else {
-        return false;
-    };
-    (own.st_dev, own.st_ino) == (there.st_dev, there.st_ino)
-}
-
-/// Whether the file is on a disk, where the system can hold up whoever writes to it.
-pub(super) fn is_on_disk(file: &File) -> bool {
-    const TMPFS: u64 = 0x0102_1994;
-    const RAMFS: u64 = 0x8584_58f6;
-    const HUGETLBFS: u64 = 0x9584_58f6;
-    rustix::fs::fstatfs(file).is_ok_and(|system| {
-        let kind = system.f_type as u64 & 0xffff_ffff;
-        ![TMPFS, RAMFS, HUGETLBFS].contains(&kind)
-    })
-}
-
 fn created(path: &Path) -> Result<File, Reason> {
-    let file = open_with(path, OpenOptions::new().create(true).mode(MODE))?;
-    match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-        Ok(()) => {}
-        Err(Errno::WOULDBLOCK) => {
-            let pid = word(&file, NODE_PID.offset());
-            return Err(Reason::UsedByNode { pid });
-        }
-        Err(errno) => return Err(system("locked")(errno.into())),
+    let file = open_file(path, true)?;
+    if !Os::lock_shared_file(&file, SharedLock::Node).map_err(system("locked"))? {
+        let pid = word(&file, NODE_PID.offset());
+        return Err(Reason::UsedByNode { pid });
     }
     // A node that ended meanwhile has removed it: then there is room for a new one.
-    if !is_at(path, &file) {
+    if !Os::is_at(path, &file) {
         return created(path);
     }
     check_mode(&file)?;
     match length(&file)? {
-        0 => make_room(&file)?,
+        // Without the room, a write to the mapping would end the process.
+        0 => Os::reserve(&file, SIZE as u64).map_err(system("made"))?,
         length => check(&file, length)?,
     }
     Ok(file)
 }
 
-/// Without the room, a write to the mapping would end the process.
-fn make_room(file: &File) -> Result<(), Reason> {
-    file.set_len(SIZE as u64).map_err(system("made"))?;
-    match fallocate(file, FallocateFlags::empty(), 0, SIZE as u64) {
-        Ok(()) | Err(Errno::OPNOTSUPP) => Ok(()),
-        Err(errno) => Err(system("made")(errno.into())),
-    }
-}
-
 /// What everybody may write to could say anything about the drive.
 fn check_mode(file: &File) -> Result<(), Reason> {
-    let received = file.metadata().map_err(system("looked at"))?.mode() & 0o777;
+    let received = Os::mode_of(file).map_err(system("looked at"))?;
     if received & 0o002 == 0 {
         Ok(())
     } else {
@@ -97,40 +59,27 @@ fn check_mode(file: &File) -> Result<(), Reason> {
 }
 
 fn opened(path: &Path) -> Result<File, Reason> {
-    let file = match open_with(path, &mut OpenOptions::new()) {
+    let file = match open_file(path, false) {
         Err(Reason::System { source, .. }) if source.kind() == ErrorKind::NotFound => {
             return Err(Reason::NoNode);
         }
         other => other?,
     };
     check(&file, length(&file)?)?;
-    match fcntl_lock(&file, FlockOperation::NonBlockingLockExclusive) {
-        Ok(()) => Ok(file),
-        Err(Errno::WOULDBLOCK | Errno::ACCESS) => {
-            let pid = word(&file, super::layout::ACTUAL_PID.offset());
-            Err(Reason::UsedByProcess { pid })
-        }
-        Err(errno) => Err(system("locked")(errno.into())),
+    if Os::lock_shared_file(&file, SharedLock::DriveProcess).map_err(system("locked"))? {
+        Ok(file)
+    } else {
+        let pid = word(&file, ACTUAL_PID.offset());
+        Err(Reason::UsedByProcess { pid })
     }
 }
 
-fn open_with(path: &Path, options: &mut OpenOptions) -> Result<File, Reason> {
-    let is_no_file = match std::fs::symlink_metadata(path) {
-        Ok(found) if found.is_dir() => Some("a folder"),
-        Ok(found) if found.is_symlink() => Some("a link"),
-        Ok(found) if found.file_type().is_socket() => Some("a socket"),
-        Ok(found) if found.file_type().is_fifo() => Some("a pipe"),
-        Ok(found) if !found.is_file() => Some("a device"),
-        Ok(_) | Err(_) => None,
-    };
-    if let Some(received) = is_no_file {
+fn open_file(path: &Path, make: bool) -> Result<File, Reason> {
+    let found = std::fs::symlink_metadata(path).ok();
+    if let Some(received) = found.as_ref().and_then(Os::kind_of) {
         return Err(Reason::NoFile { received });
     }
-    let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    (options.read(true).write(true))
-        .custom_flags(flags.bits() as i32)
-        .open(path)
-        .map_err(system("opened for reading and writing"))
+    Os::open_shared_file(path, make).map_err(system("opened for reading and writing"))
 }
 
 /// That it is the memory of a drive, of this version.
@@ -162,7 +111,7 @@ fn check(file: &File, length: u64) -> Result<(), Reason> {
 }
 
 fn length(file: &File) -> Result<u64, Reason> {
-    Ok(file.metadata().map_err(system("looked at"))?.size())
+    Ok(file.metadata().map_err(system("looked at"))?.len())
 }
 
 /// The word there; 0 where the file is too short.

@@ -18,6 +18,7 @@ use super::layout as at;
 use super::layout::Field;
 use super::mapping::Mapping;
 use crate::machine;
+use crate::os::{Os, System};
 
 /// What the memory says of the node and the slave.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +73,7 @@ impl SharedMemoryDrive {
     /// Whether the file is on a disk: then the system may hold up the cycle when it writes to it.
     #[must_use]
     pub fn is_on_disk(&self) -> bool {
-        file::is_on_disk(&self.0.link().file)
+        Os::is_on_disk(&self.0.link().file)
     }
 }
 

@@ -1,0 +1,30 @@
+//! What Linux says of itself.
+
+use std::fs;
+use std::path::Path;
+
+use rustix::process::{Resource, getrlimit};
+
+use crate::os::Facts;
+
+pub(super) fn read() -> Facts {
+    let version = line("/proc/sys/kernel/version");
+    let processors = std::thread::available_parallelism();
+    Facts {
+        kernel: line("/proc/sys/kernel/osrelease"),
+        is_real_time_kernel: version.contains("PREEMPT_RT") || line("/sys/kernel/realtime") == "1",
+        is_virtual: line("/proc/cpuinfo").contains(" hypervisor")
+            || Path::new("/sys/hypervisor/type").exists(),
+        clock_source: line("/sys/devices/system/clocksource/clocksource0/current_clocksource"),
+        processors: processors.map_or(1, usize::from),
+        isolated: line("/sys/devices/system/cpu/isolated"),
+        governor: line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor"),
+        priority: getrlimit(Resource::Rtprio).current,
+        memory: getrlimit(Resource::Memlock).current,
+    }
+}
+
+fn line(path: &str) -> String {
+    let text = fs::read_to_string(path).unwrap_or_default();
+    text.trim().to_owned()
+}

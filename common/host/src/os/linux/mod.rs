@@ -1,0 +1,140 @@
+//! Linux.
+
+mod facts;
+mod files;
+mod processes;
+mod signals;
+mod threads;
+
+use std::fs::{File, Metadata};
+use std::io;
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::{Child, Command};
+use std::time::Duration;
+
+use rustix::time::{ClockId, clock_gettime};
+
+use super::{ChildSignal, Facts, HeldFolder, Others, Readers, ServiceState, SharedLock, System};
+
+/// Linux, with systemd or without.
+#[derive(Clone, Copy, Debug)]
+pub enum Linux {}
+
+impl System for Linux {
+    type EndSignals = signals::Signals;
+
+    /// `CLOCK_MONOTONIC`. An i64 of nanoseconds holds 292 years of uptime.
+    fn clock_ns() -> i64 {
+        let time = clock_gettime(ClockId::Monotonic);
+        time.tv_sec * threads::NANOS_PER_SEC + time.tv_nsec
+    }
+
+    fn sleep_until_ns(deadline: i64) {
+        threads::sleep_until(deadline);
+    }
+
+    fn tighten_timers() -> Result<(), String> {
+        threads::tighten_timers()
+    }
+
+    fn set_priority(priority: u8) -> Result<(), String> {
+        threads::set_priority(priority)
+    }
+
+    fn bind_to(processor: usize) -> Result<(), String> {
+        threads::bind_to(processor)
+    }
+
+    fn lock_memory() -> Result<(), String> {
+        threads::lock_memory()
+    }
+
+    fn facts() -> Option<Facts> {
+        Some(facts::read())
+    }
+
+    fn end_signals() -> io::Result<Self::EndSignals> {
+        signals::Signals::listen()
+    }
+
+    /// Under the name that this one was called by.
+    fn replace_this_process(by: &mut Command) -> io::Error {
+        if let Some(called) = std::env::args_os().next() {
+            by.arg0(called);
+        }
+        by.exec()
+    }
+
+    fn die_with(parent: i32) -> io::Result<()> {
+        processes::die_with(parent)
+    }
+
+    fn own_program() -> io::Result<File> {
+        File::open("/proc/self/exe")
+    }
+
+    fn tell_service_manager(state: ServiceState) -> io::Result<()> {
+        processes::tell_service_manager(state)
+    }
+
+    fn watchdog() -> Option<Duration> {
+        sd_notify::watchdog_enabled()
+    }
+
+    fn apart_from_terminal(command: &mut Command) {
+        command.process_group(0);
+    }
+
+    fn signal(child: &Child, signal: ChildSignal) -> io::Result<()> {
+        processes::signal(child, signal)
+    }
+
+    fn resident_memory(process: u32) -> Option<u64> {
+        processes::resident_memory(process)
+    }
+
+    fn hold_folder(path: &Path) -> io::Result<Option<HeldFolder>> {
+        files::hold_folder(path)
+    }
+
+    fn make_private_folder(path: &Path) -> io::Result<()> {
+        files::make_private_folder(path)
+    }
+
+    fn create_file(path: &Path, readers: Readers) -> io::Result<File> {
+        files::create(path, readers)
+    }
+
+    fn others_may(path: &Path) -> Option<Others> {
+        files::others_may(path)
+    }
+
+    fn open_shared_file(path: &Path, make: bool) -> io::Result<File> {
+        files::open_shared(path, make)
+    }
+
+    fn kind_of(metadata: &Metadata) -> Option<&'static str> {
+        files::kind_of(metadata)
+    }
+
+    fn lock_shared_file(file: &File, lock: SharedLock) -> io::Result<bool> {
+        files::lock(file, lock)
+    }
+
+    fn reserve(file: &File, bytes: u64) -> io::Result<()> {
+        files::reserve(file, bytes)
+    }
+
+    fn mode_of(file: &File) -> io::Result<u32> {
+        files::mode_of(file)
+    }
+
+    fn is_at(path: &Path, file: &File) -> bool {
+        files::is_at(path, file)
+    }
+
+    fn is_on_disk(file: &File) -> bool {
+        files::is_on_disk(file)
+    }
+}

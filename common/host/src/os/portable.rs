@@ -1,0 +1,197 @@
+//! What the standard library and tokio give on every system.
+//!
+//! It is built and tested everywhere, so that it goes on working where nobody builds for another system.
+
+use std::fs::{File, Metadata};
+use std::io;
+use std::path::Path;
+use std::process::{Child, Command};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant, SystemTime};
+
+use super::{
+    ChildSignal, EndSignals, Facts, HeldFolder, Others, Readers, ServiceState, SharedLock, System,
+};
+use crate::ended::Ended;
+
+/// A system of which nothing more is known.
+///
+/// What it cannot do it says where that is asked for: real-time priorities, drives in other processes, and faults of real
+/// processes that stop and go on. What it leaves out: the watchdog of a service manager, the locks on folders of results,
+/// private files, and the watch of a node's memory.
+#[derive(Clone, Copy, Debug)]
+pub enum Portable {}
+
+fn unknown<T>(what: &str) -> Result<T, String> {
+    Err(format!("{what} is not known for this system"))
+}
+
+fn unsupported(what: &str) -> io::Error {
+    io::Error::new(
+        io::ErrorKind::Unsupported,
+        format!("{what}: not known for this system"),
+    )
+}
+
+/// An instant of both clocks, the first time that anybody asks: processes agree as well as their wall clock did then.
+fn origin() -> &'static (Instant, i64) {
+    static ORIGIN: OnceLock<(Instant, i64)> = OnceLock::new();
+    ORIGIN.get_or_init(|| {
+        let (now, wall) = clocks();
+        let since_1970 = wall.duration_since(SystemTime::UNIX_EPOCH);
+        (now, since_1970.unwrap_or_default().as_nanos() as i64)
+    })
+}
+
+#[expect(
+    clippy::disallowed_methods,
+    reason = "these are the machine's clocks where no better ones are known"
+)]
+fn clocks() -> (Instant, SystemTime) {
+    (Instant::now(), SystemTime::now())
+}
+
+impl System for Portable {
+    type EndSignals = CtrlC;
+
+    fn clock_ns() -> i64 {
+        let (begin, nanos) = origin();
+        nanos + (clocks().0 - *begin).as_nanos() as i64
+    }
+
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "the cycle thread waits here where no absolute sleep is known"
+    )]
+    fn sleep_until_ns(deadline: i64) {
+        while let Ok(left @ 1..) = u64::try_from(deadline.saturating_sub(Self::clock_ns())) {
+            std::thread::sleep(Duration::from_nanos(left));
+        }
+    }
+
+    /// Nothing is known of timers that are bundled.
+    fn tighten_timers() -> Result<(), String> {
+        Ok(())
+    }
+
+    fn set_priority(priority: u8) -> Result<(), String> {
+        unknown(&format!("a real-time priority such as {priority}"))
+    }
+
+    fn bind_to(processor: usize) -> Result<(), String> {
+        unknown(&format!("how to run on processor {processor} alone"))
+    }
+
+    fn lock_memory() -> Result<(), String> {
+        unknown("how to lock memory")
+    }
+
+    fn facts() -> Option<Facts> {
+        None
+    }
+
+    fn end_signals() -> io::Result<Self::EndSignals> {
+        Ok(CtrlC)
+    }
+
+    fn replace_this_process(_by: &mut Command) -> io::Error {
+        unsupported("a process in the place of this one")
+    }
+
+    /// Whoever started it ends it, unless that one is killed.
+    fn die_with(_parent: i32) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn own_program() -> io::Result<File> {
+        File::open(std::env::current_exe()?)
+    }
+
+    fn tell_service_manager(_state: ServiceState) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn watchdog() -> Option<Duration> {
+        None
+    }
+
+    fn apart_from_terminal(_command: &mut Command) {}
+
+    fn signal(_child: &Child, signal: ChildSignal) -> io::Result<()> {
+        let what = match signal {
+            ChildSignal::Freeze => "how to stop a process",
+            // It was never stopped.
+            ChildSignal::Resume => return Ok(()),
+            ChildSignal::End => "how to ask a process to end",
+        };
+        Err(unsupported(what))
+    }
+
+    fn resident_memory(_process: u32) -> Option<u64> {
+        None
+    }
+
+    fn hold_folder(path: &Path) -> io::Result<Option<HeldFolder>> {
+        std::fs::read_dir(path)?;
+        Ok(Some(HeldFolder { _lock: None }))
+    }
+
+    fn make_private_folder(path: &Path) -> io::Result<()> {
+        std::fs::create_dir_all(path)
+    }
+
+    fn create_file(path: &Path, _readers: Readers) -> io::Result<File> {
+        File::create(path)
+    }
+
+    fn others_may(_path: &Path) -> Option<Others> {
+        None
+    }
+
+    fn open_shared_file(_path: &Path, _make: bool) -> io::Result<File> {
+        Err(unsupported("memory shared with another process"))
+    }
+
+    fn kind_of(metadata: &Metadata) -> Option<&'static str> {
+        match metadata {
+            folder if folder.is_dir() => Some("a folder"),
+            link if link.is_symlink() => Some("a link"),
+            other if !other.is_file() => Some("a device, pipe or socket"),
+            _ => None,
+        }
+    }
+
+    fn lock_shared_file(_file: &File, _lock: SharedLock) -> io::Result<bool> {
+        Err(unsupported("locks of files"))
+    }
+
+    fn reserve(file: &File, bytes: u64) -> io::Result<()> {
+        file.set_len(bytes)
+    }
+
+    fn mode_of(_file: &File) -> io::Result<u32> {
+        Ok(0)
+    }
+
+    fn is_at(path: &Path, _file: &File) -> bool {
+        path.exists()
+    }
+
+    fn is_on_disk(_file: &File) -> bool {
+        false
+    }
+}
+
+/// Ctrl-C, all that every system has.
+#[derive(Clone, Copy, Debug)]
+pub struct CtrlC;
+
+impl EndSignals for CtrlC {
+    async fn next(&mut self) -> Ended {
+        match tokio::signal::ctrl_c().await {
+            Ok(()) => Ended::Interrupted,
+            // It cannot be heard: then it ends the process, as it does without anybody listening.
+            Err(_) => std::future::pending().await,
+        }
+    }
+}

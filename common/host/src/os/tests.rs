@@ -1,0 +1,77 @@
+//! What holds of every system, and of the one this was built for.
+
+use std::process::Command;
+
+use super::{Os, Portable, Readers, System};
+
+#[test]
+fn nobody_wakes_early() {
+    fn check<S: System>() {
+        for after in [-1_000_000_000, 0, 300, 3_000_000] {
+            let deadline = S::clock_ns() + after;
+            S::sleep_until_ns(deadline);
+            assert!(S::clock_ns() >= deadline);
+        }
+        S::sleep_until_ns(i64::MIN);
+    }
+    check::<Os>();
+    check::<Portable>();
+}
+
+#[test]
+fn wishes_that_nobody_can_grant_have_a_reason() {
+    fn check<S: System>() {
+        let refused = [S::set_priority(0), S::bind_to(1_000_000)];
+        assert!(refused.iter().all(Result::is_err), "{refused:?}");
+    }
+    check::<Os>();
+    check::<Portable>();
+}
+
+#[test]
+fn files_are_made_emptied_and_held() {
+    fn check<S: System>() {
+        let scratch = tempfile::tempdir().unwrap();
+        let folder = scratch.path().join("a/b");
+        S::make_private_folder(&folder).unwrap();
+        let file = folder.join("key");
+        std::fs::write(&file, "old").unwrap();
+        let made = S::create_file(&file, Readers::Owner).unwrap();
+        assert_eq!(made.metadata().unwrap().len(), 0);
+        assert!(S::others_may(&file).is_none_or(|others| !others.access));
+        S::create_file(&file, Readers::All).unwrap();
+        assert!(S::others_may(&file).is_none_or(|others| others.access && !others.write));
+        assert!(S::hold_folder(&folder).unwrap().is_some());
+        S::hold_folder(&file.join("x")).unwrap_err();
+        let kind = |path| S::kind_of(&std::fs::symlink_metadata(path).unwrap());
+        assert_eq!((kind(&file), kind(&folder)), (None, Some("a folder")));
+    }
+    check::<Os>();
+    check::<Portable>();
+}
+
+#[test]
+fn the_program_that_runs_can_be_read() {
+    fn check<S: System>() -> u64 {
+        S::own_program().unwrap().metadata().unwrap().len()
+    }
+    assert!(check::<Os>() > 1_000);
+    assert_eq!(check::<Os>(), check::<Portable>());
+}
+
+#[test]
+fn what_a_system_does_not_have_is_an_error() {
+    let scratch = tempfile::tempdir().unwrap();
+    let refused = Portable::open_shared_file(&scratch.path().join("drive"), true).unwrap_err();
+    assert_eq!(refused.kind(), std::io::ErrorKind::Unsupported);
+    assert!(refused.to_string().contains("memory"), "{refused}");
+    let error = Portable::replace_this_process(&mut Command::new("none"));
+    assert_eq!(error.kind(), std::io::ErrorKind::Unsupported);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn this_process_has_memory_and_none_has_number_zero() {
+    assert!(Os::resident_memory(std::process::id()).is_some_and(|bytes| bytes > 1 << 20));
+    assert_eq!(Os::resident_memory(0), None);
+}
