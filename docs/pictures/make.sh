@@ -13,9 +13,9 @@ picture() {
 }
 
 cargo run --release -- run cut-to-length --set 'expect=[]' --no-trace --out "$out"
-picture "$out/report.html" cut 1240,1430
+picture "$out/report.html" cut 1240,1620
 cargo run --release -- run beat --receivers bypass,sync --set duration-s=12 --set 'expect=[]' --no-trace --out "$out"
-picture "$out/report.html" beat 1240,1260
+picture "$out/report.html" beat 1240,1500
 cargo run --release -- cam plot scenarios/cams/rotary-knife.toml -o "$out/cam.html"
 picture "$out/cam.html" cam 1100,1230
 cargo run --release -- saw plot scenarios/saws/saw-position-1.toml -o "$out/saw.html"

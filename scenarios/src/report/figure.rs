@@ -68,6 +68,8 @@ pub(super) struct Curve {
     pub(super) group: String,
     pub(super) colour: String,
     pub(super) look: Look,
+    /// What was before, while it locked in, does not decide the range that the figure begins with.
+    pub(super) settled_from: f64,
     pub(super) data: Data,
 }
 
@@ -124,7 +126,7 @@ impl Figure {
             usual_range(
                 curves
                     .flat_map(|panel| &panel.curves)
-                    .flat_map(|c| c.data.values()),
+                    .flat_map(|c| c.data.values_from(c.settled_from)),
             )
         };
         if self.is_on_one_scale {
@@ -143,6 +145,7 @@ impl Curve {
             group: name.to_owned(),
             colour: colour.to_owned(),
             look: Look::Solid,
+            settled_from: f64::NEG_INFINITY,
             data,
         }
     }
@@ -188,11 +191,15 @@ impl Data {
         }
     }
 
-    fn values(&self) -> Vec<f64> {
+    fn values_from(&self, from: f64) -> Vec<f64> {
         match self {
-            Self::Points(points) => points.iter().map(|(_, value)| *value).collect(),
+            Self::Points(points) => {
+                let points = points.iter().filter(|(at, _)| *at >= from);
+                points.map(|(_, value)| *value).collect()
+            }
             Self::Levels { stretches, .. } => {
-                stretches.iter().flat_map(|s| [s.low, s.high]).collect()
+                let stretches = stretches.iter().filter(|stretch| stretch.t_s >= from);
+                stretches.flat_map(|s| [s.low, s.high]).collect()
             }
         }
     }
@@ -288,6 +295,34 @@ mod tests {
         let many = vec![&series; 200];
         let shared = Room::shared_by(many.into_iter());
         assert_eq!((shared.stretches, shared.windows), (300, 1));
+    }
+
+    #[test]
+    fn how_it_locks_in_does_not_decide_the_range() {
+        let points = (0..20).map(|s| (f64::from(s), if s < 5 { -1_000.0 } else { 1.0 }));
+        let curve = Curve {
+            settled_from: 5.0,
+            ..Curve::new("saw", NEUTRAL, Data::Points(points.collect()))
+        };
+        let figure = |curve| Figure {
+            id: "",
+            title: "",
+            caption: "",
+            across: Across::Run,
+            panels: vec![Panel {
+                curves: vec![curve],
+                ..Panel::default()
+            }],
+            is_on_one_scale: false,
+        };
+        let low = |curve| figure(curve).ranges()[0].map(|(low, _)| low);
+        assert!(low(curve.clone()).is_some_and(|low| low > 0.9));
+        let settled_from = f64::NEG_INFINITY;
+        let of_all = Curve {
+            settled_from,
+            ..curve
+        };
+        assert!(low(of_all).is_some_and(|low| low < -900.0));
     }
 
     #[test]

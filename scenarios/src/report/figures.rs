@@ -185,7 +185,7 @@ impl Run<'_> {
         }
     }
 
-    /// One curve per receiver over the whole run.
+    /// One curve per receiver over the whole run. How it locks in may lie beyond the range.
     fn over_time(
         &self,
         unit: &str,
@@ -194,7 +194,10 @@ impl Run<'_> {
     ) -> Figure {
         let curves = self.receivers.iter().map(|receiver| {
             let data = Data::of(series(receiver.curves), self.room, offset(receiver));
-            Curve::new(receiver.name(), &receiver.colour, data)
+            Curve {
+                settled_from: self.first_sync(receiver).unwrap_or(f64::NEG_INFINITY),
+                ..Curve::new(receiver.name(), &receiver.colour, data)
+            }
         });
         let panel = Panel {
             unit: unit.to_owned(),
