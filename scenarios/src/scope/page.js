@@ -523,8 +523,8 @@ function showSlaves() {
     if (far.length) {
       const heads = ['clock of', 'health', 'mode', 'synced', 'drift', '± (1σ)', 'delay', '±', 'data age', 'beats', ''];
       parts.push(table(heads, far.map(([of, s]) => [
-        of, s.health ?? '–', s.mode ?? '–', s.synced ? 'yes' : 'no', [s.drift_ppm, 'ppm'], [s.drift_sigma_ppm, 'ppm'],
-        [s.delay_us, 'µs'], [s.delay_uncertainty_us, 'µs'], [s.age_cycles, 'cycles'], [s.beats, ''],
+        of, s.health ?? '–', s.mode ?? '–', s.synced ? 'yes' : 'no', [s.drift_ppm, 'ppm'], [s.drift_sigma_ppm, 'ppm', 2],
+        [s.delay_us, 'µs', 4], [s.delay_uncertainty_us, 'µs', 3], [s.age_cycles, 'cycles'], [s.beats, ''],
         buttons(name, { far: of }, FAR_BUTTONS, `${s.health} ${s.mode}`, isAlive),
       ])));
     }
@@ -532,7 +532,7 @@ function showSlaves() {
       parts.push(table(['slave', 'state', 'coupling', 'position', 'velocity', 'distance', 'program', 'waits for', ''],
         slaves.map(([of, s]) => [
           of, s.state, s.phase ?? '–', [s.position, s.unit ?? ''], [s.velocity, `${s.unit ?? ''}/s`],
-          [s.distance, s.unit ?? ''], s.program ? `${s.program} ${s.program_step ?? ''}` : '–', s.program_waits_for ?? '–',
+          [s.distance, s.unit ?? '', 4], s.program ? `${s.program} ${s.program_step ?? ''}` : '–', s.program_waits_for ?? '–',
           buttons(name, { slave: of }, BUTTONS, `${s.state} ${s.phase}`, isAlive),
         ])));
     }
@@ -550,12 +550,16 @@ function table(heads, rows) {
     const row = make('tr', '');
     row.append(...cells.map((cell) => {
       if (cell instanceof Node) return cell;
-      if (Array.isArray(cell)) return make('td', `${number(cell[0] ?? NaN)} ${cell[1]}`, { className: 'number' });
+      if (Array.isArray(cell)) return make('td', quantity(...cell), { className: 'number' });
       return make('td', cell);
     }));
     return row;
   }));
   return all;
+}
+
+function quantity(value, unit, digits = 7) {
+  return `${number(Number.isInteger(value) ? value : +(value ?? NaN).toPrecision(digits))} ${unit}`;
 }
 
 function buttons(node, addressee, all, stamp, isAlive) {
