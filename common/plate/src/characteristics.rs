@@ -171,17 +171,18 @@ impl Demands {
     fn of(segment: &Segment) -> Self {
         let extremes = segment.extremes();
         let velocity_at = |extreme: Extreme| segment.at(extreme.master).velocity;
-        let (start, end) = (segment.start(), segment.end());
+        let length = segment.end() - segment.start();
         Self {
             extremes,
             velocity_at_minimum_acceleration: velocity_at(extremes.acceleration.minimum),
             velocity_at_maximum_acceleration: velocity_at(extremes.acceleration.maximum),
             momentum: momentum(segment),
-            path: integral(start, end, |m| segment.at(m).velocity.abs()),
-            square: integral(start, end, |m| {
-                let acceleration = segment.at(m).acceleration;
-                acceleration * acceleration
-            }),
+            path: length * integral(0.0, 1.0, |share| segment.at_share(share).velocity.abs()),
+            square: length
+                * integral(0.0, 1.0, |share| {
+                    let acceleration = segment.at_share(share).acceleration;
+                    acceleration * acceleration
+                }),
         }
     }
 
@@ -215,24 +216,26 @@ const STRETCHES: u32 = 64;
 /// The extremes of v·a. Each turn is told by a change of sign of its slope a² + v·j, and then
 /// narrowed down to the last bit.
 fn momentum(segment: &Segment) -> MinMax {
-    let (start, end) = (segment.start(), segment.end());
-    let place = |i: u32| start + (end - start) * (f64::from(i) / f64::from(STRETCHES));
-    let range_at = |master: f64| {
-        let motion = segment.at(master);
-        MinMax::at(master, motion.velocity * motion.acceleration)
+    let share_of = |i: u32| f64::from(i) / f64::from(STRETCHES);
+    let range_at = |share: f64| {
+        let motion = segment.at_share(share);
+        MinMax::at(
+            segment.master_at(share),
+            motion.velocity * motion.acceleration,
+        )
     };
-    let rises_at = |master: f64| {
+    let rises_at = |share: f64| {
         let Motion {
             velocity,
             acceleration,
             jerk,
             ..
-        } = segment.at(master);
+        } = segment.at_share(share);
         acceleration * acceleration + velocity * jerk > 0.0
     };
-    let mut range = range_at(start).joined(range_at(end));
+    let mut range = range_at(0.0).joined(range_at(1.0));
     for i in 0..STRETCHES {
-        let (mut low, mut high) = (place(i), place(i + 1));
+        let (mut low, mut high) = (share_of(i), share_of(i + 1));
         let rises = rises_at(low);
         if rises_at(high) != rises {
             loop {

@@ -132,7 +132,28 @@ impl Segment {
     #[inline]
     #[must_use]
     pub fn at(&self, master: f64) -> Motion {
-        let z = (master - self.from) * self.rate;
+        self.at_z((master - self.from) * self.rate)
+    }
+
+    /// The slave at a share of the segment, 0 at its start and 1 at its end. What is computed over many places of one
+    /// segment is computed over shares: far from zero masters are rounded, and their differences are noise.
+    #[must_use]
+    pub fn at_share(&self, share: f64) -> Motion {
+        self.at_z(self.z_of(share))
+    }
+
+    /// The master position of a share, 0 at the start and 1 at the end.
+    #[must_use]
+    pub fn master_at(&self, share: f64) -> f64 {
+        self.master(self.z_of(share))
+    }
+
+    fn z_of(&self, share: f64) -> f64 {
+        if self.rate < 0.0 { 1.0 - share } else { share }
+    }
+
+    #[inline]
+    fn at_z(&self, z: f64) -> Motion {
         let over_z = match &self.shape {
             Shape::Quintic(polynomial) => motion(polynomial.derivatives(z)),
             Shape::Septic(polynomial) => motion(polynomial.derivatives(z)),

@@ -105,6 +105,26 @@ fn stroke(function: MotionLaw) -> Plate {
 }
 
 #[test]
+fn far_from_zero_they_are_the_same() {
+    let far = 1_048_576.0;
+    let at = |begin: f64| {
+        let start = MotionPoint {
+            function: MotionLaw::HarmonicKombiTr,
+            ..rest(1, begin, 50.0)
+        };
+        let plate = plate(&[start, rest(2, begin + 2.0, 0.0)], Course::Linear);
+        plate.characteristics(1.0).unwrap()
+    };
+    let (near, moved) = (at(0.0), at(far));
+    assert_eq!(moved.mean_velocity, near.mean_velocity);
+    assert_eq!(moved.effective_acceleration, near.effective_acceleration);
+    let (near, moved) = (near.dynamic_momentum, moved.dynamic_momentum);
+    assert_eq!(moved.minimum.value, near.minimum.value);
+    assert_eq!(moved.maximum.value, near.maximum.value);
+    assert!((moved.maximum.master - far - near.maximum.master).abs() < 1e-9);
+}
+
+#[test]
 fn a_quintic_from_rest_to_rest_by_its_closed_form() {
     let (h, b, v) = (50.0, 20.0, 3.0);
     let found = stroke(MotionLaw::Polynom5).characteristics(v).unwrap();
