@@ -22,8 +22,8 @@ const CYCLE: i64 = 1_000_000;
 fn config() -> GatewayConfig {
     let text = "name = 'plc'\ncycle-time-us = 1000\n[pipe]\n[[axis]]\nid = 7\nname = 'belt'\n\
                 [output]\nnode = 'saw'\n[[output.axis]]\nid = 3\n";
-    let config: GatewayConfig = parse("g", text).unwrap();
-    config.check().unwrap();
+    let config: GatewayConfig = parse("g", text).expect("it is there");
+    config.check().expect("it is there");
     config
 }
 
@@ -43,7 +43,7 @@ impl Port for Wires {
         if self.samples.front().is_none_or(|next| next.at > now + scan) {
             return false;
         }
-        let next = self.samples.pop_front().unwrap();
+        let next = self.samples.pop_front().expect("it is there");
         sample.replace(&next);
         true
     }
@@ -147,7 +147,7 @@ fn run(gateway: &mut Gateway<Wires>, seconds: i64) -> Vec<Sent> {
             let at = now + Span::from_micros(15);
             seal.seal(outgoing.body, Some(at - outgoing.ideal_start), &mut bytes);
             let mut axis = NcToPlcAxis::default();
-            let header = seal.open(&bytes, |of| axis = *of).unwrap();
+            let header = seal.open(&bytes, |of| axis = *of).expect("it is there");
             let start = outgoing.ideal_start;
             sent.push(Sent {
                 header,
@@ -177,7 +177,7 @@ fn each_cycle_of_the_plc_is_published_once_with_its_count_and_index() {
     };
     let mut gateway = gateway(plc.notifying(5));
     let sent = run(&mut gateway, 5);
-    let newest = sent.last().unwrap();
+    let newest = sent.last().expect("it is there");
     assert!(sent.len() > 3_500, "{}", sent.len());
     for frame in &sent {
         let header = frame.header;
@@ -190,7 +190,7 @@ fn each_cycle_of_the_plc_is_published_once_with_its_count_and_index() {
     assert!(counts.windows(2).all(|pair| pair[1] > pair[0]));
     let signals = gateway.snapshot().signals.node;
     assert_eq!(signals.plc_count, newest.header.count);
-    assert!((signals.plc_drift_ppm.unwrap() + 80.0).abs() < 1.0);
+    assert!((signals.plc_drift_ppm.expect("it is there") + 80.0).abs() < 1.0);
     assert_eq!(signals.plc_missed, 0);
 }
 
@@ -226,7 +226,7 @@ fn a_plc_that_falls_silent_publishes_nothing_and_nothing_is_replayed() {
     samples.retain(|sample| sample.at.as_nanos() < 2_000_000_000);
     let mut gateway = gateway(samples);
     let sent = run(&mut gateway, 4);
-    let last = sent.last().unwrap();
+    let last = sent.last().expect("it is there");
     assert!(last.at < Instant::from_nanos(2_002_000_000));
 }
 
@@ -262,7 +262,7 @@ fn time_responses_are_about_the_clock_of_the_plc() {
             seal.seal(outgoing.body, Some(stamp), &mut bytes);
             let sender = sender_id(&config().name);
             seal.open_time_responses(&bytes, sender, 5, |response| responses.push(*response))
-                .unwrap();
+                .expect("it is there");
         }
     }
     let [response] = responses[..] else {
@@ -294,7 +294,7 @@ fn what_a_receiver_sends_is_handed_to_the_plc() {
         epoch: 1,
         index: CycleIndex(77),
         count: 77,
-        cycle_time: CycleTime::new(Span::from_nanos(CYCLE)).unwrap(),
+        cycle_time: CycleTime::new(Span::from_nanos(CYCLE)).expect("it is there"),
         send_stamp: None,
     };
     let axes = [Some(sample)];
@@ -310,8 +310,8 @@ fn what_a_receiver_sends_is_handed_to_the_plc() {
     let given = given.borrow();
     assert_eq!(given.len(), 1, "each frame once");
     let (index, axis) = given[0];
-    assert_eq!((index, axis.unwrap().axis_id), (77, 3));
-    assert_eq!(axis.unwrap().error_code, 9);
+    assert_eq!((index, axis.expect("it is there").axis_id), (77, 3));
+    assert_eq!(axis.expect("it is there").error_code, 9);
 }
 
 /// The rms of numbers around their mean.
@@ -325,9 +325,10 @@ fn scatter(numbers: &[f64]) -> f64 {
 fn errors(plc: Plc, samples: VecDeque<PlcSample>, seconds: i64) -> (f64, f64) {
     let sent = run(&mut gateway(samples), seconds);
     let mut random_numbers = Xoshiro256PlusPlus::seed_from_u64(2);
-    let cycle_time = CycleTime::new(Span::from_nanos(CYCLE)).unwrap();
+    let cycle_time = CycleTime::new(Span::from_nanos(CYCLE)).expect("it is there");
     let parameters = ObserverParameters::default();
-    let mut clock = FarClock::new(cycle_time, parameters, DelaySource::Off, 1).unwrap();
+    let mut clock =
+        FarClock::new(cycle_time, parameters, DelaySource::Off, 1).expect("it is there");
     let (mut at_gateway, mut at_receiver) = (Vec::new(), Vec::new());
     for frame in &sent {
         let count = frame.header.count;

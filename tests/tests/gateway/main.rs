@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 /// How long the PLC runs, s: its axis comes back for some seconds of it.
-const SECONDS: &str = "12";
+const SECONDS: &str = "30";
 
 /// A Python that can import a module; `COAXLE_PYTHON` names another one than `python3`.
 fn python(module: &str) -> Option<String> {

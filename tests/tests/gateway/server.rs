@@ -43,8 +43,8 @@ struct Ends {
 
 impl Plc {
     pub(crate) fn start() -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let address = listener.local_addr().unwrap();
+        let listener = TcpListener::bind("127.0.0.1:0").expect("it is there");
+        let address = listener.local_addr().expect("it is there");
         let lengths = [("n", 2), ("a", 128), ("c", 128), ("e", 28), ("m", 2)];
         let variables = lengths.map(|(name, length)| (format!("G.{name}"), vec![0; length]));
         let state = Arc::new(Mutex::new(State {
@@ -91,7 +91,7 @@ impl Plc {
     pub(crate) fn value(&self, name: &str) -> Vec<u8> {
         let state = self.lock();
         let found = state.variables.iter().find(|(known, _)| known == name);
-        found.unwrap().1.clone()
+        found.expect("it is there").1.clone()
     }
 
     /// Where its axis is.
@@ -111,7 +111,7 @@ impl Plc {
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap()
+        self.state.lock().expect("it is there")
     }
 }
 
@@ -160,7 +160,8 @@ impl State {
 
     /// The data of a reply.
     fn answer(&mut self, port: u16, command: u16, data: &[u8]) -> Vec<u8> {
-        let number = |n: usize| u32::from_le_bytes(data[4 * n..4 * n + 4].try_into().unwrap());
+        let number =
+            |n: usize| u32::from_le_bytes(data[4 * n..4 * n + 4].try_into().expect("it is there"));
         let refused = NO_SYMBOL.to_le_bytes().to_vec();
         let good = |rest: &[u8]| [&[0; 4][..], rest].concat();
         match command {
@@ -213,21 +214,27 @@ fn serve(mut stream: TcpStream, state: &Mutex<State>) {
     let Ok(peer) = stream.peer_addr() else {
         return;
     };
-    if state.lock().unwrap().talks_nonsense {
+    // Notifications and replies must not wait for each other's receipts.
+    stream.set_nodelay(true).expect("it is there");
+    if state.lock().expect("it is there").talks_nonsense {
         let _ = stream.write_all(&[0, 0, 3, 0, 0, 0, 1, 2, 3]);
         return;
     }
-    state.lock().unwrap().connections.push(Connection {
-        stream: stream.try_clone().unwrap(),
-        ends: None,
-        notified: Vec::new(),
-    });
+    state
+        .lock()
+        .expect("it is there")
+        .connections
+        .push(Connection {
+            stream: stream.try_clone().expect("it is there"),
+            ends: None,
+            notified: Vec::new(),
+        });
     let (mut received, mut bytes) = (Vec::new(), [0; 4096]);
     while let Ok(length @ 1..) = stream.read(&mut bytes) {
         received.extend_from_slice(&bytes[..length]);
-        while let Some((packet, end)) = take_packet(&received).unwrap() {
-            let packet = packet.unwrap();
-            let mut state = state.lock().unwrap();
+        while let Some((packet, end)) = take_packet(&received).expect("it is there") {
+            let packet = packet.expect("it is there");
+            let mut state = state.lock().expect("it is there");
             let data = state.answer(peer.port(), packet.command, packet.data);
             let mut reply = Vec::new();
             Packet {
