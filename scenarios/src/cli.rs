@@ -7,7 +7,7 @@ use anyhow::Context;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use coaxle_host::cli::{EXIT_CODES, Exit, LogArgs, exit_code, lines_of};
-use coaxle_host::machine;
+use coaxle_host::{NodeArgs, machine};
 
 use crate::bar::Bar;
 use crate::cam::{self, CamCommand};
@@ -15,6 +15,7 @@ use crate::catalog;
 use crate::command::{self, CommandArgs};
 use crate::doctor::{self, DoctorArgs};
 use crate::examples;
+use crate::gateway;
 use crate::inspect;
 use crate::junit::{self, Case};
 use crate::number;
@@ -143,6 +144,12 @@ enum Command {
         #[command(flatten)]
         page: OwnPageArgs,
     },
+    /// Run a gateway node: the axes of a PLC as a sender's, and those of a receiver into a PLC; by ADS, UDP, or
+    /// standard input and output: docs/PLC.md
+    Gateway {
+        #[command(flatten)]
+        node: NodeArgs,
+    },
 }
 
 #[derive(Debug, Args)]
@@ -262,6 +269,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Receiver { node, page }) => {
             return coaxle_receiver::run::run_beside(&node, page.beside());
         }
+        Some(Command::Gateway { node }) => return gateway::run(&node),
     };
     Ok(otherwise.unless(good))
 }

@@ -5,7 +5,7 @@ use anyhow::bail;
 use crate::inspect;
 
 /// Whose config it is, its name, and its text.
-const EXAMPLES: [(&str, &str, &str); 7] = [
+const EXAMPLES: [(&str, &str, &str); 9] = [
     (
         "sender",
         "conveyor",
@@ -40,6 +40,16 @@ const EXAMPLES: [(&str, &str, &str); 7] = [
         "receiver",
         "shaft",
         include_str!("../../receiver/configs/shaft.toml"),
+    ),
+    (
+        "gateway",
+        "plc",
+        include_str!("../../common/gateway/configs/plc.toml"),
+    ),
+    (
+        "gateway",
+        "plc-udp",
+        include_str!("../../common/gateway/configs/plc-udp.toml"),
     ),
 ];
 
@@ -87,14 +97,19 @@ fn line((role, name, text): &(&str, &str, &str)) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use coaxle_gateway::config::GatewayConfig;
     use coaxle_node::config::parse;
     use coaxle_receiver::ReceiverConfig;
     use coaxle_sender::config::SenderConfig;
 
     #[test]
     fn every_shipped_config_is_carried_and_can_be_read() {
-        for role in ["sender", "receiver"] {
-            let folder = format!("{}/../{role}/configs", env!("CARGO_MANIFEST_DIR"));
+        for (role, place) in [
+            ("sender", "sender"),
+            ("receiver", "receiver"),
+            ("gateway", "common/gateway"),
+        ] {
+            let folder = format!("{}/../{place}/configs", env!("CARGO_MANIFEST_DIR"));
             for file in std::fs::read_dir(folder).unwrap() {
                 let path = file.unwrap().path();
                 let name = path.file_stem().unwrap().to_str().unwrap();
@@ -107,6 +122,10 @@ mod tests {
         for (role, name, text) in EXAMPLES {
             match role {
                 "sender" => drop(parse::<SenderConfig>(name, text).unwrap()),
+                "gateway" => {
+                    let config: GatewayConfig = parse(name, text).unwrap();
+                    assert_eq!(config.check(), Ok(()), "{name}");
+                }
                 _ => drop(parse::<ReceiverConfig>(name, text).unwrap()),
             }
         }

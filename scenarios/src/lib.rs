@@ -19,6 +19,7 @@ mod examples;
 pub mod expect;
 mod figures;
 pub mod finished;
+mod gateway;
 mod inspect;
 pub mod invariants;
 mod junit;

@@ -1,7 +1,8 @@
-//! The config of a node, be it a sender's or a receiver's.
+//! The config of a node, be it a sender's, a receiver's or a gateway's.
 
 use std::path::Path;
 
+use coaxle_gateway::config::GatewayConfig;
 use coaxle_node::config::{ConfigError, TransportConfig, parse, parse_table};
 use coaxle_node::keys::NodeName;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
@@ -16,10 +17,12 @@ pub enum NodeConfig {
     Sender(Box<SenderConfig>),
     /// A receiver.
     Receiver(Box<ReceiverConfig>),
+    /// A gateway.
+    Gateway(Box<GatewayConfig>),
 }
 
 impl NodeConfig {
-    /// Reads a config file. A sender is known by its axes: a receiver follows those of others.
+    /// Reads a config file. A gateway is known by its way to a PLC, a sender by its axes: a receiver follows those of others.
     ///
     /// # Errors
     /// Names the file, the field, what was received and what is expected.
@@ -27,6 +30,12 @@ impl NodeConfig {
         let name = file.display().to_string();
         let text = text_file::read(file, MOST_CONFIG_BYTES)?;
         let table = parse_table(&name, &text)?;
+        let is_gateway = ["ads", "udp", "pipe"]
+            .iter()
+            .any(|key| table.contains_key(*key));
+        if is_gateway {
+            return Ok(Self::Gateway(parse(&name, &text)?));
+        }
         let follows = ["far", "master", "slave"]
             .iter()
             .any(|key| table.contains_key(*key));
@@ -42,6 +51,7 @@ impl NodeConfig {
         match self {
             Self::Sender(config) => &config.name,
             Self::Receiver(config) => &config.name,
+            Self::Gateway(config) => &config.name,
         }
     }
 
@@ -51,6 +61,7 @@ impl NodeConfig {
         match self {
             Self::Sender(config) => &config.transport,
             Self::Receiver(config) => &config.transport,
+            Self::Gateway(config) => &config.transport,
         }
     }
 
@@ -60,6 +71,7 @@ impl NodeConfig {
         match self {
             Self::Sender(config) => config.wiring(),
             Self::Receiver(config) => config.wiring(),
+            Self::Gateway(config) => config.wiring(),
         }
     }
 }

@@ -23,6 +23,7 @@ fn instances_of(file: &Path) -> anyhow::Result<Vec<Instance>> {
     Ok(match NodeConfig::load(file)? {
         NodeConfig::Sender(config) => config.instances(),
         NodeConfig::Receiver(config) => config.instances(),
+        NodeConfig::Gateway(config) => config.instances(),
     })
 }
 

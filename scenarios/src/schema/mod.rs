@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use coaxle_gateway::config::GatewayConfig;
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::schema::schema_of;
 use coaxle_node::saw_file::SawFile;
@@ -39,6 +40,8 @@ pub enum FileKind {
     Sender,
     /// The config of a receiver
     Receiver,
+    /// The config of a gateway to a PLC
+    Gateway,
     /// A cam plate
     Cam,
     /// A flying saw at the moment of coupling
@@ -53,6 +56,7 @@ impl FileKind {
             Self::Scenario => "scenario",
             Self::Sender => "sender",
             Self::Receiver => "receiver",
+            Self::Gateway => "gateway",
             Self::Cam => "cam",
             Self::Saw => "saw",
         }
@@ -65,6 +69,7 @@ impl FileKind {
             Self::Scenario => schema_of::<Scenario>(),
             Self::Sender => schema_of::<SenderConfig>(),
             Self::Receiver => schema_of::<ReceiverConfig>(),
+            Self::Gateway => schema_of::<GatewayConfig>(),
             Self::Cam => schema_of::<CamFile>(),
             Self::Saw => schema_of::<SawFile>(),
         };

@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use coaxle_gateway::config::GatewayConfig;
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::schema::{alternatives, kind, resolved, schema_of};
 use coaxle_node::saw_file::SawFile;
@@ -23,6 +24,7 @@ struct All {
     scenario: Scenario,
     sender: SenderConfig,
     receiver: ReceiverConfig,
+    gateway: GatewayConfig,
     cam: CamFile,
     saw: SawFile,
     receiver_figures: ReceiverSummary,
@@ -30,10 +32,11 @@ struct All {
 }
 
 /// The files: property, heading.
-const FILES: [(&str, &str); 5] = [
+const FILES: [(&str, &str); 6] = [
     ("scenario", "A scenario"),
     ("sender", "The config of a sender"),
     ("receiver", "The config of a receiver"),
+    ("gateway", "The config of a gateway"),
     ("cam", "A cam file"),
     ("saw", "A saw file"),
 ];

@@ -41,6 +41,7 @@ fn every_file_that_is_shipped_fits_its_schema() {
         (FileKind::Scenario, &["catalog", "catalog/faults"][..]),
         (FileKind::Sender, &["../sender/configs"]),
         (FileKind::Receiver, &["../receiver/configs"]),
+        (FileKind::Gateway, &["../common/gateway/configs"]),
         (FileKind::Cam, &["cams"]),
         (FileKind::Saw, &["saws"]),
     ] {

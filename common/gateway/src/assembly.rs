@@ -1,0 +1,109 @@
+//! Samples out of cyclic notifications: what has the same stamp is of the same cycle.
+
+/// Puts the parts of a sample together: the index is part 0, the images of the axes follow.
+///
+/// A PLC stamps what it sends in one cycle with one time. Parts that come with another stamp than those before begin
+/// another sample; one that is not whole by then never will be.
+#[derive(Clone, Debug)]
+pub struct Assembly {
+    parts: Box<[Vec<u8>]>,
+    has: Box<[bool]>,
+    stamp: Option<u64>,
+    is_done: bool,
+    torn: u64,
+}
+
+impl Assembly {
+    /// Of parts of these lengths, bytes.
+    #[must_use]
+    pub fn of(lengths: &[usize]) -> Self {
+        Self {
+            parts: lengths.iter().map(|length| vec![0; *length]).collect(),
+            has: vec![false; lengths.len()].into(),
+            stamp: None,
+            is_done: false,
+            torn: 0,
+        }
+    }
+
+    /// A part came with this stamp; true if the sample is whole with it.
+    ///
+    /// # Errors
+    /// [`WrongPart`] if it is not as long as it should be, or there is no such part.
+    pub fn take(&mut self, stamp: u64, part: usize, bytes: &[u8]) -> Result<bool, WrongPart> {
+        let expected = self.parts.get(part).map_or(0, Vec::len);
+        if bytes.len() != expected || expected == 0 {
+            let received = bytes.len();
+            return Err(WrongPart {
+                part,
+                received,
+                expected,
+            });
+        }
+        if self.stamp != Some(stamp) {
+            self.torn += u64::from(self.stamp.is_some() && !self.is_done);
+            self.stamp = Some(stamp);
+            self.is_done = false;
+            self.has.fill(false);
+        }
+        self.parts[part].copy_from_slice(bytes);
+        self.has[part] = true;
+        let is_whole = !self.is_done && self.has.iter().all(|has| *has);
+        self.is_done |= is_whole;
+        Ok(is_whole)
+    }
+
+    /// The parts of the sample that was whole last.
+    #[must_use]
+    pub fn parts(&self) -> &[Vec<u8>] {
+        &self.parts
+    }
+
+    /// Samples that were never whole.
+    #[must_use]
+    pub const fn torn(&self) -> u64 {
+        self.torn
+    }
+}
+
+/// A notification of something else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("part {part} of a sample: {received} bytes came, expected {expected}")]
+pub struct WrongPart {
+    /// Which part: 0 is the index.
+    pub part: usize,
+    /// Bytes that came.
+    pub received: usize,
+    /// Bytes there should be.
+    pub expected: usize,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_is_whole_when_all_its_parts_came_with_one_stamp() {
+        let mut assembly = Assembly::of(&[2, 3]);
+        assert_eq!(assembly.take(10, 1, &[1, 2, 3]), Ok(false));
+        assert_eq!(assembly.take(10, 0, &[9, 0]), Ok(true));
+        assert_eq!(assembly.parts(), [vec![9, 0], vec![1, 2, 3]]);
+        // Once more is not once more whole.
+        assert_eq!(assembly.take(10, 0, &[9, 0]), Ok(false));
+        assert_eq!(assembly.take(20, 0, &[10, 0]), Ok(false));
+        assert_eq!(assembly.take(30, 1, &[4, 5, 6]), Ok(false));
+        assert_eq!(assembly.torn(), 1);
+        assert_eq!(assembly.take(30, 0, &[11, 0]), Ok(true));
+        assert_eq!(assembly.torn(), 1);
+    }
+
+    #[test]
+    fn what_is_of_another_length_or_no_part_is_refused() {
+        let mut assembly = Assembly::of(&[2]);
+        for (part, bytes) in [(0, &[1][..]), (0, &[1, 2, 3]), (1, &[1, 2]), (1, &[])] {
+            let error = assembly.take(1, part, bytes).unwrap_err();
+            assert_eq!((error.part, error.received), (part, bytes.len()));
+        }
+        assert_eq!(assembly.take(1, 0, &[1, 2]), Ok(true));
+    }
+}

@@ -1,0 +1,344 @@
+//! What a gateway's config file says.
+//!
+//! ```
+//! use coaxle_gateway::config::GatewayConfig;
+//! use coaxle_node::config::parse;
+//!
+//! let config: GatewayConfig = parse(
+//!     "press.toml",
+//!     r#"
+//!     name = "press"
+//!     cycle-time-us = 1000
+//!
+//!     [ads]
+//!     address = "192.168.1.20"
+//!     net-id = "5.12.34.56.1.1"
+//!     cycle-index = "GVL_Coaxle.nCycleIndex"
+//!
+//!     [[axis]]
+//!     id = 1
+//!     name = "conveyor"
+//!     symbol = "GVL_Coaxle.stConveyor"
+//!     "#,
+//! )?;
+//! config.check()?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use std::num::NonZeroU32;
+
+use coaxle_axis::ImageLayout;
+use coaxle_clock::{CycleTime, Span};
+use coaxle_node::config::{ClockConfig, CycleMicros, RealTimeConfig, TransportConfig, Unit};
+use coaxle_node::frame::MAX_AXES;
+use coaxle_node::keys::NodeName;
+use coaxle_node::signal::{Instance, trace_columns};
+use coaxle_node::wiring::{Publication, Subscription, Wiring};
+use coaxle_node::{Channel, Intake};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::signals::{GatewaySignals, PlcAxisSignals};
+pub use address::{HostPort, NetId, WrongAddress};
+pub use wrong::WrongGateway;
+
+mod address;
+mod wrong;
+
+/// A gateway: one PLC, the way to it, its axes, and what it gets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct GatewayConfig {
+    /// The node's name, part of its key expressions.
+    pub name: NodeName,
+    /// The cycle time of the PLC task that counts the cycle index, µs of its clock.
+    pub cycle_time_us: CycleMicros,
+    /// Which images the axes of the PLC are.
+    #[serde(default)]
+    pub layout: Layout,
+    /// What is wrong with the gateway's own clock on purpose. Nothing by default.
+    #[serde(default)]
+    pub clock: ClockConfig,
+    /// How it reaches the others.
+    #[serde(default)]
+    pub transport: TransportConfig,
+    /// What it asks of its operating system.
+    #[serde(default)]
+    pub real_time: RealTimeConfig,
+    /// The PLC is reached by ADS.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ads: Option<AdsConfig>,
+    /// Or by UDP datagrams.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub udp: Option<UdpConfig>,
+    /// Or by standard input and output.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pipe: Option<PipeConfig>,
+    /// Axes of the PLC, which are published: up to 128. None by default.
+    #[serde(rename = "axis", default, skip_serializing_if = "Vec::is_empty")]
+    pub axes: Vec<PlcAxisConfig>,
+    /// What the PLC gets. Nothing by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub output: Option<OutputConfig>,
+}
+
+/// An ADS server, say the router of a TwinCAT PLC.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct AdsConfig {
+    /// Where it is: a host, or host:port. The port is 48898 by default.
+    pub address: HostPort,
+    /// The AMS net id of the PLC.
+    pub net_id: NetId,
+    /// The AMS port of the PLC: 851 by default, the first one of TwinCAT 3; 801 is that of TwinCAT 2.
+    #[serde(default = "twincat_3")]
+    pub port: u16,
+    /// The AMS net id of this PC, as the route of the PLC has it. Its IP address with .1.1 behind it by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own_net_id: Option<NetId>,
+    /// The symbol of the cycle index, a UINT or WORD. Needed where there are axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycle_index: Option<String>,
+    /// How axes are read.
+    #[serde(default)]
+    pub read: ReadMode,
+    /// How long to wait between two polls, on average, µs: 100 to 100000. Half of the cycle time by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poll_us: Option<CycleMicros>,
+}
+
+/// How axes are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReadMode {
+    /// The gateway reads the index again and again, and the axes whenever it is new.
+    #[default]
+    Polling,
+    /// The PLC sends index and axes each cycle.
+    Notifications,
+}
+
+/// Datagrams of the cycle index and the images.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct UdpConfig {
+    /// Where those of the PLC come to, address:port of this PC. Needed where there are axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub listen: Option<HostPort>,
+    /// Where those for the PLC go, host:port. Needed where there is an output.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub send_to: Option<HostPort>,
+}
+
+/// Records on standard input and output.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct PipeConfig {
+    /// What they look like.
+    #[serde(default)]
+    pub format: PipeFormat,
+}
+
+/// What records on a pipe look like.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PipeFormat {
+    /// A line each: the cycle index, then position, velocity and acceleration of each axis.
+    #[default]
+    Csv,
+    /// As in datagrams: the cycle index as two bytes, then the images.
+    Binary,
+}
+
+/// An axis of the PLC.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct PlcAxisConfig {
+    /// By which receivers pick it: each one once. What the image says of its id is not used.
+    pub id: NonZeroU32,
+    /// For people, and for columns: a name as a node's.
+    pub name: NodeName,
+    /// What its positions are in.
+    #[serde(default)]
+    pub unit: Unit,
+    /// By ADS: the symbol of its structure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub symbol: Option<String>,
+}
+
+/// What a PLC gets: axes of one receiver, of the same cycle.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct OutputConfig {
+    /// The node that publishes them.
+    pub node: NodeName,
+    /// Which of its axes they are.
+    #[serde(default)]
+    pub channel: OutputChannel,
+    /// By ADS: the symbol that the receiver's cycle index goes to, a UINT or WORD. It is written last. Not written by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycle_index: Option<String>,
+    /// The axes: 1 to 128.
+    #[serde(rename = "axis")]
+    pub axes: Vec<OutputAxisConfig>,
+}
+
+/// Which axes of a node a PLC gets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum OutputChannel {
+    /// The axes that a receiver follows, as it corrects them: its config says `publish-far-axes`.
+    #[default]
+    FarAxes,
+    /// A receiver's slaves.
+    Slaves,
+    /// A sender's own axes, uncorrected.
+    Axes,
+}
+
+/// An axis that a PLC gets.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct OutputAxisConfig {
+    /// Its id in the frames of the node: each one once.
+    pub id: NonZeroU32,
+    /// By ADS: the symbol that it is written to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub symbol: Option<String>,
+    /// As what.
+    #[serde(default)]
+    pub image: ImageKind,
+}
+
+/// What an axis is for a PLC.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ImageKind {
+    /// The 128 bytes of its structure.
+    #[default]
+    NcToPlc,
+    /// Position, velocity, acceleration and direction for `MC_ExtSetPointGenFeed`: 28 bytes.
+    ExternalSetValues,
+}
+
+/// Which 128 bytes the structure of an axis is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layout {
+    /// `AXIS_REF.NcToPlc`, `NCTOPLC_AXIS_REF`: control loops, target position and command are in it.
+    #[default]
+    AxisRef,
+    /// `NCTOPLC_AXLESTRUCT` of TwinCAT 2 and TS5066: those bytes are reserved.
+    Axlestruct,
+}
+
+impl From<Layout> for ImageLayout {
+    fn from(layout: Layout) -> Self {
+        match layout {
+            Layout::AxisRef => Self::AxisRef,
+            Layout::Axlestruct => Self::TwinCat2,
+        }
+    }
+}
+
+impl From<OutputChannel> for Channel {
+    fn from(channel: OutputChannel) -> Self {
+        match channel {
+            OutputChannel::FarAxes => Self::FarAxes,
+            OutputChannel::Slaves => Self::Slaves,
+            OutputChannel::Axes => Self::Axes,
+        }
+    }
+}
+
+const fn twincat_3() -> u16 {
+    851
+}
+
+impl GatewayConfig {
+    /// What fits each other in it, and what does not.
+    ///
+    /// # Errors
+    /// [`WrongGateway`] names the field.
+    pub fn check(&self) -> Result<(), WrongGateway> {
+        wrong::check(self)
+    }
+
+    /// How often the gateway itself looks, at the PLC's samples as at everything else: twice per cycle of the PLC.
+    #[must_use]
+    pub fn scan_time(&self) -> CycleTime {
+        let half = self.cycle_time_us.0.span() / 2;
+        let within = half.clamp(CycleTime::MIN, CycleTime::MAX);
+        CycleTime::new(within).unwrap_or(self.cycle_time_us.0)
+    }
+
+    /// How long to wait between two polls, on average.
+    #[must_use]
+    pub fn poll_period(&self) -> Span {
+        let own = self.ads.as_ref().and_then(|ads| ads.poll_us);
+        own.map_or(self.cycle_time_us.0.span() / 2, |own| own.0.span())
+    }
+
+    /// The ids of the axes that the PLC gets.
+    #[must_use]
+    pub fn output_ids(&self) -> Vec<u32> {
+        let axes = self.output.iter().flat_map(|output| &output.axes);
+        axes.map(|axis| axis.id.get()).collect()
+    }
+
+    /// What they are called in the head line of a pipe: node and id.
+    #[must_use]
+    pub fn output_names(&self) -> Vec<String> {
+        let name = |output: &OutputConfig| {
+            let ids = self.output_ids().into_iter();
+            ids.map(|id| format!("{}.{id}", output.node)).collect()
+        };
+        self.output.as_ref().map(name).unwrap_or_default()
+    }
+
+    /// What it publishes and hears: requests are the first subscription, axes for the PLC the second.
+    #[must_use]
+    pub fn wiring(&self) -> Wiring {
+        let mut subscriptions = vec![Subscription::time_requests_to(&self.name)];
+        if let Some(OutputConfig { node, channel, .. }) = &self.output {
+            let channel = Channel::from(*channel);
+            let intake = Intake::new(&node.channel_key(channel), node, &self.output_ids());
+            subscriptions.push(Subscription {
+                node: node.clone(),
+                channel,
+                reader: intake.into(),
+                faults: coaxle_node::config::LinkConfig::default(),
+                far: 0,
+            });
+        }
+        Wiring {
+            node: self.name.clone(),
+            publications: [Channel::Axes, Channel::TimeResponses]
+                .map(|channel| Publication::new(&self.name, channel))
+                .into(),
+            subscriptions,
+        }
+    }
+
+    /// Everything that has signals, in the order of a row.
+    #[must_use]
+    pub fn instances(&self) -> Vec<Instance> {
+        let node = std::iter::once(Instance::of::<GatewaySignals>(""));
+        let axis = |axis: &PlcAxisConfig| {
+            Instance::of::<PlcAxisSignals>(axis.name.as_str()).in_unit(axis.unit.clone())
+        };
+        node.chain(self.axes.iter().map(axis)).collect()
+    }
+
+    /// The columns of a trace.
+    #[must_use]
+    pub fn columns(&self) -> Vec<String> {
+        trace_columns(&self.instances())
+    }
+}
+
+/// Axes that one frame holds.
+const MOST_AXES: usize = MAX_AXES;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,90 @@
+//! Where a PLC is.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A host and a port, `192.168.1.20:48898`, or a host alone.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(try_from = "String", into = "String")]
+#[schemars(inline, extend("minLength" = 1))]
+pub struct HostPort {
+    host: String,
+    port: Option<u16>,
+}
+
+/// An AMS net id, `5.12.34.56.1.1`: six numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(try_from = "String", into = "String")]
+#[schemars(inline, with = "String", extend("pattern" = r"^[0-9]{1,3}(\.[0-9]{1,3}){5}$"))]
+pub struct NetId(pub [u8; 6]);
+
+/// A text that names no place.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("received {received:?}, expected {expected}")]
+pub struct WrongAddress {
+    received: String,
+    expected: &'static str,
+}
+
+impl HostPort {
+    /// The host.
+    #[must_use]
+    pub fn host(&self) -> &str {
+        &self.host
+    }
+
+    /// The port, if it says one.
+    #[must_use]
+    pub const fn port(&self) -> Option<u16> {
+        self.port
+    }
+}
+
+impl TryFrom<String> for HostPort {
+    type Error = WrongAddress;
+    fn try_from(text: String) -> Result<Self, WrongAddress> {
+        let (host, port) = match text.rsplit_once(':') {
+            Some((host, port)) => (host, Some(port)),
+            None => (text.as_str(), None),
+        };
+        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
+        let number = port.map(str::parse::<u16>).transpose();
+        match number {
+            Ok(port) if !host.is_empty() && host.chars().all(plain) => Ok(Self {
+                host: host.to_owned(),
+                port,
+            }),
+            _ => Err(WrongAddress {
+                received: text,
+                expected: "a host or host:port, such as \"192.168.1.20:48898\"",
+            }),
+        }
+    }
+}
+
+impl From<HostPort> for String {
+    fn from(HostPort { host, port }: HostPort) -> Self {
+        match port {
+            Some(port) => format!("{host}:{port}"),
+            None => host,
+        }
+    }
+}
+
+impl TryFrom<String> for NetId {
+    type Error = WrongAddress;
+    fn try_from(text: String) -> Result<Self, WrongAddress> {
+        let numbers: Result<Vec<u8>, _> = text.split('.').map(str::parse).collect();
+        let six = numbers.ok().and_then(|numbers| numbers.try_into().ok());
+        six.map(Self).ok_or(WrongAddress {
+            received: text,
+            expected: "six numbers from 0 to 255, such as \"5.12.34.56.1.1\"",
+        })
+    }
+}
+
+impl From<NetId> for String {
+    fn from(NetId(id): NetId) -> Self {
+        id.map(|number| number.to_string()).join(".")
+    }
+}

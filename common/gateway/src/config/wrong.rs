@@ -1,0 +1,195 @@
+//! Fields of a gateway's config that do not fit each other.
+
+use super::{GatewayConfig, MOST_AXES, OutputAxisConfig, PlcAxisConfig};
+
+/// Fields that do not fit each other. The field is named first.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WrongGateway {
+    /// None or several ways to the PLC.
+    #[error("received {}, expected one of `ads`, `udp` and `pipe`", ways(.received))]
+    Ways {
+        /// Those there are.
+        received: Vec<&'static str>,
+    },
+    /// Neither axes nor an output.
+    #[error("received no `axis` and no `output`, expected at least one of them")]
+    Nothing,
+    /// More axes than a frame holds, or none where there must be one.
+    #[error("{field}: received {received} axes, expected 1 to {MOST_AXES}")]
+    Count {
+        /// The list.
+        field: &'static str,
+        /// How many there are.
+        received: usize,
+    },
+    /// Two axes share something.
+    #[error("{field}[{number}].{what}: received {received} twice, expected each once")]
+    Twice {
+        /// The list.
+        field: &'static str,
+        /// The second one of them.
+        number: usize,
+        /// What they share.
+        what: &'static str,
+        /// Which one.
+        received: String,
+    },
+    /// A field is missing that this way to the PLC needs.
+    #[error("{field}: received nothing, expected {expected}")]
+    Missing {
+        /// The field.
+        field: String,
+        /// What it should be.
+        expected: &'static str,
+    },
+    /// A field that this way to the PLC has no use for.
+    #[error("{field}: received a symbol, expected none without `ads`")]
+    Symbol {
+        /// The field.
+        field: String,
+    },
+    /// An address without a port.
+    #[error("{field}: received no port, expected host:port, such as \"192.168.1.20:5066\"")]
+    Port {
+        /// The field.
+        field: &'static str,
+    },
+}
+
+fn ways(received: &[&str]) -> String {
+    match received {
+        [] => "no way to the PLC".to_owned(),
+        some => some
+            .iter()
+            .map(|way| format!("`{way}`"))
+            .collect::<Vec<_>>()
+            .join(" and "),
+    }
+}
+
+pub(super) fn check(config: &GatewayConfig) -> Result<(), WrongGateway> {
+    check_ways(config)?;
+    if config.axes.is_empty() && config.output.is_none() {
+        return Err(WrongGateway::Nothing);
+    }
+    check_lists(config)?;
+    if config.ads.is_some() {
+        check_symbols(config)?;
+    } else {
+        check_no_symbols(config)?;
+    }
+    check_udp(config)
+}
+
+fn check_ways(config: &GatewayConfig) -> Result<(), WrongGateway> {
+    let all = [
+        ("ads", config.ads.is_some()),
+        ("udp", config.udp.is_some()),
+        ("pipe", config.pipe.is_some()),
+    ];
+    let received: Vec<_> = all.iter().filter(|(_, is)| *is).map(|(n, _)| *n).collect();
+    match received.len() {
+        1 => Ok(()),
+        _ => Err(WrongGateway::Ways { received }),
+    }
+}
+
+fn check_lists(config: &GatewayConfig) -> Result<(), WrongGateway> {
+    let count = |field, received: usize, least| {
+        let fits = (least..=MOST_AXES).contains(&received);
+        let wrong = WrongGateway::Count { field, received };
+        if fits { Ok(()) } else { Err(wrong) }
+    };
+    count("axis", config.axes.len(), 0)?;
+    let ids = config.axes.iter().map(|axis| axis.id.to_string());
+    once("axis", "id", ids)?;
+    let names = config
+        .axes
+        .iter()
+        .map(|axis| format!("{:?}", axis.name.as_str()));
+    once("axis", "name", names)?;
+    if let Some(output) = &config.output {
+        count("output.axis", output.axes.len(), 1)?;
+        let ids = output.axes.iter().map(|axis| axis.id.to_string());
+        once("output.axis", "id", ids)?;
+    }
+    Ok(())
+}
+
+fn once(
+    field: &'static str,
+    what: &'static str,
+    all: impl Iterator<Item = String>,
+) -> Result<(), WrongGateway> {
+    let mut seen = std::collections::BTreeSet::new();
+    for (number, received) in all.enumerate() {
+        if !seen.insert(received.clone()) {
+            return Err(WrongGateway::Twice {
+                field,
+                number,
+                what,
+                received,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn check_symbols(config: &GatewayConfig) -> Result<(), WrongGateway> {
+    let is_empty = |symbol: &Option<String>| symbol.as_ref().is_none_or(String::is_empty);
+    let missing = |field: String| WrongGateway::Missing {
+        field,
+        expected: "the symbol of a variable of the PLC, such as \"GVL_Coaxle.stConveyor\"",
+    };
+    let lacks = |axis: &PlcAxisConfig| is_empty(&axis.symbol);
+    if let Some(number) = config.axes.iter().position(lacks) {
+        return Err(missing(format!("axis[{number}].symbol")));
+    }
+    let index = config.ads.as_ref().and_then(|ads| ads.cycle_index.clone());
+    if !config.axes.is_empty() && is_empty(&index) {
+        return Err(missing("ads.cycle-index".to_owned()));
+    }
+    let outputs = config.output.iter().flat_map(|output| &output.axes);
+    let lacks = |axis: &OutputAxisConfig| is_empty(&axis.symbol);
+    match outputs.clone().position(lacks) {
+        Some(number) => Err(missing(format!("output.axis[{number}].symbol"))),
+        None => Ok(()),
+    }
+}
+
+fn check_no_symbols(config: &GatewayConfig) -> Result<(), WrongGateway> {
+    let of_axes = config.axes.iter().position(|axis| axis.symbol.is_some());
+    let of_axes = of_axes.map(|number| format!("axis[{number}].symbol"));
+    let outputs = config.output.iter().flat_map(|output| &output.axes);
+    let of_outputs = outputs.clone().position(|axis| axis.symbol.is_some());
+    let of_outputs = of_outputs.map(|number| format!("output.axis[{number}].symbol"));
+    let index = config.output.as_ref().and_then(|o| o.cycle_index.as_ref());
+    let index = index.map(|_| "output.cycle-index".to_owned());
+    match of_axes.or(of_outputs).or(index) {
+        Some(field) => Err(WrongGateway::Symbol { field }),
+        None => Ok(()),
+    }
+}
+
+fn check_udp(config: &GatewayConfig) -> Result<(), WrongGateway> {
+    let Some(udp) = &config.udp else {
+        return Ok(());
+    };
+    let ends = [
+        ("udp.listen", &udp.listen, !config.axes.is_empty()),
+        ("udp.send-to", &udp.send_to, config.output.is_some()),
+    ];
+    for (field, end, is_needed) in ends {
+        match end {
+            None if is_needed => {
+                return Err(WrongGateway::Missing {
+                    field: field.to_owned(),
+                    expected: "host:port, such as \"192.168.1.20:5066\"",
+                });
+            }
+            Some(end) if end.port().is_none() => return Err(WrongGateway::Port { field }),
+            _ => {}
+        }
+    }
+    Ok(())
+}

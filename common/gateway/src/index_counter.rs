@@ -1,0 +1,253 @@
+//! Which cycle of the PLC a sample is of: a count out of an index that wraps.
+
+use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
+
+/// How far the count may be off what the time since the newest one says: as a receiver allows a sender.
+const TOLERANCE: Span = Span::from_millis(100);
+/// And this part of that time besides.
+const TOLERANCE_PER_TIME: f64 = 0.005;
+/// So many samples that go on from each other, but not from the run before, are another run.
+const SAMPLES_OF_A_RUN: u32 = 5;
+
+/// Counts the cycles of a PLC by the index that it shows, a `WORD`, and the time that passes.
+///
+/// The count begins with the first index, so that the index is its low 16 bits, and goes up by as much as the index
+/// does; whole turns of the index are found by the time that has passed. What does not keep pace with the time
+/// is no cycle of this run, and five such samples that keep pace with each other are a PLC that has started anew.
+#[derive(Clone, Debug)]
+pub struct IndexCounter {
+    cycle_time: CycleTime,
+    newest: Option<Counted>,
+    run: u64,
+    /// A run that may have begun, and how many samples are of it.
+    suspect: Option<(Counted, u32)>,
+    /// The next sample begins a run, whatever it is.
+    begins: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Counted {
+    count: u64,
+    index: CycleIndex,
+    at: Instant<Local>,
+}
+
+/// What a sample turned out to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sighting {
+    /// A new cycle of the run.
+    New {
+        /// Its count.
+        count: u64,
+    },
+    /// The first cycle of a run: what was counted before means nothing to it.
+    Begun {
+        /// Its count: its index.
+        count: u64,
+        /// Runs are numbered from 0.
+        run: u64,
+    },
+    /// The newest cycle once more.
+    Repeated,
+    /// An older cycle than the newest.
+    Outdated,
+    /// No cycle of this run.
+    Foreign,
+}
+
+impl IndexCounter {
+    /// Counts the cycles of a PLC with this nominal cycle time.
+    #[must_use]
+    pub const fn new(cycle_time: CycleTime) -> Self {
+        Self {
+            cycle_time,
+            newest: None,
+            run: 0,
+            suspect: None,
+            begins: false,
+        }
+    }
+
+    /// Nothing is known any more of how the PLC went on: the next sample begins a run.
+    pub const fn lose_track(&mut self) {
+        self.begins = true;
+        self.suspect = None;
+    }
+
+    /// A sample with this index arrived at `at`.
+    pub fn see(&mut self, index: CycleIndex, at: Instant<Local>) -> Sighting {
+        let Some(newest) = self.newest else {
+            return self.begin(index, at);
+        };
+        if self.begins {
+            self.run += 1;
+            return self.begin(index, at);
+        }
+        match self.steps(newest, index, at) {
+            Some(0) => Sighting::Repeated,
+            Some(steps) if steps < 0 => Sighting::Outdated,
+            Some(steps) => {
+                let count = newest.count.saturating_add(steps.unsigned_abs());
+                self.newest = Some(Counted { count, index, at });
+                self.suspect = None;
+                Sighting::New { count }
+            }
+            None => self.suspect(index, at),
+        }
+    }
+
+    fn begin(&mut self, index: CycleIndex, at: Instant<Local>) -> Sighting {
+        let count = u64::from(index.0);
+        self.newest = Some(Counted { count, index, at });
+        self.begins = false;
+        self.suspect = None;
+        let run = self.run;
+        Sighting::Begun { count, run }
+    }
+
+    /// Keeps a sample that is not of this run in mind.
+    fn suspect(&mut self, index: CycleIndex, at: Instant<Local>) -> Sighting {
+        let count = u64::from(index.0);
+        let this = Counted { count, index, at };
+        let (newest, seen) = match self.suspect {
+            Some((before, seen)) => match self.steps(before, index, at) {
+                Some(steps) if steps > 0 => (this, seen + 1),
+                Some(_) => (before, seen),
+                None => (this, 1),
+            },
+            None => (this, 1),
+        };
+        if seen >= SAMPLES_OF_A_RUN {
+            self.run += 1;
+            return self.begin(index, at);
+        }
+        self.suspect = Some((newest, seen));
+        Sighting::Foreign
+    }
+
+    /// How many cycles an index lies after a counted one; none if that does not keep pace with the time.
+    fn steps(&self, from: Counted, index: CycleIndex, at: Instant<Local>) -> Option<i64> {
+        let passed = (at - from.at).as_secs_f64();
+        let expected = passed / self.cycle_time.as_secs_f64();
+        let least = f64::from(index.0.wrapping_sub(from.index.0));
+        const TURN: f64 = 65_536.0;
+        let steps = least + TURN * ((expected - least) / TURN).round();
+        let off = (steps - expected).abs() * self.cycle_time.as_secs_f64();
+        // Every index is as good as any other once the tolerance reaches round the turn.
+        let allowed = TOLERANCE.as_secs_f64() + TOLERANCE_PER_TIME * passed.abs();
+        let half_turn = 0.25 * TURN * self.cycle_time.as_secs_f64();
+        (off <= allowed.min(half_turn)).then_some(steps as i64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn counter() -> IndexCounter {
+        IndexCounter::new(CycleTime::new(Span::from_millis(1)).unwrap())
+    }
+
+    fn ms(millis: i64) -> Instant<Local> {
+        Instant::EPOCH + Span::from_millis(millis)
+    }
+
+    #[test]
+    fn the_index_is_the_low_bits_of_the_count_through_wraps_and_gaps() {
+        let mut counter = counter();
+        let first = counter.see(CycleIndex(65_530), ms(0));
+        let (count, run) = (65_530, 0);
+        assert_eq!(first, Sighting::Begun { count, run });
+        // Ten cycles, then two turns and a bit of silence.
+        for passed in [1, 2, 5, 6, 10, 11, 12, 140_000, 140_001] {
+            let count = 65_530 + passed as u64;
+            let seen = counter.see(CycleIndex(count as u16), ms(passed));
+            assert_eq!(seen, Sighting::New { count }, "after {passed} ms");
+        }
+    }
+
+    #[test]
+    fn a_repeated_and_an_older_index_are_told_apart_from_new_ones() {
+        let mut counter = counter();
+        let _ = counter.see(CycleIndex(7), ms(0));
+        assert_eq!(counter.see(CycleIndex(7), ms(0)), Sighting::Repeated);
+        assert_eq!(
+            counter.see(CycleIndex(9), ms(2)),
+            Sighting::New { count: 9 }
+        );
+        assert_eq!(counter.see(CycleIndex(8), ms(2)), Sighting::Outdated);
+        assert_eq!(counter.see(CycleIndex(9), ms(3)), Sighting::Repeated);
+    }
+
+    #[test]
+    fn another_index_is_followed_only_after_it_came_five_times() {
+        let mut counter = counter();
+        let _ = counter.see(CycleIndex(5_000), ms(0));
+        for k in 1..5 {
+            let seen = counter.see(CycleIndex(k), ms(i64::from(k)));
+            assert_eq!(seen, Sighting::Foreign);
+        }
+        // One that is damaged does no harm, but to how long it takes.
+        let (count, run) = (5, 1);
+        assert_eq!(
+            counter.see(CycleIndex(5), ms(5)),
+            Sighting::Begun { count, run }
+        );
+        assert_eq!(
+            counter.see(CycleIndex(6), ms(6)),
+            Sighting::New { count: 6 }
+        );
+    }
+
+    #[test]
+    fn single_foreign_samples_are_left_out() {
+        let mut counter = counter();
+        let _ = counter.see(CycleIndex(0), ms(0));
+        for k in 1..1_000_i64 {
+            let good = counter.see(CycleIndex(k as u16), ms(k));
+            assert_eq!(good, Sighting::New { count: k as u64 });
+            // Far from this run, and from each other.
+            let wild = k + 20_000 + k * 7_919 % 20_000;
+            let seen = counter.see(CycleIndex(wild as u16), ms(k));
+            assert_eq!(seen, Sighting::Foreign);
+        }
+        assert_eq!(counter.run, 0);
+    }
+
+    #[test]
+    fn after_track_was_lost_the_next_sample_begins_a_run() {
+        let mut counter = counter();
+        counter.lose_track();
+        let _ = counter.see(CycleIndex(3), ms(0));
+        counter.lose_track();
+        let (count, run) = (4, 1);
+        assert_eq!(
+            counter.see(CycleIndex(4), ms(1)),
+            Sighting::Begun { count, run }
+        );
+    }
+
+    proptest! {
+        /// Whatever the gaps (of less than a minute), the jitter and the drift: the count is that of the cycle.
+        #[test]
+        fn the_count_is_right_whatever_is_missed(
+            first in any::<u16>(),
+            gaps in proptest::collection::vec(1_i64..60_000, 1..40),
+            jitter in proptest::collection::vec(0_i64..5_000_000, 40),
+            drift_ppm in -2_000_i64..2_000,
+        ) {
+            let mut counter = counter();
+            let mut count = i64::from(first);
+            let at = |count: i64, jitter: i64| {
+                Instant::from_nanos(count * (1_000_000 + drift_ppm) + jitter)
+            };
+            let _ = counter.see(CycleIndex(first), at(count, 0));
+            for (gap, jitter) in gaps.iter().zip(&jitter) {
+                count += gap;
+                let seen = counter.see(CycleIndex::of_count(count as u64), at(count, *jitter));
+                prop_assert_eq!(seen, Sighting::New { count: count as u64 });
+            }
+        }
+    }
+}

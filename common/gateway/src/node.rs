@@ -1,0 +1,290 @@
+//! The gateway node.
+
+use coaxle_axis::NcToPlcAxis;
+use coaxle_clock::cycle::Tick;
+use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
+use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
+use coaxle_node::{AxisSample, Channel, Message, Node, Outgoing, TimeServerCounters};
+
+use crate::config::GatewayConfig;
+use crate::index_counter::{IndexCounter, Sighting};
+use crate::plc_clock::PlcClock;
+use crate::port::{PlcOutput, PlcSample, Port};
+use crate::signals::PlcAxisSignals;
+use crate::snapshot::GatewaySnapshot;
+
+/// What is older than this is not published: a PLC that was away has nothing to catch up on.
+const STALE: Span = Span::from_millis(100);
+/// Samples that are taken in one cycle at most: what a burst holds besides waits for the next one.
+const SAMPLES_PER_CYCLE: u32 = 64;
+/// The subscription with the axes for the PLC; the one before it has time requests.
+const OUTPUTS: usize = 1;
+
+/// The gateway node: publishes each cycle of a PLC once, as soon as the PLC's clock is known, and hands on what is for it.
+///
+/// Its own cycles are twice as fast as the PLC's. The frames that it publishes are those of the PLC: count, index and
+/// cycle time are the PLC's, the send stamp says how long after the ideal start of the PLC's cycle a frame
+/// leaves, and time responses say what the PLC's clock shows. Each run of the PLC has an epoch of its own.
+pub struct Gateway<P> {
+    port: P,
+    schedule: Schedule,
+    counter: IndexCounter,
+    clock: PlcClock,
+    header: FrameHeader,
+    ids: Box<[u32]>,
+    incoming: PlcSample,
+    newest: PlcSample,
+    /// The cycle of the newest sample.
+    newest_count: Option<u64>,
+    body: Vec<u8>,
+    /// The body that waits to be sent, and when its cycle began.
+    waiting: Option<(usize, Instant<Local>)>,
+    output: Output,
+    snapshot: GatewaySnapshot,
+}
+
+/// What came for the PLC.
+struct Output {
+    ids: Box<[u32]>,
+    axes: Box<[Option<NcToPlcAxis>]>,
+    /// The index of a frame that waits to be handed on.
+    index: Option<CycleIndex>,
+}
+
+impl<P: Port> Gateway<P> {
+    /// The node whose first cycle is due at `start`; `epoch` is that of the first run of the PLC. The config has been
+    /// [checked](GatewayConfig::check).
+    #[must_use]
+    pub fn new(config: &GatewayConfig, port: P, start: Instant<Local>, epoch: u64) -> Self {
+        let cycle_time = config.cycle_time_us.0;
+        let sender = sender_id(&config.name);
+        let axes = config.axes.len();
+        let mut snapshot = GatewaySnapshot::new(config);
+        snapshot.signals.node.run = epoch;
+        let output_ids = config.output_ids();
+        Self {
+            port,
+            schedule: Schedule::new(start, config.scan_time()),
+            counter: IndexCounter::new(cycle_time),
+            clock: PlcClock::new(sender, epoch, cycle_time),
+            header: FrameHeader {
+                sender,
+                epoch,
+                index: CycleIndex(0),
+                count: 0,
+                cycle_time,
+                send_stamp: None,
+            },
+            ids: config.axes.iter().map(|axis| axis.id.get()).collect(),
+            incoming: PlcSample::of_axes(axes),
+            newest: PlcSample::of_axes(axes),
+            newest_count: None,
+            body: vec![0; body_capacity(axes)],
+            waiting: None,
+            output: Output {
+                axes: vec![None; output_ids.len()].into(),
+                ids: output_ids.into(),
+                index: None,
+            },
+            snapshot,
+        }
+    }
+
+    /// Takes the samples that have come; whether one is of a new cycle.
+    fn take_samples(&mut self, now: Instant<Local>) -> bool {
+        let mut is_new = false;
+        for _ in 0..SAMPLES_PER_CYCLE {
+            if !self.port.take(now, &mut self.incoming) {
+                break;
+            }
+            is_new |= self.take_sample();
+        }
+        is_new
+    }
+
+    fn take_sample(&mut self) -> bool {
+        let PlcSample {
+            at,
+            index,
+            connection,
+            ..
+        } = self.incoming;
+        if self.newest_count.is_some() && connection != self.newest.connection {
+            self.counter.lose_track();
+        }
+        let signals = &mut self.snapshot.signals.node;
+        let count = match self.counter.see(index, at) {
+            Sighting::New { count } => {
+                let before = self.newest_count.unwrap_or(count);
+                signals.plc_missed += count.saturating_sub(before + 1);
+                count
+            }
+            Sighting::Begun { count, run } => {
+                self.clock.begin(run);
+                signals.plc_runs += 1;
+                count
+            }
+            Sighting::Repeated | Sighting::Outdated => {
+                signals.plc_repeated += 1;
+                return false;
+            }
+            Sighting::Foreign => {
+                signals.plc_foreign += 1;
+                return false;
+            }
+        };
+        signals.plc_cycles += 1;
+        self.clock.saw(count, at);
+        self.newest_count = Some(count);
+        std::mem::swap(&mut self.incoming, &mut self.newest);
+        true
+    }
+
+    /// Encodes the newest sample, if the PLC's clock is known.
+    fn publish(&mut self, now: Instant<Local>) {
+        let Some(count) = self.newest_count else {
+            return;
+        };
+        let Some(start) = self.clock.start_of(count) else {
+            return;
+        };
+        if self.ids.is_empty() || now - self.newest.at > STALE {
+            return;
+        }
+        for (axis, id) in self.newest.axes.iter_mut().zip(&self.ids) {
+            axis.axis_id = *id;
+        }
+        self.header.epoch = self.clock.epoch();
+        self.header.count = count;
+        self.header.index = self.newest.index;
+        let length = encode_body(&self.header, &self.newest.axes, &mut self.body)
+            .expect("the config bounds the axes and the body was made for them");
+        self.waiting = Some((length, start));
+    }
+
+    /// Hands on what came for the PLC.
+    fn hand_on(&mut self) {
+        if let Some(index) = self.output.index.take() {
+            self.port.give(&PlcOutput {
+                index,
+                axes: &self.output.axes,
+            });
+        }
+    }
+
+    fn show(&mut self, tick: &Tick) {
+        let link = self.port.state();
+        let signals = &mut self.snapshot.signals.node;
+        signals.cycle = tick.count;
+        signals.overruns = self.schedule.overruns();
+        signals.plc_is_up = link.is_up;
+        signals.plc_connections = link.connections;
+        signals.plc_torn = link.torn;
+        signals.plc_refused = link.refused;
+        signals.plc_synced = self.clock.drift_ppm().is_some();
+        signals.plc_drift_ppm = self.clock.drift_ppm();
+        let TimeServerCounters { answered, dropped } = self.clock.counters();
+        signals.requests_answered = answered;
+        signals.requests_dropped = dropped;
+        let Some(count) = self.newest_count else {
+            signals.plc_lateness_us = None;
+            return;
+        };
+        signals.plc_index = self.newest.index.0;
+        signals.plc_count = count;
+        let lateness = self
+            .clock
+            .start_of(count)
+            .map(|start| self.newest.at - start);
+        signals.plc_lateness_us = lateness.map(Span::as_micros_f64);
+        for (shown, axis) in self.snapshot.signals.axes.iter_mut().zip(&self.newest.axes) {
+            *shown = PlcAxisSignals {
+                position: axis.set_position,
+                velocity: axis.set_velocity,
+                acceleration: axis.set_acceleration,
+                error_code: axis.error_code,
+            };
+        }
+    }
+}
+
+impl<P: Port> Node for Gateway<P> {
+    type Snapshot = GatewaySnapshot;
+
+    fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {
+        let signals = &mut self.snapshot.signals.node;
+        match (subscription, message) {
+            (_, Message::TimeRequest(request)) => self.clock.ask(at, request),
+            (_, Message::Frame(frame)) => {
+                signals.outputs += 1;
+                self.output.take(frame.header.index, frame.axes);
+            }
+            (OUTPUTS, Message::Rejected(_)) => signals.outputs_refused += 1,
+            (_, Message::Rejected(_)) => signals.requests_refused += 1,
+            (_, Message::TimeResponse(_)) => {}
+        }
+    }
+
+    fn cycle(&mut self, now: Instant<Local>) -> Tick {
+        let tick = self.schedule.take(now);
+        let is_new = self.take_samples(tick.ideal_start);
+        self.clock.cycle(now, self.newest_count);
+        if is_new {
+            self.publish(now);
+        }
+        self.clock.respond(now);
+        self.hand_on();
+        self.show(&tick);
+        tick
+    }
+
+    fn transmit(&mut self) -> Option<Outgoing<'_>> {
+        let Some((length, ideal_start)) = self.waiting.take() else {
+            return self.clock.transmit();
+        };
+        Some(Outgoing {
+            channel: Channel::Axes,
+            far: 0,
+            ideal_start,
+            body: &self.body[..length],
+        })
+    }
+
+    fn next_cycle(&self) -> Instant<Local> {
+        self.schedule.next_start()
+    }
+
+    fn snapshot(&self) -> &GatewaySnapshot {
+        &self.snapshot
+    }
+
+    fn snapshot_size(&self) -> usize {
+        self.snapshot.size()
+    }
+}
+
+impl Output {
+    /// Keeps the axes of a frame; the newest one is handed on.
+    fn take(&mut self, index: CycleIndex, samples: &[Option<AxisSample>]) {
+        let places = self.axes.iter_mut().zip(&self.ids);
+        for ((axis, id), sample) in places.zip(samples) {
+            *axis = sample.as_ref().map(|sample| of_sample(*id, sample));
+        }
+        self.index = Some(index);
+    }
+}
+
+/// The structure of an axis of which a frame's sample is known.
+fn of_sample(id: u32, sample: &AxisSample) -> NcToPlcAxis {
+    NcToPlcAxis {
+        axis_id: id,
+        state_word: sample.state_word,
+        error_code: sample.error_code,
+        actual_position: sample.set.position,
+        actual_velocity: sample.set.velocity,
+        set_position: sample.set.position,
+        set_velocity: sample.set.velocity,
+        set_acceleration: sample.set.acceleration,
+        ..NcToPlcAxis::default()
+    }
+}

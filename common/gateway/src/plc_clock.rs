@@ -1,0 +1,170 @@
+//! The clock of the PLC, as the gateway sees it: when its cycles begin, and what it shows when somebody asks.
+//!
+//! A gateway reads a PLC somewhat later than its cycle begins, now more, now less. Its own [`FarClock`] finds the line on
+//! which the PLC's cycles lie, and the gateway says of each frame how long after that line it leaves: the jitter of
+//! reading stays here. What is constant in reading counts as part of the PLC.
+
+use coaxle_clock::cycle::Tick;
+use coaxle_clock::far_clock::DelaySource;
+use coaxle_clock::observer::ObserverParameters;
+use coaxle_clock::{CycleTime, FarClock, Instant, Local, Span};
+use coaxle_node::{Outgoing, TimeRequest, TimeServer, TimeServerCounters};
+
+/// Follows the clock of one run of a PLC, and responds to requests about it.
+#[derive(Clone, Debug)]
+pub struct PlcClock {
+    cycle_time: CycleTime,
+    sender: u32,
+    /// Of run 0; the others follow it.
+    epoch: u64,
+    run: u64,
+    clock: FarClock,
+    server: TimeServer,
+    /// What those of the runs before counted.
+    counted: TimeServerCounters,
+    /// The line, as it was in the newest cycle.
+    line: Option<Line>,
+    drift_ppm: f64,
+    /// Where the newest responses belong.
+    answered_in: Instant<Local>,
+}
+
+/// Cycle `count` of the PLC ideally began at `start`, and its clock runs by `rate` faster.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    count: u64,
+    start: Instant<Local>,
+    rate: f64,
+}
+
+impl PlcClock {
+    /// The clock of a PLC of this cycle time, which node `sender` publishes; its first run has the epoch `epoch`.
+    #[must_use]
+    pub fn new(sender: u32, epoch: u64, cycle_time: CycleTime) -> Self {
+        Self {
+            cycle_time,
+            sender,
+            epoch,
+            run: 0,
+            clock: far_clock(cycle_time, epoch),
+            server: TimeServer::new(sender, epoch, Instant::EPOCH, cycle_time),
+            counted: TimeServerCounters::default(),
+            line: None,
+            drift_ppm: 0.0,
+            answered_in: Instant::EPOCH,
+        }
+    }
+
+    /// The PLC has started anew: nothing that was known of its clock holds.
+    pub fn begin(&mut self, run: u64) {
+        let past = self.server.counters();
+        self.counted.answered += past.answered;
+        self.counted.dropped += past.dropped;
+        self.run = run;
+        let epoch = self.epoch();
+        self.clock = far_clock(self.cycle_time, epoch);
+        self.server = TimeServer::new(self.sender, epoch, Instant::EPOCH, self.cycle_time);
+        self.line = None;
+    }
+
+    /// The epoch of the run.
+    #[must_use]
+    pub const fn epoch(&self) -> u64 {
+        self.epoch.wrapping_add(self.run)
+    }
+
+    /// The axes of cycle `count` were there at `at`.
+    pub fn saw(&mut self, count: u64, at: Instant<Local>) {
+        self.clock.message(self.epoch(), count, at, None);
+    }
+
+    /// The own cycle that ideally begins at `now`, with all samples up to then; the newest of the run is of cycle `newest`.
+    pub fn cycle(&mut self, now: Instant<Local>, newest: Option<u64>) {
+        let output = self.clock.cycle(now, |_, _| {});
+        self.drift_ppm = output.observer.drift_ppm;
+        let rate = 1.0 + self.drift_ppm * 1e-6;
+        self.line = newest.and_then(|count| {
+            let since = self.clock.correction(count)?.0 / rate;
+            let start = now - Span::from_secs_f64(since);
+            Some(Line { count, start, rate })
+        });
+    }
+
+    /// When the cycle `count` of the PLC ideally began; none as long as the clock is not known.
+    #[must_use]
+    pub fn start_of(&self, count: u64) -> Option<Instant<Local>> {
+        let line = self.line?;
+        let cycles = count.wrapping_sub(line.count) as i64 as f64;
+        let later = cycles * self.cycle_time.as_secs_f64() / line.rate;
+        Some(line.start + Span::from_secs_f64(later))
+    }
+
+    /// How much faster it runs than the clock of the gateway, ppm; none as long as that is not known.
+    #[must_use]
+    pub fn drift_ppm(&self) -> Option<f64> {
+        self.line.map(|_| self.drift_ppm)
+    }
+
+    /// Somebody asks what it shows. As long as that is not known, nobody responds.
+    pub fn ask(&mut self, at: Instant<Local>, request: &TimeRequest) {
+        if let Some(at) = self.shows(at) {
+            self.server.receive(at, request);
+        }
+    }
+
+    /// Responds to what was asked before `now`, in the cycle of the newest frame.
+    pub fn respond(&mut self, now: Instant<Local>) {
+        let (Some(line), Some(shows)) = (self.line, self.shows(now)) else {
+            return;
+        };
+        self.answered_in = line.start;
+        let tick = Tick {
+            count: line.count,
+            ideal_start: self.reading(line.count),
+            elapsed: 1,
+        };
+        self.server.respond(&tick, shows);
+    }
+
+    /// The responses, once.
+    pub fn transmit(&mut self) -> Option<Outgoing<'_>> {
+        let ideal_start = self.answered_in;
+        let outgoing = self.server.transmit()?;
+        Some(Outgoing {
+            ideal_start,
+            ..outgoing
+        })
+    }
+
+    /// What became of the requests.
+    #[must_use]
+    pub fn counters(&self) -> TimeServerCounters {
+        let now = self.server.counters();
+        TimeServerCounters {
+            answered: self.counted.answered + now.answered,
+            dropped: self.counted.dropped + now.dropped,
+        }
+    }
+
+    /// What the PLC's clock shows at a local instant, counted from the ideal start of its cycle 0.
+    fn shows(&self, at: Instant<Local>) -> Option<Instant<Local>> {
+        let line = self.line?;
+        let passed = (at - line.start).as_secs_f64() * line.rate;
+        Some(self.reading(line.count) + Span::from_secs_f64(passed))
+    }
+
+    /// What it shows at the ideal start of a cycle.
+    fn reading(&self, count: u64) -> Instant<Local> {
+        Instant::EPOCH + self.cycle_time.span() * count as i64
+    }
+}
+
+fn far_clock(cycle_time: CycleTime, run: u64) -> FarClock {
+    FarClock::new(
+        cycle_time,
+        ObserverParameters::default(),
+        DelaySource::Off,
+        run,
+    )
+    .expect("the default parameters are in their ranges")
+}

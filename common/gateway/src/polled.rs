@@ -1,0 +1,181 @@
+//! Reading a PLC by polling: the index, the images, and the index again.
+//!
+//! Each read is of one moment, but between two of them the PLC may have begun its next cycle. So images count only if the
+//! index before them and the index after them are the same.
+
+use coaxle_clock::CycleIndex;
+
+/// So often the images are read anew in one poll, before it is given up as torn.
+const ATTEMPTS: u32 = 3;
+
+/// The memory of a PLC, one read at a time.
+pub trait PlcMemory {
+    /// Why a read may fail.
+    type Error;
+
+    /// Reads the cycle index. An implementation keeps when the answer came.
+    ///
+    /// # Errors
+    /// The PLC is gone, or refuses.
+    fn read_index(&mut self) -> Result<CycleIndex, Self::Error>;
+
+    /// Reads all images.
+    ///
+    /// # Errors
+    /// The PLC is gone, or refuses.
+    fn read_images(&mut self) -> Result<(), Self::Error>;
+
+    /// The cycle of the images that were read is that of the newest index but one: keep when it was read.
+    fn keep_arrival(&mut self);
+}
+
+/// What a poll found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Polled {
+    /// The index of the poll before.
+    Nothing,
+    /// The images of this cycle.
+    Images(CycleIndex),
+    /// The PLC was always faster.
+    Torn,
+}
+
+/// Reads the images of a cycle, unless it is the one of index `before`.
+///
+/// # Errors
+/// As the memory.
+pub fn poll<M: PlcMemory>(memory: &mut M, before: Option<CycleIndex>) -> Result<Polled, M::Error> {
+    let mut index = memory.read_index()?;
+    if Some(index) == before {
+        return Ok(Polled::Nothing);
+    }
+    for _ in 0..ATTEMPTS {
+        memory.keep_arrival();
+        memory.read_images()?;
+        let after = memory.read_index()?;
+        if after == index {
+            return Ok(Polled::Images(index));
+        }
+        index = after;
+    }
+    Ok(Polled::Torn)
+}
+
+/// The pauses between polls, in parts of the period: from a half to one and a half, evenly spread, and never in step with
+/// the PLC.
+///
+/// Polls at even intervals would lie in the same place of the PLC's cycles for a long time, as both are steady, and then
+/// jump by one interval: a beat, of which no estimator can tell the PLC's clock. Spread like this, each read
+/// comes as long after the PLC's cycle as if by chance.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PollPauses {
+    phase: u32,
+}
+
+impl PollPauses {
+    /// The next pause.
+    pub fn next_part(&mut self) -> f64 {
+        // Steps of the golden ratio fill the interval evenly; two different ones in turn keep the sums spread, too.
+        const GOLDEN: u32 = 2_654_435_769;
+        self.phase = self.phase.wrapping_mul(5).wrapping_add(GOLDEN);
+        // The low bits of such a sequence are poor, the high ones good.
+        0.5 + f64::from(self.phase >> 8) / f64::from(1_u32 << 24)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    /// A PLC that goes on after so many reads.
+    struct Memory {
+        reads: u32,
+        reads_per_cycle: u32,
+        images_of: u16,
+        kept: u32,
+    }
+
+    impl Memory {
+        const fn new(reads_per_cycle: u32) -> Self {
+            Self {
+                reads: 0,
+                reads_per_cycle,
+                images_of: 0,
+                kept: 0,
+            }
+        }
+
+        fn cycle(&mut self) -> u16 {
+            self.reads += 1;
+            ((self.reads - 1) / self.reads_per_cycle) as u16
+        }
+    }
+
+    impl PlcMemory for Memory {
+        type Error = Infallible;
+
+        fn read_index(&mut self) -> Result<CycleIndex, Infallible> {
+            Ok(CycleIndex(self.cycle()))
+        }
+
+        fn read_images(&mut self) -> Result<(), Infallible> {
+            self.images_of = self.cycle();
+            Ok(())
+        }
+
+        fn keep_arrival(&mut self) {
+            self.kept += 1;
+        }
+    }
+
+    #[test]
+    fn images_are_of_the_cycle_of_the_index_however_the_reads_fall() {
+        for reads_per_cycle in 2..12 {
+            let mut memory = Memory::new(reads_per_cycle);
+            let (mut before, mut found) = (None, 0);
+            for _ in 0..200 {
+                if let Polled::Images(index) = poll(&mut memory, before).unwrap() {
+                    assert_eq!(memory.images_of, index.0, "{reads_per_cycle}");
+                    before = Some(index);
+                    found += 1;
+                }
+            }
+            let expected = if reads_per_cycle > 2 { 10 } else { 0 };
+            assert!(found >= expected, "{reads_per_cycle}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_plc_that_is_faster_than_three_reads_is_torn_and_does_not_hang() {
+        let mut memory = Memory::new(1);
+        assert_eq!(poll(&mut memory, None).unwrap(), Polled::Torn);
+        assert_eq!(memory.kept, 3);
+    }
+
+    #[test]
+    fn an_index_that_was_there_costs_one_read() {
+        let mut memory = Memory::new(100);
+        let first = CycleIndex(0);
+        assert_eq!(poll(&mut memory, None).unwrap(), Polled::Images(first));
+        assert_eq!(poll(&mut memory, Some(first)).unwrap(), Polled::Nothing);
+        assert_eq!(memory.reads, 4);
+    }
+
+    #[test]
+    fn pauses_are_spread_evenly_and_so_are_the_polls_within_a_cycle() {
+        let mut pauses = PollPauses::default();
+        let (mut of_pause, mut of_phase, mut at) = ([0_u32; 10], [0_u32; 10], 0.0);
+        for _ in 0..10_000 {
+            let part = pauses.next_part();
+            assert!((0.5..1.5).contains(&part));
+            of_pause[((part - 0.5) * 10.0) as usize] += 1;
+            // A cycle takes two periods.
+            at += part;
+            of_phase[((at / 2.0 % 1.0) * 10.0) as usize] += 1;
+        }
+        for share in of_pause.iter().chain(&of_phase) {
+            assert!((800..1_200).contains(share), "{of_pause:?} {of_phase:?}");
+        }
+    }
+}

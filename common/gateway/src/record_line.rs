@@ -1,0 +1,166 @@
+//! A record as a line of CSV, as pipes carry it: the cycle index, then position, velocity and acceleration of each axis.
+
+use std::fmt::Write as _;
+
+use coaxle_axis::{NcToPlcAxis, StateWord};
+use coaxle_clock::CycleIndex;
+
+use crate::port::PlcOutput;
+
+/// Fields of one axis.
+const FIELDS: [&str; 3] = ["position", "velocity", "acceleration"];
+
+/// The head line of records of axes of these names: `index,conveyor.position,conveyor.velocity,…`.
+#[must_use]
+pub fn head_line<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut line = "index".to_owned();
+    for name in names {
+        for field in FIELDS {
+            line.extend([",", name, ".", field]);
+        }
+    }
+    line
+}
+
+/// The index and the axes of a line. An axis that is told like this is operational and homed; what it does besides is not
+/// told.
+///
+/// # Errors
+/// [`RecordLineError`] names the field.
+pub fn read_line(line: &str, axes: &mut [NcToPlcAxis]) -> Result<CycleIndex, RecordLineError> {
+    let received = line.split(',').count();
+    let expected = 1 + FIELDS.len() * axes.len();
+    if received != expected {
+        return Err(RecordLineError::Fields { received, expected });
+    }
+    let mut cells = line.split(',').map(str::trim);
+    let cell = cells.next().unwrap_or_default();
+    let index = cell.parse().map_err(|_| RecordLineError::Index {
+        received: shortened(cell),
+    })?;
+    for (number, axis) in axes.iter_mut().enumerate() {
+        let mut values = [0.0; FIELDS.len()];
+        for (value, field) in values.iter_mut().zip(FIELDS) {
+            let cell = cells.next().unwrap_or_default();
+            let number_of_cell = cell.parse().ok().filter(|number: &f64| number.is_finite());
+            *value = number_of_cell.ok_or_else(|| RecordLineError::Number {
+                axis: number,
+                field,
+                received: shortened(cell),
+            })?;
+        }
+        *axis = moving(values);
+    }
+    Ok(CycleIndex(index))
+}
+
+/// Appends the line of a record, with its end. Axes that are not there are empty fields.
+pub fn write_line(output: &PlcOutput<'_>, out: &mut String) {
+    // Writing to a string cannot fail.
+    let _ = write!(out, "{}", output.index.0);
+    for axis in output.axes {
+        let _ = match axis {
+            Some(axis) => write!(
+                out,
+                ",{},{},{}",
+                axis.set_position, axis.set_velocity, axis.set_acceleration
+            ),
+            None => write!(out, ",,,"),
+        };
+    }
+    out.push('\n');
+}
+
+fn moving([position, velocity, acceleration]: [f64; 3]) -> NcToPlcAxis {
+    NcToPlcAxis {
+        state_word: StateWord::OPERATIONAL | StateWord::HOMED,
+        actual_position: position,
+        actual_velocity: velocity,
+        set_position: position,
+        set_velocity: velocity,
+        set_acceleration: acceleration,
+        ..NcToPlcAxis::default()
+    }
+}
+
+/// As much of a field as a message has room for.
+fn shortened(cell: &str) -> String {
+    cell.chars().take(32).collect()
+}
+
+/// A line that is no record.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RecordLineError {
+    /// Too few or too many fields.
+    #[error(
+        "{received} fields came, expected {expected}: the cycle index, and position, velocity and acceleration of each axis"
+    )]
+    Fields {
+        /// How many came.
+        received: usize,
+        /// How many there should be.
+        expected: usize,
+    },
+    /// The first field is no index.
+    #[error("index: received {received:?}, expected a number from 0 to 65535")]
+    Index {
+        /// What it is.
+        received: String,
+    },
+    /// Another one is no number.
+    #[error("axis[{axis}].{field}: received {received:?}, expected a finite number")]
+    Number {
+        /// Which axis, from 0.
+        axis: usize,
+        /// Which of its fields.
+        field: &'static str,
+        /// What it is.
+        received: String,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_that_is_written_can_be_read() {
+        let mut axes = [NcToPlcAxis::default(); 2];
+        let index = read_line("65535, 1.5,-2,3e-3,0,0,0", &mut axes);
+        assert_eq!(index, Ok(CycleIndex(65_535)));
+        let first = (axes[0].set_position, axes[0].set_velocity);
+        assert_eq!((first, axes[0].set_acceleration), ((1.5, -2.0), 0.003));
+        let mut line = String::new();
+        let output = PlcOutput {
+            index: CycleIndex(65_535),
+            axes: &[Some(axes[0]), None],
+        };
+        write_line(&output, &mut line);
+        assert_eq!(line, "65535,1.5,-2,0.003,,,\n");
+        assert_eq!(
+            head_line(["a", "b"].into_iter()),
+            "index,a.position,a.velocity,a.acceleration,b.position,b.velocity,b.acceleration"
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (line, expected) in [
+            ("", "1 fields came, expected 4"),
+            ("1,2,3,4,5", "5 fields came, expected 4"),
+            (
+                "65536,1,2,3",
+                "index: received \"65536\", expected a number from 0 to 65535",
+            ),
+            (
+                "1,2,nan,3",
+                "axis[0].velocity: received \"nan\", expected a finite number",
+            ),
+            ("1,2,3,", "axis[0].acceleration: received \"\""),
+        ] {
+            let mut axes = [NcToPlcAxis::default(); 1];
+            let error = read_line(line, &mut axes).unwrap_err().to_string();
+            assert!(error.starts_with(expected), "{line}: {error}");
+        }
+    }
+}

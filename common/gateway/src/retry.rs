@@ -1,0 +1,46 @@
+//! When a PLC that is away is tried again.
+
+use coaxle_clock::Span;
+
+/// The pauses between attempts to reach a PLC: short after the first failure, then twice as long each time.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Retry {
+    failures: u32,
+}
+
+impl Retry {
+    /// The pause after the first failure.
+    pub const SHORTEST: Span = Span::from_millis(200);
+    /// No pause is longer.
+    pub const LONGEST: Span = Span::from_millis(3_200);
+
+    /// An attempt failed, or a connection ended: how long to wait before the next one, and whether to say so. It is
+    /// said once, and not again before the PLC was there.
+    pub fn failed(&mut self) -> (Span, bool) {
+        let doubled = self.failures.min(4);
+        self.failures = self.failures.saturating_add(1);
+        (Self::SHORTEST * (1_i64 << doubled), self.failures == 1)
+    }
+
+    /// The PLC is there.
+    pub const fn succeeded(&mut self) {
+        self.failures = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plc_that_is_away_is_named_once_and_tried_at_growing_intervals() {
+        let mut retry = Retry::default();
+        let said: Vec<_> = (0..7).map(|_| retry.failed()).collect();
+        assert_eq!(said[0], (Retry::SHORTEST, true));
+        assert_eq!(said[1], (Retry::SHORTEST * 2, false));
+        assert_eq!(said[4], (Retry::LONGEST, false));
+        assert_eq!(said[6], (Retry::LONGEST, false));
+        retry.succeeded();
+        assert_eq!(retry.failed(), (Retry::SHORTEST, true));
+    }
+}

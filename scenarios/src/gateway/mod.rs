@@ -1,0 +1,106 @@
+//! `coaxle gateway CONFIG`: a PLC as a node. What decides is in [`coaxle_gateway`]; here are the threads that wait for the
+//! PLC, and what ties them to the node's cycle.
+
+mod ads;
+mod pipe;
+mod port;
+mod recorder;
+mod udp;
+
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use anyhow::Context;
+use coaxle_gateway::Gateway;
+use coaxle_gateway::config::GatewayConfig;
+use coaxle_host::cli::Exit;
+use coaxle_host::{NodeArgs, Setup};
+use coaxle_node::faults::check_clock;
+
+use port::{PlcEnd, RingPort, Stop};
+use recorder::GatewayRecorder;
+
+/// Checks the config, or runs the gateway until its time is up or a signal comes.
+///
+/// # Errors
+/// The config names a wrong value (file, field, received, expected), the trace file, a socket or the endpoints cannot be
+/// opened, or the trace could not be kept. A PLC that is not there is no error: it is waited for.
+pub(crate) fn run(args: &NodeArgs) -> anyhow::Result<Exit> {
+    let config = load(args)?;
+    if args.check {
+        return args.say_ok().map(|()| Exit::Done);
+    }
+    args.die_with_parent()?;
+    let stop = Arc::new(Stop::default());
+    let (port, end) = port::rings(&config, Arc::clone(&stop));
+    let threads = start(&config, end).map_err(|error| args.wrong(format!("{error:#}")))?;
+    let outcome = coaxle_host::run(setup(args, config, port)?);
+    stop.set();
+    for thread in threads {
+        // One that panicked has said so.
+        let _ = thread.join();
+    }
+    let outcome = outcome?;
+    tracing::info!(
+        cycles = outcome.cycles,
+        published = outcome.published,
+        not_published = outcome.not_published,
+        "cycles of this run"
+    );
+    Ok(Exit::Done)
+}
+
+fn load(args: &NodeArgs) -> anyhow::Result<GatewayConfig> {
+    let mut config: GatewayConfig = args.load()?;
+    config.clock.relative_to(args.folder());
+    config.transport = args.transport(&config.name, &config.transport)?;
+    check_clock(&config.clock).map_err(|wrong| args.wrong(wrong.within("clock")))?;
+    config.check().map_err(|wrong| args.wrong(wrong))?;
+    Ok(config)
+}
+
+/// The threads that wait for the PLC; those that can be ended.
+fn start(config: &GatewayConfig, end: PlcEnd) -> anyhow::Result<Vec<JoinHandle<()>>> {
+    if let Some(ads) = &config.ads {
+        return ads::start(config, ads, end);
+    }
+    match &config.udp {
+        Some(udp) => udp::start(config, udp, end),
+        None => pipe::start(config, end),
+    }
+}
+
+fn setup(
+    args: &NodeArgs,
+    config: GatewayConfig,
+    port: RingPort,
+) -> anyhow::Result<Setup<Gateway<RingPort>>> {
+    let rows = args.rows(
+        &config.name,
+        recorder::ROLE,
+        config.instances(),
+        &config.columns(),
+    )?;
+    Ok(Setup {
+        name: config.name.clone(),
+        role: recorder::ROLE,
+        transport: config.transport.clone(),
+        real_time: config.real_time,
+        clock: config.clock.clone(),
+        seed: 0,
+        send_stamps: true,
+        wiring: config.wiring(),
+        run_for: args.run_for,
+        recorder: Box::new(GatewayRecorder::new(&config, rows)),
+        build: Box::new(move |start, epoch| Ok(Gateway::new(&config, port, start, epoch))),
+        beside: None,
+    })
+}
+
+/// A thread of the gateway.
+fn thread(name: &str, work: impl FnOnce() + Send + 'static) -> anyhow::Result<JoinHandle<()>> {
+    std::thread::Builder::new()
+        .name(name.to_owned())
+        .spawn(work)
+        .with_context(|| format!("cannot start the thread {name}"))
+}

@@ -1,0 +1,269 @@
+//! Between the threads that wait for the PLC and the node's cycle: rings in which buffers go round.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::thread::Thread;
+use std::time::Duration;
+
+use coaxle_axis::NcToPlcAxis;
+use coaxle_clock::{CycleIndex, Instant, Local, Span};
+use coaxle_gateway::config::GatewayConfig;
+use coaxle_gateway::{LinkState, PlcOutput, PlcSample, Port};
+use coaxle_host::{Machine, machine};
+use rtrb::{Consumer, Producer, RingBuffer};
+
+/// Samples that can wait for the node, and outputs for the PLC.
+const RING: usize = 64;
+/// Whoever waits looks so often whether it is to end.
+const GLANCE: Duration = Duration::from_millis(50);
+
+/// Ends the threads.
+#[derive(Debug, Default)]
+pub(super) struct Stop(AtomicBool);
+
+impl Stop {
+    pub(super) fn set(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    pub(super) fn is_set(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// Sleeps, but not beyond the end.
+    pub(super) fn sleep(&self, pause: Span) {
+        let until = machine::now() + pause;
+        let glance = Span::from_nanos(GLANCE.as_nanos() as i64);
+        while !self.is_set() && machine::now() < until {
+            machine::sleep_until(until.min(machine::now() + glance));
+        }
+    }
+}
+
+/// How it stands with the PLC, as the threads know it.
+#[derive(Debug, Default)]
+pub(super) struct Link {
+    is_up: AtomicBool,
+    connections: AtomicU32,
+    torn: AtomicU64,
+    refused: AtomicU64,
+}
+
+impl Link {
+    /// The PLC is there; the number of the connection.
+    pub(super) fn up(&self) -> u32 {
+        let before = self.connections.fetch_add(1, Ordering::Relaxed);
+        self.is_up.store(true, Ordering::Relaxed);
+        before + 1
+    }
+
+    pub(super) fn down(&self) {
+        self.is_up.store(false, Ordering::Relaxed);
+    }
+
+    pub(super) fn torn(&self, samples: u64) {
+        self.torn.fetch_add(samples, Ordering::Relaxed);
+    }
+
+    /// Something came that is no sample; whether it is the first one.
+    pub(super) fn refused(&self) -> bool {
+        self.refused.fetch_add(1, Ordering::Relaxed) == 0
+    }
+}
+
+/// The end of the node.
+pub(super) struct RingPort {
+    samples: Consumer<Stamped>,
+    emptied: Producer<Stamped>,
+    outputs: Producer<OutputSlot>,
+    returned: Consumer<OutputSlot>,
+    link: Arc<Link>,
+    /// Sleeps until there is something for the PLC.
+    writer: Arc<std::sync::OnceLock<Thread>>,
+}
+
+/// The end of the threads.
+pub(super) struct PlcEnd {
+    pub(super) samples: Samples,
+    pub(super) outputs: Outputs,
+    pub(super) link: Arc<Link>,
+    pub(super) stop: Arc<Stop>,
+}
+
+/// Samples on their way to the node.
+pub(super) struct Samples {
+    full: Producer<Stamped>,
+    empty: Consumer<Stamped>,
+    spare: Option<Stamped>,
+}
+
+/// What is for the PLC.
+pub(super) struct Outputs {
+    full: Consumer<OutputSlot>,
+    empty: Producer<OutputSlot>,
+    writer: Arc<std::sync::OnceLock<Thread>>,
+}
+
+/// A sample with its arrival by the machine's clock.
+struct Stamped {
+    at: Instant<Machine>,
+    sample: PlcSample,
+}
+
+/// Axes for the PLC.
+#[derive(Clone, Debug)]
+pub(super) struct OutputSlot {
+    pub(super) index: CycleIndex,
+    pub(super) axes: Box<[Option<NcToPlcAxis>]>,
+}
+
+/// The two ends.
+pub(super) fn rings(config: &GatewayConfig, stop: Arc<Stop>) -> (RingPort, PlcEnd) {
+    let (axes, outputs) = (config.axes.len(), config.output_ids().len());
+    let (full, samples) = RingBuffer::new(RING);
+    let (mut emptied, empty) = RingBuffer::new(RING);
+    let (output, output_full) = RingBuffer::new(RING);
+    let (mut output_empty, returned) = RingBuffer::new(RING);
+    for _ in 0..RING {
+        let stamped = Stamped {
+            at: Instant::EPOCH,
+            sample: PlcSample::of_axes(axes),
+        };
+        let slot = OutputSlot {
+            index: CycleIndex(0),
+            axes: vec![None; outputs].into(),
+        };
+        // They are as many as there is room for.
+        let _ = emptied.push(stamped);
+        let _ = output_empty.push(slot);
+    }
+    let (link, writer) = (Arc::new(Link::default()), Arc::default());
+    let port = RingPort {
+        samples,
+        emptied,
+        outputs: output,
+        returned,
+        link: Arc::clone(&link),
+        writer: Arc::clone(&writer),
+    };
+    let end = PlcEnd {
+        samples: Samples {
+            full,
+            empty,
+            spare: None,
+        },
+        outputs: Outputs {
+            full: output_full,
+            empty: output_empty,
+            writer,
+        },
+        link,
+        stop,
+    };
+    (port, end)
+}
+
+impl Port for RingPort {
+    fn take(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
+        let Ok(stamped) = self.samples.pop() else {
+            return false;
+        };
+        sample.replace(&stamped.sample);
+        // The node's clock reads `now` at the start of this cycle.
+        sample.at = now + (stamped.at - machine::cycle_start());
+        let _ = self.emptied.push(stamped);
+        true
+    }
+
+    fn give(&mut self, output: &PlcOutput<'_>) {
+        let Ok(mut slot) = self.returned.pop() else {
+            return;
+        };
+        slot.index = output.index;
+        slot.axes.copy_from_slice(output.axes);
+        let _ = self.outputs.push(slot);
+        if let Some(writer) = self.writer.get() {
+            writer.unpark();
+        }
+    }
+
+    fn state(&self) -> LinkState {
+        let Link {
+            is_up,
+            connections,
+            torn,
+            refused,
+        } = &*self.link;
+        LinkState {
+            is_up: is_up.load(Ordering::Relaxed),
+            connections: connections.load(Ordering::Relaxed),
+            torn: torn.load(Ordering::Relaxed),
+            refused: refused.load(Ordering::Relaxed),
+        }
+    }
+}
+
+impl Samples {
+    /// Sends the sample that `fill` writes, which was there at `at`. What the node has no room for is dropped: it has stood
+    /// still, and newer ones follow.
+    pub(super) fn send<E>(
+        &mut self,
+        at: Instant<Machine>,
+        fill: impl FnOnce(&mut PlcSample) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let Some(mut stamped) = self.spare.take().or_else(|| self.empty.pop().ok()) else {
+            return Ok(());
+        };
+        stamped.at = at;
+        if let Err(error) = fill(&mut stamped.sample) {
+            self.spare = Some(stamped);
+            return Err(error);
+        }
+        let _ = self.full.push(stamped);
+        Ok(())
+    }
+}
+
+impl Outputs {
+    /// This thread is woken when there is something.
+    pub(super) fn attach(&self) {
+        let _ = self.writer.set(std::thread::current());
+    }
+
+    /// Takes the oldest one into `slot`, or waits for a moment.
+    pub(super) fn next_into(&mut self, slot: &mut OutputSlot) -> bool {
+        if self.take(slot) {
+            return true;
+        }
+        std::thread::park_timeout(GLANCE);
+        self.take(slot)
+    }
+
+    /// Takes the newest one into `slot`; those before it are left out.
+    pub(super) fn newest_into(&mut self, slot: &mut OutputSlot) -> bool {
+        let mut is_there = false;
+        while self.take(slot) {
+            is_there = true;
+        }
+        is_there
+    }
+
+    fn take(&mut self, slot: &mut OutputSlot) -> bool {
+        let Ok(mut taken) = self.full.pop() else {
+            return false;
+        };
+        std::mem::swap(slot, &mut taken);
+        let _ = self.empty.push(taken);
+        true
+    }
+}
+
+impl OutputSlot {
+    /// A place for the outputs of a config.
+    pub(super) fn of(config: &GatewayConfig) -> Self {
+        Self {
+            index: CycleIndex(0),
+            axes: vec![None; config.output_ids().len()].into(),
+        }
+    }
+}

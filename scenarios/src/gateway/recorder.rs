@@ -1,0 +1,169 @@
+//! What becomes of a gateway's cycles: trace, recording, status, and a line in the log when something changes.
+
+use coaxle_clock::Instant;
+use coaxle_gateway::GatewaySnapshot;
+use coaxle_gateway::config::{GatewayConfig, PlcAxisConfig};
+use coaxle_gateway::signals::{GatewaySignals, PlcAxisSignals};
+use coaxle_host::transport::Publisher;
+use coaxle_host::{Machine, Record, Recorder, Rows, fields_of};
+use serde_json::{Map, Value, json};
+
+/// What a gateway is, in status and recordings.
+pub(super) const ROLE: &str = "gateway";
+
+/// Keeps the newest cycle for the status, and what is wanted in files.
+pub(super) struct GatewayRecorder {
+    config: GatewayConfig,
+    rows: Rows,
+    newest: Option<GatewaySnapshot>,
+    said: Said,
+}
+
+/// What the log said last.
+#[derive(Clone, Copy, Default)]
+struct Said {
+    is_synced: bool,
+    runs: u64,
+}
+
+impl GatewayRecorder {
+    pub(super) fn new(config: &GatewayConfig, rows: Rows) -> Self {
+        Self {
+            config: config.clone(),
+            rows,
+            newest: None,
+            said: Said::default(),
+        }
+    }
+
+    /// Says what changed since.
+    fn tell(&mut self, signals: &GatewaySignals) {
+        let node = &self.config.name;
+        if signals.plc_runs > self.said.runs {
+            if self.said.runs > 0 {
+                let index = signals.plc_index;
+                tracing::warn!(%node, "the PLC goes on with index {index}: another run of it");
+            }
+            self.said.runs = signals.plc_runs;
+            self.said.is_synced = false;
+        }
+        if signals.plc_synced != self.said.is_synced {
+            self.said.is_synced = signals.plc_synced;
+            match signals.plc_drift_ppm {
+                Some(drift) => tracing::info!(
+                    %node,
+                    "the clock of the PLC is known, drift {drift:+.1} ppm: its axes are published"
+                ),
+                None => tracing::warn!(%node, "the clock of the PLC is not known any more"),
+            }
+        }
+    }
+}
+
+impl Recorder<GatewaySnapshot> for GatewayRecorder {
+    fn begin(&mut self, epoch: u64, rows: Box<dyn Publisher>) {
+        self.rows.begin(epoch, rows);
+    }
+
+    fn reported(&mut self, at: Instant<Machine>, status: &str) {
+        self.rows.reported(at, status);
+    }
+
+    fn record(&mut self, record: &Record<GatewaySnapshot>) {
+        let snapshot = &record.snapshot;
+        self.rows
+            .row(record.ideal_start, record.woke, &snapshot.signals);
+        self.tell(&snapshot.signals.node);
+        match &mut self.newest {
+            Some(newest) => newest.clone_from(snapshot),
+            None => self.newest = Some(snapshot.clone()),
+        }
+    }
+
+    fn status(&self) -> Map<String, Value> {
+        let mut status = match &self.newest {
+            Some(snapshot) => status_of(&self.config, snapshot),
+            None => Map::new(),
+        };
+        self.rows.add_to(&mut status);
+        status
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.rows.finish()
+    }
+}
+
+/// What a gateway adds to its status: its signals, and how it thinks that it goes.
+fn status_of(config: &GatewayConfig, snapshot: &GatewaySnapshot) -> Map<String, Value> {
+    let node = &snapshot.signals.node;
+    let mut status = fields_of(node);
+    // The host says it, as text.
+    status.remove("run");
+    status.insert("health".to_owned(), json!(health(config, node)));
+    let cycle_time = config.cycle_time_us.0.span().as_micros_f64();
+    status.insert("cycle_time_us".to_owned(), json!(cycle_time));
+    let axes = config.axes.iter().zip(&snapshot.signals.axes);
+    let axis = |(of, signals): (&PlcAxisConfig, &PlcAxisSignals)| {
+        let mut axis = fields_of(signals);
+        axis.insert("id".to_owned(), json!(of.id.get()));
+        axis.insert("unit".to_owned(), json!(of.unit));
+        (of.name.to_string(), Value::Object(axis))
+    };
+    status.insert("axes".to_owned(), Value::Object(axes.map(axis).collect()));
+    status
+}
+
+/// What it thinks of itself, in the order of what is to be done first.
+fn health(config: &GatewayConfig, node: &GatewaySignals) -> &'static str {
+    if !node.plc_is_up {
+        "plc-away"
+    } else if config.axes.is_empty() {
+        "ok"
+    } else if node.plc_runs == 0 {
+        "plc-silent"
+    } else if !node.plc_synced {
+        "starting-up"
+    } else {
+        "ok"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::config::parse;
+
+    fn config() -> GatewayConfig {
+        let text = "name = 'press'\ncycle-time-us = 2000\n[pipe]\n\
+                    [[axis]]\nid = 7\nname = 'belt'\nunit = 'mm'";
+        parse("g", text).unwrap()
+    }
+
+    #[test]
+    fn the_status_has_the_signals_of_the_node_and_of_each_axis() {
+        let config = config();
+        let mut snapshot = GatewaySnapshot::new(&config);
+        snapshot.signals.axes[0].position = 1.5;
+        let status = status_of(&config, &snapshot);
+        let axis = json!({ "id": 7, "unit": "mm", "position": 1.5, "velocity": 0.0,
+                           "acceleration": 0.0, "error_code": 0 });
+        assert_eq!(status["axes"], json!({ "belt": axis }));
+        assert_eq!(status["cycle_time_us"], 2000.0);
+        assert_eq!(status["plc_drift_ppm"], Value::Null);
+        assert!(!status.contains_key("run"));
+    }
+
+    #[test]
+    fn its_health_is_the_first_thing_that_is_missing() {
+        let config = config();
+        let mut node = GatewaySignals::default();
+        assert_eq!(health(&config, &node), "plc-away");
+        node.plc_is_up = true;
+        assert_eq!(health(&config, &node), "plc-silent");
+        node.plc_runs = 1;
+        assert_eq!(health(&config, &node), "starting-up");
+        node.plc_synced = true;
+        assert_eq!(health(&config, &node), "ok");
+    }
+}

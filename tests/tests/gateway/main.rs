@@ -1,0 +1,146 @@
+//! A PLC behind a gateway: a receiver follows its axis, and it gets back what that makes of it. One PLC is a small server of
+//! our own; others are somebody else's, in Python, and left out where they are not there.
+
+mod own_server;
+mod server;
+
+use std::net::{TcpListener, UdpSocket};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+/// How long the PLC runs, s: its axis comes back for some seconds of it.
+const SECONDS: &str = "30";
+
+/// A Python that can import a module; `COAXLE_PYTHON` names another one than `python3`.
+fn python(module: &str) -> Option<String> {
+    let python = std::env::var("COAXLE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let imported = Command::new(&python)
+        .args(["-c", &format!("import {module}")])
+        .stderr(Stdio::null())
+        .status();
+    if imported.is_ok_and(|status| status.success()) {
+        return Some(python);
+    }
+    println!("left out: {python} cannot import {module}");
+    None
+}
+
+fn free_tcp() -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    listener.local_addr().expect("its address").port()
+}
+
+fn free_udp() -> u16 {
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
+    socket.local_addr().expect("its address").port()
+}
+
+/// A process that ends with the test.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn command(role: &str, folder: &Path, config: &str) -> Command {
+    let file = folder.join(format!("{role}.toml"));
+    std::fs::write(&file, config).expect("a config");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+    command.arg(role).arg(file).stdin(Stdio::null());
+    command
+}
+
+fn node(role: &str, folder: &Path, config: &str) -> Running {
+    let child = command(role, folder, config).spawn();
+    Running(child.expect("it starts"))
+}
+
+/// Runs a PLC behind a gateway with this way to it, and a receiver behind that; what the PLC says: how often it got its axis
+/// back, and of the newest ones how far they were off, mm, and their velocity, mm/s.
+fn circle(way: &str, symbols: [&str; 3], mut plc: Command, cycle_us: u32) -> (u32, Vec<[f64; 2]>) {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let port = free_tcp();
+    let [axis, output, index] = symbols;
+    let gateway = format!(
+        "name = 'plc'\ncycle-time-us = {cycle_us}\n{way}\n\
+         [transport]\nlisten = ['tcp/127.0.0.1:{port}']\n\
+         [[axis]]\nid = 1\nname = 'conveyor'\nunit = 'mm'\n{axis}\n\
+         [output]\nnode = 'saw'\n{index}\n[[output.axis]]\nid = 1\n{output}\n"
+    );
+    let receiver = format!(
+        "name = 'saw'\ncycle-time-us = {cycle_us}\npublish-far-axes = true\n\
+         [transport]\nconnect = ['tcp/127.0.0.1:{port}']\n\
+         [[far]]\nnode = 'plc'\naxes = [1]\nunit = 'mm'\n"
+    );
+    let _gateway = node("gateway", folder.path(), &gateway);
+    let _receiver = node("receiver", folder.path(), &receiver);
+    let said = plc.stderr(Stdio::inherit()).output().expect("it runs");
+    assert!(said.status.success(), "the PLC failed");
+    let text = String::from_utf8(said.stdout).expect("it says text");
+    let mut lines = text.lines();
+    let came = lines.next().and_then(|line| line.parse().ok());
+    let pair = |line: &str| {
+        let (error, velocity) = line.split_once(' ').expect("two numbers");
+        [error, velocity].map(|number| number.parse().expect("a number"))
+    };
+    (came.expect("a count"), lines.map(pair).collect())
+}
+
+fn script(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("gateway")
+        .join(name)
+}
+
+/// The machine may be busy: half of the newest must be within 60 ms of the way.
+fn judge(what: &str, (came, newest): (u32, Vec<[f64; 2]>)) {
+    assert!(came > 200, "{what}: {came} came");
+    let mut off: Vec<f64> = newest.iter().map(|[error, _]| error.abs()).collect();
+    off.sort_by(f64::total_cmp);
+    let median = off[off.len() / 2];
+    let mut velocities: Vec<f64> = newest.iter().map(|[_, velocity]| *velocity).collect();
+    velocities.sort_by(f64::total_cmp);
+    let velocity = velocities[velocities.len() / 2];
+    println!("{what}: {came} came back, half of them within {median:.2} mm, {velocity:.2} mm/s");
+    assert!(median < 30.0, "{what}: {median} mm");
+    assert!((velocity - 500.0).abs() < 5.0, "{what}: {velocity} mm/s");
+}
+
+#[test]
+fn a_plc_behind_an_independent_ads_server_gets_its_axis_back() {
+    let Some(python) = python("pyads.testserver") else {
+        return;
+    };
+    let port = free_tcp();
+    let mut plc = Command::new(python);
+    plc.arg(script("plc_ads.py"))
+        .args([&port.to_string(), SECONDS]);
+    let way = format!(
+        "[ads]\naddress = '127.0.0.1:{port}'\nnet-id = '127.0.0.1.1.1'\n\
+         cycle-index = 'GVL.nCycleIndex'\n"
+    );
+    let symbols = [
+        "symbol = 'GVL.stConveyor'",
+        "symbol = 'GVL.stCorrected'",
+        "cycle-index = 'GVL.nReceivedIndex'",
+    ];
+    judge("ADS", circle(&way, symbols, plc, 5_000));
+}
+
+#[test]
+fn a_plc_of_a_few_lines_gets_its_axis_back_by_udp() {
+    let Some(python) = python("socket") else {
+        return;
+    };
+    let (to_plc, to_gateway) = (free_udp(), free_udp());
+    let mut plc = Command::new(python);
+    plc.arg(script("plc_udp.py"))
+        .args([&to_plc.to_string(), &to_gateway.to_string(), SECONDS]);
+    let way = format!(
+        "layout = 'axlestruct'\n[udp]\nlisten = '127.0.0.1:{to_gateway}'\nsend-to = '127.0.0.1:{to_plc}'\n"
+    );
+    judge("UDP", circle(&way, ["", "", ""], plc, 2_000));
+}
