@@ -1,6 +1,8 @@
 //! `coaxle command`: tells a slave of a running node what to do, or the node about one that it follows.
 
 mod blocks;
+mod cam;
+mod cam_blocks;
 mod far;
 mod options;
 mod saw;
@@ -12,12 +14,11 @@ use coaxle_axis::SyncPositions;
 use coaxle_host::Commander;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::{
-    CommandAnswer, CommandVerdict, FarCommand, FarDelay, FarName, FarOrder, FarView, SlaveName,
-    SlaveOrder, SlaveView,
+    CamCommand, CamOrder, CommandAnswer, CommandVerdict, FarCommand, FarDelay, FarName, FarOrder,
+    FarView, SlaveName, SlaveOrder, SlaveView,
 };
 use coaxle_node::keys::NodeName;
 use coaxle_receiver::Mode;
-use coaxle_slave as slave;
 use serde::de::DeserializeOwned;
 
 use crate::inspect::{self, shown};
@@ -85,11 +86,7 @@ impl CommandArgs {
     fn order(&self) -> anyhow::Result<CommandOrder> {
         let dry_run = self.dry_run;
         Ok(match (self.slave, self.far) {
-            (Some(slave), _) => CommandOrder::Slave(SlaveOrder {
-                slave,
-                command: self.slave_command()?,
-                dry_run,
-            }),
+            (Some(slave), _) => self.order_to(slave)?,
             (None, Some(far)) => CommandOrder::Far(FarOrder {
                 far,
                 command: self.far_command()?,
@@ -99,21 +96,47 @@ impl CommandArgs {
         })
     }
 
-    fn slave_command(&self) -> anyhow::Result<slave::Command> {
-        match self.spelled()? {
-            Some(Spelled::Slave(command)) => Ok(*command),
+    fn order_to(&self, slave: SlaveName) -> anyhow::Result<CommandOrder> {
+        let dry_run = self.dry_run;
+        let of_slave = |command| SlaveOrder {
+            slave,
+            command,
+            dry_run,
+        };
+        let of_cam = |command| CamOrder {
+            slave,
+            command,
+            dry_run,
+        };
+        Ok(match self.spelled()? {
+            Some(Spelled::Slave(command)) => of_slave(*command).into(),
+            Some(Spelled::Cam(command)) => of_cam(command.clone()).into(),
             Some(Spelled::Far(command)) => bail!(
                 "received {} for a slave, expected --far with it",
                 command.name()
             ),
-            None => self.read_order(),
-        }
+            None if self.is_cam_order() => of_cam(self.read_order()?).into(),
+            None => of_slave(self.read_order()?).into(),
+        })
+    }
+
+    /// Whether the JSON is about a cam plate.
+    fn is_cam_order(&self) -> bool {
+        let json = self.order.as_deref().unwrap_or_default();
+        let command: serde_json::Map<String, serde_json::Value> =
+            serde_json::from_str(json).unwrap_or_default();
+        let names = |name: &String| CamCommand::NAMES.contains(&name.as_str());
+        command.keys().any(names)
     }
 
     fn far_command(&self) -> anyhow::Result<FarCommand> {
         match self.spelled()? {
             Some(Spelled::Far(command)) => Ok(*command),
             Some(Spelled::Slave(command)) => bail!(
+                "received {} with --far, expected a slave for it",
+                command.name()
+            ),
+            Some(Spelled::Cam(command)) => bail!(
                 "received {} with --far, expected a slave for it",
                 command.name()
             ),
@@ -147,6 +170,7 @@ fn in_words(answer: &CommandAnswer) -> String {
             far,
             sync_positions,
             saw,
+            cam,
         } => {
             let mut verdict = match (dry_run, job) {
                 (true, _) => "would be accepted".to_owned(),
@@ -161,7 +185,9 @@ fn in_words(answer: &CommandAnswer) -> String {
             (
                 verdict,
                 state,
-                saw.as_ref().map(saw::accepted).or(synchronous),
+                (saw.as_ref().map(saw::accepted))
+                    .or(synchronous)
+                    .or_else(|| cam.as_ref().map(cam::read)),
             )
         }
         CommandVerdict::Refused {
@@ -215,173 +241,4 @@ fn state_of(axis: Option<&SlaveView>, far: Option<&FarView>) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::Parser;
-    use coaxle_axis::{Awaits, AxisStatus};
-    use coaxle_node::command::{CommandOutcome, FarRefusal, NotTaken};
-    use coaxle_slave::{Dynamics, Refusal};
-
-    #[derive(Debug, Parser)]
-    struct Cli {
-        #[command(flatten)]
-        args: CommandArgs,
-    }
-
-    fn parsed(line: &[&str]) -> Result<CommandArgs, clap::Error> {
-        let line = ["command", "saw", "carriage"].iter().chain(line);
-        Cli::try_parse_from(line).map(|cli| cli.args)
-    }
-
-    #[test]
-    fn commands_are_spelled_out_or_given_as_json() {
-        let expected = slave::Command::MoveAbsolute {
-            position: -100.0,
-            velocity: Some(200.0),
-            dynamics: Dynamics {
-                jerk: Some(5e3),
-                ..Dynamics::default()
-            },
-        };
-        let json = r#"{ "move-absolute": { "position": -100, "velocity": 200, "dynamics": { "jerk": 5e3 } } }"#;
-        for line in [
-            &[
-                "move-absolute",
-                "--position",
-                "-100",
-                "--velocity=200",
-                "--jerk",
-                "5e3",
-                "--dry-run",
-            ][..],
-            &["--dry-run", "--order", json],
-        ] {
-            let args = parsed(line).unwrap();
-            assert_eq!(args.slave_command().unwrap(), expected);
-            assert!(args.dry_run);
-            assert_eq!(
-                (args.node.as_str(), args.slave.map(String::from)),
-                ("saw", Some("carriage".to_owned()))
-            );
-        }
-    }
-
-    #[test]
-    fn exactly_one_command_is_expected() {
-        for (line, expected) in [
-            (&[][..], "expected a command"),
-            (
-                &["--order", "{\"halt\":{}}", "reset"][..],
-                "expected one of them",
-            ),
-            (&["--order", "{\"dance\":{}}"][..], "dance"),
-        ] {
-            let error = parsed(line).unwrap().order().unwrap_err();
-            assert!(format!("{error:#}").contains(expected), "{error:#}");
-        }
-    }
-
-    #[test]
-    fn answers_are_one_line() {
-        let order = SlaveOrder {
-            slave: SlaveName::new("carriage").unwrap(),
-            command: slave::Command::Reset {},
-            dry_run: false,
-        };
-        let slave = SlaveView {
-            status: AxisStatus::Standstill,
-            coupling: None,
-            position: 12.5,
-            velocity: 0.0,
-        };
-        let refusal = Refusal::NoMaster;
-        for (dry_run, outcome, expected) in [
-            (
-                false,
-                CommandOutcome::Accepted {
-                    job: Some(7),
-                    awaits: Awaits::JUMP | Awaits::FINITE,
-                    slave,
-                    sync_positions: None,
-                    saw: None,
-                },
-                "accepted, job 7; checked when it is due: no-jump, finite; the slave is in standstill at 12.5, velocity 0",
-            ),
-            (
-                true,
-                CommandOutcome::Refused {
-                    refusal,
-                    slave,
-                    saw: None,
-                },
-                "would be refused, 0x4b09: no master to couple to; the slave is in standstill",
-            ),
-            (
-                false,
-                CommandOutcome::NotTaken(NotTaken::NoSlaves),
-                "not taken: the node has no slaves",
-            ),
-        ] {
-            let order = SlaveOrder { dry_run, ..order }.into();
-            let words = in_words(&CommandAnswer::new(&order, &outcome));
-            assert!(words.starts_with(expected), "{words}");
-        }
-    }
-
-    fn far(line: &[&str]) -> Result<CommandOrder, String> {
-        let line = ["command", "saw", "--far", "belt"].iter().chain(line);
-        let cli = Cli::try_parse_from(line).map_err(|error| error.to_string())?;
-        cli.args.order().map_err(|error| format!("{error:#}"))
-    }
-
-    #[test]
-    fn a_far_node_is_commanded_with_far_and_a_slave_without() {
-        let expected = FarOrder {
-            far: FarName::new("belt").unwrap(),
-            command: FarCommand::FilterMode(Mode::Pt1.into()),
-            dry_run: true,
-        };
-        for line in [
-            &["filter-mode", "pt1", "--dry-run"][..],
-            &["--dry-run", "--order", "{ \"filter-mode\": \"pt1\" }"],
-        ] {
-            assert_eq!(far(line), Ok(expected.into()));
-        }
-        let error = far(&["halt"]).unwrap_err();
-        assert!(error.contains("expected a slave for it"), "{error}");
-        let error = parsed(&["disable"]).unwrap().order().unwrap_err();
-        assert!(error.to_string().contains("expected --far"), "{error}");
-        assert!(far(&["carriage", "halt"]).is_err(), "not both");
-        assert!(Cli::try_parse_from(["command", "saw", "halt"]).is_err());
-    }
-
-    #[test]
-    fn answers_about_far_nodes_too() {
-        let order = far(&["disable"]).unwrap();
-        let view = FarView {
-            enabled: true,
-            mode: Mode::Sync.into(),
-            synced: false,
-            delay: FarDelay::FixedUs(120.5),
-        };
-        let state = "the far node is enabled, mode sync, not synchronised, delay 120.5 µs";
-        for (outcome, expected) in [
-            (
-                CommandOutcome::FarAccepted { far: view },
-                format!("accepted; {state}"),
-            ),
-            (
-                CommandOutcome::FarRefused {
-                    refusal: FarRefusal::Delay { received: 2e6 },
-                    far: view,
-                },
-                format!(
-                    "refused, 0x4b56: fixed-us: received 2000000, expected a number from -1000000 to \
-                     1000000; {state}"
-                ),
-            ),
-        ] {
-            assert_eq!(in_words(&CommandAnswer::new(&order, &outcome)), expected);
-        }
-    }
-}
+mod tests;
