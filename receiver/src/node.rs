@@ -4,7 +4,7 @@ use coaxle_axis::{Job, NcToPlcAxis};
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
-use coaxle_node::command::{FarName, MAX_KNOWN, NotTaken, SlaveName};
+use coaxle_node::command::{FarName, MAX_KNOWN, NotTaken, OrderCargo, SlaveName};
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
 use coaxle_node::frame::{body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
@@ -221,6 +221,13 @@ impl Receiver {
         self.pipeline.virtual_axes()
     }
 
+    fn unknown_slave(&self, received: SlaveName) -> CommandOutcome {
+        CommandOutcome::NotTaken(NotTaken::UnknownSlave {
+            received,
+            known: known(&self.slave_names, SlaveName::new),
+        })
+    }
+
     /// The frames of the slaves and of the far axes in this cycle.
     fn encode_axes(&mut self) {
         let header = FrameHeader {
@@ -304,14 +311,15 @@ impl Node for Receiver {
         }
     }
 
-    fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+    fn execute_with(&mut self, order: &CommandOrder, cargo: &mut OrderCargo) -> CommandOutcome {
         match order {
             CommandOrder::Slave(order) => match self.slave_number(order.slave.as_str()) {
                 Some(number) => self.pipeline.execute(number, order),
-                None => CommandOutcome::NotTaken(NotTaken::UnknownSlave {
-                    received: order.slave,
-                    known: known(&self.slave_names, SlaveName::new),
-                }),
+                None => self.unknown_slave(order.slave),
+            },
+            CommandOrder::Cam(order) => match self.slave_number(order.slave.as_str()) {
+                Some(number) => self.pipeline.execute_cam(number, order, cargo),
+                None => self.unknown_slave(order.slave),
             },
             CommandOrder::Far(order) => match number_of(&self.far_names, order.far.as_str()) {
                 Some(number) => self.pipeline.execute_far(number, order),

@@ -5,7 +5,7 @@ use coaxle_clock::cycle::Tick;
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{Instant, Local, Seconds};
-use coaxle_node::command::{FarOrder, SlaveOrder};
+use coaxle_node::command::{CamOrder, FarOrder, OrderCargo, SlaveOrder};
 use coaxle_node::{Arrival, CommandOutcome, Frame, Rejection};
 use coaxle_slave::{Command, Refusal};
 
@@ -150,6 +150,16 @@ impl Pipeline {
     /// An order of somebody in the network to a slave.
     pub(crate) fn execute(&mut self, slave: SlaveNumber, order: &SlaveOrder) -> CommandOutcome {
         self.slaves.execute(slave, order)
+    }
+
+    /// An order about the cam plates of a slave, with what it brings and takes back.
+    pub(crate) fn execute_cam(
+        &mut self,
+        slave: SlaveNumber,
+        order: &CamOrder,
+        cargo: &mut OrderCargo,
+    ) -> CommandOutcome {
+        self.slaves.execute_cam(slave, order, cargo)
     }
 
     /// An order of somebody in the network about a far node.

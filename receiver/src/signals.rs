@@ -287,6 +287,18 @@ signals! {
         state: AxisStatus [""] last,
         /// How far its coupling is; none without one.
         phase: Option<CouplingPhase> [""],
+        /// The cam plate that couples it, of several the first; none without one, or before it is active.
+        cam_table: Option<u32> [""],
+        /// Where the master is on that plate, unscaled, within the base cycle if it is cyclic (`ActualMasterCamPos`).
+        cam_master_position: Option<f64> ["plate x"],
+        /// Where the slave is on that plate, unscaled, without the strokes done (`ActualSlaveCamPos`).
+        cam_slave_position: Option<f64> ["plate u"],
+        /// Whether a plate waits to become active, or to go (`CamTableQueued`).
+        cam_table_queued: bool [""],
+        /// Whether written points wait to take effect (`CamDataQueued`).
+        cam_data_queued: bool [""],
+        /// Whether a scaling waits to take effect (`CamScalingPending`).
+        cam_scaling_pending: bool [""],
         /// Why it is in error stop, by the NC's code; 0: it is not.
         error: u32 [""],
         /// Why a command was refused last, by the NC's code; 0: none was.

@@ -4,8 +4,8 @@ use std::fmt;
 
 use coaxle_clock::Span;
 use coaxle_node::command::{
-    CommandAnswer, CommandOrder, CommandVerdict, FarCommand, FarName, FarOrder, SlaveName,
-    SlaveOrder,
+    CamCommand, CamOrder, CommandAnswer, CommandOrder, CommandVerdict, FarCommand, FarName,
+    FarOrder, SlaveName, SlaveOrder,
 };
 use coaxle_node::keys::NodeName;
 use coaxle_slave::Command;
@@ -30,7 +30,7 @@ pub struct Event {
 }
 
 /// What can happen to a node.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
     reason = "a scenario has a handful, and plain values are simpler"
@@ -60,7 +60,7 @@ pub enum Action {
 }
 
 /// A command to a slave, or about a far node. It comes at once in virtual time, and through the network to a process.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Commanded {
     /// What is sent.
     pub order: CommandOrder,
@@ -85,8 +85,9 @@ impl Commanded {
         };
         let met = received == expected;
         let command = self.order.command_name();
-        let (slave, what) = match self.order {
+        let (slave, what) = match &self.order {
             CommandOrder::Slave(order) => (Some(order.slave.to_string()), command.to_owned()),
+            CommandOrder::Cam(order) => (Some(order.slave.to_string()), command.to_owned()),
             CommandOrder::Far(order) => (None, format!("{}.{command}", order.far)),
         };
         Verdict {
@@ -141,6 +142,8 @@ struct EventInFile {
 enum CommandInFile {
     /// To a slave.
     Slave(Command),
+    /// To a slave about its cam plates.
+    Cam(CamCommand),
     /// About a far node.
     Far(FarCommand),
 }
@@ -162,10 +165,13 @@ impl<'de> Visitor<'de> for ByName {
 
     fn visit_map<A: MapAccess<'de>>(self, mut rest: A) -> Result<CommandInFile, A::Error> {
         let key: Option<String> = rest.next_key()?;
-        let is_far = (key.as_deref()).is_some_and(|name| FarCommand::NAMES.contains(&name));
+        let is_one_of = |names: &[&str]| key.as_deref().is_some_and(|name| names.contains(&name));
+        let (is_far, is_cam) = (is_one_of(&FarCommand::NAMES), is_one_of(&CamCommand::NAMES));
         let again = MapAccessDeserializer::new(Again { key, rest });
         if is_far {
             FarCommand::deserialize(again).map(CommandInFile::Far)
+        } else if is_cam {
+            CamCommand::deserialize(again).map(CommandInFile::Cam)
         } else {
             Command::deserialize(again).map(CommandInFile::Slave)
         }
@@ -231,6 +237,12 @@ impl TryFrom<EventInFile> for Event {
                         dry_run,
                     }
                     .into(),
+                    (Some(slave), None, CommandInFile::Cam(command)) => CamOrder {
+                        slave,
+                        command,
+                        dry_run,
+                    }
+                    .into(),
                     (None, Some(far), CommandInFile::Far(command)) => FarOrder {
                         far,
                         command,
@@ -277,17 +289,21 @@ impl From<Event> for EventInFile {
                 order,
                 expect_refusal,
             }) => {
+                file.dry_run = order.is_dry_run();
                 match order {
                     CommandOrder::Slave(order) => {
                         file.slave = Some(order.slave);
                         file.command = Some(CommandInFile::Slave(order.command));
+                    }
+                    CommandOrder::Cam(order) => {
+                        file.slave = Some(order.slave);
+                        file.command = Some(CommandInFile::Cam(order.command));
                     }
                     CommandOrder::Far(order) => {
                         file.far = Some(order.far);
                         file.command = Some(CommandInFile::Far(order.command));
                     }
                 }
-                file.dry_run = order.is_dry_run();
                 file.expect_refusal = expect_refusal;
             }
         }
@@ -355,6 +371,9 @@ mod tests {
             "at-s = 1\nnode = 'saw'\naction = 'freeze'\nfor-s = 0.5",
             HALT,
             &format!("{HALT}\nexpect-refusal = 0x422a\ndry-run = true"),
+            "at-s = 1\nnode = 'saw'\nslave = 'knife'\ncommand = { cam-info = { table = 1 } }",
+            "at-s = 1\nnode = 'saw'\nslave = 'knife'\ncommand = { cam-table-select = { table = 1, plate = { point = [{ law = \
+             'polynom5', master = 0, slave = 0 }, { master = 1, slave = 1 }] } } }",
             "at-s = 1\nnode = 'saw'\nfar = 'belt'\ncommand = { filter-mode = 'pt1' }",
             "at-s = 1\nnode = 'saw'\nfar = 'belt'\ncommand = { set-parameters = { time-sync = { age-of-data-limit = 9 } } }",
             "at-s = 1\nnode = 'saw'\nfar = 'belt'\ncommand = { set-delay = { fixed-us = 12.5 } }",
@@ -456,7 +475,7 @@ mod tests {
             ),
         ] {
             let event = event(&text).unwrap();
-            let Happening::Command(commanded) = event.what else {
+            let Happening::Command(commanded) = &event.what else {
                 panic!("no command");
             };
             let met = outcomes.map(|outcome| {
@@ -466,7 +485,7 @@ mod tests {
             assert_eq!(met, expected, "{text}");
         }
         let event = event(HALT).unwrap();
-        let Happening::Command(commanded) = event.what else {
+        let Happening::Command(commanded) = &event.what else {
             panic!("no command");
         };
         let verdict = commanded.judge(&event, None);

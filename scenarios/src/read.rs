@@ -120,7 +120,7 @@ fn check_events(scenario: &Scenario, topology: &Topology, file: &str) -> Result<
 
 /// Who is commanded must be there.
 fn check_addressee(scenario: &Scenario, event: &Event) -> Result<(), (&'static str, String)> {
-    let Happening::Command(commanded) = event.what else {
+    let Happening::Command(commanded) = &event.what else {
         return Ok(());
     };
     let receivers = scenario.receivers.iter();
@@ -128,7 +128,9 @@ fn check_addressee(scenario: &Scenario, event: &Event) -> Result<(), (&'static s
     let slaves = |config: &ReceiverConfig| names(config.slaves.iter().map(|slave| &slave.name));
     let far = |config: &ReceiverConfig| names(config.far.iter().map(|far| &far.node));
     let (field, what, known): (_, _, Vec<_>) = match commanded.order {
-        CommandOrder::Slave(_) => ("slave", "a slave of", told.flat_map(slaves).collect()),
+        CommandOrder::Slave(_) | CommandOrder::Cam(_) => {
+            ("slave", "a slave of", told.flat_map(slaves).collect())
+        }
         CommandOrder::Far(_) => ("far", "a node followed by", told.flat_map(far).collect()),
     };
     let received = commanded.order.addressee();

@@ -3,6 +3,7 @@
 use anyhow::Context;
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local, Span};
+use coaxle_node::command::OrderCargo;
 use coaxle_node::faults::seed_of;
 use coaxle_node::wiring::{self, Subscription, far_link_seed};
 use coaxle_node::{
@@ -55,8 +56,8 @@ pub fn run(
             What::Stop => world.stop(change.node),
             What::Resume => world.resume(change.node),
             What::Command(event) => {
-                if let Happening::Command(commanded) = scenario.events[event].what {
-                    world.order(change.node, event, commanded.order);
+                if let Happening::Command(commanded) = &scenario.events[event].what {
+                    world.order(change.node, event, commanded.order.clone());
                 }
             }
         }
@@ -73,7 +74,7 @@ pub fn run(
 
 fn judge_commands(scenario: &Scenario, outcomes: &[Option<CommandOutcome>]) -> Vec<Verdict> {
     let judge = |(event, outcome): (&Event, &Option<CommandOutcome>)| {
-        let Happening::Command(commanded) = event.what else {
+        let Happening::Command(commanded) = &event.what else {
             return None;
         };
         let answer = outcome.map(|outcome| CommandAnswer::new(&commanded.order, &outcome));
@@ -297,10 +298,10 @@ impl Node for AnyNode {
         }
     }
 
-    fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+    fn execute_with(&mut self, order: &CommandOrder, cargo: &mut OrderCargo) -> CommandOutcome {
         match self {
-            Self::Sender(node) => node.execute(order),
-            Self::Receiver(node) => node.execute(order),
+            Self::Sender(node) => node.execute_with(order, cargo),
+            Self::Receiver(node) => node.execute_with(order, cargo),
         }
     }
 

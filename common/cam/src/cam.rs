@@ -3,8 +3,9 @@
 use alloc::boxed::Box;
 
 use crate::{
-    CamChange, CamCoupling, CamIn, CamInfo, CamLimits, CamRequest, CouplingError,
-    CouplingParameters, CouplingState, JumpHandling, OnlineChangeMode, TableId, Tables,
+    CamChange, CamCoupling, CamIn, CamInfo, CamLimits, CamRequest, CamState, CouplingError,
+    CouplingParameters, CouplingState, JumpHandling, OnlineChangeMode, PreparedTable, TableId,
+    Tables,
 };
 use coaxle_axis::{
     CommandState, Coupling, CouplingPhase, Engage, Job, Manner, NotPlanned, PlanInputs, Planned,
@@ -89,6 +90,46 @@ impl Cam {
             CommandState::Failed(error) => Err(error),
             _ => Ok(slave),
         }
+    }
+
+    /// `MC_CamTableSelect` while the axis runs, as [`Tables::select`]: a store was selected before, be it an empty one.
+    ///
+    /// # Errors
+    /// As there.
+    #[doc(alias = "MC_CamTableSelect")]
+    pub fn select_table(
+        &mut self,
+        id: TableId,
+        replace: bool,
+        table: &mut Option<Box<PreparedTable>>,
+        room: usize,
+    ) -> Result<(), CouplingError> {
+        match &mut self.plates {
+            Some(plates) => plates.tables.select(id, replace, table, room),
+            None => Err(CouplingError::StoreFull { capacity: 0 }),
+        }
+    }
+
+    /// Takes a table out, as [`Tables::delete`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn delete_table(
+        &mut self,
+        id: TableId,
+        table: &mut Option<Box<PreparedTable>>,
+    ) -> Result<(), CouplingError> {
+        match &mut self.plates {
+            Some(plates) => plates.tables.delete(id, table),
+            None => Err(CouplingError::TableUnknown { table: id }),
+        }
+    }
+
+    /// What couples the slave now, cheap enough for every cycle: [`CamCoupling::cam_state`].
+    #[must_use]
+    pub fn cam_state(&self) -> Option<CamState> {
+        let plates = self.plates.as_ref()?;
+        plates.coupling.cam_state(&plates.tables)
     }
 
     /// Whether points can take effect so: what `MC_SetCamOnlineChangeMode` comes to.

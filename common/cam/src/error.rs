@@ -1,9 +1,9 @@
 //! Why a coupling, or a change to one, is refused.
 
 use super::modes::ActivationMode;
-use super::rules::Operation;
+use super::rules::{MOST_POINTS_REPLACED_IN_USE, Operation};
 use coaxle_curve::law::Quantity;
-use coaxle_plate::CamError;
+use coaxle_plate::{CamError, TableType};
 
 /// `MC_CAM_ID`, TF5050 chapter 8.1: the number of a plate, 1 to 255.
 #[doc(alias = "MC_CAM_ID")]
@@ -45,6 +45,49 @@ pub enum CouplingError {
         table: TableId,
         /// How often it is in use.
         uses: u32,
+    },
+    /// 0x4259: the table is coupled, or queued to be, and its points cannot change to those of the other one.
+    #[error(
+        "{:#06x}: table {table} is in use {uses} times, expected none, or a motion function of at most \
+         {MOST_POINTS_REPLACED_IN_USE} points for one of as many and of the same course: {table} is a {table_type:?} of {rows}",
+        self.code()
+    )]
+    NotReplaceable {
+        /// The id that was given.
+        table: TableId,
+        /// How often it is in use.
+        uses: u32,
+        /// What it is made of.
+        table_type: TableType,
+        /// How many points or rows it has.
+        rows: usize,
+    },
+    /// 0x4A11: the plates would have more points and rows than there is memory for.
+    #[error("{:#06x}: received {received} points or rows, expected at most {room}: delete other tables", self.code())]
+    TooManyRows {
+        /// How many the plate has.
+        received: usize,
+        /// How many there is room for.
+        room: usize,
+    },
+    /// 0x4B30: no plate came with the command.
+    #[doc(alias = "MC_ERROR_POINTER_INVALID")]
+    #[error("{:#06x}: received no plate, expected one", self.code())]
+    NoTable,
+    /// 0x4B31: more points were written than can be read at a time.
+    #[doc(alias = "MC_ERROR_ARRAYSIZE_INVALID")]
+    #[error(
+        "{:#06x}: {changed} points of table {table} were written since it was selected, expected at most {most} to read it: \
+         select it anew",
+        self.code()
+    )]
+    TooManyChanged {
+        /// The table.
+        table: TableId,
+        /// How many were written.
+        changed: usize,
+        /// How many can be read.
+        most: usize,
     },
     /// 0x4256: the slave is not coupled by a cam plate.
     #[error("{:#06x}: the slave is not coupled by a cam plate", self.code())]
@@ -232,7 +275,7 @@ impl CouplingError {
             Self::ActivationPosition { .. } => 0x422B,
             Self::ModeNeedsAbsoluteMaster { .. } => 0x4250,
             Self::NotCoupled => 0x4256,
-            Self::TableInUse { .. } => 0x4259,
+            Self::TableInUse { .. } | Self::NotReplaceable { .. } => 0x4259,
             Self::Scaling { field, .. } if field.ends_with("scaling") => 0x425B,
             Self::OtherKindOfCoupling => 0x425C,
             Self::TooManyTables { .. } => 0x425E,
@@ -251,10 +294,12 @@ impl CouplingError {
             Self::AxisError { .. } => 0x42A0,
             Self::NotFinite => 0x42DC,
             Self::BeyondLimits { .. } => 0x42DD,
-            Self::StoreFull { .. } => 0x4A11,
+            Self::StoreFull { .. } | Self::TooManyRows { .. } => 0x4A11,
             Self::Scaling { .. } => 0x4A17,
             Self::Parameter { .. } => 0x4A1C,
             Self::ModeNotAllowed { .. } => 0x4B04,
+            Self::NoTable => 0x4B30,
+            Self::TooManyChanged { .. } => 0x4B31,
             Self::TableId { .. } => 0x4B32,
             Self::NumberOfPoints { .. } => 0x4B34,
             Self::Cam(error) => error.code(),

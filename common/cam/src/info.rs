@@ -12,9 +12,11 @@ use coaxle_plate::{Course, Interpolation, TableType};
 /// `MC_CamInfoData`, TF5050 chapter 8.5. Axis positions in u, positions on the unscaled plate in x
 /// and u of the plate.
 ///
-/// `SumOfSuperpositionDistance` is left out: a slave has no superposed movements here.
+/// What is added to the slave after the coupling is not the coupling's: the axis fills it in.
 #[doc(alias = "MC_CamInfoData")]
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub struct CamInfo {
     /// The plate.
     #[doc(alias = "CamTableId")]
@@ -67,6 +69,9 @@ pub struct CamInfo {
     /// The strokes done since the base cycle, scaled.
     #[doc(alias = "SumOfSlaveStrokes")]
     pub sum_of_slave_strokes: f64,
+    /// What `MC_MoveSuperImposed` has added to the slave, u; 0 for a coupling without an axis.
+    #[doc(alias = "SumOfSuperpositionDistance")]
+    pub sum_of_superposition_distance: f64,
     /// The master axis: its set position, or the one asked for.
     #[doc(alias = "ActualMasterAxisPos")]
     pub master_axis_position: f64,
@@ -90,11 +95,35 @@ pub struct CamInfo {
     /// The plate that is queued for this one's place, or this one's removal (id 0).
     #[doc(alias = "CamTableQueued")]
     #[doc(alias = "CamExchangeCamTableID")]
-    pub table_queued: Option<(TableId, QueuedChange)>,
+    pub table_queued: Option<QueuedTable>,
+}
+
+/// A plate that is queued for the place of another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub struct QueuedTable {
+    /// The plate to come; 0 if the present one only goes.
+    pub table: TableId,
+    /// When and how.
+    pub change: QueuedChange,
+}
+
+/// A coupling in a few words, cheap enough for every cycle: that by the first of its plates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CamState {
+    /// The plate.
+    pub table: TableId,
+    /// The master on the plate, within the base cycle if it is cyclic, x.
+    pub master_cam_position: f64,
+    /// The slave on the plate there, without strokes, u of the plate.
+    pub slave_cam_position: f64,
 }
 
 /// When and how a queued change takes effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub struct QueuedChange {
     /// When.
     pub activation: Activation,
@@ -159,6 +188,7 @@ impl CamCoupling {
             master_scaling: placement.master_scaling,
             slave_scaling: placement.slave_scaling,
             sum_of_slave_strokes: placement.strokes_at(plate, master),
+            sum_of_superposition_distance: 0.0,
             master_axis_position: master,
             slave_axis_position: slave,
             master_cam_position: in_cycle,
@@ -170,10 +200,26 @@ impl CamCoupling {
                 master_scaling_mode: online.master_scaling_mode,
                 slave_scaling_mode: online.slave_scaling_mode,
             },
-            table_queued: queue
-                .table
-                .as_ref()
-                .map(|pending| (pending.table.map_or(0, |t| t.id), queued(pending))),
+            table_queued: queue.table.as_ref().map(|pending| QueuedTable {
+                table: pending.table.map_or(0, |t| t.id),
+                change: queued(pending),
+            }),
+        })
+    }
+
+    /// What couples the slave now, of several plates by the first; none before one is active. After
+    /// an error, the last valid state.
+    #[must_use]
+    pub fn cam_state(&self, tables: &Tables) -> Option<CamState> {
+        let layer = self.layers.iter().flatten().next()?;
+        let plate = layer.plate(tables).ok()?;
+        let on_plate = layer.placement.on_plate(self.master.position);
+        let (turn, _) = layer.placement.turns(plate, self.master.position);
+        let in_cycle = on_plate - turn * plate.period();
+        Some(CamState {
+            table: layer.table.id,
+            master_cam_position: in_cycle,
+            slave_cam_position: plate.at(in_cycle).position,
         })
     }
 }

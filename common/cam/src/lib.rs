@@ -39,7 +39,7 @@
 //!
 //! | PLC name | TF5050 | here |
 //! |--|--|--|
-//! | `MC_CamTableSelect` | 4.1 | [`Tables::insert`] |
+//! | `MC_CamTableSelect` | 4.1 | [`Tables::insert`]; while the axis runs [`Tables::select`], [`PreparedTable`] |
 //! | `MC_CamOut` | 4.2 | [`CamOut`] |
 //! | `MC_CamIn`, `ST_CamInOptions` | 4.3, 8.16 | [`CamIn`] |
 //! | `MC_CamScaling` | 4.5 | [`CamScaling`] |
@@ -51,6 +51,7 @@
 //! | `MC_ReadMotionFunction`, `MC_ReadMotionFunctionPoint` | 6.1, 6.2 | [`Tables::read`] |
 //! | `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint` | 6.3, 6.4 | [`Tables::write`] |
 //! | `MC_SetCamOnlineChangeMode` | 6.5 | [`Tables::set_online_change_mode`], [`OnlineChangeMode`] |
+//! | what reads a plate | 6.6, 7.1, 7.4, 7.5 | [`Tables::read_plate`], and then [`Plate`](coaxle_plate::Plate) |
 //! | `MC_CamInfo`, `MC_CamInfo_V2` | 7.2, 7.3 | [`CamCoupling::info`] |
 //! | `MC_CAM_ID` | 8.1 | [`TableId`] |
 //! | `MC_CamActivationMode` | 8.3 | [`ActivationMode`], [`Operation::allows`] |
@@ -72,7 +73,7 @@
 //! * The interpolation belongs to a position table, not to its coupling.
 //!
 //! The crate is `no_std` and asks no machine for the time. A store of tables allocates when plates are
-//! put into it; commands and cycles do not.
+//! inserted into it; commands and cycles do not.
 #![no_std]
 
 extern crate alloc;
@@ -99,9 +100,12 @@ mod once;
 mod online;
 mod placement;
 mod plan;
+mod prepared;
 mod ramp;
+mod reading;
 mod request;
 mod rules;
+mod select;
 mod tables;
 mod trigger;
 mod versions;
@@ -115,12 +119,14 @@ pub use command::{
     CamScalingV2, ScalingData,
 };
 pub use error::{CouplingError, TableId};
-pub use info::{CamInfo, QueuedChange};
+pub use info::{CamInfo, CamState, QueuedChange, QueuedTable};
 pub use limits::CamLimits;
 pub use machine::{CamCoupling, CouplingParameters, CouplingState, MOST_PLATES};
 pub use modes::{ActivationMode, JumpHandling, OperationMode, ScalingMode, StartMode};
 pub use plan::CamChange;
+pub use prepared::PreparedTable;
+pub use reading::{MOST_POINTS_CHANGED, PlateReading};
 pub use request::CamRequest;
-pub use rules::Operation;
-pub use tables::Tables;
+pub use rules::{MOST_POINTS_REPLACED_IN_USE, Operation};
+pub use tables::{MOST_TABLES, Tables};
 pub use versions::OnlineChangeMode;

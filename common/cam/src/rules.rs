@@ -2,6 +2,9 @@
 
 use super::modes::ActivationMode;
 
+/// Most points of a plate that can be replaced while a slave is on it: they are copied in the cycle.
+pub const MOST_POINTS_REPLACED_IN_USE: usize = 4096;
+
 /// What a change does, as TF5050 chapter 8.3 divides them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Operation {

@@ -1,36 +1,42 @@
 //! The store of cam plates, by table id.
 
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use super::error::{CouplingError, TableId};
+use super::prepared::PreparedTable;
 use super::versions::{Lease, OnlineChangeMode, Versions};
 use coaxle_plate::{CamError, MotionFunction, MotionPoint, Plate};
 
 /// The ids a table can have.
 const IDS: core::ops::RangeInclusive<TableId> = 1..=255;
 
+/// How many tables there are ids for.
+pub const MOST_TABLES: usize = 255;
+
 /// The plates that couplings can use: what `MC_CamTableSelect` loads, TF5050 chapter 4.1.
 ///
-/// Inserting may allocate; using, writing and reading never do.
+/// [`insert`](Self::insert) and [`remove`](Self::remove) allocate; using, writing and reading never do, and neither do
+/// [`select`](Self::select) and [`delete`](Self::delete), which are handed tables as a whole.
 #[derive(Debug)]
 pub struct Tables {
     /// A table keeps its place as long as it is there.
-    slots: Vec<Option<Table>>,
+    pub(super) slots: Vec<Option<Table>>,
     /// Counts the writes, so that couplings need not look for them in every cycle.
     writes: u32,
 }
 
 #[derive(Debug)]
-struct Table {
+pub(super) struct Table {
     id: TableId,
-    versions: Versions,
-    uses: u32,
+    pub(super) prepared: Box<PreparedTable>,
+    pub(super) uses: u32,
 }
 
 /// Where a table is in the store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TableRef {
-    slot: usize,
+    pub(super) slot: usize,
     pub(super) id: TableId,
 }
 
@@ -50,23 +56,12 @@ impl Tables {
     /// is full.
     #[doc(alias = "MC_CamTableSelect")]
     pub fn insert(&mut self, id: TableId, plate: Plate) -> Result<(), CouplingError> {
-        if !IDS.contains(&id) {
-            return Err(CouplingError::TableId { received: id });
-        }
+        check_id(id)?;
         if self.find(id).is_ok() {
             return Err(CouplingError::TableExists { table: id });
         }
-        let capacity = self.slots.len();
-        let free = self
-            .slots
-            .iter_mut()
-            .find(|slot| slot.is_none())
-            .ok_or(CouplingError::StoreFull { capacity })?;
-        *free = Some(Table {
-            id,
-            versions: Versions::new(plate),
-            uses: 0,
-        });
+        self.check_free_slot()?;
+        self.put(id, Box::new(PreparedTable::of(plate)));
         Ok(())
     }
 
@@ -77,7 +72,7 @@ impl Tables {
     pub fn remove(&mut self, id: TableId) -> Result<Plate, CouplingError> {
         let TableRef { slot, .. } = self.find(id)?;
         match self.slots[slot].take() {
-            Some(table) if table.uses == 0 => Ok(table.versions.plate().clone()),
+            Some(table) if table.uses == 0 => Ok(table.prepared.versions.plate().clone()),
             table => {
                 let uses = table.as_ref().map_or(0, |table| table.uses);
                 self.slots[slot] = table;
@@ -92,7 +87,7 @@ impl Tables {
     /// 0x4216 if there is none.
     pub fn plate(&self, id: TableId) -> Result<&Plate, CouplingError> {
         let table = self.find(id)?;
-        Ok(self.get(&table)?.versions.plate())
+        Ok(self.get(&table)?.prepared.versions.plate())
     }
 
     /// The ids in the store.
@@ -114,7 +109,7 @@ impl Tables {
         mode: OnlineChangeMode,
     ) -> Result<(), CouplingError> {
         self.plan_online_change_mode(id, &mode)?;
-        self.get_mut(id)?.versions.set_mode(mode);
+        self.get_mut(id)?.prepared.versions.set_mode(mode);
         Ok(())
     }
 
@@ -129,7 +124,7 @@ impl Tables {
     ) -> Result<(), CouplingError> {
         self.function(id)?;
         let table = self.find(id)?;
-        self.get(&table)?.versions.check_mode(id, mode)
+        self.get(&table)?.prepared.versions.check_mode(id, mode)
     }
 
     /// `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint`: puts points in the place of those
@@ -144,8 +139,8 @@ impl Tables {
     #[doc(alias = "MC_WriteMotionFunction")]
     #[doc(alias = "MC_WriteMotionFunctionPoint")]
     pub fn write(&mut self, id: TableId, points: &[MotionPoint]) -> Result<(), CouplingError> {
-        self.writes = self.writes.wrapping_add(1);
-        self.get_mut(id)?.versions.write(id, points)
+        self.note_write();
+        self.get_mut(id)?.prepared.versions.write(id, points)
     }
 
     /// Whether [`Self::write`] would do it.
@@ -154,7 +149,7 @@ impl Tables {
     /// As there.
     pub fn plan_write(&self, id: TableId, points: &[MotionPoint]) -> Result<(), CouplingError> {
         let table = self.find(id)?;
-        self.get(&table)?.versions.check_write(id, points)
+        self.get(&table)?.prepared.versions.check_write(id, points)
     }
 
     /// `MC_ReadMotionFunction`, `MC_ReadMotionFunctionPoint`: up to `count` points in force from an
@@ -180,7 +175,7 @@ impl Tables {
     #[doc(alias = "CamDataQueued")]
     pub fn data_queued(&self, id: TableId) -> Result<bool, CouplingError> {
         let table = self.find(id)?;
-        Ok(self.get(&table)?.versions.queued().is_some())
+        Ok(self.get(&table)?.prepared.versions.queued().is_some())
     }
 
     #[inline]
@@ -200,11 +195,11 @@ impl Tables {
     /// by mistake.
     #[inline]
     pub(super) fn versions(&self, table: &TableRef) -> Result<&Versions, CouplingError> {
-        Ok(&self.get(table)?.versions)
+        Ok(&self.get(table)?.prepared.versions)
     }
 
     pub(super) fn versions_mut(&mut self, table: &TableRef) -> Option<&mut Versions> {
-        Some(&mut self.slots.get_mut(table.slot)?.as_mut()?.versions)
+        Some(&mut self.slots.get_mut(table.slot)?.as_mut()?.prepared.versions)
     }
 
     /// Keeps a table from being removed.
@@ -231,15 +226,44 @@ impl Tables {
         }
     }
 
+    /// How many points and rows all its plates have together.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        let tables = self.slots.iter().flatten();
+        tables.map(|table| table.prepared.rows()).sum()
+    }
+
+    /// Room for one more.
+    pub(super) fn check_free_slot(&self) -> Result<(), CouplingError> {
+        let capacity = self.slots.len();
+        let is_free = self.slots.iter().any(Option::is_none);
+        is_free
+            .then_some(())
+            .ok_or(CouplingError::StoreFull { capacity })
+    }
+
+    /// Into a free slot, which there is.
+    pub(super) fn put(&mut self, id: TableId, prepared: Box<PreparedTable>) {
+        if let Some(free) = self.slots.iter_mut().find(|slot| slot.is_none()) {
+            let uses = 0;
+            *free = Some(Table { id, prepared, uses });
+        }
+    }
+
+    /// Couplings look for changes again.
+    pub(super) const fn note_write(&mut self) {
+        self.writes = self.writes.wrapping_add(1);
+    }
+
     #[inline]
-    fn get(&self, table: &TableRef) -> Result<&Table, CouplingError> {
+    pub(super) fn get(&self, table: &TableRef) -> Result<&Table, CouplingError> {
         match self.slots.get(table.slot) {
             Some(Some(found)) if found.id == table.id => Ok(found),
             _ => Err(CouplingError::TableUnknown { table: table.id }),
         }
     }
 
-    fn get_mut(&mut self, id: TableId) -> Result<&mut Table, CouplingError> {
+    pub(super) fn get_mut(&mut self, id: TableId) -> Result<&mut Table, CouplingError> {
         let TableRef { slot, .. } = self.find(id)?;
         let unknown = CouplingError::TableUnknown { table: id };
         self.slots[slot].as_mut().ok_or(unknown)
@@ -251,5 +275,13 @@ impl Tables {
         Ok(plate
             .function()
             .ok_or(CamError::NotAMotionFunction { received })?)
+    }
+}
+
+pub(super) fn check_id(id: TableId) -> Result<(), CouplingError> {
+    if IDS.contains(&id) {
+        Ok(())
+    } else {
+        Err(CouplingError::TableId { received: id })
     }
 }

@@ -91,6 +91,8 @@ pub(super) struct Versions {
     mode: OnlineChangeMode,
     /// The points in which the plates may differ, ascending by index.
     points: Vec<MotionPoint>,
+    /// The indices of all points that were ever written, ascending.
+    touched: Vec<u32>,
     /// Set while `points` wait for slaves to take them.
     queued: Option<OnlineChangeMode>,
     /// Where the course of the two differs, in masters of the base cycle.
@@ -117,6 +119,7 @@ impl Versions {
             in_force: 0,
             mode: OnlineChangeMode::default(),
             points: Vec::with_capacity(rows),
+            touched: Vec::with_capacity(rows),
             queued: None,
             changed: 0.0..0.0,
             epoch: 0,
@@ -227,11 +230,42 @@ impl Versions {
                 Ok(at) => self.points[at] = *point,
                 Err(at) => self.points.insert(at, *point),
             }
+            if let Err(at) = self.touched.binary_search(&point.index) {
+                self.touched.insert(at, point.index);
+            }
         }
         self.changed = self.plates[self.in_force].segments_changed(&self.points)?;
         self.queued = Some(self.mode);
         self.settle();
         Ok(())
+    }
+
+    /// Queues all points of another plate in the place of these, which `new` has afterwards. That it is possible was
+    /// checked: both are motion functions of as many points. Where they differ is not looked for: the whole plate
+    /// counts as changed.
+    pub(super) fn replace(&mut self, new: &mut Self) {
+        let changed = self.plates.len() - 1 - self.in_force;
+        core::mem::swap(&mut self.plates[changed], &mut new.plates[0]);
+        self.points.clear();
+        self.touched.clear();
+        if let Some(function) = self.plates[changed].function() {
+            self.points.extend_from_slice(function.points());
+            self.touched
+                .extend(function.points().iter().map(|point| point.index));
+        }
+        let range = |plate: &Plate| plate.master_range();
+        let (old, next) = (
+            range(&self.plates[self.in_force]),
+            range(&self.plates[changed]),
+        );
+        self.changed = old.0.min(next.0)..old.1.max(next.1);
+        self.queued = Some(self.mode);
+        self.settle();
+    }
+
+    /// The indices of all points that were written since the plate was made.
+    pub(super) fn touched(&self) -> &[u32] {
+        &self.touched
     }
 
     /// A slave comes onto the plate.
@@ -285,7 +319,7 @@ impl Versions {
     }
 
     /// A change that is in force for some slaves can neither be added to nor taken back.
-    const fn check_not_under_way(&self, id: TableId) -> Result<(), CouplingError> {
+    pub(super) const fn check_not_under_way(&self, id: TableId) -> Result<(), CouplingError> {
         if self.queued.is_some() && self.is_under_way() {
             Err(CouplingError::Pending { table: id })
         } else {

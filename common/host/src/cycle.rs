@@ -120,11 +120,11 @@ impl<N: Node> Cycle<N> {
                 node.receive(at, subscription, message);
             });
         }
-        orders.execute_all(woke, |order| {
+        orders.execute_all(woke, |order, cargo| {
             if let Some(inputs) = inputs {
                 inputs.ordered(order);
             }
-            node.execute(order)
+            node.execute_with(order, cargo)
         });
         machine::begin_cycle(clock.reference_at(node.ideal_start(now)));
         let tick = node.cycle(now);

@@ -100,9 +100,10 @@ impl InputTap {
         self.is_whole &= self.try_received(at, subscription, message).is_some();
     }
 
-    /// The node executes an order.
+    /// The node executes an order. A copy shares the plate that may come with it, whose last owner is not this one: the
+    /// order itself goes back to who took it.
     pub(crate) fn ordered(&mut self, order: &CommandOrder) {
-        let has_room = !self.entries.is_full() && self.orders.push(*order).is_ok();
+        let has_room = !self.entries.is_full() && self.orders.push(order.clone()).is_ok();
         self.is_whole &= has_room && self.entries.push(Entry::Order).is_ok();
     }
 

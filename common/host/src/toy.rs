@@ -3,7 +3,7 @@
 use coaxle_axis::{Awaits, AxisStatus};
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleTime, Instant, Local, Schedule};
-use coaxle_node::command::SlaveView;
+use coaxle_node::command::{OrderCargo, SlaveView};
 use coaxle_node::{
     Arrival, Arrived, Channel, CommandOrder, CommandOutcome, Message, Node, Outgoing,
 };
@@ -60,7 +60,7 @@ impl Node for Toy {
     }
 
     /// Its slave `toy` can be told to be somewhere else, and nothing more.
-    fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+    fn execute_with(&mut self, order: &CommandOrder, _: &mut OrderCargo) -> CommandOutcome {
         let order = match order {
             CommandOrder::Slave(order) if order.slave.as_str() == "toy" => order,
             other => return other.for_nobody(),

@@ -6,7 +6,7 @@
 //! loop {
 //!     wait until node.next_cycle()             (the world's clock, absolute)
 //!     node.receive(at, subscription, message)  (for each message that came, stamped on arrival)
-//!     node.execute(order)                      (for each order that came: the scan begins)
+//!     node.execute_with(order, cargo)          (for each order that came, with its cargo: the scan begins)
 //!     node.cycle(now)                          (one scan; decides everything)
 //!     while let Some(outgoing) = node.transmit() { hand it to the publisher }
 //!     while let Some(arrival) = node.arrival() { hand it to telemetry }
@@ -19,7 +19,7 @@
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local};
 
-use coaxle_wire::command::{CommandOrder, CommandOutcome};
+use coaxle_wire::command::{CommandOrder, CommandOutcome, OrderCargo};
 pub use coaxle_wire::{Channel, Message, Outgoing};
 
 use crate::arrival::Arrival;
@@ -37,8 +37,15 @@ pub trait Node {
     /// Tells one of its slaves something, or the node about one that it follows, at the beginning of a
     /// scan: the [`Self::cycle`] that follows is the first to see it. Only nodes with slaves or far
     /// nodes take orders.
-    fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+    ///
+    /// `cargo` is [that of the order](CommandOrder::cargo): what it brings, and takes back to be freed elsewhere.
+    fn execute_with(&mut self, order: &CommandOrder, _cargo: &mut OrderCargo) -> CommandOutcome {
         order.for_nobody()
+    }
+
+    /// The same where there is time to allocate what the order needs, and to free it.
+    fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+        self.execute_with(order, &mut order.cargo())
     }
 
     /// One scan. `now` is when it really begins; the answer says which cycle that was and when it

@@ -3,6 +3,7 @@
 use super::error::CamError;
 use super::kind::{Course, TableType};
 use super::plate::Plate;
+use super::steps::VelocityStep;
 use coaxle_curve::law::{Extreme, Extremes, MinMax, Motion, Segment};
 use coaxle_curve::quadrature::integral;
 
@@ -39,6 +40,11 @@ pub struct Characteristics {
     /// The root of the mean square of the acceleration. The original leaves it out.
     #[doc(alias = "fSlaveAccEff")]
     pub effective_acceleration: f64,
+    /// At how many places inside the plate, and at the seam of a cyclic one, the velocity steps:
+    /// [`Plate::velocity_steps`]. The original says nothing of them.
+    pub velocity_steps: usize,
+    /// The largest of these steps, over time.
+    pub largest_velocity_step: Option<VelocityStep>,
     /// How many rows or points the plate has.
     #[doc(alias = "NumberOfRows")]
     pub rows: usize,
@@ -94,6 +100,12 @@ impl Plate {
             dynamic_momentum: scaled(demands.momentum, v * v * v),
             mean_velocity: v.abs() * demands.path / self.period(),
             effective_acceleration: v * v * libm::sqrt(demands.square / self.period()),
+            velocity_steps: self.velocity_steps().count(),
+            largest_velocity_step: self.largest_velocity_step().map(|step| VelocityStep {
+                master: step.master,
+                before: step.before * v,
+                after: step.after * v,
+            }),
             rows: self.rows(),
             columns: self.columns(),
             table_type: self.table_type(),

@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::kind::TableType;
 use super::point::PointType;
-use coaxle_curve::law::{LawError, MotionLaw};
+use coaxle_curve::law::{LawError, MotionLaw, Quantity, Side};
 use coaxle_curve::spline::NoFiniteSlopes;
 
 /// A plate that cannot be made, or cannot be asked that. [`CamError::code`] is the NC's number,
@@ -51,6 +51,16 @@ pub enum CamError {
         /// What it is.
         received: f64,
     },
+    /// 0x4A1C: a number that is larger than any axis.
+    #[error("{:#06x}: {place}, {field}: received {received:e}, expected a number from -1e15 to 1e15", self.code())]
+    TooLarge {
+        /// Where.
+        place: Place,
+        /// Which field or column.
+        field: &'static str,
+        /// What it is.
+        received: f64,
+    },
     /// 0x4A06: the master does not ascend strictly.
     #[error("{:#06x}: {place}, master: received {received}, expected above {above}", self.code())]
     NotAscending {
@@ -86,7 +96,7 @@ pub enum CamError {
         next: u32,
     },
     /// 0x42DA: a point's value contradicts its kind.
-    #[error("{:#06x}: point {point}, {field}: received {received}, expected 0 at a point of type {point_type:?}", self.code())]
+    #[error("{:#06x}: point {point}, {field}: received {received}, expected 0 at a point of type {:?}", self.code(), .point_type.file_name())]
     PointContradicts {
         /// Which point.
         point: u32,
@@ -104,7 +114,7 @@ pub enum CamError {
         point: u32,
     },
     /// The code of the law's own error: the law cannot lead from this point to the next one.
-    #[error("{}, from point {point} to point {next}: {error}", .law.name())]
+    #[error("{:#06x}: {}", self.code(), Between { point: *point, next: *next, law: *law, error })]
     Law {
         /// The point the segment starts at.
         point: u32,
@@ -233,14 +243,23 @@ impl CamError {
         match *self {
             Self::PointIndex { row, .. } | Self::StepSize { row, .. } => Some(row),
             Self::NotFinite { place, .. }
+            | Self::TooLarge { place, .. }
             | Self::NotAscending { place, .. }
             | Self::NoFiniteSlopes { start: place } => Some(place.row()),
-            Self::EndIgnored { point }
+            Self::Law {
+                next: point,
+                error:
+                    LawError::Boundary {
+                        side: Side::End, ..
+                    },
+                ..
+            }
+            | Self::Law { point, .. }
+            | Self::EndIgnored { point }
             | Self::NextPoint { point, .. }
             | Self::NextPointIgnored { point, .. }
             | Self::PointContradicts { point, .. }
             | Self::AddNotAvailable { point }
-            | Self::Law { point, .. }
             | Self::SplineNotBegun { point }
             | Self::SplineHalfPeriodic { start: point, .. }
             | Self::TooFewSplinePoints { start: point, .. } => Some(Place::Point(point).row()),
@@ -273,7 +292,7 @@ impl CamError {
             Self::NotAscending { .. } => 0x4A06,
             Self::FourPoint => 0x4A08,
             Self::AddNotAvailable { .. } => 0x4A12,
-            Self::NotFinite { .. } | Self::Parameter { .. } => 0x4A1C,
+            Self::NotFinite { .. } | Self::TooLarge { .. } | Self::Parameter { .. } => 0x4A1C,
             Self::PointIndex { .. } => 0x4A1F,
             Self::NoFiniteSlopes { .. } => 0x4A20,
             Self::TooFewSplinePoints { .. } => 0x4A21,
@@ -292,5 +311,57 @@ impl fmt::Display for Place {
             Self::Point(index) => write!(f, "point {index}"),
             Self::Row(row) => write!(f, "row {row}"),
         }
+    }
+}
+
+/// What is wrong between two points, in the words of a cam file.
+struct Between<'a> {
+    point: u32,
+    next: u32,
+    law: MotionLaw,
+    error: &'a LawError,
+}
+
+impl fmt::Display for Between<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            point,
+            next,
+            law,
+            error,
+        } = self;
+        let law = law.file_name();
+        match error {
+            LawError::Boundary {
+                side,
+                quantity,
+                received,
+                expected,
+                ..
+            } => {
+                let at = match side {
+                    Side::Start => point,
+                    Side::End => next,
+                };
+                let field = field_of(*quantity);
+                write!(
+                    f,
+                    "point {at}, {field}: received {received}, expected {expected} at the {side} of law {law:?}, which \
+                     leads from point {point} to point {next}"
+                )
+            }
+            error => write!(f, "law {law:?} from point {point} to point {next}: {error}"),
+        }
+    }
+}
+
+/// What a cam file calls it.
+const fn field_of(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Master => "master",
+        Quantity::Position => "slave",
+        Quantity::Velocity => "velocity",
+        Quantity::Acceleration => "acceleration",
+        Quantity::Jerk => "jerk",
     }
 }

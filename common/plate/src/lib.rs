@@ -29,7 +29,7 @@
 //! | `MC_MotionFunctionPoint`, `MC_MotionFunctionPoint_ID` | 8.7, 8.8 | [`MotionPoint`] |
 //! | `MC_MotionFunctionType` | 8.9 | [`MotionLaw`](coaxle_curve::law::MotionLaw) |
 //! | `MC_MotionPointType` | 8.10 | [`PointType`] |
-//! | `MC_CAM_REF`, `Periodic` | 8.2, 4.1 | [`Plate`], [`Course`] |
+//! | `MC_CAM_REF`, `Periodic` | 8.2, 4.1 | [`PlateSource`], [`Plate`], [`Course`] |
 //! | `MC_TableType` | 8.13 | [`TableType`] |
 //! | `MC_InterpolationType` | 8.6 | [`Interpolation`] |
 //! | `MC_TableErrorCodes` | 8.12 | [`CamError`] |
@@ -60,8 +60,12 @@ mod inverse;
 mod kind;
 mod plate;
 mod point;
+mod source;
+mod steps;
 mod table;
 mod values;
+#[cfg(feature = "serde")]
+mod written;
 
 #[cfg(test)]
 mod tests;
@@ -73,5 +77,9 @@ pub use inverse::{MasterPosition, MasterQuery};
 pub use kind::{Course, TableType};
 pub use plate::{Cursor, Plate, slave_of};
 pub use point::{MotionPoint, PointType};
+pub use source::{PlateSource, SourceRows};
+pub use steps::VelocityStep;
 pub use table::{Interpolation, PositionTable};
 pub use values::{ValueRow, ValueSelect};
+#[cfg(feature = "serde")]
+pub use written::WrittenPoint;

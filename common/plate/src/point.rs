@@ -153,6 +153,20 @@ impl PointType {
         Self::ALL.into_iter().find(|kind| kind.code() == code)
     }
 
+    /// Its name in cam files and orders.
+    #[must_use]
+    pub const fn file_name(self) -> &'static str {
+        match self {
+            Self::Ignore => "ignore",
+            Self::Rest => "rest",
+            Self::Velocity => "velocity",
+            Self::Turn => "turn",
+            Self::Motion => "motion",
+            Self::Add => "add",
+            Self::Activation => "activation",
+        }
+    }
+
     /// Whether the kind says that the slave stands still for a moment.
     pub(super) const fn stands_still(self) -> bool {
         matches!(self, Self::Rest | Self::Turn)
@@ -172,6 +186,7 @@ mod tests {
     fn a_kind_and_its_code_are_one_to_one() {
         for kind in PointType::ALL {
             assert_eq!(PointType::from_code(kind.code()), Some(kind));
+            assert_eq!(std::format!("{kind:?}").to_lowercase(), kind.file_name());
         }
         assert_eq!(PointType::from_code(0x0010), None);
     }

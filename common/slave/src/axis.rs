@@ -4,6 +4,7 @@ mod added;
 mod apply;
 mod cycle;
 mod plan;
+mod plates;
 mod start;
 mod sync_positions;
 
@@ -18,9 +19,8 @@ use coaxle_axis::{
     AxisStatus, CommandState, CouplingPhase, Job, Masters, StateMachine, StateWord, SyncPositions,
     Transition, WindowMonitor,
 };
-use coaxle_cam::{CamInfo, CamLimits, CouplingError, Tables};
 use coaxle_curve::profile::Kinematics;
-use coaxle_saw::{CouplingMoment, SawPlan, SawRefusal, saw_table_id};
+use coaxle_saw::{CouplingMoment, SawPlan};
 
 use super::couplings::{Couplings, Kind};
 use super::error::SlaveError;
@@ -70,6 +70,8 @@ pub struct SlaveAxis {
     masters: Masters,
     /// The modulo turns of the axis and its first master.
     turns: Turns,
+    /// Its id, where its plates were selected.
+    axis_id: u32,
     error: Option<SlaveError>,
     /// How often the set position was set anew.
     set_anew: u32,
@@ -126,34 +128,11 @@ impl SlaveAxis {
             jobs: Jobs::default(),
             masters: Masters::default(),
             turns: Turns::default(),
+            axis_id: 0,
             error: None,
             set_anew: 0,
             revision: 0,
         })
-    }
-
-    /// `MC_CamTableSelect`: the plates that the axis can be coupled by. The ids are those of its
-    /// master and its own, for `MC_CamInfo`. A coupling by the plates before must have ended. This
-    /// allocates.
-    ///
-    /// # Errors
-    /// 0x4A1C if the axis can go infinitely far in a cycle.
-    #[doc(alias = "MC_CamTableSelect")]
-    pub fn select_cams(
-        &mut self,
-        tables: Tables,
-        master_axis_id: u32,
-        slave_axis_id: u32,
-    ) -> Result<(), CouplingError> {
-        let in_use = |table| tables.plate(table).is_ok();
-        let table = match saw_table_id(slave_axis_id, in_use) {
-            Err(SawRefusal::TableInUse { table }) => Some(table),
-            _ => None,
-        };
-        self.couplings.saw.set_table_in_use(table);
-        let limits = CamLimits::of(self.guard.limits(), self.cycle_time);
-        let axes = [master_axis_id, slave_axis_id];
-        self.couplings.cam.select(tables, limits, axes)
     }
 
     /// One cycle: the set values `elapsed` after the last ones, which the drive then follows.
@@ -275,21 +254,6 @@ impl SlaveAxis {
     pub fn master_scaling(&self) -> f64 {
         let coupling = self.engaged().map(|kind| self.couplings.get(kind));
         coupling.map_or(1.0, |coupling| coupling.master_scaling())
-    }
-
-    /// The plates of the axis; none without any.
-    #[must_use]
-    pub fn cam_tables(&self) -> Option<&Tables> {
-        self.couplings.cam.tables()
-    }
-
-    /// `MC_CamInfo`: the coupling by cam plates, after an error as it was.
-    ///
-    /// # Errors
-    /// As [`CamCoupling::info`](coaxle_cam::CamCoupling::info).
-    #[doc(alias = "MC_CamInfo")]
-    pub fn cam_info(&self, table: u32, at: Option<f64>) -> Result<CamInfo, CouplingError> {
-        self.couplings.cam.info(table, at)
     }
 
     /// The plan of the flying saw that couples the axis; while it waits, the plan foreseen. Without

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coaxle_cam::{CouplingError, TableId, Tables};
+use coaxle_cam::{CouplingError, MOST_TABLES, TableId, Tables};
 use coaxle_clock::CycleTime;
 use coaxle_gear::LinearGear;
 use coaxle_node::cam_file::CamFile;
@@ -156,14 +156,10 @@ fn slave(
     let mut axis =
         SlaveAxis::new(&limits, drive, cycle_time).map_err(|error| wrong(n, "limits", error))?;
     axis.set_modulo(slave.modulo, config.modulo_of(sources[0]));
-    if !slave.cams.is_empty() {
-        axis.select_cams(
-            tables(slave, n, rows)?,
-            id_of_master(config, sources[0]),
-            id,
-        )
+    // There is room for plates that come later.
+    let plates = tables(slave, n, rows)?;
+    axis.select_cams(plates, id_of_master(config, sources[0]), id)
         .map_err(|error| wrong(n, "limits", error))?;
-    }
     let start = match slave.couple() {
         CoupleConfig::Off => None,
         CoupleConfig::Gear => Some(CoupledStart::Gear(gear)),
@@ -250,11 +246,11 @@ fn check_cutting(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
 }
 
 /// Most points and rows of all cam plates of a receiver together.
-const MOST_ROWS: usize = 4_000_000;
+pub(super) const MOST_ROWS: usize = 4_000_000;
 
 /// The plates of a slave; `rows` are the points and rows of all plates so far.
 fn tables(slave: &SlaveConfig, n: usize, rows: &mut usize) -> Result<Tables, WrongSlave> {
-    let mut tables = Tables::new(slave.cams.len());
+    let mut tables = Tables::new(MOST_TABLES);
     for (k, source) in slave.cams.iter().enumerate() {
         let field = format!("cams[{k}]");
         let cam = match source {

@@ -1,6 +1,7 @@
 //! The slaves of a receiver: each follows far axes, virtual axes, or other slaves.
 
 mod build;
+mod cam_orders;
 mod for_program;
 mod masters;
 mod slave;
@@ -10,7 +11,7 @@ use coaxle_axis::{CoupleState, Job, NcToPlcAxis, Origin, TravelDirection};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::CommandOutcome;
-use coaxle_node::command::SlaveOrder;
+use coaxle_node::command::{CamCommand, CamOrder, OrderCargo, SlaveOrder};
 use coaxle_slave::{Command, Refusal, SlaveError};
 
 use crate::config::MasterRef;
@@ -87,6 +88,23 @@ impl Slaves {
         order: &SlaveOrder,
     ) -> CommandOutcome {
         self.slaves[n].execute(order)
+    }
+
+    /// The same about its cam plates. All slaves together have no more points and rows of plates than a config may have.
+    pub(crate) fn execute_cam(
+        &mut self,
+        SlaveNumber(n): SlaveNumber,
+        order: &CamOrder,
+        cargo: &mut OrderCargo,
+    ) -> CommandOutcome {
+        let room = match &order.command {
+            CamCommand::CamTableSelect { .. } => {
+                let taken = self.slaves.iter().map(Slave::plate_rows).sum();
+                build::MOST_ROWS.saturating_sub(taken)
+            }
+            _ => 0,
+        };
+        self.slaves[n].execute_cam(order, cargo, room)
     }
 
     /// The axis structures of all slaves that have something to say, by id.

@@ -30,7 +30,7 @@ pub(super) struct Slave {
     master_modulo: Option<Modulo>,
     /// Where the first is in this cycle; none before there is anything of it.
     master_position: Option<f64>,
-    axis: Box<SlaveAxis>,
+    pub(super) axis: Box<SlaveAxis>,
     /// What couples it as soon as there is a master.
     start: Option<CoupledStart>,
     /// It goes on following a master that is lost or in error, whose error it passes on.
@@ -237,7 +237,7 @@ impl Slave {
                 }
             }
             Err(refusal) if !order.dry_run => {
-                self.refusal = Some(refusal.into());
+                self.note_refusal(refusal);
                 (None, Err(refusal))
             }
             planned => (None, planned),
@@ -262,6 +262,11 @@ impl Slave {
         }
     }
 
+    /// For status and signals: what was refused last.
+    pub(super) fn note_refusal(&mut self, refusal: Refusal) {
+        self.refusal = Some(refusal.into());
+    }
+
     /// What was tried of a flying saw that is refused.
     fn attempt(&self, order: &SlaveOrder, refusal: &Refusal) -> Option<SawAttempt> {
         if !matches!(refusal, Refusal::Coupling(CouplingRefusal::Saw(_))) {
@@ -274,7 +279,7 @@ impl Slave {
     }
 
     /// As the answer to a command shows it.
-    fn view(&self) -> SlaveView {
+    pub(super) fn view(&self) -> SlaveView {
         let set = self.axis.set();
         SlaveView {
             status: self.status(),
@@ -297,6 +302,8 @@ impl Slave {
         let attachment = drive.attachment;
         let program = self.program.as_ref().map(Program::snapshot);
         let sync = self.axis.sync_positions();
+        let cam = self.phase().and_then(|_| self.axis.cam_state());
+        let queued = self.axis.cam_queued();
         SlaveSignals {
             position: set.map(|set| set.position),
             modulo_position: by_turns(set.map(|set| set.position), self.axis.modulo()),
@@ -311,6 +318,12 @@ impl Slave {
             set_anew: self.axis.times_set_anew(),
             state: self.status(),
             phase: self.phase(),
+            cam_table: cam.map(|cam| cam.table),
+            cam_master_position: cam.map(|cam| cam.master_cam_position),
+            cam_slave_position: cam.map(|cam| cam.slave_cam_position),
+            cam_table_queued: queued.contains(StateWord::CAM_TABLE_QUEUED),
+            cam_data_queued: queued.contains(StateWord::CAM_DATA_QUEUED),
+            cam_scaling_pending: queued.contains(StateWord::CAM_SCALING_PENDING),
             error: faults.error.map_or(0, |error| error.code()),
             refusal: faults.refusal.map_or(0, |refusal| refusal.code()),
             program: program.map(|program| program.state),

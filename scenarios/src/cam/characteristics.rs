@@ -10,7 +10,7 @@ use coaxle_plate::{Characteristics, PlateEnd};
 use serde_json::{Value, json};
 
 use super::load;
-use super::text::{description, parse_finite};
+use super::text::{description, parse_finite, velocity_steps};
 use crate::inspect::{QUANTITIES, cells, shown, table};
 
 /// What the plate is judged at.
@@ -39,6 +39,9 @@ impl CharacteristicsArgs {
         } else {
             writeln!(out, "{}", description(&cam, &plate))?;
             writeln!(out, "{}", tables(&cam, &values))?;
+            if let Some(steps) = velocity_steps(&cam, &plate) {
+                writeln!(out, "{steps}")?;
+            }
         }
         Ok(())
     }
@@ -120,6 +123,12 @@ fn json_of(values: &Characteristics) -> Value {
         "dynamic_momentum": range_json(&values.dynamic_momentum),
         "mean_velocity": values.mean_velocity,
         "effective_acceleration": values.effective_acceleration,
+        "velocity_steps": values.velocity_steps,
+        "largest_velocity_step": values.largest_velocity_step.map(|step| json!({
+            "master": step.master,
+            "before": step.before,
+            "after": step.after,
+        })),
     });
     for (name, range) in QUANTITIES.into_iter().zip(ranges(values)) {
         json[name] = range_json(range);

@@ -80,6 +80,9 @@ fn check(files: &[PathBuf], out: &mut dyn Write) -> anyhow::Result<bool> {
             Ok((cam, plate)) => {
                 let about = text::description(&cam, &plate);
                 writeln!(out, "{}: ok, {about}", file.display())?;
+                if let Some(steps) = text::velocity_steps(&cam, &plate) {
+                    writeln!(out, "{}: {steps}", file.display())?;
+                }
             }
             Err(error) => {
                 good = false;

@@ -51,6 +51,25 @@ pub(super) fn description(cam: &CamFile, plate: &Plate) -> String {
     }
 }
 
+/// Where the velocity of the slave steps, of how many places the largest; none if it never does.
+pub(super) fn velocity_steps(cam: &CamFile, plate: &Plate) -> Option<String> {
+    let largest = plate.largest_velocity_step()?;
+    let number = plate.velocity_steps().count();
+    let places = if number == 1 {
+        "1 place".to_owned()
+    } else {
+        format!("{number} places, most")
+    };
+    Some(format!(
+        "the velocity steps at {places} at master {} {}, from {} to {} {}",
+        shown(largest.master),
+        cam.master_unit,
+        shown(largest.before),
+        shown(largest.after),
+        unit(cam, 1)
+    ))
+}
+
 /// A number on the command line.
 pub(super) fn parse_finite(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

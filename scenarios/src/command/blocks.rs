@@ -18,7 +18,7 @@ pub(super) struct Field {
 }
 
 /// A field that must be given.
-const fn must(name: &'static str, help: &'static str) -> Field {
+pub(super) const fn must(name: &'static str, help: &'static str) -> Field {
     needed(name, name, help)
 }
 
@@ -33,7 +33,7 @@ const fn needed(name: &'static str, path: &'static str, help: &'static str) -> F
 }
 
 /// A field that may be given.
-const fn may(name: &'static str, help: &'static str) -> Field {
+pub(super) const fn may(name: &'static str, help: &'static str) -> Field {
     inner(name, name, help)
 }
 
@@ -47,7 +47,16 @@ pub(super) const fn inner(name: &'static str, path: &'static str, help: &'static
     }
 }
 
-const TABLE: Field = must("table", "Id of the plate");
+/// A command, with its options in groups.
+pub(super) fn block(name: &'static str, about: &'static str, options: &[&[Field]]) -> Block {
+    Block {
+        name,
+        about,
+        options: options.concat(),
+    }
+}
+
+pub(super) const TABLE: Field = must("table", "Id of the plate");
 const REFERENCE: Field = may("reference", "Id of the plate it is exchanged for");
 const JUMP: Field = may(
     "jump",
@@ -193,11 +202,6 @@ const SYNC_LIMITS: &[Field] = &[
 
 /// Every command but `power`, which has a state instead of options.
 pub(super) fn blocks() -> Vec<Block> {
-    let block = |name, about, options: &[&[Field]]| Block {
-        name,
-        about,
-        options: options.concat(),
-    };
     let position = |help| must("position", help);
     vec![
         block("reset", "MC_Reset: acknowledge an error", &[]),

@@ -1,6 +1,8 @@
 //! `coaxle command`: tells a slave of a running node what to do, or the node about one that it follows.
 
 mod blocks;
+mod cam;
+mod cam_blocks;
 mod far;
 mod options;
 mod saw;
@@ -12,12 +14,11 @@ use coaxle_axis::SyncPositions;
 use coaxle_host::Commander;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::{
-    CommandAnswer, CommandVerdict, FarCommand, FarDelay, FarName, FarOrder, FarView, SlaveName,
-    SlaveOrder, SlaveView,
+    CamCommand, CamOrder, CommandAnswer, CommandVerdict, FarCommand, FarDelay, FarName, FarOrder,
+    FarView, SlaveName, SlaveOrder, SlaveView,
 };
 use coaxle_node::keys::NodeName;
 use coaxle_receiver::Mode;
-use coaxle_slave as slave;
 use serde::de::DeserializeOwned;
 
 use crate::inspect::{self, shown};
@@ -85,11 +86,7 @@ impl CommandArgs {
     fn order(&self) -> anyhow::Result<CommandOrder> {
         let dry_run = self.dry_run;
         Ok(match (self.slave, self.far) {
-            (Some(slave), _) => CommandOrder::Slave(SlaveOrder {
-                slave,
-                command: self.slave_command()?,
-                dry_run,
-            }),
+            (Some(slave), _) => self.order_to(slave)?,
             (None, Some(far)) => CommandOrder::Far(FarOrder {
                 far,
                 command: self.far_command()?,
@@ -99,21 +96,47 @@ impl CommandArgs {
         })
     }
 
-    fn slave_command(&self) -> anyhow::Result<slave::Command> {
-        match self.spelled()? {
-            Some(Spelled::Slave(command)) => Ok(*command),
+    fn order_to(&self, slave: SlaveName) -> anyhow::Result<CommandOrder> {
+        let dry_run = self.dry_run;
+        let of_slave = |command| SlaveOrder {
+            slave,
+            command,
+            dry_run,
+        };
+        let of_cam = |command| CamOrder {
+            slave,
+            command,
+            dry_run,
+        };
+        Ok(match self.spelled()? {
+            Some(Spelled::Slave(command)) => of_slave(*command).into(),
+            Some(Spelled::Cam(command)) => of_cam(command.clone()).into(),
             Some(Spelled::Far(command)) => bail!(
                 "received {} for a slave, expected --far with it",
                 command.name()
             ),
-            None => self.read_order(),
-        }
+            None if self.is_cam_order() => of_cam(self.read_order()?).into(),
+            None => of_slave(self.read_order()?).into(),
+        })
+    }
+
+    /// Whether the JSON is about a cam plate.
+    fn is_cam_order(&self) -> bool {
+        let json = self.order.as_deref().unwrap_or_default();
+        let command: serde_json::Map<String, serde_json::Value> =
+            serde_json::from_str(json).unwrap_or_default();
+        let names = |name: &String| CamCommand::NAMES.contains(&name.as_str());
+        command.keys().any(names)
     }
 
     fn far_command(&self) -> anyhow::Result<FarCommand> {
         match self.spelled()? {
             Some(Spelled::Far(command)) => Ok(*command),
             Some(Spelled::Slave(command)) => bail!(
+                "received {} with --far, expected a slave for it",
+                command.name()
+            ),
+            Some(Spelled::Cam(command)) => bail!(
                 "received {} with --far, expected a slave for it",
                 command.name()
             ),
@@ -147,6 +170,7 @@ fn in_words(answer: &CommandAnswer) -> String {
             far,
             sync_positions,
             saw,
+            cam,
         } => {
             let mut verdict = match (dry_run, job) {
                 (true, _) => "would be accepted".to_owned(),
@@ -161,7 +185,9 @@ fn in_words(answer: &CommandAnswer) -> String {
             (
                 verdict,
                 state,
-                saw.as_ref().map(saw::accepted).or(synchronous),
+                (saw.as_ref().map(saw::accepted))
+                    .or(synchronous)
+                    .or_else(|| cam.as_ref().map(cam::read)),
             )
         }
         CommandVerdict::Refused {
@@ -220,6 +246,7 @@ mod tests {
     use clap::Parser;
     use coaxle_axis::{Awaits, AxisStatus};
     use coaxle_node::command::{CommandOutcome, FarRefusal, NotTaken};
+    use coaxle_slave as slave;
     use coaxle_slave::{Dynamics, Refusal};
 
     #[derive(Debug, Parser)]
@@ -257,8 +284,11 @@ mod tests {
             &["--dry-run", "--order", json],
         ] {
             let args = parsed(line).unwrap();
-            assert_eq!(args.slave_command().unwrap(), expected);
-            assert!(args.dry_run);
+            let CommandOrder::Slave(order) = args.order().unwrap() else {
+                panic!("another order");
+            };
+            assert_eq!(order.command, expected);
+            assert!(args.dry_run && order.dry_run);
             assert_eq!(
                 (args.node.as_str(), args.slave.map(String::from)),
                 ("saw", Some("carriage".to_owned()))

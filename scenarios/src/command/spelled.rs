@@ -2,11 +2,12 @@
 
 use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Command, FromArgMatches, Subcommand};
-use coaxle_node::command::FarCommand;
+use coaxle_node::command::{CamCommand, FarCommand};
 use coaxle_slave as slave;
 use serde_json::{Value, json};
 
 use super::blocks::blocks;
+use super::cam;
 use super::far;
 use super::options::{fields_of, subcommand};
 
@@ -14,9 +15,14 @@ use super::options::{fields_of, subcommand};
 ///
 /// Built from the table of [`blocks()`] and read by the very rules of the network, so that nothing
 /// about a command is written down twice.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one of them in a process"
+)]
 pub(super) enum Spelled {
     Slave(slave::Command),
+    Cam(CamCommand),
     Far(FarCommand),
 }
 
@@ -30,6 +36,7 @@ impl Subcommand for Spelled {
         command
             .subcommand(power)
             .subcommands(blocks().into_iter().map(subcommand))
+            .subcommands(cam::subcommands())
             .subcommands(far::subcommands())
     }
 
@@ -38,7 +45,10 @@ impl Subcommand for Spelled {
     }
 
     fn has_subcommand(name: &str) -> bool {
-        name == POWER || far::has(name) || blocks().iter().any(|block| block.name == name)
+        name == POWER
+            || far::has(name)
+            || cam::has(name)
+            || blocks().iter().any(|block| block.name == name)
     }
 }
 
@@ -50,6 +60,9 @@ impl FromArgMatches for Spelled {
         let read = if far::has(name) {
             let order = json!({ name: far::fields(name, options) });
             serde_path_to_error::deserialize(order).map(Self::Far)
+        } else if cam::has(name) {
+            let order = json!({ name: cam::fields(name, options)? });
+            serde_path_to_error::deserialize(order).map(Self::Cam)
         } else {
             let order = json!({ name: fields(name, options) });
             serde_path_to_error::deserialize(order).map(Self::Slave)
@@ -85,6 +98,7 @@ mod tests {
         let matches = command.try_get_matches_from(["command"].iter().chain(line))?;
         Spelled::from_arg_matches(&matches).map(|spelled| match spelled {
             Spelled::Slave(command) => command,
+            Spelled::Cam(command) => panic!("{command:?}"),
             Spelled::Far(command) => panic!("{command:?}"),
         })
     }

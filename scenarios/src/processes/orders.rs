@@ -49,17 +49,19 @@ impl Orders {
     }
 
     pub(super) fn send(&mut self, event: &Event) -> anyhow::Result<()> {
-        let (Some(commander), Happening::Command(commanded)) = (&self.commander, event.what) else {
+        let (Some(commander), Happening::Command(commanded)) = (&self.commander, &event.what)
+        else {
             return Ok(());
         };
         let (commander, node) = (Arc::clone(commander), event.node.clone());
+        let order = commanded.order.clone();
         let answer = std::thread::Builder::new()
             .name("order".to_owned())
-            .spawn(move || commander.send(&node, &commanded.order))
+            .spawn(move || commander.send(&node, &order))
             .context("cannot start a thread for an order")?;
         self.sent.push(Sent {
             event: event.clone(),
-            commanded,
+            commanded: commanded.clone(),
             answer,
         });
         Ok(())

@@ -140,8 +140,9 @@ pub(super) fn order(data: &[u8]) -> Outcome {
     scan(&mut receiver, &config.name, 1);
     let _ = receiver.execute(&power);
     scan(&mut receiver, &config.name, CYCLES_BEFORE);
-    let outcome = receiver.execute(&order);
-    let answer = CommandAnswer::new(&order, &outcome).to_json();
+    let mut cargo = order.cargo();
+    let outcome = receiver.execute_with(&order, &mut cargo);
+    let answer = CommandAnswer::with_cargo(&order, &outcome, &cargo).to_json();
     CommandAnswer::from_json(answer.as_bytes()).expect("an answer can be read");
     scan(&mut receiver, &config.name, CYCLES_AFTER);
     Ok(())

@@ -7,6 +7,7 @@ mod multi;
 mod online;
 mod properties;
 mod scaling;
+mod select;
 
 use std::vec::Vec;
 

@@ -191,6 +191,42 @@ impl MotionLaw {
         }
     }
 
+    /// The name of the law in cam files and orders.
+    #[must_use]
+    pub const fn file_name(self) -> &'static str {
+        match self {
+            Self::Polynom1 => "polynom1",
+            Self::Polynom3 => "polynom3",
+            Self::Polynom5 => "polynom5",
+            Self::Polynom7 => "polynom7",
+            Self::Polynom8 => "polynom8",
+            Self::Polynom9 => "polynom9",
+            Self::Sinuslinie => "sinuslinie",
+            Self::Modsinuslinie => "modsinuslinie",
+            Self::Bestehorn => "bestehorn",
+            Self::Beschltrapez => "beschltrapez",
+            Self::Polynom5Mm => "polynom5-mm",
+            Self::HarmonicKombiRt => "harmonic-kombi-rt",
+            Self::HarmonicKombiTr => "harmonic-kombi-tr",
+            Self::HarmonicKombiVt => "harmonic-kombi-vt",
+            Self::HarmonicKombiTv => "harmonic-kombi-tv",
+            Self::BeschltrapezRt => "beschltrapez-rt",
+            Self::BeschltrapezTr => "beschltrapez-tr",
+            Self::ModsinuslinieVv => "modsinuslinie-vv",
+            Self::Polynom7Mm => "polynom7-mm",
+            Self::BeschltrapezRv => "beschltrapez-rv",
+            Self::BeschltrapezVr => "beschltrapez-vr",
+            Self::Polynom3Vv => "polynom3-vv",
+            Self::Polynom11 => "polynom11",
+            Self::Peisekah11 => "peisekah11",
+            Self::Spline => "spline",
+            Self::SplineNatural => "spline-natural",
+            Self::SplineTangential => "spline-tangential",
+            Self::SplinePeriodic => "spline-periodic",
+            Self::SplineLinear => "spline-linear",
+        }
+    }
+
     /// Whether the law is a point of a spline, whose pieces depend on all points of the spline.
     #[must_use]
     pub const fn is_spline(self) -> bool {
@@ -219,6 +255,14 @@ mod tests {
             let plain = law.name().replace("MOTIONFUNCTYPE", "").replace('_', "");
             let variant = std::format!("{law:?}").to_uppercase();
             assert_eq!(plain.replace("SPLNE", "SPLINE"), variant);
+        }
+    }
+
+    #[test]
+    fn names_in_files_are_the_variants_in_small_letters() {
+        for &law in MotionLaw::ALL {
+            let plain = law.file_name().replace('-', "");
+            assert_eq!(plain, std::format!("{law:?}").to_lowercase());
         }
     }
 

@@ -3,7 +3,7 @@
 use std::thread::Thread;
 
 use coaxle_clock::{Instant, Span};
-use coaxle_node::command::{CommandOrder, CommandOutcome};
+use coaxle_node::command::{CommandOrder, CommandOutcome, OrderCargo};
 use rtrb::{Consumer, Producer};
 
 use crate::machine::Machine;
@@ -12,32 +12,34 @@ use crate::machine::Machine;
 /// it will not be.
 const EXECUTE_WITHIN: Span = Span::from_millis(900);
 
-/// An order on its way to the cycle.
-#[derive(Clone, Copy, Debug)]
+/// An order on its way to the cycle, with all the memory that it needs there.
+#[derive(Debug)]
 pub(super) struct QueuedOrder {
     pub(super) number: u64,
     pub(super) arrival: Instant<Machine>,
     pub(super) order: CommandOrder,
+    pub(super) cargo: OrderCargo,
 }
 
-/// What became of one, on its way back.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ExecutedOrder {
-    pub(super) number: u64,
-    pub(super) outcome: CommandOutcome,
+/// What became of one, on its way back: whole, so that whatever there is to free is freed outside the cycle.
+#[derive(Debug)]
+pub(super) struct ReturnedOrder {
+    pub(super) queued: QueuedOrder,
+    /// None if it has waited for too long, and was not executed.
+    pub(super) outcome: Option<CommandOutcome>,
 }
 
 /// Where the cycle finds its orders.
 pub(crate) struct OrderQueue {
     orders: Consumer<QueuedOrder>,
-    outcomes: Producer<ExecutedOrder>,
+    outcomes: Producer<ReturnedOrder>,
     server: Option<Thread>,
 }
 
 impl OrderQueue {
     pub(super) const fn new(
         orders: Consumer<QueuedOrder>,
-        outcomes: Producer<ExecutedOrder>,
+        outcomes: Producer<ReturnedOrder>,
     ) -> Self {
         Self {
             orders,
@@ -52,26 +54,23 @@ impl OrderQueue {
     }
 
     /// Has the orders that came until now executed, in a scan that began at `woke`. Those that
-    /// have waited for too long are thrown away.
+    /// have waited for too long go back as they came.
     pub(crate) fn execute_all(
         &mut self,
         woke: Instant<Machine>,
-        mut execute: impl FnMut(&CommandOrder) -> CommandOutcome,
+        mut execute: impl FnMut(&CommandOrder, &mut OrderCargo) -> CommandOutcome,
     ) {
         let mut any = false;
         // An order is executed only if there is room to say so.
         for _ in 0..self.orders.slots().min(self.outcomes.slots()) {
-            let Ok(queued) = self.orders.pop() else {
+            let Ok(mut queued) = self.orders.pop() else {
                 break;
             };
-            if woke - queued.arrival >= EXECUTE_WITHIN {
-                continue;
-            }
-            let outcome = execute(&queued.order);
-            let number = queued.number;
+            let in_time = woke - queued.arrival < EXECUTE_WITHIN;
+            let outcome = in_time.then(|| execute(&queued.order, &mut queued.cargo));
             any |= self
                 .outcomes
-                .push(ExecutedOrder { number, outcome })
+                .push(ReturnedOrder { queued, outcome })
                 .is_ok();
         }
         if any {

@@ -11,7 +11,7 @@ use rtrb::{Consumer, Producer};
 
 use super::MAX_WAITING;
 use super::journal;
-use super::queue::{ExecutedOrder, QueuedOrder};
+use super::queue::{QueuedOrder, ReturnedOrder};
 use crate::machine::{self, Machine};
 use crate::transport::Request;
 
@@ -83,14 +83,15 @@ pub(crate) struct CommandServer {
     node: NodeName,
     requests: Receiver<ArrivedRequest>,
     orders: Producer<QueuedOrder>,
-    outcomes: Consumer<ExecutedOrder>,
+    outcomes: Consumer<ReturnedOrder>,
     waiting: Vec<Waiting>,
     taken: u64,
 }
 
 /// A request whose order is with the cycle.
 struct Waiting {
-    order: QueuedOrder,
+    number: u64,
+    arrival: Instant<Machine>,
     request: Box<dyn Request>,
     by: Option<NodeName>,
 }
@@ -100,7 +101,7 @@ impl CommandServer {
         node: NodeName,
         requests: Receiver<ArrivedRequest>,
         orders: Producer<QueuedOrder>,
-        outcomes: Consumer<ExecutedOrder>,
+        outcomes: Consumer<ReturnedOrder>,
     ) -> Self {
         Self {
             node,
@@ -131,11 +132,11 @@ impl CommandServer {
 
     /// Answers what has an outcome, then what has waited too long, then takes in what is new.
     pub(crate) fn round(&mut self, now: Instant<Machine>) {
-        while let Ok(executed) = self.outcomes.pop() {
-            self.finish(&executed);
+        while let Ok(returned) = self.outcomes.pop() {
+            self.finish(&returned);
         }
         self.waiting.retain(|waiting| {
-            let in_time = now - waiting.order.arrival < ANSWER_WITHIN;
+            let in_time = now - waiting.arrival < ANSWER_WITHIN;
             if !in_time {
                 answer(
                     &*waiting.request,
@@ -149,13 +150,19 @@ impl CommandServer {
         }
     }
 
-    fn finish(&mut self, executed: &ExecutedOrder) {
-        let is_it = |waiting: &Waiting| waiting.order.number == executed.number;
+    /// Answers an order that was executed. What it brought and took back is freed here.
+    fn finish(&mut self, returned: &ReturnedOrder) {
+        let ReturnedOrder { queued, outcome } = returned;
+        let Some(outcome) = outcome else {
+            return;
+        };
+        let is_it = |waiting: &Waiting| waiting.number == queued.number;
         if let Some(place) = self.waiting.iter().position(is_it) {
-            let Waiting { order, request, by } = self.waiting.remove(place);
-            let outcome = CommandAnswer::new(&order.order, &executed.outcome);
+            let Waiting { request, by, .. } = self.waiting.remove(place);
+            let order = &queued.order;
+            let outcome = CommandAnswer::with_cargo(order, outcome, &queued.cargo);
             answer(&*request, &outcome);
-            journal::log(&self.node, by.as_ref(), &order.order, &outcome);
+            journal::log(&self.node, by.as_ref(), order, &outcome);
         }
     }
 
@@ -169,14 +176,26 @@ impl CommandServer {
             Ok(order) => order,
             Err(error) => return answer(&*request, &CommandAnswer::malformed(&error)),
         };
-        let order = QueuedOrder {
-            number: self.taken,
-            arrival,
-            order,
-        };
-        if self.waiting.len() < MAX_WAITING && self.orders.push(order).is_ok() {
-            self.taken += 1;
-            self.waiting.push(Waiting { order, request, by });
+        let number = self.taken;
+        if self.waiting.len() < MAX_WAITING && !self.orders.is_full() {
+            let cargo = order.cargo();
+            let queued = QueuedOrder {
+                number,
+                arrival,
+                order,
+                cargo,
+            };
+            let waiting = Waiting {
+                number,
+                arrival,
+                request,
+                by,
+            };
+            // There is room: nobody else puts anything in.
+            if self.orders.push(queued).is_ok() {
+                self.taken += 1;
+                self.waiting.push(waiting);
+            }
         } else {
             answer(&*request, &CommandAnswer::not_taken(&NotTaken::Busy));
         }

@@ -78,7 +78,7 @@ impl Bench {
     /// A scan, with the positions that were executed in it.
     fn scan(&mut self, millis: i64) -> Vec<f64> {
         let mut executed = Vec::new();
-        self.queue.execute_all(at(millis), |order| {
+        self.queue.execute_all(at(millis), |order, _| {
             if let CommandOrder::Slave(SlaveOrder {
                 command: Command::Home { position },
                 ..

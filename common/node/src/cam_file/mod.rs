@@ -19,9 +19,7 @@ mod text;
 use std::borrow::Cow;
 use std::path::Path;
 
-use coaxle_plate::{
-    CamError, Course, Interpolation, MotionFunction, MotionPoint, Plate, PositionTable,
-};
+use coaxle_plate::{CamError, Course, Interpolation, MotionPoint, Plate, PlateSource, SourceRows};
 
 pub use error::CamFileError;
 pub use text::TableId;
@@ -148,15 +146,27 @@ impl CamFile {
     /// # Errors
     /// [`CamFileError::Plate`] with the NC's number, naming the point or the row.
     pub fn plate(&self) -> Result<Plate, CamFileError> {
-        let plate = match &self.shape {
-            Shape::Points(points) => MotionFunction::new(points.clone())
-                .map(|function| Plate::from_function(function, self.course)),
-            Shape::Table(table) => table.positions(self.course).map(Plate::from_table),
-        };
-        plate.map_err(|error| CamFileError::Plate {
+        self.source().plate().map_err(|error| CamFileError::Plate {
             place: self.place_of(&error),
             error,
         })
+    }
+
+    /// What the plate is made of, for somebody who calculates it elsewhere.
+    #[must_use]
+    pub fn source(&self) -> PlateSource {
+        let rows = match &self.shape {
+            Shape::Points(points) => SourceRows::Points(points.clone()),
+            Shape::Table(table) => SourceRows::Positions {
+                rows: table.rows.clone(),
+                interpolation: table.interpolation,
+                equidistant: table.equidistant,
+            },
+        };
+        PlateSource {
+            course: self.course,
+            rows,
+        }
     }
 
     /// The file, and the field or the line where there is one to look at.
@@ -180,7 +190,7 @@ impl CamFile {
 }
 
 /// The largest number of a point or a row: as much as a receiver believes of an axis.
-const LARGEST: f64 = 1e15;
+const LARGEST: f64 = PlateSource::LARGEST;
 
 impl Shape {
     /// That no number is larger than any axis. What is no number at all the plate refuses itself.
@@ -223,14 +233,6 @@ impl Table {
         match &self.source {
             Some(csv) => format!("{}: line {}, {column}", csv.file, csv.lines[row]),
             None => format!("table.rows[{row}], {column}"),
-        }
-    }
-
-    fn positions(&self, course: Course) -> Result<PositionTable, CamError> {
-        if self.equidistant {
-            PositionTable::equidistant(&self.rows, self.interpolation, course)
-        } else {
-            PositionTable::new(&self.rows, self.interpolation, course)
         }
     }
 

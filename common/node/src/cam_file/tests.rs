@@ -167,7 +167,7 @@ fn errors_name_the_point_or_row_and_the_field() {
         ),
         (
             &rise_and_fall("", ", velocity = 1"),
-            "MOTIONFUNCTYPE_POLYNOM5",
+            "0x42da: point 2, velocity: received 1, expected 0 at the end of law \"polynom5\"",
         ),
         (
             &rise_and_fall("", ", type = 'turn', velocity = 1"),

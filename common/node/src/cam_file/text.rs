@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use coaxle_curve::law::MotionLaw;
-use coaxle_plate::{Course, Interpolation, MotionPoint, PointType};
+use coaxle_plate::{Course, Interpolation, MotionPoint, WrittenPoint};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -31,7 +30,7 @@ pub(super) struct CamText {
     pub(super) course: Course,
     /// The points of a motion function, in the order of the master.
     #[serde(rename = "point", default)]
-    points: Vec<PointText>,
+    points: Vec<WrittenPoint>,
     /// A table of positions, instead of points.
     table: Option<TableText>,
 }
@@ -67,40 +66,6 @@ impl TryFrom<i64> for TableId {
             _ => Err(format!("0x4b32: received {number}, expected 1 to 255")),
         }
     }
-}
-
-/// A point of a motion function. What is left out is 0; the kind of point follows from what is there.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-#[schemars(rename = "CamPoint")]
-struct PointText {
-    /// Its number; its place in the list by default, from 1.
-    index: Option<u32>,
-    /// The motion law from here to the next point. The last point needs none.
-    law: Option<MotionLaw>,
-    /// What kind of point it is; by default what its velocity and acceleration make it.
-    #[serde(rename = "type")]
-    point_type: Option<PointType>,
-    /// How many rows further the next point is; 1 by default.
-    #[serde(default = "next_row")]
-    relative_next: i32,
-    /// Position of the master, x.
-    master: f64,
-    /// Position of the slave, u.
-    slave: f64,
-    /// Velocity of the slave, u/x.
-    #[serde(default)]
-    velocity: f64,
-    /// Acceleration of the slave, u/x².
-    #[serde(default)]
-    acceleration: f64,
-    /// Jerk of the slave, u/x³.
-    #[serde(default)]
-    jerk: f64,
-}
-
-const fn next_row() -> i32 {
-    1
 }
 
 /// A table of positions, in the file or in a CSV file beside it.
@@ -142,49 +107,12 @@ impl CamText {
     }
 }
 
-fn motion_points(file: &str, points: &[PointText]) -> Result<Vec<MotionPoint>, CamFileError> {
-    let last = points.len() - 1;
-    points
-        .iter()
-        .enumerate()
-        .map(|(row, point)| {
-            point.checked(row, row == last).ok_or_else(|| {
-                let field = format!("point[{row}].law");
-                let reason = "received none, expected one: only the last point and ignored ones \
-                              need none";
-                ConfigError::field(file, field, reason).into()
-            })
-        })
-        .collect()
-}
-
-impl PointText {
-    /// The point with what may be left out filled in; none if its law is missing.
-    fn checked(&self, row: usize, is_last: bool) -> Option<MotionPoint> {
-        let point_type = self.point_type.unwrap_or_else(|| self.implied_type());
-        let unused = is_last || point_type == PointType::Ignore;
-        Some(MotionPoint {
-            index: self.index.unwrap_or(row as u32 + 1),
-            function: self.law.or(unused.then_some(MotionLaw::Polynom1))?,
-            point_type,
-            relative_next: self.relative_next,
-            master: self.master,
-            slave: self.slave,
-            velocity: self.velocity,
-            acceleration: self.acceleration,
-            jerk: self.jerk,
-        })
-    }
-
-    /// The kind of point that has these values.
-    fn implied_type(&self) -> PointType {
-        match (self.velocity != 0.0, self.acceleration != 0.0) {
-            (false, false) => PointType::Rest,
-            (true, false) => PointType::Velocity,
-            (false, true) => PointType::Turn,
-            (true, true) => PointType::Motion,
-        }
-    }
+fn motion_points(file: &str, points: &[WrittenPoint]) -> Result<Vec<MotionPoint>, CamFileError> {
+    WrittenPoint::to_points(points).map_err(|row| {
+        let field = format!("point[{row}].law");
+        let reason = "received none, expected one: only the last point and ignored ones need none";
+        ConfigError::field(file, field, reason).into()
+    })
 }
 
 impl TableText {

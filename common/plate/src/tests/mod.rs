@@ -7,4 +7,5 @@ mod inverse;
 mod plates;
 mod refusals;
 mod splines;
+mod steps;
 mod tables;

@@ -84,7 +84,7 @@ fn motion_functions() {
         (
             with(of_type(PointType::Rest, motion(2, 10.0, 5.0, 1.5))),
             0x42DA,
-            "0x42da: point 2, velocity: received 1.5, expected 0 at a point of type Rest",
+            "0x42da: point 2, velocity: received 1.5, expected 0 at a point of type \"rest\"",
         ),
         (
             with(of_type(
@@ -95,7 +95,7 @@ fn motion_functions() {
                 },
             )),
             0x42DA,
-            "0x42da: point 2, acceleration: received -2, expected 0 at a point of type Velocity",
+            "0x42da: point 2, acceleration: received -2, expected 0 at a point of type \"velocity\"",
         ),
         (
             with(of_type(PointType::Add, rest(2, 10.0, 5.0))),
@@ -105,8 +105,8 @@ fn motion_functions() {
         (
             with(by(Polynom5, motion(2, 10.0, 5.0, 1.5))),
             0x42DA,
-            "MOTIONFUNCTYPE_POLYNOM5, from point 1 to point 2: velocity at the end: received 1.5, \
-             expected 0 for MOTIONFUNCTYPE_POLYNOM5",
+            "0x42da: point 2, velocity: received 1.5, expected 0 at the end of law \"polynom5\", which leads from \
+             point 1 to point 2",
         ),
         (
             with(by(Spline, rest(2, 10.0, 5.0))),

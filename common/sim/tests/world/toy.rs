@@ -3,7 +3,7 @@
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Schedule, Span};
-use coaxle_node::command::NotTaken;
+use coaxle_node::command::{NotTaken, OrderCargo};
 use coaxle_node::config::{ClockConfig, LinkConfig, parse};
 use coaxle_node::frame::{body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
@@ -93,7 +93,7 @@ impl Node for Toy {
         }
     }
 
-    fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
+    fn execute_with(&mut self, order: &CommandOrder, _: &mut OrderCargo) -> CommandOutcome {
         let after = self.tick.map(|tick| tick.count);
         self.executed.push((order.addressee().to_owned(), after));
         CommandOutcome::NotTaken(NotTaken::NoSlaves)

@@ -1,6 +1,8 @@
 //! What a slave axis does, and what it never does.
 
 mod cam_limits;
+mod cam_select;
+mod cam_start_modes;
 mod cams;
 mod coupled;
 mod differences;

@@ -7,6 +7,7 @@ use coaxle_slave::{CouplingRefusal, Refusal};
 use serde::{Deserialize, Serialize};
 
 use super::COMMAND_VERSION;
+use super::cam::{self, CamFigures, OrderCargo};
 use super::far::{FarRefusal, FarView};
 use super::outcome::{CommandOutcome, NotTaken, SlaveView};
 use super::saw::{SawFigures, SawRefused};
@@ -50,6 +51,9 @@ pub enum CommandVerdict {
         sync_positions: Option<SyncPositions>,
         /// What its flying saw comes to, if the command is about one.
         saw: Option<SawFigures>,
+        /// What was read of a cam plate, or of a coupling by one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        cam: Option<CamFigures>,
     },
     /// The slave, or the far node, refuses the command.
     Refused {
@@ -84,13 +88,20 @@ pub enum CommandVerdict {
 }
 
 impl CommandAnswer {
-    /// What a node says to an order.
+    /// What a node says to an order, but for what it was to read of a plate.
     #[must_use]
     pub fn new(order: &CommandOrder, outcome: &CommandOutcome) -> Self {
+        Self::with_cargo(order, outcome, &OrderCargo::Nothing)
+    }
+
+    /// What a node says to an order, with what the order takes back. What was to be read is calculated here.
+    #[must_use]
+    pub fn with_cargo(order: &CommandOrder, outcome: &CommandOutcome, cargo: &OrderCargo) -> Self {
         let dry_run = order.is_dry_run();
-        let command = match order {
-            CommandOrder::Slave(order) => Some(&order.command),
-            CommandOrder::Far(_) => None,
+        let (command, reading) = match order {
+            CommandOrder::Slave(order) => (Some(&order.command), None),
+            CommandOrder::Cam(order) => (None, Some(&order.command)),
+            CommandOrder::Far(_) => (None, None),
         };
         match *outcome {
             CommandOutcome::Accepted {
@@ -99,15 +110,32 @@ impl CommandAnswer {
                 slave,
                 sync_positions,
                 ref saw,
-            } => Self::of(CommandVerdict::Accepted {
+            } => match reading.map_or(Ok(None), |reading| cam::read(reading, cargo)) {
+                Ok(cam) => Self::of(CommandVerdict::Accepted {
+                    dry_run,
+                    job: job.filter(|_| !dry_run),
+                    awaits: awaits.names().map(str::to_owned).collect(),
+                    axis: Some(slave),
+                    far: None,
+                    // The figures of a saw have them.
+                    sync_positions: sync_positions.filter(|_| saw.is_none()),
+                    saw: saw.zip(command).map(|(saw, of)| SawFigures::of(&saw, of)),
+                    cam,
+                }),
+                Err(error) => {
+                    let refusal = Refusal::Coupling(CouplingRefusal::Cam(error));
+                    Self::of(refused(&refusal, dry_run, slave, None))
+                }
+            },
+            CommandOutcome::CamInfo { info, slave } => Self::of(CommandVerdict::Accepted {
                 dry_run,
-                job: job.filter(|_| !dry_run),
-                awaits: awaits.names().map(str::to_owned).collect(),
+                job: None,
+                awaits: Vec::new(),
                 axis: Some(slave),
                 far: None,
-                // The figures of a saw have them.
-                sync_positions: sync_positions.filter(|_| saw.is_none()),
-                saw: saw.zip(command).map(|(saw, of)| SawFigures::of(&saw, of)),
+                sync_positions: None,
+                saw: None,
+                cam: Some(CamFigures::Info(Box::new(info))),
             }),
             CommandOutcome::Refused {
                 refusal,
@@ -127,6 +155,7 @@ impl CommandAnswer {
                 far: Some(far),
                 sync_positions: None,
                 saw: None,
+                cam: None,
             }),
             CommandOutcome::FarRefused { refusal, far } => {
                 Self::of(far_refused(&refusal, dry_run, far))

@@ -2,10 +2,13 @@
 //! `docs/WIRE.md` describes them.
 //!
 //! An order arrives as JSON, so that any tool can send it, and is decoded before it gets near a
-//! cycle: a [`CommandOrder`] is plain data of fixed size, and so is the [`CommandOutcome`] that the
-//! node gives for it. The [`CommandAnswer`] is what goes back.
+//! cycle: a [`CommandOrder`] is plain data of fixed size but for a cam plate, which it shares, and so is the
+//! [`CommandOutcome`] that the node gives for it. What has to be allocated for it is its [`OrderCargo`]. The
+//! [`CommandAnswer`] is what goes back.
 
 mod answer;
+mod cam;
+mod command_name;
 mod far;
 mod name;
 mod outcome;
@@ -16,8 +19,13 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::one_line::one_line;
+use command_name::CommandName;
 
 pub use answer::{CommandAnswer, CommandVerdict};
+pub use cam::{
+    CamCommand, CamFigures, CamOrder, CharacteristicFigures, MAX_POINTS_READ, MAX_VALUES_READ,
+    MasterFigures, OrderCargo, PlateOrder, SelectedValues,
+};
 pub use far::{FarCommand, FarDelay, FarOrder, FarRefusal, FarView, ParameterPart};
 pub use name::{FarName, InvalidName, SlaveName};
 pub use outcome::{CommandOutcome, MAX_KNOWN, NotTaken, SlaveView};
@@ -26,14 +34,19 @@ pub use saw::{NamedValue, SawAttempt, SawFigures, SawRefused, SawView, ViolatedC
 /// The version of orders and answers that this code writes, and the only one it reads.
 pub const COMMAND_VERSION: u32 = 1;
 
-/// Longest order, in bytes of JSON.
+/// Longest order, in bytes of JSON, but for one that brings a plate.
 pub const MAX_ORDER_BYTES: usize = 4096;
 
+/// Longest order that brings a plate, in bytes of JSON: some ten thousand points.
+pub const MAX_PLATE_ORDER_BYTES: usize = 1 << 20;
+
 /// What a node is told.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum CommandOrder {
-    /// About one of its slaves.
+    /// One of its slaves.
     Slave(SlaveOrder),
+    /// One of its slaves about its cam plates.
+    Cam(CamOrder),
     /// About a node that it follows.
     Far(FarOrder),
 }
@@ -55,16 +68,26 @@ impl CommandOrder {
     /// # Errors
     /// [`BadOrder`]: too long, then another version, then a field that is wrong.
     pub fn from_json(bytes: &[u8]) -> Result<Self, BadOrder> {
-        if bytes.len() > MAX_ORDER_BYTES {
-            let received = bytes.len();
+        let received = bytes.len();
+        if received > MAX_PLATE_ORDER_BYTES {
+            return Err(BadOrder::TooLong { received });
+        }
+        if received > MAX_ORDER_BYTES && !brings_plate(bytes) {
             return Err(BadOrder::TooLong { received });
         }
         let version = read::<Versioned>(bytes)?.version;
         if version != COMMAND_VERSION {
             return Err(BadOrder::WrongVersion { received: version });
         }
-        let Addressed { slave, far } = read(bytes)?;
+        let Addressed {
+            slave,
+            far,
+            command,
+        } = read(bytes)?;
         match far {
+            None if command.is_one_of(&CamCommand::NAMES) => {
+                read::<CamOrderOnWire>(bytes).map(|order| Self::Cam(order.into()))
+            }
             None => read::<SlaveOrderOnWire>(bytes).map(|order| Self::Slave(order.into())),
             Some(_) if slave.is_some() => Err(BadOrder::ForBoth),
             Some(_) => read::<FarOrderOnWire>(bytes).map(|order| Self::Far(order.into())),
@@ -74,11 +97,17 @@ impl CommandOrder {
     /// Writes the order. Whoever reads it refuses numbers that are not finite.
     #[must_use]
     pub fn to_json(&self) -> String {
-        match *self {
+        match self {
             Self::Slave(order) => serde_json::to_string(&SlaveOrderOnWire {
                 version: COMMAND_VERSION,
                 slave: order.slave,
                 command: order.command,
+                dry_run: order.dry_run,
+            }),
+            Self::Cam(order) => serde_json::to_string(&CamOrderOnWire {
+                version: COMMAND_VERSION,
+                slave: order.slave,
+                command: order.command.clone(),
                 dry_run: order.dry_run,
             }),
             Self::Far(order) => serde_json::to_string(&FarOrderOnWire {
@@ -96,6 +125,7 @@ impl CommandOrder {
     pub const fn is_dry_run(&self) -> bool {
         match self {
             Self::Slave(order) => order.dry_run,
+            Self::Cam(order) => order.dry_run,
             Self::Far(order) => order.dry_run,
         }
     }
@@ -105,6 +135,7 @@ impl CommandOrder {
     pub fn addressee(&self) -> &str {
         match self {
             Self::Slave(order) => order.slave.as_str(),
+            Self::Cam(order) => order.slave.as_str(),
             Self::Far(order) => order.far.as_str(),
         }
     }
@@ -114,6 +145,7 @@ impl CommandOrder {
     pub fn command_name(&self) -> &'static str {
         match self {
             Self::Slave(order) => order.command.name(),
+            Self::Cam(order) => order.command.name(),
             Self::Far(order) => order.command.name(),
         }
     }
@@ -122,7 +154,7 @@ impl CommandOrder {
     #[must_use]
     pub const fn for_nobody(&self) -> CommandOutcome {
         CommandOutcome::NotTaken(match self {
-            Self::Slave(_) => NotTaken::NoSlaves,
+            Self::Slave(_) | Self::Cam(_) => NotTaken::NoSlaves,
             Self::Far(_) => NotTaken::NoFarNodes,
         })
     }
@@ -131,6 +163,12 @@ impl CommandOrder {
 impl From<SlaveOrder> for CommandOrder {
     fn from(order: SlaveOrder) -> Self {
         Self::Slave(order)
+    }
+}
+
+impl From<CamOrder> for CommandOrder {
+    fn from(order: CamOrder) -> Self {
+        Self::Cam(order)
     }
 }
 
@@ -144,7 +182,9 @@ impl From<FarOrder> for CommandOrder {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BadOrder {
     /// It has too many bytes.
-    #[error("received an order of {received} bytes, expected at most {MAX_ORDER_BYTES}")]
+    #[error(
+        "received an order of {received} bytes, expected at most {MAX_ORDER_BYTES}, or {MAX_PLATE_ORDER_BYTES} with a plate"
+    )]
     TooLong {
         /// How many.
         received: usize,
@@ -182,11 +222,18 @@ struct Versioned {
     version: u32,
 }
 
-/// Whom it is for.
+/// Whom it is for, and what it is called.
 #[derive(Deserialize)]
 struct Addressed {
     slave: Option<IgnoredAny>,
     far: Option<IgnoredAny>,
+    #[serde(default)]
+    command: CommandName,
+}
+
+/// Whether it is an order that may be longer than others.
+fn brings_plate(bytes: &[u8]) -> bool {
+    read::<Addressed>(bytes).is_ok_and(|order| order.command.is_one_of(&["cam-table-select"]))
 }
 
 #[derive(Serialize, Deserialize)]
@@ -195,6 +242,16 @@ struct SlaveOrderOnWire {
     version: u32,
     slave: SlaveName,
     command: Command,
+    #[serde(default)]
+    dry_run: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct CamOrderOnWire {
+    version: u32,
+    slave: SlaveName,
+    command: CamCommand,
     #[serde(default)]
     dry_run: bool,
 }
@@ -211,6 +268,16 @@ struct FarOrderOnWire {
 
 impl From<SlaveOrderOnWire> for SlaveOrder {
     fn from(order: SlaveOrderOnWire) -> Self {
+        Self {
+            slave: order.slave,
+            command: order.command,
+            dry_run: order.dry_run,
+        }
+    }
+}
+
+impl From<CamOrderOnWire> for CamOrder {
+    fn from(order: CamOrderOnWire) -> Self {
         Self {
             slave: order.slave,
             command: order.command,

@@ -1,6 +1,7 @@
 //! What becomes of an order, as the cycle says it: plain data.
 
 use coaxle_axis::{Awaits, AxisStatus, SyncPositions};
+use coaxle_cam::CamInfo;
 use coaxle_slave::{CouplingPhase, Refusal};
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +36,13 @@ pub enum CommandOutcome {
         slave: SlaveView,
         /// What was tried, if it was to be a flying saw.
         saw: Option<SawAttempt>,
+    },
+    /// What couples the slave by a cam plate, or did so before an error.
+    CamInfo {
+        /// What it is like.
+        info: CamInfo,
+        /// The slave.
+        slave: SlaveView,
     },
     /// The far node is as it is told; in a dry run, it would be.
     FarAccepted {

@@ -22,6 +22,17 @@ pub(crate) fn section(heading: &str) -> &'static str {
     after.split("\n## ").next().unwrap()
 }
 
+/// The cells of each line of a table that begins with something in code.
+pub(crate) fn table(heading: &str) -> Vec<Vec<&'static str>> {
+    let (_, after) = section("\n## Commands\n").split_once(heading).unwrap();
+    let lines = after.lines().skip_while(|line| !line.starts_with("| `"));
+    lines
+        .take_while(|line| line.starts_with("| `"))
+        .map(|line| line.split('|').map(|cell| cell.trim().trim_matches('`')))
+        .map(|cells| cells.skip(1).collect())
+        .collect()
+}
+
 fn hex(text: &str) -> Vec<u8> {
     text.split_whitespace()
         .map(|byte| u8::from_str_radix(byte, 16).unwrap())

@@ -200,7 +200,7 @@ fn command_of<'a>(
             CommandOrder::Slave(order) if order.slave.as_str() == slave.name.as_str() => {
                 Some(&order.command)
             }
-            CommandOrder::Slave(_) | CommandOrder::Far(_) => None,
+            CommandOrder::Slave(_) | CommandOrder::Cam(_) | CommandOrder::Far(_) => None,
         },
         _ => None,
     }

@@ -1,0 +1,65 @@
+//! A plate on its way to somebody who reads it elsewhere.
+
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+use super::error::{CouplingError, TableId};
+use super::tables::Tables;
+use coaxle_plate::{MotionPoint, PlateSource};
+
+/// Most points that can have been written since a table was selected, for it still to be read.
+pub const MOST_POINTS_CHANGED: usize = 4096;
+
+/// A plate as it is in force, taken out of a cycle without calculating anything: what it was made of, shared, and the
+/// points that were written since. [`PlateSource::plate`] of it answers every question.
+#[derive(Debug)]
+pub struct PlateReading {
+    source: Option<Arc<PlateSource>>,
+    changed: Vec<MotionPoint>,
+}
+
+impl Default for PlateReading {
+    /// With room for the points. This allocates.
+    fn default() -> Self {
+        Self {
+            source: None,
+            changed: Vec::with_capacity(MOST_POINTS_CHANGED),
+        }
+    }
+}
+
+impl PlateReading {
+    /// What the plate is made of; none before it was read.
+    #[must_use]
+    pub fn source(&self) -> Option<PlateSource> {
+        let source = self.source.as_ref()?;
+        Some(source.with_points(&self.changed))
+    }
+}
+
+impl Tables {
+    /// Reads a plate, as it is in force, for somebody who does not share the cycle. Nothing is allocated.
+    ///
+    /// # Errors
+    /// 0x4216 for an unknown table, 0x4B31 if more points were written than can be read.
+    pub fn read_plate(&self, id: TableId, into: &mut PlateReading) -> Result<(), CouplingError> {
+        let table = &self.get(&self.find(id)?)?.prepared;
+        let touched = table.versions.touched();
+        let most = MOST_POINTS_CHANGED.min(into.changed.capacity());
+        if touched.len() > most {
+            return Err(CouplingError::TooManyChanged {
+                table: id,
+                changed: touched.len(),
+                most,
+            });
+        }
+        into.changed.clear();
+        if let Some(function) = table.versions.plate().function() {
+            for index in touched {
+                into.changed.push(*function.point(*index)?);
+            }
+        }
+        into.source = Some(Arc::clone(&table.source));
+        Ok(())
+    }
+}

@@ -1,0 +1,166 @@
+//! `MC_CamTableSelect` while the axis runs: tables come and go as a whole, and nothing is allocated or freed.
+
+use alloc::boxed::Box;
+
+use super::error::{CouplingError, TableId};
+use super::modes::ActivationMode;
+use super::prepared::PreparedTable;
+use super::rules::{MOST_POINTS_REPLACED_IN_USE, Operation};
+use super::tables::{Table, TableRef, Tables, check_id};
+
+/// How a table would be selected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Way {
+    /// There is none of that number.
+    New,
+    /// Nobody is on the one that there is.
+    InPlaceOf(usize),
+    /// A slave is on it: its points change as the mode of the table says.
+    Online(usize),
+}
+
+impl Tables {
+    /// `MC_CamTableSelect`: takes a table in. With `replace` it may take the place of one of that id: at once if nobody is
+    /// on that; else as an [online change](Self::write) of all its points, which needs motion functions of as many
+    /// points and of the same course. What was replaced is in `table` afterwards, to be freed by somebody who has the time.
+    ///
+    /// # Errors
+    /// 0x4B32 for an id outside 1 to 255, 0x4A11 without a table, if the store is full, or for more than `room` rows,
+    /// 0x4063 if there is a table of that id and it is not to be replaced, 0x4259 if it is in use and no online change
+    /// is possible, 0x4283 if the table takes no changes, 0x4287 if a change before is in force for some
+    /// slaves but not for all. Then everything is as it was.
+    #[doc(alias = "MC_CamTableSelect")]
+    pub fn select(
+        &mut self,
+        id: TableId,
+        replace: bool,
+        table: &mut Option<Box<PreparedTable>>,
+        room: usize,
+    ) -> Result<(), CouplingError> {
+        let way = self.way_to_select(id, replace, table.as_deref(), room)?;
+        let Some(mut new) = table.take() else {
+            return Err(CouplingError::NoTable);
+        };
+        match way {
+            Way::New => self.put(id, new),
+            Way::InPlaceOf(slot) => {
+                if let Some(place) = &mut self.slots[slot] {
+                    core::mem::swap(&mut place.prepared, &mut new);
+                }
+                *table = Some(new);
+            }
+            Way::Online(slot) => {
+                self.note_write();
+                if let Some(place) = &mut self.slots[slot] {
+                    place.prepared.versions.replace(&mut new.versions);
+                }
+                *table = Some(new);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether [`Self::select`] would do it.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn plan_select(
+        &self,
+        id: TableId,
+        replace: bool,
+        table: Option<&PreparedTable>,
+        room: usize,
+    ) -> Result<(), CouplingError> {
+        self.way_to_select(id, replace, table, room).map(drop)
+    }
+
+    /// Takes a table out of the store, into `table`.
+    ///
+    /// # Errors
+    /// 0x4216 if there is none of that id, 0x4259 if it is coupled or queued to be.
+    pub fn delete(
+        &mut self,
+        id: TableId,
+        table: &mut Option<Box<PreparedTable>>,
+    ) -> Result<(), CouplingError> {
+        let TableRef { slot, .. } = self.find_unused(id)?;
+        *table = self.slots[slot].take().map(|table| table.prepared);
+        Ok(())
+    }
+
+    /// Whether [`Self::delete`] would do it.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn plan_delete(&self, id: TableId) -> Result<(), CouplingError> {
+        self.find_unused(id).map(drop)
+    }
+
+    fn find_unused(&self, id: TableId) -> Result<TableRef, CouplingError> {
+        let found = self.find(id)?;
+        match self.get(&found)?.uses {
+            0 => Ok(found),
+            uses => Err(CouplingError::TableInUse { table: id, uses }),
+        }
+    }
+
+    fn way_to_select(
+        &self,
+        id: TableId,
+        replace: bool,
+        new: Option<&PreparedTable>,
+        room: usize,
+    ) -> Result<Way, CouplingError> {
+        check_id(id)?;
+        let new = new.ok_or(CouplingError::NoTable)?;
+        let rows = new.rows();
+        let Ok(found) = self.find(id) else {
+            self.check_free_slot()?;
+            check_rows(rows, room)?;
+            return Ok(Way::New);
+        };
+        if !replace {
+            return Err(CouplingError::TableExists { table: id });
+        }
+        let place = self.get(&found)?;
+        check_rows(rows, room.saturating_add(place.prepared.rows()))?;
+        if place.uses == 0 {
+            return Ok(Way::InPlaceOf(found.slot));
+        }
+        check_online(id, place, new)?;
+        Ok(Way::Online(found.slot))
+    }
+}
+
+const fn check_rows(received: usize, room: usize) -> Result<(), CouplingError> {
+    if received > room {
+        return Err(CouplingError::TooManyRows { received, room });
+    }
+    Ok(())
+}
+
+/// Whether all points of a plate that is in use can change to those of another.
+fn check_online(id: TableId, place: &Table, new: &PreparedTable) -> Result<(), CouplingError> {
+    let (present, next) = (place.prepared.versions.plate(), new.versions.plate());
+    let functions = present.function().zip(next.function());
+    let points = functions
+        .filter(|(present, next)| present.points().len() == next.points().len())
+        .map_or(0, |(present, _)| present.points().len());
+    let fits = (1..=MOST_POINTS_REPLACED_IN_USE).contains(&points);
+    if !fits || present.course() != next.course() {
+        return Err(CouplingError::NotReplaceable {
+            table: id,
+            uses: place.uses,
+            table_type: present.table_type(),
+            rows: present.rows(),
+        });
+    }
+    let mode = place.prepared.versions.mode().activation.mode;
+    if mode == ActivationMode::Off {
+        return Err(CouplingError::ModeNotAllowed {
+            operation: Operation::OnlineChange,
+            mode,
+        });
+    }
+    place.prepared.versions.check_not_under_way(id)
+}

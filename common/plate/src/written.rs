@@ -1,0 +1,98 @@
+//! Points as people write them, in files and orders.
+
+use alloc::vec::Vec;
+
+use super::point::{MotionPoint, PointType};
+use coaxle_curve::law::MotionLaw;
+
+/// A point of a motion function. What is left out is 0; the kind of point follows from what is there.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", schemars(rename = "CamPoint"))]
+pub struct WrittenPoint {
+    /// Its number; its place in the list by default, from 1.
+    pub index: Option<u32>,
+    /// The motion law from here to the next point. The last point needs none.
+    pub law: Option<MotionLaw>,
+    /// What kind of point it is; by default what its velocity and acceleration make it.
+    #[serde(rename = "type")]
+    pub point_type: Option<PointType>,
+    /// How many rows further the next point is; 1 by default.
+    #[serde(default = "next_row")]
+    pub relative_next: i32,
+    /// Position of the master, x.
+    pub master: f64,
+    /// Position of the slave, u.
+    pub slave: f64,
+    /// Velocity of the slave, u/x.
+    #[serde(default)]
+    pub velocity: f64,
+    /// Acceleration of the slave, u/x².
+    #[serde(default)]
+    pub acceleration: f64,
+    /// Jerk of the slave, u/x³.
+    #[serde(default)]
+    pub jerk: f64,
+}
+
+const fn next_row() -> i32 {
+    1
+}
+
+impl WrittenPoint {
+    /// The points with what may be left out filled in.
+    ///
+    /// # Errors
+    /// The row, from 0, of the first whose law is missing: only the last point and ignored ones need none.
+    pub fn to_points(written: &[Self]) -> Result<Vec<MotionPoint>, usize> {
+        let last = written.len().saturating_sub(1);
+        let rows = written.iter().enumerate();
+        rows.map(|(row, point)| point.filled_in(row, row == last).ok_or(row))
+            .collect()
+    }
+
+    /// None if its law is missing.
+    fn filled_in(&self, row: usize, is_last: bool) -> Option<MotionPoint> {
+        let point_type = self.point_type.unwrap_or_else(|| self.implied_type());
+        let unused = is_last || point_type == PointType::Ignore;
+        Some(MotionPoint {
+            index: self.index.unwrap_or(row as u32 + 1),
+            function: self.law.or(unused.then_some(MotionLaw::Polynom1))?,
+            point_type,
+            relative_next: self.relative_next,
+            master: self.master,
+            slave: self.slave,
+            velocity: self.velocity,
+            acceleration: self.acceleration,
+            jerk: self.jerk,
+        })
+    }
+
+    /// The kind of point that has these values.
+    fn implied_type(&self) -> PointType {
+        match (self.velocity != 0.0, self.acceleration != 0.0) {
+            (false, false) => PointType::Rest,
+            (true, false) => PointType::Velocity,
+            (false, true) => PointType::Turn,
+            (true, true) => PointType::Motion,
+        }
+    }
+}
+
+/// With everything said.
+impl From<&MotionPoint> for WrittenPoint {
+    fn from(point: &MotionPoint) -> Self {
+        Self {
+            index: Some(point.index),
+            law: Some(point.function),
+            point_type: Some(point.point_type),
+            relative_next: point.relative_next,
+            master: point.master,
+            slave: point.slave,
+            velocity: point.velocity,
+            acceleration: point.acceleration,
+            jerk: point.jerk,
+        }
+    }
+}

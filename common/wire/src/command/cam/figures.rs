@@ -1,0 +1,301 @@
+//! What the answer to an order says of a cam plate.
+
+use coaxle_cam::{CamInfo, CouplingError};
+use coaxle_curve::law::MinMax;
+use coaxle_curve::profile::Kinematics;
+use coaxle_plate::{
+    CamError, Characteristics, Course, MasterPosition, Plate, TableType, VelocityStep, WrittenPoint,
+};
+use serde::{Deserialize, Serialize};
+
+use super::{CamCommand, OrderCargo, SelectedValues};
+use crate::command::saw::NamedValue;
+
+/// Most points in an answer: more are read by several orders.
+pub const MAX_POINTS_READ: usize = 4096;
+
+/// Most rows of values in an answer: more are read by several orders.
+pub const MAX_VALUES_READ: usize = 4096;
+
+/// What was read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")]
+pub enum CamFigures {
+    /// Points as they are in force.
+    Points {
+        /// How many the plate has.
+        number_of_rows: usize,
+        /// Those that were read, in their order.
+        points: Vec<WrittenPoint>,
+    },
+    /// A table of values.
+    Values {
+        /// What the columns are: the master, x, and of the slave the position, u, and its derivatives.
+        columns: Vec<String>,
+        /// The rows.
+        rows: Vec<Vec<f64>>,
+    },
+    /// The slave where the master is.
+    SlaveDynamics {
+        /// Its position, u.
+        position: f64,
+        /// Its velocity, u/s.
+        velocity: f64,
+        /// Its acceleration, u/s².
+        acceleration: f64,
+    },
+    /// What the plate demands of the slave.
+    Characteristics(Box<CharacteristicFigures>),
+    /// The nearest masters at which the slave is there: none where there is no such master.
+    MasterPosition {
+        /// Below the start.
+        low: Option<MasterFigures>,
+        /// Above it.
+        high: Option<MasterFigures>,
+    },
+    /// What the coupling is like.
+    Info(Box<CamInfo>),
+}
+
+/// `MC_TableCharacValues`, TF5050 chapter 8.11.
+#[doc(alias = "MC_TableCharacValues")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub struct CharacteristicFigures {
+    /// The 31 values in their order, under their names there.
+    pub values: Vec<NamedValue>,
+    /// The number of the plate.
+    pub table: u32,
+    /// How many points or rows it has.
+    pub number_of_rows: usize,
+    /// How many columns.
+    pub number_of_columns: usize,
+    /// What it is made of.
+    pub table_type: TableType,
+    /// Whether it is repeated.
+    pub course: Course,
+    /// What the slave gains from cycle to cycle, u.
+    pub lift: f64,
+    /// At how many places the velocity of the slave steps.
+    pub velocity_steps: usize,
+    /// The largest of these steps, at that velocity of the master.
+    pub largest_velocity_step: Option<StepFigures>,
+}
+
+/// A step of the velocity.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub struct StepFigures {
+    /// Where the master is, x.
+    pub master: f64,
+    /// The velocity before it, u/s.
+    pub before: f64,
+    /// The velocity after it, u/s.
+    pub after: f64,
+}
+
+/// `CamMasterData`, TF5050 chapter 8.17.
+#[doc(alias = "CamMasterData")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub struct MasterFigures {
+    /// Position of the master axis, x.
+    pub master_axis_position: f64,
+    /// Position of the master in the base cycle of the plate, x.
+    pub master_cam_position: f64,
+    /// The slave offset with which a coupling there finds the slave in its place, u.
+    pub slave_offset: f64,
+}
+
+/// Answers a reading command from the plate that came with it; none of another command, or where no plate came.
+pub(in crate::command) fn read(
+    command: &CamCommand,
+    cargo: &OrderCargo,
+) -> Result<Option<CamFigures>, CouplingError> {
+    let OrderCargo::Reading(reading) = cargo else {
+        return Ok(None);
+    };
+    let Some(source) = reading.source() else {
+        return Ok(None);
+    };
+    let plate = source.plate()?;
+    let v = |position, velocity| Kinematics {
+        position,
+        velocity,
+        acceleration: 0.0,
+    };
+    Ok(Some(match *command {
+        CamCommand::ReadMotionFunction { point, number, .. } => points(&plate, point, number)?,
+        CamCommand::ReadMotionFunctionPoint { point, .. } => points(&plate, point, 1)?,
+        CamCommand::ReadMotionFunctionValues {
+            from,
+            to,
+            increment,
+            values: selected,
+            ..
+        } => values(&plate, [from, to, increment], selected)?,
+        CamCommand::ReadCamTableSlaveDynamics {
+            master_position,
+            master_velocity,
+            ..
+        } => {
+            finite("master position", master_position)?;
+            finite("master velocity", master_velocity)?;
+            let slave = plate.slave_dynamics(&v(master_position, master_velocity));
+            CamFigures::SlaveDynamics {
+                position: slave.position,
+                velocity: slave.velocity,
+                acceleration: slave.acceleration,
+            }
+        }
+        CamCommand::ReadCamTableCharacteristics {
+            table,
+            master_velocity,
+        } => {
+            let found = plate.characteristics(master_velocity)?;
+            CamFigures::Characteristics(Box::new(CharacteristicFigures::of(table, &plate, &found)))
+        }
+        _ => match command.master_query() {
+            Some(query) => {
+                let [low, high] = plate.master_positions(&query)?;
+                CamFigures::MasterPosition {
+                    low: low.map(MasterFigures::from),
+                    high: high.map(MasterFigures::from),
+                }
+            }
+            None => return Ok(None),
+        },
+    }))
+}
+
+fn points(plate: &Plate, first: u32, number: usize) -> Result<CamFigures, CamError> {
+    let received = plate.table_type();
+    let function = plate
+        .function()
+        .ok_or(CamError::NotAMotionFunction { received })?;
+    let points = function.read(first, number)?;
+    Ok(CamFigures::Points {
+        number_of_rows: plate.rows(),
+        points: points
+            .iter()
+            .take(MAX_POINTS_READ)
+            .map(WrittenPoint::from)
+            .collect(),
+    })
+}
+
+fn values(
+    plate: &Plate,
+    [from, to, increment]: [f64; 3],
+    selected: SelectedValues,
+) -> Result<CamFigures, CamError> {
+    let table = plate.values(from, to, increment, selected.0)?;
+    let rows: Vec<Vec<f64>> = table
+        .take(MAX_VALUES_READ + 1)
+        .map(|row| row.to_vec())
+        .collect();
+    if rows.len() > MAX_VALUES_READ {
+        return Err(CamError::Parameter {
+            name: "increment",
+            received: increment,
+            expected: "one that gives at most 4096 rows: read the rest by another order",
+        });
+    }
+    let columns = ["master"].into_iter().chain(selected.names());
+    Ok(CamFigures::Values {
+        columns: columns.map(str::to_owned).collect(),
+        rows,
+    })
+}
+
+fn finite(name: &'static str, received: f64) -> Result<(), CamError> {
+    if received.is_finite() {
+        return Ok(());
+    }
+    let expected = "a finite number";
+    Err(CamError::Parameter {
+        name,
+        received,
+        expected,
+    })
+}
+
+impl From<MasterPosition> for MasterFigures {
+    fn from(found: MasterPosition) -> Self {
+        Self {
+            master_axis_position: found.axis,
+            master_cam_position: found.cam,
+            slave_offset: found.slave_offset,
+        }
+    }
+}
+
+impl CharacteristicFigures {
+    fn of(table: u32, plate: &Plate, found: &Characteristics) -> Self {
+        let step = |step: VelocityStep| StepFigures {
+            master: step.master,
+            before: step.before,
+            after: step.after,
+        };
+        Self {
+            values: named(found),
+            table,
+            number_of_rows: found.rows,
+            number_of_columns: found.columns,
+            table_type: found.table_type,
+            course: found.course,
+            lift: plate.lift(),
+            velocity_steps: found.velocity_steps,
+            largest_velocity_step: found.largest_velocity_step.map(step),
+        }
+    }
+}
+
+/// Under the names and in the order of TF5050 chapter 8.11.
+fn named(c: &Characteristics) -> Vec<NamedValue> {
+    let (start, end) = (&c.start, &c.end);
+    let [position, velocity, acceleration, jerk]: [&MinMax; 4] = [
+        &c.extremes.position,
+        &c.extremes.velocity,
+        &c.extremes.acceleration,
+        &c.extremes.jerk,
+    ];
+    let values = [
+        ("fMasterVeloNom", c.master_velocity),
+        ("fMasterPosStart", start.master),
+        ("fSlavePosStart", start.slave.position),
+        ("fSlaveVeloStart", start.slave.velocity),
+        ("fSlaveAccStart", start.slave.acceleration),
+        ("fSlaveJerkStart", start.slave.jerk),
+        ("fMasterPosEnd", end.master),
+        ("fSlavePosEnd", end.slave.position),
+        ("fSlaveVeloEnd", end.slave.velocity),
+        ("fSlaveAccEnd", end.slave.acceleration),
+        ("fSlaveJerkEnd", end.slave.jerk),
+        ("fMPosAtSPosMin", position.minimum.master),
+        ("fSlavePosMin", position.minimum.value),
+        ("fMPosAtSVeloMin", velocity.minimum.master),
+        ("fSlaveVeloMin", velocity.minimum.value),
+        ("fMPosAtSAccMin", acceleration.minimum.master),
+        ("fSlaveAccMin", acceleration.minimum.value),
+        ("fSVeloAtSAccMin", c.velocity_at_minimum_acceleration),
+        ("fSlaveJerkMin", jerk.minimum.value),
+        ("fSlaveDynMomMin", c.dynamic_momentum.minimum.value),
+        ("fMPosAtSPosMax", position.maximum.master),
+        ("fSlavePosMax", position.maximum.value),
+        ("fMPosAtSVeloMax", velocity.maximum.master),
+        ("fSlaveVeloMax", velocity.maximum.value),
+        ("fMPosAtSAccMax", acceleration.maximum.master),
+        ("fSlaveAccMax", acceleration.maximum.value),
+        ("fSVeloAtSAccMax", c.velocity_at_maximum_acceleration),
+        ("fSlaveJerkMax", jerk.maximum.value),
+        ("fSlaveDynMomMax", c.dynamic_momentum.maximum.value),
+        ("fSlaveVeloMean", c.mean_velocity),
+        ("fSlaveAccEff", c.effective_acceleration),
+    ];
+    let named = |(name, value): (&str, f64)| NamedValue {
+        name: name.to_owned(),
+        value,
+    };
+    values.into_iter().map(named).collect()
+}

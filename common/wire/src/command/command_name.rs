@@ -1,0 +1,61 @@
+//! What a command is called, before anything else of it is read.
+
+use std::fmt;
+
+use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+/// The name of a command; none of what is no command. Its fields are passed over.
+#[derive(Debug, Default)]
+pub(super) struct CommandName(Option<String>);
+
+impl CommandName {
+    pub(super) fn is_one_of(&self, names: &[&str]) -> bool {
+        self.0.as_deref().is_some_and(|name| names.contains(&name))
+    }
+}
+
+impl<'de> Deserialize<'de> for CommandName {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Name)
+    }
+}
+
+struct Name;
+
+/// What is no map is left to whoever reads the command itself, who says what is expected.
+macro_rules! no_command {
+    ($($visit:ident($of:ty))*) => { $(
+        fn $visit<E>(self, _: $of) -> Result<CommandName, E> {
+            Ok(CommandName(None))
+        }
+    )* };
+}
+
+impl<'de> Visitor<'de> for Name {
+    type Value = CommandName;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a command")
+    }
+
+    no_command! { visit_bool(bool) visit_i64(i64) visit_u64(u64) visit_f64(f64) visit_str(&str) }
+
+    fn visit_unit<E>(self) -> Result<CommandName, E> {
+        Ok(CommandName(None))
+    }
+
+    fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut seq: A) -> Result<CommandName, A::Error> {
+        while seq.next_element::<IgnoredAny>()?.is_some() {}
+        Ok(CommandName(None))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<CommandName, A::Error> {
+        let mut name = None;
+        while let Some(key) = map.next_key::<String>()? {
+            let _ = map.next_value::<IgnoredAny>()?;
+            name.get_or_insert(key);
+        }
+        Ok(CommandName(name))
+    }
+}

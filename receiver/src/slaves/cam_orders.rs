@@ -1,0 +1,110 @@
+//! Orders about the cam plates of a slave.
+
+use coaxle_axis::Awaits;
+use coaxle_cam::{CouplingError, PlateReading, Tables};
+use coaxle_node::CommandOutcome;
+use coaxle_node::command::{CamCommand, CamOrder, OrderCargo};
+use coaxle_slave::{CouplingRefusal, Refusal};
+
+use super::slave::Slave;
+
+impl Slave {
+    /// How many points and rows all its plates have together.
+    pub(super) fn plate_rows(&self) -> usize {
+        self.axis.cam_tables().map_or(0, Tables::rows)
+    }
+
+    /// An order of somebody in the network about its plates, of which there may be so many points and rows more. What
+    /// it needs is in its cargo, and what it leaves is there afterwards: nothing is allocated or freed.
+    pub(super) fn execute_cam(
+        &mut self,
+        order: &CamOrder,
+        cargo: &mut OrderCargo,
+        room: usize,
+    ) -> CommandOutcome {
+        let done = match &order.command {
+            CamCommand::CamInfo {
+                table,
+                master_position,
+            } => match self.axis.cam_info(*table, *master_position) {
+                Ok(info) => {
+                    let slave = self.view();
+                    return CommandOutcome::CamInfo { info, slave };
+                }
+                Err(error) => Err(error),
+            },
+            CamCommand::CamTableSelect { replace, .. } => self.select(order, *replace, cargo, room),
+            CamCommand::CamTableDelete { table } => match cargo {
+                OrderCargo::Table(deleted) if !order.dry_run => {
+                    self.axis.delete_cam(*table, deleted)
+                }
+                _ => self.axis.plan_delete_cam(*table),
+            },
+            CamCommand::ReadMotionFunction { table, .. }
+            | CamCommand::ReadMotionFunctionPoint { table, .. }
+            | CamCommand::ReadMotionFunctionValues { table, .. }
+            | CamCommand::ReadCamTableSlaveDynamics { table, .. }
+            | CamCommand::ReadCamTableCharacteristics { table, .. }
+            | CamCommand::ReadCamTableMasterPosition { table, .. } => self.read(*table, cargo),
+        };
+        let changes = matches!(
+            order.command,
+            CamCommand::CamTableSelect { .. } | CamCommand::CamTableDelete { .. }
+        );
+        if let (Err(error), true) = (done, changes && !order.dry_run) {
+            self.note_refusal(refusal_of(error));
+        }
+        self.answer(done)
+    }
+
+    fn select(
+        &mut self,
+        order: &CamOrder,
+        replace: bool,
+        cargo: &mut OrderCargo,
+        room: usize,
+    ) -> Result<(), CouplingError> {
+        let id = order.command.table();
+        match cargo {
+            OrderCargo::Table(table) if order.dry_run => {
+                self.axis
+                    .plan_select_cam(id, replace, table.as_deref(), room)
+            }
+            OrderCargo::Table(table) => self.axis.select_cam(id, replace, table, room),
+            OrderCargo::Wrong(error) => Err(CouplingError::Cam(*error)),
+            OrderCargo::Nothing | OrderCargo::Reading(_) => Err(CouplingError::NoTable),
+        }
+    }
+
+    fn read(&self, table: u32, cargo: &mut OrderCargo) -> Result<(), CouplingError> {
+        match cargo {
+            OrderCargo::Reading(reading) => {
+                let reading: &mut PlateReading = reading;
+                self.axis.read_plate(table, reading)
+            }
+            _ => Err(CouplingError::NoTable),
+        }
+    }
+
+    fn answer(&self, done: Result<(), CouplingError>) -> CommandOutcome {
+        let slave = self.view();
+        match done {
+            Ok(()) => CommandOutcome::Accepted {
+                job: None,
+                awaits: Awaits::empty(),
+                slave,
+                sync_positions: None,
+                saw: None,
+            },
+            Err(error) => CommandOutcome::Refused {
+                refusal: refusal_of(error),
+                slave,
+                saw: None,
+            },
+        }
+    }
+}
+
+const fn refusal_of(error: CouplingError) -> Refusal {
+    Refusal::Coupling(CouplingRefusal::Cam(error))
+}
