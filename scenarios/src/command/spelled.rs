@@ -16,10 +16,6 @@ use super::options::{fields_of, subcommand};
 /// Built from the table of [`blocks()`] and read by the very rules of the network, so that nothing
 /// about a command is written down twice.
 #[derive(Clone, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "there is one of them in a process"
-)]
 pub(super) enum Spelled {
     Slave(slave::Command),
     Cam(CamCommand),
