@@ -130,27 +130,47 @@ impl KeySeal {
         requester: u32,
         mut each: impl FnMut(&TimeResponse),
     ) -> Result<(), Rejection> {
-        let content = self.verify(payload, |content| TimeResponses::read(content).map(drop))?;
-        let responses = TimeResponses::read(content)?;
-        if responses.sender != sender {
+        let responses = self.verified_time_responses(payload)?;
+        if responses.header.sender != sender {
             return Err(Rejection::ForeignSender);
         }
-        let mut rest = responses.replies;
-        for _ in 0..responses.count {
-            let reply;
-            (reply, rest) = read::<ReplyBody>(rest)?;
-            if reply.requester == requester {
+        let (epoch, responded) = (responses.header.epoch, responses.responded);
+        responses.each(|reply| {
+            if reply.request.requester == requester {
                 each(&TimeResponse {
-                    run: reply.run,
-                    number: reply.number,
-                    requested: Instant::from_nanos(reply.requested),
-                    epoch: responses.epoch,
+                    run: reply.request.run,
+                    number: reply.request.number,
+                    requested: Instant::from_nanos(reply.request.requested),
+                    epoch,
                     received: reply.received,
-                    responded: responses.responded,
+                    responded,
                 });
             }
-        }
-        Ok(())
+        })
+    }
+
+    /// Checks a frame of responses, whoever gave it, and hands out all of them, whomever they are for: its header, and
+    /// when it left, in the clock of who responds since the ideal start of its cycle 0. Does not allocate.
+    ///
+    /// # Errors
+    /// [`Rejection`], the first reason that applies. Nothing is handed out then.
+    pub fn open_all_time_responses(
+        &self,
+        payload: &[u8],
+        each: impl FnMut(&Reply),
+    ) -> Result<(TimeResponsesHeader, Span), Rejection> {
+        let responses = self.verified_time_responses(payload)?;
+        let (header, responded) = (responses.header, responses.responded);
+        responses.each(each)?;
+        Ok((header, responded))
+    }
+
+    fn verified_time_responses<'a>(
+        &self,
+        payload: &'a [u8],
+    ) -> Result<TimeResponses<'a>, Rejection> {
+        let content = self.verify(payload, |content| TimeResponses::read(content).map(drop))?;
+        TimeResponses::read(content)
     }
 }
 
@@ -195,8 +215,7 @@ fn read_time_request(content: &[u8]) -> Result<TimeRequest, Rejection> {
 
 /// A frame of responses that was read to its end.
 struct TimeResponses<'a> {
-    sender: u32,
-    epoch: u64,
+    header: TimeResponsesHeader,
     responded: Span,
     count: u32,
     /// Begins with the replies.
@@ -216,11 +235,33 @@ impl<'a> TimeResponses<'a> {
         let left = read_send_stamp(rest)?.ok_or(Rejection::Malformed)?;
         let cycle_time = cycle_time(prefix.cycle_time_ns)?;
         Ok(Self {
-            sender: prefix.sender,
-            epoch: prefix.epoch,
+            header: TimeResponsesHeader {
+                sender: prefix.sender,
+                epoch: prefix.epoch,
+                count: prefix.count,
+                cycle_time,
+            },
             responded: cycle_time.span() * prefix.count as i64 + left,
             count: prefix.responses,
             replies,
         })
+    }
+
+    fn each(self, mut each: impl FnMut(&Reply)) -> Result<(), Rejection> {
+        let mut rest = self.replies;
+        for _ in 0..self.count {
+            let reply;
+            (reply, rest) = read::<ReplyBody>(rest)?;
+            each(&Reply {
+                request: TimeRequest {
+                    requester: reply.requester,
+                    run: reply.run,
+                    number: reply.number,
+                    requested: reply.requested,
+                },
+                received: reply.received,
+            });
+        }
+        Ok(())
     }
 }

@@ -34,6 +34,14 @@ pub trait Transport: Send + Sync {
     /// The transport refuses.
     fn subscribe(&self, key: &str, on_bytes: BytesHandler) -> anyhow::Result<Declared>;
 
+    /// The same, and how each was sent, where the transport tells.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    fn observe(&self, key: &str, mut on_sample: SampleHandler) -> anyhow::Result<Declared> {
+        self.subscribe(key, Box::new(move |at, bytes| on_sample(at, bytes, None)))
+    }
+
     /// Shows everybody that `key` is there, until the result is dropped, or this process dies.
     ///
     /// # Errors
@@ -75,6 +83,20 @@ pub trait Transport: Send + Sync {
 
 /// Takes what was published, with the instant of its arrival.
 pub type BytesHandler = Box<dyn FnMut(Instant<Machine>, &[u8]) + Send>;
+
+/// Takes what was published, with the instant of its arrival, and how it was sent, if that is known.
+pub type SampleHandler = Box<dyn FnMut(Instant<Machine>, &[u8], Option<Delivery>) + Send>;
+
+/// How something was sent: what whoever published it asked of the network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Delivery {
+    /// Its priority, 1 (real-time) to 7 (background).
+    pub priority: u8,
+    /// Whether it is dropped where the network cannot keep up; else whoever publishes waits.
+    pub is_dropped: bool,
+    /// Whether it waits for no other message to leave with.
+    pub is_express: bool,
+}
 
 /// Takes the key of an announcement, and whether it is there.
 pub type PresenceHandler = Box<dyn Fn(&str, bool) + Send + Sync>;

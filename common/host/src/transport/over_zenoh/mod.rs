@@ -20,7 +20,7 @@ use zenoh::Wait;
 use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{Querier, Query};
-use zenoh::sample::SampleKind;
+use zenoh::sample::{Sample, SampleKind};
 
 use config::described;
 pub use config::{ZENOH_RUNTIME, zenoh_config};
@@ -30,8 +30,8 @@ pub use exposure::Exposure;
 use self::error::zenoh_error;
 use self::unseen::Ways;
 use super::{
-    BytesHandler, Client, Declared, PresenceHandler, Publisher, Request, RequestHandler, Transport,
-    Unseen, Urgency,
+    BytesHandler, Client, Declared, Delivery, PresenceHandler, Publisher, Request, RequestHandler,
+    SampleHandler, Transport, Unseen, Urgency,
 };
 use crate::machine;
 
@@ -105,17 +105,21 @@ impl Transport for OverZenoh {
         Ok(Box::new(publisher))
     }
 
-    fn subscribe(&self, key: &str, on_bytes: BytesHandler) -> anyhow::Result<Declared> {
+    fn subscribe(&self, key: &str, mut on_bytes: BytesHandler) -> anyhow::Result<Declared> {
+        self.observe(key, Box::new(move |at, bytes, _| on_bytes(at, bytes)))
+    }
+
+    fn observe(&self, key: &str, on_sample: SampleHandler) -> anyhow::Result<Declared> {
         // Zenoh calls back from one thread per link, so nobody ever waits for this lock.
-        let on_bytes = Mutex::new(on_bytes);
+        let on_sample = Mutex::new(on_sample);
         let subscriber = self
             .session
             .declare_subscriber(key)
             .callback(move |sample| {
                 let arrival = machine::now();
                 let bytes = sample.payload().to_bytes();
-                let mut on_bytes = on_bytes.lock().unwrap_or_else(PoisonError::into_inner);
-                on_bytes(arrival, &bytes);
+                let mut on_sample = on_sample.lock().unwrap_or_else(PoisonError::into_inner);
+                on_sample(arrival, &bytes, Some(delivery(&sample)));
             })
             .wait()
             .map_err(zenoh_error)
@@ -193,6 +197,14 @@ impl Transport for OverZenoh {
             Some(Err(error)) => tracing::debug!(%error, "the Zenoh session did not close cleanly"),
             None => tracing::debug!("the Zenoh session did not close in time"),
         }
+    }
+}
+
+fn delivery(sample: &Sample) -> Delivery {
+    Delivery {
+        priority: sample.priority() as u8,
+        is_dropped: sample.congestion_control() == CongestionControl::Drop,
+        is_express: sample.express(),
     }
 }
 
