@@ -13,6 +13,7 @@ use crate::bar::Bar;
 use crate::cam::{self, CamCommand};
 use crate::catalog;
 use crate::command::{self, CommandArgs};
+use crate::conform::{self, ConformArgs};
 use crate::doctor::{self, DoctorArgs};
 use crate::examples;
 use crate::gateway;
@@ -95,6 +96,8 @@ enum Command {
     Status(StatusArgs),
     /// Wait until a receiver knows the clocks that it follows
     WaitSync(WaitArgs),
+    /// Say which rules of docs/WIRE.md a node keeps, whoever wrote it: docs/CONFORM.md
+    Conform(ConformArgs),
     /// Make a network secure: certificates, and who may do what; docs/SECURE.md
     #[command(subcommand)]
     Secure(SecureCommand),
@@ -245,6 +248,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Nodes(args)) => return status::nodes(&args),
         Some(Command::Status(args)) => return status::status(&args),
         Some(Command::WaitSync(args)) => return status::wait(&args),
+        Some(Command::Conform(args)) => return conform::conform(&args),
         Some(Command::Secure(command)) => (crate::secure::cli::print(&command)?, Exit::Failed),
         Some(Command::Doctor(args)) => (doctor::print(&args)?, Exit::Failed),
         Some(Command::Schema(args)) => (schema::print(&args).map(|()| true)?, Exit::Failed),

@@ -11,6 +11,7 @@ pub mod cam;
 pub mod catalog;
 pub mod cli;
 pub mod command;
+mod conform;
 pub mod curves;
 pub mod doctor;
 pub mod evaluate;

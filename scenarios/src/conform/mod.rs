@@ -1,0 +1,83 @@
+//! `coaxle conform`: whether somebody else's node keeps docs/WIRE.md.
+//!
+//! What is judged is judged without a network: messages and their arrivals go in, findings come out.
+
+mod heard;
+mod receiver;
+mod report;
+mod rule;
+mod sender;
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use coaxle_host::cli::Exit;
+use coaxle_host::machine;
+use coaxle_node::keys::NodeName;
+
+use crate::inspect;
+use crate::junit;
+use heard::Heard;
+use receiver::ReceiverArgs;
+use report::Format;
+use sender::SenderArgs;
+
+/// Who is tried.
+#[derive(Debug, Args)]
+pub(crate) struct ConformArgs {
+    #[command(subcommand)]
+    tried: Tried,
+    /// A line for each rule, or JSON
+    #[arg(short, long, value_enum, default_value_t, global = true)]
+    format: Format,
+    /// Write a report in JUnit's format: a case for each rule
+    #[arg(long, value_name = "FILE", global = true)]
+    junit: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Tried {
+    /// Listen to a node that publishes axes, ask it for the time, and say which rules it keeps
+    Sender(SenderArgs),
+    /// Play good and bad frames to a node that follows axes, as the far node that its config names, and say what it makes
+    /// of them
+    Receiver(ReceiverArgs),
+}
+
+impl Tried {
+    const fn node(&self) -> &NodeName {
+        match self {
+            Self::Sender(args) => &args.node,
+            Self::Receiver(args) => &args.node,
+        }
+    }
+}
+
+/// Tries a node and says what was found: not met if a rule is broken, no data if nothing came.
+///
+/// # Errors
+/// A wrong network section, a network that cannot be joined, a node that cannot be tried, or a report that cannot be
+/// written.
+pub(crate) fn conform(args: &ConformArgs) -> anyhow::Result<Exit> {
+    let began = machine::now();
+    let (kind, heard) = match &args.tried {
+        Tried::Sender(args) => ("sender", sender::judge(args)?),
+        Tried::Receiver(args) => ("receiver", receiver::judge(args)?),
+    };
+    let findings = match heard {
+        Heard::Findings(findings) => findings,
+        Heard::Interrupted => return Ok(Exit::Interrupted),
+        Heard::Nothing(why) => {
+            tracing::error!("{why}");
+            return Ok(Exit::NoData);
+        }
+    };
+    let node = args.tried.node();
+    if let Some(path) = &args.junit {
+        let took = (machine::now() - began).as_secs_f64();
+        let suite = format!("conform {kind} {node}");
+        junit::write(path, &suite, took, report::cases(&findings))?;
+    }
+    inspect::print_text(&report::shown(node.as_str(), &findings, args.format))?;
+    Ok(report::exit(&findings))
+}

@@ -1,0 +1,184 @@
+//! Who is to be played to a receiver, by what its status says.
+
+use coaxle_clock::{CycleTime, Span};
+use coaxle_node::keys::NodeName;
+use serde_json::{Map, Value};
+
+use super::player::Part;
+
+/// Frames come no more often than this: the machine has other things to do.
+const SHORTEST: Span = Span::from_millis(5);
+
+/// What was asked for.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Wishes {
+    pub(super) played: Option<NodeName>,
+    pub(super) axis: Option<u32>,
+    pub(super) cycle_time: Option<CycleTime>,
+}
+
+/// The node, its axis and its cycle time. `chance` is what its run is told from others by.
+///
+/// # Errors
+/// Why nobody can be played, in words.
+pub(super) fn part(
+    receiver: &NodeName,
+    status: &Map<String, Value>,
+    wishes: &Wishes,
+    chance: u64,
+) -> Result<Part, String> {
+    let played = played(status, wishes.played.as_ref())?;
+    let axis = axis(status, &played, wishes.axis)?;
+    let cycle_time = match wishes.cycle_time {
+        Some(cycle_time) => cycle_time,
+        None => cycle_time(status)?,
+    };
+    Ok(Part {
+        played,
+        axis,
+        receiver: receiver.clone(),
+        cycle_time,
+        // Odd factors leave no two chances alike.
+        epoch: chance.wrapping_mul(0x9e37_79b9_7f4a_7c15),
+    })
+}
+
+fn played(status: &Map<String, Value>, wish: Option<&NodeName>) -> Result<NodeName, String> {
+    let sources = status.get("sources").and_then(Value::as_object);
+    let Some(sources) = sources.filter(|sources| !sources.is_empty()) else {
+        return Err(
+            "received a status without sources, expected a receiver that follows a node".to_owned(),
+        );
+    };
+    let names: Vec<_> = sources.keys().map(String::as_str).collect();
+    let name = match (wish, names.as_slice()) {
+        (Some(wish), names) if names.contains(&wish.as_str()) => wish.as_str(),
+        (Some(wish), names) => {
+            return Err(format!(
+                "received --as {wish}, expected one that it follows: {}",
+                names.join(", ")
+            ));
+        }
+        (None, [name]) => *name,
+        (None, names) => {
+            return Err(format!(
+                "it follows {}, expected --as with one of them",
+                names.join(", ")
+            ));
+        }
+    };
+    if sources[name]["alive"] == true {
+        return Err(format!(
+            "received {name}, which is there itself, expected one that is not: two of a name are told apart, and neither \
+             could be tried"
+        ));
+    }
+    NodeName::new(name).map_err(|error| error.to_string())
+}
+
+fn axis(status: &Map<String, Value>, played: &NodeName, wish: Option<u32>) -> Result<u32, String> {
+    let axes = status.get("axes").and_then(Value::as_object);
+    let of_node = axes
+        .into_iter()
+        .flatten()
+        .filter(|(_, axis)| axis["node"] == played.as_str());
+    let ids =
+        of_node.filter_map(|(_, axis)| axis["id"].as_u64().and_then(|id| u32::try_from(id).ok()));
+    let ids: Vec<_> = ids.collect();
+    let listed = || {
+        ids.iter()
+            .map(u32::to_string)
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    match (wish, ids.as_slice()) {
+        (_, []) => Err(format!(
+            "received a status without an axis of {played}, expected axes.*.node and axes.*.id"
+        )),
+        (None, [first, ..]) => Ok(*first),
+        (Some(wish), ids) if ids.contains(&wish) => Ok(wish),
+        (Some(wish), _) => Err(format!(
+            "received --axis {wish}, expected one that it follows: {}",
+            listed()
+        )),
+    }
+}
+
+fn cycle_time(status: &Map<String, Value>) -> Result<CycleTime, String> {
+    let own = status.get("cycle_time_us").and_then(Value::as_f64);
+    let own = own
+        .map(Span::from_micros_f64)
+        .and_then(|span| CycleTime::new(span).ok());
+    let Some(own) = own else {
+        return Err(
+            "received a status without cycle_time_us from 100 to 100000, expected --cycle-time"
+                .to_owned(),
+        );
+    };
+    let span = own.span();
+    let times = (SHORTEST - Span::from_nanos(1)).div_floor(span) + 1;
+    CycleTime::new(span * times).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn cast(status: &Value, wishes: &Wishes) -> Result<Part, String> {
+        let receiver = NodeName::new("saw").unwrap();
+        part(&receiver, status.as_object().unwrap(), wishes, 1)
+    }
+
+    fn status() -> Value {
+        json!({ "cycle_time_us": 2000.0,
+            "sources": { "belt": { "alive": false }, "line": { "alive": true } },
+            "axes": { "belt.3": { "node": "belt", "id": 3 }, "belt.4": { "node": "belt", "id": 4 } } })
+    }
+
+    #[test]
+    fn whom_the_receiver_follows_is_played() {
+        let belt = Wishes {
+            played: NodeName::new("belt").ok(),
+            ..Wishes::default()
+        };
+        let part = cast(&status(), &belt).unwrap();
+        assert_eq!((part.played.as_str(), part.axis), ("belt", 3));
+        assert_eq!(
+            part.cycle_time.span(),
+            Span::from_millis(6),
+            "a multiple of its own"
+        );
+        let other = Wishes {
+            axis: Some(4),
+            ..belt
+        };
+        assert_eq!(cast(&status(), &other).unwrap().axis, 4);
+    }
+
+    #[test]
+    fn who_cannot_be_played_is_told_with_who_can() {
+        let wish = |name: &str, axis| Wishes {
+            played: NodeName::new(name).ok(),
+            axis,
+            ..Wishes::default()
+        };
+        for (wishes, expected) in [
+            (Wishes::default(), "belt, line, expected --as"),
+            (
+                wish("press", None),
+                "received --as press, expected one that it follows: belt, line",
+            ),
+            (wish("line", None), "which is there itself"),
+            (
+                wish("belt", Some(9)),
+                "received --axis 9, expected one that it follows: 3, 4",
+            ),
+        ] {
+            let error = cast(&status(), &wishes).unwrap_err();
+            assert!(error.contains(expected), "{error}");
+        }
+        let error = cast(&json!({ "role": "sender" }), &Wishes::default()).unwrap_err();
+        assert!(error.contains("without sources"), "{error}");
+    }
+}

@@ -1,0 +1,96 @@
+//! `coaxle conform receiver`: which rules of docs/WIRE.md a node keeps that follows axes.
+
+mod cast;
+mod frames;
+mod perform;
+mod player;
+mod reading;
+mod requests;
+pub(super) mod rules;
+mod script;
+#[cfg(test)]
+mod tests;
+
+use anyhow::bail;
+use clap::Args;
+use coaxle_clock::{CycleTime, Span};
+use coaxle_host::cli::parse_duration;
+use coaxle_host::{Interrupt, SeenNode, Watcher};
+use coaxle_node::keys::NodeName;
+
+use super::heard::Heard;
+use crate::network::NetworkArgs;
+use crate::status;
+use cast::{Wishes, part};
+
+/// Whom to play to.
+#[derive(Debug, Args)]
+pub(crate) struct ReceiverArgs {
+    /// The node that follows axes. What depends on its slaves moves: its axis has an error for a while, falls silent and
+    /// comes back elsewhere
+    #[arg(value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
+    pub(super) node: NodeName,
+    /// The far node to be, which must not be there itself [default: the one that the receiver follows]
+    #[arg(long = "as", value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
+    played: Option<NodeName>,
+    /// The axis of that node [default: the first one that the receiver follows]
+    #[arg(long, value_name = "ID")]
+    axis: Option<u32>,
+    /// How often frames are sent, 100us to 100ms [default: the receiver's own cycle time, and its multiple from 5 ms on]
+    #[arg(long, value_name = "DURATION", value_parser = cycle_time)]
+    cycle_time: Option<CycleTime>,
+    #[command(flatten)]
+    network: NetworkArgs,
+}
+
+/// A receiver may take so long to turn up.
+const PATIENCE: Span = Span::from_secs(5);
+
+/// Plays, and says what was found.
+///
+/// # Errors
+/// A wrong network section, a network that cannot be joined, a receiver that follows nobody who can be played.
+pub(super) fn judge(args: &ReceiverArgs) -> anyhow::Result<Heard> {
+    let interrupt = Interrupt::listen()?;
+    let watcher = status::watch(&args.network, std::slice::from_ref(&args.node))?;
+    let heard = play(args, &watcher, &interrupt);
+    watcher.close();
+    heard
+}
+
+fn play(args: &ReceiverArgs, watcher: &Watcher, interrupt: &Interrupt) -> anyhow::Result<Heard> {
+    let told = |seen: &[SeenNode]| seen.iter().any(|node| node.status.is_some());
+    let seen = watcher.wait_for(PATIENCE, told);
+    let status = seen.iter().find_map(|node| node.status.as_ref());
+    let Some((at, status)) = status else {
+        let why = watcher.why_unseen(&args.node);
+        let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
+        return Ok(Heard::Nothing(format!(
+            "node {} says nothing, {}{why}",
+            args.node,
+            watcher.whereabouts()
+        )));
+    };
+    let wishes = Wishes {
+        played: args.played.clone(),
+        axis: args.axis,
+        cycle_time: args.cycle_time,
+    };
+    let part = match part(&args.node, status, &wishes, at.as_nanos().unsigned_abs()) {
+        Ok(part) => part,
+        Err(why) => bail!("{}: {why}", args.node),
+    };
+    tracing::info!(
+        "plays {}, axis {}, to {}",
+        part.played,
+        part.axis,
+        args.node
+    );
+    let found = perform::perform(&**watcher.transport(), part, interrupt)?;
+    Ok(found.map_or(Heard::Interrupted, Heard::Findings))
+}
+
+fn cycle_time(text: &str) -> Result<CycleTime, String> {
+    let span = parse_duration(text).map_err(|error| error.to_string())?;
+    CycleTime::new(span).map_err(|error| error.to_string())
+}

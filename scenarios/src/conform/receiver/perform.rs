@@ -1,0 +1,115 @@
+//! The network's part: cycles in real time, and what comes meanwhile.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+
+use coaxle_clock::Instant;
+use coaxle_host::transport::{Declared, Publisher, Transport, Urgency};
+use coaxle_host::{Interrupt, Machine, machine};
+use coaxle_node::Channel;
+use serde_json::{Map, Value};
+
+use super::player::{Part, Player};
+use crate::conform::rule::Finding;
+
+/// So much waits for the next cycle.
+const MOST: usize = 1 << 12;
+
+enum Came {
+    Request(Instant<Machine>, Vec<u8>),
+    Status(Instant<Machine>, Map<String, Value>),
+    SeenBy(bool),
+}
+
+/// Plays the whole script; none if somebody ends it.
+///
+/// # Errors
+/// The transport refuses.
+pub(super) fn perform(
+    transport: &dyn Transport,
+    part: Part,
+    interrupt: &Interrupt,
+) -> anyhow::Result<Option<Vec<Finding>>> {
+    let (queue, came) = sync_channel(MOST);
+    let _declared = declare(transport, &part, &Arc::new(queue))?;
+    let publisher = |channel| {
+        let key = part.played.channel_key(channel);
+        transport.publisher(&key, Urgency::RealTime)
+    };
+    let (axes, responses) = (
+        publisher(Channel::Axes)?,
+        publisher(Channel::TimeResponses)?,
+    );
+    let played = part.played.clone();
+    let mut player = Player::new(part, machine::now());
+    let mut epoch = player.epoch();
+    let mut run = transport.announce(&played.run_key(epoch))?;
+    while !player.is_done() {
+        if interrupt.is_asked() {
+            return Ok(None);
+        }
+        machine::sleep_until(player.due());
+        hand_in(&came, &mut player);
+        for (channel, frame) in player.cycle(machine::now()) {
+            let publisher = if channel == Channel::Axes {
+                &axes
+            } else {
+                &responses
+            };
+            send(&**publisher, frame);
+        }
+        if player.epoch() != epoch {
+            epoch = player.epoch();
+            drop(run);
+            run = transport.announce(&played.run_key(epoch))?;
+        }
+    }
+    drop(run);
+    Ok(Some(player.findings()))
+}
+
+fn hand_in(came: &Receiver<Came>, player: &mut Player) {
+    for came in came.try_iter() {
+        match came {
+            Came::Request(at, bytes) => player.request(at, &bytes),
+            Came::Status(at, status) => player.status(at, &status),
+            Came::SeenBy(is_seen) => player.seen_by(is_seen),
+        }
+    }
+}
+
+fn send(publisher: &dyn Publisher, frame: Vec<u8>) {
+    if let Err(error) = publisher.publish(frame) {
+        tracing::debug!(%error, "the transport refused a frame");
+    }
+}
+
+fn declare(
+    transport: &dyn Transport,
+    part: &Part,
+    queue: &Arc<SyncSender<Came>>,
+) -> anyhow::Result<Vec<Declared>> {
+    // What finds no room is missing.
+    let (requests, statuses, seen) = (Arc::clone(queue), Arc::clone(queue), Arc::clone(queue));
+    let on_request = move |at, bytes: &[u8]| {
+        let _ = requests.try_send(Came::Request(at, bytes.to_vec()));
+    };
+    let on_status = move |at, bytes: &[u8]| {
+        if let Ok(Value::Object(status)) = serde_json::from_slice(bytes) {
+            let _ = statuses.try_send(Came::Status(at, status));
+        }
+    };
+    let on_seen = move |_: &str, is_there| {
+        let _ = seen.try_send(Came::SeenBy(is_there));
+    };
+    let Part {
+        played, receiver, ..
+    } = part;
+    let requests = played.channel_key(Channel::TimeRequests);
+    Ok(vec![
+        transport.announce(&played.alive_key())?,
+        transport.subscribe(&requests, Box::new(on_request))?,
+        transport.subscribe(&receiver.status_key(), Box::new(on_status))?,
+        transport.watch(&played.seen_by_key(receiver), Box::new(on_seen))?,
+    ])
+}

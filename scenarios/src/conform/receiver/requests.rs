@@ -1,0 +1,185 @@
+//! The time requests of the receiver, and the responses of the node that is played.
+
+use coaxle_clock::{CycleTime, Instant, Span};
+use coaxle_host::Machine;
+use coaxle_node::exchange::{
+    MAX_TIME_RESPONSES, Reply, TIME_RESPONSES_CAPACITY, TimeResponsesHeader, encode_time_responses,
+};
+use coaxle_node::frame::{KeySeal, sender_id};
+use coaxle_node::keys::NodeName;
+use coaxle_node::{Channel, TimeRequest};
+
+use super::rules::REQUESTS;
+use crate::conform::rule::{Finding, Outcome, Tally};
+
+/// Some ten times a second: the mean pause between two, s.
+const PAUSE: (f64, f64) = (0.02, 1.0);
+
+/// Takes time requests and responds.
+#[derive(Debug)]
+pub(super) struct Requests {
+    requests: KeySeal,
+    responses: KeySeal,
+    sender: u32,
+    requester: u32,
+    waiting: Vec<(Instant<Machine>, TimeRequest)>,
+    newest: Option<(u64, u32)>,
+    seen: Tally,
+    times: Option<(Instant<Machine>, Instant<Machine>)>,
+}
+
+/// The run and the cycle that responds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cycle {
+    pub(super) epoch: u64,
+    pub(super) count: u64,
+    pub(super) cycle_time: CycleTime,
+    /// The ideal start of cycle 0.
+    pub(super) start: Instant<Machine>,
+    /// When the responses leave.
+    pub(super) now: Instant<Machine>,
+}
+
+impl Requests {
+    /// To the node `played`, of the node `receiver`.
+    pub(super) fn new(played: &NodeName, receiver: &NodeName) -> Self {
+        Self {
+            requests: KeySeal::new(&played.channel_key(Channel::TimeRequests)),
+            responses: KeySeal::new(&played.channel_key(Channel::TimeResponses)),
+            sender: sender_id(played),
+            requester: sender_id(receiver),
+            waiting: Vec::new(),
+            newest: None,
+            seen: Tally::default(),
+            times: None,
+        }
+    }
+
+    /// A request came at `at`; `epoch` is that of the receiver, as its status has it.
+    pub(super) fn take(&mut self, at: Instant<Machine>, bytes: &[u8], epoch: Option<u64>) {
+        let request = match self.requests.open_time_request(bytes) {
+            Ok(request) => request,
+            Err(reason) => {
+                self.seen.bad(reason.to_string(), "a time request");
+                return;
+            }
+        };
+        let wrong = self.wrong(&request, epoch);
+        self.seen
+            .check(wrong.is_none(), || wrong.unwrap_or_default());
+        self.newest = Some((request.run, request.number));
+        let first = self.times.map_or(at, |(first, _)| first);
+        self.times = Some((first, at));
+        if request.requester == self.requester && self.waiting.len() < MAX_TIME_RESPONSES {
+            self.waiting.push((at, request));
+        }
+    }
+
+    /// Another run begins: what was asked before is not answered.
+    pub(super) fn forget(&mut self) {
+        self.waiting.clear();
+    }
+
+    /// The frame that answers all that waits; with `bad`, others that are no answers, and how many.
+    pub(super) fn respond(&mut self, cycle: &Cycle, bad: bool) -> (Vec<Vec<u8>>, u64) {
+        let waiting = std::mem::take(&mut self.waiting);
+        let reply = |(at, request): &(Instant<Machine>, TimeRequest)| Reply {
+            request: *request,
+            received: *at - cycle.start,
+        };
+        let good: Vec<_> = waiting.iter().map(reply).collect();
+        if good.is_empty() {
+            return (Vec::new(), 0);
+        }
+        let mut frames = vec![self.frame(cycle, &good)];
+        let wrong: Vec<_> = good
+            .iter()
+            .take(MAX_TIME_RESPONSES / 3)
+            .flat_map(wrong_ones)
+            .collect();
+        if bad {
+            frames.push(self.frame(cycle, &wrong));
+        }
+        (frames, if bad { wrong.len() as u64 } else { 0 })
+    }
+
+    /// Whether any request came.
+    pub(super) const fn any(&self) -> bool {
+        self.seen.all() > 0
+    }
+
+    pub(super) fn finding(&self) -> Finding {
+        let none = "no time request came: it follows with a lag, or was told the delay";
+        let outcome = match self.seen.outcome("requests", none) {
+            Outcome::Kept { seen } => self.pace(seen),
+            other => other,
+        };
+        Finding::new(&REQUESTS, outcome)
+    }
+
+    fn pace(&self, seen: String) -> Outcome {
+        let Some((first, last)) = self.times.filter(|(first, last)| last > first) else {
+            return Outcome::kept(seen);
+        };
+        let pause = (last - first).as_secs_f64() / (self.seen.all() - 1) as f64;
+        let words = format!("{seen}, one every {pause:.3} s");
+        match (PAUSE.0..=PAUSE.1).contains(&pause) {
+            true => Outcome::kept(words),
+            false => Outcome::broken(words, "some ten a second"),
+        }
+    }
+
+    fn wrong(&self, request: &TimeRequest, epoch: Option<u64>) -> Option<(String, String)> {
+        let TimeRequest {
+            requester,
+            run,
+            number,
+            ..
+        } = *request;
+        if requester != self.requester {
+            let expected = format!("{}, the CRC-32 of its name", self.requester);
+            return Some((format!("the requester {requester}"), expected));
+        }
+        if let Some(epoch) = epoch.filter(|epoch| *epoch != run) {
+            let expected = format!("{epoch:016x}, the epoch of its status");
+            return Some((format!("the run {run:016x}"), expected));
+        }
+        let before = self.newest.filter(|(before, _)| *before == run);
+        let (_, before) = before.filter(|(_, before)| number.wrapping_sub(*before) as i32 <= 0)?;
+        Some((
+            format!("number {number} after {before}"),
+            "numbers that go up".to_owned(),
+        ))
+    }
+
+    fn frame(&self, cycle: &Cycle, replies: &[Reply]) -> Vec<u8> {
+        let header = TimeResponsesHeader {
+            sender: self.sender,
+            epoch: cycle.epoch,
+            count: cycle.count,
+            cycle_time: cycle.cycle_time,
+        };
+        let mut body = [0; TIME_RESPONSES_CAPACITY];
+        let length = encode_time_responses(&header, replies, &mut body);
+        let ideal = cycle.start + cycle.cycle_time.span() * cycle.count as i64;
+        let stamp: Span = cycle.now - ideal;
+        let mut sealed = Vec::new();
+        self.responses
+            .seal(&body[..length], Some(stamp), &mut sealed);
+        sealed
+    }
+}
+
+/// What is no answer to a request: one to another run, one to what was never asked, one more.
+fn wrong_ones(reply: &Reply) -> [Reply; 3] {
+    let with = |change: fn(&mut TimeRequest)| {
+        let mut other = *reply;
+        change(&mut other.request);
+        other
+    };
+    [
+        with(|request| request.run ^= 1),
+        with(|request| request.number = request.number.wrapping_add(1_000)),
+        *reply,
+    ]
+}

@@ -1,0 +1,141 @@
+//! What is played, step by step, and what is to come of it.
+
+use super::frames::{Bad, Writer};
+use super::rules;
+use crate::conform::rule::Rule;
+
+/// A step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    pub(super) rule: &'static Rule,
+    pub(super) play: Play,
+    /// For so many cycles.
+    pub(super) cycles: u64,
+    pub(super) expect: Expect,
+}
+
+/// What is played. Good frames go on all the while, but where it says so.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Play {
+    /// Good frames and nothing else.
+    Good,
+    /// Frames that are no good beside them.
+    Beside(Bad),
+    /// Good ones whose index has nothing to do with their count.
+    AnyIndex,
+    /// Good ones with stamps of all kinds, and without.
+    AnyStamp,
+    /// Every one twice.
+    Twice,
+    /// Each second one behind the one after it.
+    Late,
+    /// The axis has an error.
+    ErrorCode,
+    /// Silence, and then another run.
+    NewRun,
+    /// Responses that are none, beside good ones.
+    BadResponses,
+}
+
+/// What is to come of it, by the receiver's status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Expect {
+    /// All frames were used.
+    Used,
+    /// This counter of the far node, and none of what is counted as wrong besides, has gone up by as many as were played.
+    Counted(&'static str),
+    /// The axis shows this error.
+    Error(u32),
+    /// The new run is followed.
+    Run,
+    /// This counter has gone up by anything.
+    Some(&'static str),
+}
+
+/// The error that an axis has for once.
+pub(super) const ERROR: u32 = 0x4650;
+
+const FEW: u64 = 3;
+const MANY: u64 = 25;
+
+/// All of it, in the order in which it is played: what upsets a receiver's clock comes before the run that begins anew.
+pub(super) static SCRIPT: [Step; 21] = [
+    step(&rules::FOLLOWS, Play::Good, MANY, Expect::Used),
+    refused(
+        &rules::WRONG_VERSION,
+        Writer::versions,
+        "rejected_wrong_version",
+    ),
+    refused(&rules::TRUNCATED, Writer::truncated, "rejected_truncated"),
+    refused(
+        &rules::WRONG_CHECKSUM,
+        Writer::check_sums,
+        "rejected_wrong_checksum",
+    ),
+    refused(&rules::MALFORMED, Writer::malformed, "rejected_malformed"),
+    refused(
+        &rules::TRAILING_BYTES,
+        Writer::trailing,
+        "rejected_trailing_bytes",
+    ),
+    refused(
+        &rules::CYCLE_TIME_RANGE,
+        Writer::cycle_times,
+        "rejected_cycle_time_out_of_range",
+    ),
+    refused(
+        &rules::FOREIGN_SENDER,
+        Writer::senders,
+        "rejected_foreign_sender",
+    ),
+    refused(&rules::AXIS_MISSING, Writer::axes, "rejected_axis_missing"),
+    refused(&rules::IMPLAUSIBLE, Writer::numbers, "rejected_implausible"),
+    step(&rules::ANY_INDEX, Play::AnyIndex, MANY, Expect::Used),
+    step(
+        &rules::DUPLICATES,
+        Play::Twice,
+        FEW,
+        Expect::Counted("duplicates"),
+    ),
+    step(&rules::LATE, Play::Late, 2 * FEW, Expect::Counted("late")),
+    step(
+        &rules::ERROR_CODE,
+        Play::ErrorCode,
+        MANY,
+        Expect::Error(ERROR),
+    ),
+    refused(&rules::OTHER_RUN, Writer::runs, "foreign_frames"),
+    refused(
+        &rules::OTHER_CYCLE_TIME,
+        Writer::other_cycle_times,
+        "foreign_frames",
+    ),
+    refused(&rules::OTHER_COUNT, Writer::counts, "foreign_frames"),
+    step(&rules::ANY_STAMP, Play::AnyStamp, MANY, Expect::Used),
+    step(&rules::TAKE_OVER, Play::NewRun, MANY, Expect::Run),
+    step(
+        &rules::RESPONSES,
+        Play::Good,
+        MANY,
+        Expect::Some("exchanges"),
+    ),
+    step(
+        &rules::BAD_RESPONSES,
+        Play::BadResponses,
+        2 * MANY,
+        Expect::Counted("responses_refused"),
+    ),
+];
+
+const fn step(rule: &'static Rule, play: Play, cycles: u64, expect: Expect) -> Step {
+    Step {
+        rule,
+        play,
+        cycles,
+        expect,
+    }
+}
+
+const fn refused(rule: &'static Rule, bad: Bad, counter: &'static str) -> Step {
+    step(rule, Play::Beside(bad), FEW, Expect::Counted(counter))
+}

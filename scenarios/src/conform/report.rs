@@ -1,0 +1,170 @@
+//! What was found, for people, as JSON, and as continuous integration reads it.
+
+use clap::ValueEnum;
+use coaxle_host::cli::Exit;
+use coaxle_node::one_line;
+use serde_json::{Value, json};
+
+use super::rule::{Finding, Outcome};
+use crate::junit::{Case, Failure};
+
+/// How it is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// A line for each rule.
+    #[default]
+    Plain,
+    /// One object.
+    Json,
+}
+
+/// The findings about a node, in the words of `format`.
+pub(crate) fn shown(node: &str, findings: &[Finding], format: Format) -> String {
+    match format {
+        Format::Plain => plain(node, findings),
+        Format::Json => format!("{:#}", as_json(node, findings)),
+    }
+}
+
+/// Not met if a rule is broken.
+pub(crate) fn exit(findings: &[Finding]) -> Exit {
+    Exit::NotMet.unless(!findings.iter().any(Finding::is_broken))
+}
+
+/// A case for each rule. What was not seen is no failure.
+pub(crate) fn cases(findings: &[Finding]) -> impl Iterator<Item = Case> {
+    findings.iter().map(|finding| Case {
+        name: format!("{} {}", finding.rule.number, finding.rule.name),
+        failure: finding.is_broken().then(|| Failure {
+            message: told(&finding.outcome),
+            text: place(finding),
+        }),
+    })
+}
+
+fn plain(node: &str, findings: &[Finding]) -> String {
+    let mut lines: Vec<_> = findings.iter().map(line).collect();
+    let [kept, broken, not_seen] = counts(findings);
+    lines.push(format!(
+        "{node}: {kept} rules kept, {broken} broken, {not_seen} not seen"
+    ));
+    lines.join("\n")
+}
+
+fn line(finding: &Finding) -> String {
+    let word = match finding.outcome {
+        Outcome::Kept { .. } => "kept",
+        Outcome::Broken { .. } => "broken",
+        Outcome::NotSeen { .. } => "not seen",
+    };
+    let rule = finding.rule;
+    let place = match finding.outcome {
+        Outcome::Broken { .. } => format!("; {}", place(finding)),
+        _ => String::new(),
+    };
+    // What a node says of itself may hold anything.
+    one_line(&format!(
+        "{:8} {:4} {:16} {}{place}",
+        word,
+        rule.number,
+        rule.name,
+        told(&finding.outcome)
+    ))
+}
+
+fn told(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Kept { seen } => seen.clone(),
+        Outcome::Broken {
+            received,
+            expected,
+            seen,
+        } if seen.is_empty() => format!("received {received}, expected {expected}"),
+        Outcome::Broken {
+            received,
+            expected,
+            seen,
+        } => format!("received {received}, expected {expected} ({seen})"),
+        Outcome::NotSeen { why } => why.clone(),
+    }
+}
+
+fn place(finding: &Finding) -> String {
+    format!("docs/WIRE.md#{}", finding.rule.section)
+}
+
+/// Kept, broken and not seen.
+fn counts(findings: &[Finding]) -> [usize; 3] {
+    let mut counts = [0; 3];
+    for finding in findings {
+        counts[match finding.outcome {
+            Outcome::Kept { .. } => 0,
+            Outcome::Broken { .. } => 1,
+            Outcome::NotSeen { .. } => 2,
+        }] += 1;
+    }
+    counts
+}
+
+fn as_json(node: &str, findings: &[Finding]) -> Value {
+    let [kept, broken, not_seen] = counts(findings);
+    let rules = findings.iter().map(|finding| {
+        let mut rule = json!(finding.outcome);
+        rule["number"] = json!(finding.rule.number);
+        rule["rule"] = json!(finding.rule.name);
+        rule["section"] = json!(place(finding));
+        rule
+    });
+    json!({
+        "node": node, "kept": kept, "broken": broken, "not-seen": not_seen,
+        "rules": rules.collect::<Value>(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::rule::Rule;
+
+    static COUNT: Rule = Rule::new("S7", "count", "what-the-fields-mean");
+
+    fn findings() -> Vec<Finding> {
+        vec![
+            Finding::new(&COUNT, Outcome::kept("30 frames")),
+            Finding::new(&COUNT, Outcome::broken("5\nafter 5", "6 or more")),
+            Finding::new(&COUNT, Outcome::not_seen("no frame came")),
+        ]
+    }
+
+    #[test]
+    fn each_rule_has_a_line_and_a_broken_one_says_where_it_stands() {
+        let text = shown("belt", &findings(), Format::Plain);
+        let lines: Vec<_> = text.lines().collect();
+        assert_eq!(
+            lines,
+            [
+                "kept     S7   count            30 frames",
+                "broken   S7   count            received 5 after 5, expected 6 or more; \
+                 docs/WIRE.md#what-the-fields-mean",
+                "not seen S7   count            no frame came",
+                "belt: 1 rules kept, 1 broken, 1 not seen",
+            ]
+        );
+    }
+
+    #[test]
+    fn json_junit_and_the_exit_code_say_the_same() {
+        let json: Value = serde_json::from_str(&shown("belt", &findings(), Format::Json)).unwrap();
+        assert_eq!((&json["kept"], &json["broken"]), (&1.into(), &1.into()));
+        assert_eq!(json["rules"][1]["outcome"], "broken");
+        assert_eq!(json["rules"][1]["rule"], "count");
+        assert_eq!(json["rules"][2]["why"], "no frame came");
+        let cases: Vec<_> = cases(&findings()).collect();
+        assert_eq!(
+            cases.iter().filter(|case| case.failure.is_some()).count(),
+            1
+        );
+        assert_eq!(exit(&findings()), Exit::NotMet);
+        assert_eq!(exit(&findings()[..1]), Exit::Done);
+    }
+}

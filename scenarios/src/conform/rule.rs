@@ -1,0 +1,179 @@
+//! A rule of docs/WIRE.md, and what was found of it.
+
+use serde::Serialize;
+
+/// A rule: docs/WIRE.md lists all of them under "Rules by name".
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Rule {
+    /// `S7`, `R3`: its number.
+    pub(crate) number: &'static str,
+    /// Its short name.
+    pub(crate) name: &'static str,
+    /// The section of docs/WIRE.md that says it, as a link there.
+    pub(crate) section: &'static str,
+}
+
+impl Rule {
+    pub(crate) const fn new(
+        number: &'static str,
+        name: &'static str,
+        section: &'static str,
+    ) -> Self {
+        Self {
+            number,
+            name,
+            section,
+        }
+    }
+}
+
+/// What was found of a rule.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "outcome", rename_all = "kebab-case")]
+pub(crate) enum Outcome {
+    /// It is kept, as far as was seen.
+    Kept {
+        /// What was seen.
+        seen: String,
+    },
+    /// It is broken.
+    Broken {
+        /// What was received.
+        received: String,
+        /// What is expected.
+        expected: String,
+        /// How often, if it was not always.
+        seen: String,
+    },
+    /// Nothing was seen that it is about.
+    NotSeen {
+        /// Why.
+        why: String,
+    },
+}
+
+impl Outcome {
+    pub(crate) fn kept(seen: impl Into<String>) -> Self {
+        Self::Kept { seen: seen.into() }
+    }
+
+    pub(crate) fn broken(received: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self::Broken {
+            received: received.into(),
+            expected: expected.into(),
+            seen: String::new(),
+        }
+    }
+
+    pub(crate) fn not_seen(why: impl Into<String>) -> Self {
+        Self::NotSeen { why: why.into() }
+    }
+}
+
+/// A rule with its outcome.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Finding {
+    pub(crate) rule: &'static Rule,
+    pub(crate) outcome: Outcome,
+}
+
+impl Finding {
+    pub(crate) const fn new(rule: &'static Rule, outcome: Outcome) -> Self {
+        Self { rule, outcome }
+    }
+
+    pub(crate) const fn is_broken(&self) -> bool {
+        matches!(self.outcome, Outcome::Broken { .. })
+    }
+}
+
+/// How often something was as it should be, and the first time that it was not.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tally {
+    good: u64,
+    bad: u64,
+    /// What was received, and what is expected.
+    first: Option<(String, String)>,
+}
+
+impl Tally {
+    pub(crate) fn good(&mut self) {
+        self.good += 1;
+    }
+
+    pub(crate) fn bad(&mut self, received: impl Into<String>, expected: impl Into<String>) {
+        self.bad += 1;
+        if self.first.is_none() {
+            self.first = Some((received.into(), expected.into()));
+        }
+    }
+
+    /// Counts one more, which is as it should be or not; what it is then is put into words.
+    pub(crate) fn check(&mut self, is_good: bool, words: impl FnOnce() -> (String, String)) {
+        if is_good {
+            self.good();
+        } else {
+            let (received, expected) = words();
+            self.bad(received, expected);
+        }
+    }
+
+    pub(crate) const fn all(&self) -> u64 {
+        self.good + self.bad
+    }
+
+    /// The outcome for things that are called so; `why` none was seen.
+    pub(crate) fn outcome(&self, things: &str, why: &str) -> Outcome {
+        self.outcome_but_for(0.0, things, why)
+    }
+
+    /// The same where such a share may be otherwise: machines and networks are busy now and then.
+    pub(crate) fn outcome_but_for(&self, share: f64, things: &str, why: &str) -> Outcome {
+        let all = self.all();
+        match &self.first {
+            Some((received, expected)) if self.bad as f64 > share * all as f64 => Outcome::Broken {
+                received: received.clone(),
+                expected: expected.clone(),
+                seen: format!("{} of {all} {things}", self.bad),
+            },
+            _ if all == 0 => Outcome::not_seen(why),
+            Some(_) => Outcome::kept(format!("{} of {all} {things}", self.good)),
+            None => Outcome::kept(format!("{all} {things}")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tally_tells_the_first_that_was_not_as_it_should_be_and_how_many_were_not() {
+        let mut tally = Tally::default();
+        assert_eq!(
+            tally.outcome("frames", "none came"),
+            Outcome::not_seen("none came")
+        );
+        tally.good();
+        assert_eq!(tally.outcome("frames", ""), Outcome::kept("1 frames"));
+        for received in ["5", "6"] {
+            tally.check(false, || (received.to_owned(), "4".to_owned()));
+        }
+        let Outcome::Broken {
+            received,
+            expected,
+            seen,
+        } = tally.outcome("frames", "")
+        else {
+            panic!("it is broken");
+        };
+        assert_eq!(
+            [received, expected, seen],
+            ["5", "4", "2 of 3 frames"].map(str::to_owned)
+        );
+        assert_eq!(
+            tally.outcome_but_for(0.7, "frames", ""),
+            Outcome::kept("1 of 3 frames")
+        );
+    }
+}

@@ -1,0 +1,272 @@
+//! What a node makes of time requests.
+
+use std::collections::BTreeMap;
+
+use coaxle_clock::{CycleTime, Instant, Span};
+use coaxle_host::Machine;
+use coaxle_node::exchange::{Reply, TimeResponsesHeader};
+use coaxle_node::frame::{KeySeal, sender_id};
+use coaxle_node::keys::NodeName;
+use coaxle_node::{Channel, TimeRequest};
+
+use super::rules::{ANSWER_ECHO, ANSWER_FRAME, ANSWER_ONCE, ANSWER_STAMPS, ANSWER_TIME};
+use crate::conform::rule::{Finding, Outcome, Tally};
+
+/// A response may come after two cycles and this: the machines are busy.
+const PATIENCE: Span = Span::from_millis(100);
+/// Such a share may be missing or late.
+const MISSING: f64 = 0.2;
+/// Such a share may be of another run than the newest frame: a node that begins anew responds before it sends, or after.
+const BETWEEN_RUNS: f64 = 0.1;
+/// The clock of responses and that of frames are the same one, as far as one can tell at once.
+const APART: Span = Span::from_secs(1);
+
+/// The clock of the node, as the newest frame shows it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FrameClock {
+    pub(super) epoch: u64,
+    pub(super) cycle_time: CycleTime,
+    /// When it left, or was due, since the ideal start of the node's cycle 0 …
+    pub(super) left: Span,
+    /// … and came.
+    pub(super) at: Instant<Machine>,
+}
+
+/// What was asked, and what came.
+#[derive(Debug)]
+pub(super) struct Exchange {
+    seal: KeySeal,
+    node: NodeName,
+    requester: u32,
+    run: u64,
+    asked: BTreeMap<u32, Asked>,
+    frame: Tally,
+    echo: Tally,
+    once: Tally,
+    stamps: Tally,
+    cycle: Span,
+}
+
+/// A time request of this tool.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    request: TimeRequest,
+    at: Instant<Machine>,
+    /// Whether it is one that a node may not refuse.
+    is_good: bool,
+    /// When the first response came.
+    answered: Option<Instant<Machine>>,
+}
+
+impl Exchange {
+    pub(super) fn new(node: &NodeName, requester: u32, run: u64) -> Self {
+        Self {
+            seal: KeySeal::new(&node.channel_key(Channel::TimeResponses)),
+            node: node.clone(),
+            requester,
+            run,
+            asked: BTreeMap::new(),
+            frame: Tally::default(),
+            echo: Tally::default(),
+            once: Tally::default(),
+            stamps: Tally::default(),
+            cycle: Span::ZERO,
+        }
+    }
+
+    /// A request left at `at`; a node is to refuse one that is not good.
+    pub(super) fn asked(&mut self, at: Instant<Machine>, request: TimeRequest, is_good: bool) {
+        let asked = Asked {
+            request,
+            at,
+            is_good,
+            answered: None,
+        };
+        self.asked.insert(request.number, asked);
+    }
+
+    /// A frame of responses came at `at`.
+    pub(super) fn take(&mut self, at: Instant<Machine>, bytes: &[u8], frames: Option<&FrameClock>) {
+        let mut replies = Vec::new();
+        let opened = self
+            .seal
+            .open_all_time_responses(bytes, |reply| replies.push(*reply));
+        let (header, left) = match opened {
+            Ok(opened) => opened,
+            Err(reason) => {
+                self.frame.bad(reason.to_string(), "a frame of responses");
+                return;
+            }
+        };
+        if self.judge_header(&header, frames) {
+            self.cycle = header.cycle_time.span();
+            for reply in replies {
+                self.judge(at, &reply, left, frames);
+            }
+        }
+    }
+
+    /// What is found at `end`, when nothing comes any more.
+    pub(super) fn findings(&self, end: Instant<Machine>) -> Vec<Finding> {
+        let none = "no request was answered: nobody can follow the node without lag";
+        vec![
+            Finding::new(
+                &ANSWER_FRAME,
+                self.frame.outcome_but_for(BETWEEN_RUNS, "frames", none),
+            ),
+            Finding::new(&ANSWER_TIME, self.time(end, none)),
+            Finding::new(&ANSWER_ECHO, self.echo.outcome("responses", none)),
+            Finding::new(&ANSWER_ONCE, self.once.outcome("responses", none)),
+            Finding::new(
+                &ANSWER_STAMPS,
+                self.stamps.outcome_but_for(BETWEEN_RUNS, "responses", none),
+            ),
+        ]
+    }
+
+    fn judge_header(&mut self, header: &TimeResponsesHeader, frames: Option<&FrameClock>) -> bool {
+        let words = |what: &str, received: String, expected: String| {
+            (format!("the {what} {received}"), expected)
+        };
+        let sender = sender_id(&self.node);
+        let wrong = if header.sender != sender {
+            Some(words(
+                "sender",
+                header.sender.to_string(),
+                sender.to_string(),
+            ))
+        } else {
+            frames.and_then(|frames| {
+                let time = |time: CycleTime| time.span().to_string();
+                let hex = |epoch: u64| format!("{epoch:016x}");
+                if header.epoch != frames.epoch {
+                    Some(words("epoch", hex(header.epoch), hex(frames.epoch)))
+                } else if header.cycle_time != frames.cycle_time {
+                    let (own, due) = (time(header.cycle_time), time(frames.cycle_time));
+                    Some(words("cycle time", own, due))
+                } else {
+                    None
+                }
+            })
+        };
+        let is_good = wrong.is_none();
+        self.frame.check(is_good, || {
+            let (received, expected) = wrong.unwrap_or_default();
+            (received, format!("{expected}, as in its frames"))
+        });
+        is_good
+    }
+
+    fn judge(
+        &mut self,
+        at: Instant<Machine>,
+        reply: &Reply,
+        left: Span,
+        frames: Option<&FrameClock>,
+    ) {
+        let request = &reply.request;
+        // What others asked is theirs.
+        if request.requester != self.requester {
+            return;
+        }
+        let number = request.number;
+        let Some(asked) = self
+            .asked
+            .get_mut(&number)
+            .filter(|_| request.run == self.run)
+        else {
+            let received = format!("a response to request {number} of run {:016x}", request.run);
+            self.echo
+                .bad(received, "requester, run and number of a request");
+            return;
+        };
+        if !asked.is_good {
+            let received = format!("a response to request {number}, whose check sum is wrong");
+            self.once.bad(received, "none to what is no request");
+            return;
+        }
+        let is_first = asked.answered.is_none();
+        self.once.check(is_first, || {
+            let received = format!("another response to request {number}");
+            (received, "one to each".to_owned())
+        });
+        if !is_first {
+            return;
+        }
+        asked.answered = Some(at);
+        let asked = *asked;
+        self.echo
+            .check(request.requested == asked.request.requested, || {
+                (
+                    format!("t1 = {} ns of request {number}", request.requested),
+                    format!("{} ns, as it asked", asked.request.requested),
+                )
+            });
+        self.judge_stamps(at, &asked, (reply.received, left), frames);
+    }
+
+    /// `received` is t2, `left` t3; t1 and t4 are of the clock of this tool.
+    fn judge_stamps(
+        &mut self,
+        at: Instant<Machine>,
+        asked: &Asked,
+        (received, left): (Span, Span),
+        frames: Option<&FrameClock>,
+    ) {
+        let number = asked.request.number;
+        let (dwell, round_trip) = (left - received, at - asked.at);
+        let expected_at = frames.map(|frames| frames.left + (at - frames.at));
+        let wrong = if dwell.is_negative() {
+            let received = format!("t3 {} before t2", -dwell);
+            Some((
+                received,
+                "a response to leave after its request came".to_owned(),
+            ))
+        } else if dwell > round_trip + round_trip / 100 {
+            let expected = format!("{round_trip} at most, which it was under way and there");
+            Some((format!("{dwell} from t2 to t3"), expected))
+        } else {
+            let apart = expected_at.map(|due| left - due);
+            let apart = apart.filter(|apart| apart.abs() > APART);
+            apart.map(|apart| {
+                let received = format!("t3 {apart} off the clock of the frames");
+                (
+                    received,
+                    "nanoseconds since the ideal start of cycle 0".to_owned(),
+                )
+            })
+        };
+        self.stamps.check(wrong.is_none(), || {
+            let (received, expected) = wrong.unwrap_or_default();
+            (format!("{received} (request {number})"), expected)
+        });
+    }
+
+    fn time(&self, end: Instant<Machine>, none: &str) -> Outcome {
+        let limit = self.cycle * 2 + PATIENCE;
+        let all = self.asked.values().filter(|asked| asked.is_good);
+        // What was asked only just may be answered yet.
+        let due = all.filter(|asked| end - asked.at > limit * 3);
+        let mut tally = Tally::default();
+        let mut some = false;
+        for asked in due {
+            let took = asked.answered.map(|at| at - asked.at);
+            some |= took.is_some();
+            tally.check(took.is_some_and(|took| took <= limit), || {
+                let received = match took {
+                    Some(took) => format!("a response after {took}"),
+                    None => "no response".to_owned(),
+                };
+                let expected = format!("one in the next cycle, {limit} at most");
+                (
+                    format!("{received} (request {})", asked.request.number),
+                    expected,
+                )
+            });
+        }
+        match some {
+            true => tally.outcome_but_for(MISSING, "requests", none),
+            false => Outcome::not_seen(none),
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Frames as bytes: version, fields, check sum, sender.
+
+use coaxle_axis::NcToPlcAxis;
+use coaxle_node::frame::{FORMAT_VERSION, KeySeal, sender_id};
+use coaxle_node::keys::NodeName;
+use coaxle_node::{Channel, FrameHeader, Rejection};
+
+use super::rules::{CHECK_SUM, FRAME_FIELDS, SENDER_ID, VERSION};
+use crate::conform::rule::{Finding, Tally};
+
+/// The fields before the cycle time.
+const BEFORE_CYCLE_TIME: usize = 4;
+
+/// The frames under one key.
+#[derive(Debug)]
+pub(super) struct Frames {
+    node: NodeName,
+    key: String,
+    seal: KeySeal,
+    sender: u32,
+    version: Tally,
+    fields: Tally,
+    check_sum: Tally,
+    sender_id: Tally,
+}
+
+/// What a frame is.
+#[derive(Debug)]
+pub(super) enum Opened {
+    /// A good one.
+    Good(FrameHeader, Vec<NcToPlcAxis>),
+    /// Its cycle time is one that no node may have: this, if it can be read.
+    CycleTime(Option<u64>),
+    /// None, or that of another node.
+    Other,
+}
+
+impl Frames {
+    pub(super) fn new(node: &NodeName, channel: Channel) -> Self {
+        let key = node.channel_key(channel);
+        Self {
+            node: node.clone(),
+            seal: KeySeal::new(&key),
+            key,
+            sender: sender_id(node),
+            version: Tally::default(),
+            fields: Tally::default(),
+            check_sum: Tally::default(),
+            sender_id: Tally::default(),
+        }
+    }
+
+    /// All that came.
+    pub(super) const fn all(&self) -> u64 {
+        self.version.all()
+    }
+
+    pub(super) fn open(&mut self, bytes: &[u8]) -> Opened {
+        let version = bytes.first().copied();
+        self.version.check(version == Some(FORMAT_VERSION), || {
+            let received = version.map_or("no byte".to_owned(), |byte| format!("{byte}"));
+            (received, FORMAT_VERSION.to_string())
+        });
+        if version != Some(FORMAT_VERSION) {
+            return Opened::Other;
+        }
+        let mut axes = Vec::new();
+        let opened = self.seal.open(bytes, |axis| axes.push(*axis));
+        let header = match opened {
+            Ok(header) => header,
+            Err(Rejection::CycleTimeOutOfRange) => {
+                self.check_sum.good();
+                self.fields.good();
+                return Opened::CycleTime(varint_after(bytes, BEFORE_CYCLE_TIME));
+            }
+            Err(Rejection::WrongChecksum) => {
+                self.check_sum.bad(
+                    self.sum_of(bytes),
+                    format!("the CRC-32 over the key {} and all before it", self.key),
+                );
+                return Opened::Other;
+            }
+            Err(reason) => {
+                let received = format!("{} bytes: {reason}", bytes.len());
+                self.fields
+                    .bad(received, "the fields of version 1, and nothing besides");
+                return Opened::Other;
+            }
+        };
+        self.check_sum.good();
+        self.fields.good();
+        self.sender_id.check(header.sender == self.sender, || {
+            let expected = format!("{}, the CRC-32 of {:?}", self.sender, self.node.as_str());
+            (header.sender.to_string(), expected)
+        });
+        match header.sender == self.sender {
+            true => Opened::Good(header, axes),
+            false => Opened::Other,
+        }
+    }
+
+    pub(super) fn findings(&self) -> Vec<Finding> {
+        let none = "no frame came";
+        let no_version = "no frame of version 1 came";
+        let no_frame = "no whole frame came";
+        vec![
+            Finding::new(&VERSION, self.version.outcome("frames", none)),
+            Finding::new(&FRAME_FIELDS, self.fields.outcome("frames", no_version)),
+            Finding::new(&CHECK_SUM, self.check_sum.outcome("frames", no_version)),
+            Finding::new(&SENDER_ID, self.sender_id.outcome("frames", no_frame)),
+        ]
+    }
+
+    /// What a wrong check sum is over instead, where that can be guessed.
+    fn sum_of(&self, bytes: &[u8]) -> String {
+        let fits = |key: &str| {
+            let opened = KeySeal::new(key).open(bytes, |_| {});
+            !matches!(opened, Err(Rejection::WrongChecksum | Rejection::Truncated))
+        };
+        if fits("") {
+            return "one over the frame without its key".to_owned();
+        }
+        let others = Channel::ALL.map(|channel| self.node.channel_key(channel));
+        match others.iter().find(|key| **key != self.key && fits(key)) {
+            Some(key) => format!("one for the key {key}"),
+            None => "another one".to_owned(),
+        }
+    }
+}
+
+/// The number behind the version and so many numbers.
+fn varint_after(bytes: &[u8], count: usize) -> Option<u64> {
+    let mut rest = bytes.get(1..)?;
+    for n in 0..=count {
+        let length = rest.iter().position(|byte| byte & 0x80 == 0)? + 1;
+        let (number, behind) = rest.split_at(length);
+        if n == count && length <= 9 {
+            let bits = number.iter().rev().map(|byte| u64::from(byte & 0x7f));
+            return Some(bits.fold(0, |all, bits| all << 7 | bits));
+        }
+        rest = behind;
+    }
+    None
+}

@@ -1,0 +1,203 @@
+//! Listening to a node over the network, and asking it for the time.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::time::Duration;
+
+use anyhow::bail;
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_host::transport::{Declared, Delivery, Publisher, Transport, Urgency};
+use coaxle_host::{Interrupt, Machine, machine};
+use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
+use coaxle_node::frame::KeySeal;
+use coaxle_node::keys::NodeName;
+use coaxle_node::{Channel, TimeRequest};
+
+use super::judge::{Judge, Requester};
+
+/// So much waits to be judged: some seconds at the shortest cycle time. What finds no room is missing, and would be found
+/// to be.
+const MOST: usize = 1 << 16;
+/// A node may take so long to turn up.
+const PATIENCE: Span = Span::from_secs(5);
+/// How often it asks: as receivers do.
+const ASK: Span = Span::from_millis(100);
+/// Each so many requests there is one whose check sum is wrong.
+const BAD: u32 = 5;
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Something that came.
+enum Heard {
+    Frame(Instant<Machine>, Vec<u8>, Option<Delivery>),
+    Responses(Instant<Machine>, Vec<u8>, Option<Delivery>),
+    Status(Instant<Machine>, Vec<u8>),
+    Token(String, bool),
+}
+
+/// Everything that comes of a node.
+pub(super) struct Listener {
+    heard: Receiver<Heard>,
+    asker: Asker,
+    _declared: Vec<Declared>,
+}
+
+/// Asks for the time.
+struct Asker {
+    publisher: Box<dyn Publisher>,
+    seal: KeySeal,
+    requester: Requester,
+    next: u32,
+    due: Instant<Machine>,
+}
+
+/// How listening ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ended {
+    /// The time was up.
+    InTime,
+    /// Nothing came at all.
+    Silent,
+    /// Somebody ended it.
+    Interrupted,
+}
+
+impl Listener {
+    /// # Errors
+    /// The transport refuses.
+    pub(super) fn new(
+        transport: &dyn Transport,
+        node: &NodeName,
+        channel: Channel,
+        requester: Requester,
+    ) -> anyhow::Result<Self> {
+        let (queue, heard) = sync_channel(MOST);
+        let queue = Arc::new(queue);
+        let requests = node.channel_key(Channel::TimeRequests);
+        let asker = Asker {
+            publisher: transport.publisher(&requests, Urgency::RealTime)?,
+            seal: KeySeal::new(&requests),
+            requester,
+            next: 0,
+            due: machine::now(),
+        };
+        Ok(Self {
+            heard,
+            asker,
+            _declared: declare(transport, node, channel, &queue)?,
+        })
+    }
+
+    /// Hands all that comes to the judge, for so long since the first frame.
+    ///
+    /// # Errors
+    /// The network is gone.
+    pub(super) fn listen(
+        &mut self,
+        judge: &mut Judge,
+        listen_for: Span,
+        interrupt: &Interrupt,
+    ) -> anyhow::Result<Ended> {
+        let mut end = machine::now() + PATIENCE;
+        let mut has_begun = false;
+        while machine::now() < end {
+            if interrupt.is_asked() {
+                return Ok(Ended::Interrupted);
+            }
+            match self.heard.recv_timeout(LOOK) {
+                Ok(heard) => judge.take(heard),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => bail!("the network is gone"),
+            }
+            if !has_begun && judge.frames() > 0 {
+                has_begun = true;
+                end = machine::now() + listen_for;
+            }
+            if has_begun {
+                self.asker.ask(judge);
+            }
+        }
+        Ok(if has_begun {
+            Ended::InTime
+        } else {
+            Ended::Silent
+        })
+    }
+}
+
+impl Judge {
+    fn take(&mut self, heard: Heard) {
+        match heard {
+            Heard::Frame(at, bytes, delivery) => self.frame(at, &bytes, delivery),
+            Heard::Responses(at, bytes, delivery) => self.responses(at, &bytes, delivery),
+            Heard::Status(at, bytes) => self.status(at, &bytes),
+            Heard::Token(key, is_there) => self.token(&key, is_there),
+        }
+    }
+}
+
+impl Asker {
+    /// Asks if it is time to.
+    fn ask(&mut self, judge: &mut Judge) {
+        let now = machine::now();
+        if now < self.due {
+            return;
+        }
+        self.due = now + ASK;
+        let number = self.next;
+        self.next += 1;
+        let is_good = number % BAD != BAD - 1;
+        let ideal_start = Instant::<Local>::from_nanos(now.as_nanos());
+        let mut body = [0; TIME_REQUEST_CAPACITY];
+        let Requester { id, run } = self.requester;
+        let length = encode_time_request(id, run, number, ideal_start, &mut body);
+        let mut sealed = Vec::new();
+        let left = machine::now();
+        self.seal
+            .seal(&body[..length], Some(left - now), &mut sealed);
+        if let (false, Some(last)) = (is_good, sealed.last_mut()) {
+            *last ^= 1;
+        }
+        let request = TimeRequest {
+            requester: id,
+            run,
+            number,
+            requested: left.as_nanos(),
+        };
+        judge.asked(left, request, is_good);
+        if let Err(error) = self.publisher.publish(sealed) {
+            tracing::debug!(%error, "the transport refused a time request");
+        }
+    }
+}
+
+fn declare(
+    transport: &dyn Transport,
+    node: &NodeName,
+    channel: Channel,
+    queue: &Arc<SyncSender<Heard>>,
+) -> anyhow::Result<Vec<Declared>> {
+    // What finds no room is missing.
+    let (frames, responses, status) = (Arc::clone(queue), Arc::clone(queue), Arc::clone(queue));
+    let on_frame = move |at, bytes: &[u8], delivery| {
+        let _ = frames.try_send(Heard::Frame(at, bytes.to_vec(), delivery));
+    };
+    let on_responses = move |at, bytes: &[u8], delivery| {
+        let _ = responses.try_send(Heard::Responses(at, bytes.to_vec(), delivery));
+    };
+    let on_status = move |at, bytes: &[u8]| {
+        let _ = status.try_send(Heard::Status(at, bytes.to_vec()));
+    };
+    let mut declared = Vec::new();
+    for key in [node.alive_key(), node.runs_key()] {
+        let tokens = Arc::clone(queue);
+        let on_change = move |key: &str, is_there| {
+            let _ = tokens.try_send(Heard::Token(key.to_owned(), is_there));
+        };
+        declared.push(transport.watch(&key, Box::new(on_change))?);
+    }
+    let responses = node.channel_key(Channel::TimeResponses);
+    declared.push(transport.observe(&responses, Box::new(on_responses))?);
+    declared.push(transport.subscribe(&node.status_key(), Box::new(on_status))?);
+    declared.push(transport.observe(&node.channel_key(channel), Box::new(on_frame))?);
+    Ok(declared)
+}

@@ -1,0 +1,100 @@
+//! `coaxle conform sender`: which rules of docs/WIRE.md a node keeps that publishes axes.
+
+mod axes;
+mod exchange;
+mod frames;
+mod judge;
+mod listen;
+mod pace;
+mod presence;
+pub(super) mod rules;
+mod runs;
+mod stamps;
+mod status;
+#[cfg(test)]
+mod tests;
+
+use clap::{Args, ValueEnum};
+use coaxle_clock::Span;
+use coaxle_host::cli::parse_duration;
+use coaxle_host::{Interrupt, OverZenoh, Transport, machine};
+use coaxle_node::Channel;
+use coaxle_node::frame::sender_id;
+use coaxle_node::keys::NodeName;
+
+use super::heard::Heard;
+use crate::network::NetworkArgs;
+use judge::{Judge, Requester};
+use listen::{Ended, Listener};
+
+/// Whom to listen to.
+#[derive(Debug, Args)]
+pub(crate) struct SenderArgs {
+    /// The node that publishes axes
+    #[arg(value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
+    pub(super) node: NodeName,
+    /// Which of its axes: those of a sender, or the slaves of a receiver
+    #[arg(long, value_enum, default_value_t)]
+    channel: Published,
+    /// Listen for so long, such as 10s, 500ms, 2min
+    #[arg(long = "for", value_name = "DURATION", default_value = "10s", value_parser = parse_duration)]
+    listen_for: Span,
+    #[command(flatten)]
+    network: NetworkArgs,
+}
+
+/// What a node publishes once per cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Published {
+    #[default]
+    Axes,
+    Slaves,
+}
+
+/// Who asks for the time here.
+const NAME: &str = "conform";
+
+/// Listens, and says what was found.
+///
+/// # Errors
+/// A wrong network section, or a network that cannot be joined.
+pub(super) fn judge(args: &SenderArgs) -> anyhow::Result<Heard> {
+    let interrupt = Interrupt::listen()?;
+    let transport = OverZenoh::open_and_wait(&args.network.transport()?)?;
+    let heard = listen(args, &transport, &interrupt);
+    transport.close();
+    heard
+}
+
+fn listen(
+    args: &SenderArgs,
+    transport: &OverZenoh,
+    interrupt: &Interrupt,
+) -> anyhow::Result<Heard> {
+    let channel = match args.channel {
+        Published::Axes => Channel::Axes,
+        Published::Slaves => Channel::Slaves,
+    };
+    let now = machine::now();
+    let requester = Requester {
+        id: sender_id(&NodeName::new(NAME)?),
+        // Another one each time: answers to a tool that ran before are not meant.
+        run: now.as_nanos().unsigned_abs(),
+    };
+    let mut listener = Listener::new(transport, &args.node, channel, requester)?;
+    let mut judge = Judge::new(&args.node, channel, requester, now);
+    let ended = listener.listen(&mut judge, args.listen_for, interrupt)?;
+    Ok(match ended {
+        Ended::InTime => Heard::Findings(judge.findings(machine::now())),
+        Ended::Interrupted => Heard::Interrupted,
+        Ended::Silent => {
+            let key = args.node.channel_key(channel);
+            let why = transport.why_unseen(args.node.as_str());
+            let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
+            Heard::Nothing(format!(
+                "nothing came on {key}, {}{why}",
+                transport.whereabouts()
+            ))
+        }
+    })
+}

@@ -1,0 +1,181 @@
+//! How regularly frames come: the pace of the counts, missing ones, bursts.
+
+use coaxle_clock::{Instant, Span};
+use coaxle_host::Machine;
+use coaxle_node::FrameHeader;
+
+use super::rules::{EVERY_CYCLE, NO_BURSTS, PACE};
+use super::runs::Step;
+use super::stamps::possible;
+use crate::conform::rule::{Finding, Outcome};
+
+/// No quartz is off by so much …
+const MOST_DRIFT: f64 = 1e-3;
+/// … and the least delay of a quarter of the time is known no better than this, s.
+const JITTER: f64 = 0.01;
+/// The least delay is kept of each such piece of time, s.
+const PIECE: f64 = 0.25;
+/// A run of so many pieces has a pace.
+const LEAST_PIECES: usize = 4;
+/// So many counts may be missing, and so many frames leave late: machines and networks are busy now and then.
+const MISSING: f64 = 0.1;
+const LATE: f64 = 0.1;
+/// Of frames without stamps so many may come right behind the one before.
+const CROWDED: f64 = 0.5;
+
+/// The pace of all runs.
+#[derive(Debug, Default)]
+pub(super) struct Pace {
+    current: Option<Segment>,
+    /// The longest of those before.
+    longest: Option<Segment>,
+    came: u64,
+    missing: u64,
+    stamped: u64,
+    late: u64,
+    /// Of the frames with the next count: how many there are, and how many came right behind the one before.
+    next: u64,
+    crowded: u64,
+    before: Option<Instant<Machine>>,
+}
+
+/// Frames of one run.
+#[derive(Clone, Debug)]
+struct Segment {
+    since: Instant<Machine>,
+    count: u64,
+    cycle: Span,
+    /// Of each piece of time: when the frame came that had the least delay, and that, s since the first frame.
+    least: Vec<Option<(f64, f64)>>,
+}
+
+impl Pace {
+    /// A frame that has its place in a run.
+    pub(super) fn take(&mut self, at: Instant<Machine>, header: &FrameHeader, step: Step) {
+        let cycle = header.cycle_time.span();
+        self.came += 1;
+        if let Some(stamp) = possible(header) {
+            self.stamped += 1;
+            self.late += u64::from(stamp >= cycle);
+        }
+        if let Step::Goes { counts } = step {
+            self.missing += counts - 1;
+            if let (1, Some(before)) = (counts, self.before) {
+                self.next += 1;
+                self.crowded += u64::from(at - before < cycle / 5);
+            }
+        } else {
+            self.begin(at, header);
+        }
+        self.before = Some(at);
+        if let Some(segment) = &mut self.current {
+            segment.take(at, header.count);
+        }
+    }
+
+    pub(super) fn findings(&self) -> Vec<Finding> {
+        vec![
+            Finding::new(&PACE, self.pace()),
+            Finding::new(&EVERY_CYCLE, self.every_cycle()),
+            Finding::new(&NO_BURSTS, self.bursts()),
+        ]
+    }
+
+    fn begin(&mut self, at: Instant<Machine>, header: &FrameHeader) {
+        let new = Segment {
+            since: at,
+            count: header.count,
+            cycle: header.cycle_time.span(),
+            least: Vec::new(),
+        };
+        if let Some(ended) = self.current.replace(new)
+            && ended.least.len() > self.longest.as_ref().map_or(0, |run| run.least.len())
+        {
+            self.longest = Some(ended);
+        }
+    }
+
+    fn pace(&self) -> Outcome {
+        let all = self.longest.iter().chain(&self.current);
+        let longest = all.max_by_key(|segment| segment.least.len());
+        let Some((rate, known)) = longest.and_then(Segment::rate) else {
+            return Outcome::not_seen("it takes a second of frames of one run");
+        };
+        let cycle = longest.map_or(Span::ZERO, |segment| segment.cycle);
+        let (rate_ppm, known_ppm) = (rate * 1e6, known * 1e6);
+        let words = format!("counts {rate_ppm:+.0} ppm off the cycle time of {cycle}");
+        if rate.abs() <= MOST_DRIFT + known {
+            return Outcome::kept(format!("{words}, known to ± {known_ppm:.0} ppm"));
+        }
+        let most = MOST_DRIFT * 1e6;
+        Outcome::broken(
+            words,
+            format!("within {most:.0} ppm, and the ± {known_ppm:.0} ppm that arrivals leave open"),
+        )
+    }
+
+    fn every_cycle(&self) -> Outcome {
+        let all = self.came + self.missing;
+        if all < 2 {
+            return Outcome::not_seen("it takes two good frames");
+        }
+        let words = format!("{} of {all} counts", self.came);
+        if self.missing as f64 <= MISSING * all as f64 {
+            return Outcome::kept(words);
+        }
+        Outcome::broken(words, "a frame for each cycle")
+    }
+
+    fn bursts(&self) -> Outcome {
+        let ((part, all, most), words) = if self.stamped > 0 {
+            let words = "left when their cycle was over already";
+            ((self.late, self.stamped, LATE), words)
+        } else {
+            let words = "came within a fifth of a cycle of the one before";
+            ((self.crowded, self.next, CROWDED), words)
+        };
+        if all < 2 {
+            return Outcome::not_seen("it takes two good frames");
+        }
+        let words = format!("{part} of {all} frames that {words}");
+        if part as f64 <= most * all as f64 {
+            return Outcome::kept(words);
+        }
+        Outcome::broken(
+            words,
+            "cycles that were missed to be skipped, not caught up",
+        )
+    }
+}
+
+impl Segment {
+    fn take(&mut self, at: Instant<Machine>, count: u64) {
+        let passed = (at - self.since).as_secs_f64();
+        let counted = count.saturating_sub(self.count) as f64 * self.cycle.as_secs_f64();
+        let (piece, delay) = ((passed.max(0.0) / PIECE) as usize, passed - counted);
+        if self.least.len() <= piece {
+            self.least.resize(piece + 1, None);
+        }
+        let least = &mut self.least[piece];
+        if least.is_none_or(|(_, before)| delay < before) {
+            *least = Some((passed, delay));
+        }
+    }
+
+    /// By how much frames come faster than their cycle time says, and how well that is known.
+    fn rate(&self) -> Option<(f64, f64)> {
+        let pieces = self.least.len();
+        if pieces < LEAST_PIECES {
+            return None;
+        }
+        let quarter = pieces.div_ceil(4);
+        let least = |pieces: &[Option<(f64, f64)>]| {
+            let all = pieces.iter().flatten().copied();
+            all.min_by(|(_, a), (_, b)| a.total_cmp(b))
+        };
+        let (begin, first) = least(&self.least[..quarter])?;
+        let (end, last) = least(&self.least[pieces - quarter..])?;
+        let between = end - begin;
+        (between > 0.0).then(|| ((first - last) / between, JITTER / between))
+    }
+}

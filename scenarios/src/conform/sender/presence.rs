@@ -1,0 +1,106 @@
+//! The tokens that say that a node is there, and how its frames are sent.
+
+use std::collections::BTreeSet;
+
+use coaxle_host::transport::Delivery;
+use coaxle_node::keys::NodeName;
+
+use super::rules::{ALIVE, QOS, RUN_TOKEN};
+use super::status::epoch_of;
+use crate::conform::rule::{Finding, Outcome, Tally};
+
+/// Zenoh's real-time priority.
+const REAL_TIME: u8 = 1;
+
+/// What is there.
+#[derive(Debug)]
+pub(super) struct Presence {
+    node: NodeName,
+    tokens: BTreeSet<String>,
+    qos: Tally,
+}
+
+impl Presence {
+    pub(super) fn new(node: &NodeName) -> Self {
+        Self {
+            node: node.clone(),
+            tokens: BTreeSet::new(),
+            qos: Tally::default(),
+        }
+    }
+
+    /// A token came, or went.
+    pub(super) fn token(&mut self, key: &str, is_there: bool) {
+        if is_there {
+            self.tokens.insert(key.to_owned());
+        } else {
+            self.tokens.remove(key);
+        }
+    }
+
+    /// How a frame was sent, if that is known.
+    pub(super) fn delivery(&mut self, delivery: Option<Delivery>) {
+        let Some(delivery) = delivery else {
+            return;
+        };
+        let Delivery {
+            priority,
+            is_dropped,
+            is_express,
+        } = delivery;
+        let is_good = priority == REAL_TIME && is_dropped && !is_express;
+        self.qos.check(is_good, || {
+            let congestion = if is_dropped { "dropped" } else { "waited for" };
+            let express = if is_express { ", express" } else { "" };
+            (
+                format!(
+                    "priority {priority}, {congestion} when the network cannot keep up{express}"
+                ),
+                "priority 1 (real-time), dropped, not express".to_owned(),
+            )
+        });
+    }
+
+    /// What is found; `epoch` is that of the newest frame.
+    pub(super) fn findings(&self, epoch: Option<u64>) -> Vec<Finding> {
+        vec![
+            Finding::new(&ALIVE, self.alive()),
+            Finding::new(&RUN_TOKEN, self.run(epoch)),
+            Finding::new(
+                &QOS,
+                self.qos.outcome("frames", "the transport does not tell"),
+            ),
+        ]
+    }
+
+    fn alive(&self) -> Outcome {
+        let key = self.node.alive_key();
+        match self.tokens.contains(&key) {
+            true => Outcome::kept(key),
+            false => Outcome::broken("no token", format!("a liveliness token {key}")),
+        }
+    }
+
+    fn run(&self, epoch: Option<u64>) -> Outcome {
+        let Some(epoch) = epoch else {
+            return Outcome::not_seen("no good frame came");
+        };
+        let expected = self.node.run_key(epoch);
+        let all = self.node.runs_key();
+        let prefix = all.trim_end_matches('*');
+        let runs = self
+            .tokens
+            .iter()
+            .filter_map(|key| key.strip_prefix(prefix));
+        let runs: Vec<_> = runs.collect();
+        match runs.as_slice() {
+            [] => Outcome::broken("no token", expected),
+            [run] if epoch_of(run) == Some(epoch) => Outcome::kept(expected),
+            [run] => Outcome::broken(format!("{prefix}{run}"), expected),
+            runs => Outcome::broken(
+                format!("the runs {}", runs.join(", ")),
+                format!("one, {expected}: is there a second node of the name?"),
+            ),
+        }
+    }
+}

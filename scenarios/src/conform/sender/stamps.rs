@@ -1,0 +1,115 @@
+//! The send stamps of frames.
+
+use coaxle_clock::Span;
+use coaxle_node::FrameHeader;
+
+use super::rules::{STAMP_ORDER, STAMP_PRESENT, STAMP_RANGE};
+use super::runs::Step;
+use crate::conform::rule::{Finding, Outcome, Tally};
+
+/// No node is late by more.
+const MOST: Span = Span::from_secs(1);
+/// So many zeros in a row are no chance.
+const ZEROS: u64 = 20;
+
+/// A stamp that a node may have.
+pub(super) fn possible(header: &FrameHeader) -> Option<Span> {
+    let cycle = header.cycle_time.span();
+    header
+        .send_stamp
+        .filter(|stamp| (-cycle..=MOST).contains(stamp))
+}
+
+/// What stamps say.
+#[derive(Debug, Default)]
+pub(super) struct Stamps {
+    with: u64,
+    without: u64,
+    zeros: u64,
+    range: Tally,
+    order: Tally,
+    /// When the frame before left, since the ideal start of its node's cycle 0.
+    left: Option<Span>,
+}
+
+impl Stamps {
+    /// A frame that has its place in a run.
+    pub(super) fn take(&mut self, header: &FrameHeader, step: Step) {
+        if step == Step::Begins {
+            self.left = None;
+        }
+        let Some(stamp) = header.send_stamp else {
+            self.without += 1;
+            return;
+        };
+        self.with += 1;
+        self.zeros += u64::from(stamp == Span::ZERO);
+        let cycle = header.cycle_time.span();
+        let is_possible = possible(header).is_some();
+        self.range.check(is_possible, || {
+            (
+                format!("{stamp} at count {}", header.count),
+                format!(
+                    "{} to {MOST}, the nanoseconds since its own cycle began",
+                    -cycle
+                ),
+            )
+        });
+        if is_possible {
+            self.leave(header, cycle * header.count as i64 + stamp);
+        }
+    }
+
+    /// The newest departure.
+    pub(super) const fn left(&self) -> Option<Span> {
+        self.left
+    }
+
+    pub(super) fn findings(&self) -> Vec<Finding> {
+        let none = match self.without {
+            0 => "no good frame came",
+            _ => "no frame has one: the jitter of the sender counts as the network's",
+        };
+        vec![
+            Finding::new(&STAMP_PRESENT, self.present(none)),
+            Finding::new(&STAMP_RANGE, self.range(none)),
+            Finding::new(&STAMP_ORDER, self.order.outcome("stamps", none)),
+        ]
+    }
+
+    fn leave(&mut self, header: &FrameHeader, left: Span) {
+        if let Some(before) = self.left.replace(left) {
+            self.order.check(left > before, || {
+                (
+                    format!(
+                        "count {} to leave {} before the one before it",
+                        header.count,
+                        before - left
+                    ),
+                    "later frames to leave later".to_owned(),
+                )
+            });
+        }
+    }
+
+    fn present(&self, none: &str) -> Outcome {
+        match (self.with, self.without) {
+            (0, _) => Outcome::not_seen(none),
+            (with, 0) => Outcome::kept(format!("{with} frames")),
+            (with, without) => Outcome::broken(
+                format!("{without} of {} frames without one", with + without),
+                "one in every frame of a client that knows, none in those of one that does not",
+            ),
+        }
+    }
+
+    fn range(&self, none: &str) -> Outcome {
+        if self.zeros == self.with && self.zeros >= ZEROS {
+            return Outcome::broken(
+                format!("0 in all of {} frames", self.zeros),
+                "none from a client that cannot tell",
+            );
+        }
+        self.range.outcome("stamps", none)
+    }
+}
