@@ -1,10 +1,7 @@
 //! A PLC behind a gateway: a receiver follows its axis, and it gets back what that makes of it. One PLC is a small server of
 //! our own; others are somebody else's, in Python, and left out where they are not there.
 
-#![expect(
-    clippy::print_stdout,
-    reason = "what came back is a figure, and a test says that it tested nothing"
-)]
+#![expect(clippy::print_stdout, reason = "what came back is a figure")]
 
 mod own_server;
 mod server;
@@ -13,22 +10,10 @@ use std::net::{TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
+use coaxle_tests::python;
+
 /// How long the PLC runs, s: its axis comes back for some seconds of it.
 const SECONDS: &str = "30";
-
-/// A Python that can import a module; `COAXLE_PYTHON` names another one than `python3`.
-fn python(module: &str) -> Option<String> {
-    let python = std::env::var("COAXLE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-    let imported = Command::new(&python)
-        .args(["-c", &format!("import {module}")])
-        .stderr(Stdio::null())
-        .status();
-    if imported.is_ok_and(|status| status.success()) {
-        return Some(python);
-    }
-    println!("left out: {python} cannot import {module}");
-    None
-}
 
 fn free_tcp() -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
@@ -116,7 +101,7 @@ fn judge(what: &str, (came, newest): (u32, Vec<[f64; 2]>)) {
 
 #[test]
 fn a_plc_behind_an_independent_ads_server_gets_its_axis_back() {
-    let Some(python) = python("pyads.testserver") else {
+    let Some(python) = python::with("pyads.testserver") else {
         return;
     };
     let port = free_tcp();
@@ -137,7 +122,7 @@ fn a_plc_behind_an_independent_ads_server_gets_its_axis_back() {
 
 #[test]
 fn a_plc_of_a_few_lines_gets_its_axis_back_by_udp() {
-    let Some(python) = python("socket") else {
+    let Some(python) = python::with("socket") else {
         return;
     };
     let (to_plc, to_gateway) = (free_udp(), free_udp());

@@ -1,0 +1,192 @@
+//! `coaxle conform`: it finds nothing wrong with our own nodes and with a client in Python that was written by docs/WIRE.md, and of a
+//! sender in Python with a fault exactly the rule that this breaks.
+
+mod nodes;
+mod python;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use nodes::{Nodes, broken};
+use python::Python;
+
+/// So many senders at a time: the machine may have two processors.
+const AT_A_TIME: usize = 3;
+/// What depends on time may go wrong on a machine that is busy.
+const ATTEMPTS: usize = 3;
+
+/// One test at a time, for the same reason.
+static TURN: Mutex<()> = Mutex::new(());
+
+fn turn() -> MutexGuard<'static, ()> {
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[test]
+fn our_own_sender_keeps_every_rule() {
+    let _turn = turn();
+    let sender = "cycle-time-us = 5000\n[[axis]]\nid = 3\nname = 'belt'\n[axis.program]\nstart-velocity = 10\n\
+                  limits = { velocity = 100, acceleration = 100, jerk = 1000 }\nsteps = []\n";
+    let mut found = Vec::new();
+    for _ in 0..ATTEMPTS {
+        let mut nodes = Nodes::default();
+        nodes.start("sender", "belt", sender);
+        let report = nodes.conform(&["sender", "belt", "--for", "3s"]);
+        found = broken(&report.json);
+        assert_eq!(
+            report.exit,
+            if found.is_empty() { 0 } else { 3 },
+            "{report:?}"
+        );
+        if found.is_empty() {
+            assert_eq!(report.json["not-seen"], 0, "{report:?}");
+            return;
+        }
+    }
+    panic!("{found:?}");
+}
+
+#[test]
+fn our_own_receiver_keeps_every_rule() {
+    let _turn = turn();
+    let receiver = "cycle-time-us = 5000\nmaster = { node = 'belt', axis = 3 }\n";
+    let mut found = String::new();
+    for _ in 0..ATTEMPTS {
+        let mut nodes = Nodes::default();
+        nodes.start("receiver", "saw", receiver);
+        let report = nodes.conform(&["receiver", "saw"]);
+        if broken(&report.json).is_empty() && report.json["not-seen"] == 0 {
+            assert_eq!(report.exit, 0, "{report:?}");
+            return;
+        }
+        found = format!("{report:?}");
+    }
+    panic!("{found}");
+}
+
+#[test]
+fn who_cannot_be_tried_is_told_and_nobody_is_no_data() {
+    let _turn = turn();
+    let mut nodes = Nodes::default();
+    nodes.start(
+        "receiver",
+        "saw",
+        "cycle-time-us = 5000\nmaster = { node = 'belt' }\n",
+    );
+    let wrong = nodes.conform(&["receiver", "saw", "--as", "press"]);
+    assert_eq!(wrong.exit, 1, "{wrong:?}");
+    assert!(
+        wrong
+            .log
+            .contains("received --as press, expected one that it follows: belt"),
+        "{wrong:?}"
+    );
+    let silent = nodes.conform(&["sender", "belt", "--for", "1s"]);
+    assert_eq!(silent.exit, 5, "{silent:?}");
+    assert!(
+        silent.log.contains("nothing came on coaxle/belt/axes"),
+        "{silent:?}"
+    );
+}
+
+#[test]
+fn the_client_of_the_manual_keeps_every_rule_and_is_followed() {
+    let Some(python) = Python::find() else {
+        return;
+    };
+    let _turn = turn();
+    let mut found = Vec::new();
+    for _ in 0..ATTEMPTS {
+        let mut nodes = Nodes::default();
+        nodes.run(&python.script("client.py"), "arm", &["saw"]);
+        nodes.start(
+            "receiver",
+            "saw",
+            "cycle-time-us = 5000\nmaster = { node = 'arm' }\n",
+        );
+        let waited = nodes.ask(&["wait-sync", "saw", "--timeout", "60s"]);
+        assert_eq!(waited.exit, 0, "{waited:?}");
+        let report = nodes.conform(&["sender", "arm", "--for", "3s"]);
+        found = broken(&report.json);
+        if found.is_empty() {
+            assert_eq!(report.json["not-seen"], 0, "{report:?}");
+            nodes::until("it reads the receiver's status", || {
+                nodes.printed("arm").contains("'received': ")
+            });
+            return;
+        }
+    }
+    panic!("{found:?}");
+}
+
+#[test]
+fn the_manual_shows_the_client_as_it_is() {
+    let root = python::root();
+    let read = |file: &str| std::fs::read_to_string(root.join(file)).expect(file);
+    let (manual, client) = (read("docs/WIRE.md"), read("tests/python/client.py"));
+    assert!(
+        manual.contains(&format!("```python\n{}\n```", client.trim_end())),
+        "docs/WIRE.md has another client than tests/python/client.py"
+    );
+}
+
+#[test]
+fn each_planted_fault_is_found_and_nothing_besides() {
+    let Some(python) = Python::find() else {
+        return;
+    };
+    let _turn = turn();
+    let faults: BTreeMap<String, String> = python.faults();
+    assert!(faults.len() >= 20, "{faults:?}");
+    let mut due: VecDeque<_> = faults
+        .into_iter()
+        .map(|(fault, rule)| (Some(fault), vec![rule]))
+        .collect();
+    due.push_front((None, Vec::new()));
+    let due = Mutex::new(due);
+    let next = || {
+        due.lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .pop_front()
+    };
+    let wrong = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..AT_A_TIME {
+            scope.spawn(|| {
+                while let Some((fault, rules)) = next() {
+                    if let Err(found) = tried(&python, fault.as_deref(), &rules) {
+                        let mut wrong = wrong.lock().unwrap_or_else(PoisonError::into_inner);
+                        wrong.push(format!("{fault:?} breaks {rules:?}, found {found}"));
+                    }
+                }
+            });
+        }
+    });
+    let wrong = wrong.into_inner().unwrap_or_else(PoisonError::into_inner);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Whether exactly these rules are found broken; else what is.
+fn tried(python: &Python, fault: Option<&str>, rules: &[String]) -> Result<(), String> {
+    let mut told = String::new();
+    for _ in 0..ATTEMPTS {
+        let mut nodes = Nodes::default();
+        let options: Vec<_> = fault
+            .map(|fault| ["--fault", fault])
+            .into_iter()
+            .flatten()
+            .collect();
+        nodes.run(&python.script("faulty.py"), "arm", &options);
+        let report = nodes.conform(&["sender", "arm", "--for", "4s"]);
+        let found = broken(&report.json);
+        if found == rules {
+            return Ok(());
+        }
+        told = format!("{found:?}: {report:?}");
+        // What is planted is there however busy the machine is.
+        if !rules.iter().all(|rule| found.contains(rule)) {
+            break;
+        }
+    }
+    Err(told)
+}

@@ -1,0 +1,140 @@
+//! Nodes as processes, and the tool that tries them.
+
+use std::fs::File;
+use std::net::TcpListener;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use coaxle_clock::Span;
+use coaxle_host::machine;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// For whatever takes no time: the machine may be very busy.
+const PATIENCE: Span = Span::from_secs(60);
+
+/// Nodes that run until this is dropped. Each listens, and connects to those before it.
+pub(crate) struct Nodes {
+    folder: TempDir,
+    endpoints: Vec<String>,
+    children: Vec<Child>,
+}
+
+/// What the tool says.
+#[derive(Debug)]
+pub(crate) struct Report {
+    pub(crate) exit: i32,
+    pub(crate) json: Value,
+    pub(crate) log: String,
+}
+
+impl Default for Nodes {
+    fn default() -> Self {
+        Self {
+            folder: tempfile::tempdir().expect("a scratch folder"),
+            endpoints: Vec::new(),
+            children: Vec::new(),
+        }
+    }
+}
+
+impl Nodes {
+    /// Starts a node of ours.
+    pub(crate) fn start(&mut self, role: &str, name: &str, config: &str) {
+        let file = self.folder.path().join(format!("{name}.toml"));
+        std::fs::write(&file, format!("name = '{name}'\n{config}")).expect("a config");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+        command.arg(role).arg(file);
+        let endpoint = free_endpoint();
+        command.args(["--listen", &endpoint]);
+        for other in &self.endpoints {
+            command.args(["--connect", other]);
+        }
+        self.spawn(name, &mut command, endpoint);
+    }
+
+    /// Runs a script as a node: its name, the endpoint where it listens, and the rest are its words.
+    pub(crate) fn run(&mut self, script: &[PathBuf; 2], name: &str, options: &[&str]) {
+        let endpoint = free_endpoint();
+        let mut command = Command::new(&script[0]);
+        command.arg("-B").arg(&script[1]).arg(name);
+        command.arg(&endpoint).args(options);
+        self.spawn(name, &mut command, endpoint);
+    }
+
+    /// What the tool finds.
+    pub(crate) fn conform(&self, words: &[&str]) -> Report {
+        let mut all = vec!["conform"];
+        all.extend(words);
+        all.extend(["--format", "json"]);
+        self.ask(&all)
+    }
+
+    /// What the tool says.
+    pub(crate) fn ask(&self, words: &[&str]) -> Report {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+        command.args(words).stdin(Stdio::null());
+        for endpoint in &self.endpoints {
+            command.args(["--connect", endpoint]);
+        }
+        let output = command.output().expect("it runs");
+        Report {
+            exit: output.status.code().unwrap_or(-1),
+            json: serde_json::from_slice(&output.stdout).unwrap_or_default(),
+            log: String::from_utf8_lossy(&output.stderr).into_owned(),
+        }
+    }
+
+    /// What a node has printed so far.
+    pub(crate) fn printed(&self, name: &str) -> String {
+        let file = self.folder.path().join(format!("{name}.out"));
+        std::fs::read_to_string(file).unwrap_or_default()
+    }
+
+    fn spawn(&mut self, name: &str, command: &mut Command, endpoint: String) {
+        let file = |ending| {
+            let file = self.folder.path().join(format!("{name}.{ending}"));
+            File::create(file).expect("a file")
+        };
+        let child = command
+            .stdin(Stdio::null())
+            .stdout(file("out"))
+            .stderr(file("log"))
+            .spawn();
+        self.children.push(child.expect("it starts"));
+        self.endpoints.push(endpoint);
+    }
+}
+
+impl Drop for Nodes {
+    fn drop(&mut self) {
+        for child in &mut self.children {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+/// The rules that are broken, by name.
+pub(crate) fn broken(report: &Value) -> Vec<String> {
+    let rules = report["rules"].as_array().into_iter().flatten();
+    let broken = rules.filter(|rule| rule["outcome"] == "broken");
+    broken
+        .map(|rule| rule["rule"].as_str().unwrap_or_default().to_owned())
+        .collect()
+}
+
+pub(crate) fn until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let begin = machine::now();
+    while !is_so() {
+        assert!(machine::now() - begin < PATIENCE, "{what}");
+        std::thread::park_timeout(Duration::from_millis(20));
+    }
+}
+
+/// Nobody else takes a port that was just free.
+fn free_endpoint() -> String {
+    let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
+    format!("tcp/127.0.0.1:{}", port.expect("a free port").port())
+}
