@@ -59,8 +59,7 @@ pub(super) fn judge(args: &ReceiverArgs) -> anyhow::Result<Heard> {
 }
 
 fn play(args: &ReceiverArgs, watcher: &Watcher, interrupt: &Interrupt) -> anyhow::Result<Heard> {
-    let told = |seen: &[SeenNode]| seen.iter().any(|node| node.status.is_some());
-    let seen = watcher.wait_for(PATIENCE, told);
+    let seen = watcher.wait_for(PATIENCE, |seen| seen.iter().any(says_what_it_follows));
     let status = seen.iter().find_map(|node| node.status.as_ref());
     let Some((at, status)) = status else {
         let why = watcher.why_unseen(&args.node);
@@ -88,6 +87,12 @@ fn play(args: &ReceiverArgs, watcher: &Watcher, interrupt: &Interrupt) -> anyhow
     );
     let found = perform::perform(&**watcher.transport(), part, interrupt)?;
     Ok(found.map_or(Heard::Interrupted, Heard::Findings))
+}
+
+/// The first status of a node that has just started tells neither: it has not run a cycle yet.
+fn says_what_it_follows(node: &SeenNode) -> bool {
+    let status = node.status.as_ref().map(|(_, status)| status);
+    status.is_some_and(|status| ["sources", "axes"].iter().all(|of| status.contains_key(*of)))
 }
 
 fn cycle_time(text: &str) -> Result<CycleTime, String> {
