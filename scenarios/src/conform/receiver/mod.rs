@@ -92,7 +92,11 @@ fn play(args: &ReceiverArgs, watcher: &Watcher, interrupt: &Interrupt) -> anyhow
 /// The first status of a node that has just started tells neither: it has not run a cycle yet.
 fn says_what_it_follows(node: &SeenNode) -> bool {
     let status = node.status.as_ref().map(|(_, status)| status);
-    status.is_some_and(|status| ["sources", "axes"].iter().all(|of| status.contains_key(*of)))
+    status.is_some_and(|status| {
+        ["sources", "axes"]
+            .iter()
+            .all(|of| status.contains_key(*of))
+    })
 }
 
 fn cycle_time(text: &str) -> Result<CycleTime, String> {
