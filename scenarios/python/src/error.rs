@@ -1,0 +1,21 @@
+//! What goes wrong, as Python hears of it.
+
+use pyo3::PyErr;
+use pyo3::exceptions::PyValueError;
+
+pyo3::create_exception!(
+    _coaxle,
+    CoaxleError,
+    PyValueError,
+    "What was received and what is expected, as the tool says it."
+);
+
+/// An error with all that led to it.
+pub(crate) fn told(error: impl Into<anyhow::Error>) -> PyErr {
+    CoaxleError::new_err(format!("{:#}", error.into()))
+}
+
+/// An error in words.
+pub(crate) fn wrong(words: impl std::fmt::Display) -> PyErr {
+    CoaxleError::new_err(words.to_string())
+}

@@ -1,0 +1,251 @@
+//! Axes of a node that is elsewhere, in the clock of this machine.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use anyhow::Context;
+use coaxle_clock::far_clock::{DelaySource, FarClock};
+use coaxle_clock::observer::ObserverParameters;
+use coaxle_clock::{CycleTime, Instant, Seconds, Span};
+use coaxle_host::transport::Declared;
+use coaxle_host::{Machine, Transport, machine};
+use coaxle_node::Message;
+use coaxle_node::keys::NodeName;
+use coaxle_wire::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
+use coaxle_wire::frame::sender_id;
+use coaxle_wire::{AxisSample, Channel, Frame, Intake, Reader};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::told;
+use crate::publish::{Sealed, check_ids, local};
+
+/// Another run of the node is followed when nothing has come of this one for so long.
+const SILENCE: Span = Span::from_millis(250);
+
+/// Follows axes of a node: frames in, and where the axes are now.
+#[pyclass(module = "coaxle")]
+pub(crate) struct Follower {
+    ids: Vec<u32>,
+    shared: Arc<Shared>,
+    declared: Vec<Declared>,
+}
+
+struct Shared {
+    followed: Mutex<Followed>,
+    came: Condvar,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Followed> {
+        self.followed.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What is known of the node.
+struct Followed {
+    /// The own run: responses to others are not for it.
+    run: u64,
+    requester: u32,
+    requests: Sealed,
+    clock: Option<(CycleTime, FarClock)>,
+    is_sure: bool,
+    newest: Option<Newest>,
+    frames: u64,
+    rejected: u64,
+}
+
+/// The newest frame of the run that is followed.
+struct Newest {
+    at: Instant<Machine>,
+    epoch: u64,
+    count: u64,
+    axes: Vec<Option<AxisSample>>,
+}
+
+#[pymethods]
+impl Follower {
+    /// Waits for so many frames more, or for so long; whether they came.
+    fn wait(&self, py: Python<'_>, frames: u64, within_s: f64) -> PyResult<bool> {
+        let wanted = self.shared.lock().frames.saturating_add(frames);
+        let end = machine::now() + crate::clock::span("within_s", within_s)?;
+        loop {
+            py.check_signals()?;
+            if py.detach(|| self.glance(wanted, end)) {
+                return Ok(true);
+            }
+            if machine::now() >= end {
+                return Ok(false);
+            }
+        }
+    }
+
+    /// Where the axes are now: by their ids position, velocity, acceleration, state word, error code, none of one that did
+    /// not come; and how sure that is. None before a frame has come.
+    fn read<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let now = machine::now();
+        let followed = self.shared.lock();
+        let (Some((cycle_time, clock)), Some(newest)) = (&followed.clock, &followed.newest) else {
+            return Ok(None);
+        };
+        let far = clock.far_time_at(local(now));
+        let sent = Instant::EPOCH + cycle_time.span() * newest.count.cast_signed();
+        let age = match far {
+            Some(far) => far.time.since(sent),
+            None => Seconds((now - newest.at).as_secs_f64()),
+        };
+        let axes = PyDict::new(py);
+        for (id, sample) in self.ids.iter().zip(&newest.axes) {
+            let now = sample.map(|sample| {
+                let set = sample.set.after(age.0, 0.0);
+                let state = sample.state_word.bits();
+                (
+                    set.position,
+                    set.velocity,
+                    set.acceleration,
+                    state,
+                    sample.error_code,
+                )
+            });
+            axes.set_item(id, now)?;
+        }
+        let read = PyDict::new(py);
+        read.set_item("axes", axes)?;
+        read.set_item("is_sure", followed.is_sure)?;
+        read.set_item("age_s", age.0)?;
+        read.set_item("uncertainty_s", far.map(|far| far.uncertainty.0))?;
+        read.set_item("silent_s", (now - newest.at).as_secs_f64())?;
+        read.set_item("cycle", newest.count)?;
+        read.set_item("epoch", format!("{:016x}", newest.epoch))?;
+        read.set_item("frames", followed.frames)?;
+        read.set_item("rejected", followed.rejected)?;
+        Ok(Some(read))
+    }
+
+    /// Hears nothing any more.
+    fn close(&mut self) {
+        self.declared.clear();
+    }
+}
+
+/// Python is asked so often whether it has something to say.
+const GLANCE: Duration = Duration::from_millis(100);
+
+impl Follower {
+    pub(crate) fn open(
+        transport: &Arc<dyn Transport>,
+        node: &NodeName,
+        own: &NodeName,
+        ids: Vec<u32>,
+    ) -> PyResult<Self> {
+        check_ids(&ids)?;
+        let open = || {
+            let shared = Arc::new(Shared {
+                followed: Mutex::new(Followed::new(&**transport, node, own)?),
+                came: Condvar::new(),
+            });
+            let mut intake = Intake::new(&node.channel_key(Channel::Axes), node, &ids);
+            let for_frames = Arc::clone(&shared);
+            let on_frame = move |at, bytes: &[u8]| {
+                let mut followed = for_frames.lock();
+                match intake.accept(bytes) {
+                    Ok(frame) => followed.take(at, &frame),
+                    Err(_) => followed.rejected += 1,
+                }
+                for_frames.came.notify_all();
+            };
+            let mut reader = Reader::time_responses_of(node, own);
+            let for_responses = Arc::clone(&shared);
+            let on_response = move |at, bytes: &[u8]| {
+                reader.read(bytes, |message| {
+                    if let Message::TimeResponse(response) = message
+                        && let Some((_, clock)) = &mut for_responses.lock().clock
+                    {
+                        clock.response(local(at), response);
+                    }
+                });
+            };
+            let responses = node.channel_key(Channel::TimeResponses);
+            Ok(Self {
+                declared: vec![
+                    transport.subscribe(&responses, Box::new(on_response))?,
+                    transport.subscribe(&node.channel_key(Channel::Axes), Box::new(on_frame))?,
+                ],
+                shared,
+                ids,
+            })
+        };
+        open().map_err(|error: anyhow::Error| told(error))
+    }
+
+    /// Whether so many frames have come before this ends, which is soon.
+    fn glance(&self, wanted: u64, end: Instant<Machine>) -> bool {
+        let left = u64::try_from((end - machine::now()).as_nanos()).unwrap_or_default();
+        let patience = GLANCE.min(Duration::from_nanos(left));
+        let waits = |followed: &mut Followed| followed.frames < wanted;
+        let waited = self
+            .shared
+            .came
+            .wait_timeout_while(self.shared.lock(), patience, waits);
+        waited.unwrap_or_else(PoisonError::into_inner).0.frames >= wanted
+    }
+}
+
+impl Followed {
+    fn new(transport: &dyn Transport, node: &NodeName, own: &NodeName) -> anyhow::Result<Self> {
+        Ok(Self {
+            run: getrandom::u64().context("the system gives no random run")?,
+            requester: sender_id(own),
+            requests: Sealed::open(transport, &node.channel_key(Channel::TimeRequests))?,
+            clock: None,
+            is_sure: false,
+            newest: None,
+            frames: 0,
+            rejected: 0,
+        })
+    }
+
+    /// A frame came: what it says, and what its arrival says of the clock.
+    fn take(&mut self, at: Instant<Machine>, frame: &Frame<'_>) {
+        let header = &frame.header;
+        let heard_other = |newest: &Newest| {
+            newest.epoch != header.epoch && at - newest.at < SILENCE
+                || newest.epoch == header.epoch && newest.count >= header.count
+        };
+        if self.newest.as_ref().is_some_and(heard_other) {
+            self.rejected += 1;
+            return;
+        }
+        let (cycle_time, run) = (header.cycle_time, self.run);
+        let is_as_before = |(known, _): &(CycleTime, FarClock)| *known == cycle_time;
+        if !self.clock.as_ref().is_some_and(is_as_before) {
+            let parameters = ObserverParameters::default();
+            let clock = FarClock::new(cycle_time, parameters, DelaySource::Measured, run);
+            self.clock = clock.ok().map(|clock| (cycle_time, clock));
+        }
+        self.newest = Some(Newest {
+            at,
+            epoch: header.epoch,
+            count: header.count,
+            axes: frame.axes.to_vec(),
+        });
+        self.frames += 1;
+        let Some((_, clock)) = &mut self.clock else {
+            return;
+        };
+        clock.message(header.epoch, header.count, local(at), header.send_stamp);
+        self.is_sure = clock.cycle(local(at), |_, _| {}).is_sure;
+        let due = clock.request(local(machine::now()));
+        if let Some(number) = due {
+            self.ask(number);
+        }
+    }
+
+    fn ask(&self, number: u32) {
+        let now = machine::now();
+        let mut body = [0; TIME_REQUEST_CAPACITY];
+        let length = encode_time_request(self.requester, self.run, number, local(now), &mut body);
+        // What gets lost is asked again.
+        let _ = self.requests.send(&body[..length], now);
+    }
+}

@@ -1,0 +1,35 @@
+//! Coaxle for Python: what `import coaxle` loads. `docs/PYTHON.md` is its manual, and `python/coaxle` its face; here is what
+//! Python cannot do itself, over the same code as the tool's.
+//!
+//! Numbers cross as bytes, eight for each, which NumPy reads and writes without a copy; what has fields crosses as JSON.
+
+mod clock;
+mod columns;
+mod error;
+mod follow;
+mod motion;
+mod network;
+mod publish;
+mod recording;
+mod runs;
+
+/// The module.
+#[pyo3::pymodule]
+mod _coaxle {
+    #[pymodule_export]
+    use super::clock::FarClock;
+    #[pymodule_export]
+    use super::error::CoaxleError;
+    #[pymodule_export]
+    use super::follow::Follower;
+    #[pymodule_export]
+    use super::motion::{Law, Plate, SawPlan, laws};
+    #[pymodule_export]
+    use super::network::Network;
+    #[pymodule_export]
+    use super::publish::Publisher;
+    #[pymodule_export]
+    use super::recording::read_recording;
+    #[pymodule_export]
+    use super::runs::{run, scenarios, sweep};
+}

@@ -1,0 +1,108 @@
+//! Scenarios and sweeps, in virtual time.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use coaxle::catalog;
+use coaxle::finished::Progress;
+use coaxle::run::{Options, TraceFormat, prepare};
+use coaxle::summary::World;
+use coaxle::sweep as grid;
+use pyo3::prelude::*;
+
+use crate::error::told;
+
+/// The names of the scenarios that come with it, each with its title.
+#[pyfunction]
+pub(crate) fn scenarios() -> PyResult<Vec<(String, String)>> {
+    let titled = |(name, _): (&str, &str)| {
+        let scenario = catalog::find(name)?.read(&[])?;
+        Ok((name.to_owned(), scenario.title))
+    };
+    catalog::all()
+        .map(titled)
+        .collect::<anyhow::Result<_>>()
+        .map_err(told)
+}
+
+/// Runs a scenario and leaves in `out` what `coaxle run` leaves there. The summary, as JSON.
+#[pyfunction]
+#[pyo3(signature = (scenario, out, *, seed, overrides, receivers, trace))]
+pub(crate) fn run(
+    py: Python<'_>,
+    scenario: &str,
+    out: PathBuf,
+    seed: Option<u64>,
+    overrides: Vec<String>,
+    receivers: Vec<String>,
+    trace: bool,
+) -> PyResult<String> {
+    let source = catalog::find(scenario).map_err(told)?;
+    let options = Options {
+        world: World::Virtual,
+        seed,
+        overrides,
+        receivers,
+        out,
+        figures: None,
+        trace: trace.then_some(TraceFormat::Mcap),
+        command: format!("coaxle.run({scenario:?})"),
+    };
+    let mut interrupted = Interrupted(None);
+    let outcome = py.detach(|| {
+        let scenario = prepare(&source, &options)?;
+        let outcome = coaxle::run::run(&source.name, &scenario, &options, &mut interrupted)?;
+        Ok(serde_json::to_string(&outcome.summary)?)
+    });
+    match interrupted.0 {
+        Some(error) => Err(error),
+        None => outcome.map_err(|error: anyhow::Error| told(error)),
+    }
+}
+
+/// Ends a run when Python has something to say, such as that somebody pressed Ctrl-C.
+struct Interrupted(Option<PyErr>);
+
+impl Progress for Interrupted {
+    fn at(&mut self, _share: f64) -> bool {
+        self.0 = Python::attach(|py| py.check_signals()).err();
+        self.0.is_none()
+    }
+}
+
+/// Runs a scenario over a grid and leaves in `out` what `coaxle sweep` leaves there. How many runs are over, of how many.
+#[pyfunction]
+#[pyo3(signature = (scenario, out, *, axes, overrides, receivers, seeds, fresh))]
+#[expect(clippy::too_many_arguments, reason = "each has its name in Python")]
+pub(crate) fn sweep(
+    py: Python<'_>,
+    scenario: &str,
+    out: PathBuf,
+    axes: Vec<String>,
+    overrides: Vec<String>,
+    receivers: Vec<String>,
+    seeds: NonZeroUsize,
+    fresh: bool,
+) -> PyResult<(usize, usize)> {
+    let axes = axes.iter().map(|axis| axis.parse());
+    let axes = axes.collect::<Result<_, String>>();
+    let setup = grid::Setup {
+        axes: axes.map_err(crate::error::wrong)?,
+        overrides,
+        receivers,
+        seeds,
+    };
+    let options = grid::Options {
+        out,
+        is_fresh: fresh,
+        figure: None,
+        command: format!("coaxle.sweep({scenario:?})"),
+    };
+    let outcome = py.detach(|| {
+        let source = catalog::find(scenario)?;
+        let goes_on = |_: &grid::SoFar| Python::attach(|py| py.check_signals()).is_ok();
+        grid::prepare(&source, &setup)?.run(&options, &goes_on)
+    });
+    py.check_signals()?;
+    Ok(outcome.map_err(told)?.runs)
+}
