@@ -2,7 +2,7 @@
 //!
 //! * [`message`]: `sensor_msgs/JointState` and `trajectory_msgs/JointTrajectory`, as bytes ([`CdrError`]).
 //! * [`entity`]: a ROS node, the keys of its topics and its liveliness tokens; [`attachment`]: what goes with each sample.
-//! * [`unit`]: metres and radians; [`catalog`]: the joints of a node, as its status tells them.
+//! * [`mod@unit`]: metres and radians; [`catalog`]: the joints of a node, as its status tells them.
 //! * [`source`]: frames of a node in, joint states out, dated by [`stamps`].
 //! * [`trajectory`]: what of a trajectory is used, or why it is refused; [`moves`]: which order is due when.
 //!

@@ -6,6 +6,7 @@ use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::Span;
 use coaxle_wire::command::SlaveName;
 use coaxle_wire::keys::NodeName;
+use coaxle_wire::one_line;
 
 use crate::message::{JointTrajectory, JointTrajectoryPoint, Time};
 use crate::unit::Scale;
@@ -121,7 +122,7 @@ fn joints(names: &[String], known: &[Address]) -> Result<Vec<Address>, Refusal> 
     let mut found: Vec<Address> = Vec::with_capacity(names.len());
     for (k, name) in names.iter().enumerate() {
         let field = format!("joint_names[{k}]");
-        let received = format!("{name:?}");
+        let received = one_line(&format!("{name:?}"));
         if found.iter().any(|address| address.joint == *name) {
             return Err(Refusal::new(
                 field,
@@ -201,7 +202,7 @@ fn positions(
     if received != joints.len() {
         let field = format!("points[{k}].positions");
         let expected = format!("{}, one for each joint", joints.len());
-        return Err(Refusal::new(field, format!("{received} values"), expected));
+        return Err(Refusal::new(field, format!("{received} numbers"), expected));
     }
     for (name, values) in [
         ("velocities", &point.velocities),
@@ -210,7 +211,7 @@ fn positions(
         stands(&format!("points[{k}].{name}"), values)?;
     }
     if !point.effort.is_empty() {
-        let received = format!("{} values", point.effort.len());
+        let received = format!("{} numbers", point.effort.len());
         let expected = "none: a slave is ordered to a position";
         return Err(Refusal::new(
             format!("points[{k}].effort"),
@@ -339,11 +340,11 @@ pub(crate) mod tests {
             ),
             (
                 vec![pushed],
-                "points[0].effort: received 1 values, expected none: a slave is ordered to a position",
+                "points[0].effort: received 1 numbers, expected none: a slave is ordered to a position",
             ),
             (
                 vec![point(&[], 1000)],
-                "points[0].positions: received 0 values, expected 1, one for each joint",
+                "points[0].positions: received 0 numbers, expected 1, one for each joint",
             ),
             (
                 vec![point(&[f64::INFINITY], 1000)],

@@ -1,6 +1,11 @@
 //! `coaxle ros2`: somebody else's Zenoh and somebody else's decoder, in Python, see our axes as joint states, and move a slave by
 //! a trajectory. Without Python with both there is nothing to test with.
 
+#![expect(
+    clippy::print_stdout,
+    reason = "how long a trajectory took is a figure"
+)]
+
 mod world;
 
 use serde_json::{Value, json};
