@@ -23,6 +23,7 @@ use crate::number;
 use crate::recorded::{self, ExportArgs, InfoArgs, RecordArgs, RecoverArgs, ReplayArgs};
 use crate::recording;
 use crate::report::print::COLUMN_MM;
+use crate::ros2::{self, Ros2Args};
 use crate::run::{self, Options, Outcome, TraceFormat};
 use crate::saw::{self, SawCommand};
 use crate::schema::{self, SchemaArgs};
@@ -109,6 +110,9 @@ enum Command {
     RecordArrivals(recording::RecordArgs),
     /// Give out a page that shows what running nodes do: plots, clocks, slaves; docs/SCOPE.md
     Scope(ScopeArgs),
+    /// Be a node of ROS 2 that tells the axes of running nodes as joint states, and takes trajectories; over Zenoh, as
+    /// rmw_zenoh: docs/ROS2.md
+    Ros2(Ros2Args),
     /// Record what running nodes show of every cycle, from outside: docs/RECORDING.md
     Record(RecordArgs),
     /// Replay the recording of a receiver in virtual time, with its config or another one, and compare: docs/RECORDING.md
@@ -254,6 +258,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Schema(args)) => (schema::print(&args).map(|()| true)?, Exit::Failed),
         Some(Command::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
         Some(Command::Scope(args)) => return scope::scope(&args),
+        Some(Command::Ros2(args)) => return ros2::ros2(&args),
         Some(Command::Record(args)) => return recorded::record(&args),
         Some(Command::Replay(args)) => return recorded::replay(&args),
         Some(Command::Recover(args)) => (

@@ -37,6 +37,7 @@ mod recorded;
 mod recording;
 pub mod report;
 mod results_folder;
+mod ros2;
 pub mod row;
 pub mod run;
 pub mod saw;

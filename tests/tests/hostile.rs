@@ -177,6 +177,7 @@ mutations_hold! {
     saw_files: "saw-file",
     recordings: "recording",
     transports: "transport",
+    ros_trajectories: "ros-trajectory",
 }
 
 #[test]

@@ -7,6 +7,7 @@
 mod files;
 pub mod mutate;
 mod node;
+mod ros;
 mod seeds;
 mod streams;
 mod wire;
@@ -119,6 +120,12 @@ pub const TARGETS: &[Target] = &[
         kind: Kind::Text,
         run: files::transport,
         seeds: seeds::transports,
+    },
+    Target {
+        name: "ros-trajectory",
+        kind: Kind::Bytes,
+        run: ros::trajectory,
+        seeds: ros::trajectories,
     },
 ];
 

@@ -77,6 +77,11 @@ pub trait Transport: Send + Sync {
     /// How it reaches others, for messages: where it listens, where it connects to.
     fn whereabouts(&self) -> &str;
 
+    /// What the network calls this one, in hexadecimal digits; none where nobody is called anything.
+    fn session_id(&self) -> Option<String> {
+        None
+    }
+
     /// Leaves. Takes a few seconds at most.
     fn close(&self);
 }
@@ -145,6 +150,15 @@ pub trait Publisher: Send + Sync {
     /// # Errors
     /// The transport refuses.
     fn publish(&self, bytes: Vec<u8>) -> anyhow::Result<()>;
+
+    /// The same with an attachment beside the bytes, which no node of ours reads; left out where the transport has none.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    fn publish_with(&self, bytes: Vec<u8>, attachment: Vec<u8>) -> anyhow::Result<()> {
+        drop(attachment);
+        self.publish(bytes)
+    }
 
     /// Whether anybody subscribes to the key.
     fn has_subscriber(&self) -> bool;

@@ -186,6 +186,10 @@ impl Transport for OverZenoh {
         &self.whereabouts
     }
 
+    fn session_id(&self) -> Option<String> {
+        Some(self.session.zid().to_string())
+    }
+
     fn close(&self) {
         let session = self.session.clone();
         let (done, closed) = channel();
@@ -211,6 +215,11 @@ fn delivery(sample: &Sample) -> Delivery {
 impl Publisher for zenoh::pubsub::Publisher<'static> {
     fn publish(&self, bytes: Vec<u8>) -> anyhow::Result<()> {
         self.put(bytes).wait().map_err(zenoh_error)
+    }
+
+    fn publish_with(&self, bytes: Vec<u8>, attachment: Vec<u8>) -> anyhow::Result<()> {
+        let put = self.put(bytes).attachment(attachment);
+        put.wait().map_err(zenoh_error)
     }
 
     fn has_subscriber(&self) -> bool {

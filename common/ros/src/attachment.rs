@@ -1,0 +1,46 @@
+//! What rmw_zenoh has beside the payload of each sample: without it a subscriber of ROS complains.
+
+/// The attachment of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Attachment {
+    /// Counts the samples of a publisher, from 1 on.
+    pub sequence: i64,
+    /// When it was published, ns since 1970.
+    pub published: i64,
+    /// Of the publisher.
+    pub gid: [u8; 16],
+}
+
+/// Bytes of one.
+pub const ATTACHMENT_BYTES: usize = 8 + 8 + 1 + 16;
+
+impl Attachment {
+    /// As rmw_zenoh has it since ROS 2 Jazzy's 0.2.4: the numbers with their low bytes first, and the length of the
+    /// gid before it.
+    #[must_use]
+    pub fn to_bytes(&self) -> [u8; ATTACHMENT_BYTES] {
+        let mut bytes = [0; ATTACHMENT_BYTES];
+        bytes[..8].copy_from_slice(&self.sequence.to_le_bytes());
+        bytes[8..16].copy_from_slice(&self.published.to_le_bytes());
+        bytes[16] = self.gid.len() as u8;
+        bytes[17..].copy_from_slice(&self.gid);
+        bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_has_33_bytes_in_order() {
+        let attachment = Attachment {
+            sequence: 1,
+            published: 0x0102,
+            gid: [7; 16],
+        };
+        let mut expected = vec![1, 0, 0, 0, 0, 0, 0, 0, 2, 1, 0, 0, 0, 0, 0, 0, 16];
+        expected.extend([7; 16]);
+        assert_eq!(attachment.to_bytes().as_slice(), expected);
+    }
+}

@@ -1,0 +1,165 @@
+//! The joints of a node: what its axes are called in ROS, and what their values are multiplied by.
+
+use std::collections::BTreeMap;
+
+use coaxle_wire::Channel;
+use coaxle_wire::command::SlaveName;
+use coaxle_wire::keys::NodeName;
+use serde_json::{Map, Value};
+
+use crate::unit::Scale;
+
+/// An axis as a joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// `conveyor/belt`, an axis of a sender; `saw/carriage`, a slave of a receiver; `saw/far/belt`, what a
+    /// receiver makes of an axis that it follows.
+    pub name: String,
+    /// The unit of the axis; none if the node does not tell it.
+    pub unit: Option<String>,
+    /// Whether that is known, and how much it is.
+    pub scale: Option<Scale>,
+    /// The slave that it is, if it is one that takes orders.
+    pub slave: Option<SlaveName>,
+}
+
+/// The joints of a node, as its status tells them (docs/WIRE.md).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Catalog(BTreeMap<(&'static str, u32), Joint>);
+
+impl Joint {
+    /// What its values are multiplied by: nothing if the unit is not known.
+    #[must_use]
+    pub fn scale(&self) -> Scale {
+        self.scale.unwrap_or(Scale::NONE)
+    }
+
+    fn new(node: &NodeName, channel: Channel, axis: &str, unit: Option<&str>) -> Self {
+        Self {
+            name: match channel {
+                Channel::FarAxes => format!("{node}/far/{axis}"),
+                _ => format!("{node}/{axis}"),
+            },
+            scale: unit.and_then(Scale::of),
+            unit: unit.map(str::to_owned),
+            slave: match channel {
+                Channel::Slaves => SlaveName::new(axis).ok(),
+                _ => None,
+            },
+        }
+    }
+}
+
+impl Catalog {
+    /// What the status of a node tells of its axes.
+    #[must_use]
+    pub fn of_status(node: &NodeName, status: &Map<String, Value>) -> Self {
+        let mut joints = BTreeMap::new();
+        let mut add = |channel: Channel, id: &str, axis: &str, fields: &Value| {
+            let id = fields.get(id).and_then(Value::as_u64);
+            if let Some(id) = id.and_then(|id| u32::try_from(id).ok()) {
+                let unit = fields.get("unit").and_then(Value::as_str);
+                let joint = Joint::new(node, channel, axis, unit);
+                joints.insert((channel.name(), id), joint);
+            }
+        };
+        for (axis, fields) in parts(status, "axes") {
+            // Those of a receiver are the ones that it follows.
+            match fields.get("node") {
+                Some(_) => add(Channel::FarAxes, "published_id", axis, fields),
+                None => add(Channel::Axes, "id", axis, fields),
+            }
+        }
+        for (axis, fields) in parts(status, "slaves") {
+            add(Channel::Slaves, "id", axis, fields);
+        }
+        Self(joints)
+    }
+
+    /// The joint of an axis in a frame of a channel. A status does not show each axis of a node with many: one that it
+    /// does not show is called by its id, `conveyor/axis-7`, and its unit is not known.
+    #[must_use]
+    pub fn joint(&self, node: &NodeName, channel: Channel, id: u32) -> Joint {
+        let known = self.0.get(&(channel.name(), id)).cloned();
+        known.unwrap_or_else(|| Joint {
+            slave: None,
+            ..Joint::new(node, channel, &format!("axis-{id}"), None)
+        })
+    }
+
+    /// The joints that take orders, each with the axis id of its slave.
+    pub fn slaves(&self) -> impl Iterator<Item = (u32, &Joint)> {
+        let slaves = self.0.iter().filter(|(_, joint)| joint.slave.is_some());
+        slaves.map(|((_, id), joint)| (*id, joint))
+    }
+
+    /// The joints whose unit is told and not known.
+    pub fn unknown_units(&self) -> impl Iterator<Item = &Joint> {
+        let unknown = |joint: &&Joint| joint.unit.is_some() && joint.scale.is_none();
+        self.0.values().filter(unknown)
+    }
+}
+
+fn parts<'a>(
+    status: &'a Map<String, Value>,
+    name: &str,
+) -> impl Iterator<Item = (&'a String, &'a Value)> {
+    let parts = status.get(name).and_then(Value::as_object);
+    parts.into_iter().flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn catalog(node: &NodeName, status: &Value) -> Catalog {
+        Catalog::of_status(node, status.as_object().unwrap())
+    }
+
+    #[test]
+    fn axes_are_called_by_node_and_name() {
+        let conveyor = NodeName::new("conveyor").unwrap();
+        let status = json!({ "axes": { "belt": { "id": 1, "unit": "mm" }, "drum": { "id": 2, "unit": "pcs" } } });
+        let told = catalog(&conveyor, &status);
+        let belt = told.joint(&conveyor, Channel::Axes, 1);
+        assert_eq!((belt.name.as_str(), belt.slave), ("conveyor/belt", None));
+        assert_eq!(belt.scale().to_ros(2000.0), 2.0);
+        assert_eq!(
+            told.joint(&conveyor, Channel::Axes, 7).name,
+            "conveyor/axis-7"
+        );
+        let unknown: Vec<_> = told.unknown_units().map(|joint| &joint.name).collect();
+        assert_eq!(unknown, ["conveyor/drum"]);
+        assert_eq!(told.joint(&conveyor, Channel::Axes, 2).scale(), Scale::NONE);
+    }
+
+    #[test]
+    fn of_a_receiver_slaves_take_orders_and_far_axes_have_the_ids_under_which_they_are_published() {
+        let saw = NodeName::new("saw").unwrap();
+        let status = json!({
+            "axes": { "belt": { "node": "conveyor", "id": 3, "published_id": 1, "unit": "mm" },
+                      "unseen": { "node": "conveyor", "id": 4, "published_id": null } },
+            "slaves": { "carriage": { "id": 1, "unit": "°" } },
+        });
+        let told = catalog(&saw, &status);
+        assert_eq!(told.joint(&saw, Channel::FarAxes, 1).name, "saw/far/belt");
+        let slaves: Vec<_> = told
+            .slaves()
+            .map(|(id, joint)| (id, joint.name.as_str()))
+            .collect();
+        assert_eq!(slaves, [(1, "saw/carriage")]);
+    }
+
+    #[test]
+    fn what_is_no_status_tells_nothing() {
+        let saw = NodeName::new("saw").unwrap();
+        for status in [
+            json!({}),
+            json!({ "axes": 3 }),
+            json!({ "axes": { "a": 1, "b": { "id": -1 }, "c": { "id": 1e20 } } }),
+        ] {
+            assert_eq!(catalog(&saw, &status), Catalog::default(), "{status}");
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! CDR as ROS 2 has it: plain, each value aligned to its own size, counted from behind the four bytes of the header.
+
+/// What is no message of the type that is expected.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CdrError {
+    /// It does not begin as CDR does.
+    #[error(
+        "the header: received {received:02x?}, expected [00, 01, ..] or [00, 00, ..]: plain CDR, low or high bytes first"
+    )]
+    Header {
+        /// Its first bytes, four at most.
+        received: Vec<u8>,
+    },
+    /// It ends too soon.
+    #[error("{field}: received {received} bytes, expected {expected}")]
+    Truncated {
+        /// Where.
+        field: String,
+        /// So many bytes were left.
+        received: usize,
+        /// So many would be needed.
+        expected: usize,
+    },
+    /// A text is none.
+    #[error("{field}: received bytes that are no text, expected UTF-8 that ends in a zero")]
+    NotText {
+        /// Which one.
+        field: String,
+    },
+    /// It goes on behind its last field.
+    #[error("received {received} bytes behind the last field, expected at most 3")]
+    Trailing {
+        /// How many.
+        received: usize,
+    },
+}
+
+impl CdrError {
+    /// The same of a field within another one.
+    pub(crate) fn within(mut self, outer: &str) -> Self {
+        if let Self::Truncated { field, .. } | Self::NotText { field } = &mut self {
+            *field = format!("{outer}.{field}");
+        }
+        self
+    }
+}
+
+/// Before every message: low bytes first, no options.
+const LITTLE_ENDIAN: [u8; 4] = [0, 1, 0, 0];
+/// Whoever writes may fill up to four bytes.
+const MOST_PADDING: usize = 3;
+
+/// Writes a message.
+pub(crate) struct Writer(Vec<u8>);
+
+impl Writer {
+    pub(crate) fn new() -> Self {
+        Self(LITTLE_ENDIAN.to_vec())
+    }
+
+    pub(crate) fn finish(self) -> Vec<u8> {
+        self.0
+    }
+
+    pub(crate) fn u32(&mut self, value: u32) {
+        self.align(4);
+        self.0.extend(value.to_le_bytes());
+    }
+
+    pub(crate) fn i32(&mut self, value: i32) {
+        self.u32(value.cast_unsigned());
+    }
+
+    pub(crate) fn f64s(&mut self, values: &[f64]) {
+        self.length(values.len());
+        for value in values {
+            self.align(8);
+            self.0.extend(value.to_le_bytes());
+        }
+    }
+
+    pub(crate) fn text(&mut self, text: &str) {
+        self.length(text.len() + 1);
+        self.0.extend(text.as_bytes());
+        self.0.push(0);
+    }
+
+    pub(crate) fn texts(&mut self, texts: &[String]) {
+        self.length(texts.len());
+        for text in texts {
+            self.text(text);
+        }
+    }
+
+    /// Of a sequence.
+    pub(crate) fn length(&mut self, length: usize) {
+        // No message of ours has four thousand million of anything.
+        self.u32(u32::try_from(length).unwrap_or(u32::MAX));
+    }
+
+    fn align(&mut self, size: usize) {
+        let content = self.0.len() - LITTLE_ENDIAN.len();
+        let padding = content.next_multiple_of(size) - content;
+        self.0.extend(std::iter::repeat_n(0, padding));
+    }
+}
+
+/// Reads a message. What it allocates is never more than what came.
+pub(crate) struct Reader<'a> {
+    rest: &'a [u8],
+    read: usize,
+    low_first: bool,
+}
+
+impl<'a> Reader<'a> {
+    pub(crate) fn new(bytes: &'a [u8]) -> Result<Self, CdrError> {
+        let low_first = match bytes {
+            [0, order @ (0 | 1), _, _, ..] => *order == 1,
+            other => {
+                let received = other.iter().copied().take(4).collect();
+                return Err(CdrError::Header { received });
+            }
+        };
+        Ok(Self {
+            rest: &bytes[LITTLE_ENDIAN.len()..],
+            read: 0,
+            low_first,
+        })
+    }
+
+    /// What is left may be padding, and nothing else.
+    pub(crate) fn finish(self) -> Result<(), CdrError> {
+        match self.rest.len() {
+            received if received > MOST_PADDING => Err(CdrError::Trailing { received }),
+            _ => Ok(()),
+        }
+    }
+
+    pub(crate) fn u32(&mut self, field: &str) -> Result<u32, CdrError> {
+        let bytes = self.aligned(field)?;
+        Ok(match self.low_first {
+            true => u32::from_le_bytes(bytes),
+            false => u32::from_be_bytes(bytes),
+        })
+    }
+
+    pub(crate) fn i32(&mut self, field: &str) -> Result<i32, CdrError> {
+        self.u32(field).map(u32::cast_signed)
+    }
+
+    pub(crate) fn f64s(&mut self, field: &str) -> Result<Vec<f64>, CdrError> {
+        let length = self.length(field, 8)?;
+        (0..length).map(|_| self.f64(field)).collect()
+    }
+
+    pub(crate) fn text(&mut self, field: &str) -> Result<String, CdrError> {
+        let length = self.length(field, 1)?;
+        let not_text = || CdrError::NotText {
+            field: field.to_owned(),
+        };
+        let text = match self.take(length, field)? {
+            [] => &[],
+            [text @ .., 0] => text,
+            _ => return Err(not_text()),
+        };
+        let text = std::str::from_utf8(text).map_err(|_| not_text())?;
+        Ok(text.to_owned())
+    }
+
+    pub(crate) fn texts(&mut self, field: &str) -> Result<Vec<String>, CdrError> {
+        let length = self.length(field, 4)?;
+        (0..length).map(|_| self.text(field)).collect()
+    }
+
+    /// Of a sequence, whose elements take so many bytes each at least.
+    pub(crate) fn length(&mut self, field: &str, least: usize) -> Result<usize, CdrError> {
+        let length = self.u32(field)? as usize;
+        let expected = length.saturating_mul(least);
+        self.has(expected, field).map(|()| length)
+    }
+
+    fn f64(&mut self, field: &str) -> Result<f64, CdrError> {
+        let bytes = self.aligned(field)?;
+        Ok(match self.low_first {
+            true => f64::from_le_bytes(bytes),
+            false => f64::from_be_bytes(bytes),
+        })
+    }
+
+    fn aligned<const N: usize>(&mut self, field: &str) -> Result<[u8; N], CdrError> {
+        let padding = self.read.next_multiple_of(N) - self.read;
+        self.take(padding, field)?;
+        let mut bytes = [0; N];
+        bytes.copy_from_slice(self.take(N, field)?);
+        Ok(bytes)
+    }
+
+    fn take(&mut self, length: usize, field: &str) -> Result<&'a [u8], CdrError> {
+        self.has(length, field)?;
+        let (taken, rest) = self.rest.split_at(length);
+        self.rest = rest;
+        self.read += length;
+        Ok(taken)
+    }
+
+    fn has(&self, expected: usize, field: &str) -> Result<(), CdrError> {
+        let received = self.rest.len();
+        if expected <= received {
+            return Ok(());
+        }
+        Err(CdrError::Truncated {
+            field: field.to_owned(),
+            received,
+            expected,
+        })
+    }
+}

@@ -1,0 +1,308 @@
+//! A ROS node on Zenoh as rmw_zenoh knows it: the keys of its topics, and the liveliness tokens by which others see it.
+//!
+//! Source: rmw_zenoh's `docs/design.md` and `liveliness_utils.cpp`.
+
+use std::fmt;
+
+use twox_hash::XxHash3_128;
+
+use crate::message::MessageType;
+
+/// A ROS domain: who is in another one hears nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Domain(u16);
+
+/// A namespace: `/`, or `/line1`, `/plant/line1`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Namespace(String);
+
+/// The name of a ROS node, or of a topic in its namespace.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RosName(String);
+
+/// What is no name, namespace or domain of ROS.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WrongName {
+    /// No domain.
+    #[error(
+        "received {received:?}, expected a whole number from 0 to {}",
+        Domain::LARGEST
+    )]
+    Domain {
+        /// What was given.
+        received: String,
+    },
+    /// No name.
+    #[error(
+        "received {received:?}, expected letters, digits and underscores, no digit first, at most {LONGEST} characters"
+    )]
+    Name {
+        /// What was given.
+        received: String,
+    },
+    /// No namespace.
+    #[error(
+        "received {received:?}, expected names with a slash before each, such as /line1, or / alone"
+    )]
+    Namespace {
+        /// What was given.
+        received: String,
+    },
+}
+
+/// Characters of the longest name (`rmw/validate_node_name.h`, `validate_namespace.h`).
+const LONGEST: usize = 255;
+
+impl Domain {
+    /// The largest one that DDS has ports for.
+    pub const LARGEST: u16 = 232;
+
+    /// # Errors
+    /// [`WrongName`] unless it is a number from 0 to [`Self::LARGEST`].
+    pub fn new(text: &str) -> Result<Self, WrongName> {
+        let number = text.parse().ok().filter(|number| *number <= Self::LARGEST);
+        number.map(Self).ok_or_else(|| WrongName::Domain {
+            received: text.to_owned(),
+        })
+    }
+}
+
+impl RosName {
+    /// # Errors
+    /// [`WrongName`] unless it is one.
+    pub fn new(name: &str) -> Result<Self, WrongName> {
+        if is_name(name) {
+            return Ok(Self(name.to_owned()));
+        }
+        Err(WrongName::Name {
+            received: name.to_owned(),
+        })
+    }
+}
+
+impl Namespace {
+    /// # Errors
+    /// [`WrongName`] unless it is one. The first slash may be left out.
+    pub fn new(text: &str) -> Result<Self, WrongName> {
+        let inner = text.strip_prefix('/').unwrap_or(text);
+        let is_good = inner.len() < LONGEST && inner.split('/').all(is_name);
+        if inner.is_empty() || is_good {
+            return Ok(Self(format!("/{inner}")));
+        }
+        Err(WrongName::Namespace {
+            received: text.to_owned(),
+        })
+    }
+
+    /// The whole name of what is called so in it.
+    #[must_use]
+    pub fn topic(&self, name: &RosName) -> String {
+        match self.0.as_str() {
+            "/" => format!("/{name}"),
+            namespace => format!("{namespace}/{name}"),
+        }
+    }
+}
+
+fn is_name(name: &str) -> bool {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let starts_well = name.starts_with(|c: char| !c.is_ascii_digit());
+    starts_well && name.len() <= LONGEST && name.chars().all(is_plain)
+}
+
+impl fmt::Display for Domain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl fmt::Display for Namespace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl fmt::Display for RosName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// A ROS node.
+#[derive(Clone, Debug)]
+pub struct RosNode {
+    /// Its domain.
+    pub domain: Domain,
+    /// The id of its Zenoh session, in hexadecimal digits.
+    pub session: String,
+    /// Its namespace.
+    pub namespace: Namespace,
+    /// Its name.
+    pub name: RosName,
+}
+
+/// What a node does with a topic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// It publishes: `MP`.
+    Publisher,
+    /// It subscribes: `MS`.
+    Subscription,
+}
+
+/// A publisher, or a subscription, of a node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Endpoint {
+    /// The key that its samples travel under.
+    pub key: String,
+    /// Its liveliness token.
+    pub token: String,
+    /// What tells it from all others: the XXH3-128 of its token.
+    pub gid: [u8; 16],
+}
+
+/// Reliable, volatile, the last ten are kept, no deadlines: what differs of rmw_zenoh's own defaults is the ten.
+const QUALITY: &str = "::,10:,:,:,,";
+/// A session has one node here, and its node is the first thing in it.
+const NODE_ID: u32 = 0;
+/// Nodes outside of a security enclave are in that of the root.
+const ENCLAVE: &str = "%";
+
+impl RosNode {
+    /// Its own liveliness token: it makes the node be seen.
+    #[must_use]
+    pub fn token(&self) -> String {
+        self.entity("NN", NODE_ID)
+    }
+
+    /// The whole name of a topic in its namespace.
+    #[must_use]
+    pub fn topic(&self, name: &RosName) -> String {
+        self.namespace.topic(name)
+    }
+
+    /// Its `id`-th endpoint, from 1 on, of a topic in its namespace.
+    #[must_use]
+    pub fn endpoint(&self, id: u32, role: Role, topic: &RosName, message: MessageType) -> Endpoint {
+        let role = match role {
+            Role::Publisher => "MP",
+            Role::Subscription => "MS",
+        };
+        let MessageType { name, hash } = message;
+        let topic = self.topic(topic);
+        let token = format!(
+            "{}/{}/{name}/{hash}/{QUALITY}",
+            self.entity(role, id),
+            mangled(&topic)
+        );
+        Endpoint {
+            key: format!("{}{topic}/{name}/{hash}", self.domain),
+            gid: XxHash3_128::oneshot(token.as_bytes()).to_le_bytes(),
+            token,
+        }
+    }
+
+    fn entity(&self, kind: &str, id: u32) -> String {
+        let Self {
+            domain,
+            session,
+            namespace,
+            name,
+        } = self;
+        let namespace = mangled(&namespace.0);
+        format!("@ros2_lv/{domain}/{session}/{NODE_ID}/{id}/{kind}/{ENCLAVE}/{namespace}/{name}")
+    }
+}
+
+/// A slash parts keys, so names have another sign for it.
+fn mangled(name: &str) -> String {
+    name.replace('/', "%")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::JOINT_STATE;
+
+    fn node(namespace: &str) -> RosNode {
+        RosNode {
+            domain: Domain::new("2").unwrap(),
+            session: "8b20917502ee955ac4476e0266340d5c".to_owned(),
+            namespace: Namespace::new(namespace).unwrap(),
+            name: RosName::new("talker").unwrap(),
+        }
+    }
+
+    #[test]
+    fn tokens_are_those_of_the_design() {
+        let string = MessageType {
+            name: "std_msgs::msg::dds_::String_",
+            hash: "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
+        };
+        assert_eq!(
+            node("").token(),
+            "@ros2_lv/2/8b20917502ee955ac4476e0266340d5c/0/0/NN/%/%/talker"
+        );
+        let chatter = RosName::new("chatter").unwrap();
+        let endpoint = node("/").endpoint(10, Role::Publisher, &chatter, string);
+        assert_eq!(
+            endpoint.token,
+            format!(
+                "@ros2_lv/2/8b20917502ee955ac4476e0266340d5c/0/10/MP/%/%/talker/%chatter/{}/{}/::,10:,:,:,,",
+                string.name, string.hash
+            )
+        );
+        assert_eq!(
+            endpoint.key,
+            format!("2/chatter/{}/{}", string.name, string.hash)
+        );
+    }
+
+    #[test]
+    fn a_namespace_is_in_key_and_token() {
+        let topic = RosName::new("joint_states").unwrap();
+        let endpoint = node("plant/line1").endpoint(1, Role::Subscription, &topic, JOINT_STATE);
+        assert!(endpoint.key.starts_with(
+            "2/plant/line1/joint_states/sensor_msgs::msg::dds_::JointState_/RIHS01_a13e"
+        ));
+        assert!(
+            (endpoint.token).contains("/0/1/MS/%/%plant%line1/talker/%plant%line1%joint_states/"),
+            "{}",
+            endpoint.token
+        );
+    }
+
+    /// The bytes that `xxhash` gives in Python and C: the seedless hash of nothing, low half first.
+    #[test]
+    fn the_gid_is_the_hash_with_its_low_half_first() {
+        let empty = XxHash3_128::oneshot(b"").to_le_bytes();
+        let [low, high] = [0x6001_c324_468d_497f_u64, 0x99aa_06d3_0147_98d8];
+        assert_eq!(empty[..8], low.to_le_bytes());
+        assert_eq!(empty[8..], high.to_le_bytes());
+    }
+
+    #[test]
+    fn what_is_no_name_is_refused() {
+        for wrong in ["", "1a", "a-b", "a b", "a/b", "ä"] {
+            let error = RosName::new(wrong).unwrap_err().to_string();
+            assert!(
+                error.starts_with(&format!("received {wrong:?}, expected letters")),
+                "{error}"
+            );
+        }
+        for wrong in ["//", "/a/", "a//b", "/1", "a-b"] {
+            let error = Namespace::new(wrong).unwrap_err().to_string();
+            assert!(
+                error.starts_with(&format!("received {wrong:?}, expected names with")),
+                "{error}"
+            );
+        }
+        for wrong in ["", "-1", "233", "1.5", "70000"] {
+            let error = Domain::new(wrong).unwrap_err().to_string();
+            assert!(
+                error.ends_with("expected a whole number from 0 to 232"),
+                "{error}"
+            );
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! Trajectories while they are carried out: which order is due when.
+
+use coaxle_axis::Dynamics;
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_slave::Command;
+use coaxle_wire::command::SlaveOrder;
+use coaxle_wire::keys::NodeName;
+
+use crate::source::SlaveMotion;
+use crate::trajectory::{Address, Plan};
+
+/// The trajectories that are carried out. Each joint is in one of them at most.
+#[derive(Clone, Debug, Default)]
+pub struct Moves {
+    running: Vec<Running>,
+    begun: u64,
+}
+
+#[derive(Clone, Debug)]
+struct Running {
+    number: u64,
+    began: Instant<Local>,
+    plan: Plan,
+    /// The segments that are ordered.
+    ordered: usize,
+}
+
+/// An order that is due.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Due {
+    /// The number of its trajectory.
+    pub trajectory: u64,
+    /// Whose.
+    pub joint: String,
+    /// Who takes it.
+    pub node: NodeName,
+    /// The order.
+    pub order: SlaveOrder,
+}
+
+/// A trajectory that came to its end before its time.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("trajectory {trajectory}: {joint} is not heard any more, so the rest is dropped")]
+pub struct Lost {
+    /// Its number.
+    pub trajectory: u64,
+    /// The joint that is not heard.
+    pub joint: String,
+}
+
+impl Moves {
+    /// Begins a trajectory, which takes the place of all that have a joint in common with it. Gives its number, from 1 on.
+    pub fn begin(&mut self, plan: Plan, now: Instant<Local>) -> u64 {
+        let is_shared = |other: &Address| plan.joints.iter().any(|own| own.joint == other.joint);
+        self.running
+            .retain(|running| !running.plan.joints.iter().any(is_shared));
+        self.begun += 1;
+        self.running.push(Running {
+            number: self.begun,
+            began: now + plan.begins,
+            plan,
+            ordered: 0,
+        });
+        self.begun
+    }
+
+    /// The orders that are due. `motion` tells how a slave moves; none if it is not heard.
+    pub fn due(
+        &mut self,
+        now: Instant<Local>,
+        motion: impl Fn(&Address) -> Option<SlaveMotion>,
+    ) -> (Vec<Due>, Vec<Lost>) {
+        let (mut due, mut lost) = (Vec::new(), Vec::new());
+        self.running.retain_mut(|running| {
+            while running.next_at().is_some_and(|at| at <= now) {
+                match running.orders(&motion) {
+                    Ok(orders) => due.extend(orders),
+                    Err(gone) => {
+                        lost.push(gone);
+                        return false;
+                    }
+                }
+            }
+            running.next_at().is_some()
+        });
+        (due, lost)
+    }
+
+    /// When the next order is due, if one is.
+    #[must_use]
+    pub fn next_at(&self) -> Option<Instant<Local>> {
+        self.running.iter().filter_map(Running::next_at).min()
+    }
+
+    /// Drops what is left of a trajectory.
+    pub fn drop_rest(&mut self, trajectory: u64) {
+        self.running.retain(|running| running.number != trajectory);
+    }
+}
+
+impl Running {
+    /// When its next orders are due; none if all are given.
+    fn next_at(&self) -> Option<Instant<Local>> {
+        let next = match self.plan.segments.as_slice() {
+            [] if self.ordered == 0 => Some(Span::ZERO),
+            segments => segments.get(self.ordered).map(|segment| segment.begins),
+        };
+        next.map(|next| self.began + next)
+    }
+
+    fn orders(
+        &mut self,
+        motion: &impl Fn(&Address) -> Option<SlaveMotion>,
+    ) -> Result<Vec<Due>, Lost> {
+        let segment = self.plan.segments.get(self.ordered);
+        self.ordered += 1;
+        let mut orders = Vec::new();
+        for (n, address) in self.plan.joints.iter().enumerate() {
+            let command = match segment {
+                None => Some(Command::Halt {
+                    dynamics: Dynamics::default(),
+                }),
+                Some(segment) => {
+                    let motion = motion(address).ok_or_else(|| Lost {
+                        trajectory: self.number,
+                        joint: address.joint.clone(),
+                    })?;
+                    move_to(segment.positions[n], motion, segment.lasts)
+                }
+            };
+            orders.extend(command.map(|command| Due {
+                trajectory: self.number,
+                joint: address.joint.clone(),
+                node: address.node.clone(),
+                order: SlaveOrder {
+                    slave: address.slave,
+                    command,
+                    dry_run: false,
+                },
+            }));
+        }
+        Ok(orders)
+    }
+}
+
+/// So near to a position is there: numbers of this size have no more digits.
+const THERE: f64 = 1e-9;
+/// Slower than this part of the peak velocity is as good as standing.
+const STANDING: f64 = 0.05;
+
+/// The move to a position that takes so long; none if the slave stands there already.
+///
+/// From standstill each third of the time is a phase: the velocity rises with a jerk that turns its sign half way, stays, and
+/// falls as it rose. So its peak is 3/2 of the mean, v = 3/2·d/T, a = 9·d/T², j = 54·d/T³. Of a slave that moves nothing of the kind
+/// can be said: it goes with the same velocity, or the one it has if that is more, and what its limits allow.
+fn move_to(position: f64, motion: SlaveMotion, lasts: Span) -> Option<Command> {
+    let distance = (position - motion.position).abs();
+    if motion.velocity == 0.0 && distance <= THERE * position.abs().max(1.0) {
+        return None;
+    }
+    let time = lasts.as_secs_f64();
+    let mut velocity = None;
+    let mut dynamics = Dynamics::default();
+    if time > 0.0 {
+        let peak = 1.5 * distance / time;
+        if motion.velocity.abs() <= STANDING * peak {
+            let acceleration = 9.0 * distance / (time * time);
+            velocity = Some(peak);
+            dynamics = Dynamics {
+                acceleration: Some(acceleration),
+                deceleration: Some(acceleration),
+                jerk: Some(6.0 * acceleration / time),
+            };
+        } else {
+            velocity = Some(peak.max(motion.velocity.abs()));
+        }
+    }
+    Some(Command::MoveAbsolute {
+        position,
+        velocity,
+        dynamics,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::{JointTrajectory, JointTrajectoryPoint};
+    use crate::trajectory::plan;
+    use crate::trajectory::tests::{address, point};
+
+    fn planned(joints: &[&str], points: Vec<JointTrajectoryPoint>) -> Plan {
+        let known: Vec<_> = joints.iter().map(|&joint| address(joint)).collect();
+        let joint_names = joints.iter().map(|&joint| joint.to_owned()).collect();
+        let trajectory = JointTrajectory {
+            joint_names,
+            points,
+            ..JointTrajectory::default()
+        };
+        plan(&trajectory, 0, &known).unwrap()
+    }
+
+    fn at(millis: i64) -> Instant<Local> {
+        Instant::from_nanos(millis * 1_000_000)
+    }
+
+    fn stands_at(position: f64) -> impl Fn(&Address) -> Option<SlaveMotion> {
+        move |_| {
+            Some(SlaveMotion {
+                position,
+                velocity: 0.0,
+            })
+        }
+    }
+
+    fn commands(moves: &mut Moves, now: Instant<Local>, position: f64) -> Vec<Command> {
+        let (due, lost) = moves.due(now, stands_at(position));
+        assert!(lost.is_empty());
+        due.iter().map(|due| due.order.command).collect()
+    }
+
+    #[test]
+    fn each_point_is_ordered_when_the_one_before_is_reached() {
+        let mut moves = Moves::default();
+        let points = vec![
+            point(&[0.3], 3000),
+            point(&[0.3], 4000),
+            point(&[0.0], 6000),
+        ];
+        moves.begin(planned(&["saw/carriage"], points), at(1000));
+        let first = commands(&mut moves, at(1000), 0.0);
+        assert_eq!(
+            first,
+            [Command::MoveAbsolute {
+                position: 300.0,
+                velocity: Some(150.0),
+                dynamics: Dynamics {
+                    acceleration: Some(300.0),
+                    deceleration: Some(300.0),
+                    jerk: Some(600.0),
+                },
+            }]
+        );
+        assert_eq!(moves.next_at(), Some(at(4000)));
+        assert_eq!(commands(&mut moves, at(3999), 300.0), []);
+        assert_eq!(commands(&mut moves, at(4000), 300.0), [], "it is there");
+        assert_eq!(commands(&mut moves, at(5001), 300.0).len(), 1);
+        assert_eq!(moves.next_at(), None);
+    }
+
+    #[test]
+    fn a_later_trajectory_takes_the_place_of_one_with_the_same_joint() {
+        let mut moves = Moves::default();
+        let both = planned(
+            &["saw/carriage", "saw/blade"],
+            vec![point(&[0.3, 0.1], 1000), point(&[0.0, 0.0], 2000)],
+        );
+        moves.begin(both, at(0));
+        assert_eq!(commands(&mut moves, at(0), 50.0).len(), 2);
+        moves.begin(planned(&["saw/blade"], vec![]), at(500));
+        assert_eq!(
+            commands(&mut moves, at(500), 50.0),
+            [Command::Halt {
+                dynamics: Dynamics::default()
+            }]
+        );
+        assert_eq!(moves.next_at(), None);
+    }
+
+    #[test]
+    fn without_a_time_the_limits_of_the_slave_decide() {
+        let mut moves = Moves::default();
+        moves.begin(planned(&["saw/carriage"], vec![point(&[0.3], 0)]), at(0));
+        let dynamics = Dynamics::default();
+        assert_eq!(
+            commands(&mut moves, at(0), 0.0),
+            [Command::MoveAbsolute {
+                position: 300.0,
+                velocity: None,
+                dynamics
+            }]
+        );
+    }
+
+    #[test]
+    fn a_slave_that_moves_may_brake_as_its_limits_allow() {
+        let motion = SlaveMotion {
+            position: 299.0,
+            velocity: -80.0,
+        };
+        assert_eq!(
+            move_to(300.0, motion, Span::from_secs(3)),
+            Some(Command::MoveAbsolute {
+                position: 300.0,
+                velocity: Some(80.0),
+                dynamics: Dynamics::default()
+            })
+        );
+    }
+
+    #[test]
+    fn of_a_slave_that_is_gone_the_rest_is_dropped() {
+        let mut moves = Moves::default();
+        moves.begin(
+            planned(
+                &["saw/carriage"],
+                vec![point(&[0.3], 1000), point(&[0.0], 2000)],
+            ),
+            at(0),
+        );
+        let (due, lost) = moves.due(at(0), |_| None);
+        assert!(due.is_empty());
+        assert_eq!(
+            lost[0].to_string(),
+            "trajectory 1: saw/carriage is not heard any more, so the rest is dropped"
+        );
+        assert_eq!(moves.next_at(), None);
+        let number = moves.begin(planned(&["saw/carriage"], vec![point(&[0.3], 1000)]), at(0));
+        moves.drop_rest(number);
+        assert_eq!(moves.next_at(), None);
+    }
+}

@@ -1,0 +1,217 @@
+//! The frames of one channel of a node, as the states of joints.
+
+use coaxle_axis::NcToPlcAxis;
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_wire::frame::{KeySeal, sender_id};
+use coaxle_wire::keys::NodeName;
+use coaxle_wire::{Channel, FrameHeader, Rejection};
+
+use crate::catalog::Catalog;
+use crate::message::{JointState, Time};
+use crate::stamps::Stamps;
+
+/// Which values of an axis are told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Values {
+    /// `fPosSoll` and `fVeloSoll`.
+    #[default]
+    Set,
+    /// `fPosIst` and `fVeloIst`.
+    Actual,
+}
+
+/// Where a slave is, and how fast it is: set values, u and u/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlaveMotion {
+    /// u.
+    pub position: f64,
+    /// u/s.
+    pub velocity: f64,
+}
+
+/// The frames of a channel that carries axes.
+#[derive(Clone, Debug)]
+pub struct Source {
+    node: NodeName,
+    channel: Channel,
+    seal: KeySeal,
+    sender: u32,
+    stamps: Stamps,
+    newest: Option<Newest>,
+    is_new: bool,
+}
+
+/// The newest frame.
+#[derive(Clone, Debug)]
+struct Newest {
+    header: FrameHeader,
+    came: Instant<Local>,
+    axes: Vec<NcToPlcAxis>,
+}
+
+impl Source {
+    /// Of the frames that a node publishes on a channel.
+    #[must_use]
+    pub fn new(node: NodeName, channel: Channel) -> Self {
+        Self {
+            seal: KeySeal::new(&node.channel_key(channel)),
+            sender: sender_id(&node),
+            node,
+            channel,
+            stamps: Stamps::default(),
+            newest: None,
+            is_new: false,
+        }
+    }
+
+    /// A frame came, or what was to be one.
+    ///
+    /// # Errors
+    /// [`Rejection`]: it is none, or another node's.
+    pub fn frame(&mut self, came: Instant<Local>, payload: &[u8]) -> Result<(), Rejection> {
+        let mut axes = Vec::new();
+        let header = self.seal.open(payload, |axis| axes.push(*axis))?;
+        if header.sender != self.sender {
+            return Err(Rejection::ForeignSender);
+        }
+        self.stamps.frame(&header, came);
+        let is_late = |newest: &Newest| {
+            newest.header.epoch == header.epoch && newest.header.count >= header.count
+        };
+        if self.newest.as_ref().is_some_and(is_late) {
+            return Ok(());
+        }
+        axes.retain(|axis| axis.implausible_field().is_none());
+        self.newest = Some(Newest { header, came, axes });
+        self.is_new = true;
+        Ok(())
+    }
+
+    /// The newest states of the joints as of `now`, if they have not been told yet. `unix` is what CLOCK_REALTIME shows
+    /// when the local clock shows 0.
+    pub fn joint_state(
+        &mut self,
+        now: Instant<Local>,
+        catalog: &Catalog,
+        values: Values,
+        unix: Span,
+    ) -> Option<JointState> {
+        self.stamps.cycle(now);
+        if !std::mem::take(&mut self.is_new) {
+            return None;
+        }
+        let newest = self.newest.as_ref()?;
+        let began = self.stamps.began(newest.header.count, newest.came);
+        let mut state = JointState {
+            stamp: Time::from_nanos((began.since_epoch() + unix).as_nanos()),
+            ..JointState::default()
+        };
+        for axis in &newest.axes {
+            let joint = catalog.joint(&self.node, self.channel, axis.axis_id);
+            let (position, velocity) = match values {
+                Values::Set => (axis.set_position, axis.set_velocity),
+                Values::Actual => (axis.actual_position, axis.actual_velocity),
+            };
+            state.position.push(joint.scale().to_ros(position));
+            state.velocity.push(joint.scale().to_ros(velocity));
+            state.name.push(joint.name);
+        }
+        (!state.name.is_empty()).then_some(state)
+    }
+
+    /// How an axis moves, and when that came; none if it has not come.
+    #[must_use]
+    pub fn motion(&self, id: u32) -> Option<(Instant<Local>, SlaveMotion)> {
+        let newest = self.newest.as_ref()?;
+        let axis = newest.axes.iter().find(|axis| axis.axis_id == id)?;
+        let motion = SlaveMotion {
+            position: axis.set_position,
+            velocity: axis.set_velocity,
+        };
+        Some((newest.came, motion))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_clock::{CycleIndex, CycleTime};
+    use coaxle_wire::frame::{body_capacity, encode_body, seal};
+    use serde_json::json;
+
+    fn at(millis: i64) -> Instant<Local> {
+        Instant::from_nanos(millis * 1_000_000)
+    }
+
+    fn frame(key: &str, node: &NodeName, count: u64, position: f64) -> Vec<u8> {
+        let header = FrameHeader {
+            sender: sender_id(node),
+            epoch: 5,
+            index: CycleIndex(count as u16),
+            count,
+            cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+            send_stamp: None,
+        };
+        let axis = |axis_id, set_position| NcToPlcAxis {
+            axis_id,
+            set_position,
+            actual_position: set_position - 1.0,
+            set_velocity: 500.0,
+            ..NcToPlcAxis::default()
+        };
+        let mut body = vec![0; body_capacity(2)];
+        let axes = [axis(1, position), axis(2, f64::NAN)];
+        let length = encode_body(&header, &axes, &mut body).unwrap();
+        let mut sealed = Vec::new();
+        seal(key, &body[..length], None, &mut sealed);
+        sealed
+    }
+
+    #[test]
+    fn the_newest_frame_is_told_once_in_metres() {
+        let node = NodeName::new("conveyor").unwrap();
+        let status = json!({ "axes": { "belt": { "id": 1, "unit": "mm" } } });
+        let catalog = Catalog::of_status(&node, status.as_object().unwrap());
+        let mut source = Source::new(node.clone(), Channel::Axes);
+        let key = node.channel_key(Channel::Axes);
+        source.frame(at(1), &frame(&key, &node, 2, 1500.0)).unwrap();
+        source.frame(at(2), &frame(&key, &node, 1, 1000.0)).unwrap();
+        let unix = Span::from_secs(1_700_000_000);
+        let state = source
+            .joint_state(at(3), &catalog, Values::Set, unix)
+            .unwrap();
+        assert_eq!(
+            state.name,
+            ["conveyor/belt"],
+            "what is no number is left out"
+        );
+        assert_eq!(
+            (&state.position[..], &state.velocity[..]),
+            (&[1.5][..], &[0.5][..])
+        );
+        assert_eq!(
+            (state.stamp.sec, state.stamp.nanosec),
+            (1_700_000_000, 1_000_000)
+        );
+        assert_eq!(source.joint_state(at(4), &catalog, Values::Set, unix), None);
+        source.frame(at(5), &frame(&key, &node, 3, 2000.0)).unwrap();
+        let actual = source
+            .joint_state(at(6), &catalog, Values::Actual, unix)
+            .unwrap();
+        assert_eq!((actual.position[0], actual.velocity[0]), (1.999, 0.0));
+    }
+
+    #[test]
+    fn what_is_no_frame_of_the_node_is_refused() {
+        let (node, other) = (NodeName::new("a").unwrap(), NodeName::new("b").unwrap());
+        let mut source = Source::new(node.clone(), Channel::Axes);
+        let key = node.channel_key(Channel::Axes);
+        assert_eq!(source.frame(at(1), &[]), Err(Rejection::Truncated));
+        let foreign = frame(&key, &other, 1, 0.0);
+        assert_eq!(source.frame(at(1), &foreign), Err(Rejection::ForeignSender));
+        assert!(source.motion(1).is_none());
+        source.frame(at(1), &frame(&key, &node, 1, 7.0)).unwrap();
+        assert_eq!(source.motion(1).unwrap().1.position, 7.0);
+        assert!(source.motion(2).is_none());
+    }
+}

@@ -1,0 +1,102 @@
+//! When the cycles of a node began, by the clock of this machine.
+
+use coaxle_clock::far_clock::{DelaySource, FarClock};
+use coaxle_clock::observer::ObserverParameters;
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_wire::FrameHeader;
+
+/// Finds the instants at which the cycles of a node began out of when its frames came, whose jitter is not in them.
+///
+/// They lag by about the time that a frame is under way when the network is quiet: nobody is asked for that.
+#[derive(Clone, Debug, Default)]
+pub struct Stamps {
+    clock: Option<(Span, FarClock)>,
+    now: Option<Instant<Local>>,
+}
+
+impl Stamps {
+    /// A frame came.
+    pub fn frame(&mut self, header: &FrameHeader, at: Instant<Local>) {
+        let cycle_time = header.cycle_time.span();
+        if self.clock.as_ref().is_none_or(|(of, _)| *of != cycle_time) {
+            let parameters = ObserverParameters::default();
+            let clock = FarClock::new(header.cycle_time, parameters, DelaySource::Off, 0);
+            self.clock = clock.ok().map(|clock| (cycle_time, clock));
+        }
+        if let Some((_, clock)) = &mut self.clock {
+            clock.message(header.epoch, header.count, at, header.send_stamp);
+        }
+    }
+
+    /// It is `now`, with all frames up to then.
+    pub fn cycle(&mut self, now: Instant<Local>) {
+        self.now = Some(now);
+        if let Some((_, clock)) = &mut self.clock {
+            let _ = clock.cycle(now, |_, _| {});
+        }
+    }
+
+    /// When the cycle with this count began. Until the clock is known, a second or two: when its frame came.
+    #[must_use]
+    pub fn began(&self, count: u64, came: Instant<Local>) -> Instant<Local> {
+        let clock = self.clock.as_ref().zip(self.now);
+        let known = clock.and_then(|((_, clock), now)| {
+            // What the node's clock gains or loses in so short a time is nothing.
+            let since = clock.correction(count)?;
+            Some(now - since.to_span())
+        });
+        known.unwrap_or(came)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_clock::{CycleIndex, CycleTime};
+
+    /// From 0 to 1, the same each time.
+    fn noise(count: u64) -> f64 {
+        let mixed = (count + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        (mixed >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    #[test]
+    fn the_jitter_of_arrivals_is_not_in_the_stamps() {
+        let mut stamps = Stamps::default();
+        let (mut least, mut most) = (Span::MAX, Span::ZERO);
+        for count in 0..8_000_u64 {
+            // 200 ppm slow, and 0.1 to 0.6 ms under way.
+            let began = Instant::from_nanos(count as i64 * 1_000_200);
+            let came = began + Span::from_micros_f64(100.0 + 500.0 * noise(count));
+            let header = FrameHeader {
+                sender: 1,
+                epoch: 7,
+                index: CycleIndex(count as u16),
+                count,
+                cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+                send_stamp: Some(Span::ZERO),
+            };
+            stamps.frame(&header, came);
+            if count % 10 == 0 {
+                stamps.cycle(began + Span::from_micros(700));
+                let late = stamps.began(count, came) - began;
+                if count > 4_000 {
+                    (least, most) = (least.min(late), most.max(late));
+                }
+            }
+        }
+        // All of them lag by the same, which is between the least and the largest that a frame is under way.
+        assert!(
+            least > Span::from_micros(50) && most < Span::from_micros(600),
+            "{least:?} {most:?}"
+        );
+        assert!(most - least < Span::from_micros(30), "{least:?} {most:?}");
+    }
+
+    #[test]
+    fn a_frame_alone_is_dated_by_its_arrival() {
+        let came = Instant::from_nanos(5);
+        assert_eq!(Stamps::default().began(3, came), came);
+    }
+}

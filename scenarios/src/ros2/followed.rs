@@ -1,0 +1,104 @@
+//! A node of Coaxle that is followed: its frames on all channels that carry axes, and what its axes are called.
+
+use std::collections::BTreeSet;
+
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_host::SeenNode;
+use coaxle_node::Channel;
+use coaxle_node::keys::NodeName;
+use coaxle_ros::catalog::Catalog;
+use coaxle_ros::message::JointState;
+use coaxle_ros::source::{SlaveMotion, Source, Values};
+use coaxle_ros::trajectory::Address;
+use coaxle_ros::unit::KNOWN;
+
+/// The channels that carry axes; that of the slaves is the second.
+pub(super) const CHANNELS: [Channel; 3] = [Channel::Axes, Channel::Slaves, Channel::FarAxes];
+const SLAVES: usize = 1;
+
+/// A slave whose newest frame is older takes no orders from here.
+const OLDEST: Span = Span::from_secs(1);
+
+/// What is known of a node.
+pub(super) struct Followed {
+    pub(super) name: NodeName,
+    catalog: Catalog,
+    sources: [Source; 3],
+    /// What was said of it once.
+    told: BTreeSet<String>,
+}
+
+impl Followed {
+    pub(super) fn new(name: &NodeName) -> Self {
+        Self {
+            name: name.clone(),
+            catalog: Catalog::default(),
+            sources: CHANNELS.map(|channel| Source::new(name.clone(), channel)),
+            told: BTreeSet::new(),
+        }
+    }
+
+    /// Reads what its status says of its axes.
+    pub(super) fn look(&mut self, seen: &SeenNode) {
+        let Some((_, status)) = &seen.status else {
+            return;
+        };
+        let catalog = Catalog::of_status(&self.name, status);
+        if catalog == self.catalog {
+            return;
+        }
+        self.catalog = catalog;
+        for joint in self.catalog.unknown_units() {
+            let unit = joint.unit.as_deref().unwrap_or_default();
+            let name = &joint.name;
+            if self.told.insert(format!("{name} {unit}")) {
+                tracing::warn!(
+                    "{name}: received the unit {unit:?}, expected one of {KNOWN}: its values are passed on as they are"
+                );
+            }
+        }
+    }
+
+    /// A frame of one of its [`CHANNELS`] came.
+    pub(super) fn frame(&mut self, channel: usize, came: Instant<Local>, payload: &[u8]) {
+        let Err(reason) = self.sources[channel].frame(came, payload) else {
+            return;
+        };
+        let key = self.name.channel_key(CHANNELS[channel]);
+        if self.told.insert(format!("{key} {reason:?}")) {
+            tracing::warn!("{key}: a frame is refused: {reason}");
+        }
+    }
+
+    /// What has come since the last time.
+    pub(super) fn joint_states(
+        &mut self,
+        now: Instant<Local>,
+        values: Values,
+        unix: Span,
+    ) -> impl Iterator<Item = JointState> {
+        let catalog = &self.catalog;
+        let sources = self.sources.iter_mut();
+        sources.filter_map(move |source| source.joint_state(now, catalog, values, unix))
+    }
+
+    /// Its slaves that are heard.
+    pub(super) fn addresses(&self, now: Instant<Local>) -> impl Iterator<Item = Address> {
+        self.catalog.slaves().filter_map(move |(axis_id, joint)| {
+            self.motion(axis_id, now)?;
+            Some(Address {
+                joint: joint.name.clone(),
+                node: self.name.clone(),
+                slave: joint.slave?,
+                axis_id,
+                scale: joint.scale(),
+            })
+        })
+    }
+
+    /// How a slave moves, if it is heard.
+    pub(super) fn motion(&self, axis_id: u32, now: Instant<Local>) -> Option<SlaveMotion> {
+        let (came, motion) = self.sources[SLAVES].motion(axis_id)?;
+        (now - came <= OLDEST).then_some(motion)
+    }
+}

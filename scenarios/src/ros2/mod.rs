@@ -1,0 +1,261 @@
+//! `coaxle ros2`: a node of ROS 2 over Zenoh, as rmw_zenoh has them. It tells the axes of Coaxle's nodes as joint states, and
+//! takes trajectories for the slaves of receivers.
+//!
+//! What is said and what is made of what comes is in [`coaxle_ros`]; here are the two networks, and the pace.
+
+mod followed;
+mod nodes;
+mod orders;
+mod topics;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::bail;
+use clap::Args;
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_host::cli::Exit;
+use coaxle_host::credentials::Credentials;
+use coaxle_host::transport::Transport;
+use coaxle_host::{Commander, Interrupt, Machine, OverZenoh, machine};
+use coaxle_node::config::TransportConfig;
+use coaxle_node::keys::NodeName;
+use coaxle_ros::entity::{Domain, Namespace, RosName, RosNode};
+use coaxle_ros::message::JointTrajectory;
+use coaxle_ros::moves::Moves;
+use coaxle_ros::source::Values;
+use coaxle_ros::trajectory::plan;
+
+use crate::network::NetworkArgs;
+use crate::status;
+use nodes::Nodes;
+use orders::Orders;
+use topics::Topics;
+
+/// Which nodes, and what they are in ROS.
+#[derive(Debug, Args)]
+pub(crate) struct Ros2Args {
+    /// The nodes [default: all that are there]
+    #[arg(value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
+    nodes: Vec<NodeName>,
+    /// The ROS domain, 0 to 232
+    #[arg(long, value_name = "NUMBER", default_value = "0", value_parser = Domain::new)]
+    domain: Domain,
+    /// The namespace of node and topics
+    #[arg(long, value_name = "NAMESPACE", default_value = "/", value_parser = Namespace::new)]
+    namespace: Namespace,
+    /// What the ROS node is called
+    #[arg(long, value_name = "NAME", default_value = "coaxle", value_parser = RosName::new)]
+    node_name: RosName,
+    /// Tell the axes so often a second at most, 0.1 to 1000
+    #[arg(long, value_name = "HZ", default_value = "100", value_parser = period)]
+    rate: Span,
+    /// Tell actual positions and velocities instead of set ones
+    #[arg(long)]
+    actual: bool,
+    /// Take trajectories for slaves. Who reaches the topic commands them
+    #[arg(long)]
+    commands: bool,
+    /// Look for ROS here, its router or a node, such as tcp/127.0.0.1:7447; may be given several times [default: ROS is
+    /// in the same network as the nodes]
+    #[arg(long, value_name = "ENDPOINT")]
+    ros_connect: Vec<String>,
+    /// Let ROS connect to this one here; may be given several times
+    #[arg(long, value_name = "ENDPOINT")]
+    ros_listen: Vec<String>,
+    #[command(flatten)]
+    network: NetworkArgs,
+}
+
+/// The time between two times that the axes are told.
+fn period(text: &str) -> Result<Span, String> {
+    let rate = text.parse().ok().filter(|hz| (0.1..=1000.0).contains(hz));
+    rate.map(|hz: f64| Span::from_secs_f64(1.0 / hz))
+        .ok_or_else(|| "expected a number from 0.1 to 1000".to_owned())
+}
+
+/// How often it looks for nodes, and reads what they are.
+const LOOK: Span = Span::from_millis(250);
+/// Who does not turn up in this time is missed aloud.
+const PATIENCE: Span = Span::from_secs(5);
+/// It looks so often at least whether it is to end, or whether a trajectory came.
+const LONGEST_WAIT: Span = Span::from_millis(10);
+
+/// Is a ROS node until Ctrl-C.
+///
+/// # Errors
+/// A wrong network section, or a network that cannot be joined.
+pub(crate) fn ros2(args: &Ros2Args) -> anyhow::Result<Exit> {
+    let interrupt = Interrupt::listen()?;
+    let own_network = args.own_network()?;
+    let watcher = status::watch(&args.network, &args.nodes)?;
+    let transport = Arc::clone(watcher.transport());
+    let ros: Arc<dyn Transport> = match own_network {
+        Some(network) => Arc::new(OverZenoh::open_and_wait(&network)?),
+        None => Arc::clone(&transport),
+    };
+    let mut bridge = Bridge {
+        nodes: Nodes::new(watcher),
+        topics: Topics::open(&*ros, &args.ros_node(&*ros), args.commands)?,
+        orders: Orders::start(args.commander(&transport)?)?,
+        moves: Moves::default(),
+        values: match args.actual {
+            true => Values::Actual,
+            false => Values::Set,
+        },
+    };
+    tracing::info!("{}; ROS {}", bridge.topics.described(), ros.whereabouts());
+    bridge.run(args.rate, &interrupt);
+    // First the tokens go, then the sessions.
+    drop(bridge);
+    ros.close();
+    transport.close();
+    Ok(Exit::Done)
+}
+
+impl Ros2Args {
+    /// The network of ROS, where it has one of its own.
+    fn own_network(&self) -> anyhow::Result<Option<TransportConfig>> {
+        if self.ros_connect.is_empty() && self.ros_listen.is_empty() {
+            if self.network.secure.is_some() {
+                bail!(
+                    "--secure: received no --ros-connect, expected that or --ros-listen besides: in a secure network nobody has \
+                     the right to topics of ROS"
+                );
+            }
+            return Ok(None);
+        }
+        Ok(Some(TransportConfig {
+            connect: self.ros_connect.clone(),
+            listen: self.ros_listen.clone(),
+            ..TransportConfig::default()
+        }))
+    }
+
+    fn ros_node(&self, ros: &dyn Transport) -> RosNode {
+        RosNode {
+            domain: self.domain,
+            session: ros.session_id().unwrap_or_else(|| "0".to_owned()),
+            namespace: self.namespace.clone(),
+            name: self.node_name.clone(),
+        }
+    }
+
+    fn commander(&self, transport: &Arc<dyn Transport>) -> anyhow::Result<Commander> {
+        let secure = self.network.secure.as_deref();
+        let credentials = secure.map(Credentials::open).transpose()?;
+        let operator = credentials.map(|found| found.name().clone());
+        Ok(Commander::over(Arc::clone(transport), operator))
+    }
+}
+
+/// What lies between the two networks.
+struct Bridge {
+    nodes: Nodes,
+    topics: Topics,
+    orders: Orders,
+    moves: Moves,
+    values: Values,
+}
+
+impl Bridge {
+    fn run(&mut self, period: Span, interrupt: &Interrupt) {
+        let began = machine::now();
+        let (mut next_tick, mut next_look) = (began, began);
+        let mut is_missed = false;
+        while !interrupt.is_asked() {
+            let now = machine::now();
+            if now >= next_look {
+                next_look = now + LOOK;
+                self.nodes.look();
+                if !is_missed && now - began > PATIENCE {
+                    is_missed = true;
+                    self.nodes.miss(PATIENCE);
+                }
+            }
+            if now >= next_tick {
+                next_tick = (next_tick + period).max(now);
+                self.tell(now);
+            }
+            self.take_trajectories(now);
+            self.give_orders(now);
+            self.nodes.hear(self.wait(now, next_tick.min(next_look)));
+        }
+    }
+
+    /// How long nothing is to be done.
+    fn wait(&self, now: Instant<Machine>, next: Instant<Machine>) -> Duration {
+        let due = self
+            .moves
+            .next_at()
+            .map_or(LONGEST_WAIT, |at| at - local(now));
+        let wait = (next - now).min(due).min(LONGEST_WAIT);
+        Duration::from_nanos(wait.max(Span::ZERO).as_nanos().unsigned_abs())
+    }
+
+    /// Tells what has come of the axes since the last time.
+    fn tell(&mut self, now: Instant<Machine>) {
+        let unix = unix_offset();
+        for state in self.nodes.joint_states(local(now), self.values, unix) {
+            self.topics.publish(&state, unix_now(unix));
+        }
+    }
+
+    fn take_trajectories(&mut self, now: Instant<Machine>) {
+        for bytes in self.topics.trajectories() {
+            let unix = unix_offset();
+            let known = self.nodes.addresses(local(now));
+            let read = JointTrajectory::from_bytes(&bytes).map_err(|error| error.to_string());
+            let planned = read.and_then(|trajectory| {
+                plan(&trajectory, unix_now(unix), &known).map_err(|refusal| refusal.to_string())
+            });
+            match planned {
+                Ok(plan) => {
+                    let points = plan.segments.len();
+                    let joints: Vec<_> = plan.joints.iter().map(|at| at.joint.as_str()).collect();
+                    let joints = joints.join(", ");
+                    let number = self.moves.begin(plan, local(now));
+                    tracing::info!("trajectory {number}: {points} points for {joints}");
+                }
+                Err(why) => tracing::warn!("a trajectory is refused: {why}"),
+            }
+        }
+    }
+
+    fn give_orders(&mut self, now: Instant<Machine>) {
+        for trajectory in self.orders.refused() {
+            self.moves.drop_rest(trajectory);
+        }
+        let nodes = &self.nodes;
+        let motion = |address: &_| nodes.motion(address, local(now));
+        let (due, lost) = self.moves.due(local(now), motion);
+        for lost in lost {
+            tracing::warn!("{lost}");
+        }
+        for due in due {
+            let trajectory = due.trajectory;
+            if !self.orders.give(due) {
+                tracing::warn!(
+                    "trajectory {trajectory}: too many orders wait, so the rest is dropped"
+                );
+                self.moves.drop_rest(trajectory);
+            }
+        }
+    }
+}
+
+/// This machine's clock is the one that everything is dated by.
+const fn local(at: Instant<Machine>) -> Instant<Local> {
+    Instant::from_nanos(at.as_nanos())
+}
+
+/// What CLOCK_REALTIME shows when this machine's clock shows 0. Whoever is interrupted between the two readings reads too
+/// little, so the largest of some counts.
+fn unix_offset() -> Span {
+    let readings = [(); 3].map(|()| machine::wall_clock_offset_ns());
+    Span::from_nanos(readings.into_iter().max().unwrap_or_default())
+}
+
+fn unix_now(offset: Span) -> i64 {
+    (machine::now().since_epoch() + offset).as_nanos()
+}

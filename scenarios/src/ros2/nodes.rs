@@ -1,0 +1,147 @@
+//! The side of Coaxle: the nodes that are there, and their frames.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::time::Duration;
+
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_host::transport::{Declared, Transport};
+use coaxle_host::{Machine, Watcher};
+use coaxle_node::keys::NodeName;
+use coaxle_ros::message::JointState;
+use coaxle_ros::source::{SlaveMotion, Values};
+use coaxle_ros::trajectory::Address;
+
+use super::followed::{CHANNELS, Followed};
+use super::local;
+
+/// So many frames wait at most: what finds no room is missing, and the next one is newer.
+const MOST_WAITING: usize = 1024;
+/// So many nodes are followed at most: whoever may publish could invent more.
+const MOST_NODES: usize = 1000;
+
+/// A frame, and whose it is.
+struct Heard {
+    node: usize,
+    channel: usize,
+    came: Instant<Machine>,
+    payload: Vec<u8>,
+}
+
+/// The nodes that are followed.
+pub(super) struct Nodes {
+    watcher: Watcher,
+    followed: Vec<Followed>,
+    queue: SyncSender<Heard>,
+    heard: Receiver<Heard>,
+    declared: Vec<Declared>,
+    is_full: bool,
+}
+
+impl Nodes {
+    pub(super) fn new(watcher: Watcher) -> Self {
+        let (queue, heard) = sync_channel(MOST_WAITING);
+        Self {
+            watcher,
+            followed: Vec::new(),
+            queue,
+            heard,
+            declared: Vec::new(),
+            is_full: false,
+        }
+    }
+
+    /// Follows whoever tells a status, and reads it.
+    pub(super) fn look(&mut self) {
+        for seen in self.watcher.seen() {
+            if seen.status.is_none() {
+                continue;
+            }
+            let known = self.followed.iter().position(|node| node.name == seen.name);
+            if let Some(node) = known.or_else(|| self.follow(&seen.name)) {
+                self.followed[node].look(&seen);
+            }
+        }
+    }
+
+    /// Says so if nobody is there.
+    pub(super) fn miss(&self, patience: Span) {
+        if self.followed.is_empty() {
+            let place = self.watcher.whereabouts();
+            tracing::warn!("no node is there after {patience}, {place}; it is waited for");
+        }
+    }
+
+    /// Takes the frames that have come; waits so long for the first one.
+    pub(super) fn hear(&mut self, wait: Duration) {
+        let first = self.heard.recv_timeout(wait).ok();
+        let rest = self.heard.try_iter().take(MOST_WAITING);
+        for heard in first.into_iter().chain(rest) {
+            let node = &mut self.followed[heard.node];
+            node.frame(heard.channel, local(heard.came), &heard.payload);
+        }
+    }
+
+    /// What has come of all axes since the last time.
+    pub(super) fn joint_states(
+        &mut self,
+        now: Instant<Local>,
+        values: Values,
+        unix: Span,
+    ) -> impl Iterator<Item = JointState> {
+        let nodes = self.followed.iter_mut();
+        nodes.flat_map(move |node| node.joint_states(now, values, unix))
+    }
+
+    /// The slaves that take orders.
+    pub(super) fn addresses(&self, now: Instant<Local>) -> Vec<Address> {
+        let nodes = self.followed.iter();
+        nodes.flat_map(|node| node.addresses(now)).collect()
+    }
+
+    /// How a slave moves, if it is heard.
+    pub(super) fn motion(&self, address: &Address, now: Instant<Local>) -> Option<SlaveMotion> {
+        let node = self
+            .followed
+            .iter()
+            .find(|node| node.name == address.node)?;
+        node.motion(address.axis_id, now)
+    }
+
+    /// Follows a node; gives its place.
+    fn follow(&mut self, name: &NodeName) -> Option<usize> {
+        if self.followed.len() == MOST_NODES {
+            if !std::mem::replace(&mut self.is_full, true) {
+                tracing::warn!("{name} and others are left out: {MOST_NODES} nodes are followed");
+            }
+            return None;
+        }
+        let node = self.followed.len();
+        self.followed.push(Followed::new(name));
+        match self.subscribe(name, node) {
+            Ok(declared) => self.declared.extend(declared),
+            Err(error) => tracing::warn!("{name}: {error:#}"),
+        }
+        tracing::info!("{name} is there");
+        Some(node)
+    }
+
+    fn subscribe(&self, name: &NodeName, node: usize) -> anyhow::Result<Vec<Declared>> {
+        let transport: &Arc<dyn Transport> = self.watcher.transport();
+        let channels = CHANNELS.iter().enumerate();
+        let subscribe = |(channel, of): (usize, &coaxle_node::Channel)| {
+            let queue = self.queue.clone();
+            let on_bytes = move |came, payload: &[u8]| {
+                let payload = payload.to_vec();
+                let _ = queue.try_send(Heard {
+                    node,
+                    channel,
+                    came,
+                    payload,
+                });
+            };
+            transport.subscribe(&name.channel_key(*of), Box::new(on_bytes))
+        };
+        channels.map(subscribe).collect()
+    }
+}

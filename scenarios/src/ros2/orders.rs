@@ -1,0 +1,77 @@
+//! Orders to slaves, on a thread of their own: a node may take its time to answer.
+
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+
+use anyhow::Context;
+use coaxle_host::Commander;
+use coaxle_node::CommandOrder;
+use coaxle_node::command::CommandVerdict;
+use coaxle_ros::moves::Due;
+
+/// So many orders wait at most.
+const MOST_WAITING: usize = 1024;
+
+/// Gives orders, one after the other.
+pub(super) struct Orders {
+    queue: SyncSender<Due>,
+    refused: Receiver<u64>,
+}
+
+impl Orders {
+    /// # Errors
+    /// The system refuses a thread.
+    pub(super) fn start(commander: Commander) -> anyhow::Result<Self> {
+        let (queue, due) = sync_channel(MOST_WAITING);
+        let (refusals, refused) = channel();
+        let thread = std::thread::Builder::new().name("orders".to_owned());
+        thread
+            .spawn(move || give_all(&commander, &due, &refusals))
+            .context("cannot start the thread of the orders")?;
+        Ok(Self { queue, refused })
+    }
+
+    /// Gives an order; false if too many wait.
+    pub(super) fn give(&self, due: Due) -> bool {
+        self.queue.try_send(due).is_ok()
+    }
+
+    /// The trajectories with an order that was not accepted.
+    pub(super) fn refused(&self) -> impl Iterator<Item = u64> {
+        self.refused.try_iter()
+    }
+}
+
+/// Until nobody has orders any more.
+fn give_all(commander: &Commander, due: &Receiver<Due>, refusals: &Sender<u64>) {
+    let mut dropped = 0;
+    for due in due {
+        let trajectory = due.trajectory;
+        if trajectory == dropped {
+            continue;
+        }
+        match give(commander, &due) {
+            Ok(()) => tracing::info!(
+                "trajectory {trajectory}: {} has {}",
+                due.joint,
+                due.order.command.name()
+            ),
+            Err(why) => {
+                tracing::warn!(
+                    "trajectory {trajectory}: {}: {why}, so the rest is dropped",
+                    due.joint
+                );
+                dropped = trajectory;
+                let _ = refusals.send(trajectory);
+            }
+        }
+    }
+}
+
+fn give(commander: &Commander, due: &Due) -> Result<(), String> {
+    let answer = commander.send(&due.node, &CommandOrder::Slave(due.order));
+    match answer.map_err(|error| format!("{error:#}"))?.verdict {
+        CommandVerdict::Accepted { .. } => Ok(()),
+        CommandVerdict::Refused { text, .. } => Err(format!("refused {text}")),
+        CommandVerdict::NotTaken { text, .. } => Err(format!("not taken: {text}")),
+    }
+}

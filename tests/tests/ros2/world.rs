@@ -1,0 +1,182 @@
+//! A sender, a receiver with a slave, `coaxle ros2`, and Python on the side of ROS.
+
+use std::fs::File;
+use std::io::Write;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::time::Duration;
+
+use coaxle_clock::Span;
+use coaxle_host::machine;
+use coaxle_tests::python;
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// For whatever takes no time: the machine may be very busy.
+const PATIENCE: Span = Span::from_secs(60);
+
+const SENDER: &str = "name = 'conveyor'\ncycle-time-us = 5000\n[[axis]]\nid = 1\nname = 'belt'\nunit = 'mm'\n\
+                      [axis.program]\nstart-velocity = 500\nlimits = { velocity = 600, acceleration = 100, jerk = 1000 }\n\
+                      steps = []\n";
+const RECEIVER: &str = "name = 'saw'\ncycle-time-us = 5000\npublish-far-axes = true\n\
+                        [[far]]\nnode = 'conveyor'\naxes = [{ id = 1, name = 'belt', unit = 'mm' }]\n\
+                        [[slave]]\nname = 'carriage'\ncouple = 'off'\n\
+                        limits = { velocity = 500, acceleration = 5000, jerk = 1e5, max-position = 800 }\n";
+
+/// All of them, until this is dropped.
+pub(crate) struct World {
+    folder: TempDir,
+    bridge: Child,
+    others: Vec<Child>,
+    told: ChildStdin,
+    saw: String,
+}
+
+impl World {
+    /// None where there is no Python for it, which is said.
+    pub(crate) fn start(options: &[&str]) -> Option<Self> {
+        let python = python::with("rosbags, zenoh")?;
+        let folder = tempfile::tempdir().expect("a scratch folder");
+        let [conveyor, saw, ros] = [(); 3].map(|()| free_endpoint());
+        let mut others = vec![
+            node(&folder, "sender", SENDER, &["--listen", &conveyor]),
+            node(
+                &folder,
+                "receiver",
+                RECEIVER,
+                &["--listen", &saw, "--connect", &conveyor],
+            ),
+        ];
+        let script = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("python/ros2.py");
+        let mut ros_side = Command::new(python);
+        ros_side.arg("-B").arg(script).args([&ros, "7", "/line1"]);
+        let mut ros_side = logged(&folder, "python", &mut ros_side).expect("it starts");
+        let told = ros_side.stdin.take().expect("it listens");
+        others.push(ros_side);
+        let mut bridge = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+        bridge.arg("ros2").args(options);
+        bridge.args([
+            "--connect",
+            &conveyor,
+            "--connect",
+            &saw,
+            "--ros-connect",
+            &ros,
+        ]);
+        let bridge = logged(&folder, "bridge", &mut bridge).expect("it starts");
+        Some(Self {
+            folder,
+            bridge,
+            others,
+            told,
+            saw,
+        })
+    }
+
+    /// What Python has heard so far.
+    pub(crate) fn heard(&self) -> Vec<Value> {
+        let text = read(self.folder.path(), "python.out");
+        let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+        whole
+            .lines()
+            .filter_map(|line| serde_json::from_str(line).ok())
+            .collect()
+    }
+
+    /// What the tool has said so far.
+    pub(crate) fn log(&self) -> String {
+        read(self.folder.path(), "bridge.log")
+    }
+
+    /// Gives a slave power, which no trajectory does.
+    pub(crate) fn power(&self, node: &str, slave: &str) {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+        command.args([
+            "command",
+            node,
+            slave,
+            "power",
+            "on",
+            "--connect",
+            &self.saw,
+        ]);
+        let output = command.output().expect("it runs");
+        assert!(output.status.success(), "{output:?}");
+    }
+
+    /// Has Python publish a trajectory.
+    pub(crate) fn tell(&mut self, told: &Value) {
+        writeln!(self.told, "{told}").expect("it listens");
+    }
+
+    /// Waits until what Python has heard is so.
+    pub(crate) fn until(&self, what: &str, mut is_so: impl FnMut(&[Value]) -> bool) {
+        let begin = machine::now();
+        loop {
+            let heard = self.heard();
+            if is_so(&heard) {
+                return;
+            }
+            let late = machine::now() - begin > PATIENCE;
+            let last = || heard.iter().rev().take(3).collect::<Vec<_>>();
+            let said = || read(self.folder.path(), "python.log");
+            assert!(!late, "{what}: {:?}\n{}\n{}", last(), self.log(), said());
+            std::thread::park_timeout(Duration::from_millis(50));
+        }
+    }
+
+    /// Ctrl-C; the exit code.
+    pub(crate) fn interrupt(&mut self) -> Option<i32> {
+        let id = Pid::from_child(&self.bridge);
+        kill_process(id, Signal::INT).expect("it runs");
+        self.bridge.wait().expect("it ends").code()
+    }
+}
+
+impl Drop for World {
+    fn drop(&mut self) {
+        for child in std::iter::once(&mut self.bridge).chain(&mut self.others) {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+/// Waits until something is so.
+pub(crate) fn until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let begin = machine::now();
+    while !is_so() {
+        assert!(machine::now() - begin < PATIENCE, "{what}");
+        std::thread::park_timeout(Duration::from_millis(20));
+    }
+}
+
+/// Nobody else takes a port that was just free.
+pub(crate) fn free_endpoint() -> String {
+    let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
+    format!("tcp/127.0.0.1:{}", port.expect("a free port").port())
+}
+
+fn node(folder: &TempDir, role: &str, config: &str, network: &[&str]) -> Child {
+    let file = folder.path().join(format!("{role}.toml"));
+    std::fs::write(&file, config).expect("a config");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+    command.arg(role).arg(file).args(network);
+    logged(folder, role, &mut command).expect("it starts")
+}
+
+fn logged(folder: &TempDir, name: &str, command: &mut Command) -> std::io::Result<Child> {
+    let file = |ending| File::create(folder.path().join(format!("{name}.{ending}")));
+    command
+        .stdin(Stdio::piped())
+        .stdout(file("out")?)
+        .stderr(file("log")?);
+    command.spawn()
+}
+
+fn read(folder: &Path, file: &str) -> String {
+    let bytes = std::fs::read(folder.join(file)).unwrap_or_default();
+    String::from_utf8_lossy(&bytes).into_owned()
+}
