@@ -37,12 +37,12 @@ enum Heard {
 /// Everything that comes of a node.
 pub(super) struct Listener {
     heard: Receiver<Heard>,
-    asker: Asker,
+    time_requests: TimeRequests,
     _declared: Vec<Declared>,
 }
 
 /// Asks for the time.
-struct Asker {
+struct TimeRequests {
     publisher: Box<dyn Publisher>,
     seal: KeySeal,
     requester: Requester,
@@ -73,7 +73,7 @@ impl Listener {
         let (queue, heard) = sync_channel(MOST);
         let queue = Arc::new(queue);
         let requests = node.channel_key(Channel::TimeRequests);
-        let asker = Asker {
+        let time_requests = TimeRequests {
             publisher: transport.publisher(&requests, Urgency::RealTime)?,
             seal: KeySeal::new(&requests),
             requester,
@@ -82,7 +82,7 @@ impl Listener {
         };
         Ok(Self {
             heard,
-            asker,
+            time_requests,
             _declared: declare(transport, node, channel, &queue)?,
         })
     }
@@ -113,7 +113,7 @@ impl Listener {
                 end = machine::now() + listen_for;
             }
             if has_begun {
-                self.asker.ask(judge);
+                self.time_requests.ask(judge);
             }
         }
         Ok(if has_begun {
@@ -135,7 +135,7 @@ impl Judge {
     }
 }
 
-impl Asker {
+impl TimeRequests {
     /// Asks if it is time to.
     fn ask(&mut self, judge: &mut Judge) {
         let now = machine::now();
