@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use coaxle_node::signal::Kind;
-use coaxle_recording::{Damage, Item, Reader, Value};
+use coaxle_recording::{Item, Reader, Value};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
@@ -157,7 +157,7 @@ fn read(path: &std::path::Path) -> anyhow::Result<Read> {
             Ok(Item::Facts(facts)) => read.facts.extend(facts),
             Ok(_) => {}
             Err(damage) if read.damage.len() < MOST_DAMAGE => {
-                read.damage.push(in_words(&damage));
+                read.damage.push(damage.to_string());
             }
             Err(_) => {}
         }
@@ -172,8 +172,4 @@ fn read(path: &std::path::Path) -> anyhow::Result<Read> {
         anyhow::bail!("{}: received no recording: {first}", path.display());
     }
     Ok(read)
-}
-
-fn in_words(damage: &Damage) -> String {
-    damage.to_string()
 }
