@@ -16,6 +16,11 @@ const REGRESSIONS: &[(u64, &str)] = &[
         "the first frame, repeated while no other came, was followed",
     ),
     (44, "likewise"),
+    (
+        1_080_801,
+        "against a line that began anew, a delay that all exchanges denied was taken for sure",
+    ),
+    (1_160_823, "likewise"),
 ];
 
 /// Those of every test run.

@@ -251,13 +251,9 @@ impl FarClock {
         now: Instant<Local>,
         mut used: impl FnMut(Instant<Local>, &TimeResponse),
     ) {
-        let Some(line) = self.observer.line() else {
+        let Some(line) = self.follow_line() else {
             return;
         };
-        self.line = Some(line);
-        if let Some(jump) = self.exchange.follow(&line) {
-            self.observer.attribute_step_to_path(jump);
-        }
         for place in &mut self.waiting {
             if let Some((arrived, response)) = place.take_if(|(at, _)| *at <= now) {
                 // It counts what it refuses.
@@ -268,17 +264,38 @@ impl FarClock {
                 }
             }
         }
-        if let Some(to_sender) = (self.exchange).is_drift_of_sender(self.observer.suspected_drift())
-        {
-            self.observer.attribute_drift(to_sender);
-        }
-        if let Some((gain, sigma)) = self.exchange.proven_gain() {
-            self.observer.follow_drift(gain, sigma);
+        if self.settle_drift() {
+            // What is said of this cycle's far time is said of the line that it is on.
+            self.follow_line();
         }
         if let Some(step) = self.exchange.step_of_sender() {
             let mapped = self.observer.attribute_step_to_sender(step);
             self.exchange.map_step_of_sender(mapped);
         }
+    }
+
+    /// The line as it is now, with what became of it told to the exchange.
+    fn follow_line(&mut self) -> Option<FarLine> {
+        let line = self.observer.line()?;
+        self.line = Some(line);
+        if let Some(jump) = self.exchange.follow(&line) {
+            self.observer.attribute_step_to_path(jump);
+        }
+        Some(line)
+    }
+
+    /// What exchanges say of a drift that may have changed. Whether the line may have begun anew.
+    fn settle_drift(&mut self) -> bool {
+        let suspected = self.observer.suspected_drift();
+        let to_sender = self.exchange.is_drift_of_sender(suspected);
+        if let Some(to_sender) = to_sender {
+            self.observer.attribute_drift(to_sender);
+        }
+        let proven = self.exchange.proven_gain();
+        if let Some((gain, sigma)) = proven {
+            self.observer.follow_drift(gain, sigma);
+        }
+        to_sender == Some(true) || proven.is_some()
     }
 
     fn delay_output(&self, now: Instant<Local>) -> DelayOutput {

@@ -96,6 +96,14 @@ impl Bounds {
         )
     }
 
+    /// The same, of which nobody concludes that the line is wrong.
+    pub(super) fn unproven(self) -> Self {
+        Self {
+            proven: None,
+            ..self
+        }
+    }
+
     /// By how much the sender gains on the line per second, if the line is proven wrong, and the standard
     /// deviation of that; once.
     pub(super) fn take_proven_gain(&mut self) -> Option<(f64, f64)> {

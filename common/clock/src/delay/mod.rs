@@ -196,7 +196,7 @@ impl DelayExchange {
             }
         };
         if now.drift_steps != before.drift_steps {
-            return self.follow_drift_step(now.taken_back - before.taken_back);
+            return self.follow_drift_step(now.taken_back - before.taken_back, line);
         }
         let jump = now.jumped - before.jumped;
         let corrected = now.corrected - before.corrected;
@@ -423,14 +423,34 @@ impl DelayExchange {
     /// What exchanges leave open; whatever the window makes of them, what they all deny is wrong.
     fn bound(&mut self, now: Instant<Local>, line: &FarLine) {
         let measured = self.window.measured_now(line);
-        let recent = Recent {
+        self.bound_by(&Recent {
             exchanges: &measured[..self.window.len()],
             now,
             line,
+        });
+    }
+
+    /// The same after an event that cleared the window: what arrived before it arrived no earlier than it left, whatever
+    /// the line is now.
+    fn bound_by_history(&mut self, line: &FarLine) {
+        let measured = self.history.measured_now(line);
+        let exchanges = &measured[..self.history.len()];
+        let Some(newest) = exchanges.first() else {
+            return;
         };
-        self.bounds = Bounds::of(&recent);
+        self.bound_by(&Recent {
+            exchanges,
+            now: newest.at,
+            line,
+        });
+        // What came before the event proves nothing of the line after it.
+        self.bounds = self.bounds.map(Bounds::unproven);
+    }
+
+    fn bound_by(&mut self, recent: &Recent<'_>) {
+        self.bounds = Bounds::of(recent);
         if let Some(Estimate { delay, .. }) = self.estimate {
-            self.pulled = bounds::pull(delay, &recent);
+            self.pulled = bounds::pull(delay, recent);
         }
     }
 
@@ -453,11 +473,13 @@ impl DelayExchange {
         }
     }
 
-    /// The line is another one, and has not jumped by so much, but changed its drift.
-    fn follow_drift_step(&mut self, taken_back: Seconds) -> Option<Seconds> {
+    /// The line is another one, and has not jumped by so much, but changed its drift. Against another line the delay that
+    /// was known may be anything that exchanges leave open.
+    fn follow_drift_step(&mut self, taken_back: Seconds, line: &FarLine) -> Option<Seconds> {
         self.start_over();
         let estimate = self.estimate.as_mut()?;
         estimate.take_back(taken_back.0);
+        self.bound_by_history(line);
         Some(Seconds::ZERO - taken_back)
     }
 

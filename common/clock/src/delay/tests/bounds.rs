@@ -35,6 +35,27 @@ fn a_line_that_runs_away_takes_the_delay_along_no_further_than_exchanges_allow()
 }
 
 #[test]
+fn a_line_that_begins_anew_with_another_drift_is_bound_by_the_exchanges_before_it() {
+    let mut exchange = DelayExchange::new(RUN);
+    let ways = || (micros(100), micros(100));
+    let runs_away = running(300e-6, micros(5_000));
+    let now = exchanges(&mut exchange, &runs_away, at(0), 100, ways);
+    // Nobody knows where the line was that the delay was measured against, and it jumps by a millisecond and a half.
+    let found = FarLine {
+        drift_steps: 1,
+        ..line(micros(5_000))
+    };
+    let jump = ahead_us(&found, now) - ahead_us(&runs_away, now);
+    assert!(jump > 1_500.0, "{jump}");
+    let _ = exchange.follow(&found);
+    let (state, delay, uncertainty) = delay_us(&exchange, now, &found);
+    let error = ahead_us(&found, now) - delay;
+    assert_eq!(state, DelayState::Measured);
+    assert!(error.abs() < 250.0, "{error}");
+    assert!(error.abs() <= uncertainty, "{error}, {uncertainty}");
+}
+
+#[test]
 fn exchanges_that_contradict_newer_ones_say_nothing_any_more() {
     let mut exchange = DelayExchange::new(RUN);
     let ways = || (micros(100), micros(100));
