@@ -1,5 +1,8 @@
 //! What the cycle thread asks of the operating system.
 
+use std::fmt;
+use std::sync::OnceLock;
+
 use coaxle_node::config::RealTimeConfig;
 
 use crate::os::{Os, System};
@@ -11,6 +14,15 @@ pub struct Denied {
     pub wish: String,
     /// Why it was not granted, and what would help.
     pub reason: String,
+}
+
+/// What became of the wishes, once the cycle runs.
+pub(crate) type Outcome = OnceLock<Vec<Denied>>;
+
+impl fmt::Display for Denied {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} not granted: {}", self.wish, self.reason)
+    }
 }
 
 /// Applies the wishes to the calling thread, and the memory lock to the whole process. What is
@@ -35,6 +47,39 @@ pub fn apply(config: &RealTimeConfig) -> Vec<Denied> {
         .flatten()
         .filter_map(|(wish, outcome)| outcome.err().map(|reason| Denied { wish, reason }))
         .collect()
+}
+
+/// What the threads have that carry frames for a cycle of this priority: the one below it, so that a flood of messages never
+/// holds up the cycle, but nothing ordinary holds up the messages.
+#[must_use]
+pub fn carriers(config: &RealTimeConfig) -> Option<u8> {
+    config
+        .priority
+        .map(|priority| priority.saturating_sub(1).max(1))
+}
+
+/// Gives the calling thread this priority until the result is dropped. Threads that are started meanwhile inherit it, and
+/// keep it: so the transport's get it, which starts its own.
+///
+/// What is not permitted is left out: the cycle, which wishes for more, says so.
+pub(crate) fn raised(priority: Option<u8>) -> Raised {
+    let is_raised = priority.is_some_and(|priority| Os::set_priority(priority).is_ok());
+    Raised { is_raised }
+}
+
+/// The calling thread has a priority.
+pub(crate) struct Raised {
+    is_raised: bool,
+}
+
+impl Drop for Raised {
+    fn drop(&mut self) {
+        if self.is_raised
+            && let Err(reason) = Os::drop_priority()
+        {
+            tracing::warn!("the main thread keeps its real-time priority: {reason}");
+        }
+    }
 }
 
 #[cfg(test)]

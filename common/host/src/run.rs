@@ -184,10 +184,13 @@ where
     let clock = NodeClock::new(&setup.clock, setup.seed, Instant::EPOCH)
         .with_context(|| format!("cannot build node {}: clock", setup.name))?;
     let counters = Arc::new(Counters::default());
+    let carriers = real_time::carriers(&setup.real_time);
+    let raised = real_time::raised(carriers);
     let transport: Arc<dyn Transport> = tokio::select! {
         opened = opening => Arc::new(opened?),
         ended = signals.next() => return Ok(outcome(ended, epoch, &counters)),
     };
+    drop(raised);
 
     let (inboxes, mailboxes) = mailboxes(&setup.wiring.subscriptions, &counters);
     let (mut outbox, frames) = outbox(OUTBOX_BYTES);
@@ -217,12 +220,21 @@ where
     }
     let session = Arc::new(session);
 
-    let publisher = start_publisher(frames, setup.send_stamps, channels, &counters, &panic_watch)?;
+    let publisher = start_publisher(
+        frames,
+        setup.send_stamps,
+        channels,
+        &counters,
+        carriers,
+        &panic_watch,
+    )?;
     outbox.attach(publisher.thread().clone());
+    let granted = Arc::new(real_time::Outcome::new());
     let reporter = Reporter::new(
         identity,
         Arc::clone(&session),
         Arc::clone(&counters),
+        Arc::clone(&granted),
         machine::now(),
     );
     let telemetry_thread = start_telemetry(telemetry, setup.recorder, reporter, &panic_watch)?;
@@ -245,8 +257,8 @@ where
     };
     let cycle = start_cycle(with_clock, wishes, &panic_watch)?;
     if let Ok(denied) = cycle.running.await {
-        for real_time::Denied { wish, reason } in denied {
-            tracing::warn!(node = %setup.name, "real-time wish {wish} not granted: {reason}");
+        for denied in granted.get_or_init(|| denied) {
+            tracing::warn!(node = %setup.name, "real-time wish {denied}");
         }
         let endpoints = session.whereabouts();
         tracing::info!(node = %setup.name, role = setup.role, "running, {endpoints}");

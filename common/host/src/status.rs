@@ -11,6 +11,8 @@ use crate::counters::{Counters, read};
 use crate::health::{Evidence, Health, judge};
 use crate::hearing::Hearing;
 use crate::machine::Machine;
+use crate::os::{Os, System};
+use crate::real_time;
 use crate::session::{Contact, Session};
 use crate::transport::Unseen;
 use crate::unseen::{Inquiry, Search};
@@ -38,6 +40,7 @@ pub(crate) struct Reporter {
     identity: Identity,
     session: Arc<Session>,
     counters: Arc<Counters>,
+    granted: Arc<real_time::Outcome>,
     started: Instant<Machine>,
     log: HealthLog,
     /// Of each source, in the order of the session's contacts.
@@ -53,6 +56,7 @@ impl Reporter {
         identity: Identity,
         session: Arc<Session>,
         counters: Arc<Counters>,
+        granted: Arc<real_time::Outcome>,
         started: Instant<Machine>,
     ) -> Self {
         Self {
@@ -64,6 +68,7 @@ impl Reporter {
             identity,
             session,
             counters,
+            granted,
             started,
             log: HealthLog::new(started),
             inquiry: Inquiry::default(),
@@ -205,6 +210,7 @@ impl Reporter {
             json!(read(&counters.telemetry_dropped)),
         );
         put("exchange_refused", json!(read(&counters.exchange_refused)));
+        put("real_time", real_time_of(&self.granted));
         if !self.identity.publishes.is_empty() {
             put("published", json!(read(&counters.published)));
             put("publish_dropped", json!(read(&counters.publish_dropped)));
@@ -289,6 +295,19 @@ impl Reporter {
             ),
         }
     }
+}
+
+/// What the system granted: the real-time priority of each thread that has one, and what it denied.
+fn real_time_of(granted: &real_time::Outcome) -> Value {
+    let Some(denied) = granted.get() else {
+        return json!({ "priorities": {}, "denied": [] });
+    };
+    let denied: Vec<_> = denied.iter().map(ToString::to_string).collect();
+    let priorities: Map<_, _> = Os::priorities()
+        .into_iter()
+        .map(|(thread, priority)| (thread, json!(priority)))
+        .collect();
+    json!({ "priorities": priorities, "denied": denied })
 }
 
 /// Its node with the key of its frames, what the transport's threads know of it, and why it is not to be seen.

@@ -37,10 +37,12 @@ pub(crate) fn start_publisher(
     send_stamps: bool,
     mut channels: Vec<PublishedChannel>,
     counters: &Arc<Counters>,
+    priority: Option<u8>,
     panics: &PanicWatch,
 ) -> anyhow::Result<JoinHandle<()>> {
     let counters = Arc::clone(counters);
     thread("publish", panics, move || {
+        let _raised = real_time::raised(priority);
         publish(frames, &mut channels, send_stamps, &counters);
     })
 }

@@ -120,7 +120,7 @@ mod tests {
     const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
 
     /// What the host adds, with a subscription and something to publish.
-    const HOST_FIELDS: [&str; 18] = [
+    const HOST_FIELDS: [&str; 19] = [
         "node",
         "namesakes",
         "role",
@@ -129,6 +129,7 @@ mod tests {
         "cycles",
         "telemetry_dropped",
         "exchange_refused",
+        "real_time",
         "published",
         "publish_dropped",
         "publish_failed",

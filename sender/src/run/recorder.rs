@@ -90,7 +90,7 @@ mod tests {
     const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
 
     /// What the host adds to the status of a node that follows nobody.
-    const HOST_FIELDS: [&str; 14] = [
+    const HOST_FIELDS: [&str; 15] = [
         "node",
         "namesakes",
         "role",
@@ -100,6 +100,7 @@ mod tests {
         "cycles",
         "telemetry_dropped",
         "exchange_refused",
+        "real_time",
         "published",
         "publish_dropped",
         "publish_failed",

@@ -56,6 +56,15 @@ pub trait System {
     /// Why not, and what would help.
     fn set_priority(priority: u8) -> Result<(), String>;
 
+    /// The calling thread has no such priority any more.
+    ///
+    /// # Errors
+    /// Why not.
+    fn drop_priority() -> Result<(), String>;
+
+    /// The threads of this process that have such a priority, by name, and what it is; none where nobody knows how to ask.
+    fn priorities() -> Vec<(String, u8)>;
+
     /// The calling thread runs on this processor alone.
     ///
     /// # Errors

@@ -78,6 +78,14 @@ impl System for Portable {
         unknown(&format!("a real-time priority such as {priority}"))
     }
 
+    fn drop_priority() -> Result<(), String> {
+        Ok(())
+    }
+
+    fn priorities() -> Vec<(String, u8)> {
+        Vec::new()
+    }
+
     fn bind_to(processor: usize) -> Result<(), String> {
         unknown(&format!("how to run on processor {processor} alone"))
     }

@@ -28,6 +28,40 @@ fn wishes_that_nobody_can_grant_have_a_reason() {
     check::<Portable>();
 }
 
+/// Where it may be given a priority at all.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_thread_hands_its_priority_on_and_drops_it() {
+    let named = |name: &str| {
+        let name = name.to_owned();
+        move || Os::priorities().into_iter().find(|(of, _)| *of == name)
+    };
+    let thread = |name: &str, work: fn() -> ()| {
+        let builder = std::thread::Builder::new().name(name.to_owned());
+        builder.spawn(work).unwrap()
+    };
+    fn sleep() {
+        Os::sleep_until_ns(Os::clock_ns() + 200_000_000);
+    }
+    std::thread::Builder::new()
+        .name("raised (1)".to_owned())
+        .spawn(move || {
+            if let Err(reason) = Os::set_priority(3) {
+                assert!(reason.contains("CAP_SYS_NICE"), "{reason}");
+                return;
+            }
+            let inherits = thread("inherits", sleep);
+            assert_eq!(named("raised (1)")(), Some(("raised (1)".to_owned(), 3)));
+            assert_eq!(named("inherits")(), Some(("inherits".to_owned(), 3)));
+            Os::drop_priority().unwrap();
+            assert_eq!(named("raised (1)")(), None);
+            inherits.join().unwrap();
+        })
+        .unwrap()
+        .join()
+        .unwrap();
+}
+
 #[test]
 fn files_are_made_emptied_and_held() {
     fn check<S: System>() {

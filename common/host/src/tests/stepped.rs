@@ -163,6 +163,7 @@ impl Stepped {
                 identity,
                 Arc::clone(&session),
                 Arc::clone(&counters),
+                Arc::default(),
                 Instant::EPOCH,
             ),
             session,
@@ -394,6 +395,7 @@ fn every_field_of_the_status_has_its_own_number() {
     let expected = serde_json::json!({
         "node": "belt", "role": "toy", "epoch": "00000000000000ab", "uptime_s": 1.5, "health": "ok", "namesakes": 0,
         "cycles": 10, "telemetry_dropped": 90, "exchange_refused": 70,
+        "real_time": { "priorities": {}, "denied": [] },
         "published": 20, "publish_dropped": 30, "publish_failed": 40, "followed": true,
         "seen_by": [],
     });
@@ -404,6 +406,7 @@ fn every_field_of_the_status_has_its_own_number() {
     let expected = serde_json::json!({
         "node": "saw", "role": "toy", "epoch": "00000000000000ab", "uptime_s": 1.5, "health": "ok", "namesakes": 0,
         "cycles": 10, "telemetry_dropped": 90, "exchange_refused": 70,
+        "real_time": { "priorities": {}, "denied": [] },
         "sources": { "belt": { "alive": true, "frame_age_ms": 100.0, "unseen": null } },
         "received": 51, "refused": 60, "mailbox_dropped": 80, "arrivals_dropped": 100,
     });

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct RealTimeConfig {
-    /// `SCHED_FIFO` priority of the cycle thread, 1 to 99; none leaves it to the normal scheduler.
+    /// `SCHED_FIFO` priority of the cycle thread, 1 to 99; none leaves it to the normal scheduler. The threads that stamp, send and
+    /// receive frames get the one below.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub priority: Option<u8>,
     /// The processor the cycle thread is bound to.

@@ -42,6 +42,14 @@ impl System for Linux {
         threads::set_priority(priority)
     }
 
+    fn drop_priority() -> Result<(), String> {
+        threads::drop_priority()
+    }
+
+    fn priorities() -> Vec<(String, u8)> {
+        threads::priorities()
+    }
+
     fn bind_to(processor: usize) -> Result<(), String> {
         threads::bind_to(processor)
     }

@@ -9,8 +9,8 @@ use rustix::thread::{
 };
 use rustix::time::{ClockId, Timespec};
 use thread_priority::{
-    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
-    set_thread_priority_and_policy, thread_native_id,
+    NormalThreadSchedulePolicy, RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue,
+    ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
 };
 
 pub(super) const NANOS_PER_SEC: i64 = 1_000_000_000;
@@ -48,6 +48,38 @@ pub(super) fn set_priority(priority: u8) -> Result<(), String> {
         }
         other => other.to_string(),
     })
+}
+
+pub(super) fn drop_priority() -> Result<(), String> {
+    set_thread_priority_and_policy(
+        thread_native_id(),
+        ThreadPriority::Min,
+        ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Other),
+    )
+    .map_err(|error| error.to_string())
+}
+
+pub(super) fn priorities() -> Vec<(String, u8)> {
+    let threads = std::fs::read_dir("/proc/self/task").into_iter().flatten();
+    let mut found: Vec<_> = threads
+        .flatten()
+        .filter_map(|thread| {
+            priority_of(&std::fs::read_to_string(thread.path().join("stat")).ok()?)
+        })
+        .collect();
+    found.sort_unstable();
+    found
+}
+
+/// The name and the real-time priority that a line of `/proc/…/stat` tells; none of a thread without one. The name is in
+/// parentheses, and may hold some.
+fn priority_of(stat: &str) -> Option<(String, u8)> {
+    /// `rt_priority` is the 40th field; the first after the name is the third.
+    const PRIORITY: usize = 40 - 3;
+    let (_, named) = stat.split_once('(')?;
+    let (name, fields) = named.rsplit_once(')')?;
+    let priority = fields.split_whitespace().nth(PRIORITY)?.parse().ok()?;
+    (priority > 0).then(|| (name.to_owned(), priority))
 }
 
 pub(super) fn bind_to(cpu: usize) -> Result<(), String> {
