@@ -27,7 +27,7 @@ pub use crate::marks::{MarksConfig, SpacingSwing, WrongMarks};
 pub use axes::{AxisList, FarAxisConfig, WrongAxes};
 pub use drive::{DriveConfig, SharedMemoryConfig};
 pub use encoders::WrongEncoder;
-pub use far::{DelayConfig, FarChannel, FarConfig, Mode};
+pub use far::{AsymmetryConfig, DelayConfig, FarChannel, FarConfig, Mode};
 pub use far_limits::FarLimits;
 pub use masters::{MasterRef, WrongSlave};
 pub use publish::{PublishFarAxes, WrongPublished};

@@ -118,10 +118,13 @@ signals! {
         delay_state: Option<DelayState> [""] last,
         /// How far the sender's time is taken to be ahead of the observer's line.
         delay_us: Option<f64> ["µs"] last "delay",
-        /// That is wrong by at most this.
+        /// That is wrong by at most this: half of the round trip, however unequal the ways are; or what was stated of them, if that
+        /// is less.
         delay_uncertainty_us: Option<f64> ["µs"] last "… wrong by at most",
         /// The part of the error that jitter causes, standard deviation.
         delay_jitter_us: Option<f64> ["µs"],
+        /// Standard deviation of the delay for ways as unequal as was stated, or equally long ones: by jitter and by the line.
+        delay_sigma_us: Option<f64> ["µs"] last "… standard deviation",
         /// Since the newest time exchange.
         delay_age_s: Option<f64> ["s"],
         /// Time exchanges used so far.

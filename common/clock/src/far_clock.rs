@@ -35,7 +35,7 @@
 //! number; the response comes back as a [`TimeResponse`] with its four stamps.
 
 use crate::cycle::CycleTime;
-use crate::delay::{DelayExchange, DelayOutput, DelayState, Refusal, TimeResponse};
+use crate::delay::{Asymmetry, DelayExchange, DelayOutput, DelayState, Refusal, TimeResponse};
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::{
     FarLine, FarTime, ObserverOutput, ObserverParameters, ObserverState, PhaseObserver,
@@ -236,6 +236,12 @@ impl FarClock {
         if delay == DelaySource::Measured {
             self.exchange.restart();
         }
+    }
+
+    /// Takes it from somebody who knows how unequal the ways of the link are, for a delay that is measured. Once far time is sure the
+    /// change is slewed.
+    pub const fn state_asymmetry(&mut self, stated: Option<Asymmetry>) {
+        self.exchange.state_asymmetry(stated);
     }
 
     fn delay_in_force(&self) -> Span {

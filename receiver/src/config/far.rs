@@ -4,11 +4,13 @@ use std::fmt;
 use std::path::Path;
 
 use coaxle_axis::Modulo;
+use coaxle_clock::Span;
+use coaxle_clock::delay::Asymmetry;
 use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::Channel;
 use coaxle_node::command::FarDelay;
-use coaxle_node::config::{DelayMicros, LinkConfig, Positive, Unit};
+use coaxle_node::config::{DelayMicros, FaultMicros, LinkConfig, Positive, Unit};
 use coaxle_node::faults::{WrongTerm, check_link};
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, FilterMode};
@@ -55,6 +57,9 @@ pub struct FarConfig {
     /// The constant part of the delay, in observer mode.
     #[serde(default)]
     pub delay: DelayConfig,
+    /// How unequal the ways to it and from it are, for a delay that is measured: no exchange can show that. Unknown by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub asymmetry: Option<AsymmetryConfig>,
     /// Faults laid over everything that comes from the node, and over the time requests to it.
     #[serde(default)]
     pub faults: LinkConfig,
@@ -152,6 +157,25 @@ pub enum DelayConfig {
     FixedUs(DelayMicros),
     /// Nothing is done about it, as in TS5066.
     Off,
+}
+
+/// How unequal the ways to a node and from it are, as somebody knows who measured it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct AsymmetryConfig {
+    /// Its messages are under way for so much longer than requests to it are, µs; negative: shorter.
+    pub longer_us: DelayMicros,
+    /// That is wrong by at most so much, µs, either way.
+    pub within_us: FaultMicros,
+}
+
+impl From<AsymmetryConfig> for Asymmetry {
+    fn from(stated: AsymmetryConfig) -> Self {
+        Self {
+            longer: stated.longer_us.span(),
+            within: Span::from_micros_f64(stated.within_us.get()),
+        }
+    }
 }
 
 impl From<DelayConfig> for DelaySource {

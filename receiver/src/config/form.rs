@@ -16,8 +16,9 @@ use serde::{Deserialize, Serialize};
 
 use super::far_limits::FarLimits;
 use super::{
-    AxisList, DelayConfig, FarAxisConfig, FarChannel, FarConfig, Mode, PublishFarAxes,
-    ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished, WrongStandby, WrongVirtualAxis,
+    AsymmetryConfig, AxisList, DelayConfig, FarAxisConfig, FarChannel, FarConfig, Mode,
+    PublishFarAxes, ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished, WrongStandby,
+    WrongVirtualAxis,
 };
 
 /// A receiver's file as it is written.
@@ -41,6 +42,8 @@ pub(super) struct Form {
     observer: Option<ObserverParameters>,
     /// In short, beside `master`: the constant part of the delay, in observer mode.
     delay: Option<DelayConfig>,
+    /// In short, beside `master`: how unequal the ways to it and from it are.
+    asymmetry: Option<AsymmetryConfig>,
     /// In short, beside `master`: faults laid over everything that comes from the node.
     faults: Option<LinkConfig>,
     /// In short, beside `master`: other faults over the time requests.
@@ -201,6 +204,7 @@ impl TryFrom<Form> for ReceiverConfig {
                 sync: form.sync.unwrap_or_default(),
                 observer: form.observer.unwrap_or_default(),
                 delay: form.delay.unwrap_or_default(),
+                asymmetry: form.asymmetry,
                 faults: form.faults.unwrap_or_default(),
                 request_faults: form.request_faults,
             }],
@@ -210,6 +214,7 @@ impl TryFrom<Form> for ReceiverConfig {
                     ("sync", form.sync.is_some()),
                     ("observer", form.observer.is_some()),
                     ("delay", form.delay.is_some()),
+                    ("asymmetry", form.asymmetry.is_some()),
                     ("faults", form.faults.is_some()),
                     ("request-faults", form.request_faults.is_some()),
                 ];

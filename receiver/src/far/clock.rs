@@ -1,7 +1,7 @@
 //! A far clock, started by the first message: each frame says how long the sender's cycle is.
 
 use coaxle_clock::cycle::Tick;
-use coaxle_clock::delay::TimeResponse;
+use coaxle_clock::delay::{Asymmetry, TimeResponse};
 use coaxle_clock::far_clock::{FarClock, FarClockOutput};
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_clock::time_sync::{TimeSyncParameters, TimeSyncState, WrongParameter};
@@ -21,6 +21,7 @@ pub(super) struct ClockSetup {
     sync: AxisSyncParameters,
     observer: ObserverParameters,
     delay: DelayConfig,
+    asymmetry: Option<Asymmetry>,
     run: u64,
 }
 
@@ -70,13 +71,14 @@ pub(super) struct Following {
 
 impl ClockSetup {
     /// `run` is this run of the own node.
-    pub(super) const fn of(config: &FarConfig, cycle_time: CycleTime, run: u64) -> Self {
+    pub(super) fn of(config: &FarConfig, cycle_time: CycleTime, run: u64) -> Self {
         Self {
             cycle_time,
             mode: config.mode,
             sync: config.sync,
             observer: config.observer,
             delay: config.delay,
+            asymmetry: config.asymmetry.map(Into::into),
             run,
         }
     }
@@ -327,7 +329,9 @@ impl Clock {
 impl ClockSetup {
     /// A phase observer; its parameters were checked at the start.
     fn observer(&self, data: CycleTime) -> Option<FarClock> {
-        FarClock::new(data, self.observer, self.delay.into(), self.run).ok()
+        let mut clock = FarClock::new(data, self.observer, self.delay.into(), self.run).ok()?;
+        clock.state_asymmetry(self.asymmetry);
+        Some(clock)
     }
 }
 
@@ -396,6 +400,7 @@ fn show_observed(observed: &FarClockOutput, signals: &mut FarNodeSignals) {
     signals.delay_us = micros(delay.delay);
     signals.delay_uncertainty_us = micros(delay.uncertainty);
     signals.delay_jitter_us = micros(delay.jitter);
+    signals.delay_sigma_us = micros(delay.sigma);
     signals.delay_age_s = delay.age.map(Span::as_secs_f64);
     signals.exchanges = delay.exchanges;
     signals.responses_refused = delay.refused;

@@ -23,6 +23,8 @@ pub(super) struct Estimate {
     pub(super) delay: f64,
     /// Half of the least round trip, and what a jump has added since, s.
     pub(super) uncertainty: f64,
+    /// The first part of it, which is none for who knows how unequal the ways are, s.
+    half_round_trip: f64,
     /// Deviation that jitter causes, s.
     pub(super) jitter: f64,
     pub(super) newest: Instant<Local>,
@@ -37,16 +39,23 @@ pub(super) struct Estimate {
 impl Estimate {
     /// What the ways of a window say; `measured` if there are enough of them.
     pub(super) fn of(there: &Early, back: &Early, newest: Instant<Local>, measured: bool) -> Self {
+        let half_round_trip = 0.5 * (there.least + back.least).max(0.0);
         let moved = 0.5 * libm::fabs((there.early - there.least) - (back.early - back.least));
         Self {
             delay: 0.5 * (there.early - back.early),
-            uncertainty: 0.5 * (there.least + back.least).max(0.0) + moved,
+            uncertainty: half_round_trip + moved,
+            half_round_trip,
             jitter: 0.5 * libm::hypot(there.deviation, back.deviation),
             newest,
             measured,
             count: 1,
             contradictions: 0,
         }
+    }
+
+    /// What it is wrong by for who knows how unequal the ways are, but for jitter, s.
+    pub(super) fn doubt(&self) -> f64 {
+        (self.uncertainty - self.half_round_trip).max(0.0)
     }
 
     /// The same where the two ways differ by twice this more than they did.

@@ -34,7 +34,7 @@ mod tests;
 mod trend;
 mod window;
 
-pub use outcome::{DelayOutput, DelayState, Refusal};
+pub use outcome::{Asymmetry, DelayOutput, DelayState, Refusal};
 
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::{FarLine, SuspectedDrift};
@@ -118,6 +118,8 @@ pub struct DelayExchange {
     /// By how much half of the difference of the two ways has changed since the start, by steps that were the
     /// path's, s.
     asymmetry: f64,
+    /// What it was at the start, as somebody knows.
+    stated: Option<Asymmetry>,
     exchanges: u64,
     refused: u64,
 }
@@ -160,9 +162,16 @@ impl DelayExchange {
             step: None,
             step_of_sender: None,
             asymmetry: 0.0,
+            stated: None,
             exchanges: 0,
             refused: 0,
         }
+    }
+
+    /// Takes it from somebody who knows how unequal the two ways are, or for equally long again. What changes by that shows at
+    /// once.
+    pub const fn state_asymmetry(&mut self, stated: Option<Asymmetry>) {
+        self.stated = stated;
     }
 
     /// Forgets what was measured and measures anew.
@@ -338,7 +347,7 @@ impl DelayExchange {
     #[must_use]
     pub fn delay(&self) -> Option<Span> {
         self.estimate
-            .map(|estimate| Span::from_secs_f64(estimate.delay + self.pulled))
+            .map(|estimate| Span::from_secs_f64(self.delay_of(&estimate)))
     }
 
     /// What is known at `now`, of the line as it is then.
@@ -359,9 +368,10 @@ impl DelayExchange {
                 true if age > STALE_AFTER || self.is_of_lost_line => DelayState::Stale,
                 true => DelayState::Measured,
             },
-            delay: Some(Seconds(estimate.delay + self.pulled)),
+            delay: Some(Seconds(self.delay_of(estimate))),
             uncertainty: Some(Seconds(self.uncertainty(estimate, now, line))),
             jitter: Some(Seconds(estimate.jitter)),
+            sigma: Some(Seconds(sigma(estimate, line))),
             age: Some(age),
             ..blank
         }
@@ -449,19 +459,46 @@ impl DelayExchange {
 
     fn bound_by(&mut self, recent: &Recent<'_>) {
         self.bounds = Bounds::of(recent);
-        if let Some(Estimate { delay, .. }) = self.estimate {
-            self.pulled = bounds::pull(delay, recent);
+        if let Some(estimate) = &self.estimate {
+            self.pulled = bounds::pull(self.measured(estimate), recent);
         }
     }
 
-    /// What the delay is wrong by at most, s: as its measurement says, and no less than exchanges leave open.
+    /// As the ways have it, for who knows how unequal they are, s.
+    fn measured(&self, estimate: &Estimate) -> f64 {
+        let longer = self.stated.map_or(Span::ZERO, |stated| stated.longer);
+        estimate.delay + 0.5 * longer.as_secs_f64()
+    }
+
+    /// And no exchange denies it, s.
+    fn delay_of(&self, estimate: &Estimate) -> f64 {
+        self.measured(estimate) + self.pulled
+    }
+
+    /// What the delay is wrong by at most, s.
     fn uncertainty(&self, estimate: &Estimate, now: Instant<Local>, line: &FarLine) -> f64 {
+        let whatever_the_ways = self.uncertainty_of_any_ways(estimate, now, line);
+        let Some(Asymmetry { within, .. }) = self.stated else {
+            return whatever_the_ways;
+        };
+        let stated =
+            0.5 * within.as_secs_f64() + estimate.doubt() + COVERED * sigma(estimate, line);
+        stated.min(whatever_the_ways)
+    }
+
+    /// As its measurement says, and no less than exchanges leave open.
+    fn uncertainty_of_any_ways(
+        &self,
+        estimate: &Estimate,
+        now: Instant<Local>,
+        line: &FarLine,
+    ) -> f64 {
         let measured = estimate.uncertainty + COVERED * line.sigma.0;
         let Some(bounds) = &self.bounds else {
             return measured;
         };
         let (least, most) = bounds.at(now, line);
-        let delay = estimate.delay + self.pulled;
+        let delay = self.delay_of(estimate);
         measured.max(delay - least).max(most - delay)
     }
 
@@ -533,4 +570,9 @@ impl DelayExchange {
         self.is_of_lost_line = false;
         self.open = 0;
     }
+}
+
+/// The standard deviation of a delay whose ways are as unequal as they are taken for, s.
+fn sigma(estimate: &Estimate, line: &FarLine) -> f64 {
+    libm::hypot(estimate.jitter, line.sigma.0)
 }

@@ -20,6 +20,15 @@ pub enum DelayState {
     Stale,
 }
 
+/// How unequal the ways of a link are, which no exchange can show, as somebody knows it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Asymmetry {
+    /// So much longer messages and responses are under way than requests; negative: shorter.
+    pub longer: Span,
+    /// That is wrong by at most so much, either way.
+    pub within: Span,
+}
+
 /// What is known of the delay.
 #[must_use]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,11 +38,16 @@ pub struct DelayOutput {
     /// How far the sender's time is ahead of the one that arrives.
     pub delay: Option<Seconds>,
     /// The delay is wrong by at most this, however unequal the ways there and back are: half of the
-    /// least round trip, and three standard deviations of the line; and no less than the last exchanges leave open.
+    /// least round trip, and three standard deviations of the line; and no less than the last exchanges leave open. Where
+    /// somebody [stated](Asymmetry) how unequal they are: half of what that is wrong by at most, and three standard deviations, if that
+    /// is less.
     pub uncertainty: Option<Seconds>,
     /// The part of the error that jitter causes, as a standard deviation. Were the ways equal, there
     /// would be no other.
     pub jitter: Option<Seconds>,
+    /// The same with what the line is wrong by: the standard deviation of the delay for who takes the ways for equally long, or
+    /// knows their difference.
+    pub sigma: Option<Seconds>,
     /// Since the newest exchange.
     pub age: Option<Span>,
     /// Exchanges used.

@@ -132,6 +132,29 @@ fn equal_ways_give_the_delay_and_half_of_the_round_trip_as_its_uncertainty() {
 }
 
 #[test]
+fn what_somebody_states_of_the_ways_shows_at_once_and_never_makes_it_less_sure() {
+    let mut exchange = DelayExchange::new(RUN);
+    let line = line(micros(1_000));
+    let ways = || (micros(700), micros(100));
+    let now = exchanges(&mut exchange, &line, at(0), 100, ways);
+    let shown = |exchange: &DelayExchange| {
+        let (_, delay, uncertainty) = delay_us(exchange, now, &line);
+        (delay.round(), uncertainty.round())
+    };
+    assert_eq!(shown(&exchange), (1_300.0, 400.0));
+    let state = |exchange: &mut DelayExchange, longer, within| {
+        let (longer, within) = (micros(longer), micros(within));
+        exchange.state_asymmetry(Some(Asymmetry { longer, within }));
+    };
+    state(&mut exchange, -600, 40);
+    assert_eq!(shown(&exchange), (1_000.0, 20.0));
+    state(&mut exchange, -600, 5_000);
+    assert_eq!(shown(&exchange), (1_000.0, 700.0));
+    exchange.state_asymmetry(None);
+    assert_eq!(shown(&exchange), (1_300.0, 400.0));
+}
+
+#[test]
 fn jitter_averages_out() {
     for seed in 1..50 {
         let mut exchange = DelayExchange::new(RUN);
@@ -456,6 +479,31 @@ proptest! {
         prop_assert!(error.abs() <= uncertainty + 0.01, "{error} ± {uncertainty}");
         let asymmetry = 0.5 * (there - back) as f64;
         prop_assert!((error - asymmetry).abs() <= 8.0 * spread + 0.01);
+    }
+
+    #[test]
+    fn who_states_how_unequal_the_ways_are_is_as_sure_as_that(
+        there in 0..3_000_i64,
+        back in 0..3_000_i64,
+        wrong in -50..=50_i64,
+        spread in 0.0..50.0_f64,
+        seed in 1..10_000_u64,
+    ) {
+        let mut exchange = DelayExchange::new(RUN);
+        exchange.state_asymmetry(Some(Asymmetry {
+            longer: micros(back - there + wrong),
+            within: micros(50),
+        }));
+        let (mut late, mut later) = (jitter(spread, seed), jitter(spread, seed + 77_777));
+        let ways = || (micros(there) + late(), micros(back) + later());
+        let line = line(micros(1_000));
+        let now = exchanges(&mut exchange, &line, at(0), 100, ways);
+        let (_, estimate, uncertainty) = delay_us(&exchange, now, &line);
+        let error = estimate - 1_000.0;
+        let sigma = exchange.output(now, &line).sigma.expect("known").as_micros();
+        prop_assert!(error.abs() <= uncertainty + sigma + 0.01, "{error} ± {uncertainty}");
+        prop_assert!(uncertainty <= 25.0 + 4.0 * spread + 0.01, "{uncertainty}");
+        prop_assert_eq!(exchange.delay().map(Span::as_micros_f64).map(f64::round), Some(estimate.round()));
     }
 
     #[test]
