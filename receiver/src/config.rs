@@ -54,6 +54,10 @@ pub struct ReceiverConfig {
     /// Virtual axes of its own, which its slaves can follow: a local line shaft, say.
     #[serde(rename = "virtual-axis", skip_serializing_if = "Vec::is_empty")]
     pub virtual_axes: Vec<AxisConfig>,
+    /// The cam plates that all of its slaves can be coupled by.
+    #[doc(alias = "MC_CamTableSelect")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cams: Vec<CamSource>,
     /// The slaves.
     #[serde(rename = "slave")]
     pub slaves: Vec<SlaveConfig>,
@@ -70,6 +74,9 @@ impl ReceiverConfig {
     pub fn relative_to(&mut self, folder: &Path) {
         for axis in &mut self.virtual_axes {
             axis.relative_to(folder);
+        }
+        for cam in &mut self.cams {
+            cam.relative_to(folder);
         }
         for slave in &mut self.slaves {
             slave.relative_to(folder);

@@ -10,6 +10,7 @@ use coaxle_clock::{Instant, Span};
 use coaxle_node::command::{CommandVerdict, OrderCargo};
 use coaxle_node::config::parse;
 use coaxle_node::{CommandAnswer, CommandOrder, Node};
+use coaxle_receiver::signals::SlaveSignals;
 use coaxle_receiver::{Receiver, ReceiverConfig};
 use serde_json::Value;
 
@@ -30,39 +31,49 @@ const CONFIG: &str = "
     name = 'knife'
     couple = 'off'
     limits = { velocity = 1000, acceleration = 10000, jerk = 1e6 }
+    [[slave]]
+    name = 'press'
+    couple = 'off'
+    limits = { velocity = 1000, acceleration = 10000, jerk = 1e6 }
 ";
 
 const LIMITS: [f64; 3] = [1_000.0, 10_000.0, 1e6];
 
+const SLAVES: [&str; 2] = ["knife", "press"];
+
 struct Bench {
     receiver: Receiver,
-    /// The last set positions.
-    positions: Vec<f64>,
+    /// The last set positions of each slave.
+    positions: [Vec<f64>; 2],
 }
 
 fn bench() -> Bench {
     let config: ReceiverConfig = parse("test", CONFIG).unwrap();
     Bench {
         receiver: Receiver::new(&config, Instant::EPOCH, 1).unwrap(),
-        positions: Vec::with_capacity(100_000),
+        positions: [0, 1].map(|_| Vec::with_capacity(100_000)),
     }
 }
 
 impl Bench {
-    /// So many cycles. The set positions keep the limits of the slave in their differences.
+    /// So many cycles. The set positions keep the limits of the slaves in their differences.
     fn cycles(&mut self, count: u32) {
         for _ in 0..count {
             let now = self.receiver.next_cycle() + Span::from_micros(5);
-            self.receiver.cycle(now);
-            while self.receiver.transmit().is_some() {}
-            self.positions
-                .push(self.knife().position.unwrap_or_default());
-            self.check_differences();
+            assert_no_alloc(|| {
+                self.receiver.cycle(now);
+                while self.receiver.transmit().is_some() {}
+            });
+            for n in 0..SLAVES.len() {
+                let position = self.slave(n).position.unwrap_or_default();
+                self.positions[n].push(position);
+                self.check_differences(n);
+            }
         }
     }
 
-    fn check_differences(&self) {
-        let [.., a, b, c, d] = self.positions[..] else {
+    fn check_differences(&self, n: usize) {
+        let [.., a, b, c, d] = self.positions[n][..] else {
             return;
         };
         let dt = 1e-3;
@@ -80,13 +91,17 @@ impl Bench {
         }
     }
 
-    fn knife(&self) -> &coaxle_receiver::signals::SlaveSignals {
-        &self.receiver.snapshot().signals.slaves[0]
+    fn slave(&self, n: usize) -> &SlaveSignals {
+        &self.receiver.snapshot().signals.slaves[n]
+    }
+
+    fn knife(&self) -> &SlaveSignals {
+        self.slave(0)
     }
 
     /// Executes an order as the host does: what it needs is allocated before, and freed afterwards.
-    fn order(&mut self, command: &str) -> CommandAnswer {
-        let text = format!(r#"{{"version":1,"slave":"knife","command":{command}}}"#);
+    fn order(&mut self, slave: &str, command: &str) -> CommandAnswer {
+        let text = format!(r#"{{"version":1,"slave":"{slave}","command":{command}}}"#);
         let order = CommandOrder::from_json(text.as_bytes()).unwrap();
         let mut cargo = order.cargo();
         let outcome = assert_no_alloc(|| self.receiver.execute_with(&order, &mut cargo));
@@ -94,13 +109,21 @@ impl Bench {
     }
 
     fn accepted(&mut self, command: &str) -> Value {
-        let answer = self.order(command);
+        self.accepted_by("knife", command)
+    }
+
+    fn accepted_by(&mut self, slave: &str, command: &str) -> Value {
+        let answer = self.order(slave, command);
         assert!(answer.is_accepted(), "{command}: {answer:?}");
         serde_json::from_str(&answer.to_json()).unwrap()
     }
 
     fn refused(&mut self, command: &str) -> String {
-        match self.order(command).verdict {
+        self.refused_by("knife", command)
+    }
+
+    fn refused_by(&mut self, slave: &str, command: &str) -> String {
+        match self.order(slave, command).verdict {
             CommandVerdict::Refused { code, .. } => code,
             other => panic!("{command}: {other:?}"),
         }
@@ -213,4 +236,68 @@ fn an_order_that_is_only_tried_changes_nothing() {
     let (answer, _) = dry(&mut bench, r#"{"cam-table-delete":{"table":3}}"#);
     assert!(answer.is_accepted());
     bench.accepted(r#"{"read-cam-table-characteristics":{"table":3}}"#);
+}
+
+/// Both slaves on one plate, the press 90° of the shaft behind the knife.
+#[test]
+fn a_plate_is_one_for_all_slaves_whoever_is_ordered_to_load_it() {
+    let mut bench = bench();
+    bench.cycles(10);
+    bench.accepted(&select(50.0, false));
+    let press = "press";
+    assert_eq!(bench.refused_by(press, &select(20.0, false)), "0x4063");
+    for (slave, offset) in [("knife", 0), (press, -90)] {
+        bench.accepted_by(slave, r#"{"power":true}"#);
+        bench.accepted_by(
+            slave,
+            &format!(
+                r#"{{"cam-in":{{"table":3,"master-offset":{offset},"activation":{{"mode":"next-cycle"}}}}}}"#
+            ),
+        );
+    }
+    bench.cycles(1_500);
+    let on_plate = |bench: &Bench| [0, 1].map(|n| bench.slave(n).cam_master_position.unwrap());
+    let [knife, behind] = on_plate(&bench);
+    assert!(
+        ((knife - behind).rem_euclid(360.0) - 90.0).abs() < 1e-6,
+        "{knife} {behind}"
+    );
+
+    // It is replaced by an order to the one, for both, and each takes it where its own turn begins.
+    let mode =
+        r#"{"set-cam-online-change-mode":{"table":3,"mode":{"activation":{"mode":"next-cycle"}}}}"#;
+    while !(190.0..260.0).contains(&on_plate(&bench)[0]) {
+        bench.cycles(1);
+    }
+    bench.accepted_by(press, mode);
+    bench.accepted_by(press, &select(20.0, true));
+    let mut tops = [Vec::new(), Vec::new()];
+    let mut before = on_plate(&bench);
+    while !tops.iter().all(|tops| tops.len() >= 2) {
+        bench.cycles(1);
+        let now = on_plate(&bench);
+        for (n, tops) in tops.iter_mut().enumerate() {
+            if before[n] < 180.0 && now[n] >= 180.0 {
+                tops.push(bench.slave(n).cam_slave_position.unwrap().round());
+            }
+        }
+        before = now;
+    }
+    assert_eq!(tops, [vec![20.0, 20.0], vec![50.0, 20.0]]);
+    assert!(!bench.knife().cam_data_queued);
+
+    bench.accepted(r#"{"cam-out":{}}"#);
+    let delete = r#"{"cam-table-delete":{"table":3}}"#;
+    assert_eq!(bench.refused(delete), "0x4259", "the press is on it");
+    bench.accepted_by(press, r#"{"cam-out":{}}"#);
+    bench.accepted(delete);
+    assert_eq!(
+        bench.refused_by(press, r#"{"cam-in":{"table":3}}"#),
+        "0x4216"
+    );
+    for slave in SLAVES {
+        bench.accepted_by(slave, r#"{"halt":{}}"#);
+    }
+    bench.cycles(500);
+    assert_eq!([0, 1].map(|n| bench.slave(n).error), [0, 0]);
 }

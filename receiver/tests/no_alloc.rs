@@ -352,7 +352,7 @@ limits = { velocity = 5000, acceleration = 200000, jerk = 1e8 }
 tool.cuts-every = 360
 marks = { first = 90, spacing = 360, spacing-swing = { amplitude = 2, marks = 7 }, sensor-distance = 400 }
 [[slave.cams]]
-table-id = 1
+table-id = 3
 course = 'cyclic'
 point = [
   { master = 0, slave = 0, velocity = 1, law = 'polynom5-mm' },
@@ -362,14 +362,14 @@ point = [
 when = { master-ready = true }
 do = { power = true }
 [[slave.step]]
-do = { set-cam-online-change-mode = { table = 1, mode = { activation.mode = 'next-cycle', master-scaling-mode = 'auto-offset' } } }
+do = { set-cam-online-change-mode = { table = 3, mode = { activation.mode = 'next-cycle', master-scaling-mode = 'auto-offset' } } }
 [[slave.step]]
 at-mark = true
-do = { cam-in = { table = 1, jump = { ramp-in = { master-length = 300 } } } }
+do = { cam-in = { table = 3, jump = { ramp-in = { master-length = 300 } } } }
 [[slave.step]]
 label = 'next mark'
 at-mark = true
-do = { write-motion-function = { table = 1, points = [{ index = 2, law = 'polynom1', type = 'motion', master = 0, slave = 360, velocity = 1 }] } }
+do = { write-motion-function = { table = 3, points = [{ index = 2, law = 'polynom1', type = 'motion', master = 0, slave = 360, velocity = 1 }] } }
 repeat-from = 'next mark'
 ";
 

@@ -16,20 +16,33 @@ use coaxle_plate::MotionPoint;
 
 /// The cam plates of an axis and its coupling by them, which is idle as long as something else moves
 /// the axis. Without plates it can only refuse, and takes next to no memory.
+///
+/// The plates are its own, or those of a node, whose axes have them one after the other: each is
+/// [lent](Self::lend) them for its turn and [gives them back](Self::give_back). Only a pointer changes
+/// hands, so nothing is locked or copied, and whoever has the plates is the only one who can use them.
 #[derive(Debug, Default)]
 pub struct Cam {
-    plates: Option<Box<Plates>>,
+    /// None while others have them.
+    tables: Option<Box<Tables>>,
+    coupling: Option<Box<CamCoupling>>,
 }
 
-#[derive(Debug)]
-struct Plates {
-    tables: Tables,
-    coupling: CamCoupling,
+/// Both, for a question.
+#[derive(Clone, Copy)]
+struct Plates<'a> {
+    tables: &'a Tables,
+    coupling: &'a CamCoupling,
+}
+
+/// Both, to be changed.
+struct PlatesMut<'a> {
+    tables: &'a mut Tables,
+    coupling: &'a mut CamCoupling,
 }
 
 impl Cam {
-    /// `MC_CamTableSelect`: these plates, for a slave that can do so much, with the ids of master and
-    /// slave for `MC_CamInfo`. Any coupling has ended. This allocates.
+    /// `MC_CamTableSelect`: these plates and nobody else's, for a slave that can do so much, with the ids of
+    /// master and slave for `MC_CamInfo`. Any coupling has ended. This allocates.
     ///
     /// # Errors
     /// 0x4A1C if the limits are not finite numbers above 0.
@@ -38,6 +51,20 @@ impl Cam {
         &mut self,
         tables: Tables,
         limits: CamLimits,
+        axes: [u32; 2],
+    ) -> Result<(), CouplingError> {
+        self.prepare(limits, axes)?;
+        self.lend(Box::new(tables));
+        Ok(())
+    }
+
+    /// The same for an axis that is lent its plates.
+    ///
+    /// # Errors
+    /// As [`select`](Self::select).
+    pub fn prepare(
+        &mut self,
+        limits: CamLimits,
         [master_axis_id, slave_axis_id]: [u32; 2],
     ) -> Result<(), CouplingError> {
         let coupling = CamCoupling::new(CouplingParameters {
@@ -45,8 +72,19 @@ impl Cam {
             slave_axis_id,
             limits,
         })?;
-        self.plates = Some(Box::new(Plates { tables, coupling }));
+        self.coupling = Some(Box::new(coupling));
         Ok(())
+    }
+
+    /// From now on it has these plates: always the same store, which others may have changed meanwhile.
+    pub fn lend(&mut self, tables: Box<Tables>) {
+        self.tables = Some(tables);
+    }
+
+    /// Gives them back. Until it is lent them again it can only refuse; one that moves the axis has to
+    /// have them in each of its cycles.
+    pub const fn give_back(&mut self) -> Option<Box<Tables>> {
+        self.tables.take()
     }
 
     /// What couples an axis that has always been where the plate puts it.
@@ -63,10 +101,10 @@ impl Cam {
             ..*cam_in
         });
         let slave = Kinematics::default();
-        self.with_plates(|plates| {
+        self.ask(|plates| {
             plates
                 .coupling
-                .plan(&plates.tables, &request, master, &slave)
+                .plan(plates.tables, &request, master, &slave)
         })
     }
 
@@ -80,13 +118,13 @@ impl Cam {
         job: Job,
         master: &Kinematics,
     ) -> Result<Kinematics, CouplingError> {
-        let Some(plates) = &mut self.plates else {
+        let Some(PlatesMut { tables, coupling }) = self.plates_mut() else {
             return Err(CouplingError::NotCoupled);
         };
-        plates.coupling.end(&mut plates.tables);
-        plates.coupling.apply(&mut plates.tables, change, job);
-        let slave = plates.coupling.update(&mut plates.tables, master);
-        match plates.coupling.state_of(job) {
+        coupling.end(tables);
+        coupling.apply(tables, change, job);
+        let slave = coupling.update(tables, master);
+        match coupling.state_of(job) {
             CommandState::Failed(error) => Err(error),
             _ => Ok(slave),
         }
@@ -104,8 +142,8 @@ impl Cam {
         table: &mut Option<Box<PreparedTable>>,
         room: usize,
     ) -> Result<(), CouplingError> {
-        match &mut self.plates {
-            Some(plates) => plates.tables.select(id, replace, table, room),
+        match &mut self.tables {
+            Some(tables) => tables.select(id, replace, table, room),
             None => Err(CouplingError::StoreFull { capacity: 0 }),
         }
     }
@@ -119,8 +157,8 @@ impl Cam {
         id: TableId,
         table: &mut Option<Box<PreparedTable>>,
     ) -> Result<(), CouplingError> {
-        match &mut self.plates {
-            Some(plates) => plates.tables.delete(id, table),
+        match &mut self.tables {
+            Some(tables) => tables.delete(id, table),
             None => Err(CouplingError::TableUnknown { table: id }),
         }
     }
@@ -128,8 +166,8 @@ impl Cam {
     /// What couples the slave now, cheap enough for every cycle: [`CamCoupling::cam_state`].
     #[must_use]
     pub fn cam_state(&self) -> Option<CamState> {
-        let plates = self.plates.as_ref()?;
-        plates.coupling.cam_state(&plates.tables)
+        let Plates { tables, coupling } = self.plates()?;
+        coupling.cam_state(tables)
     }
 
     /// Whether points can take effect so: what `MC_SetCamOnlineChangeMode` comes to.
@@ -137,7 +175,7 @@ impl Cam {
     /// # Errors
     /// [`CouplingError`].
     pub fn plan_mode(&self, table: TableId, mode: &OnlineChangeMode) -> Result<(), CouplingError> {
-        self.with_plates(|plates| plates.tables.plan_online_change_mode(table, mode))
+        self.ask(|plates| plates.tables.plan_online_change_mode(table, mode))
     }
 
     /// `MC_SetCamOnlineChangeMode`.
@@ -149,8 +187,8 @@ impl Cam {
         table: TableId,
         mode: OnlineChangeMode,
     ) -> Result<(), CouplingError> {
-        match &mut self.plates {
-            Some(plates) => plates.tables.set_online_change_mode(table, mode),
+        match &mut self.tables {
+            Some(tables) => tables.set_online_change_mode(table, mode),
             None => self.plan_mode(table, &mode),
         }
     }
@@ -160,7 +198,7 @@ impl Cam {
     /// # Errors
     /// [`CouplingError`].
     pub fn plan_write(&self, table: TableId, points: &[MotionPoint]) -> Result<(), CouplingError> {
-        self.with_plates(|plates| plates.tables.plan_write(table, points))
+        self.ask(|plates| plates.tables.plan_write(table, points))
     }
 
     /// `MC_WriteMotionFunction`.
@@ -168,8 +206,8 @@ impl Cam {
     /// # Errors
     /// As [`plan_write`](Self::plan_write).
     pub fn write(&mut self, table: TableId, points: &[MotionPoint]) -> Result<(), CouplingError> {
-        match &mut self.plates {
-            Some(plates) => plates.tables.write(table, points),
+        match &mut self.tables {
+            Some(tables) => tables.write(table, points),
             None => self.plan_write(table, points),
         }
     }
@@ -180,42 +218,52 @@ impl Cam {
     /// As there.
     #[doc(alias = "MC_CamInfo")]
     pub fn info(&self, table: TableId, at: Option<f64>) -> Result<CamInfo, CouplingError> {
-        self.with_plates(|plates| plates.coupling.info(&plates.tables, table, at))
+        self.ask(|plates| plates.coupling.info(plates.tables, table, at))
     }
 
-    /// The plates; none without any.
+    /// The plates; none without any, or while others have them.
     #[must_use]
     pub fn tables(&self) -> Option<&Tables> {
-        Some(&self.plates.as_ref()?.tables)
+        self.tables.as_deref()
     }
 
-    fn with_plates<T>(
+    fn ask<T>(
         &self,
-        ask: impl FnOnce(&Plates) -> Result<T, CouplingError>,
+        ask: impl FnOnce(Plates<'_>) -> Result<T, CouplingError>,
     ) -> Result<T, CouplingError> {
-        match &self.plates {
+        match self.plates() {
             Some(plates) => ask(plates),
-            None => ask(&Plates {
-                tables: Tables::new(0),
-                coupling: CamCoupling::new(NONE)?,
+            None => ask(Plates {
+                tables: &Tables::new(0),
+                coupling: &CamCoupling::new(NONE)?,
             }),
         }
     }
 
-    fn coupling(&self) -> Option<&CamCoupling> {
-        Some(&self.plates.as_ref()?.coupling)
+    fn plates(&self) -> Option<Plates<'_>> {
+        Some(Plates {
+            tables: self.tables.as_deref()?,
+            coupling: self.coupling.as_deref()?,
+        })
+    }
+
+    fn plates_mut(&mut self) -> Option<PlatesMut<'_>> {
+        Some(PlatesMut {
+            tables: self.tables.as_deref_mut()?,
+            coupling: self.coupling.as_deref_mut()?,
+        })
     }
 }
 
-impl Plates {
-    fn plan(&self, command: &CamRequest, inputs: &PlanInputs) -> Result<CamChange, CouplingError> {
+impl Plates<'_> {
+    fn plan(self, command: &CamRequest, inputs: &PlanInputs) -> Result<CamChange, CouplingError> {
         let (master, slave) = (inputs.masters.first(), &inputs.slave);
         let master = master.ok_or(CouplingError::AxisError { code: 0 })?;
         if inputs.is_engaged || self.coupling.state() == CommandState::Idle {
-            return self.coupling.plan(&self.tables, command, master, slave);
+            return self.coupling.plan(self.tables, command, master, slave);
         }
         // One that broke off is kept to be asked about, until another begins.
-        CamCoupling::new(*self.coupling.parameters())?.plan(&self.tables, command, master, slave)
+        CamCoupling::new(*self.coupling.parameters())?.plan(self.tables, command, master, slave)
     }
 }
 
@@ -232,7 +280,7 @@ impl Engage for Cam {
     ) -> Result<Planned<CamChange>, NotPlanned<CouplingError>> {
         inputs.master()?;
         let change = self
-            .with_plates(|plates| plates.plan(command, inputs))
+            .ask(|plates| plates.plan(command, inputs))
             .map_err(NotPlanned::Own)?;
         Ok(Planned {
             awaits: change.awaits(),
@@ -246,13 +294,13 @@ impl Engage for Cam {
     }
 
     fn apply(&mut self, change: &CamChange, job: Job) {
-        if let Some(plates) = &mut self.plates {
-            plates.coupling.apply(&mut plates.tables, change, job);
+        if let Some(PlatesMut { tables, coupling }) = self.plates_mut() {
+            coupling.apply(tables, change, job);
         }
     }
 
     fn refusal(&self) -> Option<CouplingError> {
-        let coupling = self.coupling()?;
+        let coupling = self.coupling.as_ref()?;
         match coupling.state_of(coupling.first()?) {
             CommandState::Failed(error) => Some(error),
             _ => None,
@@ -260,14 +308,15 @@ impl Engage for Cam {
     }
 
     fn fault(&self) -> Option<CouplingError> {
-        match self.coupling()?.state() {
+        match self.coupling.as_ref()?.state() {
             CommandState::Failed(error) => Some(error),
             _ => None,
         }
     }
 
     fn state_of(&self, job: Job) -> CouplingState {
-        self.coupling()
+        self.coupling
+            .as_ref()
             .map_or(CommandState::Idle, |coupling| coupling.state_of(job))
     }
 }
@@ -277,12 +326,12 @@ impl Coupling for Cam {
         let Some(master) = scan.masters.first() else {
             return Step::MasterLost;
         };
-        let Some(plates) = &mut self.plates else {
+        let Some(PlatesMut { tables, coupling }) = self.plates_mut() else {
             return Step::Failed;
         };
-        let waited = plates.coupling.state() == CommandState::Waiting;
-        let slave = plates.coupling.update(&mut plates.tables, master);
-        match plates.coupling.state() {
+        let waited = coupling.state() == CommandState::Waiting;
+        let slave = coupling.update(tables, master);
+        match coupling.state() {
             CommandState::Failed(_) => Step::Failed,
             CommandState::Idle if waited && self.refusal().is_some() => Step::Refused,
             CommandState::Idle if waited => Step::GivenUp,
@@ -292,7 +341,7 @@ impl Coupling for Cam {
     }
 
     fn phase(&self) -> Option<CouplingPhase> {
-        match self.coupling()?.state() {
+        match self.coupling.as_ref()?.state() {
             CommandState::Waiting => Some(CouplingPhase::Waiting),
             CommandState::Active => Some(CouplingPhase::Synchronizing),
             CommandState::InSync => Some(CouplingPhase::InSync),
@@ -304,22 +353,20 @@ impl Coupling for Cam {
     }
 
     fn end(&mut self) {
-        if let Some(plates) = &mut self.plates {
-            plates.coupling.end(&mut plates.tables);
+        if let Some(PlatesMut { tables, coupling }) = self.plates_mut() {
+            coupling.end(tables);
         }
     }
 
     fn fail(&mut self, code: u32) {
-        if let Some(plates) = &mut self.plates {
-            plates.coupling.axis_error(&mut plates.tables, code);
+        if let Some(PlatesMut { tables, coupling }) = self.plates_mut() {
+            coupling.axis_error(tables, code);
         }
     }
 
     fn queued(&self) -> StateWord {
-        match &self.plates {
-            Some(plates) => plates.coupling.state_word(&plates.tables),
-            None => StateWord::empty(),
-        }
+        let word = |plates: Plates<'_>| plates.coupling.state_word(plates.tables);
+        self.plates().map_or(StateWord::empty(), word)
     }
 
     fn master_scaling(&self) -> f64 {
@@ -327,7 +374,7 @@ impl Coupling for Cam {
     }
 
     fn ended(&mut self) -> Option<Job> {
-        self.plates.as_mut()?.coupling.next_ended()
+        self.coupling.as_mut()?.next_ended()
     }
 }
 

@@ -30,7 +30,10 @@ impl CamCoupling {
         for index in 0..MOST_PLATES {
             self.abort_queue(tables, index);
             if let Some(layer) = self.layers[index].take() {
-                tables.leave(&layer.table, &layer.lease);
+                // One that broke off has left already.
+                if self.error.is_none() {
+                    tables.leave(&layer.table, &layer.lease);
+                }
                 tables.release(&layer.table);
                 let state = self
                     .error

@@ -269,10 +269,14 @@ impl CamCoupling {
         Ok(path.slave_of(master))
     }
 
-    /// Everything that waits is aborted. The plates stay, to be asked about.
+    /// Everything that waits is aborted. The plates stay, to be asked about: nobody can take them out, but changes of
+    /// their points do not wait for this slave any longer.
     fn fail(&mut self, tables: &mut Tables, error: CouplingError) {
         for index in 0..MOST_PLATES {
             self.abort_queue(tables, index);
+        }
+        for layer in self.layers.iter().flatten() {
+            tables.leave(&layer.table, &layer.lease);
         }
         self.error = Some(error);
     }

@@ -85,6 +85,7 @@ impl Tables {
     ) -> Result<(), CouplingError> {
         let TableRef { slot, .. } = self.find_unused(id)?;
         *table = self.slots[slot].take().map(|table| table.prepared);
+        self.note_selection();
         Ok(())
     }
 

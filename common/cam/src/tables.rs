@@ -16,6 +16,9 @@ pub const MOST_TABLES: usize = 255;
 
 /// The plates that couplings can use: what `MC_CamTableSelect` loads, TF5050 chapter 4.1.
 ///
+/// Any number of slaves can be on a plate, each at its own place. Points that change do so for each of them at its own
+/// moment; until all have taken a change, no other can begin.
+///
 /// [`insert`](Self::insert) and [`remove`](Self::remove) allocate; using, writing and reading never do, and neither do
 /// [`select`](Self::select) and [`delete`](Self::delete), which are handed tables as a whole.
 #[derive(Debug)]
@@ -24,6 +27,8 @@ pub struct Tables {
     pub(super) slots: Vec<Option<Table>>,
     /// Counts the writes, so that couplings need not look for them in every cycle.
     writes: u32,
+    /// Counts the tables that came or went, for who knows which ids there are.
+    selections: u32,
 }
 
 #[derive(Debug)]
@@ -46,7 +51,11 @@ impl Tables {
     pub fn new(capacity: usize) -> Self {
         let mut slots = Vec::new();
         slots.resize_with(capacity, || None);
-        Self { slots, writes: 0 }
+        Self {
+            slots,
+            writes: 0,
+            selections: 0,
+        }
     }
 
     /// `MC_CamTableSelect`: takes a plate into the store.
@@ -72,7 +81,10 @@ impl Tables {
     pub fn remove(&mut self, id: TableId) -> Result<Plate, CouplingError> {
         let TableRef { slot, .. } = self.find(id)?;
         match self.slots[slot].take() {
-            Some(table) if table.uses == 0 => Ok(table.prepared.versions.plate().clone()),
+            Some(table) if table.uses == 0 => {
+                self.note_selection();
+                Ok(table.prepared.versions.plate().clone())
+            }
             table => {
                 let uses = table.as_ref().map_or(0, |table| table.uses);
                 self.slots[slot] = table;
@@ -168,6 +180,12 @@ impl Tables {
         Ok(self.function(id)?.read(first, count)?)
     }
 
+    /// How many tables have come or gone so far, wrapping around: the ids are as they were while this is.
+    #[must_use]
+    pub const fn selections(&self) -> u32 {
+        self.selections
+    }
+
     /// Whether points wait for their activation.
     ///
     /// # Errors
@@ -247,7 +265,13 @@ impl Tables {
         if let Some(free) = self.slots.iter_mut().find(|slot| slot.is_none()) {
             let uses = 0;
             *free = Some(Table { id, prepared, uses });
+            self.note_selection();
         }
+    }
+
+    /// Another table has come or gone.
+    pub(super) const fn note_selection(&mut self) {
+        self.selections = self.selections.wrapping_add(1);
     }
 
     /// Couplings look for changes again.

@@ -99,8 +99,11 @@ pub(super) struct Versions {
     changed: Range<f64>,
     /// Counts the changes, so that a lease knows whether its phase is about the present one.
     epoch: u32,
-    riders: u32,
+    /// How many there are, of all slaves.
+    leases: u32,
+    /// How many of them have taken the queued change.
     taken: u32,
+    /// How many of them have given it back.
     returned: u32,
 }
 
@@ -123,7 +126,7 @@ impl Versions {
             queued: None,
             changed: 0.0..0.0,
             epoch: 0,
-            riders: 0,
+            leases: 0,
             taken: 0,
             returned: 0,
         }
@@ -270,7 +273,7 @@ impl Versions {
 
     /// A slave comes onto the plate.
     pub(super) fn acquire(&mut self) -> Lease {
-        self.riders += 1;
+        self.leases += 1;
         Lease {
             epoch: self.epoch,
             phase: Phase::Old,
@@ -279,7 +282,7 @@ impl Versions {
 
     /// A slave leaves the plate.
     pub(super) fn leave(&mut self, lease: &Lease) {
-        self.riders = self.riders.saturating_sub(1);
+        self.leases = self.leases.saturating_sub(1);
         match self.phase(lease) {
             Phase::Old => {}
             Phase::New => self.taken = self.taken.saturating_sub(1),
@@ -334,10 +337,10 @@ impl Versions {
             return;
         };
         if is_once(mode) {
-            if self.returned > 0 && self.returned == self.riders {
+            if self.returned > 0 && self.returned == self.leases {
                 self.end_change();
             }
-        } else if self.taken == self.riders {
+        } else if self.taken == self.leases {
             self.in_force = self.plates.len() - 1 - self.in_force;
             self.end_change();
         }

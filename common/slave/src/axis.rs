@@ -72,6 +72,8 @@ pub struct SlaveAxis {
     turns: Turns,
     /// Its id, where its plates were selected.
     axis_id: u32,
+    /// The [`Tables::selections`](coaxle_cam::Tables::selections) that its flying saw knows of.
+    selections: Option<u32>,
     error: Option<SlaveError>,
     /// How often the set position was set anew.
     set_anew: u32,
@@ -129,6 +131,7 @@ impl SlaveAxis {
             masters: Masters::default(),
             turns: Turns::default(),
             axis_id: 0,
+            selections: None,
             error: None,
             set_anew: 0,
             revision: 0,

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::far_limits::FarLimits;
 use super::{
-    AsymmetryConfig, AxisList, DelayConfig, FarAxisConfig, FarChannel, FarConfig, Mode,
+    AsymmetryConfig, AxisList, CamSource, DelayConfig, FarAxisConfig, FarChannel, FarConfig, Mode,
     PublishFarAxes, ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished, WrongStandby,
     WrongVirtualAxis,
 };
@@ -57,6 +57,9 @@ pub(super) struct Form {
     /// Virtual axes of its own, which its slaves can follow: a local line shaft, say.
     #[serde(rename = "virtual-axis", default)]
     virtual_axes: Vec<AxisConfig>,
+    /// The cam plates that all of its slaves can be coupled by.
+    #[serde(default)]
+    cams: Vec<CamSource>,
     /// The slaves. One that follows by a gear of 1, beside `master`; otherwise none by default.
     #[serde(rename = "slave")]
     slaves: Option<Vec<SlaveConfig>>,
@@ -246,6 +249,7 @@ impl TryFrom<Form> for ReceiverConfig {
             far,
             publish_far_axes: form.publish_far_axes,
             virtual_axes: form.virtual_axes,
+            cams: form.cams,
             slaves: form.slaves.unwrap_or_else(one_slave),
             clock: form.clock,
             seed: form.seed,

@@ -52,7 +52,8 @@ pub struct SlaveConfig {
     /// The gear that couples it from the start.
     #[serde(default)]
     pub gear: GearConfig,
-    /// The cam plates it can be coupled by.
+    /// Cam plates that it can be coupled by, as those of the receiver's own `cams`: so can all other slaves of the
+    /// receiver, by their numbers, each of which there is once in a receiver.
     #[doc(alias = "MC_CamTableSelect")]
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cams: Vec<CamSource>,
@@ -141,9 +142,7 @@ impl SlaveConfig {
             drive.path = folder.join(&drive.path);
         }
         for cam in &mut self.cams {
-            if let CamSource::File(file) = cam {
-                *file = folder.join(&*file);
-            }
+            cam.relative_to(folder);
         }
     }
 }
@@ -210,4 +209,12 @@ pub enum CamSource {
     File(PathBuf),
     /// What it would hold.
     Here(#[schemars(with = "CamFile")] toml::Table),
+}
+
+impl CamSource {
+    pub(super) fn relative_to(&mut self, folder: &Path) {
+        if let Self::File(file) = self {
+            *file = folder.join(&*file);
+        }
+    }
 }

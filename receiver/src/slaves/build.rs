@@ -1,18 +1,16 @@
 //! Slaves as a config has them: checked, and in an order in which masters come before their slaves.
 
-use std::path::Path;
-
-use coaxle_cam::{CouplingError, MOST_TABLES, TableId, Tables};
+use coaxle_cam::Tables;
 use coaxle_clock::CycleTime;
 use coaxle_gear::LinearGear;
-use coaxle_node::cam_file::CamFile;
 use coaxle_node::frame::MAX_AXES;
 use coaxle_slave::{CoupledStart, SlaveAxis};
 
 use super::Slaves;
+use super::plates::plates;
 use super::slave::{Slave, SlaveParts};
 use super::tool::Tool;
-use crate::config::{CamSource, CoupleConfig, MasterRef, ReceiverConfig, SlaveConfig, WrongSlave};
+use crate::config::{CoupleConfig, MasterRef, ReceiverConfig, SlaveConfig, WrongSlave};
 use crate::drives::Drives;
 use crate::program::Program;
 
@@ -40,11 +38,12 @@ impl Slaves {
         by_id.sort_by_key(|n| config.slave_id(*n));
         let has_slaves = |n| (sources.iter()).any(|of| of.contains(&MasterRef::Slave(n)));
         let leads = (0..slaves.len()).map(has_slaves).collect();
-        let mut rows = 0;
+        let plates = plates(config)?;
         let slaves = (sources.into_iter().enumerate())
-            .map(|(n, sources)| slave(config, n, sources, &mut drives, &mut rows))
+            .map(|(n, sources)| slave(config, n, sources, &mut drives, &plates))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
+            plates: Some(Box::new(plates)),
             leads,
             axes: Vec::with_capacity(slaves.len()),
             slaves,
@@ -139,7 +138,7 @@ fn slave(
     n: usize,
     sources: Vec<MasterRef>,
     drives: &mut Drives,
-    rows: &mut usize,
+    plates: &Tables,
 ) -> Result<Slave, WrongSlave> {
     let slave = &config.slaves[n];
     let gear = LinearGear::new(slave.gear.ratio, slave.gear.offset)
@@ -156,16 +155,13 @@ fn slave(
     let mut axis =
         SlaveAxis::new(&limits, drive, cycle_time).map_err(|error| wrong(n, "limits", error))?;
     axis.set_modulo(slave.modulo, config.modulo_of(sources[0]));
-    // There is room for plates that come later.
-    let plates = tables(slave, n, rows)?;
-    axis.select_cams(plates, id_of_master(config, sources[0]), id)
+    axis.share_cams(id_of_master(config, sources[0]), id)
         .map_err(|error| wrong(n, "limits", error))?;
     let start = match slave.couple() {
         CoupleConfig::Off => None,
         CoupleConfig::Gear => Some(CoupledStart::Gear(gear)),
         CoupleConfig::Cam(cam_in) => {
-            check_plate(&axis, cam_in.table)
-                .map_err(|error| wrong(n, "couple.cam.table", error))?;
+            (plates.plate(cam_in.table)).map_err(|error| wrong(n, "couple.cam.table", error))?;
             Some(CoupledStart::Cam(cam_in))
         }
     };
@@ -193,13 +189,6 @@ fn id_of_master(config: &ReceiverConfig, master: MasterRef) -> u32 {
             .map_or(0, |(_, _, axis)| axis.id),
         MasterRef::Virtual(axis) => config.virtual_axes[axis].id.get(),
         MasterRef::Slave(master) => config.slave_id(master),
-    }
-}
-
-fn check_plate(axis: &SlaveAxis, table: TableId) -> Result<(), CouplingError> {
-    match axis.cam_tables() {
-        Some(tables) => tables.plate(table).map(drop),
-        None => Err(CouplingError::TableUnknown { table }),
     }
 }
 
@@ -243,35 +232,4 @@ fn check_cutting(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
         return Err(wrong(n, "tool.cuts-every", reason));
     }
     Ok(())
-}
-
-/// Most points and rows of all cam plates of a receiver together.
-pub(super) const MOST_ROWS: usize = 4_000_000;
-
-/// The plates of a slave; `rows` are the points and rows of all plates so far.
-fn tables(slave: &SlaveConfig, n: usize, rows: &mut usize) -> Result<Tables, WrongSlave> {
-    let mut tables = Tables::new(MOST_TABLES);
-    for (k, source) in slave.cams.iter().enumerate() {
-        let field = format!("cams[{k}]");
-        let cam = match source {
-            CamSource::File(file) => CamFile::load(file),
-            CamSource::Here(table) => CamFile::from_table("here", Path::new(""), table.clone()),
-        };
-        let cam = cam.map_err(|error| wrong(n, &field, error))?;
-        let id = cam
-            .table_id
-            .ok_or_else(|| wrong(n, &field, "0x4b32: received no table-id, expected 1 to 255"))?;
-        let plate = cam.plate().map_err(|error| wrong(n, &field, error))?;
-        *rows += plate.rows();
-        if *rows > MOST_ROWS {
-            let reason = format!(
-                "received {rows} points and rows with it, expected at most {MOST_ROWS} in a receiver"
-            );
-            return Err(wrong(n, &field, reason));
-        }
-        tables
-            .insert(id.get().into(), plate)
-            .map_err(|error| wrong(n, &field, error))?;
-    }
-    Ok(tables)
 }

@@ -1,7 +1,7 @@
-//! Orders about the cam plates of a slave.
+//! Orders about the cam plates, given to a slave that can be coupled by them.
 
 use coaxle_axis::Awaits;
-use coaxle_cam::{CouplingError, PlateReading, Tables};
+use coaxle_cam::{CouplingError, PlateReading};
 use coaxle_node::CommandOutcome;
 use coaxle_node::command::{CamCommand, CamOrder, OrderCargo};
 use coaxle_slave::{CouplingRefusal, Refusal};
@@ -9,12 +9,7 @@ use coaxle_slave::{CouplingRefusal, Refusal};
 use super::slave::Slave;
 
 impl Slave {
-    /// How many points and rows all its plates have together.
-    pub(super) fn plate_rows(&self) -> usize {
-        self.axis.cam_tables().map_or(0, Tables::rows)
-    }
-
-    /// An order of somebody in the network about its plates, of which there may be so many points and rows more. What
+    /// An order of somebody in the network about the plates, of which there may be so many points and rows more. What
     /// it needs is in its cargo, and what it leaves is there afterwards: nothing is allocated or freed.
     pub(super) fn execute_cam(
         &mut self,

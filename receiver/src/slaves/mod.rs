@@ -4,10 +4,12 @@ mod build;
 mod cam_orders;
 mod for_program;
 mod masters;
+mod plates;
 mod slave;
 mod tool;
 
 use coaxle_axis::{CoupleState, Job, NcToPlcAxis, Origin, TravelDirection};
+use coaxle_cam::Tables;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::CommandOutcome;
@@ -17,6 +19,7 @@ use coaxle_slave::{Command, Refusal, SlaveError};
 use crate::config::MasterRef;
 use crate::snapshot::{Health, ReceiverSnapshot};
 use masters::SlaveMasters;
+use plates::room;
 use slave::Slave;
 
 /// All slaves.
@@ -24,6 +27,8 @@ use slave::Slave;
 pub(crate) struct Slaves {
     /// In the order of the config.
     slaves: Vec<Slave>,
+    /// The cam plates of all of them: each slave has them for its turn, and gives them back.
+    plates: Option<Box<Tables>>,
     /// Their numbers, masters before their slaves.
     order: Vec<usize>,
     /// Their numbers, by axis id.
@@ -67,8 +72,7 @@ impl Slaves {
                 MasterRef::Virtual(axis) => Some(virtual_axes[axis]),
                 MasterRef::Slave(master) => self.slaves[master].as_master(),
             });
-            self.slaves[n].cycle(&masters, elapsed);
-            self.slaves[n].watch_tool();
+            self.turn(n, |slave| slave.cycle(&masters, elapsed));
         }
     }
 
@@ -78,7 +82,7 @@ impl Slaves {
         SlaveNumber(n): SlaveNumber,
         command: &Command,
     ) -> Result<Job, Refusal> {
-        self.slaves[n].command(command, Origin::Order)
+        self.turn(n, |slave| slave.command(command, Origin::Order))
     }
 
     /// An order of somebody in the network.
@@ -87,34 +91,43 @@ impl Slaves {
         SlaveNumber(n): SlaveNumber,
         order: &SlaveOrder,
     ) -> CommandOutcome {
-        self.slaves[n].execute(order)
+        self.turn(n, |slave| slave.execute(order))
     }
 
-    /// The same about its cam plates. All slaves together have no more points and rows of plates than a config may have.
+    /// The same about the cam plates. All together have no more points and rows than a config may have.
     pub(crate) fn execute_cam(
         &mut self,
         SlaveNumber(n): SlaveNumber,
         order: &CamOrder,
         cargo: &mut OrderCargo,
     ) -> CommandOutcome {
-        let room = match &order.command {
-            CamCommand::CamTableSelect { .. } => {
-                let taken = self.slaves.iter().map(Slave::plate_rows).sum();
-                build::MOST_ROWS.saturating_sub(taken)
-            }
+        let room = match (&order.command, &self.plates) {
+            (CamCommand::CamTableSelect { .. }, Some(plates)) => room(plates),
             _ => 0,
         };
-        self.slaves[n].execute_cam(order, cargo, room)
+        self.turn(n, |slave| slave.execute_cam(order, cargo, room))
+    }
+
+    /// A slave's turn: it has the plates.
+    fn turn<T>(&mut self, n: usize, act: impl FnOnce(&mut Slave) -> T) -> T {
+        let slave = &mut self.slaves[n];
+        if let Some(plates) = self.plates.take() {
+            slave.axis.lend_cams(plates);
+        }
+        let done = act(slave);
+        self.plates = slave.axis.give_back_cams();
+        done
     }
 
     /// The axis structures of all slaves that have something to say, by id.
     pub(crate) fn axes(&mut self) -> &[NcToPlcAxis] {
         self.axes.clear();
-        for n in &self.by_id {
-            let Some(mut axis) = self.slaves[*n].axis_struct() else {
+        for place in 0..self.by_id.len() {
+            let n = self.by_id[place];
+            let Some(mut axis) = self.turn(n, |slave| slave.axis_struct()) else {
                 continue;
             };
-            if self.leads[*n] {
+            if self.leads[n] {
                 axis.couple_state = match axis.couple_state {
                     CoupleState::Slave => CoupleState::MasterSlave,
                     _ => CoupleState::Master,
@@ -126,11 +139,13 @@ impl Slaves {
     }
 
     /// Fills in what they show of themselves.
-    pub(crate) fn show(&self, shown: &mut ReceiverSnapshot) {
+    pub(crate) fn show(&mut self, shown: &mut ReceiverSnapshot) {
         let places = shown.signals.slaves.iter_mut().zip(&mut shown.faults);
-        for (slave, (signals, faults)) in self.slaves.iter().zip(places) {
-            *faults = slave.faults();
-            *signals = slave.signals(faults);
+        for (n, (signals, faults)) in places.enumerate().take(self.slaves.len()) {
+            self.turn(n, |slave| {
+                *faults = slave.faults();
+                *signals = slave.signals(faults);
+            });
         }
     }
 

@@ -78,6 +78,11 @@ impl Slave {
 
     /// One cycle.
     pub(super) fn cycle(&mut self, masters: &SlaveMasters, elapsed: Seconds) {
+        self.follow(masters, elapsed);
+        self.watch_tool();
+    }
+
+    fn follow(&mut self, masters: &SlaveMasters, elapsed: Seconds) {
         self.master_position = masters.first().map(|master| master.set.position);
         self.run_program(masters, elapsed);
         if self.start(masters) {
@@ -114,7 +119,7 @@ impl Slave {
     }
 
     /// After each cycle: whether its tool cut.
-    pub(super) fn watch_tool(&mut self) {
+    fn watch_tool(&mut self) {
         let in_sync = self.phase() == Some(CouplingPhase::InSync);
         self.tool.is_at(in_sync.then(|| self.axis.set().position));
     }

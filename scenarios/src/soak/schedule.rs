@@ -19,6 +19,10 @@ const QUIET_FOR: f64 = 32.0;
 /// How long a schedule is, s.
 pub const DURATION_S: f64 = QUIET_FROM + QUIET_FOR;
 
+/// What the slaves of a receiver can be coupled by.
+const PLATES: &str = "cams = [{ table-id = 10, course = 'cyclic', point = [{ master = 0, slave = 0, law = 'polynom5' }, \
+     { master = 180, slave = 60, law = 'polynom5' }, { master = 360, slave = 0 }] }]\n";
+
 /// A scenario from a seed.
 #[must_use]
 pub fn of(seed: u64) -> String {
@@ -242,7 +246,7 @@ impl Schedule {
         let faults = self.faults();
         let _ = write!(
             self.text,
-            "\n[[receiver]]\nname = '{name}'\ncycle-time-us = {cycle}\nmode = '{mode}'\nmaster = {source}\n{clock}{delay}\
+            "\n[[receiver]]\nname = '{name}'\ncycle-time-us = {cycle}\nmode = '{mode}'\nmaster = {source}\n{clock}{delay}{PLATES}\
              sync.time-sync = {{ age-of-data-limit = 500, max-cycle-index-difference = 500, automatic-re-init = true \
              }}\n{faults}"
         );
@@ -413,10 +417,6 @@ impl Schedule {
         } else {
             self.add("couple = 'off'\n");
         }
-        self.add(
-            "cams = [{ table-id = 10, course = 'cyclic', point = [{ master = 0, slave = 0, law = 'polynom5' }, \
-             { master = 180, slave = 60, law = 'polynom5' }, { master = 360, slave = 0 }] }]\n",
-        );
         for _ in 0..self.random.whole(0, 14) {
             let command = self.command();
             let at = self.moment(QUIET_FROM + QUIET_FOR);

@@ -1,4 +1,4 @@
-//! The cam plates of the axis, and what they say.
+//! The cam plates of the axis, or of its node, and what they say.
 
 use alloc::boxed::Box;
 
@@ -11,7 +11,7 @@ use coaxle_saw::{SawRefusal, saw_table_id};
 use super::SlaveAxis;
 
 impl SlaveAxis {
-    /// `MC_CamTableSelect`: the plates that the axis can be coupled by. The ids are those of its
+    /// `MC_CamTableSelect`: the plates that the axis can be coupled by, which nobody else has. The ids are those of its
     /// master and its own, for `MC_CamInfo`. A coupling by the plates before must have ended. This
     /// allocates.
     ///
@@ -24,12 +24,67 @@ impl SlaveAxis {
         master_axis_id: u32,
         slave_axis_id: u32,
     ) -> Result<(), CouplingError> {
+        self.share_cams(master_axis_id, slave_axis_id)?;
+        self.lend_cams(Box::new(tables));
+        Ok(())
+    }
+
+    /// The same for one of several axes that have one store of plates: table ids are those of all of them then, as in an
+    /// NC, and any number of axes can be on a plate. Each is [lent](Self::lend_cams) the store for its turn.
+    ///
+    /// ```
+    /// # use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
+    /// # use coaxle_cam::Tables;
+    /// # use coaxle_clock::{CycleTime, Seconds, Span};
+    /// # use coaxle_slave::{SlaveAxis, SlaveParameters};
+    /// # let cycle = CycleTime::new(Span::from_millis(1)).unwrap();
+    /// # let parameters = SlaveParameters::new(1_000.0, 10_000.0, 1e6);
+    /// # let axis = || {
+    /// #     let drive = SimulatedDrive::new(DriveParameters::default()).unwrap();
+    /// #     SlaveAxis::new(&parameters, Box::new(drive), cycle).unwrap()
+    /// # };
+    /// let mut axes = [axis(), axis()];
+    /// axes[0].share_cams(1, 2)?;
+    /// axes[1].share_cams(1, 3)?;
+    /// let mut plates = Some(Box::new(Tables::new(255)));
+    ///
+    /// // In a cycle the store goes from one to the next.
+    /// for axis in &mut axes {
+    ///     axis.lend_cams(plates.take().expect("the one before gave it back"));
+    ///     axis.update(None, Seconds(1e-3));
+    ///     plates = axis.give_back_cams();
+    /// }
+    /// # Ok::<(), coaxle_cam::CouplingError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`select_cams`](Self::select_cams).
+    pub fn share_cams(
+        &mut self,
+        master_axis_id: u32,
+        slave_axis_id: u32,
+    ) -> Result<(), CouplingError> {
         self.axis_id = slave_axis_id;
         let limits = CamLimits::of(self.guard.limits(), self.cycle_time);
         let axes = [master_axis_id, slave_axis_id];
-        self.couplings.cam.select(tables, limits, axes)?;
-        self.note_saw_table();
-        Ok(())
+        self.couplings.cam.prepare(limits, axes)
+    }
+
+    /// Lends the axis the plates that it shares with others: always the same store. It needs them whenever it is told or
+    /// asked anything, and in every [`update`](Self::update); without them it takes its plates for lost. What was planned before is not to be
+    /// applied any more. Nothing is allocated, and nothing locked.
+    pub fn lend_cams(&mut self, tables: Box<Tables>) {
+        let selections = tables.selections();
+        self.couplings.cam.lend(tables);
+        self.revision = self.revision.wrapping_add(1);
+        if self.selections != Some(selections) {
+            self.note_saw_table();
+        }
+    }
+
+    /// Takes the plates back, for others.
+    pub const fn give_back_cams(&mut self) -> Option<Box<Tables>> {
+        self.couplings.cam.give_back()
     }
 
     /// `MC_CamTableSelect` while the axis runs: takes a table in, as [`Tables::select`], of at most `room` points or rows.
@@ -104,7 +159,7 @@ impl SlaveAxis {
         }
     }
 
-    /// The plates of the axis; none before any were selected.
+    /// The plates of the axis; none before any were selected, or while others have them.
     #[must_use]
     pub fn cam_tables(&self) -> Option<&Tables> {
         self.couplings.cam.tables()
@@ -146,6 +201,7 @@ impl SlaveAxis {
     /// A flying saw needs the id of a table for its profile.
     fn note_saw_table(&mut self) {
         let tables = self.couplings.cam.tables();
+        self.selections = tables.map(Tables::selections);
         let in_use = |id| tables.is_some_and(|tables| tables.plate(id).is_ok());
         let table = match saw_table_id(self.axis_id, in_use) {
             Err(SawRefusal::TableInUse { table }) => Some(table),

@@ -17,6 +17,7 @@ mod multi_master;
 mod phasing;
 mod saw_rollback;
 mod saws;
+mod shared_cams;
 mod stops;
 mod strategies;
 mod superimposed;
