@@ -1,0 +1,92 @@
+//! What is known of the delay in the end: its measurement, what somebody states of the ways, and what exchanges leave open.
+
+use super::bounds::{self, Bounds};
+use super::estimate::Estimate;
+use super::window::Recent;
+use super::{Asymmetry, COVERED, DelayExchange};
+use crate::instant::{Instant, Local, Span};
+use crate::observer::FarLine;
+
+impl DelayExchange {
+    /// What exchanges leave open; whatever the window makes of them, what they all deny is wrong.
+    pub(super) fn bound(&mut self, now: Instant<Local>, line: &FarLine) {
+        let measured = self.window.measured_now(line);
+        self.bound_by(&Recent {
+            exchanges: &measured[..self.window.len()],
+            now,
+            line,
+        });
+    }
+
+    /// The same after an event that cleared the window: what arrived before it arrived no earlier than it left, whatever
+    /// the line is now.
+    pub(super) fn bound_by_history(&mut self, line: &FarLine) {
+        let measured = self.history.measured_now(line);
+        let exchanges = &measured[..self.history.len()];
+        let Some(newest) = exchanges.first() else {
+            return;
+        };
+        self.bound_by(&Recent {
+            exchanges,
+            now: newest.at,
+            line,
+        });
+        // What came before the event proves nothing of the line after it.
+        self.bounds = self.bounds.map(Bounds::unproven);
+    }
+
+    fn bound_by(&mut self, recent: &Recent<'_>) {
+        self.bounds = Bounds::of(recent);
+        if let Some(estimate) = &self.estimate {
+            self.pulled = bounds::pull(self.measured(estimate), recent);
+        }
+    }
+
+    /// As the ways have it, for who knows how unequal they are, s.
+    fn measured(&self, estimate: &Estimate) -> f64 {
+        let longer = self.stated.map_or(Span::ZERO, |stated| stated.longer);
+        estimate.delay + 0.5 * longer.as_secs_f64()
+    }
+
+    /// And no exchange denies it, s.
+    pub(super) fn delay_of(&self, estimate: &Estimate) -> f64 {
+        self.measured(estimate) + self.pulled
+    }
+
+    /// What the delay is wrong by at most, s.
+    pub(super) fn uncertainty(
+        &self,
+        estimate: &Estimate,
+        now: Instant<Local>,
+        line: &FarLine,
+    ) -> f64 {
+        let whatever_the_ways = self.uncertainty_of_any_ways(estimate, now, line);
+        let Some(Asymmetry { within, .. }) = self.stated else {
+            return whatever_the_ways;
+        };
+        let stated =
+            0.5 * within.as_secs_f64() + estimate.doubt() + COVERED * sigma(estimate, line);
+        stated.min(whatever_the_ways)
+    }
+
+    /// As its measurement says, and no less than exchanges leave open.
+    fn uncertainty_of_any_ways(
+        &self,
+        estimate: &Estimate,
+        now: Instant<Local>,
+        line: &FarLine,
+    ) -> f64 {
+        let measured = estimate.uncertainty + COVERED * line.sigma.0;
+        let Some(bounds) = &self.bounds else {
+            return measured;
+        };
+        let (least, most) = bounds.at(now, line);
+        let delay = self.delay_of(estimate);
+        measured.max(delay - least).max(most - delay)
+    }
+}
+
+/// The standard deviation of a delay whose ways are as unequal as they are taken for, s.
+pub(super) fn sigma(estimate: &Estimate, line: &FarLine) -> f64 {
+    libm::hypot(estimate.jitter, line.sigma.0)
+}
