@@ -4,19 +4,17 @@
 use std::boxed::Box;
 use std::sync::Arc;
 
-use super::cams::plate;
+use super::cams::{next_cycle, plate};
+use super::saws::to_velocity;
 use super::*;
 use crate::CouplingPhase;
 use coaxle_axis::{AxisStatus, StateWord};
-use coaxle_cam::{
-    Activation, ActivationMode, CamIn, MOST_TABLES, OnlineChangeMode, PlateReading, PreparedTable,
-    Tables,
-};
-use coaxle_saw::{GearInVelo, Ratio, SyncLimits, SyncMode};
+use coaxle_cam::{CamIn, MOST_TABLES, OnlineChangeMode, PlateReading, PreparedTable, Tables};
+use coaxle_saw::SyncMode;
 
-const ROOM: usize = 1_000;
+pub(super) const ROOM: usize = 1_000;
 
-fn prepared(top: f64) -> Option<Box<PreparedTable>> {
+pub(super) fn prepared(top: f64) -> Option<Box<PreparedTable>> {
     let source = Arc::new(plate(top).source());
     Some(Box::new(PreparedTable::new(source).expect("a plate")))
 }
@@ -38,10 +36,6 @@ fn lead(rig: &mut (SlaveAxis, Master, Differences), cycles: u32) {
         master.lead(axis, 1);
         differences.keep(axis, &PARAMETERS);
     }
-}
-
-fn next_cycle() -> Activation {
-    Activation::new(ActivationMode::NextCycle)
 }
 
 fn couple(axis: &mut SlaveAxis) {
@@ -168,14 +162,7 @@ fn a_replacement_that_waits_is_in_force_once_the_slave_has_left() {
 #[test]
 fn a_plate_can_take_the_table_of_a_flying_saw() {
     let (mut axis, ..) = rig();
-    let saw = Command::GearInVelo(GearInVelo {
-        ratio: Ratio {
-            numerator: 1.0,
-            denominator: 1,
-        },
-        sync_mode: SyncMode::default(),
-        limits: SyncLimits::default(),
-    });
+    let saw = to_velocity(SyncMode::default());
     let code = |axis: &SlaveAxis| axis.plan(&saw).err().map(|refusal| refusal.code());
     assert_ne!(code(&axis), Some(0x4063));
     axis.select_cam(248, false, &mut prepared(1.0), ROOM)

@@ -33,7 +33,7 @@ fn rig() -> (SlaveAxis, Master) {
     (axis, master)
 }
 
-fn next_cycle() -> Activation {
+pub(super) fn next_cycle() -> Activation {
     Activation::new(ActivationMode::NextCycle)
 }
 

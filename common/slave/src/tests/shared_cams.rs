@@ -1,20 +1,19 @@
 //! Two axes of a node on one plate; what they do is looked at by the differences of their set positions.
 
 use std::boxed::Box;
-use std::sync::Arc;
 
-use super::cams::plate;
+use super::cam_select::{ROOM, prepared};
+use super::cams::{next_cycle, plate};
+use super::saws::to_velocity;
 use super::*;
 use crate::{CamPoints, CouplingPhase};
 use coaxle_axis::{AxisStatus, CommandState, StateWord};
 use coaxle_cam::{
-    Activation, ActivationMode, AxisScaling, CamIn, CamScaling, CouplingError, MOST_TABLES,
-    OnlineChangeMode, PreparedTable, ScalingData, ScalingMode, Tables,
+    AxisScaling, CamIn, CamScaling, CouplingError, MOST_TABLES, OnlineChangeMode, ScalingData,
+    ScalingMode, Tables,
 };
 use coaxle_plate::MotionPoint;
-use coaxle_saw::{GearInVelo, Ratio, SyncLimits, SyncMode};
-
-const ROOM: usize = 1_000;
+use coaxle_saw::SyncMode;
 
 /// Axes with one store of plates, in which there is one with the number 1 and its top at 40 u; and a master at 200 u/s.
 struct Node {
@@ -115,15 +114,6 @@ impl Node {
     fn queued(&mut self, n: usize) -> StateWord {
         self.with(n, |axis| axis.cam_queued())
     }
-}
-
-fn prepared(top: f64) -> Option<Box<PreparedTable>> {
-    let source = Arc::new(plate(top).source());
-    Some(Box::new(PreparedTable::new(source).expect("a plate")))
-}
-
-fn next_cycle() -> Activation {
-    Activation::new(ActivationMode::NextCycle)
 }
 
 fn near(received: [f64; 2], expected: [f64; 2]) {
@@ -279,14 +269,7 @@ fn a_slave_that_leaves_is_not_waited_for() {
 #[test]
 fn a_plate_that_one_slave_loads_takes_the_table_of_the_others_flying_saw() {
     let mut node = Node::new();
-    let saw = Command::GearInVelo(GearInVelo {
-        ratio: Ratio {
-            numerator: 1.0,
-            denominator: 1,
-        },
-        sync_mode: SyncMode::default(),
-        limits: SyncLimits::default(),
-    });
+    let saw = to_velocity(SyncMode::default());
     let code = |node: &mut Node| {
         node.with(1, |axis| {
             axis.plan(&saw).err().map(|refusal| refusal.code())
