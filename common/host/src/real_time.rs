@@ -58,13 +58,18 @@ pub fn carriers(config: &RealTimeConfig) -> Option<u8> {
         .map(|priority| priority.saturating_sub(1).max(1))
 }
 
+/// Gives the calling thread this priority, and whether that was permitted: the cycle, which wishes for more, says where it
+/// is not.
+pub(crate) fn raise(priority: Option<u8>) -> bool {
+    priority.is_some_and(|priority| Os::set_priority(priority).is_ok())
+}
+
 /// Gives the calling thread this priority until the result is dropped. Threads that are started meanwhile inherit it, and
 /// keep it: so the transport's get it, which starts its own.
-///
-/// What is not permitted is left out: the cycle, which wishes for more, says so.
 pub(crate) fn raised(priority: Option<u8>) -> Raised {
-    let is_raised = priority.is_some_and(|priority| Os::set_priority(priority).is_ok());
-    Raised { is_raised }
+    Raised {
+        is_raised: raise(priority),
+    }
 }
 
 /// The calling thread has a priority.

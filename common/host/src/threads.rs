@@ -42,7 +42,7 @@ pub(crate) fn start_publisher(
 ) -> anyhow::Result<JoinHandle<()>> {
     let counters = Arc::clone(counters);
     thread("publish", panics, move || {
-        let _raised = real_time::raised(priority);
+        real_time::raise(priority);
         publish(frames, &mut channels, send_stamps, &counters);
     })
 }
