@@ -53,7 +53,7 @@ impl DelayExchange {
         self.measured(estimate) + self.pulled
     }
 
-    /// What the delay is wrong by at most, s.
+    /// What the delay is wrong by at most, s. A statement that exchanges deny makes nothing surer.
     pub(super) fn uncertainty(
         &self,
         estimate: &Estimate,
@@ -66,7 +66,10 @@ impl DelayExchange {
         };
         let stated =
             0.5 * within.as_secs_f64() + estimate.doubt() + COVERED * sigma(estimate, line);
-        stated.min(whatever_the_ways)
+        match self.pulled.abs() <= stated {
+            true => stated.min(whatever_the_ways),
+            false => whatever_the_ways,
+        }
     }
 
     /// As its measurement says, and no less than exchanges leave open.

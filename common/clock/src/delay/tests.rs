@@ -155,6 +155,23 @@ fn what_somebody_states_of_the_ways_shows_at_once_and_never_makes_it_less_sure()
 }
 
 #[test]
+fn a_statement_that_exchanges_deny_makes_nothing_surer() {
+    let mut exchange = DelayExchange::new(RUN);
+    exchange.state_asymmetry(Some(Asymmetry {
+        longer: micros(5_000),
+        within: micros(10),
+    }));
+    let line = line(micros(1_000));
+    let now = exchanges(&mut exchange, &line, at(0), 100, || {
+        (micros(700), micros(100))
+    });
+    let (_, delay, uncertainty) = delay_us(&exchange, now, &line);
+    // As far as they let it, and wrong by no more than that says.
+    assert!((1_690.0..1_720.0).contains(&delay), "{delay}");
+    assert!(delay - 1_000.0 <= uncertainty, "{delay} ± {uncertainty}");
+}
+
+#[test]
 fn jitter_averages_out() {
     for seed in 1..50 {
         let mut exchange = DelayExchange::new(RUN);
