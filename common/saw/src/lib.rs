@@ -105,6 +105,7 @@ mod characteristics;
 mod chase;
 mod checks;
 mod command;
+mod curved;
 mod diagonal;
 mod limited;
 mod moment;

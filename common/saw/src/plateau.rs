@@ -1,11 +1,9 @@
 //! A phase of constant velocity between the shortest ramps that the limits allow.
 
+use coaxle_curve::profile::bracket;
+
 use super::ramp::{RampBounds, shortest_ramp};
 use super::span::Span;
-use super::task::Task;
-
-/// Halvings that leave nothing to find in an interval of ordinary size.
-const HALVINGS: usize = 64;
 
 /// P5+P1+P5: the slope of P1, and the signed lengths of the ramps to it and from it.
 pub(super) struct Plateau {
@@ -20,7 +18,7 @@ impl Plateau {
         // As seen by a master that moves forwards.
         let direction = span.master.signum();
         let problem = PlateauProblem {
-            task: span.task,
+            bounds: span.task.ramp_bounds(span.task.checked_jerk()),
             distance: span.master.abs(),
             slave: span.slave,
             from: span.from * direction,
@@ -42,15 +40,15 @@ impl Plateau {
 }
 
 /// Which slope between two ramps makes up the distance?
-struct PlateauProblem<'a> {
-    task: &'a Task,
+struct PlateauProblem {
+    bounds: RampBounds,
     distance: f64,
     slave: f64,
     from: f64,
     to: f64,
 }
 
-impl PlateauProblem<'_> {
+impl PlateauProblem {
     fn mirrored(&self) -> Self {
         Self {
             slave: -self.slave,
@@ -65,18 +63,17 @@ impl PlateauProblem<'_> {
     fn solve(&self) -> Option<f64> {
         let (lower, upper) = (self.from.min(self.to), self.from.max(self.to));
         if self.excess(upper) >= 0.0 {
-            return Some(last_before(lower, upper, |slope| self.excess(slope) <= 0.0));
+            return Some(last_before(lower, upper, |slope| self.excess(slope)));
         }
         // Ramps at the larger of the two limits reach at most this far.
-        let bounds = self.bounds();
-        let steepest = bounds.acceleration.max(bounds.deceleration);
+        let steepest = self.bounds.acceleration.max(self.bounds.deceleration);
         let beyond = upper + self.distance * steepest;
         let highest = last_before(upper, beyond, |slope| {
             let (first, last) = self.ramps(slope);
-            first + last <= self.distance
+            first + last - self.distance
         });
         (self.excess(highest) >= 0.0)
-            .then(|| last_before(upper, highest, |slope| self.excess(slope) <= 0.0))
+            .then(|| last_before(upper, highest, |slope| self.excess(slope)))
     }
 
     /// How much farther than needed the slave gets.
@@ -87,31 +84,21 @@ impl PlateauProblem<'_> {
     }
 
     fn ramps(&self, slope: f64) -> (f64, f64) {
-        let bounds = self.bounds();
         (
-            shortest_ramp(self.from, slope, &bounds),
-            shortest_ramp(slope, self.to, &bounds),
+            shortest_ramp(self.from, slope, &self.bounds),
+            shortest_ramp(slope, self.to, &self.bounds),
         )
-    }
-
-    fn bounds(&self) -> RampBounds {
-        self.task.ramp_bounds(self.task.checked_jerk())
     }
 }
 
-/// The last place from `low`, where `holds` does, to `high` at which it does.
-fn last_before(low: f64, high: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    if holds(high) {
-        return high;
+/// The last place from `low` to `high` at which `f`, which rises, is not above zero; `low` if there is none.
+fn last_before(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let (at_low, at_high) = (f(low), f(high));
+    if at_high <= 0.0 {
+        high
+    } else if at_low >= 0.0 {
+        low
+    } else {
+        bracket((low, at_low), (high, at_high), f).below
     }
-    let (mut low, mut high) = (low, high);
-    for _ in 0..HALVINGS {
-        let middle = low + (high - low) / 2.0;
-        if holds(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    low
 }

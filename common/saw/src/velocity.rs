@@ -5,6 +5,7 @@ use coaxle_curve::profile::{Kinematics, to_velocity};
 use super::GearInSyncMode;
 use super::checks::Ends;
 use super::command::GearInVelo;
+use super::curved;
 use super::moment::CouplingMoment;
 use super::piece::{Demands, Piece};
 use super::plan::{SawForm, SawPlan, SyncLine, over_time};
@@ -12,13 +13,6 @@ use super::ramp::shortest_ramp;
 use super::refusal::SawRefusal;
 use super::task::{NEGLIGIBLE, Task};
 use super::way::Way;
-
-/// By how much longer a ramp is tried than the one before.
-const NEXT_TRY: f64 = 1.1;
-/// How many are tried: the last is ten thousand times as long as the first.
-const TRIES: usize = 97;
-/// Halvings between the last try that failed and the first that passed.
-const HALVINGS: usize = 40;
 
 impl GearInVelo {
     /// The synchronisation that this command asks for, from this coupling moment: a dry run, as it
@@ -69,55 +63,10 @@ fn ramp(task: &Task) -> Result<Option<Piece>, SawRefusal> {
     let length = shortest_ramp(from, to, &task.ramp_bounds(task.checklist.jerk)) * direction;
     let bend = task.curvature() * length;
     if task.curvature() != 0.0 && bend.abs() >= NEGLIGIBLE * (to - from).abs() {
-        return curved_ramp(task).map(Some);
+        return curved::shortest(task).map(Some);
     }
     let (start, position) = (task.master_position, task.slave_position);
     Ok((length != 0.0).then(|| Piece::ramp(start, length, position, from, to)))
-}
-
-/// The shortest ramp from a start with acceleration. Where none passes, a longer one may: the
-/// first that does is looked for.
-fn curved_ramp(task: &Task) -> Result<Piece, SawRefusal> {
-    let limits = task.checklist.dynamics_only();
-    let lasting = |duration: f64| {
-        Piece::curved_ramp(
-            task.master_position,
-            task.master_velocity * duration,
-            task.slave_position,
-            (task.slope(), task.curvature()),
-            task.ratio,
-        )
-    };
-    let passes = |duration: f64| {
-        let demands = lasting(duration).demands(task.master_velocity);
-        limits.dynamics(&demands)
-    };
-
-    // Nothing shorter can keep the limits.
-    let acceleration = task.curvature() * task.master_velocity * task.master_velocity;
-    let change = (task.sync_velocity() - task.slave_velocity).abs();
-    let steepest = limits.acceleration.max(limits.deceleration);
-    let shortest = (change / steepest).max(acceleration.abs() / limits.jerk);
-    let mut tries = core::iter::successors(Some(shortest), |duration| Some(duration * NEXT_TRY));
-    let Some(mut passed) = tries
-        .by_ref()
-        .take(TRIES)
-        .find(|&try_| passes(try_).is_ok())
-    else {
-        return Err(SawRefusal::NoRamp {
-            slave_acceleration: acceleration,
-        });
-    };
-    let mut failed = passed / NEXT_TRY;
-    for _ in 0..HALVINGS {
-        let middle = failed + (passed - failed) / 2.0;
-        if passes(middle).is_ok() {
-            passed = middle;
-        } else {
-            failed = middle;
-        }
-    }
-    Ok(lasting(passed))
 }
 
 fn over_time_of(task: &Task) -> Result<SawPlan, SawRefusal> {

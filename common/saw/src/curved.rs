@@ -1,0 +1,249 @@
+//! The ramp from a start with acceleration: the velocity is the cubic over time that meets velocity and acceleration at both
+//! ends, `v0 + a0·T·x + (3·Δv − 2·a0·T)·x² + (a0·T − 2·Δv)·x³`.
+//!
+//! Its acceleration is `(1 − x)·(a0 + 3·(2·Δv/T − a0)·x)`, and its jerk, linear, is largest at one of the ends. So each limit is
+//! just reached at durations that solve a quadratic equation, and the shortest duration that keeps all of them is one of
+//! these, as long as the velocity keeps its sign. Where it does not, the shortest is looked for.
+
+use super::checks::Checklist;
+use super::piece::Piece;
+use super::refusal::SawRefusal;
+use super::task::Task;
+
+/// By how much longer a ramp is tried than the one before.
+const NEXT_TRY: f64 = 1.1;
+/// How many are tried: the last is ten thousand times as long as the first.
+const TRIES: usize = 97;
+/// Halvings between the last try that failed and the first that passed.
+const HALVINGS: usize = 40;
+/// What is relatively less is rounding of a root; a ramp that reaches its limits is longer by so much.
+const ROUNDING: f64 = 1e-13;
+
+/// The shortest ramp of this task within acceleration, deceleration and jerk.
+pub(super) fn shortest(task: &Task) -> Result<Piece, SawRefusal> {
+    let change = Change::of(task);
+    let limits = task.checklist.dynamics_only();
+    let lasting = |duration| ramp_lasting(task, duration);
+    let passes = |duration| {
+        let demands = lasting(duration).demands(task.master_velocity);
+        limits.dynamics(&demands).is_ok()
+    };
+    let found = change.at_its_limits(&limits, &passes);
+    let found = found.or_else(|| change.looked_for(&limits, passes));
+    found.map(lasting).ok_or(SawRefusal::NoRamp {
+        slave_acceleration: change.acceleration,
+    })
+}
+
+fn ramp_lasting(task: &Task, duration: f64) -> Piece {
+    Piece::curved_ramp(
+        task.master_position,
+        task.master_velocity * duration,
+        task.slave_position,
+        (task.slope(), task.curvature()),
+        task.ratio,
+    )
+}
+
+/// A change of velocity, over time.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    /// At the start and at the end, u/s.
+    velocity: (f64, f64),
+    /// At the start, u/s².
+    acceleration: f64,
+}
+
+impl Change {
+    fn of(task: &Task) -> Self {
+        Self {
+            velocity: (task.slave_velocity, task.sync_velocity()),
+            acceleration: task.curvature() * task.master_velocity * task.master_velocity,
+        }
+    }
+
+    /// Δv.
+    fn rise(&self) -> f64 {
+        self.velocity.1 - self.velocity.0
+    }
+
+    /// Nothing shorter can keep the limits.
+    fn least(&self, limits: &Checklist) -> f64 {
+        let steepest = limits.acceleration.max(limits.deceleration);
+        (self.rise().abs() / steepest).max(self.acceleration.abs() / limits.jerk)
+    }
+
+    /// The shortest of the durations at which a limit is reached; none where the velocity has not the same sign all the way.
+    fn at_its_limits(&self, limits: &Checklist, passes: impl Fn(f64) -> bool) -> Option<f64> {
+        if self.velocity.0 * self.velocity.1 < 0.0 {
+            return None;
+        }
+        let mut durations = Durations::default();
+        durations.add(self.least(limits));
+        self.reach_jerk(limits.jerk, &mut durations);
+        self.reach_acceleration(limits.acceleration, &mut durations);
+        self.reach_acceleration(limits.deceleration, &mut durations);
+        let mut durations = durations.in_order().iter();
+        durations
+            .find(|&&duration| self.keeps(limits, duration) && passes(duration))
+            .copied()
+    }
+
+    /// |6·Δv − 4·a0·T| = j·T² at the start, |6·Δv − 2·a0·T| = j·T² at the end.
+    fn reach_jerk(&self, jerk: f64, durations: &mut Durations) {
+        for share in [4.0, 2.0] {
+            for side in [jerk, -jerk] {
+                durations.solve(side, share * self.acceleration, -6.0 * self.rise());
+            }
+        }
+    }
+
+    /// The peak between the ends, (3·Δv − a0·T)²/(3·T·(2·Δv − a0·T)), is a limit of either sign.
+    fn reach_acceleration(&self, limit: f64, durations: &mut Durations) {
+        let (a, rise) = (self.acceleration, self.rise());
+        for side in [limit, -limit] {
+            durations.solve(
+                a * (a + 3.0 * side),
+                -6.0 * rise * (a + side),
+                9.0 * rise * rise,
+            );
+        }
+    }
+
+    /// Whether a ramp that lasts so long is worth a closer look: its jerk and its acceleration, if its velocity keeps its sign.
+    fn keeps(&self, limits: &Checklist, duration: f64) -> bool {
+        let (a, rise) = (self.acceleration, self.rise());
+        let slack = 1.0 + 10.0 * ROUNDING;
+        let bend = a * duration;
+        let jerk = (6.0 * rise - 4.0 * bend)
+            .abs()
+            .max((6.0 * rise - 2.0 * bend).abs());
+        if jerk > limits.jerk * duration * duration * slack {
+            return false;
+        }
+        let direction = (self.velocity.0 + self.velocity.1).signum();
+        let is_kept = |acceleration: f64| {
+            let along = acceleration * direction;
+            along <= limits.acceleration * slack && -along <= limits.deceleration * slack
+        };
+        let slope = 6.0 * rise - 3.0 * bend;
+        let is_between = bend.abs() < slope.abs();
+        let peak = (3.0 * rise - bend) * (3.0 * rise - bend) / (slope * duration);
+        is_kept(a) && (!is_between || is_kept(peak))
+    }
+
+    /// The first of longer and longer durations that passes, and from there back to the one before.
+    fn looked_for(&self, limits: &Checklist, passes: impl Fn(f64) -> bool) -> Option<f64> {
+        let first = self.least(limits);
+        let mut tries = core::iter::successors(Some(first), |duration| Some(duration * NEXT_TRY));
+        let mut passed = tries.by_ref().take(TRIES).find(|&try_| passes(try_))?;
+        let mut failed = passed / NEXT_TRY;
+        for _ in 0..HALVINGS {
+            let middle = failed + (passed - failed) / 2.0;
+            if passes(middle) {
+                passed = middle;
+            } else {
+                failed = middle;
+            }
+        }
+        Some(passed)
+    }
+}
+
+/// Durations, all above zero.
+#[derive(Debug, Default)]
+struct Durations {
+    all: [f64; Self::MOST],
+    count: usize,
+}
+
+impl Durations {
+    /// The least one, and two for each of eight equations.
+    const MOST: usize = 17;
+
+    fn add(&mut self, duration: f64) {
+        if duration > 0.0 && duration.is_finite() && self.count < Self::MOST {
+            self.all[self.count] = duration;
+            self.count += 1;
+        }
+    }
+
+    /// Adds the solutions of a·T² + b·T + c = 0 above zero, a hair beyond them.
+    fn solve(&mut self, a: f64, b: f64, c: f64) {
+        let square = b * b - 4.0 * a * c;
+        if square < 0.0 {
+            return;
+        }
+        // The larger one of the two sums: nothing cancels.
+        let q = -0.5 * (b + libm::sqrt(square).copysign(b));
+        for root in [q / a, c / q] {
+            self.add(root * (1.0 + ROUNDING));
+        }
+    }
+
+    fn in_order(&mut self) -> &[f64] {
+        let all = &mut self.all[..self.count];
+        all.sort_unstable_by(f64::total_cmp);
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::SyncMask;
+    use super::*;
+    use proptest::prelude::*;
+
+    fn limits(acceleration: f64, deceleration: f64, jerk: f64) -> Checklist {
+        Checklist {
+            mask: SyncMask::MAX_ACC | SyncMask::MAX_DEC | SyncMask::MAX_JERK,
+            velocity: f64::INFINITY,
+            acceleration,
+            deceleration,
+            jerk,
+            software: (f64::NEG_INFINITY, f64::INFINITY),
+            optional: (f64::NEG_INFINITY, f64::INFINITY),
+            forward: true,
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+        /// Over a master at a velocity of one, so that its position is the time.
+        #[test]
+        fn nothing_shorter_is_found_by_looking_for_it(
+            (from, to) in (0.0..1e3_f64, 0.0..1e3_f64), backwards in any::<bool>(),
+            (up, down, jerk) in (10.0..1e4_f64, 10.0..1e4_f64, 10.0..1e6_f64), share in -1.0..1.0_f64,
+        ) {
+            let limits = limits(up, down, jerk);
+            let sign = if backwards { -1.0 } else { 1.0 };
+            let change = Change { velocity: (sign * from, sign * to), acceleration: share * up.min(down) };
+            let passes = |duration: f64| {
+                let (slope, curvature) = (change.velocity.0, change.acceleration);
+                let ramp = Piece::curved_ramp(0.0, duration, 0.0, (slope, curvature), change.velocity.1);
+                limits.dynamics(&ramp.demands(1.0)).is_ok()
+            };
+            if let Some(found) = change.at_its_limits(&limits, passes) {
+                prop_assert!(passes(found));
+                let looked_for = change.looked_for(&limits, passes);
+                prop_assert!(looked_for.is_none_or(|other| found <= other * (1.0 + 1e-9)), "{found} {looked_for:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_change_without_a_reversal_has_its_limits() {
+        let change = Change {
+            velocity: (250.0, 500.0),
+            acceleration: 500.0,
+        };
+        let limits = limits(2_500.0, 2_500.0, 5_000.0);
+        let found = change
+            .at_its_limits(&limits, |_| true)
+            .expect("there is one");
+        // The jerk at the end is at its limit: j·T² + 2·a0·T = 6·Δv.
+        let expected = (-1_000.0 + libm::sqrt(1e6 + 4.0 * 5_000.0 * 1_500.0)) / 1e4;
+        assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+    }
+}
