@@ -92,6 +92,7 @@ impl SawPlan {
         Self::new(task, form, SawProfile::OverMaster(way), line)
     }
 
+    #[inline]
     pub(super) fn over_time(task: &Task, profile: Profile, line: SyncLine) -> Self {
         Self::new(
             task,
@@ -111,6 +112,7 @@ impl SawPlan {
         Self::new(task, SawForm::Synchronous, SawProfile::Nothing, line)
     }
 
+    #[inline]
     fn new(task: &Task, form: SawForm, profile: SawProfile, line: SyncLine) -> Self {
         Self {
             form,

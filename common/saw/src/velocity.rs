@@ -69,6 +69,7 @@ fn ramp(task: &Task) -> Result<Option<Piece>, SawRefusal> {
     Ok((length != 0.0).then(|| Piece::ramp(start, length, position, from, to)))
 }
 
+#[inline]
 fn over_time_of(task: &Task) -> Result<SawPlan, SawRefusal> {
     let start = Kinematics {
         position: task.slave_position,

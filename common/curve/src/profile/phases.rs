@@ -127,6 +127,7 @@ impl Profile {
     }
 
     /// A profile without phases, at its end from the start.
+    #[inline]
     pub(super) fn starting_from(start: &Kinematics) -> Self {
         Self {
             phases: [Phase::default(); MAX_PHASES],
@@ -138,6 +139,7 @@ impl Profile {
 
     /// Appends a phase unless it takes no time. `acceleration` is what it ends with, known better
     /// than the sum of rounded steps.
+    #[inline]
     pub(super) fn push(&mut self, jerk: f64, duration: f64, acceleration: f64) {
         if duration > 0.0 {
             self.phases[self.len] = Phase {

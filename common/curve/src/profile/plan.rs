@@ -9,6 +9,7 @@ use super::velocity_change::VelocityChange;
 /// `target` is in u/s and is cut to the velocity limit. The change itself is time-optimal from any
 /// start velocity and acceleration.
 #[must_use]
+#[inline]
 pub fn to_velocity(start: &Kinematics, target: f64, limits: &Limits) -> Profile {
     let target = target.clamp(-limits.velocity(), limits.velocity());
     let mut profile = Profile::starting_from(start);

@@ -25,6 +25,7 @@ struct Ramp {
 
 impl VelocityChange {
     /// The change from `start` to the velocity `target`.
+    #[inline]
     pub(super) fn new(start: &Kinematics, target: f64, limits: &Limits) -> Self {
         let bound = |from, to| acceleration_limit(from, to, limits);
         Self::within(start, target, limits.jerk(), bound, bound)
@@ -69,6 +70,7 @@ impl VelocityChange {
     }
 
     /// Appends the change to a profile that ends where the change starts.
+    #[inline]
     pub(super) fn append_to(&self, profile: &mut Profile) {
         for ramp in &self.ramps {
             profile.push(ramp.jerk, ramp.duration, ramp.acceleration);
