@@ -60,7 +60,7 @@ pub struct Oracle<R: Domain> {
 const LARGEST_GAP: u64 = 20;
 
 /// Nearly all ask for an instant among the newest so many samples, which are looked through first.
-const NEAR: usize = 4;
+const NEAR: usize = 16;
 
 impl<R: Domain> Oracle<R> {
     /// An oracle for a sender with this nominal cycle time that remembers for `memory`.

@@ -101,9 +101,7 @@ impl<R: Domain> DeviatedClock<R> {
         while since >= self.newest().end() {
             self.extend();
         }
-        let begun = self
-            .pieces
-            .partition_point(|piece| piece.reference <= since);
+        let begun = self.number_until(|piece| piece.reference <= since);
         Instant::EPOCH + self.pieces[begun.saturating_sub(1)].local_at(since)
     }
 
@@ -114,7 +112,7 @@ impl<R: Domain> DeviatedClock<R> {
         while self.newest().reached <= local {
             self.extend();
         }
-        let first = self.pieces.partition_point(|piece| piece.reached <= local);
+        let first = self.number_until(|piece| piece.reached <= local);
         self.origin + self.pieces[first].reference_at(local)
     }
 
@@ -122,6 +120,12 @@ impl<R: Domain> DeviatedClock<R> {
     #[must_use]
     pub fn drift_ppm(&self) -> f64 {
         self.newest().rate * 1e6
+    }
+
+    /// How many pieces there are up to the last one for which this holds: nearly all instants lie in the newest.
+    fn number_until(&self, holds: impl Fn(&Piece) -> bool) -> usize {
+        let newest_first = self.pieces.iter().rev();
+        self.pieces.len() - newest_first.take_while(|piece| !holds(piece)).count()
     }
 
     fn newest(&self) -> &Piece {
