@@ -18,7 +18,6 @@ use coaxle_receiver::{ReceiverConfig, SignalRow};
 use coaxle_sender::signals::{AxisSignals, SenderSignals};
 use coaxle_sim::{Oracle, TruthSample};
 
-use crate::curves::Curves;
 use crate::event::{Action, Event, Happening};
 use crate::invariants::InvariantViolation;
 use crate::row::{Reference, RowSink};
@@ -69,7 +68,7 @@ pub struct Evaluation {
 #[derive(Debug)]
 pub(crate) struct Evaluated {
     /// Each receiver, by each of its far or virtual axes.
-    pub(crate) receivers: Vec<(String, ReceiverSummary, Curves)>,
+    pub(crate) receivers: Vec<(String, ReceiverSummary)>,
     /// What did not hold in every cycle.
     pub(crate) violations: Vec<InvariantViolation>,
 }
@@ -181,7 +180,6 @@ impl Evaluation {
         let since = Instant::from_nanos(at_ns) - self.start;
         self.watches[receiver].push(since.as_secs_f64(), signals);
         for view in self.of_receiver[receiver].clone() {
-            let mut windows = Vec::new();
             let judge = &mut self.judges[view];
             judge.take(at_ns, woke_ns, signals);
             // The motion up to this cycle may be known only after the master's next one.
@@ -196,10 +194,6 @@ impl Evaluation {
                 let row = judge.judge(record, &self.masters, self.start);
                 sink.row(view, &row);
                 judge.take_back(row.record);
-                windows.extend(judge.window());
-            }
-            for window in &windows {
-                self.judges.iter_mut().for_each(|judge| judge.keep(window));
             }
         }
     }

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::curves::Curves;
 use crate::evaluate::Evaluated;
 use crate::invariants::InvariantViolation;
 use crate::summary::ReceiverSummary;
@@ -25,7 +24,6 @@ impl Progress for () {
 #[derive(Debug)]
 pub struct Finished {
     pub(crate) figures: BTreeMap<String, ReceiverSummary>,
-    pub(crate) curves: Vec<Curves>,
     /// Whether the commands to slaves had the answers that were expected.
     pub(crate) commands: Vec<Verdict>,
     /// What did not hold in every cycle.
@@ -36,15 +34,8 @@ pub struct Finished {
 
 impl Finished {
     pub(crate) fn new(evaluated: Evaluated) -> Self {
-        let mut figures = BTreeMap::new();
-        let mut curves = Vec::new();
-        for (name, summary, drawn) in evaluated.receivers {
-            figures.insert(name, summary);
-            curves.push(drawn);
-        }
         Self {
-            figures,
-            curves,
+            figures: evaluated.receivers.into_iter().collect(),
             commands: Vec::new(),
             violations: evaluated.violations,
             interrupted_at_s: None,

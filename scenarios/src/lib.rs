@@ -20,6 +20,7 @@ mod examples;
 pub mod expect;
 mod figures;
 pub mod finished;
+mod followed;
 mod gateway;
 mod inspect;
 pub mod invariants;

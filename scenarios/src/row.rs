@@ -28,6 +28,8 @@ pub struct Row {
     pub set_velocity: Option<f64>,
     /// Corrected minus true far time, µs.
     pub time_error_us: Option<f64>,
+    /// Whether it counts for the figures: not before the receiver is first in sync.
+    pub evaluated: bool,
 }
 
 impl Clone for Row {
@@ -44,6 +46,7 @@ impl Clone for Row {
         self.truth = other.truth;
         self.set_velocity = other.set_velocity;
         self.time_error_us = other.time_error_us;
+        self.evaluated = other.evaluated;
     }
 }
 
@@ -74,5 +77,18 @@ impl<S: RowSink> RowSink for Option<S> {
         if let Some(sink) = self {
             sink.arrived(receiver, at, tick, arrival);
         }
+    }
+}
+
+/// Both take it.
+impl<A: RowSink, B: RowSink> RowSink for (A, B) {
+    fn row(&mut self, view: usize, row: &Row) {
+        self.0.row(view, row);
+        self.1.row(view, row);
+    }
+
+    fn arrived(&mut self, receiver: usize, at: Instant<True>, tick: &Tick, arrival: &Arrival) {
+        self.0.arrived(receiver, at, tick, arrival);
+        self.1.arrived(receiver, at, tick, arrival);
     }
 }

@@ -136,6 +136,7 @@ mod tests {
             truth: None,
             set_velocity: None,
             time_error_us: Some(2.0),
+            evaluated: true,
         };
         trace.row(0, &row);
         assert!(trace.error.is_none());

@@ -1,5 +1,6 @@
 //! What is kept of a run for its pictures, however long it lasts.
 
+mod drawn;
 mod series;
 mod windows;
 
@@ -8,6 +9,7 @@ use coaxle_receiver::StateName;
 
 use crate::record::Record;
 use crate::row::Row;
+pub(crate) use drawn::Drawn;
 pub(crate) use series::joined;
 pub use series::{Series, Stretch};
 use windows::Watch;
@@ -107,11 +109,10 @@ impl Curves {
         self.slaves.first().map_or(&self.unit, |slave| &slave.unit)
     }
 
-    /// The next cycle. `evaluated` tells whether it counts for the figures: the beat that is shown
-    /// in full is the first one that does. What happened may be worth [`keep`](Self::keep)ing every cycle around it, of all
+    /// The next cycle. The beat that is shown in full is the first one that counts for the figures. What happened may be worth [`keep`](Self::keep)ing every cycle around it, of all
     /// receivers.
     #[must_use]
-    pub fn push(&mut self, row: &Row, evaluated: bool) -> Option<Window> {
+    pub fn push(&mut self, row: &Row) -> Option<Window> {
         let t = row.t_s;
         let record = &row.record;
         self.set_velocity.push(t, row.set_velocity);
@@ -125,7 +126,7 @@ impl Curves {
             curve.position.push(t, slave.position);
         }
         self.push_state(t, record);
-        self.capture(row, evaluated);
+        self.capture(row);
         let window = self.watch.look(t, self.cycle_s, record);
         self.windows.extend(window.clone());
         window
@@ -156,7 +157,7 @@ impl Curves {
         }
     }
 
-    fn capture(&mut self, row: &Row, evaluated: bool) {
+    fn capture(&mut self, row: &Row) {
         let beat = row.record.far.beats > self.beats;
         self.beats = row.record.far.beats;
         if self.capturing {
@@ -173,7 +174,7 @@ impl Curves {
             }
             None => self.recent.push_back(row.clone()),
         }
-        if beat && evaluated {
+        if beat && row.evaluated {
             self.capturing = true;
             self.around_beat.extend(self.recent.drain(..));
         }

@@ -3,7 +3,6 @@
 use std::collections::VecDeque;
 
 use coaxle_clock::{CycleTime, Instant, Span};
-use coaxle_node::config::Unit;
 use coaxle_receiver::config::{GearConfig, MasterRef};
 use coaxle_receiver::{ContinuityName, DriveStateName, ReceiverConfig, SignalRow};
 use coaxle_sim::{Oracle, Truth};
@@ -16,7 +15,7 @@ use super::moments::Moments;
 use super::settling::{Settled, Settling};
 use super::slave::SlaveJudge;
 use super::watch::{FarErrorWatch, ReceiverWatch};
-use crate::curves::{Curves, Window};
+use crate::followed::Followed;
 use crate::invariants::InvariantViolation;
 use crate::record::Record;
 use crate::row::{Reference, Row};
@@ -73,9 +72,6 @@ pub(super) struct Judge {
     was_synced: bool,
     was_error: u16,
     was_warning: u16,
-    curves: Curves,
-    /// What its last cycle is worth keeping the cycles of all receivers for.
-    window: Option<Window>,
     summary: ReceiverSummary,
 }
 
@@ -103,9 +99,6 @@ impl Judge {
         clock_jumps: Option<&[f64]>,
     ) -> Self {
         let followed = Followed::of(config, view);
-        let mode = followed.mode;
-        let slaves = view.slaves.iter();
-        let slaves = slaves.map(|n| (config.slaves[*n].name.as_str(), config.slave_unit(*n)));
         Self {
             sources,
             gear: view.slaves.first().and_then(|n| config.gear_to(*n)),
@@ -128,16 +121,8 @@ impl Judge {
             was_synced: false,
             was_error: 0,
             was_warning: 0,
-            curves: Curves::new(
-                &view.name,
-                mode,
-                followed.unit.clone(),
-                config.cycle_time_us.0.as_secs_f64(),
-                slaves,
-            ),
-            window: None,
             summary: ReceiverSummary {
-                mode,
+                mode: followed.mode,
                 master: followed.name,
                 unit: followed.unit,
                 ..ReceiverSummary::default()
@@ -206,12 +191,13 @@ impl Judge {
             || self.is_virtual()
             || epoch.is_some_and(|epoch| record.far.epoch == Some(epoch));
         let time_error = || time_error_us(&record, clock.as_ref(), master);
-        let row = Row {
+        let mut row = Row {
             t_s: far.time(at),
             time_error_us: is_heard.then(time_error).flatten(),
             record,
             truth: master,
             set_velocity,
+            evaluated: false,
         };
         if let Some(watch) = &mut self.far_error {
             watch.push(&row);
@@ -237,7 +223,6 @@ impl Judge {
                 self.lag.push(&row, self.gear, self.fastest_master);
             }
         }
-        self.window = self.curves.push(&row, self.evaluating);
         self.previous = Some(Previous {
             at_ns: record.at_ns,
             place: record.place,
@@ -246,17 +231,8 @@ impl Judge {
             epoch,
             evaluated: self.evaluating,
         });
+        row.evaluated = self.evaluating;
         row
-    }
-
-    /// What the cycle judged last is worth keeping the cycles of all receivers for.
-    pub(super) fn window(&mut self) -> Option<Window> {
-        self.window.take()
-    }
-
-    /// Keeps every cycle of a window for the report.
-    pub(super) fn keep(&mut self, window: &Window) {
-        self.curves.keep(window.from_s, window.to_s);
     }
 
     /// What did not hold of the corrected time.
@@ -385,7 +361,7 @@ impl Judge {
         }
     }
 
-    pub(super) fn finish(mut self, watches: &[ReceiverWatch]) -> (String, ReceiverSummary, Curves) {
+    pub(super) fn finish(mut self, watches: &[ReceiverWatch]) -> (String, ReceiverSummary) {
         let summary = &mut self.summary;
         if let Some(last) = &self.last {
             let Record {
@@ -423,7 +399,7 @@ impl Judge {
         let shares = self.view.slaves.iter().map(|n| watch.shares(*n));
         let slaves = self.slaves.into_iter().zip(shares);
         summary.slaves = slaves.map(|(slave, shares)| slave.finish(shares)).collect();
-        (self.curves.name.clone(), self.summary, self.curves)
+        (self.view.name, self.summary)
     }
 }
 
@@ -474,44 +450,6 @@ fn slaves_of(config: &ReceiverConfig, view: &View) -> Vec<SlaveJudge> {
     };
     view.slaves.iter().map(judge).collect()
 }
-
-/// The axis that a receiver is judged by.
-struct Followed {
-    /// How its set values are calculated: `virtual` where there is nothing to calculate.
-    mode: &'static str,
-    synchronises: bool,
-    /// Which one it is, in the whole scenario.
-    name: String,
-    unit: Unit,
-}
-
-impl Followed {
-    fn of(config: &ReceiverConfig, view: &View) -> Self {
-        match view.of {
-            Viewed::Far { far, axis } => {
-                let far = &config.far[far];
-                let key = far.node.channel_key(far.channel.into());
-                let is_it = config.far_axes().nth(axis);
-                let id = is_it.map_or(0, |(_, _, axis)| axis.id);
-                Self {
-                    mode: far.mode.name(),
-                    synchronises: far.mode.synchronises(&far.sync),
-                    name: format!("{key}/{id}"),
-                    unit: config.far_axis_unit(axis),
-                }
-            }
-            Viewed::Virtual(axis) => Self {
-                mode: VIRTUAL,
-                synchronises: false,
-                name: format!("{}/{}", config.name, config.virtual_axes[axis].name),
-                unit: config.virtual_axis_unit(axis),
-            },
-        }
-    }
-}
-
-/// In place of the mode of a far node, of a receiver as its own virtual axis leads it.
-const VIRTUAL: &str = "virtual";
 
 /// Corrected minus true far time. Where a filter smears it the position tells, if it moves; but not while the axis is
 /// braked or brought back: then it stands for no far time, and is nowhere near.

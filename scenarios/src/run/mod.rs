@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 use crate::catalog::Source;
-use crate::curves::Curves;
+use crate::curves::Drawn;
 use crate::finished::{Finished, Progress};
 use crate::invariants;
 use crate::report::print;
@@ -18,6 +18,7 @@ use crate::report::{self, Report};
 use crate::results_folder::ResultsFolder;
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, Summary, World};
+use crate::topology::Topology;
 use crate::{processes, virtual_time};
 use files::Files;
 
@@ -77,15 +78,19 @@ pub fn run(
 ) -> anyhow::Result<Outcome> {
     let out = &options.out;
     let folder = ResultsFolder::hold(out)?;
-    let mut files = create_files(name, scenario, options)?;
+    let files = create_files(name, scenario, options)?;
+    let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
+    let mut sinks = (files, Drawn::new(scenario, &topology));
     let finished = match options.world {
-        World::Virtual => virtual_time::run(scenario, &mut files, progress)?,
-        World::Processes => processes::run(scenario, out, &mut files, progress)?,
+        World::Virtual => virtual_time::run(scenario, &mut sinks, progress)?,
+        World::Processes => processes::run(scenario, out, &mut sinks, progress)?,
     };
+    let (files, drawn) = sinks;
     if let Some(files) = files {
         files.finish()?;
     }
-    let (summary, curves) = judged(name, scenario, options.world, finished);
+    let curves = drawn.into_curves();
+    let summary = judged(name, scenario, options.world, finished);
     write_summary(&folder.file("summary.json"), &summary)?;
     cuts::write(&folder.file("cuts.csv"), &summary)?;
     let report = folder.file("report.html");
@@ -123,19 +128,14 @@ pub fn prepare(source: &Source, options: &Options) -> anyhow::Result<Scenario> {
     Ok(scenario)
 }
 
-/// A run in figures with everything that is expected of it, and its curves.
-pub(crate) fn judged(
-    name: &str,
-    scenario: &Scenario,
-    world: World,
-    finished: Finished,
-) -> (Summary, Vec<Curves>) {
+/// A run in figures with everything that is expected of it.
+pub(crate) fn judged(name: &str, scenario: &Scenario, world: World, finished: Finished) -> Summary {
     let mut summary = summarise(name, scenario, world, finished.figures);
     summary.expectations.extend(finished.commands);
     summary.interrupted_at_s = finished.interrupted_at_s;
     let failed = invariants::judge(&scenario.exceptions, &finished.violations, world);
     summary.expectations.extend(failed);
-    (summary, finished.curves)
+    summary
 }
 
 fn summarise(

@@ -145,7 +145,7 @@ impl<'a> Core<'_, 'a> {
         figures: &[Figure],
     ) -> anyhow::Result<Option<RunRecord>> {
         let finished = virtual_time::run(scenario, &mut (), self)?;
-        let (summary, _) = judged(name, scenario, World::Virtual, finished);
+        let summary = judged(name, scenario, World::Virtual, finished);
         let is_whole = summary.interrupted_at_s.is_none();
         Ok(is_whole.then(|| RunRecord::of(&summary, figures)))
     }
