@@ -65,6 +65,13 @@ impl PhaseObserver {
         self.delay.set(delay);
     }
 
+    /// The same of a delay that is measured against the line as it is now, in every cycle: both change at once, so that the
+    /// far time does not follow what the line does.
+    pub(crate) fn follow_delay(&mut self, delay: Span) {
+        let by = (delay - self.delay.set_to()).as_nanos();
+        self.delay.shift(by as f64);
+    }
+
     /// A jump of the line (see [`FarLine::jumped`]) was the path's doing, not the sender's: the delay
     /// grows by as much, and the far time goes on as if nothing had happened.
     pub fn attribute_step_to_path(&mut self, jump: Seconds) {

@@ -46,6 +46,7 @@ mod show;
 mod steadiness;
 mod stream;
 
+pub(crate) use bank::Bank;
 pub use drift_change::SuspectedDrift;
 pub use far_line::FarLine;
 pub use output::FarTime;
