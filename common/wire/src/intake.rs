@@ -1,6 +1,7 @@
 //! What becomes of a frame on its way in: checked, reduced to what concerns the node, or refused with
 //! a reason.
 
+use crate::beacon::BeaconLabel;
 use crate::beacon_intake::BeaconIntake;
 use crate::channel::Channel;
 use crate::frame::{AxisSample, Frame, KeySeal, sender_id};
@@ -155,6 +156,15 @@ impl Reader {
         match self {
             Self::Axes(intake) => intake.axis_ids(payload),
             Self::TimeRequests(_) | Self::TimeResponses(_) | Self::Beacons(_) => Vec::new(),
+        }
+    }
+
+    /// Whether a beacon with this label is for it; all else is, as far as that can be seen from outside.
+    #[must_use]
+    pub fn concerns(&self, label: &BeaconLabel) -> bool {
+        match self {
+            Self::Beacons(intake) => intake.concerns(label),
+            Self::Axes(_) | Self::TimeRequests(_) | Self::TimeResponses(_) => true,
         }
     }
 
