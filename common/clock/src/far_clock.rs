@@ -201,7 +201,10 @@ impl FarClock {
         let measures = self.delay == DelaySource::Measured;
         (self.observer).leave_steps_to_exchanges(measures && self.exchange.can_attribute(now));
         self.steer(now);
-        let observer = self.observer.cycle(now);
+        let mut observer = self.observer.cycle(now);
+        if let Steering::Channel { rate, .. } = self.steering {
+            observer.drift_ppm = (rate - 1.0) * 1e6;
+        }
         self.is_sure = is_sure(observer.state, self.is_sure);
         let output = FarClockOutput {
             observer,
@@ -291,7 +294,11 @@ impl FarClock {
         }
         let delay = self.delay_in_force();
         match self.steering {
-            Steering::Channel { begins: false, .. } => self.observer.follow_delay(delay),
+            Steering::Channel {
+                begins: false,
+                rate,
+                ..
+            } => self.observer.follow_delay(delay, rate),
             Steering::Channel { begins: true, .. } | Steering::Exchanges { .. } => {
                 self.observer.set_delay(delay);
             }

@@ -14,7 +14,7 @@ use rtrb::RingBuffer;
 
 use crate::commands::commands;
 use crate::counters::{Counters, read};
-use crate::credentials::{Credentials, RENEW_WITHIN, date};
+use crate::credentials::{Credentials, RENEW_WITHIN, TIMING_KEY_FILE, date, timing_secret};
 use crate::cycle::{Cycle, NodeClock};
 use crate::ended::Ended;
 use crate::inputs::inputs;
@@ -331,14 +331,20 @@ fn timing_channel(
     if endpoints.is_none() {
         return Ok(None);
     }
-    if transport.secure.is_some() {
-        tracing::warn!(
-            %node,
-            "the timing channel stays off: in a secure network beacons have to be authenticated"
-        );
-        return Ok(None);
+    let mut secret = None;
+    if let Some(folder) = &transport.secure {
+        secret = timing_secret(folder)?;
+        if secret.is_none() {
+            tracing::warn!(
+                %node,
+                "the timing channel stays off: {} has no {TIMING_KEY_FILE} to authenticate beacons with; \
+                 `coaxle secure renew` writes one",
+                folder.display()
+            );
+            return Ok(None);
+        }
     }
-    TimingChannel::open(node, endpoints, publications, seed).map(Some)
+    TimingChannel::open(node, endpoints, publications, seed, secret).map(Some)
 }
 
 fn identity<N: Node>(setup: &Setup<N>, epoch: u64) -> Identity {

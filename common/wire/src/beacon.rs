@@ -8,12 +8,14 @@
 
 mod body;
 mod seal;
+mod secret;
 
 pub use body::{
     BEACON_CAPACITY, BeaconLabel, BeaconResponseHeader, encode_beacon_request,
     encode_beacon_response,
 };
 pub use seal::{BeaconSeal, Departure};
+pub use secret::{BeaconSecret, NoSecret, SECRET_LEN};
 
 use coaxle_clock::{Instant, Local, Span};
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! What becomes of a beacon on its way in.
 
-use crate::beacon::{BeaconLabel, BeaconSeal};
+use crate::beacon::{BeaconLabel, BeaconSeal, BeaconSecret};
 use crate::channel::Channel;
 use crate::frame::sender_id;
 use crate::keys::NodeName;
@@ -40,6 +40,13 @@ impl BeaconIntake {
                 requester: sender_id(requester),
             },
         }
+    }
+
+    /// The same, but only what is authenticated by the secret is a good beacon.
+    #[must_use]
+    pub fn authenticated(self, secret: &BeaconSecret) -> Self {
+        let seal = self.seal.authenticated(secret);
+        Self { seal, ..self }
     }
 
     /// Whether a beacon with this body concerns it, as far as that can be seen from outside.

@@ -104,6 +104,11 @@ impl TimingLine {
         self.far + Span::from_nanos(passed) + Span::from_nanos(libm::round(beside) as i64)
     }
 
+    /// How fast the sender's clock runs, seconds per local second.
+    pub(super) fn rate(&self) -> f64 {
+        self.rate + self.bank.as_ref().map_or(0.0, |bank| bank.combined().drift)
+    }
+
     /// The standard deviation of that but for what the ways differ by, s.
     pub(super) fn sigma(&self, now: Instant<Local>) -> f64 {
         let Some(bank) = &self.bank else {

@@ -79,6 +79,8 @@ pub(crate) enum Steering {
         ahead: Seconds,
         uncertainty: Seconds,
         sigma: Seconds,
+        /// How fast it runs, seconds per local second.
+        rate: f64,
         /// It was not in the cycle before.
         begins: bool,
     },
@@ -256,6 +258,7 @@ impl TimingChannel {
             ahead: Seconds(ahead),
             uncertainty: Seconds(uncertainty),
             sigma: Seconds(sigma),
+            rate: line.rate(),
             begins: !was_in_use,
         }
     }

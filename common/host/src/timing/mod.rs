@@ -11,11 +11,11 @@ use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use anyhow::Context;
-use coaxle_node::beacon::{BeaconLabel, BeaconSeal};
+use coaxle_node::beacon::{BeaconLabel, BeaconSeal, BeaconSecret};
 use coaxle_node::config::TimingEndpoints;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription};
-use coaxle_node::{Channel, Stamps};
+use coaxle_node::{Channel, Reader, Stamps};
 
 use crate::counters::Counters;
 use crate::faults::Faults;
@@ -39,10 +39,11 @@ pub(crate) struct TimingChannel {
     sender: BeaconSender<Socket>,
     receiver: BeaconReceiver<Socket>,
     endpoints: TimingEndpoints,
+    secret: Option<BeaconSecret>,
 }
 
 impl TimingChannel {
-    /// Opens it, for what the node sends on it.
+    /// Opens it, for what the node sends on it. With a secret its beacons are authenticated, and all others refused.
     ///
     /// # Errors
     /// The address cannot be used, or a file that faults name.
@@ -51,6 +52,7 @@ impl TimingChannel {
         endpoints: &TimingEndpoints,
         publications: &[Publication],
         seed: u64,
+        secret: Option<BeaconSecret>,
     ) -> anyhow::Result<Self> {
         let address = endpoints.listen.unwrap_or_else(|| any_like(endpoints));
         let socket = Socket::bind(address)
@@ -75,7 +77,10 @@ impl TimingChannel {
                 channel: *channel,
                 far: *far,
                 to: address_of(endpoints, true, *channel, *far),
-                seal: BeaconSeal::new(&key),
+                seal: match &secret {
+                    Some(secret) => BeaconSeal::new(&key).authenticated(secret),
+                    None => BeaconSeal::new(&key),
+                },
                 faults: Faults::new(faults, seed, &key, *channel, *far)?,
             });
         }
@@ -83,6 +88,7 @@ impl TimingChannel {
             sender,
             receiver: BeaconReceiver::new(socket, peers),
             endpoints: endpoints.clone(),
+            secret,
         })
     }
 
@@ -99,10 +105,14 @@ impl TimingChannel {
     ) -> anyhow::Result<()> {
         let Subscription { channel, far, .. } = *subscription;
         let contact = Contact::new();
+        let mut subscription = subscription.clone();
+        if let (Reader::Beacons(intake), Some(secret)) = (&mut subscription.reader, &self.secret) {
+            *intake = intake.clone().authenticated(secret);
+        }
         self.receiver.add(Way {
             channel,
             from: address_of(&self.endpoints, false, channel, far),
-            reception: Reception::new(subscription, seed, inbox, contact, Arc::clone(counters))?,
+            reception: Reception::new(&subscription, seed, inbox, contact, Arc::clone(counters))?,
         });
         Ok(())
     }

@@ -4,8 +4,9 @@ use coaxle_clock::Span;
 use serde::{Deserialize, Serialize};
 
 use super::body::{Departed, read_request, read_response};
+use super::secret::{BeaconSecret, TAG_LEN};
 use super::{BeaconRequest, BeaconResponse, Stamps};
-use crate::frame::{KeySeal, read, write};
+use crate::frame::{FORMAT_VERSION, KeySeal, read, write};
 use crate::rejection::Rejection;
 
 /// What a beacon says of departures, as spans since the ideal start of its own cycle in the sender's clock.
@@ -19,10 +20,18 @@ pub struct Departure {
     pub before: Option<(u32, Span)>,
 }
 
-/// Seals the beacons of one node: its key goes into their check sum.
+/// Seals the beacons of one node: its key goes into their check sum, or into what authenticates them.
 #[derive(Clone, Debug)]
 pub struct BeaconSeal {
-    crc: KeySeal,
+    key: String,
+    tag: Tag,
+}
+
+/// What a beacon ends with.
+#[derive(Clone, Debug)]
+enum Tag {
+    CheckSum(KeySeal),
+    Authentication(BeaconSecret),
 }
 
 const DEPARTURE_CAPACITY: usize = 10 + 1 + 1 + 5 + 10;
@@ -39,8 +48,16 @@ impl BeaconSeal {
     #[must_use]
     pub fn new(key: &str) -> Self {
         Self {
-            crc: KeySeal::new(key),
+            key: key.to_owned(),
+            tag: Tag::CheckSum(KeySeal::new(key)),
         }
+    }
+
+    /// The same, but only who knows the secret can seal, and what is sealed otherwise is refused.
+    #[must_use]
+    pub fn authenticated(self, secret: &BeaconSecret) -> Self {
+        let tag = Tag::Authentication(secret.clone());
+        Self { tag, ..self }
     }
 
     /// Replaces what is in `out` by the complete beacon.
@@ -55,7 +72,13 @@ impl BeaconSeal {
         out.clear();
         out.extend_from_slice(body);
         out.extend_from_slice(&written[..length]);
-        self.crc.append_checksum(out);
+        match &self.tag {
+            Tag::CheckSum(seal) => seal.append_checksum(out),
+            Tag::Authentication(secret) => {
+                let tag = secret.tag(&self.key, out);
+                out.extend_from_slice(&tag);
+            }
+        }
     }
 
     /// Checks and reads a request. Does not allocate.
@@ -63,8 +86,9 @@ impl BeaconSeal {
     /// # Errors
     /// [`Rejection`], the first reason that applies.
     pub fn open_request(&self, payload: &[u8]) -> Result<BeaconRequest, Rejection> {
-        let walk = |content: &[u8]| read_request(content, read_departure).map(drop);
-        let content = self.crc.verify(payload, walk)?;
+        let content = self.verify(payload, |content| {
+            read_request(content, read_departure).map(drop)
+        })?;
         read_request(content, read_departure)
     }
 
@@ -73,9 +97,33 @@ impl BeaconSeal {
     /// # Errors
     /// [`Rejection`], the first reason that applies.
     pub fn open_response(&self, payload: &[u8]) -> Result<(u32, BeaconResponse), Rejection> {
-        let walk = |content: &[u8]| read_response(content, read_departure).map(drop);
-        let content = self.crc.verify(payload, walk)?;
+        let content = self.verify(payload, |content| {
+            read_response(content, read_departure).map(drop)
+        })?;
         read_response(content, read_departure)
+    }
+
+    fn verify<'a>(
+        &self,
+        payload: &'a [u8],
+        walk: impl FnOnce(&[u8]) -> Result<(), Rejection>,
+    ) -> Result<&'a [u8], Rejection> {
+        let secret = match &self.tag {
+            Tag::CheckSum(seal) => return seal.verify(payload, walk),
+            Tag::Authentication(secret) => secret,
+        };
+        match payload.first() {
+            None => Err(Rejection::Truncated),
+            Some(&FORMAT_VERSION) => {
+                let split = payload.split_last_chunk::<TAG_LEN>();
+                let (content, tag) = split.ok_or(Rejection::Truncated)?;
+                match secret.fits(&self.key, content, tag) {
+                    true => Ok(content),
+                    false => Err(Rejection::WrongChecksum),
+                }
+            }
+            Some(_) => Err(Rejection::WrongVersion),
+        }
     }
 }
 
