@@ -138,7 +138,7 @@ signals! {
         timing_stamps: Option<Stamps> [""] last "… stamps",
         /// Standard deviation of the far clock as it shows it.
         timing_sigma_us: Option<f64> ["µs"] last,
-        /// How long one of its exchanges is under way, both ways, as a rule.
+        /// How long its exchanges are under way, both ways, at their shortest lately.
         timing_round_trip_us: Option<f64> ["µs"] last,
         /// Since its newest exchange.
         timing_age_s: Option<f64> ["s"],

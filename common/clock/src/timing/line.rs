@@ -123,12 +123,12 @@ impl TimingLine {
 
     /// What it is wrong by at most: whatever the ways are, neither is shorter than nothing, s.
     pub(super) fn uncertainty(&self, now: Instant<Local>) -> f64 {
-        0.5 * self.round_trip.usual() + COVERED * self.sigma(now)
+        0.5 * self.round_trip.shortest() + COVERED * self.sigma(now)
     }
 
-    /// Both ways together, as a rule, s.
+    /// Both ways together, at their shortest, s.
     pub(super) const fn round_trip(&self) -> f64 {
-        self.round_trip.usual()
+        self.round_trip.shortest()
     }
 
     fn since(&self, at: Instant<Local>) -> f64 {
@@ -173,15 +173,17 @@ impl TimingLine {
         let estimate = bank.combined();
         let expected = estimate.offset + estimate.drift * passed;
         let known = estimate.offset_variance_after(passed, bank.drift_walk());
-        let variance = self.noise.variance() + 0.25 * longer * longer;
+        // On one of both ways, or on both.
+        let held_up = 0.25 * longer * longer;
+        let variance = self.noise.variance() + held_up;
         let chance = BEYOND_CHANCE * libm::sqrt(known + variance);
-        let bound = chance + 0.5 * round_trip.max(self.round_trip.usual());
+        let bound = chance + 0.5 * round_trip.max(self.round_trip.shortest());
         if self.measurements >= ENOUGH && libm::fabs(measured - expected) > bound {
             self.contradictions += 1;
             return;
         }
         self.contradictions = 0;
-        self.noise.take(middle, measured);
+        self.noise.take(middle, measured, held_up);
         bank.observe(passed, measured, variance);
         self.at = middle;
         self.measurements = self.measurements.saturating_add(1);

@@ -59,7 +59,7 @@ pub struct TimingOutput {
     pub state: TimingState,
     /// Standard deviation of the sender's clock as its exchanges show it.
     pub sigma: Option<Seconds>,
-    /// How long an exchange is under way, both ways, as a rule.
+    /// How long an exchange is under way, both ways, at its shortest lately.
     pub round_trip: Option<Seconds>,
     /// Since the newest exchange.
     pub age: Option<Span>,

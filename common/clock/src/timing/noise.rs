@@ -14,6 +14,7 @@ pub(super) struct Noise {
     count: f64,
     /// The last two, each with its time, s.
     last: [(f64, f64); 2],
+    more: [f64; 2],
     seen: u8,
 }
 
@@ -23,6 +24,7 @@ impl Noise {
             variance: 0.0,
             count: 0.0,
             last: [(0.0, 0.0); 2],
+            more: [0.0; 2],
             seen: 0,
         }
     }
@@ -38,60 +40,56 @@ impl Noise {
         self.variance
     }
 
-    /// Takes the next measurement, of a later time than the one before, s.
-    pub(super) fn take(&mut self, time: f64, measured: f64) {
+    /// Takes the next measurement, of a later time than the one before, s. It is known to scatter by so much more, s².
+    pub(super) fn take(&mut self, time: f64, measured: f64, more: f64) {
         let [(from, before), (at, between)] = self.last;
         if self.seen >= 2 {
             let part = (at - from) / (time - from);
             let off = between - before - part * (measured - before);
             let weight = 1.0 + part * part + (1.0 - part) * (1.0 - part);
-            let sample = (off * off / weight).min(OUTLIER * self.variance);
+            let known =
+                self.more[1] + part * part * more + (1.0 - part) * (1.0 - part) * self.more[0];
+            let sample = ((off * off - known).max(0.0) / weight).min(OUTLIER * self.variance);
             self.count = (self.count + 1.0).min(MEMORY);
             self.variance += (sample - self.variance) / (self.count + 2.0);
             self.variance = self.variance.max(LEAST);
         }
         self.last = [(at, between), (time, measured)];
+        self.more = [self.more[1], more];
         self.seen = (self.seen + 1).min(2);
     }
 }
 
-/// How long both ways usually take together.
-#[derive(Clone, Copy, Debug)]
+/// The shortest round trip lately: what is longer was held up on one of its ways, and nobody knows on which.
+#[derive(Clone, Debug)]
 pub(super) struct RoundTrip {
-    usual: f64,
-    scatter: f64,
-    count: f64,
+    kept: [f64; KEPT],
+    next: usize,
+    shortest: f64,
 }
 
-/// What is longer by so many times its usual scatter was held up.
-const HELD_UP: f64 = 3.0;
+/// Of so many measurements: ten seconds' worth at fifty exchanges a second.
+const KEPT: usize = 64;
 
 impl RoundTrip {
     pub(super) const fn new() -> Self {
         Self {
-            usual: 0.0,
-            scatter: 0.0,
-            count: 0.0,
+            kept: [f64::INFINITY; KEPT],
+            next: 0,
+            shortest: 0.0,
         }
     }
 
-    /// As a rule, s.
-    pub(super) const fn usual(&self) -> f64 {
-        self.usual
+    /// The shortest, s.
+    pub(super) const fn shortest(&self) -> f64 {
+        self.shortest
     }
 
-    /// Takes the next one. By how much it is longer than usual, s.
+    /// Takes the next one. By how much it is longer than the shortest, s.
     pub(super) fn take(&mut self, round_trip: f64) -> f64 {
-        if self.count == 0.0 {
-            (self.usual, self.scatter, self.count) = (round_trip, 0.5 * round_trip.max(0.0), 1.0);
-            return 0.0;
-        }
-        self.count = (self.count + 1.0).min(MEMORY);
-        let off = round_trip - self.usual;
-        let bound = HELD_UP * self.scatter + 1e-9;
-        let clipped = off.clamp(-bound, bound);
-        self.usual += clipped / self.count;
-        self.scatter += (libm::fabs(clipped) - self.scatter) / self.count;
-        (off - bound).max(0.0)
+        self.kept[self.next] = round_trip.max(0.0);
+        self.next = (self.next + 1) % KEPT;
+        self.shortest = self.kept.iter().copied().fold(f64::INFINITY, f64::min);
+        round_trip.max(0.0) - self.shortest
     }
 }
