@@ -14,7 +14,9 @@ mod virtual_axes;
 
 use std::path::Path;
 
-use coaxle_node::config::{ClockConfig, CycleMicros, RealTimeConfig, TransportConfig};
+use coaxle_node::config::{
+    ClockConfig, CycleMicros, RealTimeConfig, TimingEndpoints, TimingLinkConfig, TransportConfig,
+};
 use coaxle_node::faults::{WrongTerm, check_clock};
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
@@ -171,10 +173,35 @@ impl ReceiverConfig {
             });
         }
         subscriptions.push(Subscription::time_requests_to(&self.name));
-        Wiring {
+        let mut wiring = Wiring {
             node: self.name.clone(),
             publications,
             subscriptions,
+        };
+        for (number, node, timing) in self.timing_links() {
+            wiring = wiring.with_timing_link(node, number, &timing.faults);
+        }
+        wiring
+    }
+
+    /// The nodes that it has a timing channel to, with their numbers among all that it hears: not to standbys.
+    fn timing_links(&self) -> impl Iterator<Item = (usize, &NodeName, &TimingLinkConfig)> {
+        let heard = self.heard_nodes().into_iter().enumerate();
+        heard.filter_map(|(number, HeardNode { far, node, place })| {
+            let timing = self.far[far].timing.as_ref().filter(|_| place == 0)?;
+            Some((number, node, timing))
+        })
+    }
+
+    /// Where it sends beacons to.
+    #[must_use]
+    pub fn timing_endpoints(&self) -> TimingEndpoints {
+        let links = self.timing_links();
+        TimingEndpoints {
+            listen: None,
+            nodes: links
+                .map(|(number, _, timing)| (number, timing.connect))
+                .collect(),
         }
     }
 }

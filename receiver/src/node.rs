@@ -4,6 +4,7 @@ use coaxle_axis::{Job, NcToPlcAxis};
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
+use coaxle_node::beacon::{BEACON_CAPACITY, encode_beacon_request};
 use coaxle_node::command::{FarName, MAX_KNOWN, NotTaken, OrderCargo, SlaveName};
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
 use coaxle_node::frame::{body_capacity, encode_body, sender_id};
@@ -44,6 +45,9 @@ pub struct Receiver {
     /// How many of them have had their turn in this cycle.
     next_asked: usize,
     request: [u8; TIME_REQUEST_CAPACITY],
+    /// The beacon that is due to each.
+    due_beacons: Box<[Option<u32>]>,
+    beacon: [u8; BEACON_CAPACITY],
     snapshot: ReceiverSnapshot,
 }
 
@@ -54,6 +58,8 @@ enum Source {
     Far(usize),
     /// Whoever asks this node for the time.
     Requests,
+    /// The timing channel to a far node.
+    Beacons(usize),
 }
 
 /// What every frame says of its sender.
@@ -169,6 +175,7 @@ impl Receiver {
         let subscriptions = config.wiring().subscriptions;
         let source = |subscription: &Subscription| match subscription.channel {
             Channel::TimeRequests => Source::Requests,
+            Channel::BeaconRequests | Channel::BeaconResponses => Source::Beacons(subscription.far),
             Channel::Axes | Channel::Slaves | Channel::FarAxes | Channel::TimeResponses => {
                 Source::Far(subscription.far)
             }
@@ -194,6 +201,8 @@ impl Receiver {
             due: vec![None; config.heard_nodes().len()].into(),
             next_asked: 0,
             request: [0; TIME_REQUEST_CAPACITY],
+            due_beacons: vec![None; config.heard_nodes().len()].into(),
+            beacon: [0; BEACON_CAPACITY],
             snapshot: ReceiverSnapshot::new(config, start),
         })
     }
@@ -259,6 +268,17 @@ impl Receiver {
         None
     }
 
+    /// The next beacon of this cycle: its length, and the number of the node it is to.
+    fn encode_beacon(&mut self) -> Option<(usize, usize)> {
+        let due = self.due_beacons.iter().position(Option::is_some);
+        let far = due?;
+        let number = self.due_beacons[far].take()?;
+        let Identity { sender, epoch } = self.identity;
+        let at = self.tick.ideal_start;
+        let length = encode_beacon_request(sender, epoch, number, at, &mut self.beacon);
+        Some((length, far))
+    }
+
     fn show(&mut self, now: Instant<Local>) {
         let shown = &mut self.snapshot;
         shown.ideal_start = self.tick.ideal_start;
@@ -301,11 +321,18 @@ impl Node for Receiver {
             (Message::Rejected(reason), Some(Source::Requests)) => {
                 self.refused_requests.count(*reason);
             }
+            (message, Some(Source::Beacons(far))) => match message {
+                Message::BeaconResponse(response) => self.pipeline.store_beacon(*far, at, response),
+                Message::Rejected(_) => self.pipeline.reject_beacon(*far),
+                _ => {}
+            },
             (message, Some(Source::Far(far))) => match message {
                 Message::Frame(frame) => self.pipeline.store(*far, at, frame, due),
                 Message::TimeResponse(response) => self.pipeline.store_response(*far, at, response),
                 Message::Rejected(reason) => self.pipeline.reject(*far, *reason),
-                Message::TimeRequest(_) => {}
+                Message::TimeRequest(_)
+                | Message::BeaconRequest(_)
+                | Message::BeaconResponse(_) => {}
             },
             (_, Some(Source::Requests) | None) => {}
         }
@@ -339,6 +366,9 @@ impl Node for Receiver {
         for (far, due) in self.due.iter_mut().enumerate() {
             *due = self.pipeline.ask(far, &self.tick);
         }
+        for (far, due) in self.due_beacons.iter_mut().enumerate() {
+            *due = self.pipeline.due_beacon(far, &self.tick);
+        }
         self.next_asked = 0;
         self.show(now);
         self.tick
@@ -366,6 +396,14 @@ impl Node for Receiver {
                 far,
                 ideal_start,
                 body: &self.request[..length],
+            });
+        }
+        if let Some((length, far)) = self.encode_beacon() {
+            return Some(Outgoing {
+                channel: Channel::BeaconRequests,
+                far,
+                ideal_start,
+                body: &self.beacon[..length],
             });
         }
         self.time_server.transmit()

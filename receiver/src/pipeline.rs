@@ -6,7 +6,7 @@ use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{Instant, Local, Seconds};
 use coaxle_node::command::{CamOrder, FarOrder, OrderCargo, SlaveOrder};
-use coaxle_node::{Arrival, CommandOutcome, Frame, Rejection};
+use coaxle_node::{Arrival, BeaconResponse, CommandOutcome, Frame, Rejection};
 use coaxle_slave::{Command, Refusal};
 
 use crate::arrivals::ArrivalLog;
@@ -89,6 +89,21 @@ impl Pipeline {
         self.heard(number).store_response(at, response);
     }
 
+    /// Stores the answer to a beacon of the node with this number that arrived at `at`.
+    pub(crate) fn store_beacon(
+        &mut self,
+        number: usize,
+        at: Instant<Local>,
+        response: &BeaconResponse,
+    ) {
+        self.heard(number).store_beacon(at, response);
+    }
+
+    /// Counts a beacon that was refused of the node with this number.
+    pub(crate) fn reject_beacon(&mut self, number: usize) {
+        self.heard(number).reject_beacon();
+    }
+
     /// Counts what was refused of the node with this number.
     pub(crate) fn reject(&mut self, number: usize, reason: Rejection) {
         self.heard(number).reject(reason);
@@ -107,6 +122,11 @@ impl Pipeline {
     /// The number of the time request to the node with this number that is due, if one is.
     pub(crate) fn ask(&mut self, number: usize, tick: &Tick) -> Option<u32> {
         self.heard(number).ask(tick)
+    }
+
+    /// The number of the beacon to the node with this number that is due, if one is.
+    pub(crate) fn due_beacon(&mut self, number: usize, tick: &Tick) -> Option<u32> {
+        self.heard(number).due_beacon(tick)
     }
 
     /// One scan.

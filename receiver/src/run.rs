@@ -96,6 +96,7 @@ fn setup(
         seed: config.seed,
         send_stamps: true,
         wiring: config.wiring(),
+        timing: config.timing_endpoints(),
         run_for: node.run_for,
         build: Box::new(move |start, epoch| {
             let drives = drives(&config, epoch).map_err(|error| args.wrong(error))?;

@@ -3,7 +3,8 @@
 use coaxle_axis::AxisStatus;
 use coaxle_clock::delay::DelayState;
 use coaxle_clock::observer::{ObserverLine, ObserverState};
-use coaxle_node::signals;
+use coaxle_clock::timing::TimingState;
+use coaxle_node::{Stamps, signals};
 use coaxle_slave::CouplingPhase;
 use coaxle_source::Activity;
 
@@ -131,6 +132,28 @@ signals! {
         exchanges: u64 [""] last,
         /// Responses refused so far.
         responses_refused: u64 [""] last,
+        /// How far the timing channel is; none where there is none, or no phase observer runs.
+        timing_state: Option<TimingState> [""] last "timing channel",
+        /// Where both ends of it take their stamps; none before the first answer.
+        timing_stamps: Option<Stamps> [""] last "… stamps",
+        /// Standard deviation of the far clock as it shows it.
+        timing_sigma_us: Option<f64> ["µs"] last,
+        /// How long its exchanges are under way, both ways, at their shortest lately.
+        timing_round_trip_us: Option<f64> ["µs"] last,
+        /// Since its newest exchange.
+        timing_age_s: Option<f64> ["s"],
+        /// Its exchanges used so far.
+        timing_exchanges: u64 [""] last,
+        /// Its exchanges so far that could not be true.
+        timing_refused: u64 [""] last,
+        /// How often it was begun anew, since the clocks were no longer where it had them.
+        timing_restarts: u32 [""] last,
+        /// Beacons sent so far.
+        beacons_sent: u64 [""],
+        /// Answers to them so far that were good.
+        beacons_received: u64 [""] last,
+        /// Answers refused so far.
+        beacons_rejected: u64 [""] last,
         /// Accepted messages so far: in order, duplicates, late, waiting, dropped because of an overflow, or foreign.
         received: u64 [""] last,
         /// Messages so far that were the newest of their run when their cycle took them in.

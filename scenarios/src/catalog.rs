@@ -37,6 +37,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "observer",
     "observer-sweep",
     "zero-lag",
+    "timing-channel",
     "orders",
     "delay-step",
     "delay-step-large",

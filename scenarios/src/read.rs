@@ -35,6 +35,7 @@ pub(crate) fn scenario(file: &str, table: toml::Table) -> Result<Scenario, Confi
             receiver.relative_to(folder);
         }
         scenario.network.relative_to(folder);
+        scenario.timing_network.relative_to(folder);
     }
     let topology = Topology::of(&scenario).map_err(|wrong| wrong.in_file(file))?;
     tell_units(&mut scenario, &topology);
@@ -259,6 +260,8 @@ fn check_nodes(scenario: &Scenario, file: &str) -> Result<(), ConfigError> {
     let wrong_file = |wrong: WrongTerm| ConfigError::field(file, wrong.field(), wrong.reason());
     let network = check_link(&scenario.network);
     network.map_err(|wrong| wrong_file(wrong.within("network")))?;
+    let network = check_link(&scenario.timing_network);
+    network.map_err(|wrong| wrong_file(wrong.within("timing-network")))?;
     for (n, sender) in scenario.senders.iter().enumerate() {
         let files = sender.check_files();
         files.map_err(|wrong| wrong_file(wrong.within(&format!("sender[{n}]"))))?;

@@ -33,6 +33,9 @@ pub struct Scenario {
     /// that belongs into a receiver's `faults`.
     #[serde(default)]
     pub network: LinkConfig,
+    /// The same for the beacons of timing channels, which take another way: none of what happens to messages happens to them.
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    pub timing_network: LinkConfig,
     /// The senders.
     #[serde(rename = "sender")]
     pub senders: Vec<SenderConfig>,
@@ -62,6 +65,10 @@ pub struct GridAxis {
     /// The values, in the order they are run.
     #[schemars(with = "Vec<serde_json::Value>")]
     pub values: Vec<toml::Value>,
+}
+
+fn is_nothing(network: &LinkConfig) -> bool {
+    *network == LinkConfig::default()
 }
 
 const fn first_seed() -> u64 {

@@ -172,7 +172,9 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()
         } = subscription;
         // The node that follows lays its faults over the link, in either direction.
         let (follower, faults, far) = match channel {
-            Channel::TimeRequests => (&from.node, &publication.faults, publication.far),
+            Channel::TimeRequests | Channel::BeaconRequests => {
+                (&from.node, &publication.faults, publication.far)
+            }
             _ => (&to.node, &subscription.faults, subscription.far),
         };
         let seed = |part| {
@@ -183,6 +185,10 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()
                 seed_of(seed, TWIN)
             }
         };
+        let network = match channel.is_timing() {
+            true => &scenario.timing_network,
+            false => &scenario.network,
+        };
         world.add_link(LinkSetup {
             from: way.from,
             channel: *channel,
@@ -192,7 +198,7 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()
             subscription: way.subscription,
             reader: reader.clone(),
             behaviour: vec![
-                (scenario.network.clone(), seed("network")),
+                (network.clone(), seed("network")),
                 (faults.clone(), seed("link")),
             ],
         })?;

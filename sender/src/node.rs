@@ -7,7 +7,10 @@ use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
-use coaxle_node::{Channel, Message, Node, Outgoing, TimeServer, TimeServerCounters};
+use coaxle_node::{
+    BeaconServer, BeaconServerCounters, Channel, Message, Node, Outgoing, TimeServer,
+    TimeServerCounters,
+};
 use coaxle_source::config::AxisConfig;
 use coaxle_source::{AxisSample, ReplayError, SourceAxis};
 
@@ -30,6 +33,7 @@ pub struct Sender {
     /// Length of the body that waits to be sent.
     waiting: Option<usize>,
     time_server: TimeServer,
+    beacon_server: BeaconServer,
     snapshot: SenderSnapshot,
 }
 
@@ -80,6 +84,7 @@ impl Sender {
             axes,
             waiting: None,
             time_server: TimeServer::new(sender, epoch, schedule.start(), cycle_time),
+            beacon_server: BeaconServer::new(sender, epoch, schedule.start(), cycle_time),
             schedule,
             snapshot,
         })
@@ -119,21 +124,34 @@ impl Sender {
         let TimeServerCounters { answered, dropped } = self.time_server.counters();
         signals.requests_answered = answered;
         signals.requests_dropped = dropped;
+        let BeaconServerCounters {
+            answered,
+            dropped,
+            refused,
+        } = self.beacon_server.counters();
+        signals.beacons_answered = answered;
+        signals.beacons_dropped = dropped;
+        signals.beacons_refused = refused;
     }
 }
+
+/// The number of the subscription to beacons, where there is one: it comes after that to time requests.
+const BEACONS: usize = 1;
 
 impl Node for Sender {
     type Snapshot = SenderSnapshot;
 
     /// A sender follows nobody, but it is asked what its clock shows.
-    fn receive(&mut self, at: Instant<Local>, _: usize, message: &Message<'_>) {
+    fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {
         match message {
             Message::TimeRequest(request) => self.time_server.receive(at, request),
+            Message::BeaconRequest(request) => self.beacon_server.receive(at, request),
+            Message::Rejected(_) if subscription == BEACONS => self.beacon_server.reject(),
             Message::Rejected(_) => {
                 let refused = &mut self.snapshot.signals.node.requests_refused;
                 *refused = refused.saturating_add(1);
             }
-            Message::Frame(_) | Message::TimeResponse(_) => {}
+            Message::Frame(_) | Message::TimeResponse(_) | Message::BeaconResponse(_) => {}
         }
     }
 
@@ -142,13 +160,15 @@ impl Node for Sender {
         self.move_axes(tick.ideal_start - self.start);
         self.encode(&tick);
         self.time_server.respond(&tick, now);
+        self.beacon_server.respond(&tick, now);
         self.show(&tick, now);
         tick
     }
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
         let Some(length) = self.waiting.take() else {
-            return self.time_server.transmit();
+            let responses = self.time_server.transmit();
+            return responses.or_else(|| self.beacon_server.transmit());
         };
         Some(Outgoing {
             channel: Channel::Axes,

@@ -63,6 +63,7 @@ fn setup(
         seed: config.seed,
         send_stamps: config.send_stamps,
         wiring: config.wiring(),
+        timing: config.timing_endpoints(),
         run_for: args.run_for,
         build: Box::new(move |start, epoch| build(&node, &config, start, epoch)),
         recorder: Box::new(recorder),

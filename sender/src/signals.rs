@@ -19,6 +19,12 @@ signals! {
         requests_dropped: u64 [""],
         /// Time requests refused so far, before they reached the node.
         requests_refused: u64 [""],
+        /// Beacons of the timing channel answered so far.
+        beacons_answered: u64 [""],
+        /// Beacons not answered so far: too many came in one cycle.
+        beacons_dropped: u64 [""],
+        /// Beacons refused so far, before they reached the node.
+        beacons_refused: u64 [""],
     }
 }
 

@@ -3,10 +3,11 @@
 use coaxle_axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{CycleIndex, Instant, Local, Span};
+use coaxle_node::beacon::{BeaconSeal, Departure};
 use coaxle_node::config::parse;
 use coaxle_node::frame::{FrameHeader, decode, seal, sender_id};
 use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, Message, Node, Reader, Rejection, TimeRequest};
+use coaxle_node::{BeaconRequest, Channel, Message, Node, Reader, Rejection, Stamps, TimeRequest};
 use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
 
@@ -110,6 +111,50 @@ fn time_requests_are_answered_in_the_next_cycle() {
     assert_eq!(responses, [Message::TimeResponse(response)]);
     let shown = sender.snapshot().signals.node;
     assert_eq!((shown.requests_answered, shown.requests_refused), (1, 1));
+}
+
+#[test]
+fn beacons_are_answered_in_the_next_cycle_where_there_is_a_timing_channel() {
+    let mut sender = sender(&format!(
+        "timing = {{ listen = '127.0.0.1:1' }}\n{}",
+        axis(1, 5.0)
+    ));
+    let _ = tick(&mut sender, START);
+    let request = BeaconRequest {
+        requester: sender_id(&NodeName::new("saw").unwrap()),
+        run: 6,
+        number: 3,
+        requested: 42,
+        ..BeaconRequest::default()
+    };
+    let received = Span::from_micros(700);
+    sender.receive(START + received, 1, &Message::BeaconRequest(request));
+    sender.receive(START, 1, &Message::Rejected(Rejection::WrongChecksum));
+    let taken = sender.cycle(START + Span::from_micros(1_010));
+    assert_eq!(
+        sender.transmit().expect("axes first").channel,
+        Channel::Axes
+    );
+    let outgoing = sender.transmit().expect("then the answer");
+    assert_eq!(outgoing.channel, Channel::BeaconResponses);
+    assert_eq!(outgoing.ideal_start, taken.ideal_start);
+    let node = NodeName::new("test").unwrap();
+    let departure = Departure {
+        left: Span::from_micros(60),
+        stamps: Stamps::Kernel,
+        before: None,
+    };
+    let mut frame = Vec::new();
+    let seal = BeaconSeal::new(&node.channel_key(Channel::BeaconResponses));
+    seal.seal(outgoing.body, &departure, &mut frame);
+    let (_, answer) = seal.open_response(&frame).expect("a good answer");
+    assert_eq!((answer.epoch, answer.request), (EPOCH, request));
+    assert_eq!(answer.received, received);
+    assert_eq!(answer.responded, Span::from_micros(1_060));
+    assert!(sender.transmit().is_none());
+    let shown = sender.snapshot().signals.node;
+    assert_eq!((shown.beacons_answered, shown.beacons_refused), (1, 1));
+    assert_eq!(shown.requests_refused, 0);
 }
 
 #[test]

@@ -31,6 +31,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Where a [timing channel](crate::timing) runs beside the transport, [`FarClock::timing_exchange`] takes what comes of
+//! it, and the far time is as good as its stamps.
+//!
 //! With [`DelaySource::Measured`] there is a request to send whenever [`FarClock::request`] gives a
 //! number; the response comes back as a [`TimeResponse`] with its four stamps.
 
@@ -41,6 +44,7 @@ use crate::observer::{
     FarLine, FarTime, ObserverOutput, ObserverParameters, ObserverState, PhaseObserver,
 };
 use crate::time_sync::WrongParameter;
+use crate::timing::{Known, Steering, TimingChannel, TimingOutput};
 
 /// Responses that can wait for their cycle.
 pub const RESPONSES: usize = 16;
@@ -74,6 +78,9 @@ pub struct FarClock {
     waiting: [Option<(Instant<Local>, TimeResponse)>; RESPONSES],
     /// Responses that found no room to wait.
     overflow: u64,
+    /// What comes beside the transport, stamped nearer to the wire.
+    timing: TimingChannel,
+    steering: Steering,
     /// The line that the delay is measured against.
     line: Option<FarLine>,
     is_sure: bool,
@@ -88,6 +95,8 @@ pub struct FarClockOutput {
     pub observer: ObserverOutput,
     /// What is known of the delay.
     pub delay: DelayOutput,
+    /// What is known of the timing channel.
+    pub timing: TimingOutput,
     /// Far time is sure, or was and goes on as it did: leaving it would be a step.
     pub is_sure: bool,
 }
@@ -131,6 +140,8 @@ impl FarClock {
             exchange: DelayExchange::new(run),
             waiting: [None; RESPONSES],
             overflow: 0,
+            timing: TimingChannel::default(),
+            steering: Steering::NONE,
             line: None,
             is_sure: false,
             newest: None,
@@ -160,6 +171,14 @@ impl FarClock {
         }
     }
 
+    /// An exchange of the timing channel, whose response arrived at `at`: its four stamps were taken near to the wire. It
+    /// is of use while the delay is measured.
+    pub fn timing_exchange(&mut self, at: Instant<Local>, exchange: &TimeResponse) {
+        if self.delay == DelaySource::Measured {
+            self.timing.exchange(at, exchange);
+        }
+    }
+
     /// The number of the request to send in the cycle that ideally began at `now`, if one is due.
     pub fn request(&mut self, now: Instant<Local>) -> Option<u32> {
         match self.delay {
@@ -181,12 +200,16 @@ impl FarClock {
         }
         let measures = self.delay == DelaySource::Measured;
         (self.observer).leave_steps_to_exchanges(measures && self.exchange.can_attribute(now));
-        self.observer.set_delay(self.delay_in_force());
-        let observer = self.observer.cycle(now);
+        self.steer(now);
+        let mut observer = self.observer.cycle(now);
+        if let Steering::Channel { rate, .. } = self.steering {
+            observer.drift_ppm = (rate - 1.0) * 1e6;
+        }
         self.is_sure = is_sure(observer.state, self.is_sure);
         let output = FarClockOutput {
             observer,
             delay: self.delay_output(now),
+            timing: self.timing.output(now),
             is_sure: self.is_sure,
         };
         self.newest = Some((now, output));
@@ -212,10 +235,14 @@ impl FarClock {
                 observer, delay, ..
             },
         ) = self.newest?;
+        let offset_sigma = match self.steering {
+            Steering::Channel { sigma, .. } => sigma,
+            Steering::Exchanges { .. } => observer.offset_sigma,
+        };
         let passed = (at - now).as_nanos() as f64;
         let rate = 1.0 + observer.drift_ppm * 1e-6;
-        let observed = COVERED
-            * (observer.offset_sigma.0 + observer.drift_sigma_ppm * 1e-6 * (passed * 1e-9).abs());
+        let observed =
+            COVERED * (offset_sigma.0 + observer.drift_sigma_ppm * 1e-6 * (passed * 1e-9).abs());
         // What is measured of the delay covers the line it is measured against.
         let known = delay.uncertainty.map_or(0.0, |uncertainty| uncertainty.0);
         Some(FarReading {
@@ -233,6 +260,8 @@ impl FarClock {
         self.held = self.delay_in_force();
         self.delay = delay;
         self.waiting = [None; RESPONSES];
+        self.timing.forget();
+        self.steering = Steering::NONE;
         if delay == DelaySource::Measured {
             self.exchange.restart();
         }
@@ -248,8 +277,42 @@ impl FarClock {
         match self.delay {
             DelaySource::Off => Span::ZERO,
             DelaySource::Fixed(delay) => delay,
-            DelaySource::Measured => self.exchange.delay().unwrap_or(self.held),
+            DelaySource::Measured => match (self.steering, self.exchange.delay()) {
+                (Steering::Channel { ahead, .. }, _) => ahead.to_span(),
+                (Steering::Exchanges { beside }, Some(delay)) => delay + beside.to_span(),
+                (Steering::Exchanges { .. }, None) => self.held,
+            },
         }
+    }
+
+    /// Tells the observer of the delay, be it measured by the timing channel or otherwise.
+    fn steer(&mut self, now: Instant<Local>) {
+        if self.delay == DelaySource::Measured {
+            let line = self.observer.line();
+            let known = line.as_ref().and_then(|line| self.known(now, line));
+            self.steering = self.timing.steer(now, line.as_ref(), known);
+        }
+        let delay = self.delay_in_force();
+        match self.steering {
+            Steering::Channel {
+                begins: false,
+                rate,
+                ..
+            } => self.observer.follow_delay(delay, rate),
+            Steering::Channel { begins: true, .. } | Steering::Exchanges { .. } => {
+                self.observer.set_delay(delay);
+            }
+        }
+    }
+
+    /// What the exchanges of the transport say.
+    fn known(&self, now: Instant<Local>, line: &FarLine) -> Option<Known> {
+        let output = self.exchange.output(now, line);
+        let is_measured = matches!(output.state, DelayState::Measured | DelayState::Stale);
+        Some(Known {
+            delay: output.delay.filter(|_| is_measured)?,
+            uncertainty: output.uncertainty?,
+        })
     }
 
     fn measure(
@@ -320,6 +383,7 @@ impl FarClock {
                         ..DelayOutput::default()
                     },
                 };
+                let output = self.steering.applied_to(output);
                 DelayOutput {
                     refused: output.refused.saturating_add(self.overflow),
                     ..output

@@ -31,6 +31,7 @@ pub mod instant;
 pub mod observer;
 mod straight_line;
 pub mod time_sync;
+pub mod timing;
 
 pub use age_gate::{Age, AgeGate};
 pub use cycle::{CycleIndex, CycleTime, Schedule};

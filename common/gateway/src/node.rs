@@ -221,7 +221,10 @@ impl<P: Port> Node for Gateway<P> {
             }
             (OUTPUTS, Message::Rejected(_)) => signals.outputs_refused += 1,
             (_, Message::Rejected(_)) => signals.requests_refused += 1,
-            (_, Message::TimeResponse(_)) => {}
+            // It has no timing channel.
+            (_, Message::TimeResponse(_))
+            | (_, Message::BeaconRequest(_))
+            | (_, Message::BeaconResponse(_)) => {}
         }
     }
 

@@ -40,6 +40,7 @@ mod outbox;
 mod panics;
 mod publisher;
 pub mod real_time;
+mod reception;
 mod recording;
 mod row_stream;
 mod rows;
@@ -53,6 +54,7 @@ mod telemetry;
 #[cfg(test)]
 mod tests;
 mod threads;
+mod timing;
 #[cfg(test)]
 mod toy;
 mod trace;

@@ -4,7 +4,7 @@
 
 use std::thread::Thread;
 
-use coaxle_clock::Instant;
+use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
 use rtrb::{Consumer, Producer, RingBuffer};
 
@@ -105,6 +105,14 @@ impl OutgoingFrames {
 }
 
 impl OutgoingFrame {
+    /// How long after the ideal start of its cycle something happens, in the node's own clock.
+    ///
+    /// Measured on the machine's clock and scaled by the drift injected into the node's; without an
+    /// injected drift the two are the same clock.
+    pub(crate) fn since_ideal_start(&self, at: Instant<Machine>) -> Span {
+        scaled(at - self.ideal_start, self.drift_ppm)
+    }
+
     fn encode(&self, length: u32) -> [u8; HEADER] {
         let mut header = [0; HEADER];
         header[0] = self.channel as u8;
@@ -131,6 +139,11 @@ impl OutgoingFrame {
         length.copy_from_slice(&header[17..21]);
         (frame, u32::from_ne_bytes(length))
     }
+}
+
+fn scaled(passed: Span, drift_ppm: f64) -> Span {
+    let gained = passed.as_nanos() as f64 * drift_ppm * 1e-6;
+    passed + Span::from_nanos(gained.round() as i64)
 }
 
 /// Copies `bytes` to offset `at` of a target that is split in two.
@@ -183,5 +196,13 @@ mod tests {
         assert_eq!(frames.pop(&mut body), Some(frame(1)));
         assert_eq!(body, [7; 60]);
         assert!(frames.is_finished());
+    }
+
+    #[test]
+    fn a_fast_clock_counts_more_nanoseconds() {
+        let passed = Span::from_micros(300);
+        assert_eq!(scaled(passed, 0.0), passed);
+        assert_eq!(scaled(passed, 500.0), passed + Span::from_nanos(150));
+        assert_eq!(scaled(passed, -500.0), passed - Span::from_nanos(150));
     }
 }

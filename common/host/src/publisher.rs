@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use coaxle_clock::{Instant, Span};
+use coaxle_clock::Instant;
 use coaxle_node::Channel;
 use coaxle_node::frame::KeySeal;
 
@@ -12,6 +12,7 @@ use crate::counters::{Counters, count};
 use crate::faults::Faults;
 use crate::machine::{self, Machine};
 use crate::outbox::{OutgoingFrame, OutgoingFrames};
+use crate::timing::{BeaconSender, Socket};
 use crate::transport::Publisher;
 
 /// How long it sleeps at most when nobody wakes it.
@@ -40,11 +41,20 @@ impl PublishedChannel {
 pub(crate) fn publish(
     mut frames: OutgoingFrames,
     channels: &mut [PublishedChannel],
+    mut beacons: Option<BeaconSender<Socket>>,
     send_stamps: bool,
     counters: &Counters,
 ) {
     while !frames.is_finished() {
-        publish_waiting(&mut frames, channels, send_stamps, counters, machine::now);
+        let beacons = beacons.as_mut();
+        publish_waiting(
+            &mut frames,
+            channels,
+            beacons,
+            send_stamps,
+            counters,
+            machine::now,
+        );
         std::thread::park_timeout(IDLE);
     }
 }
@@ -53,12 +63,24 @@ pub(crate) fn publish(
 pub(crate) fn publish_waiting(
     frames: &mut OutgoingFrames,
     channels: &mut [PublishedChannel],
+    mut beacons: Option<&mut BeaconSender<Socket>>,
     send_stamps: bool,
     counters: &Counters,
     now: impl Fn() -> Instant<Machine>,
 ) {
     let mut body = Vec::new();
     while let Some(frame) = frames.pop(&mut body) {
+        if frame.channel.is_timing() {
+            let sent = beacons
+                .as_mut()
+                .is_some_and(|beacons| beacons.send(&frame, &body));
+            count(if sent {
+                &counters.published
+            } else {
+                &counters.publish_failed
+            });
+            continue;
+        }
         let found = channels.iter_mut().find(|channel| channel.is_for(&frame));
         match found.map(|channel| send(channel, &frame, &body, send_stamps, &now)) {
             Some(Ok(())) => count(&counters.published),
@@ -85,7 +107,7 @@ fn send(
     let mut outcome = Ok(());
     for delay in channel.faults.deliveries(at) {
         let mut sealed = Vec::with_capacity(body.len() + SEAL_ROOM);
-        let stamp = stamped.then(|| send_stamp(frame, now()) - delay);
+        let stamp = stamped.then(|| frame.since_ideal_start(now()) - delay);
         channel.seal.seal(body, stamp, &mut sealed);
         // The transport keeps the frame, so each gets a buffer of its own.
         channel.faults.tamper(at, &sealed, |frame| {
@@ -94,30 +116,4 @@ fn send(
         });
     }
     outcome
-}
-
-/// How long after the ideal start of its cycle the frame leaves, in the node's own clock.
-///
-/// Measured on the machine's clock and scaled by the drift injected into the node's; without an
-/// injected drift the two are the same clock.
-fn send_stamp(frame: &OutgoingFrame, now: Instant<Machine>) -> Span {
-    scaled(now - frame.ideal_start, frame.drift_ppm)
-}
-
-fn scaled(passed: Span, drift_ppm: f64) -> Span {
-    let gained = passed.as_nanos() as f64 * drift_ppm * 1e-6;
-    passed + Span::from_nanos(gained.round() as i64)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_fast_clock_counts_more_nanoseconds() {
-        let passed = Span::from_micros(300);
-        assert_eq!(scaled(passed, 0.0), passed);
-        assert_eq!(scaled(passed, 500.0), passed + Span::from_nanos(150));
-        assert_eq!(scaled(passed, -500.0), passed - Span::from_nanos(150));
-    }
 }

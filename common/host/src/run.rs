@@ -6,15 +6,15 @@ use std::sync::atomic::Ordering;
 use anyhow::{Context, anyhow};
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::Node;
-use coaxle_node::config::{ClockConfig, RealTimeConfig, TransportConfig};
+use coaxle_node::config::{ClockConfig, RealTimeConfig, TimingEndpoints, TransportConfig};
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
-use coaxle_node::wiring::{Subscription, Wiring};
+use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use rtrb::RingBuffer;
 
 use crate::commands::commands;
 use crate::counters::{Counters, read};
-use crate::credentials::{Credentials, RENEW_WITHIN, date};
+use crate::credentials::{Credentials, RENEW_WITHIN, TIMING_KEY_FILE, date, timing_secret};
 use crate::cycle::{Cycle, NodeClock};
 use crate::ended::Ended;
 use crate::inputs::inputs;
@@ -28,7 +28,10 @@ use crate::service::Service;
 use crate::session::Session;
 use crate::status::{Identity, Reporter};
 use crate::telemetry::{Recorder, telemetry};
-use crate::threads::{Wishes, joined, start_cycle, start_publisher, start_server, start_telemetry};
+use crate::threads::{
+    Wishes, joined, start_beacons, start_cycle, start_publisher, start_server, start_telemetry,
+};
+use crate::timing::TimingChannel;
 use crate::transport::{Declared, Exposure, OverZenoh, Transport, Urgency};
 
 /// Messages with axes between two scans: two seconds' worth at 1 kHz.
@@ -60,6 +63,8 @@ pub struct Setup<N: Node> {
     pub send_stamps: bool,
     /// What it publishes and hears. It follows the nodes whose axes it hears.
     pub wiring: Wiring,
+    /// Where its timing channel is, if it has one.
+    pub timing: TimingEndpoints,
     /// Ends the run after this time; none runs until a signal comes.
     pub run_for: Option<Span>,
     /// Builds the node, given the ideal start of its first cycle and the epoch of this run.
@@ -210,7 +215,20 @@ where
     setup.recorder.begin(epoch, rows);
     let mut session = Session::open(transport, &setup.name, epoch, panic_watch.clone())?;
     let channels = session.publish(&setup.wiring.publications, setup.seed)?;
+    let mut timing = timing_channel(
+        &setup.name,
+        &setup.timing,
+        &setup.wiring.publications,
+        &setup.transport,
+        setup.seed,
+    )?;
     for (subscription, inbox) in setup.wiring.subscriptions.iter().zip(inboxes) {
+        if subscription.channel.is_timing() {
+            if let Some(timing) = &mut timing {
+                timing.receive(subscription, setup.seed, inbox, &counters)?;
+            }
+            continue;
+        }
         session.subscribe(subscription, setup.seed, inbox, Arc::clone(&counters))?;
     }
     session.take_orders(&setup.name, requests)?;
@@ -220,10 +238,15 @@ where
     }
     let session = Arc::new(session);
 
+    let (beacon_sender, beacon_receiver) = timing.map(TimingChannel::ends).unzip();
+    let beacons = beacon_receiver
+        .map(|receiver| start_beacons(receiver, carriers, &panic_watch))
+        .transpose()?;
     let publisher = start_publisher(
         frames,
         setup.send_stamps,
         channels,
+        beacon_sender,
         &counters,
         carriers,
         &panic_watch,
@@ -278,15 +301,50 @@ where
     let commanded = joined("command", server).await;
     let published = joined("publish", publisher).await;
     let observed = joined("telemetry", telemetry_thread).await;
+    let timed = match beacons {
+        Some(beacons) => {
+            beacons.stop.store(true, Ordering::Relaxed);
+            joined("timing", beacons.thread).await
+        }
+        None => Ok(()),
+    };
     session.close();
     // What a thread said itself says more.
     cycled?;
     commanded?;
     published?;
+    timed?;
     observed?.context("the recorder could not keep what it recorded")?;
     let why = why?;
     tracing::info!(node = %setup.name, ended = ?why, "stopped");
     Ok(outcome(why, epoch, &counters))
+}
+
+/// The timing channel of the node, if it has one and may have it.
+fn timing_channel(
+    node: &NodeName,
+    endpoints: &TimingEndpoints,
+    publications: &[Publication],
+    transport: &TransportConfig,
+    seed: u64,
+) -> anyhow::Result<Option<TimingChannel>> {
+    if endpoints.is_none() {
+        return Ok(None);
+    }
+    let mut secret = None;
+    if let Some(folder) = &transport.secure {
+        secret = timing_secret(folder)?;
+        if secret.is_none() {
+            tracing::warn!(
+                %node,
+                "the timing channel stays off: {} has no {TIMING_KEY_FILE} to authenticate beacons with; \
+                 `coaxle secure renew` writes one",
+                folder.display()
+            );
+            return Ok(None);
+        }
+    }
+    TimingChannel::open(node, endpoints, publications, seed, secret).map(Some)
 }
 
 fn identity<N: Node>(setup: &Setup<N>, epoch: u64) -> Identity {

@@ -2,23 +2,23 @@
 //! frames and requests.
 
 use std::collections::BTreeSet;
-use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use coaxle_clock::{Instant, Span};
+use coaxle_clock::Instant;
+use coaxle_node::CommandAnswer;
 use coaxle_node::command::BadOrder;
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::{ANY_ALIVE_KEY, NodeName};
 use coaxle_node::wiring::{Publication, Subscription};
-use coaxle_node::{CommandAnswer, Message, Reader, Rejection};
 
 use crate::commands::{RequestSender, answer};
-use crate::counters::{Counters, count};
+use crate::counters::Counters;
 use crate::faults::Faults;
 use crate::machine::Machine;
 use crate::mailbox::Inbox;
 use crate::panics::PanicWatch;
 use crate::publisher::PublishedChannel;
+use crate::reception::{Contact, Reception};
 use crate::transport::{Declared, PresenceHandler, Publisher, Request, Transport, Urgency};
 
 /// A node on its transport, with everything it declared there.
@@ -41,59 +41,6 @@ pub(crate) struct Session {
 
 /// Keys that are announced.
 type Keys = Arc<Mutex<BTreeSet<String>>>;
-
-/// What is known of a source, written by the transport's threads.
-pub(crate) struct Contact {
-    alive: AtomicBool,
-    /// Machine time of the last accepted frame; `i64::MIN` before the first.
-    last_frame: AtomicI64,
-    /// The axes of a frame with none of those that are followed, and when it came.
-    other_axes: Mutex<Option<(Instant<Machine>, Vec<u32>)>>,
-}
-
-/// The axes of frames that have none of those that are followed are looked at so often.
-const LOOK: Span = Span::from_secs(1);
-
-impl Contact {
-    fn new() -> Arc<Self> {
-        Arc::new(Self {
-            alive: AtomicBool::new(false),
-            last_frame: AtomicI64::new(i64::MIN),
-            other_axes: Mutex::new(None),
-        })
-    }
-
-    /// The ids of the axes that came instead of those that are followed, if that is so.
-    pub(crate) fn other_axes(&self) -> Vec<u32> {
-        let other = self.other_axes.lock();
-        let other = other.unwrap_or_else(PoisonError::into_inner);
-        other.as_ref().map_or_else(Vec::new, |(_, ids)| ids.clone())
-    }
-
-    fn note_other_axes(&self, at: Instant<Machine>, ids: impl FnOnce() -> Vec<u32>) {
-        let other = self.other_axes.lock();
-        let mut other = other.unwrap_or_else(PoisonError::into_inner);
-        if other
-            .as_ref()
-            .is_none_or(|(before, _)| at - *before >= LOOK)
-        {
-            *other = Some((at, ids()));
-        }
-    }
-
-    /// Whether the source has announced itself. For display: what counts is the age of its frames.
-    pub(crate) fn is_alive(&self) -> bool {
-        self.alive.load(Ordering::Relaxed)
-    }
-
-    /// How long ago the source's last good frame came; none if none ever did.
-    pub(crate) fn frame_age(&self, now: Instant<Machine>) -> Option<Span> {
-        match self.last_frame.load(Ordering::Relaxed) {
-            i64::MIN => None,
-            nanos => Some(now - Instant::from_nanos(nanos)),
-        }
-    }
-}
 
 impl Session {
     /// Announces the node, and this run of it; from then on other runs under its name are noticed.
@@ -170,7 +117,8 @@ impl Session {
         seed: u64,
     ) -> anyhow::Result<Vec<PublishedChannel>> {
         let mut channels = Vec::new();
-        for publication in publications {
+        // Beacons do not pass through the transport.
+        for publication in publications.iter().filter(|p| !p.channel.is_timing()) {
             let channel = publication.channel;
             let key = publication.node.channel_key(channel);
             let publisher = Arc::from(self.transport.publisher(&key, Urgency::RealTime)?);
@@ -197,17 +145,11 @@ impl Session {
         inbox: Inbox,
         counters: Arc<Counters>,
     ) -> anyhow::Result<()> {
-        let Subscription { channel, far, .. } = *subscription;
+        let channel = subscription.channel;
         let contact = Contact::new();
         let key = subscription.node.channel_key(channel);
-        let mut reception = Reception {
-            carries_axes: channel.carries_axes(),
-            reader: subscription.reader.clone(),
-            faults: Faults::new(&subscription.faults, seed, &key, channel, far)?,
-            inbox,
-            contact: Arc::clone(&contact),
-            counters,
-        };
+        let mut reception =
+            Reception::new(subscription, seed, inbox, Arc::clone(&contact), counters)?;
         let panics = self.panics.clone();
         let on_bytes = move |arrival, bytes: &[u8]| {
             let _watched = panics.over("receive");
@@ -242,7 +184,7 @@ impl Session {
     }
 
     fn watch(&mut self, source: &NodeName, contact: Arc<Contact>) -> anyhow::Result<()> {
-        let on_change = move |_: &str, alive| contact.alive.store(alive, Ordering::Relaxed);
+        let on_change = move |_: &str, alive| contact.set_alive(alive);
         let watched = self
             .transport
             .watch(&source.alive_key(), Box::new(on_change))?;
@@ -328,53 +270,4 @@ fn keeping(keys: Keys, own: Option<String>) -> PresenceHandler {
             keys.remove(key);
         }
     })
-}
-
-/// The way in for the frames of one key: checked, put through the faults, into the mailbox.
-struct Reception {
-    carries_axes: bool,
-    reader: Reader,
-    faults: Faults,
-    inbox: Inbox,
-    contact: Arc<Contact>,
-    counters: Arc<Counters>,
-}
-
-impl Reception {
-    /// A delayed message is delivered at once, with a stamp in the future: the node holds it.
-    fn take(&mut self, arrival: Instant<Machine>, payload: &[u8]) {
-        let Self {
-            carries_axes,
-            reader,
-            faults,
-            inbox,
-            contact,
-            counters,
-        } = self;
-        for delay in faults.deliveries(arrival) {
-            faults.tamper(arrival, payload, |payload| {
-                let arrival = arrival + delay;
-                let mut is_of_other_axes = false;
-                reader.read(payload, |message| {
-                    match message {
-                        Message::Frame(_) => {
-                            let nanos = arrival.as_nanos();
-                            contact.last_frame.store(nanos, Ordering::Relaxed);
-                            count(&counters.received);
-                        }
-                        Message::Rejected(reason) if *carries_axes => {
-                            is_of_other_axes = *reason == Rejection::AxisMissing;
-                            count(&counters.refused);
-                        }
-                        Message::Rejected(_) => count(&counters.exchange_refused),
-                        Message::TimeRequest(_) | Message::TimeResponse(_) => {}
-                    }
-                    inbox.push(arrival, message);
-                });
-                if is_of_other_axes {
-                    contact.note_other_axes(arrival, || reader.axis_ids(payload));
-                }
-            });
-        }
-    }
 }

@@ -13,7 +13,8 @@ use crate::hearing::Hearing;
 use crate::machine::Machine;
 use crate::os::{Os, System};
 use crate::real_time;
-use crate::session::{Contact, Session};
+use crate::reception::Contact;
+use crate::session::Session;
 use crate::transport::Unseen;
 use crate::unseen::{Inquiry, Search};
 

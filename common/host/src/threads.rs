@@ -22,6 +22,7 @@ use crate::publisher::{PublishedChannel, publish};
 use crate::real_time;
 use crate::status::Reporter;
 use crate::telemetry::{Recorder, Telemetry, observe};
+use crate::timing::{BeaconReceiver, BeaconSender, Socket};
 
 /// The thread that answers requests.
 pub(crate) fn start_server(
@@ -36,6 +37,7 @@ pub(crate) fn start_publisher(
     frames: OutgoingFrames,
     send_stamps: bool,
     mut channels: Vec<PublishedChannel>,
+    beacons: Option<BeaconSender<Socket>>,
     counters: &Arc<Counters>,
     priority: Option<u8>,
     panics: &PanicWatch,
@@ -43,7 +45,7 @@ pub(crate) fn start_publisher(
     let counters = Arc::clone(counters);
     thread("publish", panics, move || {
         real_time::raise(priority);
-        publish(frames, &mut channels, send_stamps, &counters);
+        publish(frames, &mut channels, beacons, send_stamps, &counters);
     })
 }
 
@@ -57,6 +59,26 @@ pub(crate) fn start_telemetry<S: Send + 'static>(
     thread("telemetry", panics, move || {
         observe(telemetry, recorder.as_mut(), &mut reporter)
     })
+}
+
+/// The thread that receives beacons, and what tells it to end.
+pub(crate) struct RunningBeacons {
+    pub(crate) thread: JoinHandle<()>,
+    pub(crate) stop: Arc<AtomicBool>,
+}
+
+pub(crate) fn start_beacons(
+    mut receiver: BeaconReceiver<Socket>,
+    priority: Option<u8>,
+    panics: &PanicWatch,
+) -> anyhow::Result<RunningBeacons> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let stopped = Arc::clone(&stop);
+    let thread = thread("timing", panics, move || {
+        real_time::raise(priority);
+        receiver.work(&stopped);
+    })?;
+    Ok(RunningBeacons { thread, stop })
 }
 
 /// How the cycle is to run.

@@ -55,7 +55,10 @@ impl Node for Toy {
                 self.arrival = Some(Arrival { far, at, what });
             }
             Message::Rejected(_) => self.snapshot.rejected += 1,
-            Message::TimeRequest(_) | Message::TimeResponse(_) => {}
+            Message::TimeRequest(_)
+            | Message::TimeResponse(_)
+            | Message::BeaconRequest(_)
+            | Message::BeaconResponse(_) => {}
         }
     }
 

@@ -5,7 +5,7 @@
 //! subscription). Where all nodes are known, [`links`] gives every way from one of them to another.
 
 use coaxle_wire::keys::NodeName;
-use coaxle_wire::{Channel, Reader};
+use coaxle_wire::{BeaconIntake, Channel, Reader};
 
 use crate::config::LinkConfig;
 use crate::faults::{link_seed, seed_of};
@@ -86,6 +86,42 @@ impl Subscription {
             faults: LinkConfig::default(),
             far: 0,
         }
+    }
+}
+
+impl Wiring {
+    /// Answers beacons of the timing channel.
+    #[must_use]
+    pub fn with_timing_server(mut self) -> Self {
+        let node = &self.node;
+        let publication = Publication::new(node, Channel::BeaconResponses);
+        self.publications.push(publication);
+        self.subscriptions.push(Subscription {
+            node: node.clone(),
+            channel: Channel::BeaconRequests,
+            reader: BeaconIntake::requests_to(node).into(),
+            faults: LinkConfig::default(),
+            far: 0,
+        });
+        self
+    }
+
+    /// Sends beacons to `of`, the node with the number `far` among all that it hears.
+    #[must_use]
+    pub fn with_timing_link(mut self, of: &NodeName, far: usize, faults: &LinkConfig) -> Self {
+        self.publications.push(Publication {
+            faults: faults.clone(),
+            far,
+            ..Publication::new(of, Channel::BeaconRequests)
+        });
+        self.subscriptions.push(Subscription {
+            node: of.clone(),
+            channel: Channel::BeaconResponses,
+            reader: BeaconIntake::responses_of(of, &self.node).into(),
+            faults: faults.clone(),
+            far,
+        });
+        self
     }
 }
 

@@ -1,9 +1,10 @@
 //! A link: one subscription, and what the network does to its messages.
 
-use coaxle_clock::{Instant, Span};
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_node::beacon::{BeaconLabel, BeaconSeal, Departure};
 use coaxle_node::faults::{LinkModel, Tampering, WrongTerm};
 use coaxle_node::frame::KeySeal;
-use coaxle_node::{Channel, Message, Outgoing, Reader};
+use coaxle_node::{Channel, Message, Outgoing, Reader, Stamps};
 
 use crate::setup::LinkSetup;
 use crate::traffic::LinkCounts;
@@ -16,7 +17,8 @@ pub(crate) struct Link {
     far: usize,
     pub(crate) to: usize,
     pub(crate) subscription: usize,
-    pub(crate) seal: KeySeal,
+    seal: KeySeal,
+    beacons: Beacons,
     reader: Reader,
     tampering: Vec<Tampering>,
     models: Vec<LinkModel>,
@@ -38,6 +40,10 @@ impl Link {
             to: setup.to,
             subscription: setup.subscription,
             seal: KeySeal::new(&setup.key),
+            beacons: Beacons {
+                seal: BeaconSeal::new(&setup.key),
+                before: None,
+            },
             reader: setup.reader,
             tampering,
             models,
@@ -48,6 +54,29 @@ impl Link {
     /// Whether it takes what the node `from` publishes there.
     pub(crate) fn takes(&self, from: usize, outgoing: &Outgoing<'_>) -> bool {
         self.from == from && self.channel == outgoing.channel && self.far == outgoing.far
+    }
+
+    /// The frame that leaves at `left` of the publisher's clock; none if it is for another link. `stamped`: frames of axes
+    /// say when they leave.
+    pub(crate) fn seal<'a>(
+        &mut self,
+        outgoing: &Outgoing<'_>,
+        left: Instant<Local>,
+        stamped: bool,
+        frame: &'a mut Vec<u8>,
+    ) -> Option<&'a [u8]> {
+        if outgoing.channel.is_timing() {
+            let label = BeaconLabel::of(outgoing.channel, outgoing.body)?;
+            if !self.reader.concerns(&label) {
+                return None;
+            }
+            self.beacons.seal(outgoing, label, left, frame);
+        } else {
+            let stamped = stamped || !outgoing.channel.carries_axes();
+            let stamp = stamped.then(|| left - outgoing.ideal_start);
+            self.seal.seal(outgoing.body, stamp, frame);
+        }
+        Some(frame)
     }
 
     /// Sends a frame at true time `now`: each message it holds is delivered when its time has come.
@@ -76,6 +105,33 @@ impl Link {
                 counts.became(messages);
             });
         });
+    }
+}
+
+/// Beacons of one node to another: stamped as by a kernel, in no time.
+struct Beacons {
+    seal: BeaconSeal,
+    /// The one before, and when it left.
+    before: Option<(BeaconLabel, Instant<Local>)>,
+}
+
+impl Beacons {
+    fn seal(
+        &mut self,
+        outgoing: &Outgoing<'_>,
+        label: BeaconLabel,
+        left: Instant<Local>,
+        frame: &mut Vec<u8>,
+    ) {
+        let ideal_start = outgoing.ideal_start;
+        let before = self.before.replace((label, left));
+        let before = before.filter(|(before, _)| before.run == label.run);
+        let departure = Departure {
+            left: left - ideal_start,
+            stamps: Stamps::Kernel,
+            before: before.map(|(before, left)| (before.number, left - ideal_start)),
+        };
+        self.seal.seal(outgoing.body, &departure, frame);
     }
 }
 

@@ -279,14 +279,15 @@ impl<N: Node> World<N> {
         let tick = node.cycle(local);
         simulated.watch.check(&simulated.name, node, tick, local)?;
         while let Some(outgoing) = node.transmit() {
-            let stamped = simulated.send_stamps || !outgoing.channel.carries_axes();
-            let stamp = stamped.then(|| local - outgoing.ideal_start);
+            let stamped = simulated.send_stamps;
             for (link, by) in self.links.iter_mut().enumerate() {
                 if by.takes(index, &outgoing) {
-                    by.seal.seal(outgoing.body, stamp, &mut self.frame);
+                    let Some(frame) = by.seal(&outgoing, local, stamped, &mut self.frame) else {
+                        continue;
+                    };
                     let (queue, spare) = (&mut self.queue, &mut self.spare);
                     let dropped = &mut self.dropped;
-                    by.send(now, &self.frame, |at, message| {
+                    by.send(now, frame, |at, message| {
                         if queue.len() >= MOST_UNDER_WAY {
                             *dropped += 1;
                             return;

@@ -13,16 +13,22 @@ pub enum Channel {
     TimeResponses,
     /// `coaxle/<node>/far-axes`: the axes that a receiver follows, as corrected.
     FarAxes,
+    /// `coaxle/<node>/beacon-requests`: beacons to the node, of those who follow it. Beside the transport.
+    BeaconRequests,
+    /// `coaxle/<node>/beacon-responses`: how it answers them. Beside the transport.
+    BeaconResponses,
 }
 
 impl Channel {
     /// Every channel.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 7] = [
         Self::Axes,
         Self::Slaves,
         Self::TimeRequests,
         Self::TimeResponses,
         Self::FarAxes,
+        Self::BeaconRequests,
+        Self::BeaconResponses,
     ];
 
     /// The last part of its key.
@@ -34,7 +40,16 @@ impl Channel {
             Self::TimeRequests => "time-requests",
             Self::TimeResponses => "time-responses",
             Self::FarAxes => "far-axes",
+            Self::BeaconRequests => "beacon-requests",
+            Self::BeaconResponses => "beacon-responses",
         }
+    }
+
+    /// Whether it is part of the timing channel, whose beacons travel beside the transport; its key is in their check sums
+    /// alone.
+    #[must_use]
+    pub const fn is_timing(self) -> bool {
+        matches!(self, Self::BeaconRequests | Self::BeaconResponses)
     }
 
     /// Whether its frames hold axes and come once per cycle. The others are stamped whenever they

@@ -163,6 +163,10 @@ impl KeySeal {
         out.clear();
         out.extend_from_slice(body);
         out.extend_from_slice(&stamp[..stamp_len]);
+        self.append_checksum(out);
+    }
+
+    pub(crate) fn append_checksum(&self, out: &mut Vec<u8>) {
         let checksum = self.checksum(out);
         out.extend_from_slice(&checksum.to_le_bytes());
     }

@@ -1,6 +1,8 @@
 //! What becomes of a frame on its way in: checked, reduced to what concerns the node, or refused with
 //! a reason.
 
+use crate::beacon::BeaconLabel;
+use crate::beacon_intake::BeaconIntake;
 use crate::channel::Channel;
 use crate::frame::{AxisSample, Frame, KeySeal, sender_id};
 use crate::keys::NodeName;
@@ -110,6 +112,8 @@ pub enum Reader {
     TimeRequests(KeySeal),
     /// What the followed node responds.
     TimeResponses(TimeResponseIntake),
+    /// Beacons of the timing channel.
+    Beacons(BeaconIntake),
 }
 
 /// Picks a node's responses out of all that its counterpart gives.
@@ -142,7 +146,7 @@ impl Reader {
     pub fn axes(&self) -> usize {
         match self {
             Self::Axes(intake) => intake.samples.len(),
-            Self::TimeRequests(_) | Self::TimeResponses(_) => 0,
+            Self::TimeRequests(_) | Self::TimeResponses(_) | Self::Beacons(_) => 0,
         }
     }
 
@@ -151,7 +155,16 @@ impl Reader {
     pub fn axis_ids(&self, payload: &[u8]) -> Vec<u32> {
         match self {
             Self::Axes(intake) => intake.axis_ids(payload),
-            Self::TimeRequests(_) | Self::TimeResponses(_) => Vec::new(),
+            Self::TimeRequests(_) | Self::TimeResponses(_) | Self::Beacons(_) => Vec::new(),
+        }
+    }
+
+    /// Whether a beacon with this label is for it; all else is, as far as that can be seen from outside.
+    #[must_use]
+    pub fn concerns(&self, label: &BeaconLabel) -> bool {
+        match self {
+            Self::Beacons(intake) => intake.concerns(label),
+            Self::Axes(_) | Self::TimeRequests(_) | Self::TimeResponses(_) => true,
         }
     }
 
@@ -177,7 +190,18 @@ impl Reader {
                     each(&Message::Rejected(reason));
                 }
             }
+            Self::Beacons(intake) => {
+                if let Some(message) = intake.message(payload) {
+                    each(&message);
+                }
+            }
         }
+    }
+}
+
+impl From<BeaconIntake> for Reader {
+    fn from(intake: BeaconIntake) -> Self {
+        Self::Beacons(intake)
     }
 }
 

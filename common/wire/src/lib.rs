@@ -2,6 +2,7 @@
 //!
 //! * [`frame`]: the axes of a node, once per cycle of its own clock.
 //! * [`exchange`]: time requests and responses; [`TimeServer`] responds.
+//! * [`beacon`]: the same near to the wire, beside the transport; [`BeaconServer`] answers.
 //! * [`command`]: what the slaves of a node are told from anywhere, and what becomes of it: JSON.
 //! * [`keys`]: the key expressions under which all of it travels.
 //! * [`intake`]: what becomes of bytes that arrive: a [`Message`], or a [`Rejection`] with its reason.
@@ -35,6 +36,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod beacon;
+pub mod beacon_intake;
+pub mod beacon_server;
 mod channel;
 pub mod command;
 pub mod exchange;
@@ -47,6 +51,9 @@ mod rejection;
 mod scan;
 pub mod time_server;
 
+pub use beacon::{BeaconRequest, BeaconResponse, Stamps};
+pub use beacon_intake::BeaconIntake;
+pub use beacon_server::{BeaconServer, BeaconServerCounters};
 pub use channel::Channel;
 pub use command::{CommandAnswer, CommandOrder, CommandOutcome};
 pub use exchange::TimeRequest;

@@ -3,6 +3,7 @@
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{Instant, Local};
 
+use crate::beacon::{BeaconRequest, BeaconResponse};
 use crate::channel::Channel;
 use crate::exchange::TimeRequest;
 use crate::frame::{AxisSample, Frame};
@@ -18,6 +19,10 @@ pub enum Message<'a> {
     TimeRequest(TimeRequest),
     /// The followed node responds to a request of this node.
     TimeResponse(TimeResponse),
+    /// A beacon of a node that follows this one.
+    BeaconRequest(BeaconRequest),
+    /// The followed node answers a beacon of this node.
+    BeaconResponse(BeaconResponse),
     /// A frame that was refused before it got here.
     Rejected(Rejection),
 }
@@ -32,6 +37,8 @@ impl<'a> Message<'a> {
             }
             Self::TimeRequest(request) => (Message::TimeRequest(request), &[]),
             Self::TimeResponse(response) => (Message::TimeResponse(response), &[]),
+            Self::BeaconRequest(request) => (Message::BeaconRequest(request), &[]),
+            Self::BeaconResponse(response) => (Message::BeaconResponse(response), &[]),
             Self::Rejected(reason) => (Message::Rejected(reason), &[]),
         }
     }

@@ -6,6 +6,7 @@ use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
 use coaxle_curve::profile::Kinematics;
 use serde::{Deserialize, Serialize};
 
+use crate::beacon::{BeaconRequest, BeaconResponse};
 use crate::command::CommandOrder;
 use crate::exchange::TimeRequest;
 use crate::frame::{AxisSample, Frame, FrameHeader};
@@ -136,6 +137,8 @@ enum MessageOnWire {
     },
     /// Its place in [`Rejection::ALL`].
     Rejected(u8),
+    BeaconRequest(BeaconRequest),
+    BeaconResponse(BeaconResponse),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -195,6 +198,8 @@ impl From<Message<'_>> for MessageOnWire {
                 received: response.received.as_nanos(),
                 responded: response.responded.as_nanos(),
             },
+            Message::BeaconRequest(request) => Self::BeaconRequest(request),
+            Message::BeaconResponse(response) => Self::BeaconResponse(response),
             Message::Rejected(reason) => {
                 let place = Rejection::ALL.iter().position(|other| *other == reason);
                 Self::Rejected(place.map_or(u8::MAX, |place| place as u8))
@@ -255,6 +260,8 @@ impl MessageOnWire {
                 received: Span::from_nanos(received),
                 responded: Span::from_nanos(responded),
             }),
+            Self::BeaconRequest(request) => Message::BeaconRequest(request),
+            Self::BeaconResponse(response) => Message::BeaconResponse(response),
             Self::Rejected(place) => {
                 let reason = Rejection::ALL.get(usize::from(place));
                 Message::Rejected(*reason.ok_or(NoScan::Malformed)?)

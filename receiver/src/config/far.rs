@@ -10,7 +10,7 @@ use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::Channel;
 use coaxle_node::command::FarDelay;
-use coaxle_node::config::{DelayMicros, FaultMicros, LinkConfig, Positive, Unit};
+use coaxle_node::config::{DelayMicros, FaultMicros, LinkConfig, Positive, TimingLinkConfig, Unit};
 use coaxle_node::faults::{WrongTerm, check_link};
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, FilterMode};
@@ -60,6 +60,9 @@ pub struct FarConfig {
     /// How unequal the ways to it and from it are, for a delay that is measured: no exchange can show that. Unknown by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub asymmetry: Option<AsymmetryConfig>,
+    /// The timing channel to it, beside the transport: for a delay that is measured, in observer mode. None by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timing: Option<TimingLinkConfig>,
     /// Faults laid over everything that comes from the node, and over the time requests to it.
     #[serde(default)]
     pub faults: LinkConfig,
@@ -75,6 +78,9 @@ impl FarConfig {
         if let Some(faults) = &mut self.request_faults {
             faults.relative_to(folder);
         }
+        if let Some(timing) = &mut self.timing {
+            timing.faults.relative_to(folder);
+        }
     }
 
     /// Reads the files that its faults name.
@@ -82,7 +88,10 @@ impl FarConfig {
         check_link(&self.faults).map_err(|wrong| wrong.within("faults"))?;
         let mut requests = self.request_faults.iter();
         let requests = requests.try_for_each(check_link);
-        requests.map_err(|wrong| wrong.within("request-faults"))
+        requests.map_err(|wrong| wrong.within("request-faults"))?;
+        let mut beacons = self.timing.iter();
+        let beacons = beacons.try_for_each(|timing| check_link(&timing.faults));
+        beacons.map_err(|wrong| wrong.within("timing.faults"))
     }
 
     /// Faults laid over the time requests to it.

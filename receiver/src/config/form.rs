@@ -6,7 +6,8 @@ use std::fmt;
 use coaxle_axis::Modulo;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::config::{
-    ClockConfig, CycleMicros, LinkConfig, Positive, RealTimeConfig, TransportConfig, Unit, at_most,
+    ClockConfig, CycleMicros, LinkConfig, Positive, RealTimeConfig, TimingLinkConfig,
+    TransportConfig, Unit, at_most,
 };
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, EncoderParameters};
@@ -44,6 +45,8 @@ pub(super) struct Form {
     delay: Option<DelayConfig>,
     /// In short, beside `master`: how unequal the ways to it and from it are.
     asymmetry: Option<AsymmetryConfig>,
+    /// In short, beside `master`: the timing channel to the node.
+    timing: Option<TimingLinkConfig>,
     /// In short, beside `master`: faults laid over everything that comes from the node.
     faults: Option<LinkConfig>,
     /// In short, beside `master`: other faults over the time requests.
@@ -208,6 +211,7 @@ impl TryFrom<Form> for ReceiverConfig {
                 observer: form.observer.unwrap_or_default(),
                 delay: form.delay.unwrap_or_default(),
                 asymmetry: form.asymmetry,
+                timing: form.timing,
                 faults: form.faults.unwrap_or_default(),
                 request_faults: form.request_faults,
             }],
@@ -218,6 +222,7 @@ impl TryFrom<Form> for ReceiverConfig {
                     ("observer", form.observer.is_some()),
                     ("delay", form.delay.is_some()),
                     ("asymmetry", form.asymmetry.is_some()),
+                    ("timing", form.timing.is_some()),
                     ("faults", form.faults.is_some()),
                     ("request-faults", form.request_faults.is_some()),
                 ];

@@ -4,9 +4,10 @@ use coaxle_clock::cycle::Tick;
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
-use coaxle_node::{AxisSample, Frame, FrameHeader, Rejection};
+use coaxle_node::{AxisSample, BeaconResponse, Frame, FrameHeader, Rejection};
 use coaxle_remote::AxisSyncParameters;
 
+use super::beacons::Beacons;
 use super::clock::{Clock, ClockSetup, Following};
 use super::encoder::Encoder;
 use super::inbox::Inbox;
@@ -36,6 +37,8 @@ pub(crate) struct Candidate {
     /// The smoothing of its axes that are only measured, which goes on while it stands by; none of those that the
     /// axes themselves have.
     encoders: Box<[Option<Box<Encoder>>]>,
+    /// Where it has a timing channel.
+    beacons: Option<Box<Beacons>>,
     news: News,
 }
 
@@ -81,8 +84,14 @@ impl Candidate {
             synced: false,
             rival: None,
             encoders,
+            beacons: None,
             news: News::default(),
         })
+    }
+
+    /// The same with a timing channel.
+    pub(super) fn with_beacons(self, beacons: Option<Box<Beacons>>) -> Self {
+        Self { beacons, ..self }
     }
 
     /// Stores a frame that arrived at `at`. The next cycle begins at `due`, or later.
@@ -105,12 +114,37 @@ impl Candidate {
         self.clock.request(tick.ideal_start)
     }
 
+    /// Stores the answer to a beacon that arrived at `at`.
+    pub(crate) fn store_beacon(&mut self, at: Instant<Local>, response: &BeaconResponse) {
+        if let Some(beacons) = &mut self.beacons {
+            beacons.store(at, response);
+        }
+    }
+
+    /// Counts a beacon that was refused.
+    pub(crate) fn reject_beacon(&mut self) {
+        if let Some(beacons) = &mut self.beacons {
+            beacons.reject();
+        }
+    }
+
+    /// The number of the beacon that is due, if one is: to a node that has been heard.
+    pub(crate) fn due_beacon(&mut self, tick: &Tick) -> Option<u32> {
+        self.news.header?;
+        self.beacons.as_mut()?.due(tick.ideal_start)
+    }
+
     /// One cycle: its messages, which run, and what its clock shows.
     pub(super) fn cycle(&mut self, tick: &Tick, mut arrivals: Arrivals<'_>) {
         self.news = News::default();
         self.take_messages(tick, &mut arrivals);
         self.rival = self.inbox.rival(tick.ideal_start);
         let clock = &mut self.clock;
+        if let Some(beacons) = &mut self.beacons {
+            beacons.take(tick.ideal_start, |at, exchange| {
+                clock.timing_exchange(at, exchange);
+            });
+        }
         self.news.following = self.news.header.and_then(|header| {
             clock.cycle(&header, tick, |at, response| {
                 arrivals.exchange(at, response);
@@ -282,6 +316,11 @@ impl Candidate {
         signals.mode = self.clock.mode().into();
         signals.rival_epoch = self.rival;
         self.inbox.show(signals);
+        if let Some(beacons) = &self.beacons {
+            beacons.show(signals);
+        } else {
+            signals.timing_state = None;
+        }
     }
 }
 

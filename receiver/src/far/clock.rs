@@ -128,6 +128,13 @@ impl Clock {
         }
     }
 
+    /// An exchange of the timing channel whose response arrived at `at`.
+    pub(super) fn timing_exchange(&mut self, at: Instant<Local>, exchange: &TimeResponse) {
+        if let Some(observed) = self.observed() {
+            observed.timing_exchange(at, exchange);
+        }
+    }
+
     /// The number of the time request to send in the cycle that ideally began at `now`, if one is due.
     pub(super) fn request(&mut self, now: Instant<Local>) -> Option<u32> {
         self.observed()?.request(now)
@@ -378,7 +385,10 @@ impl Following {
 
 fn show_observed(observed: &FarClockOutput, signals: &mut FarNodeSignals) {
     let FarClockOutput {
-        observer, delay, ..
+        observer,
+        delay,
+        timing,
+        ..
     } = observed;
     let seconds = |at: Instant<Local>| at.since_epoch().as_secs_f64();
     signals.drift_ppm = Some(observer.drift_ppm);
@@ -404,4 +414,11 @@ fn show_observed(observed: &FarClockOutput, signals: &mut FarNodeSignals) {
     signals.delay_age_s = delay.age.map(Span::as_secs_f64);
     signals.exchanges = delay.exchanges;
     signals.responses_refused = delay.refused;
+    signals.timing_state = Some(timing.state);
+    signals.timing_sigma_us = micros(timing.sigma);
+    signals.timing_round_trip_us = micros(timing.round_trip);
+    signals.timing_age_s = timing.age.map(Span::as_secs_f64);
+    signals.timing_exchanges = timing.exchanges;
+    signals.timing_refused = timing.refused;
+    signals.timing_restarts = timing.restarts;
 }

@@ -2,6 +2,7 @@
 //! made local.
 
 mod axis;
+mod beacons;
 mod candidate;
 mod clock;
 mod course;
@@ -24,6 +25,7 @@ use crate::signals::{FarAxisSignals, FarNodeSignals};
 use crate::slaves::Master;
 use crate::snapshot::Health;
 use axis::Axis;
+use beacons::Beacons;
 pub(crate) use candidate::Candidate;
 use candidate::age_limit;
 use clock::ClockSetup;
@@ -89,7 +91,10 @@ impl FarNode {
                 Ok(encoder.transpose()?.map(Box::new))
             };
             let encoders = config.axes.iter().map(encoder).collect::<Result<_, _>>()?;
-            Candidate::new(config, cycle_time, *number, inbox, setup, encoders)
+            let beacons = config.timing.as_ref().filter(|_| place == 0);
+            let beacons = beacons.map(|timing| Box::new(Beacons::new(timing, run)));
+            let candidate = Candidate::new(config, cycle_time, *number, inbox, setup, encoders)?;
+            Ok(candidate.with_beacons(beacons))
         };
         let candidates = numbers.iter().enumerate().map(candidate);
         Ok(Self {

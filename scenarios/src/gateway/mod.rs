@@ -15,6 +15,7 @@ use coaxle_gateway::Gateway;
 use coaxle_gateway::config::GatewayConfig;
 use coaxle_host::cli::Exit;
 use coaxle_host::{NodeArgs, Setup};
+use coaxle_node::config::TimingEndpoints;
 use coaxle_node::faults::check_clock;
 
 use port::{PlcEnd, RingPort, Stop};
@@ -90,6 +91,7 @@ fn setup(
         seed: 0,
         send_stamps: true,
         wiring: config.wiring(),
+        timing: TimingEndpoints::default(),
         run_for: args.run_for,
         recorder: Box::new(GatewayRecorder::new(&config, rows)),
         build: Box::new(move |start, epoch| Ok(Gateway::new(&config, port, start, epoch))),

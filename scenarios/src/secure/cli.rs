@@ -11,7 +11,9 @@ use coaxle_host::transport::{host_and_port, is_local};
 use coaxle_node::keys::NodeName;
 
 use super::authority::{Authority, Validity};
-use super::folder::{AUTHORITY_FOLDER, read_authority, write_authority, write_role};
+use super::folder::{
+    AUTHORITY_FOLDER, read_authority, timing_key, write_authority, write_role, write_timing_key,
+};
 use super::member::{Member, Operator};
 use super::network::Network;
 use super::profile::profile;
@@ -87,6 +89,10 @@ pub fn print(command: &SecureCommand) -> anyhow::Result<bool> {
         let issued = authority.issue(name, &hosts, validity)?;
         let profile = profile(&network, name).context("a member has rights")?;
         write_role(&args.out.join(name.as_str()), &authority, &issued, &profile)?;
+    }
+    let timing_key = timing_key(&args.out)?;
+    for node in network.nodes().iter().filter(|node| is_meant(&node.name)) {
+        write_timing_key(&args.out.join(node.name.as_str()), &timing_key)?;
     }
     inspect::print(|out| {
         tell(&args.out, &network, is_meant, out)?;

@@ -5,8 +5,11 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use coaxle_host::credentials::{AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE, PROFILE_FILE};
+use coaxle_host::credentials::{
+    AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE, PROFILE_FILE, TIMING_KEY_FILE,
+};
 use coaxle_host::os::{Os, Readers, System};
+use coaxle_node::beacon::{BeaconSecret, SECRET_LEN};
 
 use super::authority::{Authority, Issued};
 
@@ -32,6 +35,35 @@ pub fn write_authority(out: &Path, authority: &Authority) -> anyhow::Result<()> 
         &authority.key(),
         Readers::Owner,
     )
+}
+
+/// The secret that the beacons of all nodes are authenticated by, as its file has it: that of the authority's folder, which is
+/// drawn if there is none as yet.
+///
+/// # Errors
+/// Names the file that cannot be read or written, or the system gives no random bytes.
+pub(super) fn timing_key(out: &Path) -> anyhow::Result<String> {
+    let file = out.join(AUTHORITY_FOLDER).join(TIMING_KEY_FILE);
+    if file.exists() {
+        let text = fs::read_to_string(&file);
+        let text = text.with_context(|| format!("cannot read {}", file.display()))?;
+        BeaconSecret::from_hex(&text).with_context(|| file.display().to_string())?;
+        return Ok(text);
+    }
+    let mut secret = [0; SECRET_LEN];
+    getrandom::fill(&mut secret).context("the system gives no random bytes")?;
+    let digits: String = secret.iter().map(|byte| format!("{byte:02x}")).collect();
+    let text = digits + "\n";
+    write(&file, &text, Readers::Owner)?;
+    Ok(text)
+}
+
+/// Writes that secret into the folder of a node.
+///
+/// # Errors
+/// Names the file that cannot be written.
+pub(super) fn write_timing_key(folder: &Path, key: &str) -> anyhow::Result<()> {
+    write(&folder.join(TIMING_KEY_FILE), key, Readers::Owner)
 }
 
 /// Reads the authority of the folder under `out`.

@@ -72,7 +72,9 @@ impl Network {
 fn hearing(speaker: &Member, hearer: &Member, of: &NodeName, flow: Flow) -> Vec<Right> {
     let mut rights = Vec::new();
     let back = opposite(flow);
-    for heard in &hearer.wiring.subscriptions {
+    // Beacons of timing channels do not pass through the transport.
+    let heard = hearer.wiring.subscriptions.iter();
+    for heard in heard.filter(|heard| !heard.channel.is_timing()) {
         if !speaker
             .wiring
             .publications

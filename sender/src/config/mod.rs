@@ -29,7 +29,9 @@ use std::ops::Deref;
 use std::path::Path;
 
 use coaxle_node::Channel;
-use coaxle_node::config::{ClockConfig, CycleMicros, RealTimeConfig, TransportConfig};
+use coaxle_node::config::{
+    ClockConfig, CycleMicros, RealTimeConfig, TimingEndpoints, TimingServerConfig, TransportConfig,
+};
 use coaxle_node::faults::{WrongTerm, check_clock};
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
@@ -60,6 +62,9 @@ pub struct SenderConfig {
     /// How it reaches the others.
     #[serde(default)]
     pub transport: TransportConfig,
+    /// The timing channel, beside the transport, for receivers that have one to it. None by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timing: Option<TimingServerConfig>,
     /// What it asks of its operating system.
     #[serde(default)]
     pub real_time: RealTimeConfig,
@@ -92,12 +97,25 @@ impl SenderConfig {
     /// What it publishes and hears.
     #[must_use]
     pub fn wiring(&self) -> Wiring {
-        Wiring {
+        let wiring = Wiring {
             node: self.name.clone(),
             publications: [Channel::Axes, Channel::TimeResponses]
                 .map(|channel| Publication::new(&self.name, channel))
                 .into(),
             subscriptions: vec![Subscription::time_requests_to(&self.name)],
+        };
+        match &self.timing {
+            Some(_) => wiring.with_timing_server(),
+            None => wiring,
+        }
+    }
+
+    /// Where it answers beacons.
+    #[must_use]
+    pub fn timing_endpoints(&self) -> TimingEndpoints {
+        TimingEndpoints {
+            listen: self.timing.as_ref().map(|timing| timing.listen),
+            nodes: Vec::new(),
         }
     }
 }

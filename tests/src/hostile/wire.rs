@@ -61,7 +61,7 @@ fn read_one(reader: &mut Reader, data: &[u8]) -> Outcome {
                 assert!(good.clone().all(|axis| axis.set.position.is_finite()));
             }
             Message::TimeRequest(request) => respond(request),
-            Message::TimeResponse(_) => {}
+            Message::TimeResponse(_) | Message::BeaconRequest(_) | Message::BeaconResponse(_) => {}
             Message::Rejected(reason) => outcome = Err(reason.to_string()),
         }
     });

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 /// What a portable program does without.
-const NAMES: [&str; 6] = [
+const NAMES: [&str; 7] = [
     "rustix::",
+    "nix::",
     "sd_notify::",
     "std::os::",
     "target_os",

@@ -37,7 +37,7 @@ const CONTRADICTING_BLOCKS: u8 = 4;
 const SNAPSHOT_INTERVAL: f64 = 3.0;
 
 #[derive(Clone, Debug)]
-pub(super) struct Bank {
+pub(crate) struct Bank {
     filters: [Estimate; FILTERS],
     losses: [f64; FILTERS],
     contradicting: [u8; FILTERS],
@@ -58,7 +58,7 @@ pub(super) struct Bank {
 
 impl Bank {
     /// Begins with a first measurement of the offset, and its variance.
-    pub(super) fn new(offset: f64, variance: f64, drift_variance: f64) -> Self {
+    pub(crate) fn new(offset: f64, variance: f64, drift_variance: f64) -> Self {
         let estimate = Estimate {
             offset,
             drift: 0.0,
@@ -88,7 +88,7 @@ impl Bank {
     }
 
     /// What all filters together say.
-    pub(super) const fn combined(&self) -> &Estimate {
+    pub(crate) const fn combined(&self) -> &Estimate {
         &self.combined
     }
 
@@ -105,7 +105,7 @@ impl Bank {
     }
 
     /// The same as the variance per second of the drift.
-    pub(super) const fn drift_walk(&self) -> f64 {
+    pub(crate) const fn drift_walk(&self) -> f64 {
         WALKS[self.chosen]
     }
 
@@ -143,7 +143,7 @@ impl Bank {
 
     /// Takes the measurement of one block, `dt` seconds after the previous one. `expected` is the
     /// variance that the jitter model promises for it.
-    pub(super) fn observe(&mut self, dt: f64, measured: f64, expected: f64) {
+    pub(crate) fn observe(&mut self, dt: f64, measured: f64, expected: f64) {
         self.notice_bias(dt, measured, expected);
         self.predict(dt);
         let forget = 1.0 - (dt / LOSS_MEMORY).min(1.0);
@@ -171,7 +171,7 @@ impl Bank {
 
     /// What the estimate is off by, squared, as far as the last measurements show it: it lags behind a
     /// drift that changes.
-    pub(super) fn bias_variance(&self) -> f64 {
+    pub(crate) fn bias_variance(&self) -> f64 {
         (self.bias * self.bias - UNBIASED * UNBIASED * self.bias_by_chance).max(0.0)
     }
 

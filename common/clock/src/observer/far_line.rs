@@ -63,6 +63,15 @@ impl PhaseObserver {
     /// 1 ms/s.
     pub const fn set_delay(&mut self, delay: Span) {
         self.delay.set(delay);
+        self.known_rate = None;
+    }
+
+    /// The same of a delay that is measured against the line as it is now, in every cycle: both change at once, so that the
+    /// far time does not follow what the line does. The far clock runs at `rate` meanwhile, seconds per local second.
+    pub(crate) fn follow_delay(&mut self, delay: Span, rate: f64) {
+        let by = (delay - self.delay.set_to()).as_nanos();
+        self.delay.shift(by as f64);
+        self.known_rate = Some(rate);
     }
 
     /// A jump of the line (see [`FarLine::jumped`]) was the path's doing, not the sender's: the delay

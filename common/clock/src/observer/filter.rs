@@ -2,12 +2,12 @@
 
 /// A straight line through the phase, with what is known about it. Seconds; drift in s/s.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Estimate {
-    pub(super) offset: f64,
-    pub(super) drift: f64,
-    pub(super) offset_variance: f64,
-    pub(super) covariance: f64,
-    pub(super) drift_variance: f64,
+pub(crate) struct Estimate {
+    pub(crate) offset: f64,
+    pub(crate) drift: f64,
+    pub(crate) offset_variance: f64,
+    pub(crate) covariance: f64,
+    pub(crate) drift_variance: f64,
 }
 
 /// The innovation of one measurement.
@@ -54,7 +54,7 @@ impl Estimate {
     }
 
     /// The offset's variance after another `dt` seconds.
-    pub(super) fn offset_variance_after(&self, dt: f64, drift_walk: f64) -> f64 {
+    pub(crate) fn offset_variance_after(&self, dt: f64, drift_walk: f64) -> f64 {
         let mut later = *self;
         later.predict(dt, drift_walk);
         later.offset_variance

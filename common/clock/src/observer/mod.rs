@@ -46,6 +46,7 @@ mod show;
 mod steadiness;
 mod stream;
 
+pub(crate) use bank::Bank;
 pub use drift_change::SuspectedDrift;
 pub use far_line::FarLine;
 pub use output::FarTime;
@@ -111,6 +112,8 @@ pub struct PhaseObserver {
     lost_after: Span,
     shift_messages: u16,
     delay: PathDelay,
+    /// The far clock's rate, where somebody knows it better than the line.
+    known_rate: Option<f64>,
     /// See [`FarLine::jumped`].
     jumped: Seconds,
     /// See [`FarLine::corrected`].
@@ -148,6 +151,7 @@ impl PhaseObserver {
             shift_messages: parameters.messages_of_a_shift(data_cycle_time),
             parameters,
             delay: PathDelay::default(),
+            known_rate: None,
             jumped: Seconds::ZERO,
             corrected: Seconds::ZERO,
             drift_change: DriftChange::new(),

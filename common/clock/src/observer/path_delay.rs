@@ -21,6 +21,11 @@ impl PathDelay {
         self.set = delay;
     }
 
+    /// What was set.
+    pub(super) const fn set_to(&self) -> Span {
+        self.set
+    }
+
     /// Both change at once.
     pub(super) fn shift(&mut self, by_ns: f64) {
         self.set += Span::from_nanos(libm::round(by_ns) as i64);

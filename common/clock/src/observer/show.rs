@@ -61,7 +61,10 @@ impl PhaseObserver {
         } else {
             self.delay.advance(passed)
         };
-        let rate = line.map_or(1.0, |line| line.rate);
+        let rate = self
+            .known_rate
+            .or(line.map(|line| line.rate))
+            .unwrap_or(1.0);
         let coasting = shown.far.plus(passed * rate + gained);
         let delay = self.delay.shown();
         let target = line.map_or(coasting, |line| line.at(now).plus(delay));

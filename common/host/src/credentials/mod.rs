@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use coaxle_node::beacon::BeaconSecret;
 use coaxle_node::keys::NodeName;
+use coaxle_node::text_file;
 use rustls::client::ClientConfig;
 use rustls::crypto::{CryptoProvider, ring};
 use rustls::pki_types::pem::PemObject;
@@ -30,8 +32,33 @@ pub const CERTIFICATE_FILE: &str = "cert.pem";
 /// The key that belongs to it, for nobody else.
 pub const KEY_FILE: &str = "key.pem";
 
+/// The secret that authenticates beacons of timing channels: all nodes of the network share it.
+pub const TIMING_KEY_FILE: &str = "timing.key";
+
 /// From when on before its end a certificate ought to be renewed.
 pub const RENEW_WITHIN: Duration = Duration::from_secs(30 * 24 * 60 * 60);
+
+/// The secret that authenticates beacons; none in a folder of before there were any.
+///
+/// # Errors
+/// [`BadCredentials`] names the file, which is something else or cannot be read.
+pub fn timing_secret(folder: &Path) -> Result<Option<BeaconSecret>, BadCredentials> {
+    let file = folder.join(TIMING_KEY_FILE);
+    if !file.exists() {
+        return Ok(None);
+    }
+    let text = match text_file::read(&file, MOST_KEY_BYTES) {
+        Ok(text) => text,
+        Err(error) => return Err(BadCredentials::new(file, error)),
+    };
+    let secret = BeaconSecret::from_hex(&text);
+    secret
+        .map(Some)
+        .map_err(|error| BadCredentials::new(file, error))
+}
+
+/// A longer file is none.
+const MOST_KEY_BYTES: u64 = 1024;
 
 /// What a folder of the secure profile holds.
 #[derive(Debug)]

@@ -9,6 +9,7 @@ mod facts;
 #[cfg(target_os = "linux")]
 mod linux;
 mod portable;
+pub mod stamped_socket;
 #[cfg(test)]
 mod tests;
 
@@ -22,6 +23,7 @@ pub use facts::Facts;
 #[cfg(target_os = "linux")]
 pub use linux::Linux;
 pub use portable::Portable;
+pub use stamped_socket::StampedSocket;
 
 use crate::ended::Ended;
 
@@ -36,6 +38,9 @@ pub type Os = Portable;
 pub trait System {
     /// Listens for what ends a program.
     type EndSignals: EndSignals;
+
+    /// A socket of a timing channel.
+    type StampedSocket: StampedSocket + 'static;
 
     /// ns of a clock that never jumps. All processes of one machine read the same, so that their records can be laid side
     /// by side.

@@ -4,11 +4,15 @@
 
 use std::fs::{File, Metadata};
 use std::io;
+use std::net::{SocketAddr, UdpSocket};
 use std::path::Path;
 use std::process::{Child, Command};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant, SystemTime};
 
+use coaxle_node::Stamps;
+
+use super::stamped_socket::{Came, StampedSocket};
 use super::{
     ChildSignal, EndSignals, Facts, HeldFolder, Others, Readers, ServiceState, SharedLock, System,
 };
@@ -53,6 +57,7 @@ fn clocks() -> (Instant, SystemTime) {
 
 impl System for Portable {
     type EndSignals = CtrlC;
+    type StampedSocket = ProgramStamped;
 
     fn clock_ns() -> i64 {
         let (begin, nanos) = origin();
@@ -201,5 +206,54 @@ impl EndSignals for CtrlC {
             // It cannot be heard: then it ends the process, as it does without anybody listening.
             Err(_) => std::future::pending().await,
         }
+    }
+}
+
+/// A socket whose stamps the program takes itself.
+#[derive(Debug)]
+pub struct ProgramStamped(UdpSocket);
+
+impl StampedSocket for ProgramStamped {
+    fn bind(address: SocketAddr) -> io::Result<Self> {
+        let socket = UdpSocket::bind(address)?;
+        socket.set_read_timeout(Some(Duration::from_millis(100)))?;
+        Ok(Self(socket))
+    }
+
+    fn try_clone(&self) -> io::Result<Self> {
+        self.0.try_clone().map(Self)
+    }
+
+    fn address(&self) -> io::Result<SocketAddr> {
+        self.0.local_addr()
+    }
+
+    fn stamps(&self) -> Stamps {
+        Stamps::Application
+    }
+
+    fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<Came>> {
+        match self.0.recv_from(buffer) {
+            Ok((length, from)) => Ok(Some(Came {
+                length,
+                from,
+                at_ns: Some(Portable::clock_ns()),
+            })),
+            Err(error) => match error.kind() {
+                io::ErrorKind::WouldBlock
+                | io::ErrorKind::TimedOut
+                | io::ErrorKind::Interrupted
+                | io::ErrorKind::ConnectionReset => Ok(None),
+                _ => Err(error),
+            },
+        }
+    }
+
+    fn send(&mut self, bytes: &[u8], to: SocketAddr) -> io::Result<()> {
+        self.0.send_to(bytes, to).map(drop)
+    }
+
+    fn departure(&mut self) -> Option<(u32, i64)> {
+        None
     }
 }

@@ -10,7 +10,9 @@ use assert_no_alloc::AllocDisabler;
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, CycleTime, Span};
 use coaxle_node::command::{SlaveName, SlaveOrder};
-use coaxle_node::config::{ClockConfig, LinkConfig, RealTimeConfig, TransportConfig, parse};
+use coaxle_node::config::{
+    ClockConfig, LinkConfig, RealTimeConfig, TimingEndpoints, TransportConfig, parse,
+};
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
@@ -104,6 +106,7 @@ fn setup(node: &str, transport: TransportConfig, secs: i64, memory: &Memory) -> 
             publications: vec![Publication::new(&sender, Channel::Axes)],
             subscriptions: Vec::new(),
         },
+        timing: TimingEndpoints::default(),
         run_for: Some(Span::from_secs(secs)),
         build: Box::new(move |start, epoch| {
             let cycle_time = CycleTime::new(Span::from_millis(2))?;

@@ -184,6 +184,7 @@ impl Stepped {
         publish_waiting(
             &mut self.frames,
             &mut self.channels,
+            None,
             true,
             &self.counters,
             || network.now(),

@@ -115,6 +115,16 @@ checked_number! {
 }
 
 checked_number! {
+    /// Beacons of the timing channel a second.
+    BeaconsPerSecond, "a number from 1 to 200", (Included(1.0), Included(200.0))
+}
+
+impl BeaconsPerSecond {
+    /// As many as do for most clocks.
+    pub const USUAL: Self = Self(50.0);
+}
+
+checked_number! {
     /// A delay, µs: up to a second, either way.
     DelayMicros, "a number from -1000000 to 1000000", (Included(-1e6), Included(1e6))
 }

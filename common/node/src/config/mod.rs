@@ -15,13 +15,14 @@ mod real_time;
 mod reworded;
 pub mod schema;
 mod term;
+mod timing;
 mod transport;
 mod unit;
 
 pub use checked::{
-    AtLeastZero, AxisLimit, ChangeMicros, Coordinate, CycleMicros, DelayMicros, DurationSeconds,
-    FaultMicros, FaultSeconds, Finite, FirstCount, Fraction, Increment, OutOfRange, PeriodSeconds,
-    Positive, Ppm, WalkPpm,
+    AtLeastZero, AxisLimit, BeaconsPerSecond, ChangeMicros, Coordinate, CycleMicros, DelayMicros,
+    DurationSeconds, FaultMicros, FaultSeconds, Finite, FirstCount, Fraction, Increment,
+    OutOfRange, PeriodSeconds, Positive, Ppm, WalkPpm,
 };
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
 pub use error::{ConfigError, Mistake};
@@ -33,5 +34,6 @@ pub(crate) use place::{Position, elements_of};
 pub use real_time::RealTimeConfig;
 pub use reworded::did_you_mean;
 pub use term::{Between, Term, Wave};
+pub use timing::{TimingEndpoints, TimingLinkConfig, TimingServerConfig};
 pub use transport::{TransportConfig, TransportMode};
 pub use unit::{Unit, WrongUnit};

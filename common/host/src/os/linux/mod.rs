@@ -4,6 +4,7 @@ mod facts;
 mod files;
 mod processes;
 mod signals;
+mod stamped_socket;
 mod threads;
 
 use std::fs::{File, Metadata};
@@ -23,6 +24,7 @@ pub enum Linux {}
 
 impl System for Linux {
     type EndSignals = signals::Signals;
+    type StampedSocket = stamped_socket::KernelStamped;
 
     /// `CLOCK_MONOTONIC`. An i64 of nanoseconds holds 292 years of uptime.
     fn clock_ns() -> i64 {

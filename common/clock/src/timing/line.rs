@@ -1,0 +1,191 @@
+//! The line through the exchanges of the timing channel.
+
+use super::noise::{Noise, RoundTrip};
+use crate::delay::TimeResponse;
+use crate::instant::{Instant, Local, Span};
+use crate::observer::Bank;
+
+/// Exchanges that make one measurement: the shortest of their ways there, and the shortest of their ways back.
+const GROUP: usize = 8;
+/// So many measurements are enough to be believed.
+const ENOUGH: u32 = 8;
+/// What the rate of the line that is begun from can be wrong by, s/s.
+const EXPECTED_DRIFT: f64 = 10e-6;
+/// So many standard deviations, and half of the round trip, are more than any way can explain: a clock leapt. Once
+/// that is so for so many measurements in a row, all begins anew.
+const BEYOND_CHANCE: f64 = 8.0;
+const CONTRADICTIONS: u8 = 4;
+/// The uncertainty covers so many standard deviations.
+const COVERED: f64 = 3.0;
+/// No way is shorter than nothing by more than stamps are wrong by, s.
+const STAMPS_ARE_WRONG_BY: f64 = 1e-6;
+
+/// What one exchange says, beside a line with the rate that was known when it began, s.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ways {
+    /// When the request left, and when the response arrived, since the first exchange.
+    left: f64,
+    arrived: f64,
+    /// How far the sender's clock is ahead, plus the way there.
+    there: f64,
+    /// The same, less the way back.
+    back: f64,
+}
+
+/// How far the sender's clock is ahead of the own one, as a line in time.
+#[derive(Clone, Debug)]
+pub(super) struct TimingLine {
+    /// Where it begins, on both clocks, and how fast the sender's clock was taken to run then.
+    here: Instant<Local>,
+    far: Span,
+    rate: f64,
+    group: [Ways; GROUP],
+    filled: usize,
+    bank: Option<Bank>,
+    /// Of this time since the beginning, s.
+    at: f64,
+    noise: Noise,
+    round_trip: RoundTrip,
+    measurements: u32,
+    contradictions: u8,
+}
+
+impl TimingLine {
+    /// Begins with an exchange, beside a line with this rate, s/s.
+    pub(super) fn new(first: &TimeResponse, rate: f64) -> Self {
+        Self {
+            here: first.requested,
+            far: first.received,
+            rate,
+            group: [Ways::default(); GROUP],
+            filled: 0,
+            bank: None,
+            at: 0.0,
+            noise: Noise::new(),
+            round_trip: RoundTrip::new(),
+            measurements: 0,
+            contradictions: 0,
+        }
+    }
+
+    /// Takes an exchange whose response arrived at `arrived`. Whether the clocks are no longer where the line has
+    /// them.
+    pub(super) fn take(&mut self, arrived: Instant<Local>, exchange: &TimeResponse) -> bool {
+        let (left, came) = (self.since(exchange.requested), self.since(arrived));
+        self.group[self.filled] = Ways {
+            left,
+            arrived: came,
+            there: self.ahead(exchange.received, left),
+            back: self.ahead(exchange.responded, came),
+        };
+        self.filled += 1;
+        if self.filled == GROUP {
+            self.filled = 0;
+            self.measure();
+        }
+        self.contradictions >= CONTRADICTIONS
+    }
+
+    /// Whether enough is known of it.
+    pub(super) const fn is_acquired(&self) -> bool {
+        self.measurements >= ENOUGH
+    }
+
+    /// What the sender's clock shows at `now`, since the ideal start of its cycle 0.
+    pub(super) fn far_time(&self, now: Instant<Local>) -> Span {
+        let since = self.since(now);
+        let ahead = self.bank.as_ref().map_or(0.0, |bank| {
+            let estimate = bank.combined();
+            estimate.offset + estimate.drift * (since - self.at)
+        });
+        // Whole nanoseconds first: the rest is a small number.
+        let passed = (now - self.here).as_nanos();
+        let beside = passed as f64 * (self.rate - 1.0) + ahead * 1e9;
+        self.far + Span::from_nanos(passed) + Span::from_nanos(libm::round(beside) as i64)
+    }
+
+    /// How fast the sender's clock runs, seconds per local second.
+    pub(super) fn rate(&self) -> f64 {
+        self.rate + self.bank.as_ref().map_or(0.0, |bank| bank.combined().drift)
+    }
+
+    /// The standard deviation of that but for what the ways differ by, s.
+    pub(super) fn sigma(&self, now: Instant<Local>) -> f64 {
+        let Some(bank) = &self.bank else {
+            return f64::INFINITY;
+        };
+        let ahead = (self.since(now) - self.at).max(0.0);
+        let variance = bank
+            .combined()
+            .offset_variance_after(ahead, bank.drift_walk());
+        libm::sqrt(variance + bank.bias_variance())
+    }
+
+    /// What it is wrong by at most: whatever the ways are, neither is shorter than nothing, s.
+    pub(super) fn uncertainty(&self, now: Instant<Local>) -> f64 {
+        0.5 * self.round_trip.shortest() + COVERED * self.sigma(now)
+    }
+
+    /// Both ways together, at their shortest, s.
+    pub(super) const fn round_trip(&self) -> f64 {
+        self.round_trip.shortest()
+    }
+
+    fn since(&self, at: Instant<Local>) -> f64 {
+        (at - self.here).as_nanos() as f64 * 1e-9
+    }
+
+    /// How far the sender's clock, which shows `far`, is ahead of a line with the first rate, s.
+    fn ahead(&self, far: Span, since: f64) -> f64 {
+        let far = (far - self.far).as_nanos() as f64 * 1e-9;
+        (far - since) - (self.rate - 1.0) * since
+    }
+
+    /// One measurement of the group, which is full.
+    fn measure(&mut self) {
+        let middle = self.group.iter().map(|ways| ways.left).sum::<f64>() / GROUP as f64;
+        let drift = self.bank.as_ref().map_or(0.0, |bank| bank.combined().drift);
+        let level = |ahead: f64, at: f64| ahead - drift * (at - middle);
+        let ways = self.group.iter();
+        let there = ways.clone().map(|ways| level(ways.there, ways.left));
+        let back = ways.map(|ways| level(ways.back, ways.arrived));
+        let (there, back) = (
+            there.fold(f64::INFINITY, f64::min),
+            back.fold(f64::NEG_INFINITY, f64::max),
+        );
+        let round_trip = there - back;
+        if !(round_trip > -STAMPS_ARE_WRONG_BY && middle > self.at) {
+            // Of one clock that leapt within the group, or a rate that is wrong by far.
+            self.contradictions += 1;
+            return;
+        }
+        let measured = 0.5 * (there + back);
+        let longer = self.round_trip.take(round_trip);
+        let passed = middle - self.at;
+        let Some(bank) = &mut self.bank else {
+            let variance = self.noise.first(round_trip);
+            let drift = EXPECTED_DRIFT * EXPECTED_DRIFT;
+            self.bank = Some(Bank::new(measured, variance, drift));
+            self.at = middle;
+            self.measurements = 1;
+            return;
+        };
+        let estimate = bank.combined();
+        let expected = estimate.offset + estimate.drift * passed;
+        let known = estimate.offset_variance_after(passed, bank.drift_walk());
+        // On one of both ways, or on both.
+        let held_up = 0.25 * longer * longer;
+        let variance = self.noise.variance() + held_up;
+        let chance = BEYOND_CHANCE * libm::sqrt(known + variance);
+        let bound = chance + 0.5 * round_trip.max(self.round_trip.shortest());
+        if self.measurements >= ENOUGH && libm::fabs(measured - expected) > bound {
+            self.contradictions += 1;
+            return;
+        }
+        self.contradictions = 0;
+        self.noise.take(middle, measured, held_up);
+        bank.observe(passed, measured, variance);
+        self.at = middle;
+        self.measurements = self.measurements.saturating_add(1);
+    }
+}

@@ -1,0 +1,286 @@
+//! The timing channel: a far clock by exchanges that were stamped near to the wire.
+//!
+//! Messages of axes are stamped where the program gets them, some ten microseconds late, and later for seconds when a
+//! machine is busy. Exchanges that the kernel or the network card stamps are a hundred times sharper, but they may
+//! come to an end at any time, and they come by another way than the axes. So they do not replace the
+//! [`PhaseObserver`](crate::PhaseObserver), which goes on to follow the messages: they say how far the sender's clock is
+//! ahead of its line, as [`DelayExchange`](crate::DelayExchange) does, in every cycle anew. The line's own wander
+//! cancels in that, and where the channel comes to an end the far time goes on along the line, without a step.
+//!
+//! ```text
+//! sender's clock   S ·············· what exchanges of the timing channel show, to a fraction of a microsecond
+//!                    ↕ S − F         taken for the delay, as long as the channel is in use
+//! observer's line  F ∿∿∿∿∿∿∿∿∿∿∿∿∿ what messages show
+//! ```
+//!
+//! It is believed no further than the time exchanges of the transport leave open: a channel that contradicts them is
+//! not used, whatever it says.
+
+mod line;
+mod noise;
+#[cfg(test)]
+mod tests;
+
+use crate::delay::{DelayOutput, DelayState, TimeResponse};
+use crate::instant::{Instant, Local, Seconds, Span};
+use crate::observer::FarLine;
+use line::TimingLine;
+
+/// Without an exchange for so long the channel is not in use any more.
+const STALE_AFTER: Span = Span::from_secs(2);
+/// Exchanges that can wait for their cycle.
+const WAITING: usize = 16;
+/// No exchange takes longer.
+const LONGEST: Span = Span::from_secs(1);
+
+/// How far the timing channel is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum TimingState {
+    /// Nothing came of it, or it is not used.
+    #[default]
+    Waiting,
+    /// Exchanges come; too few as yet, or they are no better than those of the transport.
+    Acquiring,
+    /// The far time follows it.
+    InUse,
+    /// It was in use; the far time goes on as it left it, by the messages alone.
+    Held,
+    /// It contradicts the time exchanges of the transport.
+    Contradicted,
+}
+
+/// What is known of the timing channel.
+#[must_use]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TimingOutput {
+    /// How far it is.
+    pub state: TimingState,
+    /// Standard deviation of the sender's clock as its exchanges show it.
+    pub sigma: Option<Seconds>,
+    /// How long an exchange is under way, both ways, at its shortest lately.
+    pub round_trip: Option<Seconds>,
+    /// Since the newest exchange.
+    pub age: Option<Span>,
+    /// Exchanges used.
+    pub exchanges: u64,
+    /// Exchanges that could not be true.
+    pub refused: u64,
+    /// How often it was begun anew, since the clocks were no longer where it had them.
+    pub restarts: u32,
+}
+
+/// How the far time is steered in one cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Steering {
+    /// By the timing channel: the sender's clock is so far ahead of the line.
+    Channel {
+        ahead: Seconds,
+        uncertainty: Seconds,
+        sigma: Seconds,
+        /// How fast it runs, seconds per local second.
+        rate: f64,
+        /// It was not in the cycle before.
+        begins: bool,
+    },
+    /// By the exchanges of the transport, and what the channel left behind.
+    Exchanges { beside: Seconds },
+}
+
+impl Steering {
+    /// Nothing came of a timing channel.
+    pub(crate) const NONE: Self = Self::Exchanges {
+        beside: Seconds::ZERO,
+    };
+
+    /// What is known of the delay then.
+    pub(crate) fn applied_to(&self, known: DelayOutput) -> DelayOutput {
+        match *self {
+            Self::Channel {
+                ahead,
+                uncertainty,
+                sigma,
+                ..
+            } => DelayOutput {
+                state: DelayState::Measured,
+                delay: Some(ahead),
+                uncertainty: Some(uncertainty),
+                jitter: Some(sigma),
+                sigma: Some(sigma),
+                ..known
+            },
+            Self::Exchanges { beside } => DelayOutput {
+                delay: known.delay.map(|delay| Seconds(delay.0 + beside.0)),
+                uncertainty: (known.uncertainty)
+                    .map(|uncertainty| Seconds(uncertainty.0 + libm::fabs(beside.0))),
+                ..known
+            },
+        }
+    }
+}
+
+/// What the transport's own exchanges say in the same cycle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    /// How far the sender's clock is ahead of the line.
+    pub(crate) delay: Seconds,
+    /// That is wrong by at most this.
+    pub(crate) uncertainty: Seconds,
+}
+
+/// The timing channel of one far clock.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TimingChannel {
+    waiting: [Option<(Instant<Local>, TimeResponse)>; WAITING],
+    line: Option<TimingLine>,
+    newest: Option<Instant<Local>>,
+    state: TimingState,
+    /// By how much what it showed last was off what the exchanges said, s.
+    beside: f64,
+    /// The run of the sender, and how often its line began anew.
+    of: Option<(u64, u32, u32)>,
+    exchanges: u64,
+    refused: u64,
+    restarts: u32,
+}
+
+impl TimingChannel {
+    /// An exchange whose response arrived at `arrived`.
+    pub(crate) fn exchange(&mut self, arrived: Instant<Local>, exchange: &TimeResponse) {
+        match self.waiting.iter_mut().find(|place| place.is_none()) {
+            Some(place) => *place = Some((arrived, *exchange)),
+            None => self.refused = self.refused.saturating_add(1),
+        }
+    }
+
+    /// Nothing that was learnt holds any more.
+    pub(crate) fn forget(&mut self) {
+        self.line = None;
+        self.newest = None;
+        self.beside = 0.0;
+        self.state = TimingState::Waiting;
+    }
+
+    /// One cycle, with the observer's line as it is now and what the exchanges of the transport say of it.
+    pub(crate) fn steer(
+        &mut self,
+        now: Instant<Local>,
+        line: Option<&FarLine>,
+        known: Option<Known>,
+    ) -> Steering {
+        let Some(far) = line else {
+            return self.exchanges();
+        };
+        let of = (far.epoch, far.relocks, far.rebases);
+        if self.of.replace(of) != Some(of) {
+            self.forget();
+        }
+        self.take_waiting(now, far);
+        self.judge(now, far, known)
+    }
+
+    /// What is known of it at `now`.
+    pub(crate) fn output(&self, now: Instant<Local>) -> TimingOutput {
+        let line = self.line.as_ref().filter(|line| line.is_acquired());
+        TimingOutput {
+            state: self.state,
+            sigma: line.map(|line| Seconds(line.sigma(now))),
+            round_trip: line.map(|line| Seconds(line.round_trip())),
+            age: self.newest.map(|newest| now - newest),
+            exchanges: self.exchanges,
+            refused: self.refused,
+            restarts: self.restarts,
+        }
+    }
+
+    const fn exchanges(&self) -> Steering {
+        Steering::Exchanges {
+            beside: Seconds(self.beside),
+        }
+    }
+
+    fn take_waiting(&mut self, now: Instant<Local>, far: &FarLine) {
+        for n in 0..WAITING {
+            let Some((arrived, exchange)) = self.waiting[n].take_if(|(at, _)| *at <= now) else {
+                continue;
+            };
+            let took = arrived - exchange.requested;
+            let is_plausible = exchange.epoch == far.epoch
+                && (Span::ZERO..=LONGEST).contains(&took)
+                && (Span::ZERO..=LONGEST).contains(&(exchange.responded - exchange.received));
+            if !is_plausible {
+                self.refused = self.refused.saturating_add(1);
+                continue;
+            }
+            self.exchanges = self.exchanges.saturating_add(1);
+            self.newest = Some(self.newest.map_or(arrived, |newest| newest.max(arrived)));
+            if self.line.is_none() && !far.synced {
+                // The rate to begin beside is not known yet.
+                continue;
+            }
+            let line = self
+                .line
+                .get_or_insert_with(|| TimingLine::new(&exchange, far.rate));
+            if line.take(arrived, &exchange) {
+                self.line = None;
+                self.restarts = self.restarts.saturating_add(1);
+            }
+        }
+    }
+
+    fn judge(&mut self, now: Instant<Local>, far: &FarLine, known: Option<Known>) -> Steering {
+        let was_in_use = self.state == TimingState::InUse;
+        let is_fresh = self
+            .newest
+            .is_some_and(|newest| now - newest <= STALE_AFTER);
+        let line = self.line.as_ref().filter(|line| line.is_acquired());
+        let (Some(line), Some(known), true) = (line, known, is_fresh && far.synced) else {
+            self.leave(now, far, known, is_fresh);
+            return self.exchanges();
+        };
+        let ahead = far.offset_at(line.far_time(now), now).0;
+        let sigma = line.sigma(now);
+        let uncertainty = line.uncertainty(now);
+        let apart = ahead - known.delay.0;
+        if libm::fabs(apart) > known.uncertainty.0 + uncertainty {
+            self.state = TimingState::Contradicted;
+            return self.exchanges();
+        }
+        if uncertainty >= known.uncertainty.0 {
+            self.leave(now, far, Some(known), is_fresh);
+            return self.exchanges();
+        }
+        self.state = TimingState::InUse;
+        // Should it end now, the far time goes on from here.
+        self.beside = apart;
+        Steering::Channel {
+            ahead: Seconds(ahead),
+            uncertainty: Seconds(uncertainty),
+            sigma: Seconds(sigma),
+            rate: line.rate(),
+            begins: !was_in_use,
+        }
+    }
+
+    /// It cannot be used in this cycle.
+    fn leave(&mut self, now: Instant<Local>, far: &FarLine, known: Option<Known>, is_fresh: bool) {
+        if self.state == TimingState::InUse {
+            // As it is in this cycle, whatever became of the line and of the exchanges since the one before.
+            if let (Some(line), Some(known)) = (&self.line, known) {
+                let apart = far.offset_at(line.far_time(now), now).0 - known.delay.0;
+                if libm::fabs(apart) <= known.uncertainty.0 {
+                    self.beside = apart;
+                }
+            }
+        }
+        if !is_fresh {
+            self.line = None;
+        }
+        self.state = match self.state {
+            TimingState::InUse | TimingState::Held => TimingState::Held,
+            _ if is_fresh => TimingState::Acquiring,
+            _ => TimingState::Waiting,
+        };
+    }
+}

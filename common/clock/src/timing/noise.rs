@@ -1,0 +1,95 @@
+//! What one measurement of the timing channel is worth.
+
+/// A mean over so many measurements at most …
+const MEMORY: f64 = 60.0;
+/// … of which a single one counts at most so many times the mean.
+const OUTLIER: f64 = 9.0;
+/// No measurement scatters less, s²: stamps have whole nanoseconds, and clocks are read one after the other.
+const LEAST: f64 = 25e-18;
+/// The scatter of the measurements, by how far each is off the line through those beside it: no offset and no drift
+/// is in that.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Noise {
+    variance: f64,
+    count: f64,
+    /// The last two, each with its time, s.
+    last: [(f64, f64); 2],
+    more: [f64; 2],
+    seen: u8,
+}
+
+impl Noise {
+    pub(super) const fn new() -> Self {
+        Self {
+            variance: 0.0,
+            count: 0.0,
+            last: [(0.0, 0.0); 2],
+            more: [0.0; 2],
+            seen: 0,
+        }
+    }
+
+    /// Taken for the first measurement: a quarter of the round trip is all that can be known.
+    pub(super) fn first(&mut self, round_trip: f64) -> f64 {
+        self.variance = (0.0625 * round_trip * round_trip).max(100.0 * LEAST);
+        self.variance
+    }
+
+    /// The variance of a measurement, s².
+    pub(super) const fn variance(&self) -> f64 {
+        self.variance
+    }
+
+    /// Takes the next measurement, of a later time than the one before, s. It is known to scatter by so much more, s².
+    pub(super) fn take(&mut self, time: f64, measured: f64, more: f64) {
+        let [(from, before), (at, between)] = self.last;
+        if self.seen >= 2 {
+            let part = (at - from) / (time - from);
+            let off = between - before - part * (measured - before);
+            let weight = 1.0 + part * part + (1.0 - part) * (1.0 - part);
+            let known =
+                self.more[1] + part * part * more + (1.0 - part) * (1.0 - part) * self.more[0];
+            let sample = ((off * off - known).max(0.0) / weight).min(OUTLIER * self.variance);
+            self.count = (self.count + 1.0).min(MEMORY);
+            self.variance += (sample - self.variance) / (self.count + 2.0);
+            self.variance = self.variance.max(LEAST);
+        }
+        self.last = [(at, between), (time, measured)];
+        self.more = [self.more[1], more];
+        self.seen = (self.seen + 1).min(2);
+    }
+}
+
+/// The shortest round trip lately: what is longer was held up on one of its ways, and nobody knows on which.
+#[derive(Clone, Debug)]
+pub(super) struct RoundTrip {
+    kept: [f64; KEPT],
+    next: usize,
+    shortest: f64,
+}
+
+/// Of so many measurements: ten seconds' worth at fifty exchanges a second.
+const KEPT: usize = 64;
+
+impl RoundTrip {
+    pub(super) const fn new() -> Self {
+        Self {
+            kept: [f64::INFINITY; KEPT],
+            next: 0,
+            shortest: 0.0,
+        }
+    }
+
+    /// The shortest, s.
+    pub(super) const fn shortest(&self) -> f64 {
+        self.shortest
+    }
+
+    /// Takes the next one. By how much it is longer than the shortest, s.
+    pub(super) fn take(&mut self, round_trip: f64) -> f64 {
+        self.kept[self.next] = round_trip.max(0.0);
+        self.next = (self.next + 1) % KEPT;
+        self.shortest = self.kept.iter().copied().fold(f64::INFINITY, f64::min);
+        round_trip.max(0.0) - self.shortest
+    }
+}

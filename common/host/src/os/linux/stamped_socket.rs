@@ -1,0 +1,190 @@
+//! UDP with `SO_TIMESTAMPING`: when datagrams came and left, as the kernel saw it.
+
+use std::io::{self, IoSliceMut};
+use std::net::{SocketAddr, UdpSocket};
+use std::os::fd::AsRawFd;
+use std::time::Duration;
+
+use coaxle_node::Stamps;
+use nix::cmsg_space;
+use nix::libc;
+use nix::sys::socket::{
+    ControlMessageOwned, MsgFlags, SockaddrStorage, TimestampingFlag, Timestamps, recvmsg,
+    setsockopt, sockopt,
+};
+use nix::sys::time::TimeSpec;
+use rustix::time::{ClockId, clock_gettime};
+
+use super::threads::NANOS_PER_SEC;
+use crate::os::stamped_socket::{Came, ClockOffset, StampedSocket};
+
+/// How long it waits for a datagram.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// Its stamps are of `CLOCK_REALTIME`, and carried over to the machine's clock.
+#[derive(Debug)]
+pub struct KernelStamped {
+    socket: UdpSocket,
+    stamps: Stamps,
+    offset: ClockOffset,
+    /// For what the kernel says beside a datagram.
+    beside: Vec<u8>,
+}
+
+impl KernelStamped {
+    fn over(socket: UdpSocket, stamps: Stamps) -> Self {
+        Self {
+            socket,
+            stamps,
+            offset: ClockOffset::default(),
+            beside: cmsg_space!(Timestamps, libc::sock_extended_err, libc::sockaddr_in6),
+        }
+    }
+
+    /// A stamp of `CLOCK_REALTIME` on the machine's clock.
+    fn carried(&mut self, stamp: i64) -> Option<i64> {
+        let was_set = self.offset.measure(monotonic, realtime);
+        self.offset.carried(stamp, monotonic()).filter(|_| !was_set)
+    }
+}
+
+impl StampedSocket for KernelStamped {
+    fn bind(address: SocketAddr) -> io::Result<Self> {
+        let socket = UdpSocket::bind(address)?;
+        socket.set_read_timeout(Some(PATIENCE))?;
+        let wanted = TimestampingFlag::SOF_TIMESTAMPING_SOFTWARE
+            | TimestampingFlag::SOF_TIMESTAMPING_RX_SOFTWARE
+            | TimestampingFlag::SOF_TIMESTAMPING_TX_SOFTWARE
+            | TimestampingFlag::SOF_TIMESTAMPING_OPT_ID
+            | TimestampingFlag::SOF_TIMESTAMPING_OPT_TSONLY;
+        let stamps = match setsockopt(&socket, sockopt::Timestamping, &wanted) {
+            Ok(()) => Stamps::Kernel,
+            Err(errno) => {
+                tracing::warn!("the kernel gives no stamps: {errno}; the program takes its own");
+                Stamps::Application
+            }
+        };
+        Ok(Self::over(socket, stamps))
+    }
+
+    fn try_clone(&self) -> io::Result<Self> {
+        Ok(Self::over(self.socket.try_clone()?, self.stamps))
+    }
+
+    fn address(&self) -> io::Result<SocketAddr> {
+        self.socket.local_addr()
+    }
+
+    fn stamps(&self) -> Stamps {
+        self.stamps
+    }
+
+    fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<Came>> {
+        if self.stamps == Stamps::Application {
+            return match self.socket.recv_from(buffer) {
+                Ok((length, from)) => Ok(Some(Came {
+                    length,
+                    from,
+                    at_ns: Some(monotonic()),
+                })),
+                Err(error) => nothing_came(error),
+            };
+        }
+        let mut parts = [IoSliceMut::new(buffer)];
+        let received = recvmsg::<SockaddrStorage>(
+            self.socket.as_raw_fd(),
+            &mut parts,
+            Some(&mut self.beside),
+            MsgFlags::empty(),
+        );
+        let (length, from, stamp) = match received {
+            Ok(message) => {
+                let stamp = message.cmsgs().ok().and_then(|mut beside| {
+                    beside.find_map(|one| match one {
+                        ControlMessageOwned::ScmTimestampsns(stamps) => Some(nanos(stamps.system)),
+                        _ => None,
+                    })
+                });
+                (message.bytes, message.address.and_then(address_of), stamp)
+            }
+            Err(errno) => return nothing_came(errno.into()),
+        };
+        let Some(from) = from else {
+            return Ok(None);
+        };
+        let at_ns = stamp.and_then(|stamp| self.carried(stamp));
+        Ok(Some(Came {
+            length,
+            from,
+            at_ns,
+        }))
+    }
+
+    fn send(&mut self, bytes: &[u8], to: SocketAddr) -> io::Result<()> {
+        self.socket.send_to(bytes, to).map(drop)
+    }
+
+    fn departure(&mut self) -> Option<(u32, i64)> {
+        if self.stamps == Stamps::Application {
+            return None;
+        }
+        loop {
+            let message = recvmsg::<SockaddrStorage>(
+                self.socket.as_raw_fd(),
+                &mut [],
+                Some(&mut self.beside),
+                MsgFlags::MSG_ERRQUEUE | MsgFlags::MSG_DONTWAIT,
+            );
+            let (mut stamp, mut number) = (None, None);
+            for one in message.ok()?.cmsgs().ok()? {
+                match one {
+                    ControlMessageOwned::ScmTimestampsns(stamps) => {
+                        stamp = Some(nanos(stamps.system));
+                    }
+                    ControlMessageOwned::Ipv4RecvErr(error, _)
+                    | ControlMessageOwned::Ipv6RecvErr(error, _) => {
+                        let is_stamp = error.ee_origin == libc::SO_EE_ORIGIN_TIMESTAMPING;
+                        number = is_stamp.then_some(error.ee_data);
+                    }
+                    _ => {}
+                }
+            }
+            if let (Some(stamp), Some(number)) = (stamp, number)
+                && let Some(left) = self.carried(stamp)
+            {
+                return Some((number, left));
+            }
+        }
+    }
+}
+
+fn nothing_came(error: io::Error) -> io::Result<Option<Came>> {
+    use io::ErrorKind::{ConnectionRefused, Interrupted, TimedOut, WouldBlock};
+    match error.kind() {
+        // Nobody listens there as yet, which the next call is told.
+        WouldBlock | TimedOut | Interrupted | ConnectionRefused => Ok(None),
+        _ => Err(error),
+    }
+}
+
+fn address_of(address: SockaddrStorage) -> Option<SocketAddr> {
+    if let Some(v4) = address.as_sockaddr_in() {
+        return Some(std::net::SocketAddrV4::from(*v4).into());
+    }
+    let v6 = address.as_sockaddr_in6()?;
+    Some(std::net::SocketAddrV6::from(*v6).into())
+}
+
+fn nanos(time: TimeSpec) -> i64 {
+    time.tv_sec() * NANOS_PER_SEC + time.tv_nsec()
+}
+
+fn monotonic() -> i64 {
+    let time = clock_gettime(ClockId::Monotonic);
+    time.tv_sec * NANOS_PER_SEC + time.tv_nsec
+}
+
+fn realtime() -> i64 {
+    let time = clock_gettime(ClockId::Realtime);
+    time.tv_sec * NANOS_PER_SEC + time.tv_nsec
+}

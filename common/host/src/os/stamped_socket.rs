@@ -1,0 +1,154 @@
+//! A UDP socket that says when datagrams came and left, as near to the wire as the system can tell.
+
+use std::io;
+use std::net::SocketAddr;
+
+use coaxle_node::Stamps;
+
+/// A datagram that came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Came {
+    /// Its length; one that is longer than the buffer is cut.
+    pub length: usize,
+    /// Who sent it.
+    pub from: SocketAddr,
+    /// When, ns of [`System::clock_ns`](super::System::clock_ns); none if its stamp cannot be believed.
+    pub at_ns: Option<i64>,
+}
+
+/// A UDP socket with stamps. Both ends of a clone share the socket.
+pub trait StampedSocket: Sized + Send {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// The address cannot be used.
+    fn bind(address: SocketAddr) -> io::Result<Self>;
+
+    /// Another end of it.
+    ///
+    /// # Errors
+    /// The system refuses.
+    fn try_clone(&self) -> io::Result<Self>;
+
+    /// Where it is bound.
+    ///
+    /// # Errors
+    /// The system refuses.
+    fn address(&self) -> io::Result<SocketAddr>;
+
+    /// Where its stamps are taken.
+    fn stamps(&self) -> Stamps;
+
+    /// Waits for the next datagram, for a tenth of a second at most; none if none came.
+    ///
+    /// # Errors
+    /// The system refuses.
+    fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<Came>>;
+
+    /// Sends a datagram.
+    ///
+    /// # Errors
+    /// It was not sent.
+    fn send(&mut self, bytes: &[u8], to: SocketAddr) -> io::Result<()>;
+
+    /// The stamp of a datagram that left: how many were sent before it by this socket, and when it left, ns of the same
+    /// clock. None if there is no more as yet.
+    fn departure(&mut self) -> Option<(u32, i64)>;
+}
+
+/// Of two clocks, what the second shows when the first shows 0, as far as a stamp can be carried from one to the other.
+///
+/// The second may be set anew at any time: a stamp from before that cannot be carried over.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ClockOffset {
+    newest: Option<i64>,
+}
+
+/// Stamps are not taken in the future, nor is one so old of use.
+const LONGEST_AGE_NS: i64 = 200_000_000;
+/// Both are read one after the other, ns.
+const READING_NS: i64 = 1_000;
+/// What is more was a clock that was set, ns.
+const JUMP_NS: i64 = 20_000;
+/// So often both clocks are read; the narrowest counts.
+const READINGS: usize = 9;
+
+impl ClockOffset {
+    /// Reads both: `clock`, `other`, `clock`, several times. Whether the other one was set since the last time.
+    pub fn measure(&mut self, clock: impl Fn() -> i64, other: impl Fn() -> i64) -> bool {
+        let mut narrowest = (i64::MAX, 0);
+        for _ in 0..READINGS {
+            let (before, between, after) = (clock(), other(), clock());
+            let width = after - before;
+            if width < narrowest.0 {
+                narrowest = (width, between - (before + width / 2));
+            }
+        }
+        let (_, offset) = narrowest;
+        let before = self.newest.replace(offset);
+        before.is_some_and(|before| (offset - before).abs() > JUMP_NS)
+    }
+
+    /// A stamp of the other clock on the first, which shows `now`; none if it cannot be believed.
+    #[must_use]
+    pub fn carried(&self, stamp: i64, now: i64) -> Option<i64> {
+        let at = stamp.checked_sub(self.newest?)?;
+        let age = now.checked_sub(at)?;
+        (-READING_NS..=LONGEST_AGE_NS).contains(&age).then_some(at)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    /// Every reading takes so many ns, and some are interrupted.
+    fn clock(now: &Cell<i64>, takes: &[i64]) -> impl Fn() -> i64 {
+        let reading = Cell::new(0);
+        move || {
+            let n = reading.replace(reading.get() + 1);
+            now.set(now.get() + takes[n % takes.len()]);
+            now.get()
+        }
+    }
+
+    #[test]
+    fn the_narrowest_reading_counts() {
+        let now = Cell::new(1_000_000);
+        let takes = [20, 40_000, 20, 30, 9_000, 25];
+        let read = clock(&now, &takes);
+        let mut offset = ClockOffset::default();
+        assert!(!offset.measure(&read, || now.get() + 5_000_000_000));
+        let carried = offset.carried(now.get() + 5_000_000_000 - 700, now.get());
+        let off = carried.unwrap() - (now.get() - 700);
+        assert!(off.abs() <= 20, "{off}");
+    }
+
+    #[test]
+    fn a_clock_that_was_set_is_noticed_and_stamps_of_before_are_not_believed() {
+        let now = Cell::new(1_000_000);
+        let read = || now.replace(now.get() + 20);
+        let set = Cell::new(7_000_000);
+        let other = || now.get() + set.get();
+        let mut offset = ClockOffset::default();
+        assert!(!offset.measure(read, other));
+        let stamp = other();
+        assert!(!offset.measure(read, other));
+        set.set(9_000_000);
+        assert!(offset.measure(read, other));
+        assert_eq!(
+            offset.carried(stamp + 3_000_000, now.get()),
+            None,
+            "in the future"
+        );
+        assert!(!offset.measure(read, other));
+        assert_eq!(
+            offset.carried(other() - 300_000_000, now.get()),
+            None,
+            "too old"
+        );
+        assert_eq!(ClockOffset::default().carried(0, 0), None);
+        assert_eq!(offset.carried(i64::MIN, 0), None);
+    }
+}

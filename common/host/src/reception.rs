@@ -1,0 +1,150 @@
+//! The way in for what a node receives, and what is known of where it comes from.
+
+use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use coaxle_clock::{Instant, Span};
+use coaxle_node::faults::WrongTerm;
+use coaxle_node::wiring::Subscription;
+use coaxle_node::{Message, Reader, Rejection};
+
+use crate::counters::{Counters, count};
+use crate::faults::Faults;
+use crate::machine::Machine;
+use crate::mailbox::Inbox;
+
+/// What is known of a source, written by the transport's threads.
+pub(crate) struct Contact {
+    alive: AtomicBool,
+    /// Machine time of the last accepted frame; `i64::MIN` before the first.
+    last_frame: AtomicI64,
+    /// The axes of a frame with none of those that are followed, and when it came.
+    other_axes: Mutex<Option<(Instant<Machine>, Vec<u32>)>>,
+}
+
+/// The axes of frames that have none of those that are followed are looked at so often.
+const LOOK: Span = Span::from_secs(1);
+
+impl Contact {
+    pub(crate) fn new() -> Arc<Self> {
+        Arc::new(Self {
+            alive: AtomicBool::new(false),
+            last_frame: AtomicI64::new(i64::MIN),
+            other_axes: Mutex::new(None),
+        })
+    }
+
+    /// The ids of the axes that came instead of those that are followed, if that is so.
+    pub(crate) fn other_axes(&self) -> Vec<u32> {
+        let other = self.other_axes.lock();
+        let other = other.unwrap_or_else(PoisonError::into_inner);
+        other.as_ref().map_or_else(Vec::new, |(_, ids)| ids.clone())
+    }
+
+    fn note_other_axes(&self, at: Instant<Machine>, ids: impl FnOnce() -> Vec<u32>) {
+        let other = self.other_axes.lock();
+        let mut other = other.unwrap_or_else(PoisonError::into_inner);
+        if other
+            .as_ref()
+            .is_none_or(|(before, _)| at - *before >= LOOK)
+        {
+            *other = Some((at, ids()));
+        }
+    }
+
+    /// It has announced itself, or left.
+    pub(crate) fn set_alive(&self, alive: bool) {
+        self.alive.store(alive, Ordering::Relaxed);
+    }
+
+    /// Whether the source has announced itself. For display: what counts is the age of its frames.
+    pub(crate) fn is_alive(&self) -> bool {
+        self.alive.load(Ordering::Relaxed)
+    }
+
+    /// How long ago the source's last good frame came; none if none ever did.
+    pub(crate) fn frame_age(&self, now: Instant<Machine>) -> Option<Span> {
+        match self.last_frame.load(Ordering::Relaxed) {
+            i64::MIN => None,
+            nanos => Some(now - Instant::from_nanos(nanos)),
+        }
+    }
+}
+
+/// The way in for the frames of one key: checked, put through the faults, into the mailbox.
+pub(crate) struct Reception {
+    carries_axes: bool,
+    reader: Reader,
+    faults: Faults,
+    inbox: Inbox,
+    contact: Arc<Contact>,
+    counters: Arc<Counters>,
+}
+
+impl Reception {
+    /// The way in of a subscription: its messages go to `inbox`.
+    ///
+    /// # Errors
+    /// A file that its faults name cannot be used.
+    pub(crate) fn new(
+        subscription: &Subscription,
+        seed: u64,
+        inbox: Inbox,
+        contact: Arc<Contact>,
+        counters: Arc<Counters>,
+    ) -> Result<Self, WrongTerm> {
+        let Subscription { channel, far, .. } = *subscription;
+        let key = subscription.node.channel_key(channel);
+        Ok(Self {
+            carries_axes: channel.carries_axes(),
+            reader: subscription.reader.clone(),
+            faults: Faults::new(&subscription.faults, seed, &key, channel, far)?,
+            inbox,
+            contact,
+            counters,
+        })
+    }
+
+    /// A delayed message is delivered at once, with a stamp in the future: the node holds it. Whether it was a good one.
+    pub(crate) fn take(&mut self, arrival: Instant<Machine>, payload: &[u8]) -> bool {
+        let mut is_good = false;
+        let Self {
+            carries_axes,
+            reader,
+            faults,
+            inbox,
+            contact,
+            counters,
+        } = self;
+        for delay in faults.deliveries(arrival) {
+            faults.tamper(arrival, payload, |payload| {
+                let arrival = arrival + delay;
+                let mut is_of_other_axes = false;
+                reader.read(payload, |message| {
+                    is_good |= !matches!(message, Message::Rejected(_));
+                    match message {
+                        Message::Frame(_) => {
+                            let nanos = arrival.as_nanos();
+                            contact.last_frame.store(nanos, Ordering::Relaxed);
+                            count(&counters.received);
+                        }
+                        Message::Rejected(reason) if *carries_axes => {
+                            is_of_other_axes = *reason == Rejection::AxisMissing;
+                            count(&counters.refused);
+                        }
+                        Message::Rejected(_) => count(&counters.exchange_refused),
+                        Message::TimeRequest(_)
+                        | Message::TimeResponse(_)
+                        | Message::BeaconRequest(_)
+                        | Message::BeaconResponse(_) => {}
+                    }
+                    inbox.push(arrival, message);
+                });
+                if is_of_other_axes {
+                    contact.note_other_axes(arrival, || reader.axis_ids(payload));
+                }
+            });
+        }
+        is_good
+    }
+}

@@ -1,0 +1,81 @@
+//! Beacons that come.
+
+use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use coaxle_clock::Instant;
+use coaxle_node::Channel;
+use coaxle_node::beacon::BeaconLabel;
+
+use super::{LONGEST_BEACON, Peers};
+use crate::os::stamped_socket::{Came, StampedSocket};
+use crate::reception::Reception;
+
+/// A way that beacons come by.
+pub(crate) struct Way {
+    pub(crate) channel: Channel,
+    /// From where they must come: answers, from where the beacons went.
+    pub(crate) from: Option<SocketAddr>,
+    pub(crate) reception: Reception,
+}
+
+/// The end of a timing channel that receives.
+pub(crate) struct BeaconReceiver<S> {
+    socket: S,
+    peers: Peers,
+    ways: Vec<Way>,
+}
+
+impl<S: StampedSocket> BeaconReceiver<S> {
+    pub(super) const fn new(socket: S, peers: Peers) -> Self {
+        Self {
+            socket,
+            peers,
+            ways: Vec::new(),
+        }
+    }
+
+    /// Receives what comes by this way, too.
+    pub(crate) fn add(&mut self, way: Way) {
+        self.ways.push(way);
+    }
+
+    /// Receives until it is told to stop.
+    pub(crate) fn work(&mut self, stop: &AtomicBool) {
+        let mut buffer = [0; LONGEST_BEACON + 1];
+        while !stop.load(Ordering::Relaxed) {
+            match self.socket.receive(&mut buffer) {
+                Ok(Some(came)) => self.take(&came, &buffer[..came.length.min(buffer.len())]),
+                Ok(None) => {}
+                Err(error) => {
+                    tracing::debug!(%error, "the timing channel cannot receive");
+                    // Not as fast as it fails.
+                    std::thread::sleep(std::time::Duration::from_millis(100));
+                }
+            }
+        }
+    }
+
+    /// A datagram. One without a stamp that can be believed says nothing, nor does one that is too long.
+    pub(super) fn take(&mut self, came: &Came, bytes: &[u8]) {
+        let Some(at) = came.at_ns.filter(|_| bytes.len() <= LONGEST_BEACON) else {
+            return;
+        };
+        // The answers of a node come from where it answers; all else is taken for beacons to this one.
+        let answers = |way: &&mut Way| way.from == Some(came.from);
+        let way = match self.ways.iter_mut().find(answers) {
+            Some(way) => Some(way),
+            None => self.ways.iter_mut().find(|way| way.from.is_none()),
+        };
+        let Some(way) = way else {
+            return;
+        };
+        let is_good = way.reception.take(Instant::from_nanos(at), bytes);
+        if is_good
+            && way.channel == Channel::BeaconRequests
+            && let Some(label) = BeaconLabel::of(way.channel, bytes)
+        {
+            self.peers.heard(label, came.from);
+        }
+    }
+}

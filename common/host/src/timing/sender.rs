@@ -1,0 +1,157 @@
+//! Beacons that leave.
+
+use std::net::SocketAddr;
+
+use coaxle_clock::{Instant, Span};
+use coaxle_node::Channel;
+use coaxle_node::beacon::{BeaconLabel, BeaconSeal, Departure};
+
+use super::Peers;
+use crate::faults::Faults;
+use crate::machine::{self, Machine};
+use crate::os::stamped_socket::StampedSocket;
+use crate::outbox::OutgoingFrame;
+
+/// A channel of beacons that this node sends.
+pub(crate) struct BeaconChannel {
+    pub(crate) channel: Channel,
+    /// Which of the nodes that this one follows it is to.
+    pub(crate) far: usize,
+    /// Where that is; answers go to where the beacon came from.
+    pub(crate) to: Option<SocketAddr>,
+    pub(crate) seal: BeaconSeal,
+    pub(crate) faults: Faults,
+}
+
+/// The newest beacon to a node.
+#[derive(Clone, Copy, Debug)]
+struct Sent {
+    channel: Channel,
+    far: u16,
+    label: BeaconLabel,
+    /// How many were sent before it.
+    number: u32,
+    called: Instant<Machine>,
+    /// By its stamp.
+    left: Option<Instant<Machine>>,
+    /// What faults are laid over it say that it left earlier.
+    earlier: Span,
+}
+
+/// The end of a timing channel that sends.
+pub(crate) struct BeaconSender<S> {
+    socket: S,
+    peers: Peers,
+    channels: Vec<BeaconChannel>,
+    sent: Vec<Sent>,
+    /// Datagrams that were sent so far.
+    number: u32,
+    sealed: Vec<u8>,
+}
+
+/// A datagram leaves no later than this after the call that sends it.
+const LATEST: Span = Span::from_millis(50);
+/// Clocks are read one after the other.
+const READING: Span = Span::from_micros(1);
+/// Of so many nodes the newest beacon is known.
+const MOST: usize = 64;
+
+impl<S: StampedSocket> BeaconSender<S> {
+    pub(super) const fn new(socket: S, peers: Peers) -> Self {
+        Self {
+            socket,
+            peers,
+            channels: Vec::new(),
+            sent: Vec::new(),
+            number: 0,
+            sealed: Vec::new(),
+        }
+    }
+
+    /// Sends on this channel, too.
+    pub(crate) fn add(&mut self, channel: BeaconChannel) {
+        self.channels.push(channel);
+    }
+
+    /// Sends a beacon; false if it cannot.
+    pub(crate) fn send(&mut self, frame: &OutgoingFrame, body: &[u8]) -> bool {
+        self.note_departures();
+        let Some(label) = BeaconLabel::of(frame.channel, body) else {
+            return false;
+        };
+        let channel = self.channels.iter_mut().find(|channel| {
+            channel.channel == frame.channel && channel.far == usize::from(frame.far)
+        });
+        let Some(channel) = channel else {
+            return false;
+        };
+        let to = channel
+            .to
+            .or_else(|| self.peers.address_of(label.requester));
+        let Some(to) = to else {
+            return false;
+        };
+        let Some(earlier) = channel.faults.deliveries(machine::now()).next() else {
+            // A fault has lost it.
+            return true;
+        };
+        let same = |sent: &Sent| {
+            (sent.channel, sent.far, sent.label.requester)
+                == (frame.channel, frame.far, label.requester)
+        };
+        let place = self.sent.iter().position(same);
+        let before = place.map(|place| self.sent.remove(place));
+        let before = before.filter(|before| before.label.run == label.run);
+        let before = before.and_then(|before| Some((before, before.left?)));
+        let called = machine::now();
+        let departure = Departure {
+            left: frame.since_ideal_start(called) - earlier,
+            stamps: self.socket.stamps(),
+            before: before.map(|(sent, left)| {
+                (
+                    sent.label.number,
+                    frame.since_ideal_start(left) - sent.earlier,
+                )
+            }),
+        };
+        channel.seal.seal(body, &departure, &mut self.sealed);
+        if let Err(error) = self.socket.send(&self.sealed, to) {
+            tracing::debug!(%error, "the timing channel refused a beacon");
+            return false;
+        }
+        if self.sent.len() == MOST {
+            self.sent.remove(0);
+        }
+        self.sent.push(Sent {
+            channel: frame.channel,
+            far: frame.far,
+            label,
+            number: self.number,
+            called,
+            left: None,
+            earlier,
+        });
+        self.number = self.number.wrapping_add(1);
+        true
+    }
+
+    /// When the last ones left, as far as it is known by now.
+    fn note_departures(&mut self) {
+        while let Some((number, left_ns)) = self.socket.departure() {
+            let left = Instant::from_nanos(left_ns);
+            // A stamp of another one would be off by far more.
+            let fits = |sent: &Sent| {
+                sent.left.is_none()
+                    && (sent.called - READING..=sent.called + LATEST).contains(&left)
+            };
+            let counted = |sent: &Sent| sent.number == number && fits(sent);
+            let sent = &mut self.sent;
+            // A datagram that the kernel refused may have been counted by it, or not.
+            let place = sent.iter().position(counted);
+            if let Some(place) = place.or_else(|| sent.iter().position(fits)) {
+                self.number = (self.number).wrapping_add(number.wrapping_sub(sent[place].number));
+                sent[place].left = Some(left);
+            }
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The timing channel: beacons beside the transport.
+
+use std::net::SocketAddr;
+
+use coaxle_clock::Span;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::checked::BeaconsPerSecond;
+use super::link::LinkConfig;
+
+/// Where a node answers the beacons of those who follow it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct TimingServerConfig {
+    /// The UDP address and port to listen on, such as `0.0.0.0:7450`.
+    #[schemars(with = "String")]
+    pub listen: SocketAddr,
+}
+
+/// The timing channel to a node that is followed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct TimingLinkConfig {
+    /// Where that node answers beacons: its UDP address and port, such as `192.168.1.10:7450`.
+    #[schemars(with = "String")]
+    pub connect: SocketAddr,
+    /// Beacons a second. 50 by default.
+    #[serde(default)]
+    pub per_s: BeaconsPerSecond,
+    /// Faults laid over the beacons, either way.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub faults: LinkConfig,
+}
+
+fn is_default(faults: &LinkConfig) -> bool {
+    *faults == LinkConfig::default()
+}
+
+impl TimingLinkConfig {
+    /// From one beacon to the next.
+    #[must_use]
+    pub fn interval(&self) -> Span {
+        Span::from_secs_f64(1.0 / self.per_s.get())
+    }
+}
+
+impl Default for BeaconsPerSecond {
+    fn default() -> Self {
+        Self::USUAL
+    }
+}
+
+/// The addresses of a node's timing channel.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TimingEndpoints {
+    /// Where it answers beacons.
+    pub listen: Option<SocketAddr>,
+    /// Where those that it sends beacons to do: each with the number of the node among all that it hears.
+    pub nodes: Vec<(usize, SocketAddr)>,
+}
+
+impl TimingEndpoints {
+    /// Whether there is no timing channel.
+    #[must_use]
+    pub const fn is_none(&self) -> bool {
+        self.listen.is_none() && self.nodes.is_empty()
+    }
+}

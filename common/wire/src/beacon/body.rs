@@ -1,0 +1,192 @@
+//! What the node writes of a beacon: everything up to what is known of departures.
+
+use coaxle_clock::{CycleTime, Instant, Local, Span};
+use serde::{Deserialize, Serialize};
+
+use super::{BeaconBefore, BeaconRequest, BeaconResponse, Stamps};
+use crate::channel::Channel;
+use crate::frame::{FORMAT_VERSION, cycle_time, read, write};
+use crate::rejection::Rejection;
+
+/// A buffer of this many bytes holds the body of every beacon.
+pub const BEACON_CAPACITY: usize = 1 + 5 + 10 + 10 + 5 + (5 + 10 + 5 + 10 + 1 + 16) + 10;
+
+/// Who responds, and in which cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BeaconResponseHeader {
+    /// The CRC-32 of its node name.
+    pub sender: u32,
+    /// Its run.
+    pub epoch: u64,
+    /// Its cycle count.
+    pub count: u64,
+    /// Its nominal cycle time.
+    pub cycle_time: CycleTime,
+}
+
+/// What whoever sends beacons has to know of one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BeaconLabel {
+    /// The requester: of a response, who it is for.
+    pub requester: u32,
+    /// The requester's run.
+    pub run: u64,
+    /// The number of the request.
+    pub number: u32,
+}
+
+impl BeaconLabel {
+    /// That of a body, or of a whole beacon; none of bytes that are none.
+    #[must_use]
+    pub fn of(channel: Channel, body: &[u8]) -> Option<Self> {
+        match channel {
+            Channel::BeaconRequests => {
+                let (body, _) = read::<RequestBody>(body).ok()?;
+                Some(Self {
+                    requester: body.requester,
+                    run: body.run,
+                    number: body.number,
+                })
+            }
+            Channel::BeaconResponses => {
+                let (body, _) = read::<ResponseBody>(body).ok()?;
+                Some(Self {
+                    requester: body.requester,
+                    run: body.run,
+                    number: body.number,
+                })
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Writes the beacon of a node that follows another one into `out` and says how long that is. It leaves in the
+/// cycle that ideally began at `ideal_start`.
+pub fn encode_beacon_request(
+    requester: u32,
+    run: u64,
+    number: u32,
+    ideal_start: Instant<Local>,
+    out: &mut [u8; BEACON_CAPACITY],
+) -> usize {
+    let body = RequestBody {
+        version: FORMAT_VERSION,
+        requester,
+        run,
+        number,
+        ideal_start: ideal_start.as_nanos(),
+    };
+    write(&body, out).expect("the buffer holds the longest beacon")
+}
+
+/// Writes the response to a beacon that arrived `received` after the ideal start of the own cycle 0.
+pub fn encode_beacon_response(
+    header: &BeaconResponseHeader,
+    request: &BeaconRequest,
+    received: Span,
+    out: &mut [u8; BEACON_CAPACITY],
+) -> usize {
+    let body = ResponseBody {
+        version: FORMAT_VERSION,
+        sender: header.sender,
+        epoch: header.epoch,
+        count: header.count,
+        // A cycle takes at most 100 ms.
+        cycle_time_ns: header.cycle_time.span().as_nanos() as u32,
+        requester: request.requester,
+        run: request.run,
+        number: request.number,
+        requested: request.requested,
+        requester_stamps: request.stamps.code(),
+        request_before: request.before,
+        received,
+    };
+    write(&body, out).expect("the buffer holds the longest beacon")
+}
+
+#[derive(Serialize, Deserialize)]
+struct RequestBody {
+    version: u8,
+    requester: u32,
+    run: u64,
+    number: u32,
+    ideal_start: i64,
+}
+
+#[derive(Serialize, Deserialize)]
+struct ResponseBody {
+    version: u8,
+    sender: u32,
+    epoch: u64,
+    count: u64,
+    cycle_time_ns: u32,
+    requester: u32,
+    run: u64,
+    number: u32,
+    requested: i64,
+    requester_stamps: u8,
+    request_before: Option<BeaconBefore>,
+    received: Span,
+}
+
+/// What was written of departures: spans since an ideal start.
+pub(super) struct Departed {
+    pub(super) left: Span,
+    pub(super) stamps: Stamps,
+    pub(super) before: Option<(u32, Span)>,
+}
+
+impl Departed {
+    fn before_since(&self, ideal_start_ns: i64) -> Option<BeaconBefore> {
+        self.before.map(|(number, left)| BeaconBefore {
+            number,
+            left_ns: ideal_start_ns.saturating_add(left.as_nanos()),
+        })
+    }
+}
+
+/// The request, and what follows its body.
+pub(super) fn read_request(
+    content: &[u8],
+    departed: impl FnOnce(&[u8]) -> Result<Departed, Rejection>,
+) -> Result<BeaconRequest, Rejection> {
+    let (body, rest) = read::<RequestBody>(content)?;
+    let departed = departed(rest)?;
+    Ok(BeaconRequest {
+        requester: body.requester,
+        run: body.run,
+        number: body.number,
+        requested: (body.ideal_start).saturating_add(departed.left.as_nanos()),
+        stamps: departed.stamps,
+        before: departed.before_since(body.ideal_start),
+    })
+}
+
+/// The response with the id of who gave it.
+pub(super) fn read_response(
+    content: &[u8],
+    departed: impl FnOnce(&[u8]) -> Result<Departed, Rejection>,
+) -> Result<(u32, BeaconResponse), Rejection> {
+    let (body, rest) = read::<ResponseBody>(content)?;
+    let departed = departed(rest)?;
+    let stamps = Stamps::of_code(body.requester_stamps).ok_or(Rejection::Malformed)?;
+    let cycle_ns = cycle_time(body.cycle_time_ns)?.span().as_nanos();
+    let ideal_start = cycle_ns.saturating_mul(i64::try_from(body.count).unwrap_or(i64::MAX));
+    let response = BeaconResponse {
+        epoch: body.epoch,
+        request: BeaconRequest {
+            requester: body.requester,
+            run: body.run,
+            number: body.number,
+            requested: body.requested,
+            stamps,
+            before: body.request_before,
+        },
+        received: body.received,
+        responded: Span::from_nanos(ideal_start.saturating_add(departed.left.as_nanos())),
+        stamps: departed.stamps,
+        before: departed.before_since(ideal_start),
+    };
+    Ok((body.sender, response))
+}

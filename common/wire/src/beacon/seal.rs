@@ -1,0 +1,140 @@
+//! What whoever sends a beacon appends at the last moment, and how a beacon is read that arrives.
+
+use coaxle_clock::Span;
+use serde::{Deserialize, Serialize};
+
+use super::body::{Departed, read_request, read_response};
+use super::secret::{BeaconSecret, TAG_LEN};
+use super::{BeaconRequest, BeaconResponse, Stamps};
+use crate::frame::{FORMAT_VERSION, KeySeal, read, write};
+use crate::rejection::Rejection;
+
+/// What a beacon says of departures, as spans since the ideal start of its own cycle in the sender's clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Departure {
+    /// When it leaves, as the program sees it.
+    pub left: Span,
+    /// Where the sender takes its stamps.
+    pub stamps: Stamps,
+    /// The number of the beacon before it to the same node, and when that left by its stamp.
+    pub before: Option<(u32, Span)>,
+}
+
+/// Seals the beacons of one node: its key goes into their check sum, or into what authenticates them.
+#[derive(Clone, Debug)]
+pub struct BeaconSeal {
+    key: String,
+    tag: Tag,
+}
+
+/// What a beacon ends with.
+#[derive(Clone, Debug)]
+enum Tag {
+    CheckSum(KeySeal),
+    Authentication(BeaconSecret),
+}
+
+const DEPARTURE_CAPACITY: usize = 10 + 1 + 1 + 5 + 10;
+
+#[derive(Serialize, Deserialize)]
+struct DepartureFields {
+    left: Span,
+    stamps: u8,
+    before: Option<(u32, Span)>,
+}
+
+impl BeaconSeal {
+    /// The seal of what travels under `key`.
+    #[must_use]
+    pub fn new(key: &str) -> Self {
+        Self {
+            key: key.to_owned(),
+            tag: Tag::CheckSum(KeySeal::new(key)),
+        }
+    }
+
+    /// The same, but only who knows the secret can seal, and what is sealed otherwise is refused.
+    #[must_use]
+    pub fn authenticated(self, secret: &BeaconSecret) -> Self {
+        let tag = Tag::Authentication(secret.clone());
+        Self { tag, ..self }
+    }
+
+    /// Replaces what is in `out` by the complete beacon.
+    pub fn seal(&self, body: &[u8], departure: &Departure, out: &mut Vec<u8>) {
+        let fields = DepartureFields {
+            left: departure.left,
+            stamps: departure.stamps.code(),
+            before: departure.before,
+        };
+        let mut written = [0; DEPARTURE_CAPACITY];
+        let length = write(&fields, &mut written).expect("the buffer holds the longest departure");
+        out.clear();
+        out.extend_from_slice(body);
+        out.extend_from_slice(&written[..length]);
+        match &self.tag {
+            Tag::CheckSum(seal) => seal.append_checksum(out),
+            Tag::Authentication(secret) => {
+                let tag = secret.tag(&self.key, out);
+                out.extend_from_slice(&tag);
+            }
+        }
+    }
+
+    /// Checks and reads a request. Does not allocate.
+    ///
+    /// # Errors
+    /// [`Rejection`], the first reason that applies.
+    pub fn open_request(&self, payload: &[u8]) -> Result<BeaconRequest, Rejection> {
+        let content = self.verify(payload, |content| {
+            read_request(content, read_departure).map(drop)
+        })?;
+        read_request(content, read_departure)
+    }
+
+    /// Checks and reads a response, with the id of who gave it. Does not allocate.
+    ///
+    /// # Errors
+    /// [`Rejection`], the first reason that applies.
+    pub fn open_response(&self, payload: &[u8]) -> Result<(u32, BeaconResponse), Rejection> {
+        let content = self.verify(payload, |content| {
+            read_response(content, read_departure).map(drop)
+        })?;
+        read_response(content, read_departure)
+    }
+
+    fn verify<'a>(
+        &self,
+        payload: &'a [u8],
+        walk: impl FnOnce(&[u8]) -> Result<(), Rejection>,
+    ) -> Result<&'a [u8], Rejection> {
+        let secret = match &self.tag {
+            Tag::CheckSum(seal) => return seal.verify(payload, walk),
+            Tag::Authentication(secret) => secret,
+        };
+        match payload.first() {
+            None => Err(Rejection::Truncated),
+            Some(&FORMAT_VERSION) => {
+                let split = payload.split_last_chunk::<TAG_LEN>();
+                let (content, tag) = split.ok_or(Rejection::Truncated)?;
+                match secret.fits(&self.key, content, tag) {
+                    true => Ok(content),
+                    false => Err(Rejection::WrongChecksum),
+                }
+            }
+            Some(_) => Err(Rejection::WrongVersion),
+        }
+    }
+}
+
+fn read_departure(bytes: &[u8]) -> Result<Departed, Rejection> {
+    let (fields, rest) = read::<DepartureFields>(bytes)?;
+    if !rest.is_empty() {
+        return Err(Rejection::TrailingBytes);
+    }
+    Ok(Departed {
+        left: fields.left,
+        stamps: Stamps::of_code(fields.stamps).ok_or(Rejection::Malformed)?,
+        before: fields.before,
+    })
+}

@@ -1,0 +1,80 @@
+//! What authenticates beacons in a secure network: a secret that all of its nodes share.
+
+use std::fmt;
+
+use hmac::{Hmac, Mac};
+use sha2::Sha256;
+
+/// Bytes of a secret.
+pub const SECRET_LEN: usize = 32;
+/// Bytes that a beacon ends with.
+pub(super) const TAG_LEN: usize = 16;
+
+/// The secret, made ready: HMAC-SHA-256, of which the first half is sent.
+#[derive(Clone)]
+pub struct BeaconSecret(Hmac<Sha256>);
+
+/// Text that is no secret.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("received {received} characters, expected {} hexadecimal digits", 2 * SECRET_LEN)]
+pub struct NoSecret {
+    /// How many there were.
+    pub received: usize,
+}
+
+impl BeaconSecret {
+    /// Of these bytes.
+    #[must_use]
+    pub fn new(secret: &[u8; SECRET_LEN]) -> Self {
+        Self(Hmac::new_from_slice(secret).expect("a key of any length will do"))
+    }
+
+    /// Of the text of its file: hexadecimal digits, and a new line.
+    ///
+    /// # Errors
+    /// [`NoSecret`], without a word of what was there.
+    pub fn from_hex(text: &str) -> Result<Self, NoSecret> {
+        let text = text.trim();
+        let received = text.chars().count();
+        let mut secret = [0; SECRET_LEN];
+        if text.len() != 2 * SECRET_LEN || !text.is_ascii() {
+            return Err(NoSecret { received });
+        }
+        for (byte, digits) in secret.iter_mut().zip(text.as_bytes().chunks(2)) {
+            let digits = std::str::from_utf8(digits).map_err(|_| NoSecret { received })?;
+            // A sign would be taken for part of the number.
+            let are_digits = digits.chars().all(|digit| digit.is_ascii_hexdigit());
+            let number = u8::from_str_radix(digits, 16).ok().filter(|_| are_digits);
+            *byte = number.ok_or(NoSecret { received })?;
+        }
+        Ok(Self::new(&secret))
+    }
+
+    pub(super) fn tag(&self, key: &str, content: &[u8]) -> [u8; TAG_LEN] {
+        let whole = self.over(key, content).finalize().into_bytes();
+        let mut tag = [0; TAG_LEN];
+        tag.copy_from_slice(&whole[..TAG_LEN]);
+        tag
+    }
+
+    /// Takes the same time whatever is wrong with it.
+    pub(super) fn fits(&self, key: &str, content: &[u8], tag: &[u8; TAG_LEN]) -> bool {
+        self.over(key, content).verify_truncated_left(tag).is_ok()
+    }
+
+    /// The key has no zero in it, so that none of it can be taken for content.
+    fn over(&self, key: &str, content: &[u8]) -> Hmac<Sha256> {
+        let mut mac = self.0.clone();
+        mac.update(key.as_bytes());
+        mac.update(&[0]);
+        mac.update(content);
+        mac
+    }
+}
+
+/// Nothing of it is ever shown.
+impl fmt::Debug for BeaconSecret {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("BeaconSecret")
+    }
+}

@@ -1,0 +1,339 @@
+//! Beacons of the timing channel: what goes in comes out, who answers, and what is refused.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test may end where its own data are wrong"
+)]
+
+use coaxle_clock::cycle::Tick;
+use coaxle_clock::{CycleTime, Instant, Local, Span};
+use coaxle_wire::beacon::{
+    BEACON_CAPACITY, BeaconBefore, BeaconLabel, BeaconResponseHeader, BeaconSeal, BeaconSecret,
+    Departure, SECRET_LEN, encode_beacon_request, encode_beacon_response,
+};
+use coaxle_wire::beacon_server::MAX_BEACONS;
+use coaxle_wire::frame::sender_id;
+use coaxle_wire::keys::NodeName;
+use coaxle_wire::{
+    BeaconIntake, BeaconRequest, BeaconResponse, BeaconServer, Channel, Message, Reader, Rejection,
+    Stamps,
+};
+use proptest::prelude::*;
+
+fn name(name: &str) -> NodeName {
+    NodeName::new(name).unwrap()
+}
+
+fn seal_of(channel: Channel) -> BeaconSeal {
+    BeaconSeal::new(&name("press").channel_key(channel))
+}
+
+fn requests() -> Reader {
+    BeaconIntake::requests_to(&name("press")).into()
+}
+
+fn responses() -> Reader {
+    BeaconIntake::responses_of(&name("press"), &name("saw")).into()
+}
+
+fn read(reader: &Reader, payload: &[u8]) -> Vec<Message<'static>> {
+    let mut messages = Vec::new();
+    let mut reader = reader.clone();
+    reader.read(payload, |message| messages.push(message.split().0));
+    messages
+}
+
+fn departure(left: i64, before: Option<BeaconBefore>) -> Departure {
+    Departure {
+        left: Span::from_nanos(left),
+        stamps: Stamps::Kernel,
+        before: before.map(|before| (before.number, Span::from_nanos(before.left_ns))),
+    }
+}
+
+/// Of a cycle that ideally began at 0.
+fn request_frame(request: &BeaconRequest) -> Vec<u8> {
+    let BeaconRequest {
+        requester,
+        run,
+        number,
+        requested,
+        before,
+        ..
+    } = *request;
+    let mut body = [0; BEACON_CAPACITY];
+    let length = encode_beacon_request(requester, run, number, Instant::EPOCH, &mut body);
+    let mut payload = Vec::new();
+    let departure = departure(requested, before);
+    seal_of(Channel::BeaconRequests).seal(&body[..length], &departure, &mut payload);
+    payload
+}
+
+/// Of cycle 0.
+fn response_frame(sender: &str, response: &BeaconResponse) -> Vec<u8> {
+    let header = BeaconResponseHeader {
+        sender: sender_id(&name(sender)),
+        epoch: response.epoch,
+        count: 0,
+        cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+    };
+    let mut body = [0; BEACON_CAPACITY];
+    let received = response.received;
+    let length = encode_beacon_response(&header, &response.request, received, &mut body);
+    let mut payload = Vec::new();
+    let departure = departure(response.responded.as_nanos(), response.before);
+    seal_of(Channel::BeaconResponses).seal(&body[..length], &departure, &mut payload);
+    payload
+}
+
+fn request(number: u32) -> BeaconRequest {
+    BeaconRequest {
+        requester: sender_id(&name("saw")),
+        run: 7,
+        number,
+        requested: 1_000_000,
+        stamps: Stamps::Kernel,
+        before: None,
+    }
+}
+
+#[test]
+fn each_beacon_is_answered_by_one_of_its_own() {
+    let cycle_time = CycleTime::new(Span::from_millis(2)).unwrap();
+    let start: Instant<Local> = Instant::from_nanos(5_000);
+    let mut server = BeaconServer::new(sender_id(&name("press")), 9, start, cycle_time);
+    let at = |micros: i64| start + Span::from_micros(micros);
+    let other = BeaconRequest {
+        requester: 1,
+        ..request(3)
+    };
+    server.receive(at(100), &request(1));
+    server.receive(at(200), &other);
+    // The newer one of the same node counts.
+    server.receive(at(300), &request(2));
+    server.receive(
+        at(9_000),
+        &BeaconRequest {
+            requester: 2,
+            ..request(4)
+        },
+    );
+    let tick = Tick {
+        count: 2,
+        ideal_start: at(4_000),
+        elapsed: 1,
+    };
+    server.respond(&tick, at(4_010));
+    let mut answered = Vec::new();
+    while let Some(outgoing) = server.transmit() {
+        assert_eq!(outgoing.channel, Channel::BeaconResponses);
+        assert_eq!(outgoing.ideal_start, at(4_000));
+        answered.push((
+            BeaconLabel::of(outgoing.channel, outgoing.body).unwrap(),
+            outgoing.body.to_vec(),
+        ));
+    }
+    let numbers: Vec<_> = answered.iter().map(|(label, _)| label.number).collect();
+    assert_eq!(numbers, [2, 3], "what has not arrived yet waits");
+    let mut payload = Vec::new();
+    let seal = seal_of(Channel::BeaconResponses);
+    seal.seal(&answered[0].1, &departure(12_000, None), &mut payload);
+    let expected = BeaconResponse {
+        epoch: 9,
+        request: request(2),
+        received: Span::from_micros(300),
+        responded: Span::from_micros(4_012),
+        stamps: Stamps::Kernel,
+        before: None,
+    };
+    assert_eq!(
+        read(&responses(), &payload),
+        [Message::BeaconResponse(expected)]
+    );
+    seal.seal(&answered[1].1, &departure(0, None), &mut payload);
+    assert_eq!(read(&responses(), &payload), [], "for another node");
+    let counters = server.counters();
+    assert_eq!((counters.answered, counters.dropped), (2, 1));
+    for requester in 0..2 * MAX_BEACONS as u32 {
+        server.receive(
+            at(0),
+            &BeaconRequest {
+                requester,
+                ..request(1)
+            },
+        );
+    }
+    assert!(server.counters().dropped > MAX_BEACONS as u64);
+}
+
+#[test]
+fn what_is_no_beacon_is_refused_with_a_reason() {
+    let good = request_frame(&request(1));
+    let refused = |payload: &[u8]| match read(&requests(), payload)[..] {
+        [Message::Rejected(reason)] => reason,
+        ref other => panic!("{other:?}"),
+    };
+    assert_eq!(refused(&[]), Rejection::Truncated);
+    assert_eq!(refused(&[2, 0, 0, 0, 0]), Rejection::WrongVersion);
+    assert_eq!(refused(&good[..good.len() - 6]), Rejection::Truncated);
+    let mut flipped = good.clone();
+    flipped[3] ^= 4;
+    assert_eq!(refused(&flipped), Rejection::WrongChecksum);
+    // Answers do not pass for requests, nor those of another node for its own.
+    let answer = BeaconResponse {
+        epoch: 1,
+        request: request(1),
+        stamps: Stamps::Kernel,
+        ..BeaconResponse::default()
+    };
+    assert_eq!(
+        refused(&response_frame("press", &answer)),
+        Rejection::WrongChecksum
+    );
+    let foreign = response_frame("other", &answer);
+    assert_eq!(
+        read(&responses(), &foreign),
+        [Message::Rejected(Rejection::ForeignSender)]
+    );
+    assert_eq!(BeaconLabel::of(Channel::Axes, &good), None);
+    assert_eq!(BeaconLabel::of(Channel::BeaconRequests, &[1, 2]), None);
+}
+
+fn authenticated(digit: char) -> (BeaconSeal, Reader) {
+    let text: String = [digit; 2 * SECRET_LEN].iter().collect();
+    let secret = BeaconSecret::from_hex(&text).unwrap();
+    let reader = BeaconIntake::requests_to(&name("press")).authenticated(&secret);
+    let seal = seal_of(Channel::BeaconRequests).authenticated(&secret);
+    (seal, reader.into())
+}
+
+#[test]
+fn only_who_knows_the_secret_is_heard() {
+    let (seal, reader) = authenticated('a');
+    let (other_seal, other_reader) = authenticated('b');
+    let mut body = [0; BEACON_CAPACITY];
+    let length = encode_beacon_request(5, 7, 1, Instant::EPOCH, &mut body);
+    let departure = departure(0, None);
+    let mut sealed = Vec::new();
+    seal.seal(&body[..length], &departure, &mut sealed);
+    assert!(matches!(
+        read(&reader, &sealed)[..],
+        [Message::BeaconRequest(_)]
+    ));
+    let wrong = [Message::Rejected(Rejection::WrongChecksum)];
+    assert_eq!(read(&other_reader, &sealed), wrong);
+    assert_ne!(read(&requests(), &sealed), read(&reader, &sealed));
+    let mut other = Vec::new();
+    other_seal.seal(&body[..length], &departure, &mut other);
+    assert_eq!(read(&reader, &other), wrong);
+    // Not authenticated at all.
+    let plain = request_frame(&request(1));
+    assert_eq!(read(&reader, &plain), wrong);
+    // Every byte counts, and all of the tag.
+    for place in 1..sealed.len() {
+        let mut changed = sealed.clone();
+        changed[place] ^= 1;
+        assert_eq!(read(&reader, &changed), wrong, "{place}");
+    }
+    for length in 0..sealed.len() {
+        assert!(matches!(
+            read(&reader, &sealed[..length])[..],
+            [Message::Rejected(_)]
+        ));
+    }
+    // A beacon under one key is none under another.
+    let secret = BeaconSecret::from_hex(&"a".repeat(2 * SECRET_LEN)).unwrap();
+    let elsewhere = BeaconIntake::requests_to(&name("saw")).authenticated(&secret);
+    assert_eq!(read(&elsewhere.into(), &sealed), wrong);
+}
+
+#[test]
+fn what_is_no_secret_is_refused_without_showing_it() {
+    for text in [
+        "",
+        "abc",
+        &"g".repeat(64),
+        &"a".repeat(66),
+        &"+a".repeat(32),
+        &"ä".repeat(32),
+    ] {
+        let error = BeaconSecret::from_hex(text).unwrap_err();
+        assert_eq!(error.received, text.chars().count());
+        assert!(
+            text.is_empty() || !error.to_string().contains(text),
+            "{error}"
+        );
+    }
+    let secret = BeaconSecret::from_hex(&format!("{}\n", "0f".repeat(32)));
+    assert_eq!(format!("{:?}", secret.unwrap()), "BeaconSecret");
+}
+
+fn before() -> impl Strategy<Value = Option<BeaconBefore>> {
+    let before = |(number, left_ns)| BeaconBefore { number, left_ns };
+    proptest::option::of((any::<u32>(), any::<i64>()).prop_map(before))
+}
+
+fn any_request() -> impl Strategy<Value = BeaconRequest> {
+    let parts = (
+        any::<u32>(),
+        any::<u64>(),
+        any::<u32>(),
+        any::<i64>(),
+        before(),
+    );
+    parts.prop_map(
+        |(requester, run, number, requested, before)| BeaconRequest {
+            requester,
+            run,
+            number,
+            requested,
+            stamps: Stamps::Kernel,
+            before,
+        },
+    )
+}
+
+proptest! {
+    #[test]
+    fn requests_survive(request in any_request()) {
+        let payload = request_frame(&request);
+        let label = BeaconLabel::of(Channel::BeaconRequests, &payload).unwrap();
+        prop_assert_eq!((label.requester, label.number), (request.requester, request.number));
+        prop_assert_eq!(read(&requests(), &payload), [Message::BeaconRequest(request)]);
+    }
+
+    #[test]
+    fn responses_survive(
+        request in any_request(),
+        epoch in any::<u64>(),
+        stamps in any::<(i64, i64)>(),
+        before in before(),
+    ) {
+        let requester = sender_id(&name("saw"));
+        let response = BeaconResponse {
+            epoch,
+            request: BeaconRequest { requester, ..request },
+            received: Span::from_nanos(stamps.0),
+            responded: Span::from_nanos(stamps.1),
+            stamps: Stamps::Kernel,
+            before,
+        };
+        let payload = response_frame("press", &response);
+        prop_assert_eq!(read(&responses(), &payload), [Message::BeaconResponse(response)]);
+    }
+
+    #[test]
+    fn bytes_of_any_kind_give_one_message_or_none(bytes in proptest::collection::vec(any::<u8>(), 0..120)) {
+        for reader in [requests(), responses()] {
+            prop_assert!(matches!(read(&reader, &bytes)[..], [] | [Message::Rejected(_)]));
+        }
+    }
+
+    #[test]
+    fn a_flipped_bit_is_noticed(request in any_request(), place in any::<proptest::sample::Index>(), bit in 0..8_u8) {
+        let mut payload = request_frame(&request);
+        let place = place.index(payload.len());
+        payload[place] ^= 1 << bit;
+        prop_assert!(matches!(read(&requests(), &payload)[..], [Message::Rejected(_)]));
+    }
+}

@@ -1,0 +1,333 @@
+//! Beacons to a node that is followed, and what their answers say: exchanges with stamps near to the wire.
+//!
+//! When a beacon left is told by the next one, so an exchange is known when the answer after it comes. Where the stamps
+//! are the program's own it is known at once.
+
+use coaxle_clock::delay::TimeResponse;
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_node::config::TimingLinkConfig;
+use coaxle_node::{BeaconResponse, Stamps};
+
+use crate::signals::FarNodeSignals;
+
+/// Answers that can wait for their cycle.
+const WAITING: usize = 8;
+/// No answer takes longer.
+const LONGEST: Span = Span::from_secs(1);
+
+/// The beacons to one node.
+#[derive(Debug)]
+pub(super) struct Beacons {
+    /// This run of the own node.
+    run: u64,
+    interval: Span,
+    next_due: Option<Instant<Local>>,
+    /// The number of the next beacon.
+    number: u32,
+    /// The newest answer that was taken, and whose stamps are not all known as yet.
+    answered: Option<u32>,
+    before: Option<(Instant<Local>, BeaconResponse)>,
+    waiting: [Option<(Instant<Local>, BeaconResponse)>; WAITING],
+    stamps: Option<Stamps>,
+    counters: Counters,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Counters {
+    sent: u64,
+    answers: u64,
+    rejected: u64,
+}
+
+impl Beacons {
+    pub(super) fn new(config: &TimingLinkConfig, run: u64) -> Self {
+        Self {
+            run,
+            interval: config.interval(),
+            next_due: None,
+            number: 0,
+            answered: None,
+            before: None,
+            waiting: [None; WAITING],
+            stamps: None,
+            counters: Counters::default(),
+        }
+    }
+
+    /// The number of the beacon to send in the cycle that ideally began at `now`, if one is due.
+    pub(super) fn due(&mut self, now: Instant<Local>) -> Option<u32> {
+        let due = *self.next_due.get_or_insert(now);
+        if now < due {
+            return None;
+        }
+        // After a standstill they are not sent in a burst.
+        let next = due + self.interval;
+        self.next_due = Some(if next > now {
+            next
+        } else {
+            now + self.interval
+        });
+        let number = self.number;
+        self.number = self.number.wrapping_add(1);
+        self.counters.sent = self.counters.sent.saturating_add(1);
+        Some(number)
+    }
+
+    /// An answer that arrived at `at`. It waits for the first cycle that ideally begins no earlier.
+    pub(super) fn store(&mut self, at: Instant<Local>, response: &BeaconResponse) {
+        match self.waiting.iter_mut().find(|place| place.is_none()) {
+            Some(place) => *place = Some((at, *response)),
+            None => self.reject(),
+        }
+    }
+
+    /// Counts an answer that was refused.
+    pub(super) const fn reject(&mut self) {
+        self.counters.rejected = self.counters.rejected.saturating_add(1);
+    }
+
+    /// The exchanges that are known in the cycle that ideally begins at `now`, each with its arrival.
+    pub(super) fn take(
+        &mut self,
+        now: Instant<Local>,
+        mut each: impl FnMut(Instant<Local>, &TimeResponse),
+    ) {
+        // In the order of their numbers, whatever the order they came in.
+        while let Some((at, response)) = self.next_waiting(now) {
+            if !self.is_answer(at, &response) {
+                self.reject();
+                continue;
+            }
+            self.answered = Some(response.request.number);
+            self.counters.answers = self.counters.answers.saturating_add(1);
+            self.stamps = Some(response.weakest_stamps());
+            if response.weakest_stamps() == Stamps::Application {
+                self.before = None;
+                each(
+                    at,
+                    &exchange(&response, response.requested(), response.responded),
+                );
+                continue;
+            }
+            let before = self.before.replace((at, response));
+            if let Some((arrived, known)) = before.and_then(|before| completed(before, &response)) {
+                each(arrived, &known);
+            }
+        }
+    }
+
+    /// What signals say of it.
+    pub(super) fn show(&self, signals: &mut FarNodeSignals) {
+        signals.timing_stamps = self.stamps;
+        signals.beacons_sent = self.counters.sent;
+        signals.beacons_received = self.counters.answers;
+        signals.beacons_rejected = self.counters.rejected;
+    }
+
+    fn next_waiting(&mut self, now: Instant<Local>) -> Option<(Instant<Local>, BeaconResponse)> {
+        let since = |number: u32| number.wrapping_sub(self.answered.unwrap_or(0));
+        let due = self.waiting.iter_mut().filter(|place| {
+            let arrived = place.as_ref().map(|(at, _)| *at);
+            arrived.is_some_and(|at| at <= now)
+        });
+        let oldest = due.min_by_key(|place| {
+            let number = place.as_ref().map(|(_, response)| response.request.number);
+            number.map_or(u32::MAX, since)
+        });
+        oldest?.take()
+    }
+
+    /// Of a beacon of this run that was not answered before, nor was a later one.
+    fn is_answer(&self, at: Instant<Local>, response: &BeaconResponse) -> bool {
+        let number = response.request.number;
+        let is_later = self.answered.is_none_or(|answered| {
+            let ahead = number.wrapping_sub(answered) as i32;
+            ahead > 0
+        });
+        let was_sent = (self.number.wrapping_sub(number) as i32) > 0;
+        let took = at - response.requested();
+        response.request.run == self.run
+            && is_later
+            && was_sent
+            && (Span::ZERO..=LONGEST).contains(&took)
+    }
+}
+
+/// The exchange of the answer before this one, if both tell when it left.
+fn completed(
+    (arrived, answer): (Instant<Local>, BeaconResponse),
+    next: &BeaconResponse,
+) -> Option<(Instant<Local>, TimeResponse)> {
+    let number = answer.request.number;
+    let requested = next
+        .request
+        .before
+        .filter(|before| before.number == number)?;
+    let responded = next.before.filter(|before| before.number == number)?;
+    if next.epoch != answer.epoch {
+        return None;
+    }
+    let (requested, responded) = (
+        Instant::from_nanos(requested.left_ns),
+        Span::from_nanos(responded.left_ns),
+    );
+    Some((arrived, exchange(&answer, requested, responded)))
+}
+
+fn exchange(answer: &BeaconResponse, requested: Instant<Local>, responded: Span) -> TimeResponse {
+    TimeResponse {
+        run: answer.request.run,
+        number: answer.request.number,
+        requested,
+        epoch: answer.epoch,
+        received: answer.received,
+        responded,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::BeaconRequest;
+    use coaxle_node::beacon::BeaconBefore;
+
+    fn beacons() -> Beacons {
+        let config = coaxle_node::config::parse("test", "connect = '127.0.0.1:1'\nper-s = 50");
+        Beacons::new(&config.unwrap(), 7)
+    }
+
+    fn at(micros: i64) -> Instant<Local> {
+        Instant::EPOCH + Span::from_micros(micros)
+    }
+
+    /// Beacon n leaves at 20·n ms as the program sees it, and 3 µs later by its stamp.
+    fn answer(number: u32, stamps: Stamps) -> (Instant<Local>, BeaconResponse) {
+        let sent = i64::from(number) * 20_000;
+        let left = |number: u32| BeaconBefore {
+            number,
+            left_ns: i64::from(number) * 20_000_000 + 3_000,
+        };
+        let before = number.checked_sub(1);
+        let response = BeaconResponse {
+            epoch: 5,
+            request: BeaconRequest {
+                requester: 1,
+                run: 7,
+                number,
+                requested: sent * 1_000,
+                stamps,
+                before: before.map(left),
+            },
+            received: Span::from_micros(sent + 10),
+            responded: Span::from_micros(sent + 500),
+            stamps,
+            before: before.map(|number| BeaconBefore {
+                number,
+                left_ns: i64::from(number) * 20_000_000 + 504_000,
+            }),
+        };
+        (at(sent + 520), response)
+    }
+
+    fn take(beacons: &mut Beacons, answers: &[u32], stamps: Stamps) -> Vec<TimeResponse> {
+        let mut known = Vec::new();
+        for number in answers {
+            let (at, response) = answer(*number, stamps);
+            beacons.store(at, &response);
+            beacons.take(at, |_, exchange| known.push(*exchange));
+        }
+        known
+    }
+
+    fn sent(beacons: &mut Beacons, count: i64) {
+        for n in 0..count {
+            assert_eq!(beacons.due(at(n * 20_000)), Some(n as u32));
+            assert_eq!(beacons.due(at(n * 20_000 + 19_000)), None);
+        }
+    }
+
+    #[test]
+    fn the_next_answer_tells_when_both_left() {
+        let mut beacons = beacons();
+        sent(&mut beacons, 4);
+        let known = take(&mut beacons, &[0, 1, 2], Stamps::Kernel);
+        let numbers: Vec<_> = known.iter().map(|exchange| exchange.number).collect();
+        assert_eq!(numbers, [0, 1]);
+        assert_eq!(known[1].requested, at(20_003));
+        assert_eq!(known[1].received, Span::from_micros(20_010));
+        assert_eq!(known[1].responded, Span::from_micros(20_504));
+        let mut signals = FarNodeSignals::default();
+        beacons.show(&mut signals);
+        assert_eq!(signals.timing_stamps, Some(Stamps::Kernel));
+        assert_eq!((signals.beacons_sent, signals.beacons_received), (4, 3));
+    }
+
+    #[test]
+    fn where_one_was_lost_the_exchange_before_it_is() {
+        let mut beacons = beacons();
+        sent(&mut beacons, 6);
+        let known = take(&mut beacons, &[0, 1, 3, 4], Stamps::Kernel);
+        let numbers: Vec<_> = known.iter().map(|exchange| exchange.number).collect();
+        assert_eq!(numbers, [0, 3]);
+    }
+
+    #[test]
+    fn stamps_of_the_program_need_no_next_one() {
+        let mut beacons = beacons();
+        sent(&mut beacons, 3);
+        let known = take(&mut beacons, &[0, 1], Stamps::Application);
+        assert_eq!(known.len(), 2);
+        assert_eq!(known[1].requested, at(20_000));
+        assert_eq!(known[1].responded, Span::from_micros(20_500));
+    }
+
+    #[test]
+    fn answers_to_others_and_those_that_come_twice_are_rejected() {
+        let mut beacons = beacons();
+        sent(&mut beacons, 3);
+        let (came, good) = answer(1, Stamps::Kernel);
+        let of_other_run = BeaconResponse {
+            request: BeaconRequest {
+                run: 8,
+                ..good.request
+            },
+            ..good
+        };
+        let long_ago = BeaconResponse {
+            request: BeaconRequest {
+                requested: -2_000_000_000,
+                ..good.request
+            },
+            ..good
+        };
+        let (_, not_sent) = answer(3, Stamps::Kernel);
+        for response in [good, good, of_other_run, long_ago, not_sent] {
+            beacons.store(came + Span::from_millis(40), &response);
+            beacons.take(came + Span::from_millis(40), |_, _| {
+                panic!("nothing is known")
+            });
+        }
+        assert_eq!(
+            (beacons.counters.answers, beacons.counters.rejected),
+            (1, 4)
+        );
+    }
+
+    #[test]
+    fn an_answer_waits_for_its_cycle_and_a_standstill_is_no_burst() {
+        let mut beacons = beacons();
+        sent(&mut beacons, 2);
+        let (came, response) = answer(0, Stamps::Application);
+        beacons.store(came, &response);
+        beacons.take(came - Span::from_micros(1), |_, _| panic!("too early"));
+        let mut known = 0;
+        beacons.take(came, |_, _| known += 1);
+        assert_eq!(known, 1);
+        assert_eq!(beacons.due(at(10_000_000)), Some(2));
+        assert_eq!(beacons.due(at(10_000_100)), None);
+        for _ in 0..=WAITING {
+            beacons.store(came, &response);
+        }
+        assert_eq!(beacons.counters.rejected, 1);
+    }
+}
