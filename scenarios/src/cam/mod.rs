@@ -1,7 +1,12 @@
 //! `coaxle cam`: looks into a cam file.
 
+mod advise;
 mod characteristics;
+mod export;
+mod format;
+mod import;
 mod inverse;
+mod new_file;
 mod plot;
 mod text;
 mod values;
@@ -16,7 +21,7 @@ use coaxle_plate::Plate;
 
 use crate::inspect;
 
-/// What can be asked of a cam file.
+/// What can be done with a cam file.
 #[derive(Debug, Subcommand)]
 pub enum CamCommand {
     /// Check cam files
@@ -33,6 +38,12 @@ pub enum CamCommand {
     Inverse(inverse::InverseArgs),
     /// Draw position, velocity, acceleration and jerk over the master, as a page for a browser
     Plot(PlotArgs),
+    /// Say which law meets the slave's limits with the least velocity, acceleration, jerk or torque
+    Advise(advise::AdviseArgs),
+    /// Make a cam file of a point table: CSV, or an array in the structured text of a PLC
+    Import(import::ImportArgs),
+    /// Write the points of a cam file as CSV or as an array in the structured text of a PLC
+    Export(export::ExportArgs),
 }
 
 /// What `plot` draws, and where to.
@@ -45,7 +56,7 @@ pub struct PlotArgs {
     output: PathBuf,
 }
 
-/// Runs a command and prints its answer; false if a checked file is not in order. A reader that
+/// Runs a command and prints its answer; false if a checked file is not in order, or no law passes. A reader that
 /// has seen enough, as `head` has, is no error.
 ///
 /// # Errors
@@ -69,6 +80,9 @@ pub fn run(command: &CamCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
             let (cam, plate) = load(&args.file)?;
             inspect::write_plot(&args.output, &plot::page(&cam, &plate)?, out)?;
         }
+        CamCommand::Advise(args) => return args.run(out),
+        CamCommand::Import(args) => args.run(out)?,
+        CamCommand::Export(args) => args.run(out)?,
     }
     Ok(true)
 }
@@ -96,12 +110,17 @@ fn check(files: &[PathBuf], out: &mut dyn Write) -> anyhow::Result<bool> {
 }
 
 fn load(file: &Path) -> anyhow::Result<(CamFile, Plate)> {
-    let cam = CamFile::load(file).map_err(|error| match error {
-        CamFileError::Config(error) => anyhow::Error::from(error),
-        error => error.into(),
-    })?;
+    let cam = load_unchecked(file)?;
     let plate = cam.plate()?;
     Ok((cam, plate))
+}
+
+/// A file whose points need not make a plate.
+fn load_unchecked(file: &Path) -> anyhow::Result<CamFile> {
+    CamFile::load(file).map_err(|error| match error {
+        CamFileError::Config(error) => anyhow::Error::from(error),
+        error => error.into(),
+    })
 }
 
 #[cfg(test)]
