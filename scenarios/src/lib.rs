@@ -59,3 +59,4 @@ mod trace_recording;
 mod units;
 pub mod verdict;
 pub mod virtual_time;
+mod web;
