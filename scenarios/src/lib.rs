@@ -14,6 +14,7 @@ pub mod command;
 mod conform;
 pub mod curves;
 pub mod doctor;
+mod edit;
 pub mod evaluate;
 pub mod event;
 mod examples;

@@ -115,7 +115,8 @@ const ROUNDING: f64 = 1e-9;
 
 impl PlateSource {
     /// Every law that the points at both ends allow from a point of this number to the next one, the best one first: those
-    /// that join their points without a step of the velocity and keep the limits, by what shall be least; then the others.
+    /// that join their points without a step of the velocity and keep the limits, and of them those whose acceleration
+    /// goes on, by what shall be least; then the others.
     ///
     /// The points themselves stay, and so does the rest of the plate, which need not be in order.
     ///
@@ -133,10 +134,11 @@ impl PlateSource {
         let mut advice: Vec<_> = laws
             .filter_map(|law| stretch.advice(*law, question))
             .collect();
-        let rank = |advice: &LawAdvice| (!advice.passes, advice.demand(question.least));
+        let late = |advice: &LawAdvice| (!advice.passes, advice.acceleration_step > 0.0);
+        let much = |advice: &LawAdvice| advice.demand(question.least);
         advice.sort_by(|one, other| {
-            let ((late, much), (other_late, other_much)) = (rank(one), rank(other));
-            late.cmp(&other_late).then(much.total_cmp(&other_much))
+            let by_much = much(one).total_cmp(&much(other));
+            late(one).cmp(&late(other)).then(by_much)
         });
         Ok(advice)
     }

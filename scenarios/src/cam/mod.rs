@@ -2,6 +2,7 @@
 
 mod advise;
 mod characteristics;
+mod edit;
 mod export;
 mod format;
 mod import;
@@ -38,6 +39,8 @@ pub enum CamCommand {
     Inverse(inverse::InverseArgs),
     /// Draw position, velocity, acceleration and jerk over the master, as a page for a browser
     Plot(PlotArgs),
+    /// Design a plate on a page in the browser, on this PC: docs/CAMS.md
+    Edit(Box<edit::CamEditArgs>),
     /// Say which law meets the slave's limits with the least velocity, acceleration, jerk or torque
     Advise(advise::AdviseArgs),
     /// Make a cam file of a point table: CSV, or an array in the structured text of a PLC
@@ -63,7 +66,10 @@ pub struct PlotArgs {
 /// A cam file that makes no plate, naming file, point or row, and field; a question with no answer;
 /// an output that cannot be written.
 pub fn print(command: &CamCommand) -> anyhow::Result<bool> {
-    inspect::print(|out| run(command, out))
+    match command {
+        CamCommand::Edit(args) => edit::run(args).map(|_| true),
+        command => inspect::print(|out| run(command, out)),
+    }
 }
 
 /// Runs a command and writes its answer.
@@ -81,6 +87,8 @@ pub fn run(command: &CamCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
             inspect::write_plot(&args.output, &plot::page(&cam, &plate)?, out)?;
         }
         CamCommand::Advise(args) => return args.run(out),
+        // A page is no answer: `print` gives it out.
+        CamCommand::Edit(_) => {}
         CamCommand::Import(args) => args.run(out)?,
         CamCommand::Export(args) => args.run(out)?,
     }
