@@ -23,3 +23,6 @@ picture "$out/saw.html" saw 1100,1280
 # The scope's is what its test sees; that needs chromium-driver too.
 cargo test -p coaxle-tests --test watched a_beat_is_found
 cp target/tmp/scope.png docs/pictures/scope.png
+# The designer's and the saw's as their tests see them.
+cargo test -p coaxle-tests --test watched designer::
+cp target/tmp/designer.png target/tmp/saw-editor.png docs/pictures/

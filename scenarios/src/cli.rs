@@ -82,7 +82,7 @@ enum Command {
         /// The receiver's config file
         config: std::path::PathBuf,
     },
-    /// Look into a cam file: check, values, characteristics, inverse, plot
+    /// Look into a cam file, judge it, make one of a point table: docs/CAMS.md
     #[command(subcommand)]
     Cam(CamCommand),
     /// Plan and draw the synchronisation of a flying saw

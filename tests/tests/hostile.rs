@@ -174,6 +174,8 @@ mutations_hold! {
     scenarios: "scenario",
     cam_files: "cam-file",
     cam_tables: "cam-table",
+    point_tables: "point-table",
+    plc_arrays: "plc-array",
     saw_files: "saw-file",
     recordings: "recording",
     transports: "transport",

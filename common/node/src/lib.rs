@@ -9,6 +9,7 @@ pub mod cam_file;
 pub mod config;
 pub mod contract;
 pub mod faults;
+pub mod point_table;
 pub mod saw_file;
 pub mod signal;
 pub mod text_file;

@@ -32,7 +32,7 @@ pub(crate) fn read(path: &Path, columns: [&str; 2]) -> Result<Rows, ConfigError>
     parse(path.display().to_string(), &text, columns)
 }
 
-fn parse(file: String, text: &str, columns: [&str; 2]) -> Result<Rows, ConfigError> {
+pub(crate) fn parse(file: String, text: &str, columns: [&str; 2]) -> Result<Rows, ConfigError> {
     let text = text.trim_start_matches('\u{feff}');
     let mut filled = text
         .lines()

@@ -221,6 +221,11 @@ impl Demands {
     }
 }
 
+/// The largest magnitude of v·a of a segment at a master velocity of 1, u²/x³.
+pub(super) fn largest_momentum(segment: &Segment) -> f64 {
+    momentum(segment).magnitude()
+}
+
 /// Into how many stretches a segment is cut to tell the turns of v·a apart. All laws together have
 /// fewer than a tenth as many.
 const STRETCHES: u32 = 64;

@@ -3,7 +3,7 @@
 use super::error::{CamError, Place};
 use super::point::{MotionPoint, PointType};
 use coaxle_curve::curve::Curve;
-use coaxle_curve::law::{Knot, Motion, MotionLaw, Segment, Turn};
+use coaxle_curve::law::{Knot, LawError, Motion, MotionLaw, Segment, Turn};
 use coaxle_curve::spline::{End, Ends, SplineKnot, SplineSolver, push_spline};
 
 /// Checks all points and leaves the segments between those in use in `curve`. It allocates only if
@@ -93,7 +93,7 @@ fn check_values(point: &MotionPoint) -> Result<(), CamError> {
 }
 
 /// The row that follows on the course.
-fn next_of(points: &[MotionPoint], row: usize) -> Result<usize, CamError> {
+pub(super) fn next_of(points: &[MotionPoint], row: usize) -> Result<usize, CamError> {
     let point = &points[row];
     let most = points.len() - 1 - row;
     let step = usize::try_from(point.relative_next).unwrap_or(0);
@@ -124,15 +124,18 @@ fn next_of(points: &[MotionPoint], row: usize) -> Result<usize, CamError> {
 fn push_segment(points: &[MotionPoint], row: usize, curve: &mut Curve) -> Result<usize, CamError> {
     let next_row = next_of(points, row)?;
     let (point, next) = (&points[row], &points[next_row]);
-    let law = point.function;
-    let segment = Segment::with_turn(law, &knot(point), &knot(next), turn(point, next));
-    curve.push(segment.map_err(|error| CamError::Law {
+    curve.push(segment(point, next).map_err(|error| CamError::Law {
         point: point.index,
         next: next.index,
-        law,
+        law: point.function,
         error,
     })?);
     Ok(next_row)
+}
+
+/// The law of a point that leads to the next one, unless it is that of a spline.
+pub(super) fn segment(point: &MotionPoint, next: &MotionPoint) -> Result<Segment, LawError> {
+    Segment::with_turn(point.function, &knot(point), &knot(next), turn(point, next))
 }
 
 /// An acceleration at the turning end of a harmonic combination says where its inner turning point

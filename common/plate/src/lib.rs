@@ -52,11 +52,13 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
+mod advice;
 mod characteristics;
 mod compile;
 mod error;
 mod function;
 mod inverse;
+mod joints;
 mod kind;
 mod plate;
 mod point;
@@ -70,10 +72,12 @@ mod written;
 #[cfg(test)]
 mod tests;
 
+pub use advice::{Demand, LawAdvice, LawLimits, LawQuestion};
 pub use characteristics::{Characteristics, PlateEnd};
 pub use error::{CamError, Place};
 pub use function::MotionFunction;
 pub use inverse::{MasterPosition, MasterQuery};
+pub use joints::Joint;
 pub use kind::{Course, TableType};
 pub use plate::{Cursor, Plate, slave_of};
 pub use point::{MotionPoint, PointType};

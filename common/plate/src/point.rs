@@ -168,12 +168,14 @@ impl PointType {
     }
 
     /// Whether the kind says that the slave stands still for a moment.
-    pub(super) const fn stands_still(self) -> bool {
+    #[must_use]
+    pub const fn stands_still(self) -> bool {
         matches!(self, Self::Rest | Self::Turn)
     }
 
     /// Whether the kind says that the slave's velocity does not change for a moment.
-    pub(super) const fn keeps_its_velocity(self) -> bool {
+    #[must_use]
+    pub const fn keeps_its_velocity(self) -> bool {
         matches!(self, Self::Rest | Self::Velocity)
     }
 }

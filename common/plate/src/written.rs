@@ -69,8 +69,9 @@ impl WrittenPoint {
         })
     }
 
-    /// The kind of point that has these values.
-    fn implied_type(&self) -> PointType {
+    /// The kind of point that has its values.
+    #[must_use]
+    pub fn implied_type(&self) -> PointType {
         match (self.velocity != 0.0, self.acceleration != 0.0) {
             (false, false) => PointType::Rest,
             (true, false) => PointType::Velocity,

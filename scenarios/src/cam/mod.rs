@@ -1,7 +1,13 @@
 //! `coaxle cam`: looks into a cam file.
 
+mod advise;
 mod characteristics;
+mod edit;
+mod export;
+mod format;
+mod import;
 mod inverse;
+mod new_file;
 mod plot;
 mod text;
 mod values;
@@ -16,7 +22,7 @@ use coaxle_plate::Plate;
 
 use crate::inspect;
 
-/// What can be asked of a cam file.
+/// What can be done with a cam file.
 #[derive(Debug, Subcommand)]
 pub enum CamCommand {
     /// Check cam files
@@ -33,6 +39,14 @@ pub enum CamCommand {
     Inverse(inverse::InverseArgs),
     /// Draw position, velocity, acceleration and jerk over the master, as a page for a browser
     Plot(PlotArgs),
+    /// Design a plate on a page in the browser, on this PC: docs/CAMS.md
+    Edit(Box<edit::CamEditArgs>),
+    /// Say which law meets the slave's limits with the least velocity, acceleration, jerk or torque
+    Advise(advise::AdviseArgs),
+    /// Make a cam file of a point table: CSV, or an array in the structured text of a PLC
+    Import(import::ImportArgs),
+    /// Write the points of a cam file as CSV or as an array in the structured text of a PLC
+    Export(export::ExportArgs),
 }
 
 /// What `plot` draws, and where to.
@@ -45,14 +59,17 @@ pub struct PlotArgs {
     output: PathBuf,
 }
 
-/// Runs a command and prints its answer; false if a checked file is not in order. A reader that
+/// Runs a command and prints its answer; false if a checked file is not in order, or no law passes. A reader that
 /// has seen enough, as `head` has, is no error.
 ///
 /// # Errors
 /// A cam file that makes no plate, naming file, point or row, and field; a question with no answer;
 /// an output that cannot be written.
 pub fn print(command: &CamCommand) -> anyhow::Result<bool> {
-    inspect::print(|out| run(command, out))
+    match command {
+        CamCommand::Edit(args) => edit::run(args).map(|_| true),
+        command => inspect::print(|out| run(command, out)),
+    }
 }
 
 /// Runs a command and writes its answer.
@@ -69,6 +86,11 @@ pub fn run(command: &CamCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
             let (cam, plate) = load(&args.file)?;
             inspect::write_plot(&args.output, &plot::page(&cam, &plate)?, out)?;
         }
+        CamCommand::Advise(args) => return args.run(out),
+        // A page is no answer: `print` gives it out.
+        CamCommand::Edit(_) => {}
+        CamCommand::Import(args) => args.run(out)?,
+        CamCommand::Export(args) => args.run(out)?,
     }
     Ok(true)
 }
@@ -96,12 +118,17 @@ fn check(files: &[PathBuf], out: &mut dyn Write) -> anyhow::Result<bool> {
 }
 
 fn load(file: &Path) -> anyhow::Result<(CamFile, Plate)> {
-    let cam = CamFile::load(file).map_err(|error| match error {
-        CamFileError::Config(error) => anyhow::Error::from(error),
-        error => error.into(),
-    })?;
+    let cam = load_unchecked(file)?;
     let plate = cam.plate()?;
     Ok((cam, plate))
+}
+
+/// A file whose points need not make a plate.
+fn load_unchecked(file: &Path) -> anyhow::Result<CamFile> {
+    CamFile::load(file).map_err(|error| match error {
+        CamFileError::Config(error) => anyhow::Error::from(error),
+        error => error.into(),
+    })
 }
 
 #[cfg(test)]

@@ -279,3 +279,182 @@ fn a_plot_of_a_long_table_stays_small() {
     let masters = figure["data"][0]["x"].as_array().unwrap();
     assert_eq!(masters.last().unwrap().as_f64(), Some(49_999.0));
 }
+
+/// What `coaxle cam` does with these words, whatever they name.
+fn told(words: &[&str]) -> Result<(bool, String), String> {
+    let cli = Cli::try_parse_from([&["cam"], words].concat()).map_err(|error| error.to_string())?;
+    let mut out = Vec::new();
+    let good = run(&cli.command, &mut out).map_err(|error| format!("{error:#}"))?;
+    Ok((good, String::from_utf8(out).expect("text")))
+}
+
+/// Each shipped plate, out and in again by both formats, is the same plate to the last bit.
+#[test]
+fn points_come_back_from_both_formats() {
+    let scratch = tempfile::tempdir().unwrap();
+    for (n, file) in shipped().into_iter().enumerate() {
+        let (cam, plate) = load(&file).unwrap();
+        for ending in ["csv", "st"] {
+            let path = |name: &str| {
+                scratch
+                    .path()
+                    .join(format!("{n}.{name}"))
+                    .display()
+                    .to_string()
+            };
+            let (table, again) = (path(ending), path(&format!("{ending}.toml")));
+            let name = file.display().to_string();
+            told(&["export", &name, "-o", &table]).unwrap();
+            let course = crate::inspect::name(&cam.course);
+            let mut words = vec!["import", &table, "-o", &again, "--course", &course];
+            let interpolation = crate::inspect::name(&plate.interpolation());
+            words.extend(["--interpolation", &interpolation]);
+            if plate.table_type() == coaxle_plate::TableType::Equidistant {
+                words.push("--equidistant");
+            }
+            told(&words).unwrap();
+            let (read, _) = load(Path::new(&again)).unwrap();
+            assert_eq!(read.source(), cam.source(), "{name} by {ending}");
+        }
+    }
+}
+
+#[test]
+fn positions_of_any_plate_are_exported_at_equal_steps() {
+    let csv = answer("export", "lift.toml", "--increment 100").unwrap();
+    let masters: Vec<_> = csv
+        .lines()
+        .map(|line| line.split(',').next().unwrap())
+        .collect();
+    assert_eq!(masters, ["master", "0", "100", "200", "300", "360"]);
+    assert!(csv.ends_with("360,90\n"), "{csv}");
+    let array = answer(
+        "export",
+        "lift.toml",
+        "--increment 180 --format plc --array Lift",
+    )
+    .unwrap();
+    assert!(
+        array.contains("Lift : ARRAY[0..2, 0..1] OF LREAL := [\n        0.0, 0.0,\n"),
+        "{array}"
+    );
+    let points = answer("export", "rotary-knife.toml", "--format plc").unwrap();
+    let first = "(PointIndex := 1, FunctionType := MOTIONFUNCTYPE_POLYNOM1, PointType := MOTIONPOINTTYPE_VELOCITY, \
+        RelIndexNextPoint := 1, MasterPos := 0.0, SlavePos := 0.0, SlaveVelo := 1.25, SlaveAcc := 0.0, SlaveJerk := 0.0)";
+    assert!(
+        points.contains(first) && points.contains("ARRAY[1..4] OF MC_MotionFunctionPoint"),
+        "{points}"
+    );
+    let refused = answer("export", "lift.toml", "--increment -1").unwrap_err();
+    assert!(refused.contains("increment: received -1"), "{refused}");
+    let refused = answer("export", "lift.toml", "--array 1a").unwrap_err();
+    assert!(
+        refused.contains("expected the name of a variable"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn an_import_takes_the_place_of_nothing_and_says_where_the_table_is_wrong() {
+    let scratch = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = scratch.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.display().to_string()
+    };
+    let good = write("good.csv", "0,0\n90,5\n");
+    let taken = write("taken.toml", "mine");
+    let refused = told(&["import", &good, "-o", &taken]).unwrap_err();
+    assert!(refused.contains("there already"), "{refused}");
+    assert_eq!(std::fs::read_to_string(&taken).unwrap(), "mine");
+    for (name, text, expected) in [
+        (
+            "back.csv",
+            "0,0\n-1,5\n",
+            "back.csv: table.rows[1]: 0x4a06: row 1",
+        ),
+        (
+            "law.csv",
+            "law,master,slave\n,0,0\n5,1,1\n",
+            "law.csv: point 1, law: received none",
+        ),
+        (
+            "one.st",
+            "A[1].MasterPos := 0; A[1].SlavePos := 0;",
+            "one.st: 0x4a23: received 1 points",
+        ),
+        (
+            "none.st",
+            "x := 1;",
+            "none.st: array: received no name, the file has no array",
+        ),
+        (
+            "big.csv",
+            "0,1e16\n1,1\n",
+            "big.csv: table.rows[0], slave: received 1e16",
+        ),
+    ] {
+        let table = write(name, text);
+        let refused = told(&["import", &table]).unwrap_err();
+        assert!(refused.contains(expected), "{refused}");
+    }
+    let (_, text) = told(&["import", &good, "--title", "a \"b\"", "--table-id", "7"]).unwrap();
+    assert!(
+        text.starts_with("title = 'a \"b\"'\ntable-id = 7\ncourse = \"linear\"\n"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_law_is_advised_that_the_slave_can_follow() {
+    let words = "--segment 2 --master-velocity 360 --least jerk";
+    let text = answer("advise", "lift.toml", words).unwrap();
+    assert!(
+        text.starts_with("from point 2, with the least jerk: "),
+        "{text}"
+    );
+    let file = folder().join("lift.toml").display().to_string();
+    let (passes, text) = told(&[
+        "advise",
+        &file,
+        "--segment",
+        "2",
+        "--max-acceleration",
+        "1e-6",
+    ])
+    .unwrap();
+    assert!(
+        !passes && text.contains("no law that its points allow"),
+        "{text}"
+    );
+    assert!(text.contains("too much acceleration"), "{text}");
+    let (passes, json) = told(&[
+        "advise",
+        &file,
+        "--segment",
+        "2",
+        "--json",
+        "--least",
+        "velocity",
+    ])
+    .unwrap();
+    let json: Value = serde_json::from_str(&json).unwrap();
+    let laws = json["laws"].as_array().unwrap();
+    assert!(passes && laws.len() > 10, "{json}");
+    let best = laws[0]["velocity"].as_f64().unwrap();
+    let passing = laws
+        .iter()
+        .filter(|law| law["passes"] == true && law["acceleration_step"] == 0.0);
+    assert!(
+        passing
+            .into_iter()
+            .all(|law| law["velocity"].as_f64().unwrap() >= best)
+    );
+    let nothing = answer("advise", "measured.toml", "--segment 1").unwrap_err();
+    assert!(nothing.starts_with("0x4262: "), "{nothing}");
+    let nothing = answer("advise", "lift.toml", "--segment 9").unwrap_err();
+    assert!(
+        nothing.starts_with("0x4b33: received point index 9"),
+        "{nothing}"
+    );
+}

@@ -160,7 +160,8 @@ impl CommandArgs {
     }
 }
 
-fn in_words(answer: &CommandAnswer) -> String {
+/// What became of an order.
+pub(crate) fn in_words(answer: &CommandAnswer) -> String {
     let (verdict, state, saw) = match &answer.verdict {
         CommandVerdict::Accepted {
             dry_run,

@@ -60,6 +60,13 @@ impl Sampled {
     }
 }
 
+impl Sampled {
+    /// Where the places are, and the position, velocity, acceleration and jerk there.
+    pub(crate) const fn columns(&self) -> (&Vec<f64>, &[Vec<f64>; 4]) {
+        (&self.along, &self.values)
+    }
+}
+
 impl Charts {
     /// The figure, as the plotting library takes it.
     pub(crate) fn figure(&self) -> Value {

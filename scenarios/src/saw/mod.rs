@@ -2,6 +2,7 @@
 
 mod characteristics;
 mod course;
+mod edit;
 mod plan;
 mod plot;
 mod refusal;
@@ -22,6 +23,8 @@ pub enum SawCommand {
     Plan(PlanArgs),
     /// Draw position, velocity, acceleration and jerk of the slave, as a page for a browser
     Plot(PlotArgs),
+    /// Move distances, speeds and limits on a page in the browser, on this PC: docs/SAWS.md
+    Edit(edit::SawEditArgs),
 }
 
 /// What `plan` prints.
@@ -50,7 +53,10 @@ pub struct PlotArgs {
 /// # Errors
 /// A saw file that cannot be read, naming file and field; an output that cannot be written.
 pub fn print(command: &SawCommand) -> anyhow::Result<bool> {
-    inspect::print(|out| run(command, out))
+    match command {
+        SawCommand::Edit(args) => edit::run(args).map(|_| true),
+        command => inspect::print(|out| run(command, out)),
+    }
 }
 
 /// Runs a command and writes its answer.
@@ -82,6 +88,8 @@ pub fn run(command: &SawCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
             }
             Ok(true)
         }
+        // A page is no answer: `print` gives it out.
+        SawCommand::Edit(_) => Ok(true),
     }
 }
 

@@ -44,7 +44,8 @@ pub(super) fn page(saw: &SawFile, plan: &SawPlan) -> anyhow::Result<String> {
     document(title, &body)
 }
 
-fn charts(saw: &SawFile, course: &Course<'_>) -> Charts {
+/// The slave and its limits.
+pub(super) fn charts(saw: &SawFile, course: &Course<'_>) -> Charts {
     let begins = course.phases.iter().map(|phase| phase.begin);
     let mut marks = Sampled::default();
     for along in begins.chain([course.end()]) {
@@ -109,7 +110,7 @@ fn inwards(from: f64, to: f64) -> f64 {
 }
 
 /// The limits in force.
-fn lines(saw: &SawFile) -> [Vec<Line>; 4] {
+pub(super) fn lines(saw: &SawFile) -> [Vec<Line>; 4] {
     let axis = &saw.moment.axis;
     let given = limits(&saw.command);
     let mask = sync_mode(&saw.command).mask;

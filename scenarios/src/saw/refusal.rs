@@ -6,7 +6,7 @@ use coaxle_node::saw_file::SawFile;
 use coaxle_saw::{Check, SawCommand, SawRefusal, SyncMask, SyncStrategy, Violation};
 use serde_json::{Value, json};
 
-use super::text::{command_name, unit};
+use super::text::{command_name, sync_mode, unit};
 use crate::inspect::{QUANTITIES, name, shown};
 use crate::sync_flags::{any_of, flag_name};
 
@@ -146,6 +146,52 @@ impl Remedy {
             "would pass with the master at most {passing} {unit}/s fast, not {given} {unit}/s"
         ))
     }
+}
+
+/// What would make it pass, each in words and as changes of fields of the file, by their paths.
+pub(super) fn remedies(saw: &SawFile) -> Vec<(String, Vec<(String, Value)>)> {
+    let remedy = Remedy::of(saw);
+    let command = command_name(&saw.command);
+    let forwards = saw.moment.master.velocity.signum();
+    let number = |text: String| text.parse().unwrap_or(f64::NAN);
+    let mut remedies = Vec::new();
+    if let (Some(words), Some(passing), Some(given)) = (
+        remedy.distance_in_words(saw),
+        remedy.master_distance,
+        remedy.given_distance,
+    ) {
+        let to_passing_side = if passing > given {
+            f64::ceil
+        } else {
+            f64::floor
+        };
+        let distance: f64 = number(rounded(passing, to_passing_side));
+        let position = saw.moment.master.position + distance * forwards;
+        let field = format!("{command}.master-sync-position");
+        remedies.push((words, vec![(field, position.into())]));
+    }
+    if let (Some(words), Some(passing)) = (remedy.speed_in_words(saw), remedy.master_speed) {
+        let speed: f64 = number(rounded(passing, f64::floor));
+        remedies.push((
+            words,
+            vec![("master.velocity".to_owned(), (speed * forwards).into())],
+        ));
+    }
+    for flag in remedy.flags.iter() {
+        let words = format!("would pass with {} in sync-mode.mask too", any_of(flag));
+        let mask = flags_with(sync_mode(&saw.command).mask | flag);
+        remedies.push((words, vec![(format!("{command}.sync-mode.mask"), mask)]));
+    }
+    if let (Some(words), Some(strategy)) = (remedy.strategy_in_words(), remedy.strategy) {
+        let field = format!("{command}.strategy");
+        remedies.push((words, vec![(field, name(&strategy).into())]));
+    }
+    remedies
+}
+
+/// A mask as files have it.
+pub(super) fn flags_with(mask: SyncMask) -> Value {
+    mask.iter().map(flag_name).collect()
 }
 
 /// Six digits, rounded to the side that passes.

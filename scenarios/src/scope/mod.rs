@@ -5,17 +5,15 @@
 //! answers it, [`stream`] makes of the pieces that a node publishes what the page draws. Nothing of a node changes by being
 //! looked at, but that it publishes its rows.
 
-mod guard;
 mod server;
 mod stream;
 #[cfg(test)]
 mod tests;
 
-use std::net::{SocketAddr, TcpListener};
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::Context;
 use clap::Args;
 use coaxle_host::cli::Exit;
 use coaxle_host::credentials::Credentials;
@@ -26,6 +24,7 @@ use coaxle_node::keys::NodeName;
 use crate::inspect;
 use crate::network::NetworkArgs;
 use crate::status;
+use crate::web::Served;
 
 /// Where the page is, and of whom.
 #[derive(Debug, Args)]
@@ -101,9 +100,7 @@ pub(crate) fn scope(args: &ScopeArgs) -> anyhow::Result<Exit> {
 /// A page that is given out.
 pub(crate) struct Scope {
     watcher: Arc<Watcher>,
-    address: SocketAddr,
-    /// None when it is over.
-    runtime: Option<tokio::runtime::Runtime>,
+    served: Served,
 }
 
 impl Scope {
@@ -127,46 +124,18 @@ impl Scope {
                 }
             );
         }
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            .worker_threads(1)
-            .thread_name("scope")
-            .enable_all()
-            .build()
-            .context("cannot start the page's runtime")?;
-        let listener = listen(page.page)
-            .with_context(|| format!("--page: cannot give out a page at {}", page.page))?;
-        let address = listener.local_addr()?;
         let watcher = Arc::new(watcher);
         let transport: &Arc<dyn Transport> = watcher.transport();
         let commander = page
             .commands
             .then(|| Commander::over(Arc::clone(transport), operator));
-        let served = server::serve(listener, Arc::clone(&watcher), commander);
-        runtime.spawn(served);
-        Ok(Self {
-            watcher,
-            address,
-            runtime: Some(runtime),
-        })
+        let routes = server::routes(Arc::clone(&watcher), commander);
+        let served = Served::open(page.page, routes)?;
+        Ok(Self { watcher, served })
     }
 
     /// Where it is.
     pub(crate) const fn address(&self) -> SocketAddr {
-        self.address
+        self.served.address()
     }
-}
-
-impl Drop for Scope {
-    /// Whoever drops it may be in a runtime itself, where nobody may wait.
-    fn drop(&mut self) {
-        if let Some(runtime) = self.runtime.take() {
-            runtime.shutdown_background();
-        }
-    }
-}
-
-fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
-    let listener = TcpListener::bind(address)?;
-    listener.set_nonblocking(true)?;
-    Ok(listener)
 }

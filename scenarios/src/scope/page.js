@@ -492,7 +492,7 @@ const FAR_BUTTONS = [
 
 async function order(node, addressee, command, isTrial) {
   const body = JSON.stringify({ version: 1, ...addressee, command, 'dry-run': isTrial });
-  const headers = { 'x-coaxle-scope': '1' };
+  const headers = { 'x-coaxle-page': '1' };
   const answer = await fetch(`orders/${node}`, { method: 'POST', headers, body });
   if (!answer.ok) return { outcome: 'not-taken', text: await answer.text() };
   return answer.json();

@@ -7,7 +7,7 @@ use std::time::Duration;
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::{Path, Query, State};
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use coaxle_host::transport::{Declared, Transport};
@@ -15,32 +15,20 @@ use coaxle_host::{Commander, SeenNode, Watcher, machine};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
 use serde::Deserialize;
-use serde_json::{Value, json};
-use tokio::net::TcpListener;
+use serde_json::json;
 use tokio::sync::mpsc;
 
-use super::guard::{OWN_HEADER, own_host};
 use super::stream::{Blocks, channels};
 use crate::plotting::AXES_JS;
 use crate::status;
+use crate::web::{BASE_CSS, as_json, file, wrong};
 
-/// Gives out the page and answers it, for as long as this is polled.
-pub(super) async fn serve(
-    listener: std::net::TcpListener,
-    watcher: Arc<Watcher>,
-    commander: Option<Commander>,
-) {
-    let state = Shared {
+/// The page, and the answers to it; without a commander nobody commands.
+pub(super) fn routes(watcher: Arc<Watcher>, commander: Option<Commander>) -> Router {
+    with_state(Shared {
         watcher,
         commander: commander.map(Arc::new),
-    };
-    let served = match TcpListener::from_std(listener) {
-        Ok(listener) => axum::serve(listener, routes(state)).await,
-        Err(error) => Err(error),
-    };
-    if let Err(error) = served {
-        tracing::error!("the page is gone: {error}");
-    }
+    })
 }
 
 #[derive(Clone)]
@@ -50,9 +38,10 @@ struct Shared {
     commander: Option<Arc<Commander>>,
 }
 
-fn routes(state: Shared) -> Router {
+fn with_state(state: Shared) -> Router {
     Router::new()
         .route("/", get(|| file("text/html", include_str!("page.html"))))
+        .route("/base.css", get(|| file("text/css", BASE_CSS)))
         .route(
             "/page.css",
             get(|| file("text/css", include_str!("page.css"))),
@@ -71,30 +60,7 @@ fn routes(state: Shared) -> Router {
         .route("/rows/{node}", get(rows))
         .route("/orders/{node}", post(order))
         .route("/metrics", get(metrics))
-        .layer(axum::middleware::from_fn(own_host))
         .with_state(state)
-}
-
-/// What it may load and what may show it: nothing of others, and nobody else.
-const POLICY: &str = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'";
-
-async fn file(kind: &'static str, text: &'static str) -> Response {
-    let kind = format!("{kind}; charset=utf-8");
-    let headers = [
-        (header::CONTENT_TYPE, kind.as_str()),
-        (header::CONTENT_SECURITY_POLICY, POLICY),
-        (header::CACHE_CONTROL, "no-cache"),
-    ];
-    (headers, text).into_response()
-}
-
-fn as_json(value: &Value) -> Response {
-    let headers = [(header::CONTENT_TYPE, "application/json")];
-    (headers, value.to_string()).into_response()
-}
-
-fn wrong(status: StatusCode, why: impl Into<String>) -> Response {
-    (status, why.into()).into_response()
 }
 
 /// Who is there, with what each says of itself.
@@ -204,20 +170,11 @@ fn subscribe(
 }
 
 /// Sends an order, and gives the node's answer.
-async fn order(
-    State(shared): State<Shared>,
-    Path(node): Path<String>,
-    headers: HeaderMap,
-    body: String,
-) -> Response {
+async fn order(State(shared): State<Shared>, Path(node): Path<String>, body: String) -> Response {
     let Some(commander) = shared.commander else {
         let why = "commands are off: start it with --commands";
         return wrong(StatusCode::FORBIDDEN, why);
     };
-    if !headers.contains_key(OWN_HEADER) {
-        let why = format!("expected the header {OWN_HEADER}");
-        return wrong(StatusCode::FORBIDDEN, why);
-    }
     let node = match NodeName::new(node) {
         Ok(node) => node,
         Err(error) => return wrong(StatusCode::BAD_REQUEST, error.to_string()),

@@ -186,7 +186,7 @@ fn the_page_its_nodes_their_signals_rows_and_metrics_are_given_out() {
         head.contains("200 OK") && page.contains("Coaxle scope"),
         "{head}{page}"
     );
-    for file in ["/page.js", "/axes.js", "/plot.js", "/page.css"] {
+    for file in ["/page.js", "/axes.js", "/plot.js", "/base.css", "/page.css"] {
         assert!(shown.get(file).0.contains("200 OK"), "{file}");
     }
     assert!(
@@ -219,7 +219,7 @@ fn other_pages_neither_look_nor_command() {
     assert_eq!(status("GET /nodes", "Host: evil.example\r\n", ""), "403");
     // A form of another page can be sent, but not with a header of ours.
     assert_eq!(status("POST /orders/conveyor", &own, order), "403");
-    let ours = format!("{own}x-coaxle-scope: 1\r\n");
+    let ours = format!("{own}x-coaxle-page: 1\r\n");
     assert_eq!(status("POST /orders/conveyor", &ours, "{}"), "400");
     assert_eq!(status("OPTIONS /orders/conveyor", &own, ""), "405");
 }
@@ -227,7 +227,7 @@ fn other_pages_neither_look_nor_command() {
 #[test]
 fn without_leave_nobody_commands() {
     let shown = Shown::new(false);
-    let headers = format!("Host: {}\r\nx-coaxle-scope: 1\r\n", shown.address());
+    let headers = format!("Host: {}\r\nx-coaxle-page: 1\r\n", shown.address());
     let (head, body) = shown.ask("POST /orders/conveyor", &headers, "{}");
     assert!(head.contains("403"), "{head}");
     assert!(String::from_utf8_lossy(&body).contains("--commands"));

@@ -7,8 +7,11 @@ use coaxle_clock::{Instant, Span};
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::{TransportConfig, parse};
 use coaxle_node::one_line;
+use coaxle_node::point_table::PointTable;
 use coaxle_node::saw_file::SawFile;
-use coaxle_plate::ValueSelect;
+use coaxle_plate::{
+    Course, Demand, LawLimits, LawQuestion, PlateSource, SourceRows, ValueSelect, WrittenPoint,
+};
 use coaxle_receiver::{Drives, Receiver, ReceiverConfig};
 use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
@@ -112,6 +115,42 @@ fn examine_cam(cam: CamFile) -> Outcome {
     );
     let _ = plate.masters_at(middle).take(1_000).count();
     Ok(())
+}
+
+/// A point table as CSV, written again where it makes a plate.
+pub(super) fn point_table(data: &[u8]) -> Outcome {
+    examine_points(PointTable::from_csv("t.csv", text(data)?).map_err(told)?)
+}
+
+/// An array in structured text.
+pub(super) fn plc_array(data: &[u8]) -> Outcome {
+    let table = PointTable::from_structured_text("t.st", text(data)?, None);
+    examine_points(table.map_err(told)?)
+}
+
+fn examine_points(table: PointTable) -> Outcome {
+    let csv = PointTable::from_csv("t.csv", &table.to_csv());
+    let array = PointTable::from_structured_text("t.st", &table.to_structured_text("Cam"), None);
+    // What is no number is none in a program.
+    let PointTable::Points(points) = table else {
+        return Ok(());
+    };
+    assert!(csv.is_ok(), "{csv:?}");
+    drop(array);
+    let laws = WrittenPoint::to_points(&points);
+    let points = laws.map_err(|row| format!("point {}: no law", row + 1))?;
+    let source = PlateSource {
+        course: Course::Cyclic,
+        rows: SourceRows::Points(points),
+    };
+    source.check_size().map_err(told)?;
+    let question = LawQuestion {
+        master_velocity: 1.0,
+        limits: LawLimits::default(),
+        least: Demand::Torque,
+    };
+    let _ = source.law_advice(1, &question);
+    source.plate().map(drop).map_err(told)
 }
 
 /// A saw file, planned, with what would help where it is refused.

@@ -104,6 +104,18 @@ pub const TARGETS: &[Target] = &[
         seeds: || seeds::shipped("scenarios/cams", "csv"),
     },
     Target {
+        name: "point-table",
+        kind: Kind::Text,
+        run: files::point_table,
+        seeds: seeds::point_tables,
+    },
+    Target {
+        name: "plc-array",
+        kind: Kind::Text,
+        run: files::plc_array,
+        seeds: seeds::plc_arrays,
+    },
+    Target {
         name: "saw-file",
         kind: Kind::Text,
         run: files::saw_file,

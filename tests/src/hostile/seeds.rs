@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
+use coaxle_node::cam_file::CamFile;
 use coaxle_node::exchange::{
     MAX_TIME_RESPONSES, Reply, TIME_REQUEST_CAPACITY, TIME_RESPONSES_CAPACITY, TimeResponsesHeader,
     encode_time_request, encode_time_responses,
 };
 use coaxle_node::frame::{KeySeal, body_capacity, encode_body, sender_id};
+use coaxle_node::point_table::PointTable;
 use coaxle_node::{Channel, FrameHeader, TimeRequest};
 
 use super::streams::subscription_to;
@@ -41,6 +43,26 @@ pub(super) fn shipped(folder: &str, ending: &str) -> Seeds {
         (name, std::fs::read(path).expect("a shipped file"))
     };
     paths.iter().map(named).collect()
+}
+
+/// The points of the shipped cam files as CSV.
+pub(super) fn point_tables() -> Seeds {
+    tables(PointTable::to_csv)
+}
+
+/// The points of the shipped cam files as arrays of a PLC.
+pub(super) fn plc_arrays() -> Seeds {
+    tables(|table| table.to_structured_text("Cam"))
+}
+
+fn tables(text: impl Fn(&PointTable) -> String) -> Seeds {
+    let written = |(name, _): (String, Vec<u8>)| {
+        let path = root().join("scenarios/cams").join(format!("{name}.toml"));
+        let cam = CamFile::load(&path).expect("a shipped file");
+        (name, text(&PointTable::from(&cam.source())).into_bytes())
+    };
+    let shipped = shipped("scenarios/cams", "toml");
+    shipped.into_iter().map(written).collect()
 }
 
 pub(super) fn scenarios() -> Seeds {

@@ -103,6 +103,39 @@ impl Browser {
         self.ask("/actions", &json!({ "actions": [keys, mouse] }));
     }
 
+    /// Clicks twice into an element, so far right and below of its middle.
+    pub(crate) fn double_click(&self, selector: &str, at: (i64, i64)) {
+        let place = self.place_in(selector, at);
+        let (down, up) = (button("pointerDown"), button("pointerUp"));
+        self.mouse(&json!([place, down, up, down, up]));
+    }
+
+    /// Drags within an element, from one place to another, each so far right and below of its middle.
+    pub(crate) fn drag(&self, selector: &str, from: (i64, i64), to: (i64, i64)) {
+        let between = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
+        let [from, between, to] = [from, between, to].map(|at| self.place_in(selector, at));
+        self.mouse(&json!([
+            from,
+            button("pointerDown"),
+            between,
+            to,
+            button("pointerUp")
+        ]));
+    }
+
+    fn place_in(&self, selector: &str, (right, below): (i64, i64)) -> Value {
+        let found = self.ask(
+            "/element",
+            &json!({ "using": "css selector", "value": selector }),
+        );
+        json!({ "type": "pointerMove", "origin": found, "x": right, "y": below })
+    }
+
+    fn mouse(&self, actions: &Value) {
+        let mouse = json!({ "type": "pointer", "id": "mouse", "actions": actions });
+        self.ask("/actions", &json!({ "actions": [mouse] }));
+    }
+
     pub(crate) fn screenshot(&self, file: &Path) {
         let shot = self.send("GET", &format!("{}/screenshot", self.session), &Value::Null);
         let bytes = decoded(shot.as_str().unwrap_or_default());
@@ -133,6 +166,10 @@ impl Browser {
         assert!(value.get("error").is_none(), "{path}: {value}");
         value
     }
+}
+
+fn button(what: &str) -> Value {
+    json!({ "type": what, "button": 0 })
 }
 
 impl Drop for Browser {

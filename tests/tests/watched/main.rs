@@ -2,6 +2,7 @@
 //! cycle.
 
 mod browser;
+mod designer;
 mod line;
 mod page;
 mod replay;

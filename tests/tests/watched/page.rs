@@ -195,7 +195,7 @@ fn a_node_gives_out_a_page_of_itself() {
 }
 
 /// Keeps a picture in `target/tmp`, for who wants to look at it.
-fn keep(browser: &Browser, name: &str) {
+pub(crate) fn keep(browser: &Browser, name: &str) {
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     browser.screenshot(&file);
     let bytes = std::fs::read(&file).expect("a screenshot");

@@ -31,7 +31,7 @@ use crate::text_file;
 use crate::two_columns::Source;
 
 /// Most bytes of a cam file: longer tables are in CSV files.
-const MOST_BYTES: u64 = 4 << 20;
+pub const MOST_BYTES: u64 = 4 << 20;
 
 /// A cam file: read, but its course not yet calculated.
 #[derive(Clone, Debug, PartialEq)]

@@ -110,10 +110,18 @@ proptest! {
     #[test]
     fn at_its_points_the_slave_is_where_they_say(points in super::plates::points()) {
         let plate = plate(&points, Course::Linear);
-        let largest = points.iter().map(|p| p.slave.abs()).fold(0.0, f64::max);
+        // Rounding is relative to the terms that a position is added up of.
+        let length = |pair: &[MotionPoint]| pair[1].master - pair[0].master;
+        let longest = points.windows(2).map(length).fold(0.0, f64::max);
+        let terms = |p: &MotionPoint| {
+            let derivatives = [p.velocity, p.acceleration, p.jerk].map(f64::abs);
+            let [velocity, acceleration, jerk] = derivatives;
+            p.slave.abs() + longest * (velocity + longest * (acceleration + longest * jerk))
+        };
+        let size = points.iter().map(terms).fold(0.0, f64::max);
         for point in &points {
             let received = plate.at(point.master).position;
-            prop_assert!((received - point.slave).abs() <= 1e-12 * largest, "{received} {point:?}");
+            prop_assert!((received - point.slave).abs() <= 1e-12 * size, "{received} {point:?}");
         }
     }
 }

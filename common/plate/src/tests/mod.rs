@@ -1,9 +1,11 @@
 //! The plates as a whole, on random ones.
 
+mod advice;
 mod change;
 mod characteristics;
 mod evaluation;
 mod inverse;
+mod joints;
 mod plates;
 mod refusals;
 mod splines;

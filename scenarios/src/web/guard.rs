@@ -1,15 +1,25 @@
-//! Who may ask. A page of somebody else that is open in the same browser can reach this one; it must neither read the nodes nor
-//! command them.
+//! Who may ask. A page of somebody else that is open in the same browser can reach this one; it must neither read what is
+//! shown nor change anything.
 
 use std::net::IpAddr;
 
 use axum::extract::Request;
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
-/// What the page says in front of every order: no other page may say it without asking first, and nobody answers that.
-pub(super) const OWN_HEADER: &str = "x-coaxle-scope";
+/// What the page says in front of everything that changes anything: no other page may say it without asking first, and nobody
+/// answers that.
+const OWN_HEADER: &str = "x-coaxle-page";
+
+/// Refuses a change that another page may have sent: a form needs nobody's leave.
+pub(super) async fn own_changes(request: Request, next: Next) -> Response {
+    if request.method() == Method::POST && !request.headers().contains_key(OWN_HEADER) {
+        let why = format!("expected the header {OWN_HEADER}");
+        return (StatusCode::FORBIDDEN, why).into_response();
+    }
+    next.run(request).await
+}
 
 /// Refuses whoever asks for a host by a name that is not ours: a name that somebody else owns may point here.
 pub(super) async fn own_host(request: Request, next: Next) -> Response {

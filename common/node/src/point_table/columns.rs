@@ -1,0 +1,67 @@
+//! A header with the names of fields.
+
+use super::field::Field;
+
+/// Which field each column holds, and what separates them.
+pub(super) struct Columns {
+    pub(super) fields: Vec<Field>,
+    separator: char,
+}
+
+impl Columns {
+    /// Of a header that names a law: none of a table of two columns of numbers.
+    ///
+    /// # Errors
+    /// The reason, where a column is unknown or there twice, or master or slave is missing.
+    pub(super) fn of(header: &str) -> Option<Result<Self, String>> {
+        let separators = [';', '\t', ','];
+        let separator = separators.into_iter().find(|c| header.contains(*c))?;
+        let names: Vec<_> = cells(header, separator).collect();
+        let has_law = names
+            .iter()
+            .any(|name| Field::called(name) == Some(Field::Law));
+        has_law.then(|| {
+            let fields = fields(&names)?;
+            Ok(Self { fields, separator })
+        })
+    }
+
+    pub(super) fn cells<'a>(&self, line: &'a str) -> impl Iterator<Item = &'a str> {
+        cells(line, self.separator)
+    }
+
+    /// A number, with a decimal comma where that separates nothing.
+    pub(super) fn number(&self, cell: &str) -> Option<f64> {
+        if self.separator != ',' && !cell.contains('.') {
+            return cell.replacen(',', ".", 1).parse().ok();
+        }
+        cell.parse().ok()
+    }
+}
+
+fn cells(line: &str, separator: char) -> impl Iterator<Item = &str> {
+    line.split(separator).map(str::trim)
+}
+
+fn fields(names: &[&str]) -> Result<Vec<Field>, String> {
+    let mut fields = Vec::new();
+    for name in names {
+        let known = || Field::ALL.map(Field::name).join(", ");
+        let field = Field::called(name)
+            .ok_or_else(|| format!("received column {name:?}, expected some of {}", known()))?;
+        if fields.contains(&field) {
+            let name = field.name();
+            return Err(format!("received column {name} twice, expected it once"));
+        }
+        fields.push(field);
+    }
+    for needed in [Field::Master, Field::Slave] {
+        if !fields.contains(&needed) {
+            return Err(format!(
+                "received no column {}, expected one",
+                needed.name()
+            ));
+        }
+    }
+    Ok(fields)
+}

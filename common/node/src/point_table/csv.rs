@@ -1,0 +1,108 @@
+//! Points and positions as CSV.
+
+use std::fmt::Write as _;
+
+use coaxle_plate::WrittenPoint;
+
+use super::columns::Columns;
+use super::field::{Field, Value, unsaid};
+use super::{MOST_ROWS, PointTable, too_many};
+use crate::config::ConfigError;
+use crate::two_columns;
+
+pub(super) fn read(file: &str, text: &str) -> Result<PointTable, ConfigError> {
+    let mut lines = filled(text);
+    let first = lines.next();
+    let columns = first.and_then(|(number, header)| Some((number, Columns::of(header)?)));
+    match columns {
+        None => {
+            let (rows, _) = two_columns::parse(file.to_owned(), text, ["master", "slave"])?;
+            Ok(PointTable::Positions(rows))
+        }
+        Some((number, columns)) => {
+            let wrong = |reason| ConfigError::field(file, format!("line {number}"), reason);
+            points(file, &columns.map_err(wrong)?, lines).map(PointTable::Points)
+        }
+    }
+}
+
+/// The lines that say something, with their numbers.
+fn filled(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    // Tabs at the end of a line may separate cells that are empty.
+    let lines = text.trim_start_matches('\u{feff}').lines();
+    let lines = lines.map(|line| line.trim_matches([' ', '\r']));
+    let numbered = (1..).zip(lines);
+    numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+}
+
+fn points<'a>(
+    file: &str,
+    columns: &Columns,
+    lines: impl Iterator<Item = (usize, &'a str)>,
+) -> Result<Vec<WrittenPoint>, ConfigError> {
+    let mut points = Vec::new();
+    for (number, line) in lines {
+        if points.len() == MOST_ROWS {
+            return Err(too_many(file));
+        }
+        let point = point(columns, line).map_err(|(field, reason)| {
+            let column = field.map_or(String::new(), |field| format!(", {}", field.name()));
+            ConfigError::field(file, format!("line {number}{column}"), reason)
+        })?;
+        points.push(point);
+    }
+    Ok(points)
+}
+
+fn point(columns: &Columns, line: &str) -> Result<WrittenPoint, (Option<Field>, String)> {
+    let cells: Vec<_> = columns.cells(line).collect();
+    let (received, expected) = (cells.len(), columns.fields.len());
+    if received != expected {
+        let reason = format!("received {received} columns, expected {expected}, as in the header");
+        return Err((None, reason));
+    }
+    let mut point = unsaid();
+    for (field, cell) in columns.fields.iter().zip(cells) {
+        // What is left out is what it is by default, but for the positions.
+        if cell.is_empty() && !matches!(field, Field::Master | Field::Slave) {
+            continue;
+        }
+        let value = columns
+            .number(cell)
+            .map_or(Value::Word(cell), Value::Number);
+        let set = field.set(&mut point, value);
+        set.map_err(|reason| (Some(*field), reason))?;
+    }
+    Ok(point)
+}
+
+pub(super) fn write(table: &PointTable) -> String {
+    let mut text = String::new();
+    match table {
+        PointTable::Positions(rows) => {
+            text.push_str("master,slave\n");
+            for (master, slave) in rows {
+                let _ = writeln!(text, "{master},{slave}");
+            }
+        }
+        PointTable::Points(points) => {
+            text = Field::ALL.map(Field::name).join(",") + "\n";
+            for (row, point) in points.iter().enumerate() {
+                let _ = writeln!(
+                    text,
+                    "{},{},{},{},{},{},{},{},{}",
+                    point.index.unwrap_or(row as u32 + 1),
+                    point.law.map_or("", |law| law.file_name()),
+                    point.point_type.map_or("", |kind| kind.file_name()),
+                    point.relative_next,
+                    point.master,
+                    point.slave,
+                    point.velocity,
+                    point.acceleration,
+                    point.jerk,
+                );
+            }
+        }
+    }
+    text
+}

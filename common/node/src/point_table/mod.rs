@@ -1,0 +1,112 @@
+//! The points of a plate as other programs have them: tables as CSV, arrays of a PLC's structured text.
+//!
+//! | PLC name | here |
+//! |--|--|
+//! | `ARRAY OF MC_MotionFunctionPoint` | [`PointTable::Points`] |
+//! | `ARRAY[.., 0..1] OF LREAL`, the positions of an `MC_CAM_REF` | [`PointTable::Positions`] |
+//!
+//! A table says nothing of the course, the units or the interpolation; that is what a [cam file](crate::cam_file) has beside it.
+//! `docs/CAMS.md` shows both formats.
+
+mod columns;
+mod csv;
+mod field;
+mod structured_text;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use coaxle_plate::{PlateSource, SourceRows, WrittenPoint};
+
+use crate::config::ConfigError;
+use crate::text_file;
+
+/// Most bytes of a file with points.
+const MOST_BYTES: u64 = 64 << 20;
+/// Most points or rows in it.
+const MOST_ROWS: usize = 1_000_000;
+
+/// What a table holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PointTable {
+    /// Of a motion function, each with the law that leads to the next.
+    Points(Vec<WrittenPoint>),
+    /// Of a position table: master, x, and slave, u.
+    Positions(Vec<(f64, f64)>),
+}
+
+/// How a table is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Columns with separators.
+    Csv,
+    /// A declaration with initial values, or assignments, in structured text.
+    StructuredText,
+}
+
+impl PointTable {
+    /// Reads a table. Of the arrays of a program in structured text, the one of this name; without a name, the only one.
+    ///
+    /// # Errors
+    /// [`ConfigError`], naming the file, the line and the field.
+    pub fn load(path: &Path, format: Format, array: Option<&str>) -> Result<Self, ConfigError> {
+        let file = path.display().to_string();
+        match format {
+            Format::Csv => Self::from_csv(&file, &text_file::read_table(path, MOST_BYTES)?),
+            Format::StructuredText => {
+                let text = text_file::read(path, MOST_BYTES)?;
+                Self::from_structured_text(&file, &text, array)
+            }
+        }
+    }
+
+    /// Reads a table as CSV: with a column `law`, points; otherwise two columns, master and slave. `file` is what the
+    /// errors call it.
+    ///
+    /// # Errors
+    /// [`ConfigError`], naming the line and the column.
+    pub fn from_csv(file: &str, text: &str) -> Result<Self, ConfigError> {
+        csv::read(file, text)
+    }
+
+    /// Reads an array of structured text. `file` is what the errors call it.
+    ///
+    /// # Errors
+    /// [`ConfigError`], naming the line and the field; where there is no such array, or more than one, those that there are.
+    pub fn from_structured_text(
+        file: &str,
+        text: &str,
+        array: Option<&str>,
+    ) -> Result<Self, ConfigError> {
+        structured_text::read(file, text, array)
+    }
+
+    /// The table as CSV, with a header.
+    #[must_use]
+    pub fn to_csv(&self) -> String {
+        csv::write(self)
+    }
+
+    /// The declaration of an array with initial values.
+    #[must_use]
+    pub fn to_structured_text(&self, array: &str) -> String {
+        structured_text::write(self, array)
+    }
+}
+
+impl From<&PlateSource> for PointTable {
+    fn from(source: &PlateSource) -> Self {
+        match &source.rows {
+            SourceRows::Points(points) => {
+                Self::Points(points.iter().map(WrittenPoint::from).collect())
+            }
+            SourceRows::Positions { rows, .. } => Self::Positions(rows.clone()),
+        }
+    }
+}
+
+fn too_many(file: &str) -> ConfigError {
+    let reason = format!("received more than {MOST_ROWS} rows, expected at most that many");
+    ConfigError::whole(file, reason)
+}

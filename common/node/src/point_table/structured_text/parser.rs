@@ -1,0 +1,292 @@
+//! From pieces of text to arrays.
+
+use std::iter::Peekable;
+
+use super::arrays::{Array, Arrays, Element, Kind};
+use super::token::{Token, Tokens};
+use crate::point_table::field::{Field, Value, unsaid};
+
+/// What is wrong, and where.
+pub(super) struct Wrong {
+    pub(super) line: usize,
+    pub(super) reason: String,
+}
+
+pub(super) struct Parser<'a> {
+    tokens: Peekable<Tokens<'a>>,
+    /// Of the last token that was taken.
+    line: usize,
+}
+
+impl<'a> Parser<'a> {
+    pub(super) fn new(text: &'a str) -> Self {
+        Self {
+            tokens: Tokens::new(text).peekable(),
+            line: 1,
+        }
+    }
+
+    /// All arrays that can hold a plate; what is wrong in others than the wanted one stays unsaid.
+    pub(super) fn arrays(mut self, wanted: Option<&str>) -> Result<Arrays<'a>, Wrong> {
+        let mut arrays = Arrays::default();
+        while let Some(token) = self.next() {
+            let Token::Word(name) = token else { continue };
+            let is_wanted = wanted.is_none_or(|wanted| wanted.eq_ignore_ascii_case(name));
+            let read = if self.take_sign(':') {
+                self.declaration(name, &mut arrays)
+            } else if self.take_sign('[') {
+                self.assignment(name, &mut arrays)
+            } else {
+                Ok(())
+            };
+            read.or_else(|wrong| if is_wanted { Err(wrong) } else { Ok(()) })?;
+        }
+        Ok(arrays)
+    }
+
+    /// `ARRAY[1..3] OF MC_MotionFunctionPoint := [ … ]`, of which the name and `:` are taken.
+    fn declaration(&mut self, name: &'a str, arrays: &mut Arrays<'a>) -> Result<(), Wrong> {
+        if !self.take_word("ARRAY") || !self.take_sign('[') {
+            return Ok(());
+        }
+        let mut dimensions = Vec::new();
+        loop {
+            dimensions.push(self.bounds());
+            if !self.take_sign(',') {
+                break;
+            }
+        }
+        if !self.take_sign(']') || !self.take_word("OF") {
+            return Ok(());
+        }
+        let kind = match (self.next(), dimensions.len()) {
+            (Some(Token::Word(of)), 1) if of.eq_ignore_ascii_case("MC_MotionFunctionPoint") => {
+                Kind::Points
+            }
+            (Some(Token::Word(of)), 2) if is_number_type(of) => Kind::Positions,
+            _ => return Ok(()),
+        };
+        let first = |n: usize| dimensions.get(n).copied().flatten().unwrap_or_default();
+        let array = arrays.declared(name, kind, [first(0), first(1)], self.line);
+        if !self.take_sign('=') {
+            return Ok(());
+        }
+        self.expect('[')?;
+        let read = match kind {
+            Kind::Points => Self::point,
+            Kind::Positions => Self::position,
+        };
+        self.list(array, read, true)
+    }
+
+    /// The first index of a dimension, `1` of `1..3`; none where that is no literal.
+    fn bounds(&mut self) -> Option<i64> {
+        let first = self.whole_literal();
+        let is_literal = self.take_sign('~');
+        // The last one does not matter: what has no initial value is no part of the plate.
+        while !matches!(self.peek(), None | Some(Token::Sign(',' | ']' | ';'))) {
+            self.next();
+        }
+        first.filter(|_| is_literal)
+    }
+
+    /// The elements of an initial value, the `[` being taken, each maybe repeated: `3(0.0)`.
+    fn list(
+        &mut self,
+        array: &mut Array,
+        read: fn(&mut Self) -> Result<Element, Wrong>,
+        may_nest: bool,
+    ) -> Result<(), Wrong> {
+        while !self.take_sign(']') {
+            // Some write a list for each row.
+            if may_nest && self.take_sign('[') {
+                self.list(array, read, false)?;
+            } else {
+                let element = read(self)?;
+                let (times, element) = match (element, self.peek()) {
+                    (Element::Number(times), Some(Token::Sign('('))) => {
+                        self.expect('(')?;
+                        let element = read(self)?;
+                        self.expect(')')?;
+                        (times, element)
+                    }
+                    (element, _) => (1.0, element),
+                };
+                let pushed = array.push(times, element);
+                pushed.map_err(|reason| self.wrong(reason))?;
+            }
+            if !self.take_sign(',') && self.peek() != Some(Token::Sign(']')) {
+                return Err(self.unexpected("',' or ']'"));
+            }
+        }
+        Ok(())
+    }
+
+    fn position(&mut self) -> Result<Element, Wrong> {
+        match self.value()? {
+            Value::Number(number) => Ok(Element::Number(number)),
+            value => Err(self.wrong(value.number().err().unwrap_or_default())),
+        }
+    }
+
+    /// `(PointIndex := 1, …)`.
+    fn point(&mut self) -> Result<Element, Wrong> {
+        let mut point = unsaid();
+        self.expect('(')?;
+        while !self.take_sign(')') {
+            let field = self.field()?;
+            self.expect('=')?;
+            let value = self.value()?;
+            let set = field.set(&mut point, value);
+            set.map_err(|reason| self.wrong(format!("{}: {reason}", field.plc_name())))?;
+            if !self.take_sign(',') && self.peek() != Some(Token::Sign(')')) {
+                return Err(self.unexpected("',' or ')'"));
+            }
+        }
+        Ok(Element::Point(Box::new(point)))
+    }
+
+    /// `[1].MasterPos := 0.0` or `[0, 1] := 0.0`, of which the name and `[` are taken. Others are passed over.
+    fn assignment(&mut self, name: &'a str, arrays: &mut Arrays<'a>) -> Result<(), Wrong> {
+        let Some(row) = self.whole_literal() else {
+            return Ok(());
+        };
+        if self.take_sign(',') {
+            let column = self.whole_literal();
+            let (Some(column), true, true) = (column, self.take_sign(']'), self.take_sign('='))
+            else {
+                return Ok(());
+            };
+            let value = self.value()?;
+            let number = value.number().map_err(|reason| self.wrong(reason))?;
+            let array = arrays.assigned(name, Kind::Positions, self.line);
+            return array
+                .assign_position(row, column, number)
+                .map_err(|reason| self.wrong(reason));
+        }
+        if !(self.take_sign(']') && self.take_sign('.')) {
+            return Ok(());
+        }
+        let Some(Token::Word(word)) = self.next() else {
+            return Ok(());
+        };
+        let (Some(field), true) = (Field::called(word), self.take_sign('=')) else {
+            return Ok(());
+        };
+        let value = self.value()?;
+        let array = arrays.assigned(name, Kind::Points, self.line);
+        array
+            .assign_field(row, field, value)
+            .map_err(|reason| self.wrong(format!("{}: {reason}", field.plc_name())))
+    }
+
+    fn field(&mut self) -> Result<Field, Wrong> {
+        match self.next() {
+            Some(Token::Word(word)) => Field::called(word).ok_or_else(|| {
+                let known = Field::ALL.map(Field::plc_name).join(", ");
+                self.wrong(format!("received field {word:?}, expected some of {known}"))
+            }),
+            _ => {
+                Err(self
+                    .wrong("received no field, expected one of MC_MotionFunctionPoint".to_owned()))
+            }
+        }
+    }
+
+    /// A number with its sign, `LREAL#1.5`, or a word, maybe behind the name of its type: `MC_MotionPointType.MOTIONPOINTTYPE_REST`.
+    fn value(&mut self) -> Result<Value<'a>, Wrong> {
+        let sign = if self.take_sign('-') { -1.0 } else { 1.0 };
+        self.take_sign('+');
+        match self.next() {
+            Some(Token::Number(number)) => Ok(Value::Number(sign * number)),
+            Some(Token::Word(mut word)) => {
+                while self.take_sign('.') || self.take_sign('#') {
+                    let sign = if self.take_sign('-') { -1.0 } else { sign };
+                    match self.next() {
+                        Some(Token::Number(number)) => return Ok(Value::Number(sign * number)),
+                        Some(Token::Word(next)) => word = next,
+                        _ => return Err(self.unexpected("a value")),
+                    }
+                }
+                Ok(Value::Word(word))
+            }
+            Some(Token::Garbled(text)) => {
+                Err(self.wrong(format!("received {text:?}, expected a number")))
+            }
+            _ => Err(self.wrong("received no value, expected a number or a name".to_owned())),
+        }
+    }
+
+    fn whole_literal(&mut self) -> Option<i64> {
+        let is_negative = self.take_sign('-');
+        let Some(Token::Number(number)) = self.peek() else {
+            return None;
+        };
+        self.next();
+        let is_whole = number.fract() == 0.0 && number.abs() < 1e9;
+        is_whole.then_some(if is_negative { -number } else { number } as i64)
+    }
+
+    fn peek(&mut self) -> Option<Token<'a>> {
+        self.tokens.peek().map(|(_, token)| *token)
+    }
+
+    fn next(&mut self) -> Option<Token<'a>> {
+        let (line, token) = self.tokens.next()?;
+        self.line = line;
+        Some(token)
+    }
+
+    fn take_sign(&mut self, sign: char) -> bool {
+        let is_it = self.peek() == Some(Token::Sign(sign));
+        if is_it {
+            self.next();
+        }
+        is_it
+    }
+
+    fn take_word(&mut self, expected: &str) -> bool {
+        let is_it =
+            matches!(self.peek(), Some(Token::Word(word)) if word.eq_ignore_ascii_case(expected));
+        if is_it {
+            self.next();
+        }
+        is_it
+    }
+
+    fn expect(&mut self, sign: char) -> Result<(), Wrong> {
+        if self.take_sign(sign) {
+            return Ok(());
+        }
+        Err(self.unexpected(match sign {
+            '=' => "':='",
+            '[' => "'['",
+            ')' => "')'",
+            _ => "'('",
+        }))
+    }
+
+    fn unexpected(&mut self, expected: &str) -> Wrong {
+        let received = match self.next() {
+            Some(Token::Word(text) | Token::Garbled(text)) => format!("{text:?}"),
+            Some(Token::Number(number)) => number.to_string(),
+            Some(Token::Sign('=')) => "':='".to_owned(),
+            Some(Token::Sign(sign)) => format!("{sign:?}"),
+            None => "the end of the file".to_owned(),
+        };
+        self.wrong(format!("received {received}, expected {expected}"))
+    }
+
+    const fn wrong(&self, reason: String) -> Wrong {
+        Wrong {
+            line: self.line,
+            reason,
+        }
+    }
+}
+
+fn is_number_type(word: &str) -> bool {
+    ["LREAL", "REAL"]
+        .iter()
+        .any(|name| name.eq_ignore_ascii_case(word))
+}

@@ -1,0 +1,379 @@
+//! Which law would lead best from one point to the next.
+
+use alloc::vec::Vec;
+
+use super::characteristics::largest_momentum;
+use super::compile::{next_of, segment};
+use super::error::CamError;
+use super::kind::{Course, TableType};
+use super::point::{MotionPoint, PointType};
+use super::source::{PlateSource, SourceRows};
+use coaxle_curve::law::{Motion, MotionLaw, Segment};
+
+/// What laws are compared by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum Demand {
+    /// The highest |v|, u/s.
+    Velocity,
+    /// The highest |a|, u/s²: the force on what is moved.
+    #[default]
+    Acceleration,
+    /// The highest |j|, u/s³: how hard it is shaken.
+    Jerk,
+    /// The highest |v·a|, u²/s³: the power per mass, which the drive's torque at its speed has to give.
+    Torque,
+}
+
+impl Demand {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Velocity, Self::Acceleration, Self::Jerk, Self::Torque];
+}
+
+/// What the slave can do; nothing is asked of what is not said.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LawLimits {
+    /// The highest |v|, u/s.
+    pub velocity: Option<f64>,
+    /// The highest |a|, u/s².
+    pub acceleration: Option<f64>,
+    /// The highest |j|, u/s³.
+    pub jerk: Option<f64>,
+    /// The highest |v·a|, u²/s³.
+    pub torque: Option<f64>,
+}
+
+/// What is asked of the laws.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LawQuestion {
+    /// The constant velocity of the master, x/s.
+    pub master_velocity: f64,
+    /// What the slave can do.
+    pub limits: LawLimits,
+    /// What shall be least.
+    pub least: Demand,
+}
+
+/// What a law would ask of the slave between two points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LawAdvice {
+    /// The law.
+    pub law: MotionLaw,
+    /// Its highest velocity, u/s, acceleration, u/s², jerk, u/s³, and |v·a|, u²/s³, within the segment.
+    demands: [f64; 4],
+    /// By how much its velocity differs from that of the points at its ends, the larger one, u/s; 0 but for rounding.
+    pub velocity_step: f64,
+    /// By how much its acceleration differs from that of the segments before and after, the larger one, u/s².
+    pub acceleration_step: f64,
+    /// Whether it joins and keeps the limits.
+    pub passes: bool,
+}
+
+impl LawAdvice {
+    /// What it asks. A law whose acceleration steps at an end has no highest jerk: infinity.
+    #[must_use]
+    pub const fn demand(&self, demand: Demand) -> f64 {
+        match demand {
+            Demand::Jerk if self.acceleration_step > 0.0 => f64::INFINITY,
+            demand => self.demands[demand as usize],
+        }
+    }
+
+    /// The highest jerk between the ends, u/s³, whatever happens at them.
+    #[must_use]
+    pub const fn inner_jerk(&self) -> f64 {
+        self.demands[Demand::Jerk as usize]
+    }
+
+    /// Which limits it breaks.
+    pub fn broken(&self, limits: &LawLimits) -> impl Iterator<Item = Demand> + use<> {
+        let (advice, limits) = (*self, *limits);
+        let exceeds = move |demand: &Demand| {
+            let limit = limits.of(*demand);
+            limit.is_some_and(|limit| advice.demand(*demand) > limit * (1.0 + ROUNDING))
+        };
+        Demand::ALL.into_iter().filter(exceeds)
+    }
+}
+
+impl LawLimits {
+    /// The limit of one of them.
+    #[must_use]
+    pub const fn of(&self, demand: Demand) -> Option<f64> {
+        match demand {
+            Demand::Velocity => self.velocity,
+            Demand::Acceleration => self.acceleration,
+            Demand::Jerk => self.jerk,
+            Demand::Torque => self.torque,
+        }
+    }
+}
+
+/// Slack for rounding, relative to the magnitudes at hand.
+const ROUNDING: f64 = 1e-9;
+
+impl PlateSource {
+    /// Every law that the points at both ends allow from a point of this number to the next one, the best one first: those
+    /// that join their points without a step of the velocity and keep the limits, and of them those whose acceleration
+    /// goes on, by what shall be least; then the others.
+    ///
+    /// The points themselves stay, and so does the rest of the plate, which need not be in order.
+    ///
+    /// # Errors
+    /// 0x4262 for a position table, 0x4B33 for a point that is not there, 0x4A1C for one that leads nowhere or within a
+    /// spline, whose pieces have no laws of their own, and for a velocity of the master or a limit that is none.
+    pub fn law_advice(
+        &self,
+        point: u32,
+        question: &LawQuestion,
+    ) -> Result<Vec<LawAdvice>, CamError> {
+        question.check()?;
+        let stretch = Stretch::of(self, point)?;
+        let laws = MotionLaw::ALL.iter().filter(|law| !law.is_spline());
+        let mut advice: Vec<_> = laws
+            .filter_map(|law| stretch.advice(*law, question))
+            .collect();
+        let late = |advice: &LawAdvice| (!advice.passes, advice.acceleration_step > 0.0);
+        let much = |advice: &LawAdvice| advice.demand(question.least);
+        advice.sort_by(|one, other| {
+            let by_much = much(one).total_cmp(&much(other));
+            late(one).cmp(&late(other)).then(by_much)
+        });
+        Ok(advice)
+    }
+}
+
+impl LawQuestion {
+    fn check(&self) -> Result<(), CamError> {
+        let velocity = self.master_velocity;
+        if !velocity.is_finite() || velocity == 0.0 {
+            return Err(CamError::Parameter {
+                name: "master velocity",
+                received: velocity,
+                expected: "a finite number other than 0",
+            });
+        }
+        for (demand, name) in Demand::ALL.into_iter().zip([
+            "limit of velocity",
+            "limit of acceleration",
+            "limit of jerk",
+            "limit of torque",
+        ]) {
+            // Written so that what is no number is refused too.
+            if let Some(received) = self.limits.of(demand)
+                && !(received > 0.0)
+            {
+                let expected = "a number above 0";
+                return Err(CamError::Parameter {
+                    name,
+                    received,
+                    expected,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Two points, and what the slave does before and after.
+struct Stretch {
+    point: MotionPoint,
+    next: MotionPoint,
+    /// What it comes with and goes on with.
+    before: Beyond,
+    after: Beyond,
+}
+
+/// What the slave does on the other side of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Beyond {
+    /// Its acceleration, and the highest of its segment, u/x².
+    Acceleration(f64, f64),
+    /// The segment that is looked at, which follows itself: the only one of a cyclic plate.
+    Itself,
+    /// The segment there is not in order.
+    Unknown,
+}
+
+impl Beyond {
+    /// By how much it steps from here, or to here; 0 but for rounding, of the magnitudes on both sides.
+    fn step(self, here: f64, other_end: f64, size: f64) -> f64 {
+        let (there, its_size) = match self {
+            Self::Acceleration(there, size) => (there, size),
+            Self::Itself => (other_end, size),
+            Self::Unknown => (here, size),
+        };
+        over_rounding((here - there).abs(), size.max(its_size))
+    }
+}
+
+impl Stretch {
+    fn of(source: &PlateSource, index: u32) -> Result<Self, CamError> {
+        let points = match &source.rows {
+            SourceRows::Points(points) => points,
+            SourceRows::Positions { equidistant, .. } => {
+                let received = if *equidistant {
+                    TableType::Equidistant
+                } else {
+                    TableType::NonEquidistant
+                };
+                return Err(CamError::NotAMotionFunction { received });
+            }
+        };
+        let last = points.len();
+        let row = (index as usize).wrapping_sub(1);
+        let point = points.get(row).ok_or(CamError::UnknownPoint {
+            received: index,
+            last: last as u32,
+        })?;
+        let refused = |expected| CamError::Parameter {
+            name: "point",
+            received: f64::from(index),
+            expected,
+        };
+        if row + 1 == last || point.point_type == PointType::Ignore {
+            return Err(refused("a point that a segment begins at"));
+        }
+        if point.function.is_spline() {
+            return Err(refused(
+                "a point outside of splines: their pieces have no laws of their own",
+            ));
+        }
+        let next_row = next_of(points, row)?;
+        let neighbours = Neighbours::of(source, points);
+        Ok(Self {
+            point: *point,
+            next: points[next_row],
+            before: neighbours.before(row),
+            after: neighbours.after(row, next_row),
+        })
+    }
+
+    /// None if the points do not allow the law.
+    fn advice(&self, law: MotionLaw, question: &LawQuestion) -> Option<LawAdvice> {
+        let point = MotionPoint {
+            function: law,
+            ..self.point
+        };
+        let segment = segment(&point, &self.next).ok()?;
+        let (first, last) = (segment.at(segment.start()), segment.at(segment.end()));
+        let v = question.master_velocity.abs();
+        let extremes = segment.extremes();
+        let demands = [
+            extremes.velocity.magnitude() * v,
+            extremes.acceleration.magnitude() * v * v,
+            extremes.jerk.magnitude() * v * v * v,
+            largest_momentum(&segment) * v * v * v,
+        ];
+        let size = size_of(&segment, &first, &last);
+        let velocity_step = (first.velocity - self.point.velocity)
+            .abs()
+            .max((last.velocity - self.next.velocity).abs());
+        let (start, end) = (first.acceleration, last.acceleration);
+        let before = self.before.step(start, end, size.acceleration);
+        let after = self.after.step(end, start, size.acceleration);
+        let mut advice = LawAdvice {
+            law,
+            demands,
+            velocity_step: over_rounding(velocity_step, size.velocity) * v,
+            acceleration_step: before.max(after) * v * v,
+            passes: false,
+        };
+        advice.passes =
+            advice.velocity_step == 0.0 && advice.broken(&question.limits).next().is_none();
+        Some(advice)
+    }
+}
+
+/// A step, if it is more than rounding may make of numbers of that size.
+fn over_rounding(step: f64, size: f64) -> f64 {
+    if step <= ROUNDING * size { 0.0 } else { step }
+}
+
+/// What steps are compared with: the magnitudes at hand, and what the stroke makes of a segment of that length.
+fn size_of(segment: &Segment, first: &Motion, last: &Motion) -> Motion {
+    let length = segment.end() - segment.start();
+    let mean = (last.position - first.position).abs() / length;
+    let extremes = segment.extremes();
+    Motion {
+        velocity: extremes.velocity.magnitude().max(mean),
+        acceleration: extremes.acceleration.magnitude().max(mean / length),
+        ..Motion::default()
+    }
+}
+
+/// What the slave does on the other sides of the points.
+struct Neighbours<'a> {
+    points: &'a [MotionPoint],
+    course: Course,
+    /// Known if the plate is in order: then the pieces of splines are, too.
+    plate: Option<super::Plate>,
+}
+
+impl<'a> Neighbours<'a> {
+    fn of(source: &PlateSource, points: &'a [MotionPoint]) -> Self {
+        Self {
+            points,
+            course: source.course,
+            plate: source.plate().ok(),
+        }
+    }
+
+    /// At the end of the segment that leads to a row. Before a linear plate the slave rests.
+    fn before(&self, row: usize) -> Beyond {
+        let last = self.points.len() - 1;
+        let here = match (row, self.course) {
+            (0, Course::Linear) => return Beyond::Acceleration(0.0, 0.0),
+            (0, Course::Cyclic) => last,
+            (row, _) => row,
+        };
+        let leads_here = |from: &usize| next_of(self.points, *from) == Ok(here);
+        match (0..here).rev().find(leads_here) {
+            Some(from) if from == row => Beyond::Itself,
+            Some(from) => self.beyond(from, here, Segment::end),
+            None => Beyond::Unknown,
+        }
+    }
+
+    /// At the start of the segment that begins at the row which another one leads to. After a linear plate the slave rests.
+    fn after(&self, row: usize, next: usize) -> Beyond {
+        let last = self.points.len() - 1;
+        let here = match (next == last, self.course) {
+            (true, Course::Linear) => return Beyond::Acceleration(0.0, 0.0),
+            (true, Course::Cyclic) => 0,
+            (false, _) => next,
+        };
+        match next_of(self.points, here) {
+            Ok(_) if here == row => Beyond::Itself,
+            Ok(to) => self.beyond(here, to, Segment::start),
+            Err(_) => Beyond::Unknown,
+        }
+    }
+
+    fn beyond(&self, from: usize, to: usize, side: fn(&Segment) -> f64) -> Beyond {
+        let (from, to) = (&self.points[from], &self.points[to]);
+        let compiled = self.plate.as_ref().and_then(|plate| {
+            let segments = plate.curve().segments();
+            let piece = |segment: &&Segment| segment.start() >= from.master;
+            // The first piece of a spline begins here, the last one ends there.
+            let first = segments.iter().find(piece)?;
+            let last = segments
+                .iter()
+                .rev()
+                .find(|segment| segment.end() <= to.master)?;
+            Some(if side(first) == first.start() {
+                *first
+            } else {
+                *last
+            })
+        });
+        match compiled.or_else(|| segment(from, to).ok()) {
+            None => Beyond::Unknown,
+            Some(piece) => {
+                let acceleration = piece.at(side(&piece)).acceleration;
+                Beyond::Acceleration(acceleration, piece.extremes().acceleration.magnitude())
+            }
+        }
+    }
+}

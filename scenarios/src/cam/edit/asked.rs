@@ -1,0 +1,125 @@
+//! In what way the page wants to see a plate.
+
+use coaxle_plate::{Course, Demand, LawLimits, LawQuestion, Plate};
+use serde::Deserialize;
+use serde_json::Value;
+
+/// What the page chooses; nothing of it is in the file.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Asked {
+    /// x/s, not 0.
+    pub(super) master_velocity: f64,
+    /// Over time, in seconds and derivatives over time; otherwise over the master.
+    pub(super) over_time: bool,
+    /// How many turns are drawn.
+    pub(super) turns: u32,
+    velocity: Option<f64>,
+    acceleration: Option<f64>,
+    jerk: Option<f64>,
+    torque: Option<f64>,
+    /// What the advised law shall have least.
+    least: Demand,
+    /// The point that is selected, from 0; advice is about the segment that begins there.
+    pub(super) selected: Option<usize>,
+}
+
+impl Default for Asked {
+    fn default() -> Self {
+        Self {
+            master_velocity: 360.0,
+            over_time: false,
+            turns: 1,
+            velocity: None,
+            acceleration: None,
+            jerk: None,
+            torque: None,
+            least: Demand::default(),
+            selected: None,
+        }
+    }
+}
+
+/// More turns than this are a stripe.
+const MOST_TURNS: u32 = 20;
+
+impl Asked {
+    /// # Errors
+    /// What is wrong in it.
+    pub(super) fn of(json: &Value) -> Result<Self, String> {
+        let asked = match json {
+            Value::Null => Self::default(),
+            json => Self::deserialize(json).map_err(|error| error.to_string())?,
+        };
+        let velocity = asked.master_velocity;
+        if !(velocity.is_finite() && velocity != 0.0) {
+            return Err(format!(
+                "master velocity: received {velocity}, expected a finite number other than 0"
+            ));
+        }
+        if !(1..=MOST_TURNS).contains(&asked.turns) {
+            let received = asked.turns;
+            return Err(format!(
+                "turns: received {received}, expected 1 to {MOST_TURNS}"
+            ));
+        }
+        Ok(asked)
+    }
+
+    pub(super) const fn limits(&self) -> LawLimits {
+        LawLimits {
+            velocity: self.velocity,
+            acceleration: self.acceleration,
+            jerk: self.jerk,
+            torque: self.torque,
+        }
+    }
+
+    pub(super) const fn question(&self) -> LawQuestion {
+        LawQuestion {
+            master_velocity: self.master_velocity,
+            limits: self.limits(),
+            least: self.least,
+        }
+    }
+
+    /// How many turns there are of a plate: a linear one is passed once.
+    pub(super) fn turns_of(&self, plate: &Plate) -> u32 {
+        match plate.course() {
+            Course::Linear => 1,
+            Course::Cyclic => self.turns,
+        }
+    }
+
+    /// What a derivative with respect to the master is multiplied by to be shown.
+    pub(super) fn factor(&self, quantity: usize) -> f64 {
+        match self.over_time {
+            true => self.master_velocity.powi(quantity as i32),
+            false => 1.0,
+        }
+    }
+
+    /// Where a master position is shown, on an axis that begins at `start`.
+    pub(super) fn along(&self, start: f64, master: f64) -> f64 {
+        match self.over_time {
+            true => (master - start) / self.master_velocity,
+            false => master,
+        }
+    }
+
+    /// The master position at a place of the axis.
+    pub(super) fn master(&self, start: f64, along: f64) -> f64 {
+        match self.over_time {
+            true => start + along * self.master_velocity,
+            false => along,
+        }
+    }
+
+    /// A limit over time as it is shown.
+    pub(super) fn shown_limit(&self, quantity: usize, limit: f64) -> f64 {
+        match self.over_time {
+            true => limit,
+            false => limit / self.master_velocity.abs().powi(quantity as i32),
+        }
+    }
+}

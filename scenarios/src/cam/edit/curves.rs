@@ -1,0 +1,67 @@
+//! What is drawn of a plate.
+
+use coaxle_curve::law::Motion;
+use coaxle_plate::Plate;
+use serde_json::{Value, json};
+
+use super::asked::Asked;
+
+/// Places drawn of a turn, as far as its joints leave a choice.
+const SAMPLES: usize = 1_200;
+/// Most places in all.
+const MOST: usize = 12_000;
+/// Most joints at which both sides are drawn.
+const MOST_JOINTS: usize = 400;
+
+/// Position, velocity, acceleration and jerk, as they are asked for.
+pub(super) fn curve(plate: &Plate, name: &str, asked: &Asked) -> Value {
+    let mut along = Vec::new();
+    let mut values: [Vec<f64>; 4] = Default::default();
+    let (start, end) = plate.master_range();
+    let turns = asked.turns_of(plate);
+    for turn in 0..turns {
+        let offset = f64::from(turn) * (end - start);
+        let lift = f64::from(turn) * plate.lift();
+        for (master, motion) in places(plate, SAMPLES.min(MOST / turns as usize)) {
+            along.push(asked.along(start, master + offset));
+            let Motion {
+                position,
+                velocity,
+                acceleration,
+                jerk,
+            } = motion;
+            let row = [position + lift, velocity, acceleration, jerk];
+            for (quantity, value) in row.into_iter().enumerate() {
+                values[quantity].push(value * asked.factor(quantity));
+            }
+        }
+    }
+    json!({ "name": name, "along": along, "values": values })
+}
+
+/// One turn; at each joint the values of both sides, so that jumps are upright.
+fn places(plate: &Plate, samples: usize) -> Vec<(f64, Motion)> {
+    let (start, end) = plate.master_range();
+    let mut marks: Vec<f64> = plate.joints().map(|joint| joint.master).collect();
+    let every = marks.len().div_ceil(MOST_JOINTS);
+    marks = marks
+        .into_iter()
+        .step_by(every)
+        .filter(|mark| *mark < end)
+        .collect();
+    marks.push(end);
+    let stretches = marks.len().saturating_sub(1).max(1);
+    let count = (samples / stretches).clamp(2, 400);
+    let mut places = Vec::new();
+    for pair in marks.windows(2) {
+        let (from, to) = (pair[0], pair[1]);
+        for n in 0..count {
+            let master = from + (to - from) * (n as f64 / count as f64);
+            places.push((master, plate.at(master)));
+        }
+        // The last place before the next segment, or before the next turn.
+        let last = plate.at(to.next_down().max(start));
+        places.push((to, last));
+    }
+    places
+}

@@ -1,0 +1,153 @@
+//! `coaxle cam edit`: a plate designed on a page.
+
+mod asked;
+mod change;
+mod curves;
+mod points;
+mod target;
+#[cfg(test)]
+mod tests;
+mod view;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use coaxle_host::cli::Exit;
+use coaxle_node::cam_file::{CamFile, MOST_BYTES};
+use coaxle_plate::Plate;
+use serde_json::Value;
+
+use self::asked::Asked;
+use self::target::{Target, TargetArgs};
+use super::load;
+use crate::edit::{Design, EditArgs, Parts, edit};
+
+/// Which plate, what it is compared with, and where it is loaded into.
+#[derive(Debug, Args)]
+pub struct CamEditArgs {
+    #[command(flatten)]
+    edit: EditArgs,
+    /// Another cam file to compare the plate with
+    #[arg(long, value_name = "FILE")]
+    compare: Option<PathBuf>,
+    #[command(flatten)]
+    target: TargetArgs,
+}
+
+const PARTS: Parts = Parts {
+    html: include_str!("page.html"),
+    js: include_str!("page.js"),
+};
+
+/// Gives out the page until Ctrl-C.
+///
+/// # Errors
+/// A file that cannot be read, a network that cannot be joined, or an address that is not to be had.
+pub(crate) fn run(args: &CamEditArgs) -> anyhow::Result<Exit> {
+    let compared = args.compare.as_deref().map(Compared::load).transpose()?;
+    let design = CamDesign {
+        path: args.edit.file.clone(),
+        compared,
+        target: args.target.open()?,
+        last: None,
+    };
+    edit(&args.edit, design, PARTS)
+}
+
+/// Another plate, drawn beside this one.
+struct Compared {
+    name: String,
+    plate: Plate,
+}
+
+impl Compared {
+    fn load(path: &Path) -> anyhow::Result<Self> {
+        let (_, plate) = load(path)?;
+        let name = path.display().to_string();
+        Ok(Self { name, plate })
+    }
+
+    fn parse(name: &str, text: &str) -> Result<Self, String> {
+        let cam = CamFile::parse(Path::new(name), text).map_err(|error| error.to_string())?;
+        let plate = cam.plate().map_err(|error| error.to_string())?;
+        let name = name.to_owned();
+        Ok(Self { name, plate })
+    }
+}
+
+/// A plate on a page.
+struct CamDesign {
+    /// What errors call the file, and beside what CSV files are looked for.
+    path: PathBuf,
+    compared: Option<Compared>,
+    /// A running receiver, if there is one to load the plate into.
+    target: Option<Target>,
+    /// The last text that made a plate: it is drawn faint while another one makes none.
+    last: Option<String>,
+}
+
+const TEMPLATE: &str = "title = \"\"\ncourse = \"cyclic\"\nmaster-unit = \"°\"\nslave-unit = \"mm\"\n\n\
+    [[point]]\nlaw = \"polynom5\"\nmaster = 0\nslave = 0\n\n[[point]]\nmaster = 360\nslave = 0\n";
+
+impl CamDesign {
+    fn plate(&self, text: &str) -> Result<(CamFile, Plate), String> {
+        let cam = CamFile::parse(&self.path, text).map_err(|error| error.to_string())?;
+        let plate = cam.plate().map_err(|error| error.to_string())?;
+        Ok((cam, plate))
+    }
+}
+
+impl Design for CamDesign {
+    const MOST_BYTES: u64 = MOST_BYTES;
+
+    fn template(&self) -> String {
+        TEMPLATE.to_owned()
+    }
+
+    fn view(&mut self, text: &str, asked: &Value) -> Value {
+        let asked = match Asked::of(asked) {
+            Ok(asked) => asked,
+            Err(error) => return serde_json::json!({ "error": error }),
+        };
+        if self.plate(text).is_ok() {
+            self.last = Some(text.to_owned());
+        }
+        view::view(self, text, &asked)
+    }
+
+    fn changed(&mut self, text: &str, change: &Value, asked: &Value) -> Result<String, String> {
+        let asked = Asked::of(asked)?;
+        change::changed(self, text, change, &asked)
+    }
+
+    fn check(&self, text: &str) -> Result<(), String> {
+        self.plate(text).map(drop)
+    }
+
+    fn act(&mut self, text: &str, wanted: &Value) -> Result<String, String> {
+        let name = wanted["compare"]["name"].as_str();
+        if let (Some(name), Some(other)) = (name, wanted["compare"]["text"].as_str()) {
+            self.compared = Some(Compared::parse(name, other)?);
+            return Ok(format!("compared with {name}"));
+        }
+        match wanted["do"].as_str() {
+            Some("compare-with-this") => {
+                let (_, plate) = self.plate(text)?;
+                let name = "as it was".to_owned();
+                self.compared = Some(Compared { name, plate });
+                Ok("compared with the plate as it is now".to_owned())
+            }
+            Some("compare-with-none") => {
+                self.compared = None;
+                Ok(String::new())
+            }
+            _ => {
+                let (cam, _) = self.plate(text)?;
+                let target = self.target.as_mut();
+                let target = target
+                    .ok_or("there is no receiver to load it into: --node and --slave name one")?;
+                target.act(&cam, wanted)
+            }
+        }
+    }
+}

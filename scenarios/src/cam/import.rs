@@ -1,0 +1,160 @@
+//! `coaxle cam import`.
+
+use std::fmt::Write as _;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use coaxle_node::cam_file::CamFile;
+use coaxle_node::point_table::PointTable;
+use coaxle_plate::{Course, WrittenPoint};
+
+use super::format::FormatArg;
+use super::new_file;
+use crate::inspect::name;
+
+/// What to read, and what a point table does not say.
+#[derive(Debug, Args)]
+pub struct ImportArgs {
+    /// Point table: CSV, or structured text of a PLC
+    table: PathBuf,
+    /// What the table is [default: by the ending of its name; .st, .exp, .TcGVL and .TcPOU are a PLC's]
+    #[arg(long, value_enum)]
+    format: Option<FormatArg>,
+    /// Which array of the structured text, if there are several
+    #[arg(long, value_name = "NAME")]
+    array: Option<String>,
+    /// The cam file to write; it must not be there yet [default: standard output]
+    #[arg(short, long, value_name = "TOML")]
+    output: Option<PathBuf>,
+    /// Its title
+    #[arg(long, default_value = "")]
+    title: String,
+    /// Whether the plate is passed once, or repeated
+    #[arg(long, value_enum, default_value = "linear")]
+    course: CourseArg,
+    /// The number of the plate
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..))]
+    table_id: Option<u8>,
+    /// Unit of the master
+    #[arg(long, default_value = "x")]
+    master_unit: String,
+    /// Unit of the slave
+    #[arg(long, default_value = "u")]
+    slave_unit: String,
+    /// How the slave moves between the rows of a position table
+    #[arg(long, value_enum, default_value = "linear")]
+    interpolation: InterpolationArg,
+    /// The steps of a position table are equal
+    #[arg(long)]
+    equidistant: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum CourseArg {
+    Linear,
+    Cyclic,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum InterpolationArg {
+    Linear,
+    Spline,
+    SlidingSpline,
+}
+
+impl ImportArgs {
+    pub(super) fn run(&self, out: &mut dyn Write) -> anyhow::Result<()> {
+        let format = self.format.unwrap_or_else(|| FormatArg::of(&self.table));
+        let table = PointTable::load(&self.table, format.format(), self.array.as_deref())?;
+        let text = self.text(&table);
+        // Errors name the table, as nobody has the other file yet.
+        let (file, folder) = (self.table.display().to_string(), Path::new(""));
+        let parsed = text.parse().context("the cam file cannot be written")?;
+        CamFile::from_table(&file, folder, parsed)?.plate()?;
+        new_file::write(self.output.as_deref(), &text, out)
+    }
+
+    fn text(&self, table: &PointTable) -> String {
+        let course = match self.course {
+            CourseArg::Linear => Course::Linear,
+            CourseArg::Cyclic => Course::Cyclic,
+        };
+        let mut text = String::new();
+        let quoted = |text: &str| toml::Value::from(text).to_string();
+        let _ = writeln!(text, "title = {}", quoted(&self.title));
+        if let Some(id) = self.table_id {
+            let _ = writeln!(text, "table-id = {id}");
+        }
+        let _ = writeln!(text, "course = {}", quoted(&name(&course)));
+        let _ = writeln!(text, "master-unit = {}", quoted(&self.master_unit));
+        let _ = writeln!(text, "slave-unit = {}", quoted(&self.slave_unit));
+        match table {
+            PointTable::Points(points) => {
+                for (row, point) in points.iter().enumerate() {
+                    push_point(&mut text, row, row + 1 == points.len(), point);
+                }
+            }
+            PointTable::Positions(rows) => self.push_rows(&mut text, rows),
+        }
+        text
+    }
+
+    fn push_rows(&self, text: &mut String, rows: &[(f64, f64)]) {
+        text.push_str("\n[table]\n");
+        if self.equidistant {
+            text.push_str("equidistant = true\n");
+        }
+        let interpolation = match self.interpolation {
+            InterpolationArg::Linear => "linear",
+            InterpolationArg::Spline => "spline",
+            InterpolationArg::SlidingSpline => "sliding-spline",
+        };
+        let _ = writeln!(text, "interpolation = \"{interpolation}\"\nrows = [");
+        for (master, slave) in rows {
+            let _ = writeln!(text, "    [{}, {}],", number(*master), number(*slave));
+        }
+        text.push_str("]\n");
+    }
+}
+
+/// What can be left out is.
+fn push_point(text: &mut String, row: usize, is_last: bool, point: &WrittenPoint) {
+    text.push_str("\n[[point]]\n");
+    if let Some(index) = point.index.filter(|index| *index as usize != row + 1) {
+        let _ = writeln!(text, "index = {index}");
+    }
+    if let Some(law) = point.law.filter(|law| !is_last || law.is_spline()) {
+        let _ = writeln!(text, "law = \"{}\"", law.file_name());
+    }
+    if let Some(kind) = point
+        .point_type
+        .filter(|kind| *kind != point.implied_type())
+    {
+        let _ = writeln!(text, "type = \"{}\"", kind.file_name());
+    }
+    if point.relative_next != 1 && !is_last {
+        let _ = writeln!(text, "relative-next = {}", point.relative_next);
+    }
+    let _ = writeln!(text, "master = {}", number(point.master));
+    let _ = writeln!(text, "slave = {}", number(point.slave));
+    for (field, value) in [
+        ("velocity", point.velocity),
+        ("acceleration", point.acceleration),
+        ("jerk", point.jerk),
+    ] {
+        if value != 0.0 {
+            let _ = writeln!(text, "{field} = {}", number(value));
+        }
+    }
+}
+
+/// As TOML has it: whole numbers without a point, as people write them.
+fn number(value: f64) -> String {
+    if value.fract() == 0.0 && value.abs() < 1e15 {
+        format!("{value}")
+    } else {
+        format!("{value:?}").replace("NaN", "nan")
+    }
+}

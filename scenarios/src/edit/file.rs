@@ -1,0 +1,102 @@
+//! A file that is edited, and what it was when it was read or written last.
+
+use std::fs::{self, OpenOptions};
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use coaxle_node::text_file;
+
+/// A file that may not be there yet.
+pub(super) struct EditedFile {
+    path: PathBuf,
+    /// None as long as there is none.
+    known: Option<String>,
+    most: u64,
+}
+
+impl EditedFile {
+    /// Reads it, if it is there.
+    ///
+    /// # Errors
+    /// It is there and cannot be read.
+    pub(super) fn open(path: &Path, most: u64) -> anyhow::Result<Self> {
+        let is_there = fs::symlink_metadata(path).is_ok();
+        let known = is_there.then(|| text_file::read(path, most)).transpose()?;
+        Ok(Self {
+            path: path.to_owned(),
+            known,
+            most,
+        })
+    }
+
+    pub(super) fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    /// What is in it, as far as is known.
+    pub(super) fn known(&self) -> Option<&str> {
+        self.known.as_deref()
+    }
+
+    /// Writes a text, unless somebody else has written the file meanwhile.
+    ///
+    /// # Errors
+    /// Why it is not written.
+    pub(super) fn save(&mut self, text: &str) -> Result<(), String> {
+        let name = self.name();
+        if text.len() as u64 > self.most {
+            let (received, most) = (text.len(), self.most);
+            return Err(format!(
+                "{name}: received {received} bytes, expected at most {most}"
+            ));
+        }
+        match &self.known {
+            None => self.create(text)?,
+            Some(known) => {
+                let now = text_file::read(&self.path, self.most);
+                if now.map_err(|error| error.to_string())? != *known {
+                    return Err(format!(
+                        "{name}: somebody else has changed it since it was read; take a copy of your text and begin anew"
+                    ));
+                }
+                self.replace(text)
+                    .map_err(|error| format!("{name}: cannot be written: {error}"))?;
+            }
+        }
+        self.known = Some(text.to_owned());
+        Ok(())
+    }
+
+    fn create(&self, text: &str) -> Result<(), String> {
+        let name = self.name();
+        let file = OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .open(&self.path);
+        let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
+        written.map_err(|error| match error.kind() {
+            ErrorKind::AlreadyExists => {
+                format!(
+                    "{name}: somebody else has made one of that name meanwhile; it stays as it is"
+                )
+            }
+            _ => format!("{name}: cannot be written: {error}"),
+        })
+    }
+
+    /// All or nothing: what is written half is another file.
+    fn replace(&self, text: &str) -> std::io::Result<()> {
+        let path = fs::canonicalize(&self.path)?;
+        let mut new = path.clone().into_os_string();
+        new.push(".new");
+        let mut file = OpenOptions::new().write(true).create_new(true).open(&new)?;
+        let written = (file.write_all(text.as_bytes()))
+            .and_then(|()| file.set_permissions(fs::metadata(&path)?.permissions()))
+            .and_then(|()| file.sync_all())
+            .and_then(|()| fs::rename(&new, &path));
+        if written.is_err() {
+            let _ = fs::remove_file(&new);
+        }
+        written
+    }
+}

@@ -1,0 +1,67 @@
+//! Texts, one after the other, back and forth.
+
+/// So many steps back.
+const MOST_STEPS: usize = 500;
+
+/// The text as it is, and what it was.
+pub(super) struct History {
+    now: String,
+    past: Vec<String>,
+    future: Vec<String>,
+    /// What goes on: all of it is one step.
+    gesture: Option<u64>,
+}
+
+impl History {
+    pub(super) const fn of(text: String) -> Self {
+        Self {
+            now: text,
+            past: Vec::new(),
+            future: Vec::new(),
+            gesture: None,
+        }
+    }
+
+    pub(super) fn now(&self) -> &str {
+        &self.now
+    }
+
+    pub(super) const fn can_undo(&self) -> bool {
+        !self.past.is_empty()
+    }
+
+    pub(super) const fn can_redo(&self) -> bool {
+        !self.future.is_empty()
+    }
+
+    /// Another text; with the gesture of the one before, it takes its place.
+    pub(super) fn change(&mut self, text: String, gesture: Option<u64>) {
+        if text == self.now {
+            return;
+        }
+        let before = std::mem::replace(&mut self.now, text);
+        let goes_on = gesture.is_some() && gesture == self.gesture;
+        if !goes_on {
+            if self.past.len() == MOST_STEPS {
+                self.past.remove(0);
+            }
+            self.past.push(before);
+        }
+        self.future.clear();
+        self.gesture = gesture;
+    }
+
+    pub(super) fn undo(&mut self) {
+        if let Some(text) = self.past.pop() {
+            self.future.push(std::mem::replace(&mut self.now, text));
+        }
+        self.gesture = None;
+    }
+
+    pub(super) fn redo(&mut self) {
+        if let Some(text) = self.future.pop() {
+            self.past.push(std::mem::replace(&mut self.now, text));
+        }
+        self.gesture = None;
+    }
+}

@@ -1,0 +1,95 @@
+//! Editors: a TOML file on a page in a browser, drawn and changed there, and written back with its comments.
+//!
+//! What a file means is a [`Design`]'s: it says what the page shows of a text, and makes another text of a change. Texts, undoing
+//! and saving are the same for all of them. Everything is computed here; the page draws it.
+
+mod file;
+mod history;
+mod server;
+pub(crate) mod toml_text;
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use coaxle_host::Interrupt;
+use coaxle_host::cli::Exit;
+use serde_json::Value;
+
+use crate::inspect;
+use crate::web::Served;
+use file::EditedFile;
+pub(crate) use server::Parts;
+
+/// Which file, and where its page is.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct EditArgs {
+    /// The file, TOML; it need not be there yet
+    pub(crate) file: PathBuf,
+    /// Give out the page here; port 0 is any that is free
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7481")]
+    pub(crate) page: SocketAddr,
+}
+
+/// A kind of file that is designed.
+pub(crate) trait Design: Send + 'static {
+    /// Most bytes of a file.
+    const MOST_BYTES: u64;
+
+    /// What a new file begins as.
+    fn template(&self) -> String;
+
+    /// What the page shows of a text, in the way that it asks for.
+    fn view(&mut self, text: &str, asked: &Value) -> Value;
+
+    /// The text with a change.
+    ///
+    /// # Errors
+    /// Why it stays as it is.
+    fn changed(&mut self, text: &str, change: &Value, asked: &Value) -> Result<String, String>;
+
+    /// That the text can be saved.
+    ///
+    /// # Errors
+    /// What is wrong in it.
+    fn check(&self, text: &str) -> Result<(), String>;
+
+    /// Does something else that the page wants, and says what came of it.
+    ///
+    /// # Errors
+    /// Why not.
+    fn act(&mut self, text: &str, wanted: &Value) -> Result<String, String>;
+}
+
+/// How often it looks whether it is to end.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Gives out the page of a file until Ctrl-C.
+///
+/// # Errors
+/// A file that cannot be read, or an address that is not to be had.
+pub(crate) fn edit(args: &EditArgs, design: impl Design, parts: Parts) -> anyhow::Result<Exit> {
+    let interrupt = Interrupt::listen()?;
+    let served = open(args, design, parts)?;
+    inspect::print_text(&format!("the page is at http://{}", served.address()))?;
+    while !interrupt.is_asked() {
+        std::thread::park_timeout(LOOK);
+    }
+    Ok(Exit::Done)
+}
+
+/// Gives out the page of a file.
+///
+/// # Errors
+/// A file that cannot be read, or an address that is not to be had.
+pub(crate) fn open<D: Design>(args: &EditArgs, design: D, parts: Parts) -> anyhow::Result<Served> {
+    if !args.page.ip().is_loopback() {
+        tracing::warn!("whoever reaches {} changes the file", args.page);
+    }
+    let file = EditedFile::open(&args.file, D::MOST_BYTES)?;
+    Served::open(args.page, server::routes(file, design, parts))
+}
+
+#[cfg(test)]
+mod tests;
