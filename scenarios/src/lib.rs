@@ -22,6 +22,7 @@ pub mod expect;
 mod figures;
 pub mod finished;
 mod gateway;
+pub mod gear;
 mod inspect;
 pub mod invariants;
 mod junit;
