@@ -17,6 +17,7 @@ use crate::conform::{self, ConformArgs};
 use crate::doctor::{self, DoctorArgs};
 use crate::examples;
 use crate::gateway;
+use crate::gear::{self, GearCommand};
 use crate::inspect;
 use crate::junit::{self, Case};
 use crate::number;
@@ -85,9 +86,12 @@ enum Command {
     /// Look into a cam file, judge it, make one of a point table: docs/CAMS.md
     #[command(subcommand)]
     Cam(CamCommand),
-    /// Plan and draw the synchronisation of a flying saw
+    /// Plan, draw and move the synchronisation of a flying saw: docs/SAWS.md
     #[command(subcommand)]
     Saw(SawCommand),
+    /// Plan and draw a flying gear: docs/GEARS.md
+    #[command(subcommand)]
+    Gear(GearCommand),
     /// Tell a slave of a running node what to do
     #[command(name = "command")]
     Order(Box<CommandArgs>),
@@ -248,6 +252,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Signals { config }) => (crate::signals::signals(&config)?, Exit::Failed),
         Some(Command::Cam(command)) => (cam::print(&command)?, Exit::Failed),
         Some(Command::Saw(command)) => (saw::print(&command)?, Exit::Refused),
+        Some(Command::Gear(command)) => (gear::print(&command)?, Exit::Refused),
         Some(Command::Order(args)) => (command::print(&args)?, Exit::Refused),
         Some(Command::Nodes(args)) => return status::nodes(&args),
         Some(Command::Status(args)) => return status::status(&args),

@@ -23,6 +23,7 @@ mod figures;
 pub mod finished;
 mod followed;
 mod gateway;
+pub mod gear;
 mod inspect;
 pub mod invariants;
 mod junit;

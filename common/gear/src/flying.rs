@@ -6,11 +6,13 @@ use coaxle_curve::profile::Kinematics;
 mod coupling;
 mod demands;
 mod error;
+mod stretch;
 mod window;
 
 pub use coupling::{FlyingGearChange, FlyingGearCoupling};
 use demands::Ability;
 pub use error::FlyingGearError;
+pub use stretch::FlyingGearStretch;
 use window::{Course, Window};
 
 /// What a flying gear shall do.

@@ -9,6 +9,7 @@ pub mod cam_file;
 pub mod config;
 pub mod contract;
 pub mod faults;
+pub mod gear_file;
 pub mod point_table;
 pub mod saw_file;
 pub mod signal;

@@ -160,9 +160,8 @@ impl LawQuestion {
             "limit of jerk",
             "limit of torque",
         ]) {
-            // Written so that what is no number is refused too.
             if let Some(received) = self.limits.of(demand)
-                && !(received > 0.0)
+                && (received.is_nan() || received <= 0.0)
             {
                 let expected = "a number above 0";
                 return Err(CamError::Parameter {

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
-use coaxle_node::cam_file::CamFile;
+use coaxle_node::cam_file::{CamFile, MOST_BYTES};
 use coaxle_node::point_table::PointTable;
 use coaxle_plate::{Course, WrittenPoint};
 
@@ -69,6 +69,14 @@ impl ImportArgs {
         let format = self.format.unwrap_or_else(|| FormatArg::of(&self.table));
         let table = PointTable::load(&self.table, format.format(), self.array.as_deref())?;
         let text = self.text(&table);
+        if text.len() as u64 > MOST_BYTES {
+            bail!(
+                "{}: received {} bytes of TOML, expected at most {MOST_BYTES}; a table of positions can stay a file of its \
+                 own, which a cam file names: table.csv",
+                self.table.display(),
+                text.len()
+            );
+        }
         // Errors name the table, as nobody has the other file yet.
         let (file, folder) = (self.table.display().to_string(), Path::new(""));
         let parsed = text.parse().context("the cam file cannot be written")?;

@@ -198,7 +198,7 @@ class Charts {
     pen.beginPath();
     pen.rect(place.left, place.top, place.width, place.height);
     pen.clip();
-    for (const line of this.data.limits[quantity]) this.drawLimit(pen, place, y, line, colour('--bad'));
+    this.data.limits[quantity].forEach((line, n) => this.drawLimit(pen, place, y, line, n, colour('--bad')));
     this.data.curves.forEach((curve, n) => this.drawCurve(pen, curve, quantity, n, x, y));
     pen.restore();
     this.drawPoints(pen, quantity, x, y, colour);
@@ -211,7 +211,7 @@ class Charts {
     this.drawPointer(pen, place, quantity, x, y, colour);
   }
 
-  drawLimit(pen, place, y, line, colour) {
+  drawLimit(pen, place, y, line, n, colour) {
     const level = line.value ?? line;
     pen.strokeStyle = pen.fillStyle = colour;
     pen.lineWidth = 1;
@@ -222,9 +222,11 @@ class Charts {
     pen.stroke();
     pen.setLineDash([]);
     pen.textAlign = 'right';
-    // Below its line where there is no room above.
+    if (!line.name) return;
+    // Below its line where there is no room above, and beside those of another limit: each comes up and down.
     const isHigh = y(level) - place.top < 14;
-    if (line.name) pen.fillText(line.name, place.left + place.width - 4, y(level) + (isHigh ? 11 : -3));
+    const right = place.left + place.width - 4 - (n >> 1) * (pen.measureText(line.name).width + 12);
+    pen.fillText(line.name, right, y(level) + (isHigh ? 11 : -3));
   }
 
   drawCurve(pen, curve, quantity, n, x, y) {

@@ -12,6 +12,7 @@ use clap::{Args, ValueEnum};
 use coaxle_gateway::config::GatewayConfig;
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::schema::schema_of;
+use coaxle_node::gear_file::GearFile;
 use coaxle_node::saw_file::SawFile;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::SenderConfig;
@@ -46,6 +47,8 @@ pub enum FileKind {
     Cam,
     /// A flying saw at the moment of coupling
     Saw,
+    /// A flying gear when it is enabled
+    Gear,
 }
 
 impl FileKind {
@@ -59,6 +62,7 @@ impl FileKind {
             Self::Gateway => "gateway",
             Self::Cam => "cam",
             Self::Saw => "saw",
+            Self::Gear => "gear",
         }
     }
 
@@ -72,6 +76,7 @@ impl FileKind {
             Self::Gateway => schema_of::<GatewayConfig>(),
             Self::Cam => schema_of::<CamFile>(),
             Self::Saw => schema_of::<SawFile>(),
+            Self::Gear => schema_of::<GearFile>(),
         };
         let title = format!("Coaxle: {}", self.name());
         schema.insert("title".to_owned(), title.into());

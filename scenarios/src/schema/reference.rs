@@ -7,6 +7,7 @@ use std::fmt::Write;
 use coaxle_gateway::config::GatewayConfig;
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::schema::{alternatives, kind, resolved, schema_of};
+use coaxle_node::gear_file::GearFile;
 use coaxle_node::saw_file::SawFile;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::SenderConfig;
@@ -27,18 +28,20 @@ struct All {
     gateway: GatewayConfig,
     cam: CamFile,
     saw: SawFile,
+    gear: GearFile,
     receiver_figures: ReceiverSummary,
     slave_figures: SlaveSummary,
 }
 
 /// The files: property, heading.
-const FILES: [(&str, &str); 6] = [
+const FILES: [(&str, &str); 7] = [
     ("scenario", "A scenario"),
     ("sender", "The config of a sender"),
     ("receiver", "The config of a receiver"),
     ("gateway", "The config of a gateway"),
     ("cam", "A cam file"),
     ("saw", "A saw file"),
+    ("gear", "A gear file"),
 ];
 
 /// The page.

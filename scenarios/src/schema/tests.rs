@@ -44,6 +44,7 @@ fn every_file_that_is_shipped_fits_its_schema() {
         (FileKind::Gateway, &["../common/gateway/configs"]),
         (FileKind::Cam, &["cams"]),
         (FileKind::Saw, &["saws"]),
+        (FileKind::Gear, &["gears"]),
     ] {
         let schema = jsonschema::validator_for(&kind.schema()).unwrap();
         for file in folders.iter().flat_map(|path| folder(path)) {

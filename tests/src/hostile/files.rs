@@ -6,6 +6,7 @@ use coaxle::catalog::Source;
 use coaxle_clock::{Instant, Span};
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::{TransportConfig, parse};
+use coaxle_node::gear_file::GearFile;
 use coaxle_node::one_line;
 use coaxle_node::point_table::PointTable;
 use coaxle_node::saw_file::SawFile;
@@ -167,6 +168,24 @@ pub(super) fn saw_file(data: &[u8]) -> Outcome {
             Err(refusal.to_string())
         }
     }
+}
+
+/// A gear file, planned and driven through.
+pub(super) fn gear_file(data: &[u8]) -> Outcome {
+    let file = GearFile::parse("gear.toml", text(data)?).map_err(told)?;
+    let mut gear = file.gear().map_err(told)?;
+    let _ = gear.fastest(&file.limits, file.cycle.0);
+    let at = |position: f64| {
+        let mut master = file.master;
+        master.position = position;
+        master
+    };
+    for stretch in gear.stretches(file.master.velocity, file.cycle.0) {
+        for position in [stretch.master_free, stretch.master_coupled] {
+            let _ = gear.update(&at(position));
+        }
+    }
+    Ok(())
 }
 
 /// A recorded motion, replayed.

@@ -122,6 +122,12 @@ pub const TARGETS: &[Target] = &[
         seeds: || seeds::shipped("scenarios/saws", "toml"),
     },
     Target {
+        name: "gear-file",
+        kind: Kind::Text,
+        run: files::gear_file,
+        seeds: || seeds::shipped("scenarios/gears", "toml"),
+    },
+    Target {
         name: "recording",
         kind: Kind::Text,
         run: files::recording,

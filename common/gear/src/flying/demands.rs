@@ -51,18 +51,9 @@ impl Ability {
         Ok(())
     }
 
-    /// What a window demands, and what the slave can do. The slope runs along 3x² − 2x³: its
-    /// acceleration is highest half way, its jerk at both ends. Without a length it is a step, which
-    /// takes a cycle.
+    /// What a window demands, and what the slave can do.
     fn demands(&self, window: &Window, speed: f64, cycle: f64) -> [(&'static str, f64, f64); 3] {
-        let (slope, length) = (window.slope, window.master_length);
-        let velocity = slope * speed;
-        let (acceleration, jerk) = if length > 0.0 {
-            let rate = speed / length;
-            (1.5 * velocity * rate, 6.0 * velocity * rate * rate)
-        } else {
-            (velocity / cycle, 0.0)
-        };
+        let [velocity, acceleration, jerk] = window.demands(speed, cycle);
         [
             ("velocity", velocity, self.velocity),
             ("acceleration", acceleration, self.acceleration),
@@ -71,7 +62,7 @@ impl Ability {
     }
 
     /// The master's highest speed at which the slave can follow, u/s.
-    fn fastest(&self, window: &Window, cycle: f64) -> f64 {
+    pub(super) fn fastest(&self, window: &Window, cycle: f64) -> f64 {
         let (slope, length) = (window.slope, window.master_length);
         let by_velocity = self.velocity / slope;
         if length > 0.0 {

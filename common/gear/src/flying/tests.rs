@@ -5,6 +5,7 @@ use std::string::ToString;
 
 use super::FlyingGearPhase::{Engaged, Engaging, Released, Releasing, Waiting};
 use super::*;
+use coaxle_curve::profile::Limits;
 
 fn moving(position: f64, velocity: f64) -> Kinematics {
     Kinematics {
@@ -279,4 +280,55 @@ proptest! {
         let peak = at(0.5).acceleration.abs();
         prop_assert!((peak / (1.5 * 2.0 * way) - 1.0).abs() < 1e-9);
     }
+}
+
+/// The manual's ways of 50 take 100 of the master, and what is said of them is what the gear does.
+#[test]
+fn stretches_are_known_before_they_are_driven() {
+    for (sample, start, stop, returns) in [
+        (SAMPLE_1, 500.0, 500.0, true),
+        (SAMPLE_2, 400.0, 400.0, true),
+        (SAMPLE_3, 500.0, 350.0, false),
+    ] {
+        let mut gear = FlyingGear::enable(&sample, &moving(800.0, -200.0), start).unwrap();
+        let [engaging, releasing] = gear.stretches(-200.0, 1e-3);
+        assert_eq!((gear.master_direction(), gear.returns()), (-1.0, returns));
+        assert_eq!(
+            (engaging.master_free, engaging.master_coupled),
+            (560.0, 460.0)
+        );
+        assert_eq!(
+            (engaging.slave_free, engaging.slave_coupled),
+            (start, 450.0)
+        );
+        assert_eq!(
+            (releasing.slave_free, releasing.slave_coupled),
+            (stop, 450.0)
+        );
+        let mut most: f64 = 0.0;
+        for k in 0..=1000 {
+            let master = 560.0 - f64::from(k) * 0.1;
+            most = most.max(gear.update(&moving(master, -200.0)).acceleration.abs());
+        }
+        assert!(
+            (most - engaging.acceleration).abs() < 1e-9 * most,
+            "{most} {engaging:?}"
+        );
+        assert_eq!(
+            (engaging.velocity, engaging.jerk),
+            (200.0, 6.0 * 200.0 * 4.0)
+        );
+    }
+}
+
+#[test]
+fn the_fastest_master_is_the_fastest_that_passes() {
+    let gear = FlyingGear::enable(&SAMPLE_3, &moving(800.0, 0.0), 500.0).unwrap();
+    let limits = Limits::new(300.0, 1000.0, 900.0, 1e5).unwrap();
+    let fastest = gear.fastest(&limits, 1e-3);
+    assert!(gear.check_limits(&limits, -fastest, 1e-3).is_ok());
+    let refused = gear
+        .check_limits(&limits, fastest * 1.01, 1e-3)
+        .unwrap_err();
+    assert_eq!(refused.code(), 0x42dd);
 }

@@ -41,6 +41,23 @@ impl Window {
         self.coupled_master + self.side * self.master_length
     }
 
+    /// The highest velocity, acceleration and jerk of the slave while its master runs at this speed, u/s, in cycles of so
+    /// many seconds. The slope runs along 3x² − 2x³: its acceleration is highest half way, its jerk at both ends. Without a
+    /// length it is a step, which takes a cycle.
+    pub(super) fn demands(&self, speed: f64, cycle: f64) -> [f64; 3] {
+        let velocity = self.slope * speed;
+        if self.master_length > 0.0 {
+            let rate = speed / self.master_length;
+            [
+                velocity,
+                1.5 * velocity * rate,
+                6.0 * velocity * rate * rate,
+            ]
+        } else {
+            [velocity, velocity / cycle, 0.0]
+        }
+    }
+
     /// Inside the window: x runs from 0 where the slave stands to 1 where it is coupled.
     pub(super) fn at(&self, master: f64) -> Course {
         let x = (self.free_master() - master) * self.side / self.master_length;

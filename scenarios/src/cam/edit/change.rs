@@ -72,6 +72,12 @@ pub(super) fn changed(
 ) -> Result<String, String> {
     let change = Change::deserialize(change).map_err(|error| error.to_string())?;
     let mut document = document(text)?;
+    let rows_elsewhere = document
+        .get("table")
+        .is_some_and(|table| table.get("csv").is_some());
+    if rows_elsewhere && !matches!(change, Change::Head { .. }) {
+        return Err("the rows are in a CSV file of their own, and are changed there".to_owned());
+    }
     let cam = CamFile::parse(&design.path, text);
     let start = match cam.as_ref().map(|cam| &cam.shape) {
         Ok(Shape::Points(points)) => points.first().map(|point| point.master),

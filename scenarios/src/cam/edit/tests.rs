@@ -236,6 +236,33 @@ fn rows_of_a_table_are_points_too() {
 }
 
 #[test]
+fn rows_of_a_csv_file_are_seen_and_stay() {
+    let text = std::fs::read_to_string(folder("cams").join("csv-table.toml")).unwrap();
+    assert!(
+        design().view(&text, &Value::Null)["points"]
+            .as_array()
+            .unwrap()
+            .len()
+            > 3
+    );
+    let refused = changed(
+        &text,
+        json!({ "set": { "point": 1, "field": "slave", "value": 1 } }),
+    )
+    .unwrap_err();
+    assert!(refused.contains("CSV file"), "{refused}");
+    let titled = changed(
+        &text,
+        json!({ "head": { "field": "title", "value": "Other" } }),
+    )
+    .unwrap();
+    assert!(
+        titled.contains("title = \"Other\"") && titled.contains("csv ="),
+        "{titled}"
+    );
+}
+
+#[test]
 fn two_plates_are_compared_and_marks_say_what_goes_on() {
     let mut design = design();
     let done = design.act(KNIFE, &json!({ "do": "compare-with-this" }));

@@ -1,0 +1,84 @@
+//! The course of a flying gear, known before it is driven.
+
+use coaxle_curve::profile::{Kinematics, Limits};
+
+use super::demands::Ability;
+use super::window::Window;
+use super::{FlyingGear, FlyingGearError};
+
+/// A stretch of the master over which a flying gear is engaged or released, and what it asks of the slave there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlyingGearStretch {
+    /// Where the master is when the slave stands, u.
+    pub master_free: f64,
+    /// Where the master is when the slave is fully coupled, u.
+    pub master_coupled: f64,
+    /// Where the slave stands, u.
+    pub slave_free: f64,
+    /// Where the slave is when it is fully coupled, u.
+    pub slave_coupled: f64,
+    /// The slave's highest |velocity|, u/s.
+    pub velocity: f64,
+    /// The slave's highest |acceleration|, u/s². Without a length it is that of a step within a cycle.
+    pub acceleration: f64,
+    /// The slave's highest |jerk|, u/s³.
+    pub jerk: f64,
+}
+
+impl FlyingGear {
+    /// Where it is engaged and where it is released, with a master of this speed, u/s, in cycles of so many seconds.
+    #[must_use]
+    pub fn stretches(&self, speed: f64, cycle: f64) -> [FlyingGearStretch; 2] {
+        [&self.engaging, &self.releasing].map(|window| self.stretch(window, speed.abs(), cycle))
+    }
+
+    /// Which way the master goes to engage it: 1 or -1.
+    #[must_use]
+    pub const fn master_direction(&self) -> f64 {
+        self.master_direction
+    }
+
+    /// Whether the release is on the way back, against the working direction.
+    #[must_use]
+    pub const fn returns(&self) -> bool {
+        self.returns
+    }
+
+    /// Whether a slave can follow while its master runs at this speed, u/s, in cycles of so many seconds.
+    ///
+    /// # Errors
+    /// [`FlyingGearError::TooFast`] with the highest speed at which it can.
+    pub fn check_limits(
+        &self,
+        limits: &Limits,
+        speed: f64,
+        cycle: f64,
+    ) -> Result<(), FlyingGearError> {
+        self.check_demands(&Ability::of(limits), speed.abs(), cycle)
+    }
+
+    /// The master's highest speed at which a slave can follow, u/s.
+    #[must_use]
+    pub fn fastest(&self, limits: &Limits, cycle: f64) -> f64 {
+        let ability = Ability::of(limits);
+        ability
+            .fastest(&self.engaging, cycle)
+            .min(ability.fastest(&self.releasing, cycle))
+    }
+
+    fn stretch(&self, window: &Window, speed: f64, cycle: f64) -> FlyingGearStretch {
+        let [velocity, acceleration, jerk] = window.demands(speed, cycle);
+        let standing = Kinematics::default();
+        let slave = |course| self.slave_of(&course, &standing).position;
+        let master = |progress: f64| self.master_sync + self.master_direction * progress;
+        FlyingGearStretch {
+            master_free: master(window.free_master()),
+            master_coupled: master(window.coupled_master),
+            slave_free: slave(window.freed()),
+            slave_coupled: slave(window.rigid(window.coupled_master)),
+            velocity,
+            acceleration,
+            jerk,
+        }
+    }
+}

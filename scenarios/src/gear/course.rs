@@ -1,0 +1,89 @@
+//! The way of a master through a flying gear: past the engagement, and on or back past the release.
+
+use coaxle_curve::law::Motion;
+use coaxle_curve::profile::Kinematics;
+use coaxle_gear::{FlyingGear, FlyingGearPhase, FlyingGearStretch};
+use coaxle_node::gear_file::GearFile;
+
+/// Places on each leg of the way.
+const SAMPLES: usize = 2_000;
+
+/// Where the master turns round, if it has to, and where its way begins and ends.
+pub(super) struct Way {
+    pub(super) turns: Vec<f64>,
+}
+
+impl Way {
+    /// From somewhat before the engagement to somewhat behind the release.
+    pub(super) fn of(gear: &FlyingGear, stretches: &[FlyingGearStretch; 2]) -> Self {
+        let [engaging, releasing] = stretches;
+        let places = [
+            engaging.master_free,
+            engaging.master_coupled,
+            releasing.master_free,
+            releasing.master_coupled,
+        ];
+        let ahead = |place: f64| place * gear.master_direction();
+        let first = places.into_iter().map(ahead).fold(f64::INFINITY, f64::min);
+        let last = places
+            .into_iter()
+            .map(ahead)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let room = ((last - first) * 0.15).max(f64::MIN_POSITIVE);
+        let at = |ahead: f64| ahead * gear.master_direction();
+        let turns = match gear.returns() {
+            // Beyond what is coupled there is nothing to see but a straight line.
+            true => vec![at(first - room), at(last + 3.0 * room), at(first - room)],
+            false => vec![at(first - room), at(last + room)],
+        };
+        Self { turns }
+    }
+}
+
+/// Each place of the way, with the slave there over time; where a stretch begins or ends, both sides.
+pub(super) fn course(
+    file: &GearFile,
+    gear: &FlyingGear,
+    stretches: &[FlyingGearStretch; 2],
+) -> Vec<(f64, Motion)> {
+    let mut gear = *gear;
+    let way = Way::of(&gear, stretches);
+    let speed = file.master.velocity.abs();
+    let mut places = Vec::new();
+    for leg in way.turns.windows(2) {
+        let velocity = speed.copysign(leg[1] - leg[0]);
+        for n in 0..=SAMPLES {
+            let position = leg[0] + (leg[1] - leg[0]) * (n as f64 / SAMPLES as f64);
+            let master = Kinematics {
+                position,
+                velocity,
+                acceleration: 0.0,
+            };
+            let slave = gear.update(&master);
+            let jerk = jerk(&gear, stretches, position, slave.velocity);
+            places.push((
+                position,
+                Motion {
+                    position: slave.position,
+                    velocity: slave.velocity,
+                    acceleration: slave.acceleration,
+                    jerk,
+                },
+            ));
+        }
+    }
+    places
+}
+
+/// Along a stretch the jerk is a straight line, from its highest value to the opposite one.
+fn jerk(gear: &FlyingGear, stretches: &[FlyingGearStretch; 2], master: f64, velocity: f64) -> f64 {
+    let (stretch, forwards) = match gear.phase() {
+        FlyingGearPhase::Engaging => (&stretches[0], 1.0),
+        FlyingGearPhase::Releasing => (&stretches[1], -1.0),
+        _ => return 0.0,
+    };
+    let share = (master - stretch.master_free) / (stretch.master_coupled - stretch.master_free);
+    // A release is passed from its coupled end.
+    let share = if forwards > 0.0 { share } else { 1.0 - share };
+    velocity.signum() * forwards * stretch.jerk * (1.0 - 2.0 * share)
+}

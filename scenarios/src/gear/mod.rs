@@ -1,0 +1,109 @@
+//! `coaxle gear`: plans a flying gear and shows it.
+
+mod course;
+mod plan;
+mod plot;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use coaxle_gear::FlyingGearError;
+use coaxle_node::gear_file::GearFile;
+use serde_json::{Value, json};
+
+use crate::inspect;
+
+/// What can be asked of a gear file.
+#[derive(Debug, Subcommand)]
+pub enum GearCommand {
+    /// Print where the gear is engaged and released and what that asks of the slave, or why it is refused
+    Plan(PlanArgs),
+    /// Draw position, velocity, acceleration and jerk of the slave, as a page for a browser
+    Plot(PlotArgs),
+}
+
+/// What `plan` prints.
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// Gear file, TOML
+    file: PathBuf,
+    /// As JSON with all digits
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `plot` draws, and where to.
+#[derive(Debug, Args)]
+pub struct PlotArgs {
+    /// Gear file, TOML
+    file: PathBuf,
+    /// The page to write
+    #[arg(short, long, value_name = "HTML")]
+    output: PathBuf,
+}
+
+/// Runs a command and prints its answer; false if the gear is refused. A reader that has seen enough, as `head` has, is no
+/// error.
+///
+/// # Errors
+/// A gear file that cannot be read, naming file and field; an output that cannot be written.
+pub fn print(command: &GearCommand) -> anyhow::Result<bool> {
+    inspect::print(|out| run(command, out))
+}
+
+/// Runs a command and writes its answer.
+///
+/// # Errors
+/// As [`print()`].
+pub fn run(command: &GearCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
+    match command {
+        GearCommand::Plan(args) => {
+            let file = GearFile::load(&args.file)?;
+            let planned = file.gear();
+            let answer = match (&planned, args.json) {
+                (Ok(gear), true) => format!("{:#}", plan::json_of(&file, gear)),
+                (Ok(gear), false) => plan::in_words(&file, gear),
+                (Err(refusal), true) => format!("{:#}", refusal_json(&file, refusal)),
+                (Err(refusal), false) => refused(&args.file, refusal),
+            };
+            writeln!(out, "{answer}")?;
+            Ok(planned.is_ok())
+        }
+        GearCommand::Plot(args) => {
+            let file = GearFile::load(&args.file)?;
+            match file.gear() {
+                Ok(gear) => inspect::write_plot(&args.output, &plot::page(&file, &gear)?, out)?,
+                Err(refusal) => {
+                    writeln!(out, "{}", refused(&args.file, &refusal))?;
+                    return Ok(false);
+                }
+            }
+            Ok(true)
+        }
+    }
+}
+
+fn refused(file: &Path, refusal: &FlyingGearError) -> String {
+    format!("{}: refused: {refusal}", file.display())
+}
+
+fn refusal_json(file: &GearFile, refusal: &FlyingGearError) -> Value {
+    let fastest = match refusal {
+        FlyingGearError::TooFast { fastest, .. } => Some(fastest),
+        _ => None,
+    };
+    json!({
+        "title": file.title,
+        "master_unit": file.master_unit,
+        "slave_unit": file.slave_unit,
+        "refusal": {
+            "code": refusal.code(),
+            "message": refusal.to_string(),
+            "remedy": { "master_speed": fastest },
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests;

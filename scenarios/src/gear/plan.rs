@@ -1,0 +1,129 @@
+//! `coaxle gear plan`, where the gear is possible.
+
+use coaxle_gear::{FlyingGear, FlyingGearStretch};
+use coaxle_node::gear_file::GearFile;
+use serde_json::{Value, json};
+
+use crate::inspect::{cells, shown, table};
+
+/// The plan for people.
+pub(super) fn in_words(file: &GearFile, gear: &FlyingGear) -> String {
+    let GearFile {
+        master_unit: master,
+        slave_unit: slave,
+        ..
+    } = file;
+    let mut parts = Vec::new();
+    if !file.title.is_empty() {
+        parts.push(file.title.clone());
+    }
+    parts.push(outline(file, gear));
+
+    let stretches = gear.stretches(file.master.velocity, file.cycle.0);
+    let headings = [
+        "from here".to_owned(),
+        format!("master ({master})"),
+        format!("position ({slave})"),
+    ];
+    let mut places = table(headings.each_ref().map(String::as_str));
+    for (name, place, position) in steps(&stretches) {
+        places.add_row(cells(name, &[place, position]));
+    }
+    parts.push(places.trim_fmt());
+
+    let headings = [
+        format!("at {} {master}/s", shown(file.master.velocity.abs())),
+        "engaging".to_owned(),
+        "releasing".to_owned(),
+        "limit".to_owned(),
+    ];
+    let mut demands = table(headings.each_ref().map(String::as_str));
+    let limits = &file.limits;
+    let acceleration = limits.acceleration().min(limits.deceleration());
+    let rows: [(&str, &str, fn(&FlyingGearStretch) -> f64, f64); 3] = [
+        (
+            "velocity",
+            "/s",
+            |stretch| stretch.velocity,
+            limits.velocity(),
+        ),
+        (
+            "acceleration",
+            "/s²",
+            |stretch| stretch.acceleration,
+            acceleration,
+        ),
+        ("jerk", "/s³", |stretch| stretch.jerk, limits.jerk()),
+    ];
+    for (name, per_time, of, limit) in rows {
+        let values = [of(&stretches[0]), of(&stretches[1]), limit];
+        demands.add_row(cells(&format!("{name} ({slave}{per_time})"), &values));
+    }
+    parts.push(demands.trim_fmt());
+    parts.push(format!(
+        "the master may be up to {} {master}/s fast",
+        shown(gear.fastest(&file.limits, file.cycle.0))
+    ));
+    parts.join("\n\n")
+}
+
+/// What the gear does, in a line.
+pub(super) fn outline(file: &GearFile, gear: &FlyingGear) -> String {
+    let [engaging, releasing] = gear.stretches(file.master.velocity, file.cycle.0);
+    let length = |stretch: &FlyingGearStretch| (stretch.master_coupled - stretch.master_free).abs();
+    let release = if gear.returns() {
+        "on the way back"
+    } else {
+        "on the way out"
+    };
+    format!(
+        "flying gear, ratio {}: engaged over {} {unit} of the master, released {release} over {} {unit}",
+        shown(gear.ratio()),
+        shown(length(&engaging)),
+        shown(length(&releasing)),
+        unit = file.master_unit,
+    )
+}
+
+/// In the order in which the master passes them: what begins, and where master and slave are.
+fn steps(stretches: &[FlyingGearStretch; 2]) -> [(&'static str, f64, f64); 4] {
+    let [engaging, releasing] = stretches;
+    [
+        ("engaging", engaging.master_free, engaging.slave_free),
+        ("engaged", engaging.master_coupled, engaging.slave_coupled),
+        (
+            "releasing",
+            releasing.master_coupled,
+            releasing.slave_coupled,
+        ),
+        ("released", releasing.master_free, releasing.slave_free),
+    ]
+}
+
+/// The plan with all digits.
+pub(super) fn json_of(file: &GearFile, gear: &FlyingGear) -> Value {
+    let stretch = |stretch: FlyingGearStretch| {
+        json!({
+            "master_free": stretch.master_free,
+            "master_coupled": stretch.master_coupled,
+            "slave_free": stretch.slave_free,
+            "slave_coupled": stretch.slave_coupled,
+            "velocity": stretch.velocity,
+            "acceleration": stretch.acceleration,
+            "jerk": stretch.jerk,
+        })
+    };
+    let [engaging, releasing] = gear
+        .stretches(file.master.velocity, file.cycle.0)
+        .map(stretch);
+    json!({
+        "title": file.title,
+        "master_unit": file.master_unit,
+        "slave_unit": file.slave_unit,
+        "ratio": gear.ratio(),
+        "returns": gear.returns(),
+        "engaging": engaging,
+        "releasing": releasing,
+        "fastest_master": gear.fastest(&file.limits, file.cycle.0),
+    })
+}
