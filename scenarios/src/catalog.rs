@@ -44,6 +44,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "sender-stop-resume",
     "hot-standby",
     "cam-tables",
+    "product-change",
     "rotary-knife",
     "saw-recovery",
     "flying-gear-1",
