@@ -45,6 +45,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "hot-standby",
     "cam-tables",
     "product-change",
+    "start-modes",
     "rotary-knife",
     "saw-recovery",
     "flying-gear-1",
