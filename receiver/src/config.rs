@@ -25,6 +25,7 @@ use coaxle_source::config::AxisConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use crate::cam_source::CamSource;
 pub use crate::marks::{MarksConfig, SpacingSwing, WrongMarks};
 pub use axes::{AxisList, FarAxisConfig, WrongAxes};
 pub use drive::{DriveConfig, SharedMemoryConfig};
@@ -33,7 +34,7 @@ pub use far::{AsymmetryConfig, DelayConfig, FarChannel, FarConfig, Mode};
 pub use far_limits::FarLimits;
 pub use masters::{MasterRef, WrongSlave};
 pub use publish::{PublishFarAxes, WrongPublished};
-pub use slave::{CamSource, CoupleConfig, GearConfig, SlaveConfig, ToolConfig};
+pub use slave::{CoupleConfig, GearConfig, SlaveConfig, ToolConfig};
 pub use standby::{HeardNode, WrongStandby};
 pub use virtual_axes::WrongVirtualAxis;
 

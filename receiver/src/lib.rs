@@ -17,6 +17,7 @@
 //! `cargo run -p coaxle-receiver --no-default-features --example own_drive`.
 
 mod arrivals;
+mod cam_source;
 pub mod config;
 mod drives;
 mod far;
@@ -44,8 +45,8 @@ pub use names::{
 };
 pub use node::{Receiver, ReceiverError};
 pub use program::{
-    BlockedProgram, Otherwise, Outcome, ProgramSnapshot, ProgramState, StepConfig, Trouble,
-    WaitsFor, When, WrongStep,
+    BlockedProgram, Otherwise, Outcome, PlateCommand, ProgramSnapshot, ProgramState, StepCommand,
+    StepConfig, Trouble, WaitsFor, When, WrongStep,
 };
 pub use slaves::SlaveNumber;
 pub use snapshot::{Health, ReceiverSnapshot, RefusedCommand, SignalRow, SlaveFaults};

@@ -45,6 +45,8 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "sender-stop-resume",
     "hot-standby",
     "cam-tables",
+    "product-change",
+    "start-modes",
     "rotary-knife",
     "saw-recovery",
     "flying-gear-1",

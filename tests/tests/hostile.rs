@@ -140,6 +140,8 @@ const fn cases(target: &Target) -> usize {
     match (target.name.as_bytes(), target.kind) {
         // A receiver runs for a thousand cycles each time.
         (b"arrivals", _) => 1_000,
+        // A gateway runs for a cycle for each sample.
+        (b"ads" | b"plc-datagrams" | b"plc-lines", _) => 1_000,
         (_, Kind::Bytes) => 50_000,
         (_, Kind::Text) => 3_000,
     }
@@ -181,6 +183,9 @@ mutations_hold! {
     recordings: "recording",
     transports: "transport",
     ros_trajectories: "ros-trajectory",
+    ads: "ads",
+    plc_datagrams: "plc-datagrams",
+    plc_lines: "plc-lines",
 }
 
 #[test]

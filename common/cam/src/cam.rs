@@ -4,8 +4,8 @@ use alloc::boxed::Box;
 
 use crate::{
     CamChange, CamCoupling, CamIn, CamInfo, CamLimits, CamRequest, CamState, CouplingError,
-    CouplingParameters, CouplingState, JumpHandling, OnlineChangeMode, PreparedTable, TableId,
-    Tables,
+    CouplingParameters, CouplingState, JumpHandling, OnlineChangeMode, PreparedTable,
+    ReservedPlate, TableId, Tables,
 };
 use coaxle_axis::{
     CommandState, Coupling, CouplingPhase, Engage, Job, Manner, NotPlanned, PlanInputs, Planned,
@@ -145,6 +145,32 @@ impl Cam {
         match &mut self.tables {
             Some(tables) => tables.select(id, replace, table, room),
             None => Err(CouplingError::StoreFull { capacity: 0 }),
+        }
+    }
+
+    /// `MC_CamTableSelect` of a table that was reserved, as [`Tables::select_reserved`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn select_reserved(
+        &mut self,
+        reserved: ReservedPlate,
+        replace: bool,
+    ) -> Result<(), CouplingError> {
+        match &mut self.tables {
+            Some(tables) => tables.select_reserved(reserved, replace),
+            None => Err(CouplingError::StoreFull { capacity: 0 }),
+        }
+    }
+
+    /// Takes a table out, as [`Tables::put_away`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn put_away(&mut self, id: TableId) -> Result<(), CouplingError> {
+        match &mut self.tables {
+            Some(tables) => tables.put_away(id),
+            None => Err(CouplingError::TableUnknown { table: id }),
         }
     }
 

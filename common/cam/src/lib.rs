@@ -39,7 +39,7 @@
 //!
 //! | PLC name | TF5050 | here |
 //! |--|--|--|
-//! | `MC_CamTableSelect` | 4.1 | [`Tables::insert`]; while the axis runs [`Tables::select`], [`PreparedTable`] |
+//! | `MC_CamTableSelect` | 4.1 | [`Tables::insert`]; while the axis runs [`Tables::select`], [`PreparedTable`]; by a program [`Tables::reserve`], [`Tables::select_reserved`] |
 //! | `MC_CamOut` | 4.2 | [`CamOut`] |
 //! | `MC_CamIn`, `ST_CamInOptions` | 4.3, 8.16 | [`CamIn`] |
 //! | `MC_CamScaling` | 4.5 | [`CamScaling`] |
@@ -104,8 +104,10 @@ mod prepared;
 mod ramp;
 mod reading;
 mod request;
+mod reserve;
 mod rules;
 mod select;
+mod select_reserved;
 mod tables;
 mod trigger;
 mod versions;
@@ -124,7 +126,7 @@ pub use limits::CamLimits;
 pub use machine::{CamCoupling, CouplingParameters, CouplingState, MOST_PLATES};
 pub use modes::{ActivationMode, JumpHandling, OperationMode, ScalingMode, StartMode};
 pub use plan::CamChange;
-pub use prepared::PreparedTable;
+pub use prepared::{PreparedTable, ReservedPlate};
 pub use reading::{MOST_POINTS_CHANGED, PlateReading};
 pub use request::CamRequest;
 pub use rules::{MOST_POINTS_REPLACED_IN_USE, Operation};

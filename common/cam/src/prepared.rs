@@ -5,6 +5,10 @@ use alloc::sync::Arc;
 use super::versions::Versions;
 use coaxle_plate::{CamError, Plate, PlateSource};
 
+/// A table that was [reserved](super::Tables::reserve), by its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReservedPlate(pub(super) usize);
+
 /// A plate with all the room that it needs in a store, calculated beforehand: where a cycle takes it in, nothing is
 /// allocated, and what it replaces comes back to be freed elsewhere.
 #[derive(Debug)]
@@ -12,6 +16,8 @@ pub struct PreparedTable {
     pub(super) versions: Versions,
     /// What it was made of, to be read by others: those of its points that were written since are listed by the versions.
     pub(super) source: Arc<PlateSource>,
+    /// Where it belongs when nobody needs it, if that is not with who brought it.
+    pub(super) home: Option<ReservedPlate>,
 }
 
 impl PreparedTable {
@@ -24,6 +30,7 @@ impl PreparedTable {
         Ok(Self {
             versions: Versions::new(plate),
             source,
+            home: None,
         })
     }
 
@@ -33,6 +40,7 @@ impl PreparedTable {
         Self {
             versions: Versions::new(plate),
             source,
+            home: None,
         }
     }
 

@@ -10,7 +10,7 @@ use super::tables::{Table, TableRef, Tables, check_id};
 
 /// How a table would be selected.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Way {
+pub(super) enum Way {
     /// There is none of that number.
     New,
     /// Nobody is on the one that there is.
@@ -22,7 +22,8 @@ enum Way {
 impl Tables {
     /// `MC_CamTableSelect`: takes a table in. With `replace` it may take the place of one of that id: at once if nobody is
     /// on that; else as an [online change](Self::write) of all its points, which needs motion functions of as many
-    /// points and of the same course. What was replaced is in `table` afterwards, to be freed by somebody who has the time.
+    /// points and of the same course. What was replaced is in `table` afterwards, or something else that is not needed any more,
+    /// to be freed by somebody who has the time.
     ///
     /// # Errors
     /// 0x4B32 for an id outside 1 to 255, 0x4A11 without a table, if the store is full, or for more than `room` rows,
@@ -42,12 +43,15 @@ impl Tables {
             return Err(CouplingError::NoTable);
         };
         match way {
-            Way::New => self.put(id, new),
+            Way::New => {
+                self.put(id, new);
+                *table = self.reserve.take_out();
+            }
             Way::InPlaceOf(slot) => {
                 if let Some(place) = &mut self.slots[slot] {
                     core::mem::swap(&mut place.prepared, &mut new);
                 }
-                *table = Some(new);
+                *table = self.reserve.exchange(new);
             }
             Way::Online(slot) => {
                 self.note_write();
@@ -74,7 +78,7 @@ impl Tables {
         self.way_to_select(id, replace, table, room).map(drop)
     }
 
-    /// Takes a table out of the store, into `table`.
+    /// Takes a table out of the store; what is to be freed is in `table` afterwards.
     ///
     /// # Errors
     /// 0x4216 if there is none of that id, 0x4259 if it is coupled or queued to be.
@@ -84,7 +88,8 @@ impl Tables {
         table: &mut Option<Box<PreparedTable>>,
     ) -> Result<(), CouplingError> {
         let TableRef { slot, .. } = self.find_unused(id)?;
-        *table = self.slots[slot].take().map(|table| table.prepared);
+        let deleted = self.slots[slot].take();
+        *table = deleted.and_then(|table| self.reserve.exchange(table.prepared));
         self.note_selection();
         Ok(())
     }
@@ -97,7 +102,7 @@ impl Tables {
         self.find_unused(id).map(drop)
     }
 
-    fn find_unused(&self, id: TableId) -> Result<TableRef, CouplingError> {
+    pub(super) fn find_unused(&self, id: TableId) -> Result<TableRef, CouplingError> {
         let found = self.find(id)?;
         match self.get(&found)?.uses {
             0 => Ok(found),
@@ -105,7 +110,7 @@ impl Tables {
         }
     }
 
-    fn way_to_select(
+    pub(super) fn way_to_select(
         &self,
         id: TableId,
         replace: bool,
@@ -124,7 +129,12 @@ impl Tables {
             return Err(CouplingError::TableExists { table: id });
         }
         let place = self.get(&found)?;
-        check_rows(rows, room.saturating_add(place.prepared.rows()))?;
+        let freed = match place.prepared.home {
+            None => place.prepared.rows(),
+            // It goes on waiting where it belongs.
+            Some(_) => 0,
+        };
+        check_rows(rows, room.saturating_add(freed))?;
         if place.uses == 0 {
             return Ok(Way::InPlaceOf(found.slot));
         }

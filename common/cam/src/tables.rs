@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 
 use super::error::{CouplingError, TableId};
 use super::prepared::PreparedTable;
+use super::reserve::Reserve;
 use super::versions::{Lease, OnlineChangeMode, Versions};
 use coaxle_plate::{CamError, MotionFunction, MotionPoint, Plate};
 
@@ -29,6 +30,8 @@ pub struct Tables {
     writes: u32,
     /// Counts the tables that came or went, for who knows which ids there are.
     selections: u32,
+    /// Tables that programs load again and again, and what they took out.
+    pub(super) reserve: Reserve,
 }
 
 #[derive(Debug)]
@@ -55,6 +58,7 @@ impl Tables {
             slots,
             writes: 0,
             selections: 0,
+            reserve: Reserve::default(),
         }
     }
 
@@ -83,7 +87,9 @@ impl Tables {
         match self.slots[slot].take() {
             Some(table) if table.uses == 0 => {
                 self.note_selection();
-                Ok(table.prepared.versions.plate().clone())
+                let plate = table.prepared.versions.plate().clone();
+                self.reserve.put_away(table.prepared);
+                Ok(plate)
             }
             table => {
                 let uses = table.as_ref().map_or(0, |table| table.uses);
@@ -244,11 +250,12 @@ impl Tables {
         }
     }
 
-    /// How many points and rows all its plates have together.
+    /// How many points and rows all its plates have together, those that are reserved included.
     #[must_use]
     pub fn rows(&self) -> usize {
         let tables = self.slots.iter().flatten();
-        tables.map(|table| table.prepared.rows()).sum()
+        let others = tables.filter(|table| table.prepared.home.is_none());
+        others.map(|table| table.prepared.rows()).sum::<usize>() + self.reserve.rows()
     }
 
     /// Room for one more.

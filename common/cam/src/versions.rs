@@ -249,6 +249,34 @@ impl Versions {
     pub(super) fn replace(&mut self, new: &mut Self) {
         let changed = self.plates.len() - 1 - self.in_force;
         core::mem::swap(&mut self.plates[changed], &mut new.plates[0]);
+        self.queue_all();
+    }
+
+    /// The same, with a plate that stays as it is.
+    pub(super) fn replace_by_copy(&mut self, new: &Plate) {
+        let changed = self.plates.len() - 1 - self.in_force;
+        self.plates[changed].copy_from(new);
+        self.queue_all();
+    }
+
+    /// Nobody is on the plate, and it becomes what it was made of: this plate. Nothing is allocated.
+    pub(super) fn restore(&mut self, new: &Plate) {
+        if !self.touched.is_empty() {
+            for plate in &mut self.plates {
+                plate.copy_from(new);
+            }
+        }
+        self.mode = OnlineChangeMode::default();
+        self.points.clear();
+        self.touched.clear();
+        self.queued = None;
+        self.leases = 0;
+        self.end_change();
+    }
+
+    /// Queues all points of the plate that is not in force.
+    fn queue_all(&mut self) {
+        let changed = self.plates.len() - 1 - self.in_force;
         self.points.clear();
         self.touched.clear();
         if let Some(function) = self.plates[changed].function() {

@@ -1,5 +1,6 @@
 //! Commanding nodes from outside.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -9,7 +10,7 @@ use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
 
-use crate::credentials::Credentials;
+use crate::credentials::{BadCredentials, Credentials};
 use crate::machine;
 use crate::transport::{Client, OverZenoh, Transport};
 
@@ -33,20 +34,31 @@ impl Commander {
     /// A wrong transport section, certificates that cannot be read, or a session that cannot be opened, with the
     /// endpoints.
     pub fn open(transport: &TransportConfig) -> anyhow::Result<Self> {
-        let credentials = transport.secure.as_deref().map(Credentials::open);
-        let operator = credentials.transpose()?.map(|found| found.name().clone());
+        let operator = holder_of(transport.secure.as_deref())?;
         Ok(Self {
             transport: Arc::new(OverZenoh::open_and_wait(transport)?),
             operator,
         })
     }
 
-    /// Sends orders over a transport that is there already, in the name of an operator or in nobody's.
-    #[must_use]
-    pub fn over(transport: Arc<dyn Transport>, operator: Option<NodeName>) -> Self {
+    /// Sends orders over a transport that is there already: in the name of the operator whose folder of the secure profile it
+    /// was opened with, in nobody's without one.
+    ///
+    /// # Errors
+    /// Certificates that cannot be read.
+    pub fn over(transport: Arc<dyn Transport>, secure: Option<&Path>) -> anyhow::Result<Self> {
+        Ok(Self {
+            operator: holder_of(secure)?,
+            transport,
+        })
+    }
+
+    /// The same in this name, which nobody proves.
+    #[cfg(test)]
+    pub(crate) fn named(transport: Arc<dyn Transport>, operator: NodeName) -> Self {
         Self {
             transport,
-            operator,
+            operator: Some(operator),
         }
     }
 
@@ -82,6 +94,12 @@ impl Commander {
     pub fn close(self) {
         self.transport.close();
     }
+}
+
+/// Whose a folder of the secure profile is.
+fn holder_of(secure: Option<&Path>) -> Result<Option<NodeName>, BadCredentials> {
+    let credentials = secure.map(Credentials::open).transpose()?;
+    Ok(credentials.map(|found| found.name().clone()))
 }
 
 fn is_there(client: &dyn Client) -> bool {

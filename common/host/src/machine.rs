@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::time::SystemTime;
 
-use coaxle_clock::{Domain, Instant, Span};
+use coaxle_clock::{Domain, Instant, Local, Span};
 
 use crate::os::{Os, System};
 
@@ -20,6 +20,13 @@ impl Domain for Machine {
 #[must_use]
 pub fn now() -> Instant<Machine> {
     Instant::from_nanos(Os::clock_ns())
+}
+
+/// The same instant in the clock of a node that keeps the machine's time: nodes of the simulation alone, and those with faults of a
+/// clock, have another.
+#[must_use]
+pub const fn local(at: Instant<Machine>) -> Instant<Local> {
+    Instant::from_nanos(at.as_nanos())
 }
 
 /// What the machine takes the time of day for. For certificates, and for where the rows of a recording lie in the day: it

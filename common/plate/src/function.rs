@@ -124,6 +124,13 @@ impl MotionFunction {
         Ok(difference(&self.curve, &self.stage.get_mut().curve))
     }
 
+    /// Takes over another motion function, of as many points: then nothing is allocated.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.points.clear();
+        self.points.extend_from_slice(&other.points);
+        self.curve.copy_from(&other.curve);
+    }
+
     pub(super) fn curve(&self) -> &Curve {
         &self.curve
     }

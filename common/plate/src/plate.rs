@@ -196,6 +196,16 @@ impl Plate {
         }
     }
 
+    /// Takes over another plate. Nothing is allocated where both are motion functions of as many points.
+    pub fn copy_from(&mut self, other: &Self) {
+        match (&mut self.source, &other.source) {
+            (Source::Function(function), Source::Function(other)) => function.copy_from(other),
+            (source, other) => *source = other.clone(),
+        }
+        self.course = other.course;
+        self.lift = other.lift;
+    }
+
     /// [`MotionFunction::change`] in the plate; then period and lift are those of the new points.
     ///
     /// # Errors

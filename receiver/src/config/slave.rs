@@ -1,10 +1,9 @@
 //! `[[slave]]`: what a slave follows, what it can do, and what it does.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use coaxle_axis::Modulo;
 use coaxle_cam::CamIn;
-use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::{Positive, Unit};
 use coaxle_node::keys::NodeName;
 use coaxle_slave::{DistanceParameters, OnMasterLoss, SlaveParameters};
@@ -12,6 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::drive::DriveConfig;
+use crate::cam_source::CamSource;
 use crate::marks::MarksConfig;
 use crate::program::StepConfig;
 
@@ -141,7 +141,8 @@ impl SlaveConfig {
         if let DriveConfig::SharedMemory(drive) = &mut self.drive {
             drive.path = folder.join(&drive.path);
         }
-        for cam in &mut self.cams {
+        let of_steps = self.steps.iter_mut().filter_map(StepConfig::plate_mut);
+        for cam in self.cams.iter_mut().chain(of_steps) {
             cam.relative_to(folder);
         }
     }
@@ -197,24 +198,6 @@ impl Default for ToolConfig {
         Self {
             cuts_every: None,
             ratio: 1.0,
-        }
-    }
-}
-
-/// Where a cam plate comes from: a cam file, or the same written here.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum CamSource {
-    /// The file.
-    File(PathBuf),
-    /// What it would hold.
-    Here(#[schemars(with = "CamFile")] toml::Table),
-}
-
-impl CamSource {
-    pub(super) fn relative_to(&mut self, folder: &Path) {
-        if let Self::File(file) = self {
-            *file = folder.join(&*file);
         }
     }
 }

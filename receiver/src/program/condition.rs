@@ -1,6 +1,7 @@
 //! What of the condition of a step is not the case yet.
 
-use coaxle_axis::{AxisStatus, Job};
+use coaxle_axis::{AxisStatus, Job, StateWord};
+use coaxle_cam::TableId;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_slave::{CouplingPhase, Outlook};
@@ -28,6 +29,17 @@ pub(crate) struct Situation {
     pub(crate) first_master_ready: bool,
     /// So are all masters.
     pub(crate) master_ready: bool,
+    /// The plate that couples it, of several the first; 0 without one.
+    pub(crate) cam_table: TableId,
+    /// What waits in the coupling by plates.
+    pub(crate) cam_queued: StateWord,
+}
+
+impl Situation {
+    /// Whether this waits in the coupling by plates.
+    pub(super) const fn queues(&self, what: StateWord) -> bool {
+        self.cam_queued.contains(what)
+    }
 }
 
 /// What the program itself knows.
@@ -59,6 +71,9 @@ pub(super) enum Part {
     PositionBelow,
     State(AxisStatus),
     ErrorStop(bool),
+    CamTable(TableId),
+    CamTableQueued(bool),
+    CamDataQueued(bool),
     Outcome(Outcome, bool),
     TimedOut(bool),
 }
@@ -102,6 +117,15 @@ impl When {
             self.state
                 .and_then(|state| lacks(now.status == state, Part::State(state))),
             differs(self.error_stop, error_stop).map(Part::ErrorStop),
+            self.cam_table
+                .and_then(|table| lacks(now.cam_table == table, Part::CamTable(table))),
+            differs(
+                self.cam_table_queued,
+                now.queues(StateWord::CAM_TABLE_QUEUED),
+            )
+            .map(Part::CamTableQueued),
+            differs(self.cam_data_queued, now.queues(StateWord::CAM_DATA_QUEUED))
+                .map(Part::CamDataQueued),
             outcome(self.done, Outcome::Done),
             outcome(self.aborted, Outcome::Aborted),
             outcome(self.failed, Outcome::Failed),

@@ -1,13 +1,17 @@
 //! `[[slave.step]]`
 
 use coaxle_axis::AxisStatus;
+use coaxle_cam::{ReservedPlate, TableId};
 use coaxle_node::config::{AtLeastZero, Finite, Positive, did_you_mean};
 use coaxle_slave::Command;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::branches::Branches;
+use super::due::Due;
+use super::step_command::{PlateCommand, StepCommand};
 use super::{Step, at_mark};
+use crate::cam_source::CamSource;
 
 /// Most steps of a program.
 const MOST_STEPS: usize = 1_000;
@@ -23,9 +27,9 @@ pub struct StepConfig {
     /// What has to be the case before the step is taken. Nothing by default.
     #[serde(skip_serializing_if = "When::is_empty")]
     pub when: When,
-    /// The command to the slave. A step without only waits.
+    /// The command to the slave, or about the cam plates. A step without only waits.
     #[serde(rename = "do", skip_serializing_if = "Option::is_none")]
-    pub command: Option<Command>,
+    pub command: Option<StepCommand>,
     /// The command's positions of the master count from the oldest mark that was seen and not used,
     /// and the mark is used up. The step waits until there is one.
     ///
@@ -54,6 +58,34 @@ pub struct StepConfig {
     /// The code with which the command shall be refused.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expect_refusal: Option<u32>,
+}
+
+impl StepConfig {
+    /// What it tells the slave, if it does.
+    #[must_use]
+    pub const fn slave_command(&self) -> Option<&Command> {
+        match &self.command {
+            Some(StepCommand::Slave(command)) => Some(command),
+            Some(StepCommand::Plate(_)) | None => None,
+        }
+    }
+
+    /// The plate that it loads, if it does, with the number that it says itself.
+    pub(crate) const fn plate(&self) -> Option<(&CamSource, Option<TableId>)> {
+        match &self.command {
+            Some(StepCommand::Plate(PlateCommand::CamTableSelect { table, plate, .. })) => {
+                Some((plate, *table))
+            }
+            _ => None,
+        }
+    }
+
+    pub(crate) const fn plate_mut(&mut self) -> Option<&mut CamSource> {
+        match &mut self.command {
+            Some(StepCommand::Plate(PlateCommand::CamTableSelect { plate, .. })) => Some(plate),
+            _ => None,
+        }
+    }
 }
 
 fn is_false(flag: &bool) -> bool {
@@ -127,6 +159,15 @@ pub struct When {
     /// The slave is in error stop, or is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_stop: Option<bool>,
+    /// The cam plate of this number couples the slave (of several the first); 0: none does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cam_table: Option<TableId>,
+    /// A plate waits for its moment to couple the slave, or none does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cam_table_queued: Option<bool>,
+    /// Points of the plate that couples the slave wait for their moment, or none do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cam_data_queued: Option<bool>,
     /// The program's last command has come to its end, or has not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub done: Option<bool>,
@@ -164,7 +205,11 @@ pub struct WrongStep {
 }
 
 /// The steps with their labels resolved.
-pub(super) fn checked(steps: &[StepConfig], has_marks: bool) -> Result<Vec<Step>, WrongStep> {
+pub(super) fn checked(
+    steps: &[StepConfig],
+    has_marks: bool,
+    plates: &[Option<ReservedPlate>],
+) -> Result<Vec<Step>, WrongStep> {
     if steps.len() > MOST_STEPS {
         let reason = format!(
             "received {} steps, expected at most {MOST_STEPS}",
@@ -179,7 +224,7 @@ pub(super) fn checked(steps: &[StepConfig], has_marks: bool) -> Result<Vec<Step>
         .enumerate()
         .map(|(n, step)| {
             check_marks(step, has_marks)
-                .and_then(|()| resolved(n, step, &labels))
+                .and_then(|()| resolved(n, step, &labels, plates))
                 .map_err(|(field, reason)| WrongStep {
                     field: format!("step[{n}].{field}"),
                     reason,
@@ -192,7 +237,12 @@ pub(super) fn checked(steps: &[StepConfig], has_marks: bool) -> Result<Vec<Step>
 type Wrong = (&'static str, String);
 
 /// Step `n`, with its labels resolved.
-fn resolved(n: usize, step: &StepConfig, labels: &Labels<'_>) -> Result<Step, Wrong> {
+fn resolved(
+    n: usize,
+    step: &StepConfig,
+    labels: &Labels<'_>,
+    plates: &[Option<ReservedPlate>],
+) -> Result<Step, Wrong> {
     if let Some(label) = &step.label
         && labels.place(label) != Some(n)
     {
@@ -210,7 +260,7 @@ fn resolved(n: usize, step: &StepConfig, labels: &Labels<'_>) -> Result<Step, Wr
     }
     Ok(Step {
         when: step.when,
-        command: step.command,
+        command: due(step, plates.get(n).copied().flatten())?,
         at_mark: step.at_mark,
         cut: step.cut,
         expected: step.expect_refusal,
@@ -218,6 +268,26 @@ fn resolved(n: usize, step: &StepConfig, labels: &Labels<'_>) -> Result<Step, Wr
         timeout: step.timeout_s,
         otherwise: branches(step, labels)?,
     })
+}
+
+/// What it does, ready for the cycle.
+fn due(step: &StepConfig, plate: Option<ReservedPlate>) -> Result<Option<Due>, Wrong> {
+    Ok(Some(match (&step.command, plate) {
+        (None, _) => return Ok(None),
+        (Some(StepCommand::Slave(command)), _) => Due::Slave(*command),
+        (Some(StepCommand::Plate(PlateCommand::CamTableDelete { table })), _) => {
+            Due::DeletePlate { table: *table }
+        }
+        (Some(StepCommand::Plate(PlateCommand::CamTableSelect { replace, .. })), Some(plate)) => {
+            Due::SelectPlate {
+                plate,
+                replace: *replace,
+            }
+        }
+        (Some(StepCommand::Plate(PlateCommand::CamTableSelect { .. })), None) => {
+            return Err(("do", "expected a store of plates".to_owned()));
+        }
+    }))
 }
 
 /// What needs a command that can be refused, or a time.
@@ -297,20 +367,17 @@ fn check_marks(step: &StepConfig, has_marks: bool) -> Result<(), Wrong> {
     if let Some((field, _)) = asks.iter().find(|(_, asks)| *asks && !has_marks) {
         return Err((field, "expected a slave with marks".to_owned()));
     }
-    if step.at_mark && !step.command.as_ref().is_some_and(at_mark::has_positions) {
-        let received = step.command.map_or("no command", |command| command.name());
+    if step.at_mark && !step.slave_command().is_some_and(at_mark::has_positions) {
+        let received = step.command.as_ref();
+        let received = received.map_or("no command", StepCommand::name);
         let expected = at_mark::THOSE_WITH_POSITIONS;
         return Err((
             "at-mark",
             format!("received {received}, expected one of: {expected}"),
         ));
     }
-    if step.at_mark
-        && step
-            .command
-            .as_ref()
-            .is_some_and(at_mark::counts_from_elsewhere)
-    {
+    let elsewhere = at_mark::counts_from_elsewhere;
+    if step.at_mark && step.slave_command().is_some_and(elsewhere) {
         let reason = "received one beside a master-sync-position that is ahead or in-turn, expected a plain one, \
                       which counts from the mark";
         return Err(("at-mark", reason.to_owned()));

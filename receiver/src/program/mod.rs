@@ -10,15 +10,18 @@ mod branches;
 mod commanded;
 mod condition;
 mod config;
+mod due;
 mod outcome;
 mod prospect;
 mod sensor;
 mod state;
+mod step_command;
 
 use coaxle_axis::Job;
+use coaxle_cam::ReservedPlate;
 use coaxle_clock::Seconds;
 use coaxle_node::config::Positive;
-use coaxle_slave::{Command, Refusal};
+use coaxle_slave::Refusal;
 
 use crate::marks::MarksConfig;
 use branches::Branches;
@@ -29,9 +32,11 @@ use sensor::{Mark, Sensor};
 
 pub(crate) use condition::Situation;
 pub use config::{Otherwise, StepConfig, When, WrongStep};
+pub(crate) use due::Due;
 pub use outcome::{Outcome, Trouble};
 pub use prospect::WaitsFor;
 pub use state::{BlockedProgram, ProgramSnapshot, ProgramState};
+pub use step_command::{PlateCommand, StepCommand};
 
 /// A program, and how far it is.
 #[derive(Clone, Debug)]
@@ -57,7 +62,7 @@ pub(crate) struct Program {
 #[derive(Clone, Debug)]
 struct Step {
     when: When,
-    command: Option<Command>,
+    command: Option<Due>,
     /// The command's positions of the master count from a mark, which is used up.
     at_mark: bool,
     /// The tool cuts.
@@ -80,10 +85,10 @@ impl Step {
     }
 
     /// Its command, with its positions at the mark if that is asked for.
-    fn placed(&self, mark: Option<&Mark>, master_scaling: impl FnOnce() -> f64) -> Option<Command> {
+    fn placed(&self, mark: Option<&Mark>, master_scaling: impl FnOnce() -> f64) -> Option<Due> {
         match (mark, &self.command) {
-            (Some(mark), Some(command)) if self.at_mark => {
-                Some(at_mark::placed(command, mark, master_scaling()))
+            (Some(mark), Some(Due::Slave(command))) if self.at_mark => {
+                Some(Due::Slave(at_mark::placed(command, mark, master_scaling())))
             }
             _ => self.command,
         }
@@ -91,19 +96,20 @@ impl Step {
 }
 
 impl Program {
-    /// The program of these steps, with the marks they may ask for; none without any.
+    /// The program of these steps, with the marks they may ask for and, for each that loads a plate, that plate; none without any.
     ///
     /// # Errors
     /// [`WrongStep`] names the step and the field.
     pub(crate) fn new(
         steps: &[StepConfig],
         marks: Option<&MarksConfig>,
+        plates: &[Option<ReservedPlate>],
     ) -> Result<Option<Self>, WrongStep> {
         if steps.is_empty() {
             return Ok(None);
         }
         Ok(Some(Self {
-            steps: config::checked(steps, marks.is_some())?,
+            steps: config::checked(steps, marks.is_some(), plates)?,
             sensor: marks.copied().map(Sensor::new),
             at: 0,
             state: ProgramState::Running,
@@ -138,7 +144,7 @@ impl Program {
         &mut self,
         now: &Situation,
         master_scaling: impl FnOnce() -> f64,
-    ) -> Option<Option<Command>> {
+    ) -> Option<Option<Due>> {
         if self.state.is_end() || self.turns_off() {
             return None;
         }
@@ -231,10 +237,10 @@ impl Program {
     /// The step to go on with, or how the program ends.
     fn accepted(&mut self, job: Option<Job>) -> Result<usize, ProgramState> {
         let step = &self.steps[self.at];
-        if let (Some(command), Some(job)) = (&step.command, job) {
+        if let (Some(Due::Slave(command)), Some(job)) = (&step.command, job) {
             self.commanded.accepted(command, job);
-            self.timed_out = false;
         }
+        self.timed_out &= step.command.is_none();
         if step.when.asks_for_trouble() {
             self.commanded.handled();
         }

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use coaxle_axis::AxisStatus;
-use coaxle_slave::Outlook;
+use coaxle_axis::{AxisStatus, StateWord};
+use coaxle_slave::{CouplingPhase, Outlook};
 use serde::{Deserialize, Serialize};
 
 use super::condition::{Part, Situation};
@@ -39,6 +39,12 @@ pub enum WaitsFor {
     State,
     /// An error stop, or its end.
     ErrorStop,
+    /// The plate that couples the slave.
+    CamTable,
+    /// A plate that waits for its moment, or that none does.
+    CamTableQueued,
+    /// Points that wait for their moment, or that none do.
+    CamDataQueued,
     /// What became of its command.
     Done,
     /// What became of its command.
@@ -101,6 +107,19 @@ impl Part {
             Self::State(state) => to_state(state, now),
             Self::ErrorStop(true) | Self::Outcome(Outcome::Failed, true) => ByItself,
             Self::ErrorStop(false) => ByOrder,
+            // What waits comes by what the master does; what does not wait, somebody has to send.
+            Self::CamTableQueued(false) | Self::CamDataQueued(false) => {
+                once(now.first_master_ready)
+            }
+            Self::CamTableQueued(true) | Self::CamDataQueued(true) => ByOrder,
+            Self::CamTable(0) => match now.phase {
+                Some(CouplingPhase::Releasing) => ByItself,
+                _ => ByOrder,
+            },
+            Self::CamTable(_) if now.queues(StateWord::CAM_TABLE_QUEUED) => {
+                once(now.first_master_ready)
+            }
+            Self::CamTable(_) => by_start(now),
             Self::Outcome(..) if is_busy => ByItself,
             Self::Outcome(..) | Self::TimedOut(_) => Never,
         }
@@ -121,6 +140,9 @@ impl Part {
             Self::PositionBelow => WaitsFor::PositionBelow,
             Self::State(_) => WaitsFor::State,
             Self::ErrorStop(_) => WaitsFor::ErrorStop,
+            Self::CamTable(_) => WaitsFor::CamTable,
+            Self::CamTableQueued(_) => WaitsFor::CamTableQueued,
+            Self::CamDataQueued(_) => WaitsFor::CamDataQueued,
             Self::Outcome(Outcome::Done, _) => WaitsFor::Done,
             Self::Outcome(Outcome::Aborted, _) => WaitsFor::Aborted,
             Self::Outcome(Outcome::Failed, _) => WaitsFor::Failed,
@@ -197,6 +219,9 @@ impl fmt::Display for WaitsFor {
             Self::PositionBelow => "position-below",
             Self::State => "state",
             Self::ErrorStop => "error-stop",
+            Self::CamTable => "cam-table",
+            Self::CamTableQueued => "cam-table-queued",
+            Self::CamDataQueued => "cam-data-queued",
             Self::Done => "done",
             Self::Aborted => "aborted",
             Self::Failed => "failed",

@@ -1,10 +1,10 @@
 mod outcomes;
 mod prospects;
 
-use coaxle_axis::AxisStatus;
+use coaxle_axis::{AxisStatus, StateWord};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::parse;
-use coaxle_slave::{CouplingPhase, Outlook};
+use coaxle_slave::{Command, CouplingPhase, Outlook};
 use serde::Deserialize;
 
 use super::*;
@@ -19,7 +19,7 @@ fn steps(text: &str) -> Vec<StepConfig> {
 }
 
 fn program(text: &str) -> Program {
-    Program::new(&steps(text), None)
+    Program::new(&steps(text), None, &[])
         .expect("a program")
         .expect("with steps")
 }
@@ -39,6 +39,8 @@ const NOW: Situation = Situation {
     master: None,
     first_master_ready: false,
     master_ready: false,
+    cam_table: 0,
+    cam_queued: StateWord::empty(),
 };
 
 fn scaling() -> f64 {
@@ -50,10 +52,16 @@ const REFUSAL: Refusal = Refusal::NoMaster;
 #[test]
 fn steps_are_taken_one_after_the_other_and_the_last_ends_it() {
     let mut program = program("[[step]]\ndo = { power = true }\n[[step]]\ndo = { reset = {} }");
-    assert_eq!(program.due(&NOW, scaling), Some(Some(Command::Power(true))));
+    assert_eq!(
+        program.due(&NOW, scaling),
+        Some(Some(Due::Slave(Command::Power(true))))
+    );
     program.take(Ok(None));
     assert_eq!(program.snapshot().step, 2);
-    assert_eq!(program.due(&NOW, scaling), Some(Some(Command::Reset {})));
+    assert_eq!(
+        program.due(&NOW, scaling),
+        Some(Some(Due::Slave(Command::Reset {})))
+    );
     program.take(Ok(None));
     assert_eq!(program.due(&NOW, scaling), None);
     assert_eq!(program.snapshot().state, ProgramState::Finished);
@@ -214,7 +222,7 @@ fn program_with_marks(text: &str) -> Program {
         "first = 1000\nspacing = 600\nsensor-distance = 700",
     )
     .expect("valid marks");
-    Program::new(&steps(text), Some(&marks))
+    Program::new(&steps(text), Some(&marks), &[])
         .expect("a program")
         .expect("with steps")
 }
@@ -226,7 +234,7 @@ fn a_step_at_a_mark_waits_for_one_and_uses_it_up() {
          repeat-from = 'next'",
     );
     let offset = |program: &mut Program| match program.due(&NOW, scaling)? {
-        Some(Command::CamIn(cam_in)) => Some(cam_in.master_offset),
+        Some(Due::Slave(Command::CamIn(cam_in))) => Some(cam_in.master_offset),
         other => panic!("expected a plate, received {other:?}"),
     };
     let cycle = Seconds(0.001);
@@ -259,7 +267,9 @@ fn points_are_put_by_the_distance_of_marks_and_the_scaling_of_the_plate() {
     );
     program.advance(Seconds(0.0), Some(0.0));
     program.advance(Seconds(0.0), Some(300.0));
-    let Some(Some(Command::WriteMotionFunction { points, .. })) = program.due(&NOW, || 2.0) else {
+    let Some(Some(Due::Slave(Command::WriteMotionFunction { points, .. }))) =
+        program.due(&NOW, || 2.0)
+    else {
         panic!("expected points");
     };
     assert_eq!(points[0].master, 600.0 / 2.0 - 10.0);
@@ -306,7 +316,7 @@ fn steps_that_ask_for_marks_need_some() {
     ] {
         let marks = parse("m.toml", "spacing = 600\nsensor-distance = 700").expect("marks");
         let steps = steps(&format!("[[step]]\n{step}"));
-        let error = Program::new(&steps, has_marks.then_some(&marks)).unwrap_err();
+        let error = Program::new(&steps, has_marks.then_some(&marks), &[]).unwrap_err();
         assert!(error.to_string().starts_with(expected), "{error}");
     }
 }
@@ -347,7 +357,9 @@ fn wrong_steps_are_named() {
             "step[0].do: expected a command",
         ),
     ] {
-        let error = Program::new(&steps(text), None).unwrap_err().to_string();
+        let error = Program::new(&steps(text), None, &[])
+            .unwrap_err()
+            .to_string();
         assert!(error.starts_with(expected), "{error}");
     }
 }

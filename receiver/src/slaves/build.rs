@@ -7,7 +7,7 @@ use coaxle_node::frame::MAX_AXES;
 use coaxle_slave::{CoupledStart, SlaveAxis};
 
 use super::Slaves;
-use super::plates::plates;
+use super::plates::{plates, plates_of_steps};
 use super::slave::{Slave, SlaveParts};
 use super::tool::Tool;
 use crate::config::{CoupleConfig, MasterRef, ReceiverConfig, SlaveConfig, WrongSlave};
@@ -38,9 +38,9 @@ impl Slaves {
         by_id.sort_by_key(|n| config.slave_id(*n));
         let has_slaves = |n| (sources.iter()).any(|of| of.contains(&MasterRef::Slave(n)));
         let leads = (0..slaves.len()).map(has_slaves).collect();
-        let plates = plates(config)?;
+        let mut plates = plates(config)?;
         let slaves = (sources.into_iter().enumerate())
-            .map(|(n, sources)| slave(config, n, sources, &mut drives, &plates))
+            .map(|(n, sources)| slave(config, n, sources, &mut drives, &mut plates))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
             plates: Some(Box::new(plates)),
@@ -138,7 +138,7 @@ fn slave(
     n: usize,
     sources: Vec<MasterRef>,
     drives: &mut Drives,
-    plates: &Tables,
+    plates: &mut Tables,
 ) -> Result<Slave, WrongSlave> {
     let slave = &config.slaves[n];
     let gear = LinearGear::new(slave.gear.ratio, slave.gear.offset)
@@ -167,7 +167,8 @@ fn slave(
     };
     check_steps(&axis, slave, n)?;
     check_cutting(slave, n)?;
-    let program = Program::new(&slave.steps, slave.marks.as_ref())
+    let of_steps = plates_of_steps(plates, n, &slave.steps)?;
+    let program = Program::new(&slave.steps, slave.marks.as_ref(), &of_steps)
         .map_err(|error| wrong(n, &error.field, &error.reason))?;
     Ok(Slave::new(SlaveParts {
         id,
@@ -209,7 +210,7 @@ fn check_real_drive(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
 /// Positions by the turn are of axes that turn.
 fn check_steps(axis: &SlaveAxis, slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
     for (k, step) in slave.steps.iter().enumerate() {
-        let Some(command) = &step.command else {
+        let Some(command) = step.slave_command() else {
             continue;
         };
         axis.check_sync_positions(command)

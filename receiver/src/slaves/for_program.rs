@@ -25,6 +25,11 @@ pub(super) fn situation(
         master: first.map(|master| master.set.position),
         first_master_ready: first.is_some_and(|master| master.is_ready),
         master_ready: masters.are_ready(),
+        cam_table: match axis.coupling_phase() {
+            Some(_) => axis.cam_state().map_or(0, |cam| cam.table),
+            None => 0,
+        },
+        cam_queued: axis.cam_queued(),
     }
 }
 

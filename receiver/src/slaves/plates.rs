@@ -1,11 +1,12 @@
 //! The cam plates of a receiver: one store, which its slaves share.
 
-use std::path::Path;
+use std::sync::Arc;
 
-use coaxle_cam::{MOST_TABLES, Tables};
-use coaxle_node::cam_file::CamFile;
+use coaxle_cam::{MOST_TABLES, ReservedPlate, TableId, Tables};
 
-use crate::config::{CamSource, ReceiverConfig, WrongSlave};
+use crate::cam_source::CamSource;
+use crate::config::{ReceiverConfig, WrongSlave};
+use crate::program::StepConfig;
 
 /// Most points and rows of all cam plates of a receiver together.
 pub(super) const MOST_ROWS: usize = 4_000_000;
@@ -24,28 +25,73 @@ pub(super) fn plates(config: &ReceiverConfig) -> Result<Tables, WrongSlave> {
     Ok(plates)
 }
 
+/// The plates that the steps of a slave load, for each step.
+pub(super) fn plates_of_steps(
+    plates: &mut Tables,
+    n: usize,
+    steps: &[StepConfig],
+) -> Result<Vec<Option<ReservedPlate>>, WrongSlave> {
+    let reserved = steps.iter().enumerate().map(|(k, step)| {
+        let Some((source, table)) = step.plate() else {
+            return Ok(None);
+        };
+        reserve(
+            plates,
+            source,
+            table,
+            &format!("slave[{n}].step[{k}].do.cam-table-select"),
+        )
+        .map(Some)
+    });
+    reserved.collect()
+}
+
+fn reserve(
+    plates: &mut Tables,
+    source: &CamSource,
+    table: Option<TableId>,
+    field: &str,
+) -> Result<ReservedPlate, WrongSlave> {
+    let cam = (source.read()).map_err(|error| wrong(&format!("{field}.plate"), error))?;
+    // The plate as a file says where it is wrong; the number alone does not.
+    let plate = cam
+        .plate()
+        .map_err(|error| wrong(&format!("{field}.plate"), error))?;
+    check_room(plates, plate.rows(), &format!("{field}.plate"))?;
+    let id = table
+        .or(cam.table_id.map(|id| u32::from(id.get())))
+        .ok_or_else(|| {
+            let reason = "0x4b32: received none, and no table-id in the plate, expected 1 to 255";
+            wrong(&format!("{field}.table"), reason)
+        })?;
+    plates
+        .reserve(id, Arc::new(cam.source()))
+        .map_err(|error| wrong(field, error))
+}
+
+fn check_room(plates: &Tables, more: usize, field: &str) -> Result<(), WrongSlave> {
+    if more <= room(plates) {
+        return Ok(());
+    }
+    let rows = plates.rows() + more;
+    let reason = format!(
+        "received {rows} points and rows with it, expected at most {MOST_ROWS} in a receiver"
+    );
+    Err(wrong(field, reason))
+}
+
 /// How many points and rows more a plate could have that comes now.
 pub(super) fn room(plates: &Tables) -> usize {
     MOST_ROWS.saturating_sub(plates.rows())
 }
 
 fn add(plates: &mut Tables, source: &CamSource, field: &str) -> Result<(), WrongSlave> {
-    let cam = match source {
-        CamSource::File(file) => CamFile::load(file),
-        CamSource::Here(table) => CamFile::from_table("here", Path::new(""), table.clone()),
-    };
-    let cam = cam.map_err(|error| wrong(field, error))?;
+    let cam = source.read().map_err(|error| wrong(field, error))?;
     let id = cam
         .table_id
         .ok_or_else(|| wrong(field, "0x4b32: received no table-id, expected 1 to 255"))?;
     let plate = cam.plate().map_err(|error| wrong(field, error))?;
-    if plate.rows() > room(plates) {
-        let rows = plates.rows() + plate.rows();
-        let reason = format!(
-            "received {rows} points and rows with it, expected at most {MOST_ROWS} in a receiver"
-        );
-        return Err(wrong(field, reason));
-    }
+    check_room(plates, plate.rows(), field)?;
     let id = u32::from(id.get());
     if plates.plate(id).is_ok() {
         let reason = format!(

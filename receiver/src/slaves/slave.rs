@@ -16,7 +16,7 @@ use super::for_program::{end_of, situation};
 use super::masters::SlaveMasters;
 use super::tool::Tool;
 use crate::config::MasterRef;
-use crate::program::{BlockedProgram, Program};
+use crate::program::{BlockedProgram, Due, Program};
 use crate::signals::SlaveSignals;
 use crate::snapshot::{RefusedCommand, SlaveFaults};
 
@@ -154,12 +154,26 @@ impl Slave {
             return;
         };
         let answer = match command {
-            Some(command) => self.command(&command, Origin::Program).map(Some),
+            Some(command) => self.do_due(&command),
             None => Ok(None),
         };
         if let Some(program) = &mut self.program {
             program.take(answer);
         }
+    }
+
+    /// A command of its program; none of what is about the plates has a job.
+    fn do_due(&mut self, due: &Due) -> Result<Option<Job>, Refusal> {
+        let done = match due {
+            Due::Slave(command) => return self.command(command, Origin::Program).map(Some),
+            Due::SelectPlate { plate, replace } => self.axis.select_reserved_cam(*plate, *replace),
+            Due::DeletePlate { table } => self.axis.put_cam_away(*table),
+        };
+        done.map(|()| None).map_err(|error| {
+            let refusal = Refusal::Coupling(CouplingRefusal::Cam(error));
+            self.note_refusal(refusal);
+            refusal
+        })
     }
 
     /// Couples it from the start, once there is its first master: then it is where it should be

@@ -7,6 +7,7 @@ use anyhow::Context;
 use coaxle_clock::far_clock::{DelaySource, FarClock};
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_clock::{CycleTime, Instant, Seconds, Span};
+use coaxle_host::machine::local;
 use coaxle_host::transport::Declared;
 use coaxle_host::{Machine, Transport, machine};
 use coaxle_node::Message;
@@ -18,7 +19,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error::told;
-use crate::publish::{Sealed, check_ids, local};
+use crate::publish::{Sealed, check_ids};
 
 /// Another run of the node is followed when nothing has come of this one for so long.
 const SILENCE: Span = Span::from_millis(250);

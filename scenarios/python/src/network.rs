@@ -19,7 +19,7 @@ use crate::publish::Publisher;
 #[pyclass(module = "coaxle")]
 pub(crate) struct Network {
     transport: Arc<dyn Transport>,
-    operator: Option<NodeName>,
+    commander: Commander,
     watcher: Watcher,
 }
 
@@ -72,8 +72,8 @@ impl Network {
         let node = name("node", node)?;
         let order =
             CommandOrder::from_json(order.as_bytes()).map_err(|bad| wrong(bad.to_string()))?;
-        let commander = Commander::over(Arc::clone(&self.transport), self.operator.clone());
-        let answer = py.detach(|| commander.send(&node, &order)).map_err(told)?;
+        let answer = py.detach(|| self.commander.send(&node, &order));
+        let answer = answer.map_err(told)?;
         Ok(answer.to_json())
     }
 
@@ -103,16 +103,11 @@ impl Network {
 
 impl Network {
     fn join(config: &TransportConfig) -> anyhow::Result<Self> {
-        let credentials = config
-            .secure
-            .as_deref()
-            .map(coaxle_host::credentials::Credentials::open);
-        let operator = credentials.transpose()?.map(|found| found.name().clone());
         let transport: Arc<dyn Transport> = Arc::new(OverZenoh::open_and_wait(config)?);
         Ok(Self {
             watcher: Watcher::over(Arc::clone(&transport), &[])?,
+            commander: Commander::over(Arc::clone(&transport), config.secure.as_deref())?,
             transport,
-            operator,
         })
     }
 }

@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use anyhow::Context;
 use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::cycle::Tick;
-use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
+use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
+use coaxle_host::machine::local;
 use coaxle_host::transport::{Declared, Publisher as Way, Urgency};
 use coaxle_host::{Machine, Transport, machine};
 use coaxle_node::Message;
@@ -310,9 +311,4 @@ pub(crate) fn check_ids(ids: &[u32]) -> PyResult<()> {
         ))),
         None => Ok(()),
     }
-}
-
-/// The node's clock is the machine's.
-pub(crate) const fn local(at: Instant<Machine>) -> Instant<Local> {
-    Instant::from_nanos(at.as_nanos())
 }

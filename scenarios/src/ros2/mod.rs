@@ -13,9 +13,9 @@ use std::time::Duration;
 
 use anyhow::bail;
 use clap::Args;
-use coaxle_clock::{Instant, Local, Span};
+use coaxle_clock::{Instant, Span};
 use coaxle_host::cli::Exit;
-use coaxle_host::credentials::Credentials;
+use coaxle_host::machine::local;
 use coaxle_host::transport::Transport;
 use coaxle_host::{Commander, Interrupt, Machine, OverZenoh, machine};
 use coaxle_node::config::TransportConfig;
@@ -94,10 +94,11 @@ pub(crate) fn ros2(args: &Ros2Args) -> anyhow::Result<Exit> {
         Some(network) => Arc::new(OverZenoh::open_and_wait(&network)?),
         None => Arc::clone(&transport),
     };
+    let commander = Commander::over(Arc::clone(&transport), args.network.secure.as_deref())?;
     let mut bridge = Bridge {
         nodes: Nodes::new(watcher),
         topics: Topics::open(&*ros, &args.ros_node(&*ros), args.commands)?,
-        orders: Orders::start(args.commander(&transport)?)?,
+        orders: Orders::start(commander)?,
         moves: Moves::default(),
         values: match args.actual {
             true => Values::Actual,
@@ -139,13 +140,6 @@ impl Ros2Args {
             namespace: self.namespace.clone(),
             name: self.node_name.clone(),
         }
-    }
-
-    fn commander(&self, transport: &Arc<dyn Transport>) -> anyhow::Result<Commander> {
-        let secure = self.network.secure.as_deref();
-        let credentials = secure.map(Credentials::open).transpose()?;
-        let operator = credentials.map(|found| found.name().clone());
-        Ok(Commander::over(Arc::clone(transport), operator))
     }
 }
 
@@ -242,11 +236,6 @@ impl Bridge {
             }
         }
     }
-}
-
-/// This machine's clock is the one that everything is dated by.
-const fn local(at: Instant<Machine>) -> Instant<Local> {
-    Instant::from_nanos(at.as_nanos())
 }
 
 /// What CLOCK_REALTIME shows when this machine's clock shows 0. Whoever is interrupted between the two readings reads too

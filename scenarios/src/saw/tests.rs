@@ -224,7 +224,10 @@ fn the_scenario_of_diagonal_saws_has_the_ratios_of_their_angles() {
         panic!("one receiver");
     };
     let ratios = receiver.slaves.iter().map(|slave| {
-        let commands = slave.steps.iter().filter_map(|step| step.command);
+        let commands = slave
+            .steps
+            .iter()
+            .filter_map(|step| step.slave_command().copied());
         let mut ratios = commands.filter_map(|command| match command {
             coaxle_slave::Command::GearInVelo(saw) => Some(saw.ratio),
             _ => None,

@@ -11,12 +11,12 @@ mod stream;
 mod tests;
 
 use std::net::SocketAddr;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
 use coaxle_host::cli::Exit;
-use coaxle_host::credentials::Credentials;
 use coaxle_host::transport::Transport;
 use coaxle_host::{Beside, Commander, Interrupt, Watcher};
 use coaxle_node::keys::NodeName;
@@ -86,9 +86,7 @@ pub(crate) fn scope(args: &ScopeArgs) -> anyhow::Result<Exit> {
     let interrupt = Interrupt::listen()?;
     let watcher = status::watch(&args.network, &args.nodes)?;
     let secure = args.network.transport()?.secure;
-    let credentials = secure.as_deref().map(Credentials::open).transpose()?;
-    let operator = credentials.map(|found| found.name().clone());
-    let scope = Scope::open(watcher, operator, &args.page)?;
+    let scope = Scope::open(watcher, secure.as_deref(), &args.page)?;
     inspect::print_text(&format!("the page is at http://{}", scope.address()))?;
     while !interrupt.is_asked() {
         std::thread::park_timeout(LOOK);
@@ -104,13 +102,13 @@ pub(crate) struct Scope {
 }
 
 impl Scope {
-    /// Gives out a page of the nodes that are watched; its commands bear the operator's name.
+    /// Gives out a page of the nodes that are watched; its commands bear the name of the operator with this folder.
     ///
     /// # Errors
-    /// The address is not to be had.
+    /// The address is not to be had, or certificates cannot be read.
     pub(crate) fn open(
         watcher: Watcher,
-        operator: Option<NodeName>,
+        secure: Option<&Path>,
         page: &PageArgs,
     ) -> anyhow::Result<Self> {
         if !page.page.ip().is_loopback() {
@@ -128,7 +126,8 @@ impl Scope {
         let transport: &Arc<dyn Transport> = watcher.transport();
         let commander = page
             .commands
-            .then(|| Commander::over(Arc::clone(transport), operator));
+            .then(|| Commander::over(Arc::clone(transport), secure))
+            .transpose()?;
         let routes = server::routes(Arc::clone(&watcher), commander);
         let served = Served::open(page.page, routes)?;
         Ok(Self { watcher, served })

@@ -7,6 +7,7 @@
 mod files;
 pub mod mutate;
 mod node;
+mod plc;
 mod ros;
 mod seeds;
 mod streams;
@@ -144,6 +145,24 @@ pub const TARGETS: &[Target] = &[
         kind: Kind::Bytes,
         run: ros::trajectory,
         seeds: ros::trajectories,
+    },
+    Target {
+        name: "ads",
+        kind: Kind::Bytes,
+        run: plc::ads,
+        seeds: plc::recorded,
+    },
+    Target {
+        name: "plc-datagrams",
+        kind: Kind::Bytes,
+        run: plc::datagrams,
+        seeds: plc::good_datagrams,
+    },
+    Target {
+        name: "plc-lines",
+        kind: Kind::Text,
+        run: plc::lines,
+        seeds: plc::good_lines,
     },
 ];
 

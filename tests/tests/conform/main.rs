@@ -22,46 +22,58 @@ fn turn() -> MutexGuard<'static, ()> {
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Tries until nothing is found, and says what was found last if it always is.
+fn attempts(mut attempt: impl FnMut() -> Result<(), String>) {
+    let mut found = String::new();
+    for _ in 0..ATTEMPTS {
+        match attempt() {
+            Ok(()) => return,
+            Err(told) => found = told,
+        }
+    }
+    panic!("{found}");
+}
+
+/// That no rule is broken.
+fn nothing(broken: &[String]) -> Result<(), String> {
+    match broken {
+        [] => Ok(()),
+        rules => Err(rules.join(", ")),
+    }
+}
+
 #[test]
 fn our_own_sender_keeps_every_rule() {
     let _turn = turn();
     let sender = "cycle-time-us = 5000\n[[axis]]\nid = 3\nname = 'belt'\n[axis.program]\nstart-velocity = 10\n\
                   limits = { velocity = 100, acceleration = 100, jerk = 1000 }\nsteps = []\n";
-    let mut found = Vec::new();
-    for _ in 0..ATTEMPTS {
+    attempts(|| {
         let mut nodes = Nodes::default();
         nodes.start("sender", "belt", sender);
         let report = nodes.conform(&["sender", "belt", "--for", "3s"]);
-        found = broken(&report.json);
-        assert_eq!(
-            report.exit,
-            if found.is_empty() { 0 } else { 3 },
-            "{report:?}"
-        );
-        if found.is_empty() {
-            assert_eq!(report.json["not-seen"], 0, "{report:?}");
-            return;
-        }
-    }
-    panic!("{found:?}");
+        let found = broken(&report.json);
+        let exit = if found.is_empty() { 0 } else { 3 };
+        assert_eq!(report.exit, exit, "{report:?}");
+        nothing(&found)?;
+        assert_eq!(report.json["not-seen"], 0, "{report:?}");
+        Ok(())
+    });
 }
 
 #[test]
 fn our_own_receiver_keeps_every_rule() {
     let _turn = turn();
     let receiver = "cycle-time-us = 5000\nmaster = { node = 'belt', axis = 3 }\n";
-    let mut found = String::new();
-    for _ in 0..ATTEMPTS {
+    attempts(|| {
         let mut nodes = Nodes::default();
         nodes.start("receiver", "saw", receiver);
         let report = nodes.conform(&["receiver", "saw"]);
-        if broken(&report.json).is_empty() && report.json["not-seen"] == 0 {
-            assert_eq!(report.exit, 0, "{report:?}");
-            return;
+        if !broken(&report.json).is_empty() || report.json["not-seen"] != 0 {
+            return Err(format!("{report:?}"));
         }
-        found = format!("{report:?}");
-    }
-    panic!("{found}");
+        assert_eq!(report.exit, 0, "{report:?}");
+        Ok(())
+    });
 }
 
 #[test]
@@ -95,8 +107,7 @@ fn the_client_of_the_manual_keeps_every_rule_and_is_followed() {
         return;
     };
     let _turn = turn();
-    let mut found = Vec::new();
-    for _ in 0..ATTEMPTS {
+    attempts(|| {
         let mut nodes = Nodes::default();
         nodes.run(&python.script("client.py"), "arm", &["saw"]);
         nodes.start(
@@ -107,16 +118,13 @@ fn the_client_of_the_manual_keeps_every_rule_and_is_followed() {
         let waited = nodes.ask(&["wait-sync", "saw", "--timeout", "60s"]);
         assert_eq!(waited.exit, 0, "{waited:?}");
         let report = nodes.conform(&["sender", "arm", "--for", "3s"]);
-        found = broken(&report.json);
-        if found.is_empty() {
-            assert_eq!(report.json["not-seen"], 0, "{report:?}");
-            nodes::until("it reads the receiver's status", || {
-                nodes.printed("arm").contains("'received': ")
-            });
-            return;
-        }
-    }
-    panic!("{found:?}");
+        nothing(&broken(&report.json))?;
+        assert_eq!(report.json["not-seen"], 0, "{report:?}");
+        nodes::until("it reads the receiver's status", || {
+            nodes.printed("arm").contains("'received': ")
+        });
+        Ok(())
+    });
 }
 
 #[test]

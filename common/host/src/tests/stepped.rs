@@ -332,7 +332,7 @@ fn faults_over_the_link_lose_and_delay() {
 fn an_order_reaches_the_cycle_and_is_answered() {
     let network = Network::new();
     let mut servo = Stepped::sending("servo", &network);
-    let commander = Commander::over(Arc::new(network.transport.clone()), Some(name("anna")));
+    let commander = Commander::named(Arc::new(network.transport.clone()), name("anna"));
     let send = move |command| {
         commander
             .send(&name("servo"), &order("toy", command))

@@ -4,7 +4,8 @@ use alloc::boxed::Box;
 
 use coaxle_axis::StateWord;
 use coaxle_cam::{
-    CamInfo, CamLimits, CamState, CouplingError, PlateReading, PreparedTable, TableId, Tables,
+    CamInfo, CamLimits, CamState, CouplingError, PlateReading, PreparedTable, ReservedPlate,
+    TableId, Tables,
 };
 use coaxle_saw::{SawRefusal, saw_table_id};
 
@@ -146,6 +147,30 @@ impl SlaveAxis {
             Some(tables) => tables.plan_delete(id),
             None => Err(CouplingError::TableUnknown { table: id }),
         }
+    }
+
+    /// `MC_CamTableSelect` of a table that was reserved in the store, as [`Tables::select_reserved`]: what a program does.
+    ///
+    /// # Errors
+    /// As there. Then everything is as it was.
+    pub fn select_reserved_cam(
+        &mut self,
+        reserved: ReservedPlate,
+        replace: bool,
+    ) -> Result<(), CouplingError> {
+        self.couplings.cam.select_reserved(reserved, replace)?;
+        self.plates_changed();
+        Ok(())
+    }
+
+    /// Takes a table out, as [`Tables::put_away`]: what a program does.
+    ///
+    /// # Errors
+    /// As there. Then everything is as it was.
+    pub fn put_cam_away(&mut self, id: TableId) -> Result<(), CouplingError> {
+        self.couplings.cam.put_away(id)?;
+        self.plates_changed();
+        Ok(())
     }
 
     /// Reads a plate for somebody who calculates elsewhere, as [`Tables::read_plate`].

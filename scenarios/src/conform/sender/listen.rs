@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration;
 
 use anyhow::bail;
-use coaxle_clock::{Instant, Local, Span};
+use coaxle_clock::{Instant, Span};
 use coaxle_host::transport::{Declared, Delivery, Publisher, Transport, Urgency};
 use coaxle_host::{Interrupt, Machine, machine};
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
@@ -146,7 +146,7 @@ impl TimeRequests {
         let number = self.next;
         self.next += 1;
         let is_good = number % BAD != BAD - 1;
-        let ideal_start = Instant::<Local>::from_nanos(now.as_nanos());
+        let ideal_start = machine::local(now);
         let mut body = [0; TIME_REQUEST_CAPACITY];
         let Requester { id, run } = self.requester;
         let length = encode_time_request(id, run, number, ideal_start, &mut body);

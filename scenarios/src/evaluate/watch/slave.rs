@@ -4,7 +4,7 @@ use coaxle_axis::AxisStatus;
 use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_node::CommandOrder;
 use coaxle_receiver::signals::SlaveSignals;
-use coaxle_receiver::{ReceiverConfig, SlaveConfig};
+use coaxle_receiver::{ReceiverConfig, SlaveConfig, StepConfig};
 use coaxle_saw::SyncMask;
 use coaxle_sim::{ErrorStopCheck, SetValueBound, SetValueCheck, Shares, TooFar};
 use coaxle_slave::{Command, OnMasterLoss, SlaveError, SlaveParameters};
@@ -184,7 +184,7 @@ fn commands_to<'a>(
     receiver: &'a ReceiverConfig,
     events: &'a [Event],
 ) -> impl Iterator<Item = &'a Command> {
-    let of_program = slave.steps.iter().filter_map(|step| step.command.as_ref());
+    let of_program = slave.steps.iter().filter_map(StepConfig::slave_command);
     let of_events = (events.iter()).filter_map(move |event| command_of(event, slave, receiver));
     of_program.chain(of_events)
 }

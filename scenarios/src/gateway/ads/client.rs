@@ -1,9 +1,7 @@
 //! A connection to an ADS device: one request at a time, and the notifications that come meanwhile.
 
 use std::collections::VecDeque;
-use std::io::{ErrorKind, Read, Write};
-use std::net::{IpAddr, TcpStream, ToSocketAddrs};
-use std::time::Duration;
+use std::net::IpAddr;
 
 use coaxle_clock::{Instant, Span};
 use coaxle_gateway::ams::{
@@ -14,6 +12,8 @@ use coaxle_gateway::ams::{
 use coaxle_gateway::config::AdsConfig;
 use coaxle_host::{Machine, machine};
 
+use super::wire::{Tcp, Wire};
+
 /// An answer that has not come by then does not come.
 const PATIENCE: Span = Span::from_secs(1);
 /// Notifications that wait to be taken; older ones are left out.
@@ -21,7 +21,7 @@ const MOST_WAITING: usize = 256;
 
 /// A connection. After an error it is of no use: an answer may still come, and be taken for that to another request.
 pub(super) struct AdsClient {
-    socket: TcpStream,
+    wire: Box<dyn Wire>,
     own: AmsAddress,
     plc: AmsAddress,
     invoke: u32,
@@ -80,9 +80,9 @@ impl AdsClient {
             address: format!("{host}:{port}"),
             reason,
         };
-        let socket = reach(host, port).map_err(unreachable)?;
+        let tcp = Tcp::reach(host, port, PATIENCE).map_err(unreachable)?;
         let own = config.own_net_id.map(|id| id.0);
-        let own = match (own, socket.local_addr().map_err(unreachable)?.ip()) {
+        let own = match (own, tcp.own_ip().map_err(unreachable)?) {
             (Some(own), _) => own,
             (None, IpAddr::V4(ip)) => {
                 let [a, b, c, d] = ip.octets();
@@ -90,13 +90,19 @@ impl AdsClient {
             }
             (None, IpAddr::V6(_)) => [127, 0, 0, 1, 1, 1],
         };
-        Ok(Self {
-            socket,
-            own: AmsAddress {
-                net_id: own,
-                // Ports from 0x8000 on are for clients.
-                port: 0x8000 | std::process::id() as u16,
-            },
+        let own = AmsAddress {
+            net_id: own,
+            // Ports from 0x8000 on are for clients.
+            port: 0x8000 | std::process::id() as u16,
+        };
+        Ok(Self::over(Box::new(tcp), own, config))
+    }
+
+    /// A client of this address, to the device of a config, over a connection that is there.
+    pub(super) fn over(wire: Box<dyn Wire>, own: AmsAddress, config: &AdsConfig) -> Self {
+        Self {
+            wire,
+            own,
             plc: AmsAddress {
                 net_id: config.net_id.0,
                 port: config.port,
@@ -107,7 +113,7 @@ impl AdsClient {
             sent: Vec::new(),
             notifications: VecDeque::new(),
             handles: Vec::new(),
-        })
+        }
     }
 
     /// What the PLC is doing: 5 is running, 6 stopped.
@@ -232,7 +238,7 @@ impl AdsClient {
             data,
         };
         packet.write(&mut self.sent);
-        self.socket.write_all(&self.sent)?;
+        self.wire.send(&self.sent)?;
         let until = machine::now() + PATIENCE;
         let refused = |refusal| AdsError::Refused {
             request: request.to_owned(),
@@ -286,21 +292,13 @@ impl AdsClient {
 
     /// Takes what comes, if something does in that time.
     fn receive(&mut self, patience: Span) -> Result<(), AdsError> {
-        let patience = Duration::from_nanos(patience.as_nanos().max(1_000).unsigned_abs());
-        self.socket.set_read_timeout(Some(patience))?;
         let mut bytes = [0; 4096];
-        match self.socket.read(&mut bytes) {
-            Ok(0) => Err(AdsError::Lost(ErrorKind::UnexpectedEof.into())),
-            Ok(length) => {
-                self.received_at = machine::now();
-                self.received.extend_from_slice(&bytes[..length]);
-                Ok(())
-            }
-            Err(error) => match error.kind() {
-                ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => Ok(()),
-                _ => Err(error.into()),
-            },
+        let length = self.wire.receive(&mut bytes, patience)?;
+        if length > 0 {
+            self.received_at = machine::now();
+            self.received.extend_from_slice(&bytes[..length]);
         }
+        Ok(())
     }
 }
 
@@ -342,21 +340,4 @@ fn arrived(packet: &Packet<'_>) -> Option<Arrived> {
         })),
         _ => None,
     }
-}
-
-/// The first address of the host that answers.
-fn reach(host: &str, port: u16) -> std::io::Result<TcpStream> {
-    let patience = Duration::from_nanos(PATIENCE.as_nanos().unsigned_abs());
-    let mut failed = ErrorKind::AddrNotAvailable.into();
-    for address in (host, port).to_socket_addrs()? {
-        match TcpStream::connect_timeout(&address, patience) {
-            Ok(socket) => {
-                socket.set_nodelay(true)?;
-                socket.set_write_timeout(Some(patience))?;
-                return Ok(socket);
-            }
-            Err(error) => failed = error,
-        }
-    }
-    Err(failed)
 }

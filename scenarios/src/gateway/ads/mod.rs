@@ -2,6 +2,9 @@
 
 mod client;
 mod plc;
+#[cfg(test)]
+mod recorded;
+mod wire;
 
 use std::thread::JoinHandle;
 

@@ -1,0 +1,122 @@
+//! `MC_CamTableSelect` by a program, which has its tables from the start and can free nothing.
+
+use alloc::boxed::Box;
+use alloc::sync::Arc;
+
+use super::error::{CouplingError, TableId};
+use super::prepared::{PreparedTable, ReservedPlate};
+use super::reserve::Kept;
+use super::rules::MOST_POINTS_REPLACED_IN_USE;
+use super::select::Way;
+use super::tables::{TableRef, Tables, check_id};
+use coaxle_plate::PlateSource;
+
+impl Tables {
+    /// Reserves a table that is to be [selected](Self::select_reserved) under this number later. This allocates.
+    ///
+    /// # Errors
+    /// 0x4B32 for an id outside 1 to 255, 0x4A11 for a motion function of more than 4096 points, and those of
+    /// [`PlateSource::plate`].
+    pub fn reserve(
+        &mut self,
+        id: TableId,
+        source: Arc<PlateSource>,
+    ) -> Result<ReservedPlate, CouplingError> {
+        check_id(id)?;
+        let made = PreparedTable::new(Arc::clone(&source))?;
+        let points = made.versions.plate().function();
+        let received = points.map_or(0, |function| function.points().len());
+        if received > MOST_POINTS_REPLACED_IN_USE {
+            let room = MOST_POINTS_REPLACED_IN_USE;
+            return Err(CouplingError::TooManyRows { received, room });
+        }
+        let reserved = ReservedPlate(self.reserve.kept.len());
+        let mut at_hand = Box::new(PreparedTable::new(source)?);
+        at_hand.home = Some(reserved);
+        self.reserve.kept.push(Kept {
+            id,
+            made,
+            at_hand: Some(at_hand),
+        });
+        self.reserve.make_room(self.slots.len());
+        Ok(reserved)
+    }
+
+    /// `MC_CamTableSelect` of a table that was reserved, as [`Self::select`] of one that is handed in. Nothing is allocated or freed.
+    ///
+    /// # Errors
+    /// As there; 0x4A11 for what was never reserved. Then everything is as it was.
+    pub fn select_reserved(
+        &mut self,
+        reserved: ReservedPlate,
+        replace: bool,
+    ) -> Result<(), CouplingError> {
+        let way = self.way_to_select_reserved(reserved, replace)?;
+        let Some(kept) = self.reserve.kept.get_mut(reserved.0) else {
+            return Err(CouplingError::NoTable);
+        };
+        match way {
+            Way::New => {
+                let id = kept.id;
+                let table = kept.at_hand.take().ok_or(CouplingError::NoTable)?;
+                self.put(id, table);
+            }
+            Way::InPlaceOf(slot) => {
+                let Some(place) = &mut self.slots[slot] else {
+                    return Err(CouplingError::NoTable);
+                };
+                match kept.at_hand.take() {
+                    Some(new) => {
+                        let old = core::mem::replace(&mut place.prepared, new);
+                        self.reserve.put_away(old);
+                    }
+                    // It is there itself, maybe with other points.
+                    None => place.prepared.versions.restore(kept.made.versions.plate()),
+                }
+            }
+            Way::Online(slot) => {
+                if let Some(place) = &mut self.slots[slot] {
+                    let versions = &mut place.prepared.versions;
+                    versions.replace_by_copy(kept.made.versions.plate());
+                }
+                self.note_write();
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether [`Self::select_reserved`] would do it.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn plan_select_reserved(
+        &self,
+        reserved: ReservedPlate,
+        replace: bool,
+    ) -> Result<(), CouplingError> {
+        self.way_to_select_reserved(reserved, replace).map(drop)
+    }
+
+    /// Takes a table out of the store, as [`Self::delete`], for somebody who cannot free it.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn put_away(&mut self, id: TableId) -> Result<(), CouplingError> {
+        let TableRef { slot, .. } = self.find_unused(id)?;
+        if let Some(table) = self.slots[slot].take() {
+            self.reserve.put_away(table.prepared);
+        }
+        self.note_selection();
+        Ok(())
+    }
+
+    fn way_to_select_reserved(
+        &self,
+        ReservedPlate(n): ReservedPlate,
+        replace: bool,
+    ) -> Result<Way, CouplingError> {
+        let kept = self.reserve.kept.get(n).ok_or(CouplingError::NoTable)?;
+        // The room that it takes was taken when it was reserved.
+        self.way_to_select(kept.id, replace, Some(&kept.made), usize::MAX)
+    }
+}

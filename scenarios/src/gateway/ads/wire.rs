@@ -1,0 +1,76 @@
+//! What the bytes of an ADS connection come and go over: a TCP connection, or a recorded one.
+
+use std::io::{ErrorKind, Read, Result, Write};
+use std::net::{IpAddr, TcpStream, ToSocketAddrs};
+use std::time::Duration;
+
+use coaxle_clock::Span;
+
+/// A connection as bytes.
+pub(super) trait Wire: Send {
+    /// Sends all of it.
+    ///
+    /// # Errors
+    /// The connection has ended.
+    fn send(&mut self, bytes: &[u8]) -> Result<()>;
+
+    /// Takes what comes within `patience`: how many bytes, 0 if nothing came.
+    ///
+    /// # Errors
+    /// The connection has ended.
+    fn receive(&mut self, bytes: &mut [u8], patience: Span) -> Result<usize>;
+}
+
+/// A TCP connection.
+pub(super) struct Tcp(TcpStream);
+
+impl Tcp {
+    /// Connects to the first address of the host that answers within `patience`.
+    ///
+    /// # Errors
+    /// None does.
+    pub(super) fn reach(host: &str, port: u16, patience: Span) -> Result<Self> {
+        let patience = duration(patience);
+        let mut failed = ErrorKind::AddrNotAvailable.into();
+        for address in (host, port).to_socket_addrs()? {
+            match TcpStream::connect_timeout(&address, patience) {
+                Ok(socket) => {
+                    socket.set_nodelay(true)?;
+                    socket.set_write_timeout(Some(patience))?;
+                    return Ok(Self(socket));
+                }
+                Err(error) => failed = error,
+            }
+        }
+        Err(failed)
+    }
+
+    /// The address of this PC that it leaves from.
+    pub(super) fn own_ip(&self) -> Result<IpAddr> {
+        Ok(self.0.local_addr()?.ip())
+    }
+}
+
+impl Wire for Tcp {
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        self.0.write_all(bytes)
+    }
+
+    fn receive(&mut self, bytes: &mut [u8], patience: Span) -> Result<usize> {
+        let least = Span::from_micros(1);
+        self.0
+            .set_read_timeout(Some(duration(patience.max(least))))?;
+        match self.0.read(bytes) {
+            Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
+            Ok(length) => Ok(length),
+            Err(error) => match error.kind() {
+                ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => Ok(0),
+                _ => Err(error),
+            },
+        }
+    }
+}
+
+fn duration(span: Span) -> Duration {
+    Duration::from_nanos(span.as_nanos().unsigned_abs())
+}
