@@ -152,6 +152,7 @@ fn beacons_are_answered_in_the_next_cycle_where_there_is_a_timing_channel() {
     assert_eq!(answer.received, received);
     assert_eq!(answer.responded, Span::from_micros(1_060));
     assert!(sender.transmit().is_none());
+    let _ = tick(&mut sender, START + Span::from_millis(2));
     let shown = sender.snapshot().signals.node;
     assert_eq!((shown.beacons_answered, shown.beacons_refused), (1, 1));
     assert_eq!(shown.requests_refused, 0);
