@@ -25,7 +25,11 @@ use window::{Course, Window};
 #[doc(alias = "MC_FlyingGear")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(
+    feature = "schema",
+    derive(schemars::JsonSchema),
+    schemars(rename = "FlyingGearAt{P}")
+)]
 #[cfg_attr(
     feature = "serde",
     serde(rename_all = "kebab-case", deny_unknown_fields)

@@ -1,3 +1,4 @@
+use core::f64::consts::PI;
 use std::vec::Vec;
 
 use coaxle_curve::law::MotionLaw;
@@ -53,8 +54,8 @@ fn what_laws_ask_is_what_the_manuals_say() {
         (L::Polynom9, 0.0, 0.0, [2.4609, 9.372, 78.75]),
         (L::Polynom11, 0.0, 0.0, [2.707, 11.2666, 108.28]),
         (L::Peisekah11, 0.0, 0.0, [2.0508, 7.91, 56.93]),
-        (L::Sinuslinie, 0.0, 0.0, [1.5708, 4.9348, 15.5]),
-        (L::Bestehorn, 0.0, 0.0, [2.0, 6.2832, 39.478]),
+        (L::Sinuslinie, 0.0, 0.0, [PI / 2.0, 4.9348, 15.5]),
+        (L::Bestehorn, 0.0, 0.0, [2.0, 2.0 * PI, 39.478]),
         (L::Modsinuslinie, 0.0, 0.0, [1.7596, 5.528, 69.466]),
         (L::Beschltrapez, 0.0, 0.0, [2.0, 4.8881, 61.426]),
         (L::HarmonicKombiRt, 0.0, 0.0, [1.7967, 6.8133, 25.84]),
