@@ -16,6 +16,8 @@ mod runs;
 /// The module.
 #[pyo3::pymodule]
 mod _coaxle {
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use super::clock::FarClock;
     #[pymodule_export]
@@ -32,4 +34,9 @@ mod _coaxle {
     use super::recording::read_recording;
     #[pymodule_export]
     use super::runs::{run, scenarios, sweep};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
 }

@@ -10,7 +10,7 @@ Positions are in user units, times in seconds unless a name ends in ``_ns``. Wha
 that says what was received and what is expected.
 """
 
-from ._coaxle import CoaxleError, FarClock
+from ._coaxle import CoaxleError, FarClock, __version__
 from .live import Axis, Follower, Network, Publisher, Reading
 from .motion import Law, Motion, Plate, SawPlan, laws
 from .recording import Column, Recording, Table
@@ -33,6 +33,7 @@ __all__ = [
     "SawPlan",
     "Sweep",
     "Table",
+    "__version__",
     "laws",
     "run",
     "scenarios",

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+__version__: str
+
 class CoaxleError(ValueError):
     """What was received and what is expected, as the tool says it."""
 
