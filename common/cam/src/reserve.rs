@@ -15,6 +15,10 @@ use super::prepared::{PreparedTable, ReservedPlate};
 pub(super) struct Reserve {
     pub(super) kept: Vec<Kept>,
     /// Tables of others that were taken out, until somebody frees them.
+    #[expect(
+        clippy::vec_box,
+        reason = "they come and go as boxes: taking one out of its box would free that in the cycle"
+    )]
     shelf: Vec<Box<PreparedTable>>,
 }
 

@@ -4,6 +4,10 @@ use coaxle_cam::{ReservedPlate, TableId};
 use coaxle_slave::Command;
 
 /// What a step does, ready for the cycle.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it is copied in a cycle, where nothing is allocated"
+)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Due {
     /// A command to the slave.
