@@ -445,7 +445,11 @@ fn goes_through_its_life_without_allocating(mode: &str) {
                 match outgoing.channel {
                     Channel::TimeRequests => requested = Some(master.request_of(&outgoing)),
                     Channel::TimeResponses => responses += 1,
-                    Channel::Axes | Channel::Slaves | Channel::FarAxes => {}
+                    Channel::Axes
+                    | Channel::Slaves
+                    | Channel::FarAxes
+                    | Channel::BeaconRequests
+                    | Channel::BeaconResponses => {}
                 }
             }
             while let Some(arrival) = receiver.arrival() {

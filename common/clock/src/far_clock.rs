@@ -287,7 +287,7 @@ impl FarClock {
 
     /// Tells the observer of the delay, be it measured by the timing channel or otherwise.
     fn steer(&mut self, now: Instant<Local>) {
-        if self.delay == DelaySource::Measured {
+        if self.delay == DelaySource::Measured && self.timing.is_heard() {
             let line = self.observer.line();
             let known = line.as_ref().and_then(|line| self.known(now, line));
             self.steering = self.timing.steer(now, line.as_ref(), known);

@@ -28,7 +28,7 @@ pub(super) fn shortest(task: &Task) -> Result<Piece, SawRefusal> {
         let demands = lasting(duration).demands(task.master_velocity);
         limits.dynamics(&demands).is_ok()
     };
-    let found = change.at_its_limits(&limits, &passes);
+    let found = change.at_its_limits(&limits, passes);
     let found = found.or_else(|| change.looked_for(&limits, passes));
     found.map(lasting).ok_or(SawRefusal::NoRamp {
         slave_acceleration: change.acceleration,

@@ -133,6 +133,7 @@ pub(crate) struct Known {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TimingChannel {
     waiting: [Option<(Instant<Local>, TimeResponse)>; WAITING],
+    is_heard: bool,
     line: Option<TimingLine>,
     newest: Option<Instant<Local>>,
     state: TimingState,
@@ -148,10 +149,16 @@ pub(crate) struct TimingChannel {
 impl TimingChannel {
     /// An exchange whose response arrived at `arrived`.
     pub(crate) fn exchange(&mut self, arrived: Instant<Local>, exchange: &TimeResponse) {
+        self.is_heard = true;
         match self.waiting.iter_mut().find(|place| place.is_none()) {
             Some(place) => *place = Some((arrived, *exchange)),
             None => self.refused = self.refused.saturating_add(1),
         }
+    }
+
+    /// Whether anything ever came of it: without, there is nothing to steer by.
+    pub(crate) const fn is_heard(&self) -> bool {
+        self.is_heard
     }
 
     /// Nothing that was learnt holds any more.
