@@ -40,7 +40,7 @@ pub(super) fn in_words(file: &GearFile, gear: &FlyingGear) -> String {
     let mut demands = table(headings.each_ref().map(String::as_str));
     let limits = &file.limits;
     let acceleration = limits.acceleration().min(limits.deceleration());
-    let rows: [(&str, &str, fn(&FlyingGearStretch) -> f64, f64); 3] = [
+    let rows: [(&str, &str, Demand, f64); 3] = [
         (
             "velocity",
             "/s",
@@ -66,6 +66,9 @@ pub(super) fn in_words(file: &GearFile, gear: &FlyingGear) -> String {
     ));
     parts.join("\n\n")
 }
+
+/// A figure of what a stretch asks of the slave.
+type Demand = fn(&FlyingGearStretch) -> f64;
 
 /// What the gear does, in a line.
 pub(super) fn outline(file: &GearFile, gear: &FlyingGear) -> String {

@@ -3,13 +3,17 @@
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use coaxle_clock::Instant;
+use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
 use coaxle_node::beacon::BeaconLabel;
 
 use super::{LONGEST_BEACON, Peers};
+use crate::machine;
 use crate::os::stamped_socket::{Came, StampedSocket};
 use crate::reception::Reception;
+
+/// After a datagram that could not be received.
+const PAUSE: Span = Span::from_millis(100);
 
 /// A way that beacons come by.
 pub(crate) struct Way {
@@ -50,7 +54,7 @@ impl<S: StampedSocket> BeaconReceiver<S> {
                 Err(error) => {
                     tracing::debug!(%error, "the timing channel cannot receive");
                     // Not as fast as it fails.
-                    std::thread::sleep(std::time::Duration::from_millis(100));
+                    machine::sleep_until(machine::now() + PAUSE);
                 }
             }
         }
