@@ -77,5 +77,9 @@ fn every_channel_of_a_link_has_numbers_of_its_own_but_axes_and_slaves_of_the_sam
     // A node publishes either its axes or its slaves.
     let seeds = Channel::ALL.map(|channel| link_seed(7, "saw", channel));
     assert_eq!(seeds[0], seeds[1]);
-    assert_eq!(seeds.iter().collect::<HashSet<_>>().len(), 3);
+    let others = Channel::ALL
+        .iter()
+        .filter(|channel| !channel.carries_axes());
+    let different: HashSet<_> = seeds.iter().collect();
+    assert_eq!(different.len(), 1 + others.count());
 }

@@ -1,0 +1,118 @@
+//! What comes from the far node, until it is a local master.
+
+use std::hint::black_box;
+
+use coaxle_axis::NcToPlcAxis;
+use coaxle_clock::observer::{ObserverParameters, PhaseObserver};
+use coaxle_clock::time_sync::{TimeSync, TimeSyncParameters};
+use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Seconds, Span};
+use coaxle_node::config::parse;
+use coaxle_node::frame::KeySeal;
+use coaxle_node::keys::NodeName;
+use coaxle_node::{Channel, Intake, Node};
+use coaxle_remote::{
+    AxisSync, AxisSyncParameters, EncoderMaster, EncoderParameters, EncoderSample,
+};
+use coaxle_sender::Sender;
+use coaxle_sender::config::SenderConfig;
+
+const CYCLE: Span = Span::from_millis(1);
+
+fn cycle_start(cycle: i64) -> Instant<Local> {
+    Instant::EPOCH + CYCLE * cycle
+}
+
+pub(super) fn frame(calls: u32) {
+    let frame = frame_of_one_axis();
+    let name = NodeName::new("master").expect("a name");
+    let mut intake = Intake::new(&name.channel_key(Channel::Axes), &name, &[1]);
+    for _ in 0..calls {
+        let _ = black_box(intake.accept(black_box(&frame)).is_ok());
+    }
+}
+
+fn frame_of_one_axis() -> Vec<u8> {
+    let config: SenderConfig = parse(
+        "bench",
+        "name = 'master'\ncycle-time-us = 1000\n[[axis]]\nid = 1\nname = 'conveyor'\n[axis.program]\nstart-velocity = 500.0\n\
+         limits = { velocity = 1000.0, acceleration = 5000.0, jerk = 50000.0 }",
+    )
+    .expect("a config");
+    let mut sender = Sender::new(&config, Instant::EPOCH, 1).expect("a sender");
+    let seal = KeySeal::new("coaxle/master/axes");
+    let mut frame = Vec::new();
+    let _ = sender.cycle(cycle_start(0));
+    while let Some(outgoing) = sender.transmit() {
+        seal.seal(outgoing.body, Some(Span::from_micros(40)), &mut frame);
+    }
+    frame
+}
+
+/// An index that beats once a second, as 1000 ppm make it.
+pub(super) fn time_sync(calls: u32) {
+    let mut sync = TimeSync::start(CYCLE, TimeSyncParameters::default()).expect("in range");
+    for cycle in 0..u64::from(calls) {
+        let index = CycleIndex::of_count(cycle + cycle / 1_000);
+        let _ = black_box(sync.update(black_box(index), 1));
+    }
+}
+
+/// A deterministic jitter of 0 to 20 µs, so that every branch is taken.
+fn jitter(count: u64) -> Span {
+    Span::from_nanos((count.wrapping_mul(7_919) % 20_011) as i64)
+}
+
+/// An observer that has locked.
+fn observer() -> PhaseObserver {
+    let cycle_time = CycleTime::new(CYCLE).expect("a cycle time");
+    let parameters = ObserverParameters::default();
+    let mut observer = PhaseObserver::new(cycle_time, parameters).expect("an observer");
+    for count in 0..LOCKED {
+        observer.observe(1, count, cycle_start(count as i64) + jitter(count), None);
+        let _ = observer.cycle(cycle_start(count as i64 + 1));
+    }
+    observer
+}
+
+const LOCKED: u64 = 4_000;
+
+pub(super) fn observer_messages(calls: u32) {
+    let mut observer = observer();
+    for count in LOCKED..LOCKED + u64::from(calls) {
+        let at = cycle_start(count as i64) + jitter(count);
+        observer.observe(1, count, black_box(at), None);
+    }
+    let _ = black_box(observer.cycle(cycle_start((LOCKED + u64::from(calls)) as i64)));
+}
+
+pub(super) fn observer_cycles(calls: u32) {
+    let mut observer = observer();
+    for cycle in LOCKED..LOCKED + u64::from(calls) {
+        let _ = black_box(observer.cycle(black_box(cycle_start(cycle as i64))));
+    }
+}
+
+pub(super) fn axis_sync(calls: u32) {
+    let mut sync = AxisSync::start(CYCLE, AxisSyncParameters::default()).expect("in range");
+    let mut axis = NcToPlcAxis::default();
+    for cycle in 0..u64::from(calls) {
+        axis.set_position = 0.5 * cycle as f64;
+        axis.set_velocity = 500.0;
+        let index = CycleIndex::of_count(cycle);
+        let clock = Some(Seconds(0.3e-3));
+        let _ = black_box(sync.update_by_clock(index, black_box(&axis), clock, 1));
+    }
+}
+
+pub(super) fn encoder(calls: u32) {
+    let parameters = EncoderParameters {
+        increment: 0.01,
+        ..EncoderParameters::default()
+    };
+    let mut master = EncoderMaster::new(&parameters.checked(CYCLE).expect("in range"));
+    for cycle in 0..calls {
+        let count = (7.3 * f64::from(cycle)) as u64;
+        let sample = Some(EncoderSample::next(black_box(count)));
+        let _ = black_box(master.update(sample, Seconds(2e-3), 1));
+    }
+}
