@@ -82,6 +82,7 @@ fn setup(
         config.instances(),
         &config.columns(),
     )?;
+        config.cycle_time_us.0.span(),
     Ok(Setup {
         name: config.name.clone(),
         role: recorder::ROLE,

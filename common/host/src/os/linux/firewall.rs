@@ -7,11 +7,7 @@ use std::process::{Command, Stdio};
 use crate::os::{Admitted, Firewall};
 
 /// A program that lists rules, what it is told, and what its words mean.
-type List = (
-    &'static str,
-    &'static [&'static str],
-    fn(&str) -> Firewall,
-);
+type List = (&'static str, &'static [&'static str], fn(&str) -> Firewall);
 
 const LISTS: [List; 2] = [
     ("nft", &["list", "ruleset"], of_nft),
