@@ -61,6 +61,7 @@ mod toy;
 mod trace;
 pub mod transport;
 mod unseen;
+mod waiting;
 mod watcher;
 
 pub use arrivals::{ArrivalsTrace, arrivals_beside, exchanges_beside};
@@ -70,8 +71,8 @@ pub use health::Health;
 pub use inputs::InputRecord;
 pub use interrupt::Interrupt;
 pub use machine::Machine;
-pub use node_args::NodeArgs;
 pub use new_file::{create_new, create_next};
+pub use node_args::NodeArgs;
 pub use recording::{Attached, Recording};
 pub use rows::Rows;
 pub use run::{Beside, BuildNode, Outcome, Setup, run, run_over};
