@@ -160,6 +160,8 @@ enum Command {
     Gateway {
         #[command(flatten)]
         node: NodeArgs,
+        #[command(flatten)]
+        page: OwnPageArgs,
     },
 }
 
@@ -283,7 +285,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Receiver { node, page }) => {
             return coaxle_receiver::run::run_beside(&node, page.beside());
         }
-        Some(Command::Gateway { node }) => return gateway::run(&node),
+        Some(Command::Gateway { node, page }) => return gateway::run(&node, page.beside()),
     };
     Ok(otherwise.unless(good))
 }
