@@ -118,7 +118,8 @@ fn recorder(args: &Args, config: &ReceiverConfig) -> anyhow::Result<ReceiverReco
 
 fn rows(node: &NodeArgs, config: &ReceiverConfig) -> anyhow::Result<Rows> {
     let (instances, columns) = (config.instances(), config.columns());
-    node.rows(&config.name, "receiver", instances, &columns)
+    let cycle = config.cycle_time_us.0.span();
+    node.rows(&config.name, "receiver", instances, &columns, cycle)
 }
 
 fn build(

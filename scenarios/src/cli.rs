@@ -160,6 +160,8 @@ enum Command {
     Gateway {
         #[command(flatten)]
         node: NodeArgs,
+        #[command(flatten)]
+        page: OwnPageArgs,
     },
 }
 
@@ -244,7 +246,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         None => return run_scenario(&demonstration()),
         Some(Command::Run(args)) => return run_scenario(&args),
         Some(Command::Sweep(args)) => return sweep::cli::run(&args),
-        Some(Command::Soak(args)) => (soak::cli::print(&args)?, Exit::NotMet),
+        Some(Command::Soak(args)) => return soak::cli::run(&args),
         Some(Command::List) => (list()?, Exit::Failed),
         Some(Command::Check { scenarios }) => (check(&scenarios)?, Exit::Failed),
         Some(Command::Show { scenario }) => (show(&scenario)?, Exit::Failed),
@@ -283,7 +285,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Receiver { node, page }) => {
             return coaxle_receiver::run::run_beside(&node, page.beside());
         }
-        Some(Command::Gateway { node }) => return gateway::run(&node),
+        Some(Command::Gateway { node, page }) => return gateway::run(&node, page.beside()),
     };
     Ok(otherwise.unless(good))
 }
@@ -332,6 +334,11 @@ fn check(names: &[String]) -> anyhow::Result<bool> {
 }
 
 fn run_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
+    let suite = format!("run {}", args.scenario);
+    junit::told_of(args.junit.as_deref(), &suite, try_scenario(args))
+}
+
+fn try_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
     let source = catalog::find(&args.scenario)?;
     let world = if args.processes {
         World::Processes

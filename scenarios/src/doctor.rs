@@ -1,5 +1,7 @@
 //! `coaxle doctor`: how fit a PC is for cycles; and what the configs of nodes leave open to others, and what closes it.
 
+mod ports;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -8,14 +10,15 @@ use clap::Args;
 use coaxle_clock::Span;
 use coaxle_host::cli::parse_duration;
 use coaxle_host::credentials::{Credentials, KEY_FILE, PROFILE_FILE, RENEW_WITHIN, date};
-use coaxle_host::fitness::{self, Finding};
-use coaxle_host::os::{Os, System};
+use coaxle_host::fitness::{self, Finding, Weight};
+use coaxle_host::os::{Firewall, Os, System};
 use coaxle_host::{Exposure, machine};
 use coaxle_node::keys::NodeName;
 
 use crate::inspect;
 use crate::node_config::NodeConfig;
 use crate::secure::{AUTHORITY_FOLDER, AUTHORITY_KEY_FILE};
+use ports::of_ports;
 
 /// What is looked at.
 #[derive(Debug, Args)]
@@ -38,7 +41,8 @@ pub struct DoctorArgs {
 /// Longer messages than this are nothing that a node has to say.
 const LONG_MESSAGE: u64 = 16 << 20;
 
-/// Prints what is open in each config; false if anything is.
+/// Prints what stands against nodes on this PC, or what is open in each config and what others do not reach; false if anything
+/// does or is.
 ///
 /// # Errors
 /// A config that no node would start with.
@@ -47,16 +51,17 @@ pub fn print(args: &DoctorArgs) -> anyhow::Result<bool> {
         return print_fitness(args);
     }
     let now = machine::wall_clock();
+    let firewall = Os::firewall();
     let mut examined = Vec::new();
     for file in &args.configs {
-        examined.push((file.display().to_string(), examine(file, now)?));
+        examined.push((file.display().to_string(), examine(file, now, &firewall)?));
     }
     inspect::print(|out| {
         for (file, findings) in &examined {
             tell(file, findings, out)?;
         }
         let all = examined.iter().flat_map(|(_, findings)| findings);
-        Ok(!all.into_iter().any(|finding| finding.is_open))
+        Ok(!all.into_iter().any(Opening::is_bad))
     })
 }
 
@@ -64,15 +69,8 @@ pub fn print(args: &DoctorArgs) -> anyhow::Result<bool> {
 fn print_fitness(args: &DoctorArgs) -> anyhow::Result<bool> {
     let found = fitness::examine();
     inspect::print(|out| {
-        for Finding {
-            is_good,
-            text,
-            remedy,
-        } in &found
-        {
-            let mark = if *is_good { "good" } else { "note" };
-            writeln!(out, "{mark}: {text}")?;
-            remedy.map_or(Ok(()), |remedy| writeln!(out, "    {remedy}"))?;
+        for finding in &found {
+            tell_finding(finding, out)?;
         }
         out.flush()?;
         let priority = (args.priority > 0).then_some(args.priority);
@@ -85,54 +83,85 @@ fn print_fitness(args: &DoctorArgs) -> anyhow::Result<bool> {
             "wake-ups: {} of {}: half within {}, 999 of 1000 within {}, all within {}; {} missed a whole cycle",
             late.count, args.cycle, late.median, late.nearly_all, late.most, late.missed
         )?;
-        Ok(true)
+        let verdict = late.verdict(args.cycle);
+        tell_finding(&verdict, out)?;
+        let mut all = found.iter().chain([&verdict]);
+        Ok(!all.any(|finding| finding.weight == Weight::Against))
     })
+}
+
+fn tell_finding(finding: &Finding, out: &mut dyn Write) -> anyhow::Result<()> {
+    let mark = match finding.weight {
+        Weight::Good => "good",
+        Weight::Note => "note",
+        Weight::Against => "against",
+    };
+    writeln!(out, "{mark}: {}", finding.text)?;
+    Ok(finding
+        .remedy
+        .map_or(Ok(()), |remedy| writeln!(out, "    {remedy}"))?)
 }
 
 /// Something that whoever runs a node ought to know.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Opening {
-    /// Whether it lets somebody in, or keeps the node itself out.
-    is_open: bool,
+    way: Way,
     text: String,
     remedy: &'static str,
 }
 
-fn open(text: String, remedy: &'static str) -> Opening {
-    let is_open = true;
-    Opening {
-        is_open,
-        text,
-        remedy,
+/// What is with it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// It lets somebody in, or keeps the node itself out.
+    Open,
+    /// Those that are to come in do not.
+    Shut,
+    /// It need not be changed.
+    Noted,
+}
+
+impl Opening {
+    fn is_bad(&self) -> bool {
+        self.way != Way::Noted
     }
+}
+
+fn open(text: String, remedy: &'static str) -> Opening {
+    let way = Way::Open;
+    Opening { way, text, remedy }
+}
+
+fn shut(text: String, remedy: &'static str) -> Opening {
+    let way = Way::Shut;
+    Opening { way, text, remedy }
 }
 
 fn note(text: &str, remedy: &'static str) -> Opening {
-    let (is_open, text) = (false, text.to_owned());
-    Opening {
-        is_open,
-        text,
-        remedy,
-    }
+    let (way, text) = (Way::Noted, text.to_owned());
+    Opening { way, text, remedy }
 }
 
 fn tell(file: &str, findings: &[Opening], out: &mut dyn Write) -> anyhow::Result<()> {
-    if !findings.iter().any(|finding| finding.is_open) {
+    if !findings.iter().any(Opening::is_bad) {
         writeln!(out, "{file}: nothing is open")?;
     }
-    for Opening {
-        is_open,
-        text,
-        remedy,
-    } in findings
-    {
-        let what = if *is_open { "open" } else { "note" };
+    for Opening { way, text, remedy } in findings {
+        let what = match way {
+            Way::Open => "open",
+            Way::Shut => "shut",
+            Way::Noted => "note",
+        };
         writeln!(out, "{file}: {what}: {text}\n    {remedy}")?;
     }
     Ok(())
 }
 
-fn examine(file: &Path, now: SystemTime) -> anyhow::Result<Vec<Opening>> {
+fn examine(
+    file: &Path,
+    now: SystemTime,
+    firewall: &Result<Firewall, String>,
+) -> anyhow::Result<Vec<Opening>> {
     let config = NodeConfig::load(file)?;
     let mut transport = config.transport().clone();
     transport.relative_to(file.parent().unwrap_or(Path::new("")));
@@ -141,9 +170,12 @@ fn examine(file: &Path, now: SystemTime) -> anyhow::Result<Vec<Opening>> {
         findings.extend(of_folder(config.name(), folder, now));
     }
     match Exposure::of(&transport) {
-        Ok(exposure) => findings.extend(of_transport(&exposure)),
+        Ok(exposure) => {
+            findings.extend(of_transport(&exposure));
+            findings.extend(of_ports(&exposure.listens, firewall));
+        }
         // What is wrong with the folder is told already.
-        Err(_) if findings.iter().any(|finding| finding.is_open) => {}
+        Err(_) if findings.iter().any(Opening::is_bad) => {}
         Err(error) => return Err(error.context(file.display().to_string())),
     }
     Ok(findings)
@@ -267,8 +299,9 @@ mod tests {
         );
         std::fs::write(&file, text).unwrap();
         let now = machine::wall_clock() + DAY * days_later;
-        let open = examine(&file, now).unwrap().into_iter();
-        let open = open.filter(|finding| finding.is_open);
+        let firewall = Ok(Firewall::default());
+        let open = examine(&file, now, &firewall).unwrap().into_iter();
+        let open = open.filter(Opening::is_bad);
         open.map(|finding| finding.text).collect()
     }
 

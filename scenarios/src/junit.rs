@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Context;
+use coaxle_host::cli::lines_of;
 
 /// Something that was judged.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,6 +34,34 @@ pub(crate) fn write(
 ) -> anyhow::Result<()> {
     let text = report(suite, took_s, cases);
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// What came of a suite; of one that could not be run the report says so, too: an error, which is no failed case.
+///
+/// # Errors
+/// What kept it from being run.
+pub(crate) fn told_of<T>(
+    path: Option<&Path>,
+    suite: &str,
+    run: anyhow::Result<T>,
+) -> anyhow::Result<T> {
+    if let (Some(path), Err(error)) = (path, &run) {
+        // What kept it from running says more than why there is no report of that.
+        let _ = std::fs::write(path, not_run(suite, &lines_of(error)));
+    }
+    run
+}
+
+fn not_run(suite: &str, lines: &[String]) -> String {
+    let message = lines.first().map_or("", String::as_str);
+    let (message, text) = (escaped(message), escaped(&lines.join("\n")));
+    let class = escaped(&suite.replace(' ', "."));
+    let suite = escaped(suite);
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n<testsuite name=\"{suite}\" tests=\"1\" failures=\"0\" \
+         errors=\"1\">\n<testcase classname=\"{class}\" name=\"can be run\"><error message=\"{message}\">{text}</error></testcase>\n\
+         </testsuite>\n</testsuites>\n"
+    )
 }
 
 fn report(suite: &str, took_s: f64, cases: impl IntoIterator<Item = Case>) -> String {
@@ -79,6 +108,23 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_could_not_be_run_is_an_error_and_no_failed_case() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("junit.xml");
+        let run: anyhow::Result<()> = Err(anyhow::anyhow!("x.toml: is <no> scenario"));
+        told_of(Some(&path), "run x", run).unwrap_err();
+        let text = std::fs::read_to_string(path).unwrap();
+        assert!(
+            text.contains("tests=\"1\" failures=\"0\" errors=\"1\""),
+            "{text}"
+        );
+        assert!(
+            text.contains("<error message=\"x.toml: is &lt;no&gt; scenario\">"),
+            "{text}"
+        );
+    }
 
     #[test]
     fn every_case_is_there_and_what_failed_says_why() {

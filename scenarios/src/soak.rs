@@ -7,6 +7,7 @@ pub(crate) mod cli;
 pub mod schedule;
 mod shrink;
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -17,8 +18,9 @@ use coaxle_host::machine;
 use coaxle_receiver::ContinuityName;
 
 use crate::catalog::Source;
-use crate::finished::Finished;
+use crate::finished::{Finished, Progress};
 use crate::junit::{self, Case};
+use crate::results_folder::ResultsFolder;
 use crate::run::{self, Options, TraceFormat};
 use crate::summary::{ReceiverSummary, World};
 use crate::{processes, virtual_time};
@@ -39,8 +41,10 @@ pub struct Soak {
 /// What came out.
 #[derive(Clone, Debug)]
 pub struct Soaked {
-    /// How many schedules were run.
+    /// How many schedules were run, to their end.
     pub schedules: u64,
+    /// How many there are; others than those that were run if it was ended before its time.
+    pub of: u64,
     /// How long they were in their own time, s.
     pub simulated_s: f64,
     /// How long that took, s.
@@ -68,24 +72,35 @@ pub fn seeds_of_hours(hours: f64, first: u64) -> Range<u64> {
 }
 
 impl Soak {
-    /// Runs all of it; `progress` hears of every schedule that is over, with those and the failed ones so far.
+    /// Runs all of it, for as long as `goes_on` says so; `progress` hears of every schedule that is over, with those and the
+    /// failed ones so far.
     ///
     /// # Errors
-    /// A file that cannot be written. What fails is no error.
-    pub fn run(&self, progress: &(dyn Fn(u64, usize) + Sync)) -> anyhow::Result<Soaked> {
+    /// A folder that another run writes to, a file that cannot be written. What fails is no error.
+    pub fn run(
+        &self,
+        goes_on: &(dyn Fn() -> bool + Sync),
+        progress: &(dyn Fn(u64, usize) + Sync),
+    ) -> anyhow::Result<Soaked> {
         let begin = machine::now();
+        let _held = ResultsFolder::hold(&self.out)?;
         let next = AtomicU64::new(self.seeds.start);
-        let (done, failures) = (AtomicU64::new(0), Mutex::new(Vec::new()));
+        let results = Mutex::new((BTreeSet::new(), Vec::new()));
         let work = || -> anyhow::Result<()> {
             loop {
                 let seed = next.fetch_add(1, Ordering::Relaxed);
-                if seed >= self.seeds.end {
+                if seed >= self.seeds.end || !goes_on() {
                     return Ok(());
                 }
-                let failed = self.run_one(seed)?;
-                let mut all = failures.lock().expect("no worker panics");
-                all.extend(failed);
-                progress(1 + done.fetch_add(1, Ordering::Relaxed), all.len());
+                // One that was ended on its way says nothing.
+                let Some(failed) = self.run_one(seed, goes_on)? else {
+                    return Ok(());
+                };
+                let mut results = results.lock().expect("no worker panics");
+                let (done, failures) = &mut *results;
+                done.insert(seed);
+                failures.extend(failed);
+                progress(done.len() as u64, failures.len());
             }
         };
         let workers = match self.world {
@@ -99,54 +114,50 @@ impl Soak {
                 .map(|one| one.join().expect("no worker panics"));
             ended.collect::<anyhow::Result<Vec<()>>>()
         })?;
-        let mut failures = failures.into_inner().expect("no worker panics");
+        let (done, mut failures) = results.into_inner().expect("no worker panics");
         failures.sort();
-        let schedules = self.seeds.end - self.seeds.start;
+        let schedules = done.len() as u64;
         let soaked = Soaked {
             schedules,
+            of: self.seeds.end - self.seeds.start,
             simulated_s: schedules as f64 * schedule::DURATION_S,
             took_s: (machine::now() - begin).as_secs_f64(),
             failures,
         };
         if let Some(path) = &self.junit {
-            junit::write(path, &self.suite(), soaked.took_s, self.cases(&soaked))?;
+            let cases = cases(&done, &soaked);
+            junit::write(path, &self.suite(), soaked.took_s, cases)?;
         }
         Ok(soaked)
     }
 
     /// What the report calls it.
-    fn suite(&self) -> String {
+    pub(crate) fn suite(&self) -> String {
         format!("soak {}", self.world.name())
     }
 
-    /// Each schedule, for the report.
-    fn cases(&self, soaked: &Soaked) -> impl Iterator<Item = Case> {
-        self.seeds.clone().map(|seed| {
-            let failed = soaked.failures.iter().find(|failure| failure.seed == seed);
-            Case {
-                name: format!("seed {seed}"),
-                failure: failed.map(|failure| junit::Failure {
-                    message: failure.file.display().to_string(),
-                    text: failure.wrong.join("\n"),
-                }),
-            }
-        })
-    }
-
-    fn run_one(&self, seed: u64) -> anyhow::Result<Option<Failure>> {
+    /// What failed, if anything did; none if it was ended before its time.
+    fn run_one(
+        &self,
+        seed: u64,
+        goes_on: &dyn Fn() -> bool,
+    ) -> anyhow::Result<Option<Option<Failure>>> {
         let text = schedule::of(seed);
         let wrong = match self.world {
-            World::Virtual => wrong_with(&text),
+            World::Virtual => wrong_while(&text, goes_on),
             World::Processes => {
                 let out = self.out.join(format!("seed-{seed}-processes"));
-                wrong_in_processes(&text, &out)
+                wrong_in_processes(&text, &out, goes_on)
             }
         };
-        if wrong.is_empty() {
+        let Some(wrong) = wrong else {
             return Ok(None);
+        };
+        if wrong.is_empty() {
+            return Ok(Some(None));
         }
         let (text, wrong) = match self.world {
-            World::Virtual => shrink::shrunk(text, wrong),
+            World::Virtual => shrink::shrunk(text, wrong, goes_on),
             World::Processes => (text, wrong),
         };
         let file = self.out.join(format!("seed-{seed}.toml"));
@@ -154,7 +165,7 @@ impl Soak {
         if self.world == World::Virtual {
             self.leave_rows(&file, text)?;
         }
-        Ok(Some(Failure { seed, wrong, file }))
+        Ok(Some(Some(Failure { seed, wrong, file })))
     }
 
     /// The rows of what failed, and its report, beside its file.
@@ -167,7 +178,7 @@ impl Soak {
             receivers: Vec::new(),
             out,
             figures: None,
-            trace: Some(TraceFormat::Csv),
+            trace: Some(TraceFormat::Mcap),
             command: format!("coaxle run {}", file.display()),
         };
         let source = source(text);
@@ -177,11 +188,21 @@ impl Soak {
     }
 }
 
+/// Each schedule that was run, for the report.
+fn cases(done: &BTreeSet<u64>, soaked: &Soaked) -> impl Iterator<Item = Case> {
+    done.iter().map(|seed| {
+        let failed = soaked.failures.iter().find(|failure| failure.seed == *seed);
+        Case {
+            name: format!("seed {seed}"),
+            failure: failed.map(|failure| junit::Failure {
+                message: failure.file.display().to_string(),
+                text: failure.wrong.join("\n"),
+            }),
+        }
+    })
+}
+
 fn write(path: &Path, text: &str) -> anyhow::Result<()> {
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("{}: cannot be made", folder.display()))?;
-    }
     std::fs::write(path, text).with_context(|| format!("{}: cannot be written", path.display()))
 }
 
@@ -197,9 +218,26 @@ fn source(text: String) -> Source {
 /// sync at the end, and whatever keeps it from running.
 #[must_use]
 pub fn wrong_with(text: &str) -> Vec<String> {
+    wrong_while(text, &|| true).unwrap_or_default()
+}
+
+/// Says when a run is to end.
+struct While<'a>(&'a dyn Fn() -> bool);
+
+impl Progress for While<'_> {
+    fn at(&mut self, _share: f64) -> bool {
+        (self.0)()
+    }
+}
+
+/// The same for as long as it goes on; none if it was ended before its time.
+fn wrong_while(text: &str, goes_on: &dyn Fn() -> bool) -> Option<Vec<String>> {
     let run = || {
         let scenario = source(text.to_owned()).read(&[])?;
-        let finished = virtual_time::run(&scenario, &mut (), &mut ())?;
+        let finished = virtual_time::run(&scenario, &mut (), &mut While(goes_on))?;
+        if finished.interrupted_at_s.is_some() {
+            return Ok(None);
+        }
         let lost = finished
             .figures()
             .iter()
@@ -207,19 +245,20 @@ pub fn wrong_with(text: &str) -> Vec<String> {
             .map(|(name, receiver)| {
                 format!("{name} ({}) is not in sync at the end", receiver.mode)
             });
-        anyhow::Ok(violations(&finished).chain(lost).collect())
+        anyhow::Ok(Some(violations(&finished).chain(lost).collect()))
     };
-    run().unwrap_or_else(|error: anyhow::Error| vec![format!("{error:#}")])
+    run().unwrap_or_else(|error: anyhow::Error| Some(vec![format!("{error:#}")]))
 }
 
 /// Of processes only what holds on a busy machine too: the invariants, and that every node runs to the end.
-fn wrong_in_processes(text: &str, out: &Path) -> Vec<String> {
+fn wrong_in_processes(text: &str, out: &Path, goes_on: &dyn Fn() -> bool) -> Option<Vec<String>> {
     let run = || {
         let scenario = source(text.to_owned()).read(&[])?;
-        let finished = processes::run(&scenario, out, &mut (), &mut ())?;
-        anyhow::Ok(violations(&finished).collect())
+        let finished = processes::run(&scenario, out, &mut (), &mut While(goes_on))?;
+        let is_whole = finished.interrupted_at_s.is_none();
+        anyhow::Ok(is_whole.then(|| violations(&finished).collect()))
     };
-    run().unwrap_or_else(|error: anyhow::Error| vec![format!("{error:#}")])
+    run().unwrap_or_else(|error: anyhow::Error| Some(vec![format!("{error:#}")]))
 }
 
 fn violations(finished: &Finished) -> impl Iterator<Item = String> {

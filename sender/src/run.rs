@@ -77,6 +77,7 @@ fn rows(args: &Args, config: &SenderConfig) -> anyhow::Result<Rows> {
         "sender",
         config.instances(),
         &config.columns(),
+        config.cycle_time_us.0.span(),
     )
 }
 

@@ -55,7 +55,7 @@ fn run_all(seeds: Range<u64>) {
         out,
         junit: None,
     };
-    let soaked = soak.run(&|_, _| {}).expect("a scratch folder");
+    let soaked = soak.run(&|| true, &|_, _| {}).expect("a scratch folder");
     let lines = soaked.failures.iter().map(|failure| {
         let wrong = failure.wrong.join("\n  ");
         format!(

@@ -92,7 +92,7 @@ fn the_exit_code_says_what_a_node_came_to() {
 
     let missing = folder.path().join("no-such-file.toml");
     let failed = node("sender", &missing).output().expect("it starts");
-    assert_eq!(failed.status.code(), Some(1));
+    assert_eq!(failed.status.code(), Some(78));
     let wrong = node("sender", &sender).arg("--no-such-flag").output();
     assert_eq!(wrong.expect("it starts").status.code(), Some(2));
 }

@@ -6,7 +6,7 @@ use std::process::{Command, ExitCode};
 use coaxle_clock::Span;
 use coaxle_node::config::ConfigError;
 use coaxle_node::one_line;
-use coaxle_node::text_file::remedy;
+use coaxle_node::text_file::{Unreadable, remedy};
 use tracing_appender::non_blocking::WorkerGuard;
 use tracing_subscriber::EnvFilter;
 
@@ -68,7 +68,7 @@ impl LogArgs {
 pub enum Exit {
     /// As it should.
     Done = 0,
-    /// It could not do its work: a config, a file, the network, a thread. So do errors.
+    /// It could not do its work: the network, a port, a disk, a thread. So do errors.
     Failed = 1,
     // 2 is a wrong command line, by clap.
     /// It did its work, and an expectation was not met.
@@ -77,13 +77,16 @@ pub enum Exit {
     Refused = 4,
     /// A node's time was up, and nothing had come of any node it follows.
     NoData = 5,
+    /// A config, or another file that it was to read, is wrong or not there: it is the next time, too, so that nobody need
+    /// start it again. `EX_CONFIG` of sysexits.h, as service managers know it.
+    WrongConfig = 78,
     /// Ctrl-C or SIGTERM came before it was done: what it left is of the time before.
     Interrupted = 130,
 }
 
 /// The exit codes, for `--help`.
-pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 could not (config, file, network); 2 wrong command line; \
-    3 an expectation was not met; 4 refused; 5 no data came; 130 interrupted";
+pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 could not (network, port, disk); 2 wrong command line; \
+    3 an expectation was not met; 4 refused; 5 no data came; 78 a config or file is wrong or missing; 130 interrupted";
 
 impl Exit {
     /// This one where something did not go as it should.
@@ -103,10 +106,28 @@ pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
         for line in lines_of(&error) {
             let _ = writeln!(std::io::stderr(), "error: {line}");
         }
-        Exit::Failed
+        exit_of(&error)
     });
     ExitCode::from(exit as u8)
 }
+
+/// How a program ends that ended with this error.
+#[must_use]
+pub fn exit_of(error: &anyhow::Error) -> Exit {
+    let is = |test: fn(&(dyn std::error::Error + 'static)) -> bool| error.chain().any(test);
+    if error.downcast_ref::<NotThere>().is_some() {
+        Exit::NoData
+    } else if is(|cause| cause.is::<ConfigError>() || cause.is::<Unreadable>()) {
+        Exit::WrongConfig
+    } else {
+        Exit::Failed
+    }
+}
+
+/// A node that was asked for is not there: who is, or why not.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct NotThere(pub String);
 
 /// What is wrong: a line for each mistake in a config, otherwise one with all of the causes.
 #[must_use]
@@ -247,6 +268,12 @@ mod tests {
         assert_eq!(code(Ok(Exit::Done)), ExitCode::SUCCESS);
         assert_eq!(code(Ok(Exit::NoData)), ExitCode::from(5));
         assert_eq!(code(Err(anyhow::anyhow!("no"))), ExitCode::FAILURE);
+        let wrong = ConfigError::whole("a.toml", "no").into();
+        assert_eq!(code(Err(wrong)), ExitCode::from(78));
+        assert_eq!(
+            code(Err(NotThere("saw".to_owned()).into())),
+            ExitCode::from(5)
+        );
         assert_eq!(Exit::NotMet.unless(true), Exit::Done);
         assert_eq!(Exit::NotMet.unless(false), Exit::NotMet);
     }

@@ -7,17 +7,21 @@ use std::time::Duration;
 use anyhow::{anyhow, bail};
 use coaxle_clock::Span;
 use coaxle_node::config::TransportConfig;
+use coaxle_node::guess::did_you_mean;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
 
 use crate::credentials::{BadCredentials, Credentials};
 use crate::machine;
 use crate::transport::{Client, OverZenoh, Transport};
+use crate::watcher::Watcher;
 
 /// How long a node may take to turn up.
 const SEARCH: Span = Span::from_secs(5);
 /// Nodes answer within a second, and the network is slow for once.
 const ANSWER: Duration = Duration::from_secs(3);
+/// Others that are there announce themselves within this time.
+const ROUND: Span = Span::from_millis(600);
 /// How often it looks whether the node is there.
 const LOOK: Duration = Duration::from_millis(10);
 
@@ -75,9 +79,8 @@ impl Commander {
         let client = self.transport.client(&key, ANSWER)?;
         let place = format!("asked under {key}, {}", self.transport.whereabouts());
         if !is_there(&*client) {
-            let why = self.transport.why_unseen(node.as_str());
-            let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
-            bail!("node {node} takes no orders: nobody is there after {SEARCH}, {place}{why}");
+            let others = self.others(node);
+            bail!("node {node} takes no orders: it is not there after {SEARCH}, {place}{others}");
         }
         let Some(payload) = client.request(order.to_json())? else {
             bail!(
@@ -88,6 +91,33 @@ impl Commander {
             let text = String::from_utf8_lossy(&payload);
             anyhow!("node {node} answered {text:?}, which is no answer: {error}; {place}")
         })
+    }
+
+    /// Who is there instead of a node, or why nobody is; empty if neither can be told.
+    fn others(&self, node: &NodeName) -> String {
+        // In a secure network an operator may not look around.
+        let names = match &self.operator {
+            Some(_) => Vec::new(),
+            None => self.nodes(),
+        };
+        if names.is_empty() {
+            let why = self.transport.why_unseen(node.as_str());
+            return why.map_or_else(String::new, |why| format!("; {}", why.reason()));
+        }
+        let names: Vec<_> = names.iter().map(NodeName::as_str).collect();
+        let meant = did_you_mean(node.as_str(), names.iter().copied());
+        format!("; there are {}{meant}", names.join(", "))
+    }
+
+    /// The nodes that are there.
+    fn nodes(&self) -> Vec<NodeName> {
+        let Ok(watcher) = Watcher::over(Arc::clone(&self.transport), &[]) else {
+            return Vec::new();
+        };
+        let seen = watcher.wait_for(ROUND, |_| false).into_iter();
+        seen.filter(|node| node.is_alive)
+            .map(|node| node.name)
+            .collect()
     }
 
     /// Leaves the network.

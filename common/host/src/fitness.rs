@@ -5,18 +5,29 @@ use coaxle_clock::Span;
 use coaxle_node::config::RealTimeConfig;
 
 use crate::machine;
-use crate::os::{Facts, Os, System};
+use crate::os::{Facts, Firewall, Os, System};
 use crate::real_time::{self, Denied};
 
 /// Something about this PC.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// Whether cycles profit from a change.
-    pub is_good: bool,
+    /// Whether it is well as it is.
+    pub weight: Weight,
     /// What it is.
     pub text: String,
     /// What would be better, and how.
     pub remedy: Option<&'static str>,
+}
+
+/// How much something matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weight {
+    /// It is well.
+    Good,
+    /// Cycles would profit from a change.
+    Note,
+    /// It stands against cycles.
+    Against,
 }
 
 /// How late a thread was woken, beside an absolute time: the cycle of a node begins no earlier.
@@ -39,10 +50,12 @@ pub struct WakeUps {
 /// The settings of this PC that matter.
 #[must_use]
 pub fn examine() -> Vec<Finding> {
-    match Os::facts() {
+    let mut all = match Os::facts() {
         Some(facts) => findings(&facts),
         None => vec![unknown_system()],
-    }
+    };
+    all.push(of_firewall(Os::firewall()));
+    all
 }
 
 /// Wakes a thread with this cycle for so long, with the real-time priority that nodes are advised to have, if it is
@@ -89,6 +102,91 @@ fn summary(mut late: Vec<Span>, cycle: Span, denied: Vec<Denied>) -> WakeUps {
     }
 }
 
+/// A cycle may begin so much of itself late at most, and 999 of 1000 so much: what is left is the node's and the network's.
+const LATE_AT_MOST: f64 = 0.5;
+const LATE_USUALLY: f64 = 0.1;
+
+impl WakeUps {
+    /// Whether cycles of this length can be kept here, and what would help if not.
+    #[must_use]
+    pub fn verdict(&self, cycle: Span) -> Finding {
+        let part = |late: Span| late.as_secs_f64() / cycle.as_secs_f64();
+        let (weight, text) = if self.missed > 0 {
+            let text = format!(
+                "not fit for cycles of {cycle}: {} of {} were missed",
+                self.missed, self.count
+            );
+            (Weight::Against, text)
+        } else if part(self.most) > LATE_AT_MOST {
+            let text = format!(
+                "hardly fit for cycles of {cycle}: one began {} late",
+                self.most
+            );
+            (Weight::Against, text)
+        } else if part(self.nearly_all) > LATE_USUALLY {
+            let text = format!(
+                "fit for cycles of {cycle}, with jitter: one of 1000 begins {} late",
+                self.nearly_all
+            );
+            (Weight::Note, text)
+        } else {
+            (Weight::Good, format!("fit for cycles of {cycle}"))
+        };
+        Finding {
+            weight,
+            text,
+            remedy: (weight != Weight::Good).then(|| self.remedy()),
+        }
+    }
+
+    /// The first thing that helps.
+    fn remedy(&self) -> &'static str {
+        match self.denied.is_empty() {
+            false => {
+                "let nodes have a real-time priority, which this was denied: LimitRTPRIO=80 in the unit; docs/SERVICE.md"
+            }
+            true => {
+                "see the notes above: a kernel with PREEMPT_RT, a processor for the cycle alone, less load; or a longer cycle"
+            }
+        }
+    }
+}
+
+fn of_firewall(known: Result<Firewall, String>) -> Finding {
+    let (weight, text, remedy) = match known {
+        Ok(Firewall { asked, drops, .. }) if !drops => {
+            let asked = asked.join(", ");
+            (
+                Weight::Good,
+                format!("firewall: nothing is kept out ({asked})"),
+                None,
+            )
+        }
+        Ok(firewall) => {
+            let text = format!(
+                "firewall: what no rule names is kept out ({})",
+                firewall.asked.join(", ")
+            );
+            let remedy = "`coaxle doctor CONFIG` says whether others reach the ports that a config listens on";
+            (Weight::Note, text, Some(remedy))
+        }
+        Err(reason) => {
+            let remedy =
+                "with sudo it can be; what is not reached from another PC may be kept out here";
+            (
+                Weight::Note,
+                format!("firewall: cannot be read ({reason})"),
+                Some(remedy),
+            )
+        }
+    };
+    Finding {
+        weight,
+        text,
+        remedy,
+    }
+}
+
 /// Clocks that are read without a call into the kernel.
 const QUICK_CLOCKS: [&str; 3] = ["tsc", "kvm-clock", "arch_sys_counter"];
 /// Enough for a node and what it maps.
@@ -98,7 +196,7 @@ const WANTED_PRIORITY: u64 = 80;
 
 fn unknown_system() -> Finding {
     Finding {
-        is_good: false,
+        weight: Weight::Note,
         text: format!(
             "nothing is known of how {} is set for cycles",
             std::env::consts::OS
@@ -112,7 +210,7 @@ fn findings(facts: &Facts) -> Vec<Finding> {
     let mut say = |is_good: bool, text: String, remedy: &'static str| {
         let remedy = (!is_good).then_some(remedy);
         findings.push(Finding {
-            is_good,
+            weight: if is_good { Weight::Good } else { Weight::Note },
             text,
             remedy,
         });
@@ -200,7 +298,7 @@ mod tests {
         let all = findings(&good);
         assert!(
             all.iter()
-                .all(|finding| finding.is_good && finding.remedy.is_none()),
+                .all(|finding| finding.weight == Weight::Good && finding.remedy.is_none()),
             "{all:?}"
         );
         let bad = Facts {
@@ -215,7 +313,7 @@ mod tests {
         let all = findings(&bad);
         assert!(
             all.iter()
-                .all(|finding| !finding.is_good && finding.remedy.is_some()),
+                .all(|finding| finding.weight == Weight::Note && finding.remedy.is_some()),
             "{all:?}"
         );
         assert!(all.iter().any(|finding| finding.text.contains("hpet")));
@@ -232,6 +330,40 @@ mod tests {
             (Span::from_micros(500), Span::from_micros(999))
         );
         assert_eq!(all.nearly_all, Span::from_micros(998));
+    }
+
+    #[test]
+    fn the_verdict_is_by_the_cycle_and_has_a_remedy() {
+        let of = |late_us: &[i64]| {
+            let late = late_us.iter().map(|us| Span::from_micros(*us)).collect();
+            let cycle = Span::from_millis(1);
+            summary(late, cycle, Vec::new()).verdict(cycle)
+        };
+        for (late_us, weight, told) in [
+            (&[3, 5, 40][..], Weight::Good, "fit for cycles of 1 ms"),
+            (&[3, 5, 140], Weight::Note, "begins 140 µs late"),
+            (&[3, 5, 700], Weight::Against, "one began 700 µs late"),
+            (&[3, 5, 1_700], Weight::Against, "1 of 3 were missed"),
+        ] {
+            let verdict = of(late_us);
+            assert_eq!(verdict.weight, weight, "{verdict:?}");
+            assert!(verdict.text.contains(told), "{verdict:?}");
+            assert_eq!(verdict.remedy.is_none(), weight == Weight::Good);
+        }
+    }
+
+    #[test]
+    fn a_firewall_is_told_of_and_one_that_cannot_be_read_too() {
+        let open = of_firewall(Ok(Firewall::default()));
+        assert_eq!((open.weight, open.remedy), (Weight::Good, None));
+        let shut = Firewall {
+            drops: true,
+            ..Firewall::default()
+        };
+        assert_eq!(of_firewall(Ok(shut)).weight, Weight::Note);
+        let unread = of_firewall(Err("nft: you must be root".to_owned()));
+        assert!(unread.text.contains("you must be root"), "{unread:?}");
+        assert!(unread.remedy.is_some());
     }
 
     #[test]

@@ -9,7 +9,7 @@ use coaxle_node::config::{ConfigError, TransportConfig, load};
 use coaxle_node::keys::NodeName;
 use coaxle_node::signal::Instance;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
-use coaxle_recording::{Facts, Table};
+use coaxle_recording::{Facts, Growth, Table};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
@@ -34,7 +34,8 @@ pub struct NodeArgs {
     /// it: trace.csv, trace-arrivals.csv and trace-exchanges.csv
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
-    /// Record every cycle, the log and the status to this file, as MCAP: docs/RECORDING.md
+    /// Record every cycle, the log and the status to this file, as MCAP: docs/RECORDING.md. One that is there stays as it
+    /// is, and the next gets a number: saw.mcap, saw-2.mcap
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// Only check the config and the files it names: say "CONFIG: ok" or what is wrong
@@ -115,7 +116,8 @@ impl NodeArgs {
     }
 
     /// What becomes of the node's rows: creates the trace and the recording, if they are asked for. `instances` is
-    /// everything of the node that has signals, in the order of a row, and `columns` are their names.
+    /// everything of the node that has signals, in the order of a row, and `columns` are their names;
+    /// `cycle` is how often there is a row.
     ///
     /// # Errors
     /// Names the file that cannot be written, or read.
@@ -125,6 +127,7 @@ impl NodeArgs {
         role: &str,
         instances: Vec<Instance>,
         columns: &[String],
+        cycle: Span,
     ) -> anyhow::Result<Rows> {
         let table = Table {
             name: node.to_string(),
@@ -141,12 +144,17 @@ impl NodeArgs {
             .into();
         let trace = |path| Trace::with_columns(path, columns);
         let trace = self.trace.as_deref().map(trace).transpose()?;
-        let recording = self.recording(&table, &facts)?;
+        let recording = self.recording(&table, &facts, cycle)?;
         Ok(Rows::new(table, facts, trace, recording))
     }
 
     /// With the config file in it.
-    fn recording(&self, table: &Table, facts: &Facts) -> anyhow::Result<Option<Recording>> {
+    fn recording(
+        &self,
+        table: &Table,
+        facts: &Facts,
+        cycle: Span,
+    ) -> anyhow::Result<Option<Recording>> {
         let Some(path) = &self.record else {
             return Ok(None);
         };
@@ -157,7 +165,10 @@ impl NodeArgs {
             media_type: "application/toml",
             data: config.as_bytes(),
         };
-        Recording::create(path, table, facts, &[attached]).map(Some)
+        let recording = Recording::create(path, table, facts, &[attached])?;
+        let growth = Growth::expected(table, cycle.as_secs_f64());
+        say_where(path, recording.path(), growth);
+        Ok(Some(recording))
     }
 
     /// From now on this process dies with the one that started it, where it is told of one: however that ends.
@@ -177,6 +188,17 @@ impl NodeArgs {
     /// Standard output cannot be written.
     pub fn say_ok(&self) -> anyhow::Result<()> {
         writeln!(std::io::stdout(), "{}: ok", self.file()).context("cannot write the answer")
+    }
+}
+
+/// Where it records to, and what that takes of the disk.
+fn say_where(asked: &Path, path: &Path, growth: Growth) {
+    let file = path.display();
+    if path == asked {
+        tracing::info!("recording to {file}: {growth}");
+    } else {
+        let asked = asked.display();
+        tracing::warn!("recording to {file}, since {asked} is there already: {growth}");
     }
 }
 

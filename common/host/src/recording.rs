@@ -1,6 +1,5 @@
 //! A recording on its way into a file: encoded here, written by a thread of its own.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
@@ -12,6 +11,7 @@ use serde::Serialize;
 
 use crate::inputs::InputRecord;
 use crate::machine::{self, Machine};
+use crate::new_file::create_next;
 use crate::synced_file::SyncedFile;
 
 /// Memory for what waits to be written: a disk may stand still for a second or more.
@@ -65,7 +65,7 @@ pub struct Attached<'a> {
 }
 
 impl Recording {
-    /// Creates the file, or empties it, and starts the thread that writes it.
+    /// Creates the file, or where there is one the next of its name that is free, and starts the thread that writes it.
     ///
     /// # Errors
     /// Names the file that cannot be written.
@@ -76,7 +76,7 @@ impl Recording {
         attached: &[Attached<'_>],
     ) -> anyhow::Result<Self> {
         let cannot = || format!("cannot write the recording {}", path.display());
-        let file = File::create(path).with_context(cannot)?;
+        let (file, path) = create_next(path).with_context(cannot)?;
         let tables = std::slice::from_ref(table);
         let mut writer = Writer::create(
             SyncedFile(file),
@@ -102,7 +102,7 @@ impl Recording {
             })
             .with_context(cannot)?;
         Ok(Self {
-            path: path.to_owned(),
+            path,
             encoder: RowEncoder::of(table),
             queue: Some(queue),
             thread: Some(thread),
@@ -110,6 +110,12 @@ impl Recording {
             input_gaps: 0,
             failure: None,
         })
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Says which run of the node it is.
@@ -244,6 +250,7 @@ mod tests {
     use crate::example::{BoilerSignals, boiler};
     use coaxle_clock::Span;
     use coaxle_recording::{Item, Level, Reader, Value};
+    use std::fs::File;
 
     fn items(path: &Path) -> Vec<Item> {
         let reader = Reader::new(File::open(path).unwrap());
@@ -297,6 +304,24 @@ mod tests {
         assert!(is_there(|item| matches!(item, Item::Attachment { .. })));
         assert!(is_there(|item| matches!(item, Item::Log(_))));
         assert!(is_there(|item| matches!(item, Item::Status { .. })));
+    }
+
+    #[test]
+    fn a_recording_that_is_there_stays_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("boiler.mcap");
+        std::fs::write(&path, "of the run before").unwrap();
+        let mut recording = Recording::create(&path, &boiler(), &Facts::new(), &[]).unwrap();
+        assert_eq!(recording.path(), folder.path().join("boiler-2.mcap"));
+        recording.row(
+            Instant::EPOCH,
+            Instant::EPOCH,
+            &BoilerSignals { temperature: 1.0 },
+        );
+        recording.finish().unwrap();
+        let before = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(before, "of the run before");
+        assert!(!items(recording.path()).is_empty());
     }
 
     #[test]

@@ -17,6 +17,7 @@ use crate::reception::Contact;
 use crate::session::Session;
 use crate::transport::Unseen;
 use crate::unseen::{Inquiry, Search};
+use crate::waiting::{last_came, other_axes, others};
 
 /// A node that waits says so this often.
 const REMINDER: Span = Span::from_secs(5);
@@ -250,7 +251,7 @@ impl Reporter {
             return;
         };
         let node = &self.identity.name;
-        let wanted = self.wanted(evidence);
+        let wanted = self.wanted(evidence, now);
         match note {
             _ if health == Health::NameTaken => tracing::error!(
                 %node,
@@ -265,7 +266,8 @@ impl Reporter {
     }
 
     /// What a node that is not healthy lacks.
-    fn wanted(&self, (evidence, source): (Evidence, usize)) -> String {
+    fn wanted(&self, (evidence, source): (Evidence, usize), now: Instant<Machine>) -> String {
+        let running = now - self.started;
         let endpoints = self.session.whereabouts();
         match (self.identity.sources.get(source), evidence) {
             (Some((node, key)), Evidence::Source { alive: true, age }) => {
@@ -277,14 +279,21 @@ impl Reporter {
                     ""
                 };
                 format!(
-                    "good frames on {key}; node {node} is alive, {refused} of its frames were refused{other_axes}{hint}"
+                    "good frames on {key}, {}; node {node} is alive, {refused} of its frames were refused{other_axes}{hint}",
+                    last_came(age, running)
                 )
             }
-            (Some((node, key)), _) => {
+            (Some((node, key)), evidence) => {
+                let last_came = match evidence {
+                    Evidence::Source { age, .. } => last_came(age, running),
+                    Evidence::Followers { .. } => String::new(),
+                };
                 let reason = self.searches[source].reason().map(Unseen::reason);
                 let reason = reason.map_or_else(String::new, |reason| format!("; {reason}"));
-                let others = others(&self.session.neighbours());
-                format!("node {node}, whose frames come on {key}; {endpoints}{others}{reason}")
+                let others = others(node, &self.session.neighbours());
+                format!(
+                    "node {node}, whose frames come on {key}, {last_came}; {endpoints}{others}{reason}"
+                )
             }
             (None, Evidence::Followers { any: true }) => format!(
                 "somebody who hears {}; {endpoints}",
@@ -313,27 +322,6 @@ fn real_time_of(granted: &real_time::Outcome) -> Value {
 
 /// Its node with the key of its frames, what the transport's threads know of it, and why it is not to be seen.
 type Source<'a> = ((&'a (NodeName, String), &'a Arc<Contact>), &'a Search);
-
-/// Who is there instead: a name may be written wrong.
-fn others(names: &[String]) -> String {
-    match names {
-        [] => String::new(),
-        names => format!("; it sees {}", names.join(", ")),
-    }
-}
-
-/// Which axes come instead of those that are followed.
-fn other_axes(ids: &[u32]) -> String {
-    let ids: Vec<_> = ids.iter().map(u32::to_string).collect();
-    match ids.as_slice() {
-        [] => String::new(),
-        [one] => format!(": it has axis {one}, and none of those that are followed"),
-        ids => format!(
-            ": it has the axes {}, and none of those that are followed",
-            ids.join(", ")
-        ),
-    }
-}
 
 fn evidence_of(contact: &Contact, now: Instant<Machine>) -> Evidence {
     Evidence::Source {

@@ -10,6 +10,7 @@ pub mod config;
 pub mod contract;
 pub mod faults;
 pub mod gear_file;
+pub mod guess;
 pub mod point_table;
 pub mod saw_file;
 pub mod signal;

@@ -5,9 +5,11 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use coaxle_wire::one_line;
+
+use crate::guess::most_alike;
 
 /// Most bytes of a config, a scenario or a saw file.
 pub const MOST_CONFIG_BYTES: u64 = 1 << 20;
@@ -17,15 +19,17 @@ pub const MOST_LINE_BYTES: usize = 4096;
 
 /// A file that was not read, and why.
 #[derive(Debug, thiserror::Error)]
-#[error("{file}: cannot be read: {reason}")]
+#[error("{file}: cannot be read: {reason}{hint}")]
 pub struct Unreadable {
     file: String,
     reason: Reason,
+    /// What may have been meant, or what is missing.
+    hint: String,
 }
 
 #[derive(Debug, thiserror::Error)]
 enum Reason {
-    #[error("{0}{remedy}", remedy = remedy(.0))]
+    #[error(transparent)]
     System(#[from] io::Error),
     #[error("received {received}, expected a file")]
     NoFile { received: &'static str },
@@ -53,6 +57,14 @@ pub fn remedy(error: &io::Error) -> &'static str {
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
             "; expected one that this user may use"
         }
+        // Of a file that is read, [`Unreadable`] says more.
+        io::ErrorKind::NotFound => "; is its folder there?",
+        io::ErrorKind::AlreadyExists => "; expected a name that is not taken",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "; make room there, or name a place on another disk"
+        }
+        io::ErrorKind::AddrNotAvailable => "; expected an address of this PC",
+        io::ErrorKind::AddrInUse => "; another program has that port: name another one",
         _ => "",
     }
 }
@@ -137,7 +149,49 @@ impl<R: Read> Read for ShortLines<R> {
 
 fn unreadable(path: &Path, reason: Reason) -> Unreadable {
     let file = one_line(&path.display().to_string());
-    Unreadable { file, reason }
+    let hint = match &reason {
+        Reason::System(error) if error.kind() == io::ErrorKind::NotFound => instead_of(path),
+        Reason::System(error) => remedy(error).to_owned(),
+        _ => String::new(),
+    };
+    Unreadable { file, reason, hint }
+}
+
+/// So many files of a folder are looked at.
+const MOST_NEIGHBOURS: usize = 10_000;
+
+/// What is there instead of a file that is not: a neighbour whose name is much like it, or not even its folder.
+fn instead_of(path: &Path) -> String {
+    let folder = match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return match folder.exists() {
+            true => String::new(),
+            false => one_line(&format!("; there is no folder {}", folder.display())),
+        };
+    };
+    let ending = path.extension();
+    let entries = entries.take(MOST_NEIGHBOURS).flatten();
+    let names = entries.map(|entry| PathBuf::from(entry.file_name()));
+    let names = names.filter(|name| name.extension() == ending);
+    let mut stems: Vec<_> = names.map(|name| stem_of(&name)).collect();
+    stems.sort();
+    let Some(meant) = most_alike(&stem_of(path), stems.iter().map(String::as_str)) else {
+        return String::new();
+    };
+    let mut meant = path.with_file_name(meant);
+    if let Some(ending) = ending {
+        meant.as_mut_os_string().push(".");
+        meant.as_mut_os_string().push(ending);
+    }
+    one_line(&format!("; did you mean {}?", meant.display()))
+}
+
+fn stem_of(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
 }
 
 fn open_regular(path: &Path) -> Result<File, Reason> {
@@ -227,6 +281,22 @@ mod tests {
             message.starts_with("no/such.toml: cannot be read: "),
             "{message}"
         );
+    }
+
+    #[test]
+    fn a_file_that_is_not_there_is_told_with_its_neighbour_or_that_its_folder_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["conveyor.toml", "conveier.csv", "x.toml"] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        let message = refusal(&folder.path().join("conveier.toml"), 10);
+        let meant = folder.path().join("conveyor.toml");
+        let expected = format!("; did you mean {}?", meant.display());
+        assert!(message.ends_with(&expected), "{message}");
+        let message = refusal(&folder.path().join("press.toml"), 10);
+        assert!(!message.contains(';'), "{message}");
+        let message = refusal(Path::new("no/such.toml"), 10);
+        assert!(message.ends_with("; there is no folder no"), "{message}");
     }
 
     #[test]

@@ -45,6 +45,7 @@ mod example;
 #[cfg(feature = "export")]
 pub mod export;
 mod format;
+mod growth;
 mod join;
 mod log;
 mod pieces;
@@ -63,6 +64,7 @@ mod value;
 mod writer;
 
 pub use encoded_row::{EncodedRow, RowError};
+pub use growth::Growth;
 pub use join::{Join, JoinError, JoinedNode};
 pub use log::{Level, LogLine};
 pub use pieces::Pieces;

@@ -14,19 +14,19 @@ use anyhow::Context;
 use coaxle_gateway::Gateway;
 use coaxle_gateway::config::GatewayConfig;
 use coaxle_host::cli::Exit;
-use coaxle_host::{NodeArgs, Setup};
+use coaxle_host::{Beside, NodeArgs, Setup};
 use coaxle_node::config::TimingEndpoints;
 use coaxle_node::faults::check_clock;
 
 use port::{PlcEnd, RingPort, Stop};
 use recorder::GatewayRecorder;
 
-/// Checks the config, or runs the gateway until its time is up or a signal comes.
+/// Checks the config, or runs the gateway until its time is up or a signal comes, with something else on its transport.
 ///
 /// # Errors
 /// The config names a wrong value (file, field, received, expected), the trace file, a socket or the endpoints cannot be
 /// opened, or the trace could not be kept. A PLC that is not there is no error: it is waited for.
-pub(crate) fn run(args: &NodeArgs) -> anyhow::Result<Exit> {
+pub(crate) fn run(args: &NodeArgs, beside: Option<Beside>) -> anyhow::Result<Exit> {
     let config = load(args)?;
     if args.check {
         return args.say_ok().map(|()| Exit::Done);
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &NodeArgs) -> anyhow::Result<Exit> {
     let stop = Arc::new(Stop::default());
     let (port, end) = port::rings(&config, Arc::clone(&stop));
     let threads = start(&config, end).map_err(|error| args.wrong(format!("{error:#}")))?;
-    let outcome = coaxle_host::run(setup(args, config, port)?);
+    let outcome = coaxle_host::run(setup(args, config, port, beside)?);
     stop.set();
     for thread in threads {
         // One that panicked has said so.
@@ -75,12 +75,14 @@ fn setup(
     args: &NodeArgs,
     config: GatewayConfig,
     port: RingPort,
+    beside: Option<Beside>,
 ) -> anyhow::Result<Setup<Gateway<RingPort>>> {
     let rows = args.rows(
         &config.name,
         recorder::ROLE,
         config.instances(),
         &config.columns(),
+        config.cycle_time_us.0.span(),
     )?;
     Ok(Setup {
         name: config.name.clone(),
@@ -95,7 +97,7 @@ fn setup(
         run_for: args.run_for,
         recorder: Box::new(GatewayRecorder::new(&config, rows)),
         build: Box::new(move |start, epoch| Ok(Gateway::new(&config, port, start, epoch))),
-        beside: None,
+        beside,
     })
 }
 

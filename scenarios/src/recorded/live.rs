@@ -8,14 +8,14 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use coaxle_clock::Span;
+use coaxle_clock::{Instant, Span};
 use coaxle_host::cli::{Exit, parse_duration};
+use coaxle_host::machine::{self, Machine};
 use coaxle_host::transport::{Declared, Transport};
-use coaxle_host::{Interrupt, SyncedFile, machine};
+use coaxle_host::{Interrupt, SyncedFile, create_new, create_next};
 use coaxle_node::keys::NodeName;
-use coaxle_recording::{Join, JoinError, JoinedNode};
+use coaxle_recording::{Growth, Join, JoinError, JoinedNode};
 
-use super::beside;
 use crate::inspect;
 use crate::network::NetworkArgs;
 use crate::status;
@@ -103,7 +103,9 @@ fn take(
     files: &mut Files,
 ) -> anyhow::Result<Exit> {
     let end = args.record_for.map(|span| machine::now() + span);
+    let mut watch = GrowthWatch::default();
     loop {
+        watch.look(machine::now(), &files.path);
         if interrupt.is_asked() {
             // Without a time it is how a recording ends.
             let is_early = end.is_some();
@@ -120,8 +122,43 @@ fn take(
     }
 }
 
+/// How long what came is watched, after a second in which the file begins.
+const WATCHED: Span = Span::from_secs(3);
+const BEGINNING: Span = Span::from_secs(1);
+
+/// Says once how fast the recording grows, as soon as that can be told.
+#[derive(Default)]
+struct GrowthWatch {
+    started: Option<Instant<Machine>>,
+    /// When the watch began, and how long the file was; none again once it is said.
+    from: Option<(Instant<Machine>, u64)>,
+}
+
+impl GrowthWatch {
+    fn look(&mut self, now: Instant<Machine>, path: &Path) {
+        let since = now - *self.started.get_or_insert(now);
+        let is_due = match self.from {
+            None => since >= BEGINNING && since < WATCHED,
+            Some((at, _)) => now - at >= WATCHED,
+        };
+        let Some(length) = is_due.then(|| path.metadata().ok()).flatten() else {
+            return;
+        };
+        match self.from.take() {
+            None => self.from = Some((now, length.len())),
+            Some((at, before)) => {
+                let more = length.len().saturating_sub(before);
+                let growth = Growth::seen(more, (now - at).as_secs_f64());
+                tracing::info!("{}: {growth}", path.display());
+            }
+        }
+    }
+}
+
 /// The recording; and another one each time that a node shows other signals than before.
 struct Files {
+    /// The first one, after which the others are named.
+    first: PathBuf,
     path: PathBuf,
     of_many: bool,
     join: Option<Join<SyncedFile>>,
@@ -138,8 +175,10 @@ impl Files {
             (None, _) => PathBuf::from("nodes.mcap"),
         };
         let of_many = nodes.len() > 1;
+        let file = create_new(&path).with_context(|| cannot(&path))?;
         Ok(Self {
-            join: Some(create(&path, of_many)?),
+            join: Some(begin(file, &path, of_many)?),
+            first: path.clone(),
             path,
             of_many,
             refused: 0,
@@ -151,13 +190,12 @@ impl Files {
         match self.join(node, piece) {
             Err(JoinError::Changed { .. }) => {
                 self.finish()?;
-                let number = self.finished.len() + 1;
-                let next = beside(&self.finished[0].0, &format!("-{number}"), "mcap");
+                let (file, next) = create_next(&self.first).with_context(|| cannot(&self.first))?;
                 tracing::warn!(
                     "{node} shows other signals than before: the recording goes on in {}",
                     next.display()
                 );
-                self.join = Some(create(&next, self.of_many)?);
+                self.join = Some(begin(file, &next, self.of_many)?);
                 self.path = next;
                 let joined = self.join(node, piece);
                 joined.with_context(|| self.path.display().to_string())
@@ -218,13 +256,11 @@ impl Files {
     }
 }
 
-fn create(path: &Path, of_many: bool) -> anyhow::Result<Join<SyncedFile>> {
-    let file = File::create_new(path).with_context(|| {
-        format!(
-            "cannot create the recording {}, expected --out with a file that is not there yet",
-            path.display()
-        )
-    })?;
+fn cannot(path: &Path) -> String {
+    format!("cannot create the recording {}", path.display())
+}
+
+fn begin(file: File, path: &Path, of_many: bool) -> anyhow::Result<Join<SyncedFile>> {
     Join::create(SyncedFile(file), of_many).with_context(|| path.display().to_string())
 }
 
@@ -267,7 +303,7 @@ mod tests {
         assert_eq!(lines[4], "1 messages were no pieces of a recording");
         let error = Files::create(Some(&path), &[saw]).map(|_| ()).unwrap_err();
         assert!(
-            format!("{error:#}").contains("a file that is not there yet"),
+            format!("{error:#}").contains("cannot create the recording"),
             "{error:#}"
         );
     }

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
+use coaxle_host::create_new;
 use coaxle_node::text_file;
 use coaxle_recording::export::{Exported, Format};
 use coaxle_recording::{Damage, Recovered};
@@ -24,7 +25,7 @@ pub(crate) use replay::{ReplayArgs, replay};
 pub(crate) struct RecoverArgs {
     /// The recording: of a node that was killed, or a file that is damaged
     file: PathBuf,
-    /// Where to write what is whole of it [default: beside it, FILE-recovered.mcap]
+    /// Where to write what is whole of it, a file that is not there yet [default: beside it, FILE-recovered.mcap]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -37,7 +38,7 @@ pub(crate) struct ExportArgs {
     format: TableFormat,
     /// The recording
     file: PathBuf,
-    /// Where to write the table [default: beside it]. Of several tables each gets its name behind that of the file
+    /// Where to write the table, a file that is not there yet [default: beside it]. Of several tables each gets its name behind that of the file
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -123,8 +124,12 @@ fn name_all(one: &Path, exported: &Exported, written: &mut [PathBuf]) -> anyhow:
     for ((table, _), path) in exported.rows.iter().zip(written) {
         let named = path_of(one, count, table);
         if *path != named {
+            if named.exists() {
+                return Err(io::Error::from(io::ErrorKind::AlreadyExists))
+                    .with_context(|| cannot_write(&named));
+            }
             let renamed = std::fs::rename(&*path, &named);
-            renamed.with_context(|| format!("cannot write {}", named.display()))?;
+            renamed.with_context(|| cannot_write(&named))?;
             *path = named;
         }
     }
@@ -192,7 +197,7 @@ fn open(path: &Path) -> anyhow::Result<BufReader<File>> {
     Ok(file)
 }
 
-/// Never what is being read.
+/// Never what is being read, nor anything else that is there.
 fn create(from: &Path, to: &Path) -> anyhow::Result<File> {
     let is_same = match (from.canonicalize(), to.canonicalize()) {
         (Ok(from), Ok(to)) => from == to,
@@ -204,12 +209,17 @@ fn create(from: &Path, to: &Path) -> anyhow::Result<File> {
             to.display()
         );
     }
-    File::create(to).with_context(|| format!("cannot write {}", to.display()))
+    create_new(to).with_context(|| cannot_write(to))
+}
+
+fn cannot_write(path: &Path) -> String {
+    format!("cannot write {}", path.display())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use coaxle_host::cli::lines_of;
     use coaxle_node::signal::Instance;
     use coaxle_receiver::signals::NodeSignals;
     use coaxle_recording::{Facts, RowEncoder, Table, Writer};
@@ -285,7 +295,31 @@ mod tests {
         assert!(error.ends_with("expected a recording in MCAP"), "{error}");
         let file = recording(folder.path(), 3);
         let out = Some(file.clone());
-        let error = recover(&RecoverArgs { file, out }).unwrap_err().to_string();
+        let recovering = RecoverArgs {
+            file: file.clone(),
+            out,
+        };
+        let error = recover(&recovering).unwrap_err().to_string();
         assert!(error.contains("the recording itself"), "{error}");
+        for name in ["line-recovered.mcap", "line-press_ram.csv"] {
+            std::fs::write(folder.path().join(name), "somebody's").unwrap();
+        }
+        let recovering = RecoverArgs {
+            file: file.clone(),
+            out: None,
+        };
+        let recovered = recover(&recovering).unwrap_err();
+        let exported = export(&exporting(&file)).unwrap_err();
+        for error in [recovered, exported] {
+            let told = lines_of(&error);
+            assert!(
+                told[0].contains("expected a name that is not taken"),
+                "{told:?}"
+            );
+        }
+        for name in ["line-recovered.mcap", "line-press_ram.csv"] {
+            let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
+            assert_eq!(text, "somebody's");
+        }
     }
 }

@@ -29,7 +29,7 @@ pub(crate) struct ReplayArgs {
     /// Another config than the one that is in the recording: other parameters, other slaves. It follows the same axes
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Where to write the recording of the replay [default: beside it, FILE-replayed.mcap]
+    /// Where to write the recording of the replay, a file that is not there yet [default: beside it, FILE-replayed.mcap]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }

@@ -161,7 +161,7 @@ async function listen(node) {
     if (!answer.ok) throw new Error(await answer.text());
     // Words are numbered anew by each stream: what is there of them goes.
     for (const name of known) {
-      if (signalOf(`${node}:${name}`).is_word) rows.columns.get(name).fill(NaN, 0, rows.length);
+      if (signalOf(`${node}:${name}`).is_word) rows.forget(name);
     }
     source.words = words;
     await take(answer.body.getReader(), (head, numbers) => block(node, source, rows, words, head, numbers));

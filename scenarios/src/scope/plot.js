@@ -9,21 +9,40 @@ class Rows {
     this.length = 0;
     this.times = new Float64Array(most);
     this.columns = new Map(names.map((name) => [name, new Float64Array(most)]));
+    this.pyramids = new Map([...this.columns].map(([name, column]) => [name, new Pyramid(column)]));
   }
 
   // Adds rows; what no longer fits makes room a quarter at a time, so that it is not moved for every block.
   push(times, columns) {
     const count = Math.min(times.length, this.most >> 2);
     if (this.length + count > this.most) {
-      const gone = Math.max(count, this.most >> 2);
-      this.times.copyWithin(0, gone, this.length);
-      for (const column of this.columns.values()) column.copyWithin(0, gone, this.length);
-      this.length = Math.max(0, this.length - gone);
+      this.drop(Math.max(count, this.most >> 2));
     }
     const from = times.length - count;
     this.times.set(times.subarray(from), this.length);
     this.names.forEach((name, n) => this.columns.get(name).set(columns[n].subarray(from), this.length));
     this.length += count;
+    this.update(this.length - count);
+  }
+
+  // The first rows go: at least so many.
+  drop(least) {
+    const block = this.pyramids.values().next().value?.largest() ?? 1;
+    const gone = Math.ceil(least / block) * block;
+    this.times.copyWithin(0, gone, this.length);
+    for (const column of this.columns.values()) column.copyWithin(0, gone, this.length);
+    for (const pyramid of this.pyramids.values()) pyramid.drop(gone);
+    this.length = Math.max(0, this.length - gone);
+  }
+
+  update(from) {
+    for (const pyramid of this.pyramids.values()) pyramid.update(from, this.length);
+  }
+
+  // Nothing is known of a signal any more.
+  forget(name) {
+    this.columns.get(name).fill(NaN, 0, this.length);
+    this.pyramids.get(name).update(0, this.length);
   }
 
   // Takes over what another one has of the same signals.
@@ -37,6 +56,7 @@ class Rows {
       else column.fill(NaN, 0, count);
     }
     this.length = count;
+    this.update(0);
   }
 
   last() {
@@ -63,18 +83,11 @@ class Rows {
 
   // Of a signal from one time to another.
   figures(name, from, to) {
-    const column = this.columns.get(name);
-    let [least, most, sum, squares, count] = [Infinity, -Infinity, 0, 0, 0];
-    const end = this.find(to);
-    for (let row = this.find(from); row < end; row++) {
-      const value = column[row];
-      if (Number.isNaN(value)) continue;
-      if (value < least) least = value;
-      if (value > most) most = value;
-      sum += value;
-      squares += value * value;
-      count++;
-    }
+    const pyramid = this.pyramids.get(name);
+    const [first, end] = [this.find(from), this.find(to)];
+    const [sum, squares, count] = pyramid.summed(first, end);
+    pyramid.range(first, end);
+    const { least, most } = pyramid;
     return count ? { least, most, mean: sum / count, rms: Math.sqrt(squares / count) } : undefined;
   }
 
@@ -126,12 +139,10 @@ function draw(canvas, curves, view, cursors, range, unit) {
 function fit(curves, view) {
   let [least, most] = [Infinity, -Infinity];
   for (const { rows, name } of curves) {
-    const column = rows.columns.get(name);
-    const end = rows.find(view.to);
-    for (let row = rows.find(view.from); row < end; row++) {
-      if (column[row] < least) least = column[row];
-      if (column[row] > most) most = column[row];
-    }
+    const pyramid = rows.pyramids.get(name);
+    pyramid.range(rows.find(view.from), rows.find(view.to));
+    least = Math.min(least, pyramid.least);
+    most = Math.max(most, pyramid.most);
   }
   return roomAround(least, most);
 }
@@ -149,6 +160,8 @@ function edgesOf(rows, view, width) {
   EDGES.set(rows, { of, edges });
   return edges;
 }
+
+const known = (value, otherwise) => (Number.isNaN(value) ? otherwise : value);
 
 // More rows than pixels become a vertical stroke each pixel, from the least to the most: no peak is lost.
 function drawCurve(pen, { rows, name, colour }, view, x, y, place) {
@@ -170,15 +183,13 @@ function drawCurve(pen, { rows, name, colour }, view, x, y, place) {
       else to(x(rows.times[row]), y(column[row]));
     }
   } else {
+    const pyramid = rows.pyramids.get(name);
     const edges = edgesOf(rows, view, place.width);
     for (let pixel = 0; pixel + 1 < edges.length; pixel++) {
       const last = edges[pixel + 1] - 1;
-      let [least, most] = [Infinity, -Infinity];
-      for (let row = edges[pixel]; row <= last; row++) {
-        const value = column[row];
-        if (value < least) least = value;
-        if (value > most) most = value;
-      }
+      pyramid.range(edges[pixel], last + 1);
+      const least = pyramid.least;
+      const most = pyramid.most;
       if (least > most) {
         // Pixels without any row are crossed; where values are not known the curve has a gap.
         if (last >= edges[pixel]) isDown = false;
@@ -186,7 +197,8 @@ function drawCurve(pen, { rows, name, colour }, view, x, y, place) {
       }
       const at = place.left + pixel;
       // A constant is one point a pixel, a slope two.
-      const [first, end] = [column[edges[pixel]], column[last]].map((value) => (Number.isNaN(value) ? least : value));
+      const first = known(column[edges[pixel]], least);
+      const end = known(column[last], least);
       to(at, y(first));
       if (least < first && least < end) pen.lineTo(at, y(least));
       if (most > first && most > end) pen.lineTo(at, y(most));
@@ -199,12 +211,13 @@ function drawCurve(pen, { rows, name, colour }, view, x, y, place) {
 // States: a band with a word for as long as it holds.
 function drawWords(pen, { rows, name, colour, words }, view, x, top, height) {
   const column = rows.columns.get(name);
+  const pyramid = rows.pyramids.get(name);
   const end = Math.min(rows.length, rows.find(view.to) + 1);
   let row = Math.max(0, rows.find(view.from) - 1);
   while (row < end) {
     const number = column[row];
     const from = x(rows.times[row]);
-    while (row < end && Object.is(column[row], number)) row++;
+    row = pyramid.change(row, end);
     if (Number.isNaN(number)) continue;
     const to = row < rows.length ? x(rows.times[row]) : from + 1e4;
     const left = Math.max(from, LEFT);

@@ -52,6 +52,10 @@ fn with_state(state: Shared) -> Router {
         )
         .route("/axes.js", get(|| file("text/javascript", AXES_JS)))
         .route(
+            "/pyramid.js",
+            get(|| file("text/javascript", include_str!("pyramid.js"))),
+        )
+        .route(
             "/plot.js",
             get(|| file("text/javascript", include_str!("plot.js"))),
         )

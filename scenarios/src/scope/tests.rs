@@ -186,7 +186,14 @@ fn the_page_its_nodes_their_signals_rows_and_metrics_are_given_out() {
         head.contains("200 OK") && page.contains("Coaxle scope"),
         "{head}{page}"
     );
-    for file in ["/page.js", "/axes.js", "/plot.js", "/base.css", "/page.css"] {
+    for file in [
+        "/page.js",
+        "/axes.js",
+        "/pyramid.js",
+        "/plot.js",
+        "/base.css",
+        "/page.css",
+    ] {
         assert!(shown.get(file).0.contains("200 OK"), "{file}");
     }
     assert!(

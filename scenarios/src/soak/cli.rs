@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::Args;
-use coaxle_host::machine;
+use coaxle_host::cli::Exit;
+use coaxle_host::{Interrupt, machine};
 
 use super::schedule::DURATION_S;
 use super::{Soak, Soaked, seeds_of_hours};
 use crate::inspect;
+use crate::junit;
 use crate::summary::World;
 
 /// What to soak in.
@@ -27,7 +29,7 @@ pub(crate) struct SoakArgs {
     /// The seed of the first schedule; the next ones follow
     #[arg(long, default_value_t = 0, value_parser = crate::number::seed())]
     seed: u64,
-    /// Write a report in JUnit's format
+    /// Write a report in JUnit's format: a case for each schedule that was run
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
     /// Folder for what failed
@@ -41,8 +43,8 @@ fn hours(text: &str) -> Result<f64, String> {
     hours.ok_or_else(|| format!("received {text}, expected hours above 0, at most 100000"))
 }
 
-/// Soaks; whether nothing failed.
-pub(crate) fn print(args: &SoakArgs) -> anyhow::Result<bool> {
+/// Soaks, until all is run or Ctrl-C comes; what was run by then is told.
+pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
     let world = if args.processes {
         World::Processes
     } else {
@@ -62,7 +64,8 @@ pub(crate) fn print(args: &SoakArgs) -> anyhow::Result<bool> {
         seeds.end - 1
     ));
     let (begin, told) = (machine::now(), AtomicU64::new(0));
-    let soaked = soak.run(&|done, failed| {
+    let interrupt = Interrupt::listen()?;
+    let soaked = soak.run(&|| !interrupt.is_asked(), &|done, failed| {
         // A line for every twentieth part.
         let part = done * 20 / all;
         if told.fetch_max(part, Ordering::Relaxed) < part {
@@ -73,9 +76,18 @@ pub(crate) fn print(args: &SoakArgs) -> anyhow::Result<bool> {
                 "{done:7} of {all}, {failed} failed, {rate:.0} times as fast as time, {left:.0} s to go"
             ));
         }
-    })?;
+    });
+    let soaked = junit::told_of(args.junit.as_deref(), &soak.suite(), soaked)?;
     tell(&soaked)?;
-    Ok(soaked.failures.is_empty())
+    if soaked.schedules < soaked.of {
+        tracing::warn!(
+            "interrupted: {} of {} schedules were run",
+            soaked.schedules,
+            soaked.of
+        );
+        return Ok(Exit::Interrupted);
+    }
+    Ok(Exit::NotMet.unless(soaked.failures.is_empty()))
 }
 
 /// A line of progress; nobody minds where it cannot be written.

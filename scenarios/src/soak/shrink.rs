@@ -5,8 +5,12 @@ use toml::{Table, Value};
 /// At most so many runs for one failure.
 const MOST_RUNS: u32 = 400;
 
-/// The smallest scenario found that still fails, and what is wrong with that.
-pub(super) fn shrunk(text: String, wrong: Vec<String>) -> (String, Vec<String>) {
+/// The smallest scenario found that still fails while it goes on, and what is wrong with that.
+pub(super) fn shrunk(
+    text: String,
+    wrong: Vec<String>,
+    goes_on: &dyn Fn() -> bool,
+) -> (String, Vec<String>) {
     let Ok(mut table) = text.parse::<Table>() else {
         return (text, wrong);
     };
@@ -15,7 +19,7 @@ pub(super) fn shrunk(text: String, wrong: Vec<String>) -> (String, Vec<String>) 
     let mut place = 0;
     while let Some(smaller) = without(&table, place) {
         runs += 1;
-        if runs > MOST_RUNS {
+        if runs > MOST_RUNS || !goes_on() {
             break;
         }
         let text = smaller.to_string();

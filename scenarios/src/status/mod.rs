@@ -13,11 +13,11 @@ mod words;
 
 use std::time::Duration;
 
-use anyhow::bail;
 use clap::{Args, ValueEnum};
 use coaxle_clock::Span;
-use coaxle_host::cli::Exit;
+use coaxle_host::cli::{Exit, NotThere};
 use coaxle_host::{SeenNode, Watcher, machine};
+use coaxle_node::guess::did_you_mean;
 use coaxle_node::keys::NodeName;
 use serde_json::Value;
 
@@ -127,16 +127,15 @@ pub(crate) fn watch(network: &NetworkArgs, nodes: &[NodeName]) -> anyhow::Result
 /// Waits until all of these nodes, or all that are there, have told their status.
 ///
 /// # Errors
-/// One does not turn up: says who does.
+/// [`NotThere`]: one does not turn up; says who does.
 pub(crate) fn gather(watcher: &Watcher, nodes: &[NodeName]) -> anyhow::Result<Vec<SeenNode>> {
     let told = |node: &SeenNode| node.status.is_some();
     if nodes.is_empty() {
         let some = watcher.wait_for(PATIENCE, |seen| seen.iter().any(told));
         if some.is_empty() {
-            bail!(
-                "no node is there after {PATIENCE}, {}",
-                watcher.whereabouts()
-            );
+            let place = watcher.whereabouts();
+            let nobody = format!("no node is there after {PATIENCE}, {place}");
+            return Err(NotThere(nobody).into());
         }
         return Ok(watcher.wait_for(ROUND, |_| false));
     }
@@ -148,7 +147,7 @@ pub(crate) fn gather(watcher: &Watcher, nodes: &[NodeName]) -> anyhow::Result<Ve
     });
     match nodes.iter().find(|name| !has_told(&seen, name)) {
         None => Ok(chosen(seen, nodes)),
-        Some(missing) => bail!("{}", absent(watcher, missing)),
+        Some(missing) => Err(NotThere(absent(watcher, missing)).into()),
     }
 }
 
@@ -169,7 +168,8 @@ fn absent(watcher: &Watcher, name: &NodeName) -> String {
         [] => watcher.why_unseen(name).map(|why| why.reason().to_owned()),
         others => {
             let names: Vec<_> = others.iter().map(|node| node.name.as_str()).collect();
-            Some(format!("there are {}", names.join(", ")))
+            let meant = did_you_mean(name.as_str(), names.iter().copied());
+            Some(format!("there are {}{meant}", names.join(", ")))
         }
     };
     let why = why.map_or_else(String::new, |why| format!("; {why}"));

@@ -62,6 +62,11 @@ fn seeds(text: &str) -> Result<NonZeroUsize, String> {
 /// # Errors
 /// What [`prepare`] and [`Prepared::run`] say, and a report that cannot be written.
 pub(crate) fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
+    let suite = format!("sweep {}", args.scenario);
+    junit::told_of(args.junit.as_deref(), &suite, sweep(args))
+}
+
+fn sweep(args: &SweepArgs) -> anyhow::Result<Exit> {
     let source = catalog::find(&args.scenario)?;
     let prepared = prepare(&source, &args.setup())?;
     let default_out = || PathBuf::from("out").join(format!("{}-sweep", source.name));

@@ -22,11 +22,15 @@ fn coaxle(folder: &Path, arguments: &[&str]) -> Output {
         .expect("the tool runs")
 }
 
-/// What the tool says of what it cannot do: the lines that begin with "error: ", without that.
-fn said(folder: &Path, arguments: &[&str]) -> Vec<String> {
+/// What is wrong in a file is so the next time, too; other things may not be.
+const WRONG_FILE: i32 = 78;
+const FAILED: i32 = 1;
+
+/// What the tool says of what it cannot do, ending with this code: the lines that begin with "error: ", without that.
+fn said(folder: &Path, arguments: &[&str], code: i32) -> Vec<String> {
     let output = coaxle(folder, arguments);
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {text}");
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {text}");
     assert!(!text.contains("panicked"), "{text}");
     let lines = text.lines().filter_map(|line| line.strip_prefix("error: "));
     lines.map(str::to_owned).collect()
@@ -45,6 +49,8 @@ struct Kind {
     file: &'static str,
     good: &'static str,
     check: &'static [&'static str],
+    /// How the tool ends with a mistake in it.
+    code: i32,
 }
 
 const KINDS: [Kind; 5] = [
@@ -52,26 +58,31 @@ const KINDS: [Kind; 5] = [
         file: "s.toml",
         good: SENDER,
         check: &["sender", "s.toml", "--check"],
+        code: WRONG_FILE,
     },
     Kind {
         file: "r.toml",
         good: RECEIVER,
         check: &["receiver", "r.toml", "--check"],
+        code: WRONG_FILE,
     },
     Kind {
         file: "x.toml",
         good: SCENARIO,
         check: &["run", "x.toml", "--out", "out"],
+        code: WRONG_FILE,
     },
     Kind {
         file: "cam.toml",
         good: CAM,
         check: &["cam", "values", "cam.toml"],
+        code: WRONG_FILE,
     },
     Kind {
         file: "saw.toml",
         good: SAW,
         check: &["saw", "plan", "saw.toml"],
+        code: WRONG_FILE,
     },
 ];
 
@@ -87,7 +98,7 @@ fn a_mistake_in_a_file_is_told_in_one_line() {
         let changed = kind.good.replacen(from, to, 1);
         assert_ne!(changed, kind.good, "{from}");
         std::fs::write(folder.path().join(file), changed).expect("a file");
-        let lines = said(folder.path(), kind.check);
+        let lines = said(folder.path(), kind.check, kind.code);
         if !matches!(&lines[..], [line] if is(line, expected)) {
             wrong.push(format!(
                 "{file} with {to:?}:\n  {}\nnot\n  {expected}",
@@ -105,9 +116,10 @@ fn a_mistake_on_the_command_line_is_told_in_one_line() {
         std::fs::write(folder.path().join(kind.file), kind.good).expect("a file");
     }
     std::fs::write(folder.path().join("binary.toml"), b"name = '\xff'\n").expect("a file");
-    for (arguments, expected) in ON_THE_COMMAND_LINE {
+    std::fs::write(folder.path().join("taken.mcap"), "").expect("a file");
+    for (arguments, code, expected) in ON_THE_COMMAND_LINE {
         let arguments: Vec<_> = arguments.split(' ').collect();
-        let lines = said(folder.path(), &arguments);
+        let lines = said(folder.path(), &arguments, *code);
         assert!(
             matches!(&lines[..], [line] if is(line, expected)),
             "{lines:#?}\nnot\n{expected}"
@@ -134,7 +146,7 @@ fn all_fields_that_are_missing_or_unknown_are_told_at_once() {
         .replace(", jerk = 10", "")
         .replace("acceleration = 10", "aceleration = 10");
     std::fs::write(folder.path().join("s.toml"), text).expect("a file");
-    let lines = said(folder.path(), &["sender", "s.toml", "--check"]);
+    let lines = said(folder.path(), &["sender", "s.toml", "--check"], WRONG_FILE);
     let places: Vec<_> = lines
         .iter()
         .map(|line| line.splitn(3, ": ").take(2).collect::<Vec<_>>().join(" "))
@@ -160,12 +172,54 @@ fn a_port_that_is_in_use_is_named() {
     let lines = said(
         folder.path(),
         &["sender", "s.toml", "--for", "1s", "--listen", &endpoint],
+        FAILED,
     );
     let [line] = &lines[..] else {
         panic!("{lines:#?}");
     };
     assert!(
-        line.contains(&endpoint) && line.contains("Address already in use"),
+        line.contains(&endpoint)
+            && line.contains("Address already in use")
+            && line.contains("or listen on another port, such as --listen tcp/127.0.0.1:"),
         "{line}"
     );
+}
+
+#[test]
+fn a_page_where_another_one_is_is_named() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    std::fs::write(folder.path().join("s.toml"), SENDER).expect("a file");
+    let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = taken.local_addr().expect("its address").to_string();
+    let lines = said(
+        folder.path(),
+        &["sender", "s.toml", "--for", "1s", "--page", &address],
+        FAILED,
+    );
+    assert!(
+        lines[0].contains(&address) && lines[0].ends_with("has that port: name another one"),
+        "{lines:?}"
+    );
+}
+
+#[test]
+fn a_report_for_continuous_integration_says_what_cannot_be_run() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let text = SCENARIO.replace("duration-s = 1", "duration-s = -1");
+    std::fs::write(folder.path().join("x.toml"), text).expect("a file");
+    for command in ["run", "sweep"] {
+        let lines = said(
+            folder.path(),
+            &[command, "x.toml", "--junit", "junit.xml"],
+            WRONG_FILE,
+        );
+        assert!(lines[0].contains("received -1"), "{lines:?}");
+        let path = folder.path().join("junit.xml");
+        let report = std::fs::read_to_string(&path).expect("a report");
+        assert!(
+            report.contains("errors=\"1\"") && report.contains("received -1"),
+            "{report}"
+        );
+        std::fs::remove_file(path).expect("it was there");
+    }
 }

@@ -91,7 +91,7 @@ fn who_is_not_there_is_told_of_with_who_is() {
         said(&line.log("saw")).contains("it has axis 3, and none of those that are followed")
     });
     for (words, code) in [
-        (vec!["status", "sew"], 1),
+        (vec!["status", "sew"], 5),
         (vec!["wait-sync", "sew", "--timeout", "2s"], 5),
     ] {
         let answer = line.ask(&words);
@@ -101,7 +101,10 @@ fn who_is_not_there_is_told_of_with_who_is() {
             told.contains("node sew says nothing") && told.contains("there are "),
             "{told}"
         );
-        assert!(told.contains("belt") && told.contains("saw"), "{told}");
+        assert!(
+            told.contains("belt") && told.contains("did you mean \"saw\"?"),
+            "{told}"
+        );
     }
 }
 
@@ -115,7 +118,7 @@ fn where_nobody_is_there_is_no_data() {
     let nobody = line.ask(&["nodes"]);
     assert_eq!(nobody.status.code(), Some(5), "{nobody:?}");
     let nobody = line.ask(&["status"]);
-    assert_eq!(nobody.status.code(), Some(1), "{nobody:?}");
+    assert_eq!(nobody.status.code(), Some(5), "{nobody:?}");
     assert!(
         String::from_utf8_lossy(&nobody.stderr).contains("no node is there"),
         "{nobody:?}"

@@ -2,6 +2,9 @@
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use coaxle_host::machine;
 
 use crate::browser::Browser;
 use crate::line::{Line, said, until};
@@ -108,6 +111,67 @@ fn a_beat_is_found_by_the_trigger_and_measured() {
     assert!(rate("").abs() < 10.0 && rate(" - 0.003").abs() > 10.0);
     assert_eq!(number("return Number(document.body.dataset.missing)"), 0.0);
     keep(&browser, "scope.png");
+}
+
+/// Both read what each says beside the other: what is kept of a hundred signals at 1 kHz by blocks is what their rows say.
+const SAME_AS_ROW_BY_ROW: &str = "
+const { rows } = state.sources.get('saw');
+const wrong = [];
+for (const [name, column] of rows.columns) {
+  for (const [from, to] of [[0, rows.length], [3, rows.length - 5], [rows.length >> 1, (rows.length >> 1) + 70]]) {
+    let [least, most, sum] = [Infinity, -Infinity, 0];
+    for (let row = from; row < to; row++) {
+      if (column[row] < least) least = column[row];
+      if (column[row] > most) most = column[row];
+      if (!Number.isNaN(column[row])) sum += column[row];
+    }
+    const pyramid = rows.pyramids.get(name);
+    pyramid.range(from, to);
+    const [total] = pyramid.summed(from, to);
+    const isClose = Math.abs(total - sum) <= 1e-9 * Math.abs(sum) + 1e-9;
+    if (pyramid.least !== least || pyramid.most !== most || !isClose) wrong.push(name);
+  }
+}
+return wrong.join(' ')";
+
+#[test]
+fn a_hundred_signals_at_a_kilohertz_are_all_there_and_drawn_several_times_a_second() {
+    let Some(browser) = Browser::start() else {
+        return;
+    };
+    let mut line = Line::moving(50.0, 120.0);
+    line.start(
+        "receiver",
+        "saw",
+        "cycle-time-us = 1000\nmaster = { node = 'belt', axis = 3 }\n[[slave]]\nname = 'gear'\n",
+    );
+    let scope = Scope::of(&line, &[]);
+    browser.open(&scope.address);
+    until("the signals are known", || {
+        let known = browser.run("return state.sources.get('saw')?.signals.length ?? 0");
+        known.as_u64() >= Some(100)
+    });
+    browser.run(
+        "state.span = 10; \
+         for (const { name } of state.sources.get('saw').signals.slice(0, 100)) state.chosen.push(`saw:${name}`); \
+         listen('saw'); arrange()",
+    );
+    let number = |script: &str| browser.run(script).as_f64().unwrap_or_default();
+    let rows = "return state.sources.get('saw').rows?.length ?? 0";
+    until("ten seconds have come", || number(rows) > 10_000.0);
+    let chosen = "return state.sources.get('saw').rows.columns.size";
+    assert_eq!(number(chosen), 100.0);
+
+    let drawn = "return Number(document.body.dataset.frames)";
+    let (begin, before) = (machine::now(), number(drawn));
+    std::thread::park_timeout(Duration::from_secs(5));
+    let frames = number(drawn) - before;
+    let rate = frames / (machine::now() - begin).as_secs_f64();
+    // What is drawn on a busy machine of two cores, without a graphics processor; nine on an idle one.
+    assert!(rate > 1.0, "{rate} times a second");
+    assert_eq!(browser.run(SAME_AS_ROW_BY_ROW), "");
+    assert_eq!(number("return Number(document.body.dataset.missing)"), 0.0);
+    keep(&browser, "scope-100.png");
 }
 
 #[test]

@@ -51,7 +51,14 @@ fn a_receiver_comes_to_the_same_bit_for_bit_and_a_killed_one_too() {
     let config = SAW.replace("MODE", "time");
     std::fs::write(&other, format!("name = 'saw'\n{config}")).expect("a config");
     let other = other.to_str().expect("UTF-8");
-    let replayed = coaxle(&["replay", &recording, "--config", other]);
+    let again = coaxle(&["replay", &recording, "--config", other]);
+    let error = String::from_utf8_lossy(&again.stderr).into_owned();
+    assert!(
+        error.contains("expected a name that is not taken"),
+        "{error}"
+    );
+    let out = recording.replace(".mcap", "-other.mcap");
+    let replayed = coaxle(&["replay", &recording, "--config", other, "--out", &out]);
     let said = printed(&replayed);
     assert_eq!(replayed.status.code(), Some(0), "{replayed:?}");
     assert!(

@@ -6,6 +6,7 @@
 //! missing elsewhere.
 
 mod facts;
+mod firewall;
 #[cfg(target_os = "linux")]
 mod linux;
 mod portable;
@@ -20,6 +21,7 @@ use std::process::{Child, Command};
 use std::time::Duration;
 
 pub use facts::Facts;
+pub use firewall::{Admitted, Firewall};
 #[cfg(target_os = "linux")]
 pub use linux::Linux;
 pub use portable::Portable;
@@ -84,6 +86,12 @@ pub trait System {
 
     /// What the system says of itself, as far as cycles depend on it; none where nobody knows how to ask.
     fn facts() -> Option<Facts>;
+
+    /// What is let in from the network.
+    ///
+    /// # Errors
+    /// Why that cannot be read: mostly, that it takes rights.
+    fn firewall() -> Result<Firewall, String>;
 
     /// From now on the signals that end a program are heard instead. To be called in a tokio runtime.
     ///

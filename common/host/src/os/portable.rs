@@ -14,7 +14,8 @@ use coaxle_node::Stamps;
 
 use super::stamped_socket::{Came, StampedSocket};
 use super::{
-    ChildSignal, EndSignals, Facts, HeldFolder, Others, Readers, ServiceState, SharedLock, System,
+    ChildSignal, EndSignals, Facts, Firewall, HeldFolder, Others, Readers, ServiceState,
+    SharedLock, System,
 };
 use crate::ended::Ended;
 
@@ -101,6 +102,10 @@ impl System for Portable {
 
     fn facts() -> Option<Facts> {
         None
+    }
+
+    fn firewall() -> Result<Firewall, String> {
+        unknown("how to read the rules of the firewall")
     }
 
     fn end_signals() -> io::Result<Self::EndSignals> {

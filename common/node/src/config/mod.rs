@@ -19,6 +19,7 @@ mod timing;
 mod transport;
 mod unit;
 
+pub use crate::guess::did_you_mean;
 pub use checked::{
     AtLeastZero, AxisLimit, BeaconsPerSecond, ChangeMicros, Coordinate, CycleMicros, DelayMicros,
     DurationSeconds, FaultMicros, FaultSeconds, Finite, FirstCount, Fraction, Increment,
@@ -32,7 +33,6 @@ pub use list::at_most;
 pub use load::{from_table, load, parse, parse_table};
 pub(crate) use place::{Position, elements_of};
 pub use real_time::RealTimeConfig;
-pub use reworded::did_you_mean;
 pub use term::{Between, Term, Wave};
 pub use timing::{TimingEndpoints, TimingLinkConfig, TimingServerConfig};
 pub use transport::{TransportConfig, TransportMode};

@@ -1,26 +1,6 @@
-//! What serde says of a wrong value, as Coaxle says it; and what may have been meant.
+//! What serde says of a wrong value, as Coaxle says it.
 
-/// `; did you mean "conveyor"?` where one of the known names is much like what was received, otherwise nothing.
-#[must_use]
-pub fn did_you_mean<'n>(received: &str, known: impl IntoIterator<Item = &'n str>) -> String {
-    let likeness = |name: &&str| {
-        let (name, received) = (name.to_lowercase(), received.to_lowercase());
-        strsim::jaro_winkler(&name, &received)
-            .max(strsim::normalized_damerau_levenshtein(&name, &received))
-    };
-    let alike = known
-        .into_iter()
-        .filter(|name| !name.is_empty() && *name != received)
-        .map(|name| (likeness(&name), name))
-        .filter(|(likeness, _)| *likeness > LEAST_LIKENESS);
-    match alike.max_by(|(a, _), (b, _)| a.total_cmp(b)) {
-        Some((_, name)) => format!("; did you mean {name:?}?"),
-        None => String::new(),
-    }
-}
-
-/// How much alike two names are, 0 to 1, of which one may have been meant by the other; as clap has it.
-const LEAST_LIKENESS: f64 = 0.8;
+use crate::guess::did_you_mean;
 
 /// Whether serde misses a field.
 pub(super) fn is_missing(reason: &str) -> bool {

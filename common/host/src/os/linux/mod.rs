@@ -2,6 +2,7 @@
 
 mod facts;
 mod files;
+mod firewall;
 mod processes;
 mod signals;
 mod stamped_socket;
@@ -16,7 +17,9 @@ use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
 
-use super::{ChildSignal, Facts, HeldFolder, Others, Readers, ServiceState, SharedLock, System};
+use super::{
+    ChildSignal, Facts, Firewall, HeldFolder, Others, Readers, ServiceState, SharedLock, System,
+};
 
 /// Linux, with systemd or without.
 #[derive(Clone, Copy, Debug)]
@@ -62,6 +65,10 @@ impl System for Linux {
 
     fn facts() -> Option<Facts> {
         Some(facts::read())
+    }
+
+    fn firewall() -> Result<Firewall, String> {
+        firewall::read()
     }
 
     fn end_signals() -> io::Result<Self::EndSignals> {

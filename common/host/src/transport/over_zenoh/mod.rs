@@ -5,6 +5,7 @@ mod dial;
 mod endpoint;
 mod error;
 mod exposure;
+mod listening;
 mod secure;
 mod settings;
 mod unseen;
@@ -14,7 +15,7 @@ use std::sync::mpsc::channel;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use coaxle_node::config::TransportConfig;
 use zenoh::Wait;
 use zenoh::bytes::{Encoding, ZBytes};
@@ -74,7 +75,10 @@ impl OverZenoh {
     ) -> anyhow::Result<Self> {
         let whereabouts = described(transport);
         let session = session
-            .map_err(zenoh_error)
+            .map_err(|error| {
+                let remedy = listening::remedy(&transport.listen);
+                anyhow!("{}{remedy}", zenoh_error(error))
+            })
             .with_context(|| format!("cannot open the Zenoh session, {whereabouts}"))?;
         Ok(Self {
             session,

@@ -1,0 +1,79 @@
+//! Files that are begun where none is yet: what somebody recorded is never emptied.
+
+use std::fs::File;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// Creates a file that is not there yet. A device or a pipe holds nothing that could be lost: it is opened as it is.
+///
+/// # Errors
+/// [`ErrorKind::AlreadyExists`] where there is one, or what the system says.
+pub fn create_new(path: &Path) -> io::Result<File> {
+    match File::create_new(path) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists && holds_nothing(path) => {
+            File::create(path)
+        }
+        created => created,
+    }
+}
+
+/// The same, or the next one of its name that is free: of `saw.mcap` that is `saw-2.mcap`, `saw-3.mcap`, … Says which.
+///
+/// # Errors
+/// What the system says.
+pub fn create_next(path: &Path) -> io::Result<(File, PathBuf)> {
+    let mut next = path.to_owned();
+    for number in 2_u64.. {
+        match create_new(&next) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists && next.is_file() => {
+                next = numbered(path, number);
+            }
+            created => return created.map(|file| (file, next)),
+        }
+    }
+    Err(ErrorKind::AlreadyExists.into())
+}
+
+fn numbered(path: &Path, number: u64) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{number}"));
+    if let Some(ending) = path.extension() {
+        name.push(".");
+        name.push(ending);
+    }
+    path.with_file_name(name)
+}
+
+fn holds_nothing(path: &Path) -> bool {
+    path.metadata()
+        .is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_there_stays_and_the_next_one_has_a_number() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("saw.mcap");
+        for name in ["saw.mcap", "saw-2.mcap", "saw-3.mcap"] {
+            let (_, created) = create_next(&path).unwrap();
+            assert_eq!(created, folder.path().join(name));
+            std::fs::write(created, name).unwrap();
+        }
+        let first = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(first, "saw.mcap");
+        let refused = create_new(&path).unwrap_err();
+        assert_eq!(refused.kind(), ErrorKind::AlreadyExists);
+    }
+
+    #[test]
+    fn a_device_is_written_as_it_is_and_a_folder_is_none() {
+        create_new(Path::new("/dev/null")).unwrap();
+        let (_, created) = create_next(Path::new("/dev/null")).unwrap();
+        assert_eq!(created, Path::new("/dev/null"));
+        let folder = tempfile::tempdir().unwrap();
+        create_next(folder.path()).unwrap_err();
+    }
+}

@@ -1,0 +1,64 @@
+//! Whether a firewall keeps others from where a config listens.
+
+use coaxle_host::os::Firewall;
+use coaxle_host::transport::host_and_port;
+
+use super::{Opening, note, shut};
+
+/// Whether others get as far as the ports that it listens on.
+pub(super) fn of_ports(listens: &[String], firewall: &Result<Firewall, String>) -> Vec<Opening> {
+    let ports = listens.iter().filter_map(|endpoint| {
+        let (_, port) = host_and_port(endpoint)?;
+        let is_udp = endpoint.starts_with("udp/") || endpoint.starts_with("quic/");
+        (port > 0).then_some((endpoint, port, is_udp))
+    });
+    let ports: Vec<_> = ports.collect();
+    if ports.is_empty() {
+        return Vec::new();
+    }
+    let firewall = match firewall {
+        Ok(firewall) => firewall,
+        Err(reason) => {
+            let text = format!("whether a firewall keeps others out cannot be read ({reason})");
+            return vec![note(&text, "with sudo it can be")];
+        }
+    };
+    let kept_out = ports
+        .into_iter()
+        .filter(|(_, port, is_udp)| !firewall.admits(*port, *is_udp));
+    let told = |(endpoint, port, is_udp): (&String, u16, bool)| {
+        let kind = if is_udp { "udp" } else { "tcp" };
+        let text =
+            format!("a firewall keeps others from {endpoint}: no rule lets in {kind} port {port}");
+        shut(
+            text,
+            "let it in: ufw allow PORT/tcp, or a rule of nft: tcp dport PORT accept",
+        )
+    };
+    kept_out.map(told).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_host::os::Admitted;
+
+    #[test]
+    fn a_port_that_no_rule_lets_in_is_shut() {
+        let listens = ["tcp/0.0.0.0:7447", "tcp/0.0.0.0:0", "udp/0.0.0.0:7448"].map(str::to_owned);
+        let firewall = Firewall {
+            drops: true,
+            admitted: vec![Admitted {
+                is_udp: false,
+                ports: 7400..=7500,
+            }],
+            ..Firewall::default()
+        };
+        let found = of_ports(&listens, &Ok(firewall));
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].is_bad() && found[0].text.contains("udp port 7448"));
+        let unread = of_ports(&listens, &Err("nft: you must be root".to_owned()));
+        assert!(!unread[0].is_bad() && unread[0].text.contains("must be root"));
+        assert!(of_ports(&listens, &Ok(Firewall::default())).is_empty());
+    }
+}
