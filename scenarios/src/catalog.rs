@@ -32,6 +32,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "chain",
     "many-axes",
     "three-senders",
+    "plant",
     "knife-by-turns",
     "line-shaft",
     "observer",

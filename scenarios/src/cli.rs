@@ -27,6 +27,7 @@ use crate::report::print::COLUMN_MM;
 use crate::ros2::{self, Ros2Args};
 use crate::run::{self, Options, Outcome, TraceFormat};
 use crate::saw::{self, SawCommand};
+use crate::scale::{self, ScaleArgs};
 use crate::schema::{self, SchemaArgs};
 use crate::scope::{self, OwnPageArgs, ScopeArgs};
 use crate::secure::cli::SecureCommand;
@@ -63,6 +64,8 @@ enum Command {
     Sweep(SweepArgs),
     /// Run random schedules of faults and commands, and check every cycle of them
     Soak(SoakArgs),
+    /// Measure what more receivers, senders, axes and slaves cost: processor time and memory; docs/SCALE.md
+    Scale(ScaleArgs),
     /// Check scenario files without running them; all built-in ones if none is named
     Check {
         /// Names of built-in scenarios, or paths
@@ -247,6 +250,7 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Run(args)) => return run_scenario(&args),
         Some(Command::Sweep(args)) => return sweep::cli::run(&args),
         Some(Command::Soak(args)) => return soak::cli::run(&args),
+        Some(Command::Scale(args)) => return scale::scale(&args),
         Some(Command::List) => (list()?, Exit::Failed),
         Some(Command::Check { scenarios }) => (check(&scenarios)?, Exit::Failed),
         Some(Command::Show { scenario }) => (show(&scenario)?, Exit::Failed),
@@ -446,6 +450,9 @@ fn tell(outcome: &Outcome) -> anyhow::Result<()> {
     say(&format!("\n{}", table::results(summary)))?;
     if let Some(conclusion) = table::conclusion(summary) {
         say(&format!("\n{conclusion}"))?;
+    }
+    if !summary.routers.is_empty() {
+        say(&format!("\n{}", table::routers(summary)))?;
     }
     if !summary.expectations.is_empty() {
         say(&format!("\n{}", table::verdicts(summary)))?;

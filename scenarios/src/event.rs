@@ -23,7 +23,7 @@ use crate::verdict::Verdict;
 pub struct Event {
     /// When, s after the start.
     pub at_s: Moment,
-    /// To whom.
+    /// To whom: a node, or in virtual time a router.
     pub node: NodeName,
     /// What.
     pub what: Happening,

@@ -9,12 +9,16 @@ use crate::number::significant;
 use crate::summary::{Summary, World};
 use crate::verdict::Verdict;
 
-/// One expectation: a field of one receiver's summary against a bound.
+/// One expectation: a field of the summary of one receiver, or router, against a bound.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Expectation {
     /// The receiver.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub receiver: String,
+    /// Or the router. There are none in real processes, and nothing is expected of them there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub router: Option<String>,
     /// One of its slaves, if the field is one of a slave's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slave: Option<String>,
@@ -55,8 +59,8 @@ pub struct Share {
 impl Expectation {
     /// The receivers it speaks of.
     pub fn nodes(&self) -> impl Iterator<Item = &str> {
-        std::iter::once(self.receiver.as_str())
-            .chain(self.at_most_share.iter().map(|share| share.of.as_str()))
+        let receiver = self.router.is_none().then_some(self.receiver.as_str());
+        (receiver.into_iter()).chain(self.at_most_share.iter().map(|share| share.of.as_str()))
     }
 
     /// Whether it says what is expected at all.
@@ -71,6 +75,9 @@ impl Expectation {
     #[must_use]
     pub fn judge(&self, summary: &Summary) -> Option<Verdict> {
         if self.world.is_some_and(|world| world != summary.world) {
+            return None;
+        }
+        if self.router.is_some() && summary.world == World::Processes {
             return None;
         }
         let received = self.value_of(summary, &self.receiver);
@@ -102,7 +109,7 @@ impl Expectation {
             };
         }
         Some(Verdict {
-            receiver: self.receiver.clone(),
+            receiver: self.router.as_ref().unwrap_or(&self.receiver).clone(),
             slave: self.slave.clone(),
             field: self.field.clone(),
             expected: expected.join(" and "),
@@ -115,6 +122,11 @@ impl Expectation {
 impl Expectation {
     /// What came out for a receiver, or for its slave of the name.
     fn value_of(&self, summary: &Summary, receiver: &str) -> Value {
+        if let Some(router) = &self.router {
+            let fields = summary.routers.get(router).map(fields_of);
+            let value = fields.and_then(|fields| fields.get(&self.field).cloned());
+            return value.unwrap_or(Value::Null);
+        }
         let figures = summary.receivers.get(receiver);
         let fields = figures.and_then(|figures| match &self.slave {
             None => Some(fields_of(figures)),

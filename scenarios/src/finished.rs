@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use coaxle_sim::RouterTraffic;
+
 use crate::evaluate::Evaluated;
 use crate::invariants::InvariantViolation;
 use crate::summary::ReceiverSummary;
@@ -28,6 +30,8 @@ pub struct Finished {
     pub(crate) commands: Vec<Verdict>,
     /// What did not hold in every cycle.
     pub(crate) violations: Vec<InvariantViolation>,
+    /// What each router did.
+    pub(crate) routers: Vec<RouterTraffic>,
     /// When it was ended before its time, s after its start.
     pub(crate) interrupted_at_s: Option<f64>,
 }
@@ -38,6 +42,7 @@ impl Finished {
             figures: evaluated.receivers.into_iter().collect(),
             commands: Vec::new(),
             violations: evaluated.violations,
+            routers: Vec::new(),
             interrupted_at_s: None,
         }
     }
@@ -51,6 +56,10 @@ impl Finished {
 
     pub(crate) fn with_commands(self, commands: Vec<Verdict>) -> Self {
         Self { commands, ..self }
+    }
+
+    pub(crate) fn with_routers(self, routers: Vec<RouterTraffic>) -> Self {
+        Self { routers, ..self }
     }
 
     /// Each receiver's figures, by its name.

@@ -19,7 +19,7 @@ use coaxle_host::machine;
 use crate::finished::{Finished, Progress};
 use crate::row::RowSink;
 use crate::scenario::Scenario;
-use crate::timeline::{What, changes_of};
+use crate::timeline::{What, Whom, changes_of};
 use crate::topology::Topology;
 pub(crate) use child::{Child, NodeOutput};
 pub(crate) use nodes::{Nodes, Protocol};
@@ -84,7 +84,10 @@ fn play(
             break;
         }
         while let Some(change) = changes.next_if(|change| change.at <= passed) {
-            let child = &mut children[change.node];
+            let Whom::Node(node) = change.whom else {
+                continue;
+            };
+            let child = &mut children[node];
             match change.what {
                 What::Kill => child.kill()?,
                 What::Start => child.start()?,

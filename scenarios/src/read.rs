@@ -11,12 +11,15 @@ use coaxle_node::faults::{WrongTerm, check_link};
 use coaxle_node::keys::NodeName;
 use coaxle_receiver::{Drives, ReceiverConfig, SlaveConfig};
 use coaxle_sender::config::ShownAxes;
+use serde_json::{Map, Value};
 
-use crate::event::{Event, Happening};
+use crate::event::{Action, Event, Happening};
 use crate::expect::{Expectation, receiver_of};
+use crate::group;
 use crate::invariants::Exception;
+use crate::layout::Layout;
 use crate::scenario::Scenario;
-use crate::summary::{ReceiverSummary, SlaveSummary};
+use crate::summary::{ReceiverSummary, RouterSummary, SlaveSummary};
 use crate::topology::{Root, Topology, Viewed};
 
 /// Reads and checks a scenario. `file` is what the errors call it.
@@ -24,6 +27,13 @@ use crate::topology::{Root, Topology, Viewed};
 /// # Errors
 /// [`ConfigError`] names the file, the field, what was received and what is expected.
 pub(crate) fn scenario(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> {
+    let mut table = table;
+    let origins = group::expand(file, &mut table)?;
+    written_out(file, table).map_err(|error| origins.in_file(error))
+}
+
+/// The same without groups.
+fn written_out(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> {
     let mut scenario: Scenario = from_table(file, table)?;
     let count = scenario.check_count();
     count.map_err(|(field, reason)| ConfigError::field(file, field, reason))?;
@@ -36,8 +46,12 @@ pub(crate) fn scenario(file: &str, table: toml::Table) -> Result<Scenario, Confi
         }
         scenario.network.relative_to(folder);
         scenario.timing_network.relative_to(folder);
+        let links = scenario.routers.iter_mut();
+        let links = links.filter_map(|router| router.link.as_mut());
+        links.for_each(|link| link.relative_to(folder));
     }
     let topology = Topology::of(&scenario).map_err(|wrong| wrong.in_file(file))?;
+    Layout::of(&scenario, &topology).map_err(|wrong| wrong.in_file(file))?;
     tell_units(&mut scenario, &topology);
     show_followed_axes(&mut scenario, &topology, file)?;
     check_events(&scenario, &topology, file)?;
@@ -103,6 +117,12 @@ fn show_followed_axes(
 
 fn check_events(scenario: &Scenario, topology: &Topology, file: &str) -> Result<(), ConfigError> {
     for (n, event) in scenario.events.iter().enumerate() {
+        check_event_of_router(scenario, event).map_err(|(field, reason)| {
+            ConfigError::field(file, format!("event[{n}].{field}"), reason)
+        })?;
+        if scenario.router(&event.node).is_some() {
+            continue;
+        }
         if topology.node(&event.node).is_none() {
             let nodes = topology.names().iter().map(NodeName::as_str);
             let reason = format!(
@@ -117,6 +137,21 @@ fn check_events(scenario: &Scenario, topology: &Topology, file: &str) -> Result<
         })?;
     }
     Ok(())
+}
+
+/// A router goes away and comes back, and does nothing else.
+fn check_event_of_router(scenario: &Scenario, event: &Event) -> Result<(), (&'static str, String)> {
+    let (field, received) = match &event.what {
+        _ if scenario.router(&event.node).is_none() => return Ok(()),
+        Happening::Away {
+            action: Action::Restart | Action::Freeze,
+            ..
+        } => return Ok(()),
+        Happening::Away { .. } => ("action", "twin"),
+        Happening::Command(_) => ("command", "a command"),
+    };
+    let reason = format!("received {received} for a router, expected action restart or freeze");
+    Err((field, reason))
 }
 
 /// Who is commanded must be there.
@@ -169,6 +204,9 @@ fn check_expectation(
     scenario: &Scenario,
     judged: &[&str],
 ) -> Result<(), (&'static str, String)> {
+    if let Some(router) = &expectation.router {
+        return check_expectation_of_router(router, expectation, scenario);
+    }
     for (name, field) in expectation.nodes().zip(["receiver", "at-most-share.of"]) {
         if !judged.contains(&name) {
             return Err((field, unknown(name, judged)));
@@ -194,6 +232,32 @@ fn check_expectation(
             fields_of(&SlaveSummary::default())
         }
     };
+    check_bound(expectation, &fields)
+}
+
+fn check_expectation_of_router(
+    router: &str,
+    expectation: &Expectation,
+    scenario: &Scenario,
+) -> Result<(), (&'static str, String)> {
+    let known = scenario.routers.iter();
+    let known: Vec<_> = known.map(|router| router.name.as_str()).collect();
+    if !known.contains(&router) {
+        return Err(("router", unknown(router, &known)));
+    }
+    let is_of_a_receiver = !expectation.receiver.is_empty() || expectation.slave.is_some();
+    if is_of_a_receiver || expectation.at_most_share.is_some() {
+        let reason = "received receiver, slave or at-most-share besides, expected router alone";
+        return Err(("router", reason.to_owned()));
+    }
+    check_bound(expectation, &fields_of(&RouterSummary::default()))
+}
+
+/// Whether there is such a field, and it is told what is expected of it.
+fn check_bound(
+    expectation: &Expectation,
+    fields: &Map<String, Value>,
+) -> Result<(), (&'static str, String)> {
     if !fields.contains_key(&expectation.field) {
         let known: Vec<_> = fields.keys().map(String::as_str).collect();
         return Err(("field", unknown(&expectation.field, &known)));

@@ -13,7 +13,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::event::{Action, Event, Happening};
 use crate::expect::{Expectation, receiver_of};
+use crate::group::Group;
 use crate::invariants::Exception;
+use crate::router::{RouterConfig, fits};
 
 /// An experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -36,11 +38,18 @@ pub struct Scenario {
     /// The same for the beacons of timing channels, which take another way: none of what happens to messages happens to them.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub timing_network: LinkConfig,
+    /// The routers between nodes in virtual time; without any, each message goes from node to node at once. Real processes have
+    /// none of them.
+    #[serde(rename = "router", default, skip_serializing_if = "Vec::is_empty")]
+    pub routers: Vec<RouterConfig>,
+    /// Nodes that are alike, written once: what is read has them among the senders and receivers.
+    #[serde(rename = "group", default, skip_serializing_if = "Vec::is_empty")]
+    pub groups: Vec<Group>,
     /// The senders.
-    #[serde(rename = "sender")]
+    #[serde(rename = "sender", default)]
     pub senders: Vec<SenderConfig>,
     /// The receivers.
-    #[serde(rename = "receiver")]
+    #[serde(rename = "receiver", default)]
     pub receivers: Vec<ReceiverConfig>,
     /// What happens on the way.
     #[serde(rename = "event", default, skip_serializing_if = "Vec::is_empty")]
@@ -76,7 +85,7 @@ const fn first_seed() -> u64 {
 }
 
 /// Most nodes of a scenario.
-const MOST_NODES: usize = 128;
+const MOST_NODES: usize = 1000;
 
 impl Scenario {
     /// # Errors
@@ -127,6 +136,11 @@ impl Scenario {
         Some(self.senders.len() + self.receivers.len() + place)
     }
 
+    /// The number of the router of this name, if there is one.
+    pub(crate) fn router(&self, name: &NodeName) -> Option<usize> {
+        self.routers.iter().position(|router| router.name == *name)
+    }
+
     /// The seed of one node, the same in both worlds.
     #[must_use]
     pub fn seed_of(&self, node: &NodeName) -> u64 {
@@ -168,9 +182,17 @@ impl Scenario {
         self.expectations
             .retain(|e| e.nodes().all(|name| kept.contains(receiver_of(name))));
         self.exceptions.retain(|e| kept.contains(&e.receiver));
+        for router in &mut self.routers {
+            router.nodes.retain(|pattern| {
+                kept.iter().any(|name| fits(pattern, name))
+                    || self.senders.iter().any(|s| fits(pattern, s.name.as_str()))
+            });
+        }
         self.events.retain(|event| {
             let name = event.node.as_str();
-            kept.contains(name) || self.senders.iter().any(|s| s.name.as_str() == name)
+            kept.contains(name)
+                || self.senders.iter().any(|s| s.name.as_str() == name)
+                || self.routers.iter().any(|r| r.name.as_str() == name)
         });
         Ok(())
     }

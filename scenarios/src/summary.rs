@@ -3,6 +3,7 @@
 mod coupling;
 mod cuts;
 mod last;
+mod router;
 
 use std::collections::BTreeMap;
 
@@ -14,6 +15,7 @@ use serde::{Deserialize, Serialize};
 pub use coupling::CouplingSummary;
 pub use cuts::{Cut, CutsSummary};
 pub use last::LastSignals;
+pub use router::{RouterLinkSummary, RouterSummary};
 
 use crate::verdict::Verdict;
 
@@ -35,6 +37,9 @@ pub struct Summary {
     pub interrupted_at_s: Option<f64>,
     /// Each receiver's figures, by its name.
     pub receivers: BTreeMap<String, ReceiverSummary>,
+    /// Each router's figures, by its name; of virtual time alone.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub routers: BTreeMap<String, RouterSummary>,
     /// Each expectation's outcome.
     pub expectations: Vec<Verdict>,
 }

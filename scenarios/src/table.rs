@@ -1,6 +1,8 @@
 //! The results as a person reads them in a terminal.
 
 mod cuts;
+mod many;
+mod routers;
 
 use std::fmt::Write as _;
 
@@ -14,6 +16,8 @@ use crate::summary::{ReceiverSummary, Summary};
 use crate::units;
 use crate::verdict::Verdict;
 
+pub use routers::routers;
+
 /// The table of results: a column per receiver, a row per figure. Where the terminal is too narrow
 /// for all receivers the table is continued below, so that nothing is cut.
 #[must_use]
@@ -25,8 +29,14 @@ pub fn results(summary: &Summary) -> String {
 /// Columns assumed where the output is no terminal.
 const WIDTH_OF_A_FILE: u16 = 100;
 
+/// Most receivers that have a column each: of more, their ranges are shown.
+const MOST_COLUMNS: usize = 24;
+
 fn results_within(summary: &Summary, width: usize) -> String {
     let receivers = in_order(summary);
+    if receivers.len() > MOST_COLUMNS {
+        return many::ranges(&receivers).trim_fmt();
+    }
     let mut blocks = Vec::new();
     let mut rest = receivers.as_slice();
     while !rest.is_empty() {
@@ -60,13 +70,24 @@ fn right(text: &str) -> Cell {
     Cell::new(text).set_alignment(CellAlignment::Right)
 }
 
-/// The expectations, one a line: those that failed last, where the eye is. Empty if there are none.
+/// The expectations, one a line: those that failed last, where the eye is. Of very many that are met, only how many. Empty if
+/// there are none.
 #[must_use]
 pub fn verdicts(summary: &Summary) -> String {
     let (met, failed): (Vec<_>, Vec<_>) = summary.expectations.iter().partition(|v| v.met);
-    let lines: Vec<_> = met.into_iter().chain(failed).map(verdict).collect();
+    let met = match met.len() {
+        0..=MOST_MET => met.into_iter().map(verdict).collect(),
+        many => vec![format!("ok     {many} expectations are met")],
+    };
+    let lines: Vec<_> = met
+        .into_iter()
+        .chain(failed.into_iter().map(verdict))
+        .collect();
     lines.join("\n")
 }
+
+/// Most expectations that are met and told one by one.
+const MOST_MET: usize = 100;
 
 fn verdict(verdict: &Verdict) -> String {
     let outcome = if verdict.met { "ok    " } else { "FAILED" };

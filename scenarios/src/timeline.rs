@@ -6,18 +6,27 @@ use crate::event::{Action, Happening};
 use crate::scenario::Scenario;
 use crate::topology::Topology;
 
-/// Something that happens to a node.
+/// Something that happens to a node or a router.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Change {
     /// When, since the start.
     pub(crate) at: Span,
-    /// Number of the node; twins come after all others.
-    pub(crate) node: usize,
+    /// To whom.
+    pub(crate) whom: Whom,
     /// What.
     pub(crate) what: What,
 }
 
-/// What can happen to a node.
+/// To whom something happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Whom {
+    /// A node, by its number; twins come after all others.
+    Node(usize),
+    /// A router, by its number among routers; real processes have none.
+    Router(usize),
+}
+
+/// What can happen to a node, or a router.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum What {
     /// It dies at once.
@@ -36,24 +45,26 @@ pub(crate) enum What {
 pub(crate) fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<Change> {
     let mut changes = Vec::new();
     for (number, event) in scenario.events.iter().enumerate() {
-        let Some(node) = topology.node(&event.node) else {
+        let node = topology.node(&event.node).map(Whom::Node);
+        let router = || scenario.router(&event.node).map(Whom::Router);
+        let Some(whom) = node.or_else(router) else {
             continue;
         };
         let from = event.at_s.span();
-        let mut add = |at, node, what| changes.push(Change { at, node, what });
+        let mut add = |at, whom, what| changes.push(Change { at, whom, what });
         match event.what {
-            Happening::Command(_) => add(from, node, What::Command(number)),
+            Happening::Command(_) => add(from, whom, What::Command(number)),
             Happening::Away { action, for_s } => {
-                let (node, first, then) = match action {
-                    Action::Restart => (node, What::Kill, What::Start),
-                    Action::Freeze => (node, What::Stop, What::Resume),
+                let (whom, first, then) = match action {
+                    Action::Restart => (whom, What::Kill, What::Start),
+                    Action::Freeze => (whom, What::Stop, What::Resume),
                     Action::Twin => {
-                        let twin = scenario.twin_of(&event.node).unwrap_or(node);
-                        (twin, What::Start, What::Kill)
+                        let twin = scenario.twin_of(&event.node).map(Whom::Node);
+                        (twin.unwrap_or(whom), What::Start, What::Kill)
                     }
                 };
-                add(from, node, first);
-                add(from + for_s.span(), node, then);
+                add(from, whom, first);
+                add(from + for_s.span(), whom, then);
             }
         }
     }

@@ -76,6 +76,13 @@ pub(crate) struct WrongField {
 }
 
 impl WrongField {
+    pub(crate) fn new(field: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self {
+            field: field.into(),
+            reason: reason.into(),
+        }
+    }
+
     pub(crate) fn in_file(self, file: &str) -> ConfigError {
         ConfigError::field(file, self.field, self.reason)
     }

@@ -4,7 +4,9 @@ use anyhow::Context;
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::command::OrderCargo;
+use coaxle_node::config::LinkConfig;
 use coaxle_node::faults::seed_of;
+use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{self, Subscription, far_link_seed};
 use coaxle_node::{
     Arrival, Channel, CommandAnswer, CommandOrder, CommandOutcome, Message, Node, Outgoing,
@@ -12,15 +14,16 @@ use coaxle_node::{
 use coaxle_receiver::{Drives, Receiver, ReceiverConfig};
 use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
-use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, True, World};
+use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, RouterSetup, True, World};
 
 use crate::evaluate::{Evaluation, truth_of};
 use crate::event::{Event, Happening};
 use crate::finished::{Finished, Progress};
+use crate::layout::Layout;
 use crate::row::RowSink;
 use crate::scenario::Scenario;
 use crate::summary;
-use crate::timeline::{What, changes_of};
+use crate::timeline::{What, Whom, changes_of};
 use crate::topology::Topology;
 use crate::verdict::Verdict;
 
@@ -34,7 +37,7 @@ pub fn run(
     progress: &mut dyn Progress,
 ) -> anyhow::Result<Finished> {
     let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
-    let mut world = populate(scenario)?;
+    let mut world = populate(scenario, &topology)?;
     let mut watcher = Watcher {
         senders: scenario.senders.len(),
         receivers: scenario.receivers.len(),
@@ -50,26 +53,46 @@ pub fn run(
         if !is_whole {
             break;
         }
-        match change.what {
-            What::Kill => world.kill(change.node),
-            What::Start => world.start(change.node),
-            What::Stop => world.stop(change.node),
-            What::Resume => world.resume(change.node),
-            What::Command(event) => {
-                if let Happening::Command(commanded) = &scenario.events[event].what {
-                    world.order(change.node, event, commanded.order.clone());
-                }
-            }
+        match change.whom {
+            Whom::Node(node) => happen(&mut world, scenario, node, change.what),
+            Whom::Router(router) => happen_to_router(&mut world, router, change.what),
         }
     }
     let is_whole = is_whole && run_in_steps(&mut world, end, &mut watcher, progress, end)?;
     let interrupted_at = (!is_whole).then(|| world.now().since_epoch().as_secs_f64());
     let commands = judge_commands(scenario, &watcher.outcomes);
+    let routers = world.router_traffic();
     let Watcher {
         evaluation, sink, ..
     } = watcher;
     let finished = Finished::new(evaluation.finish(sink)).with_commands(commands);
+    let finished = finished.with_routers(routers);
     Ok(finished.interrupted_at(interrupted_at))
+}
+
+fn happen(world: &mut World<AnyNode>, scenario: &Scenario, node: usize, what: What) {
+    match what {
+        What::Kill => world.kill(node),
+        What::Start => world.start(node),
+        What::Stop => world.stop(node),
+        What::Resume => world.resume(node),
+        What::Command(event) => {
+            if let Happening::Command(commanded) = &scenario.events[event].what {
+                world.order(node, event, commanded.order.clone());
+            }
+        }
+    }
+}
+
+fn happen_to_router(world: &mut World<AnyNode>, router: usize, what: What) {
+    match what {
+        What::Kill => world.kill_router(router),
+        What::Start => world.start_router(router),
+        What::Stop => world.stop_router(router),
+        What::Resume => world.resume_router(router),
+        // The scenario was refused.
+        What::Command(_) => {}
+    }
 }
 
 fn judge_commands(scenario: &Scenario, outcomes: &[Option<CommandOutcome>]) -> Vec<Verdict> {
@@ -88,7 +111,7 @@ fn judge_commands(scenario: &Scenario, outcomes: &[Option<CommandOutcome>]) -> V
         .collect()
 }
 
-fn populate(scenario: &Scenario) -> anyhow::Result<World<AnyNode>> {
+fn populate(scenario: &Scenario, topology: &Topology) -> anyhow::Result<World<AnyNode>> {
     let mut world = World::new();
     for config in &scenario.senders {
         world.add_node(sender(scenario, config)?)?;
@@ -113,8 +136,50 @@ fn populate(scenario: &Scenario) -> anyhow::Result<World<AnyNode>> {
         // Until its event.
         world.kill(twin);
     }
+    let layout = Layout::of(scenario, topology).map_err(|wrong| wrong.in_file("scenario"))?;
+    place_routers(&mut world, scenario, topology, &layout)?;
     connect(&mut world, scenario)?;
     Ok(world)
+}
+
+/// Routers, what connects them, and every node behind one; a twin behind that of its original.
+fn place_routers(
+    world: &mut World<AnyNode>,
+    scenario: &Scenario,
+    topology: &Topology,
+    layout: &Layout,
+) -> anyhow::Result<()> {
+    let routers = &scenario.routers;
+    for config in routers {
+        let ns_per_byte = config.mbit_s.map_or(0.0, |rate| 8_000.0 / rate.get());
+        world.add_router(RouterSetup {
+            name: config.name.to_string(),
+            forwarding: config.forward_us.span(),
+            ns_per_byte,
+            longest_queue: config.queue_us.span(),
+        });
+    }
+    let seeds = |one: &NodeName, other: &NodeName| {
+        let seed = |from, to| seed_of(scenario.seed, &format!("hop {from} {to}"));
+        [seed(one, other), seed(other, one)]
+    };
+    for [from, to] in layout.connected.iter().copied() {
+        let link = routers[from].link.as_ref().unwrap_or(&scenario.network);
+        let seeds = seeds(&routers[from].name, &routers[to].name);
+        world.connect_routers([from, to], link, seeds)?;
+    }
+    let twins = scenario.twins();
+    let twins = twins.iter().filter_map(|name| topology.node(name));
+    for (node, original) in (0..layout.behind.len()).chain(twins).enumerate() {
+        let Some(router) = layout.behind.get(original).copied() else {
+            continue;
+        };
+        let [up, down] = seeds(&topology.names()[original], &routers[router].name);
+        let is_twin = node >= layout.behind.len();
+        let seeds = [up, down].map(|seed| if is_twin { seed_of(seed, TWIN) } else { seed });
+        world.place_behind(node, router, &scenario.network, seeds)?;
+    }
+    Ok(())
 }
 
 /// The part of a run that twins draw their random numbers for.
@@ -186,8 +251,9 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()
             }
         };
         let network = match channel.is_timing() {
-            true => &scenario.timing_network,
-            false => &scenario.network,
+            true => scenario.timing_network.clone(),
+            false if scenario.routers.is_empty() => scenario.network.clone(),
+            false => content_faults(&scenario.network),
         };
         world.add_link(LinkSetup {
             from: way.from,
@@ -197,13 +263,21 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()
             to: way.to,
             subscription: way.subscription,
             reader: reader.clone(),
-            behaviour: vec![
-                (network.clone(), seed("network")),
-                (faults.clone(), seed("link")),
-            ],
+            behaviour: vec![(network, seed("network")), (faults.clone(), seed("link"))],
         })?;
     }
     Ok(())
+}
+
+/// What a network does to what messages say, which happens once however many hops there are. All else happens on each of
+/// them.
+fn content_faults(network: &LinkConfig) -> LinkConfig {
+    LinkConfig {
+        corruption: network.corruption,
+        forgeries: network.forgeries.clone(),
+        faults_until_s: network.faults_until_s,
+        ..LinkConfig::default()
+    }
 }
 
 /// False if it was ended before.

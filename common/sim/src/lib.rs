@@ -4,15 +4,18 @@
 //! very code that real machines run. Same seed, same bytes. Nodes cannot name [`True`] time; only
 //! the [`World`] and its [`Oracle`] see it.
 //!
-//! A [`World`] takes nodes ([`NodeSetup`]) and links ([`LinkSetup`]), and lets true time flow; an
+//! A [`World`] takes nodes ([`NodeSetup`]), routers between them if there are any ([`RouterSetup`]), and links
+//! ([`LinkSetup`]), and lets true time flow; an
 //! [`Observer`] sees every cycle. After each one the [invariants](Violation) of the contract are
 //! checked: a node that breaks one ends the run.
 
 mod error_stop;
 mod events;
 mod far_time;
+mod hop;
 mod invariants;
 mod link;
+mod network;
 mod observer;
 mod oracle;
 mod set_values;
@@ -23,11 +26,13 @@ mod world;
 
 pub use error_stop::{ErrorStopCheck, TooFar};
 pub use far_time::{FarTimeCheck, FarTimeFault, LARGEST_RATE_ERROR};
+pub use hop::Load;
 pub use invariants::{Breach, Violation};
+pub use network::RouterTraffic;
 pub use observer::{CycleSeen, Observer};
 pub use oracle::{Oracle, Truth, TruthSample};
 pub use set_values::{Excess, SetValueBound, SetValueCheck, Shares};
-pub use setup::{Factory, LinkSetup, NodeSetup};
+pub use setup::{Factory, LinkSetup, NodeSetup, RouterSetup};
 pub use traffic::Traffic;
 pub use true_time::True;
 pub use world::World;

@@ -22,6 +22,8 @@ pub(crate) struct Link {
     reader: Reader,
     tampering: Vec<Tampering>,
     models: Vec<LinkModel>,
+    /// What it belongs to in the network of routers; none where it leads from node to node.
+    pub(crate) flow: Option<usize>,
     pub(crate) counts: LinkCounts,
 }
 
@@ -47,6 +49,7 @@ impl Link {
             reader: setup.reader,
             tampering,
             models,
+            flow: None,
             counts: LinkCounts::default(),
         })
     }
@@ -84,6 +87,17 @@ impl Link {
         &mut self,
         now: Instant<True>,
         frame: &[u8],
+        deliver: impl FnMut(Instant<True>, &Message<'_>),
+    ) {
+        self.counts.send();
+        self.pass_on(now, frame, deliver);
+    }
+
+    /// The same with a frame that was counted where it was sent, and has come over routers.
+    pub(crate) fn pass_on(
+        &mut self,
+        now: Instant<True>,
+        frame: &[u8],
         mut deliver: impl FnMut(Instant<True>, &Message<'_>),
     ) {
         let Self {
@@ -93,7 +107,6 @@ impl Link {
             counts,
             ..
         } = self;
-        counts.send();
         let sent = now.since_epoch();
         tamper(tampering, counts, sent, frame, &mut |frame| {
             pass(models, counts, sent, Span::ZERO, &mut |delay| {

@@ -1,6 +1,6 @@
 //! What is put into the simulation.
 
-use coaxle_clock::{Instant, Local};
+use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::config::{ClockConfig, LinkConfig};
 use coaxle_node::{Channel, Reader};
 
@@ -39,4 +39,17 @@ pub struct LinkSetup {
     pub reader: Reader,
     /// What the link does to messages, one behaviour after the other, and the seed of each.
     pub behaviour: Vec<(LinkConfig, u64)>,
+}
+
+/// A router to put into the world.
+#[derive(Clone, Debug)]
+pub struct RouterSetup {
+    /// Its name, for what is told of it.
+    pub name: String,
+    /// How long it takes for each message that it sends on, one after the other.
+    pub forwarding: Span,
+    /// How long a byte takes over each of its links, ns.
+    pub ns_per_byte: f64,
+    /// What would wait for longer than this, to be sent on or to go over a link, is dropped.
+    pub longest_queue: Span,
 }

@@ -1,14 +1,16 @@
 //! Nodes on drifting clocks, links between them, one event queue.
 
 use coaxle_clock::{Instant, Span};
+use coaxle_node::config::LinkConfig;
 use coaxle_node::faults::{CycleJitter, DeviatedClock, WrongTerm, seed_of};
 use coaxle_node::{Channel, CommandOrder, KeptMessage, Message, Node};
 
 use crate::events::EventQueue;
 use crate::invariants::{Violation, Watch};
 use crate::link::Link;
+use crate::network::{Network, RouterTraffic, Transit};
 use crate::observer::{CycleSeen, Observer};
-use crate::setup::{Factory, LinkSetup, NodeSetup};
+use crate::setup::{Factory, LinkSetup, NodeSetup, RouterSetup};
 use crate::traffic::Traffic;
 use crate::true_time::True;
 
@@ -18,6 +20,9 @@ pub struct World<N> {
     queue: EventQueue<Event>,
     nodes: Vec<SimulatedNode<N>>,
     links: Vec<Link>,
+    /// The links that each node sends over, in their order.
+    links_of: Vec<Vec<usize>>,
+    network: Network,
     /// The frame under way from a node to its links.
     frame: Vec<u8>,
     /// Buffers for messages under way.
@@ -54,6 +59,7 @@ enum State<N> {
 enum Event {
     Cycle { node: usize, scheduled: u64 },
     Deliver { link: usize, message: KeptMessage },
+    Hop(Transit),
 }
 
 impl<N: Node> Default for World<N> {
@@ -65,12 +71,14 @@ impl<N: Node> Default for World<N> {
 impl<N: Node> World<N> {
     /// An empty world at true time zero.
     #[must_use]
-    pub const fn new() -> Self {
+    pub fn new() -> Self {
         Self {
             now: Instant::EPOCH,
             queue: EventQueue::new(),
             nodes: Vec::new(),
             links: Vec::new(),
+            links_of: Vec::new(),
+            network: Network::default(),
             frame: Vec::new(),
             spare: Vec::new(),
             delivered: 0,
@@ -98,9 +106,43 @@ impl<N: Node> World<N> {
             scheduled: 0,
             watch: Watch::default(),
         });
+        self.links_of.push(Vec::new());
         let node = self.nodes.len() - 1;
         self.start(node);
         Ok(node)
+    }
+
+    /// Puts a router into the world. Gives its number, which counts routers alone.
+    pub fn add_router(&mut self, setup: RouterSetup) -> usize {
+        self.network.add_router(setup)
+    }
+
+    /// Connects two routers by a link that behaves so in either direction, with a seed for each.
+    ///
+    /// # Errors
+    /// [`WrongTerm`]: a file that its delay names cannot be used.
+    pub fn connect_routers(
+        &mut self,
+        routers: [usize; 2],
+        link: &LinkConfig,
+        seeds: [u64; 2],
+    ) -> Result<(), WrongTerm> {
+        self.network.connect_routers(routers, link, seeds)
+    }
+
+    /// Puts a node behind a router, over a link that behaves so in either direction, with a seed for each. Links between
+    /// two such nodes that are added afterwards lead over routers, but for those of beacons.
+    ///
+    /// # Errors
+    /// [`WrongTerm`]: a file that its delay names cannot be used.
+    pub fn place_behind(
+        &mut self,
+        node: usize,
+        router: usize,
+        link: &LinkConfig,
+        seeds: [u64; 2],
+    ) -> Result<(), WrongTerm> {
+        self.network.place(node, router, link, seeds)
     }
 
     /// Connects a subscriber.
@@ -108,8 +150,12 @@ impl<N: Node> World<N> {
     /// # Errors
     /// [`WrongTerm`]: a file that its delay names cannot be used.
     pub fn add_link(&mut self, setup: LinkSetup) -> Result<(), WrongTerm> {
-        let (from, channel) = (setup.from, setup.channel);
-        self.links.push(Link::new(setup)?);
+        let (from, channel, far, to) = (setup.from, setup.channel, setup.far, setup.to);
+        let mut link = Link::new(setup)?;
+        let number = self.links.len();
+        link.flow = self.network.flow_of((from, channel, far), number, to);
+        self.links.push(link);
+        self.links_of[from].push(number);
         if let Some(node) = self.node_mut(from) {
             node.set_subscribed(channel, true);
         }
@@ -147,7 +193,7 @@ impl<N: Node> World<N> {
     /// What became of all messages so far.
     #[must_use]
     pub fn traffic(&self) -> Traffic {
-        let is_message = |event: &&Event| matches!(event, Event::Deliver { .. });
+        let is_message = |event: &&Event| !matches!(event, Event::Cycle { .. });
         let waiting = self.nodes.iter().map(|node| match &node.state {
             State::Stopped(_, waiting) => waiting.len() as u64,
             State::Running(_) | State::Dead => 0,
@@ -155,14 +201,21 @@ impl<N: Node> World<N> {
         let mut traffic = Traffic {
             delivered: self.delivered,
             dropped: self.dropped,
-            waiting: waiting.sum(),
+            waiting: waiting.sum::<u64>() + self.network.waiting(),
             under_way: self.queue.iter().filter(is_message).count() as u64,
             ..Traffic::default()
         };
+        self.network.counts.add_to(&mut traffic);
         for link in &self.links {
             link.counts.add_to(&mut traffic);
         }
         traffic
+    }
+
+    /// What each router did so far, in the order they were added.
+    #[must_use]
+    pub fn router_traffic(&self) -> Vec<RouterTraffic> {
+        self.network.traffic()
     }
 
     /// Lets true time flow until `end`.
@@ -182,6 +235,7 @@ impl<N: Node> World<N> {
             match event {
                 Event::Cycle { node, scheduled } => self.cycle(node, scheduled, observer)?,
                 Event::Deliver { link, message } => self.deliver(link, message),
+                Event::Hop(transit) => self.hop(transit),
             }
         }
         self.now = end;
@@ -216,8 +270,9 @@ impl<N: Node> World<N> {
         let start = simulated.clock.local_at(now) + simulated.start_phase;
         let mut built = (simulated.build)(start, simulated.run);
         for channel in Channel::ALL {
-            let links = |link: &Link| link.from == node && link.channel == channel;
-            built.set_subscribed(channel, self.links.iter().any(links));
+            let mut links = self.links_of[node].iter();
+            let is_subscribed = links.any(|link| self.links[*link].channel == channel);
+            built.set_subscribed(channel, is_subscribed);
         }
         simulated.state = State::Running(built);
         self.schedule(node);
@@ -245,6 +300,30 @@ impl<N: Node> World<N> {
             }
             other => *state = other,
         }
+    }
+
+    /// Ends a router at once. Nodes behind it are cut off, and others find ways past it if there are any.
+    pub fn kill_router(&mut self, router: usize) {
+        self.network.kill(router);
+    }
+
+    /// Starts a dead router anew.
+    pub fn start_router(&mut self, router: usize) {
+        self.network.start(router);
+    }
+
+    /// Freezes a router. What comes to it waits, and nobody looks for a way past it.
+    pub fn stop_router(&mut self, router: usize) {
+        self.network.freeze(router);
+    }
+
+    /// Lets a frozen router go on, with what waited for it.
+    pub fn resume_router(&mut self, router: usize) {
+        let (nodes, queue, dropped) = (&self.nodes, &mut self.queue, &mut self.dropped);
+        let lives = |node: usize| !matches!(nodes[node].state, State::Dead);
+        let mut on_its_way = |at, transit| add(queue, dropped, at, Event::Hop(transit));
+        self.network
+            .resume(self.now, router, lives, &mut on_its_way);
     }
 
     fn schedule(&mut self, node: usize) {
@@ -280,22 +359,25 @@ impl<N: Node> World<N> {
         simulated.watch.check(&simulated.name, node, tick, local)?;
         while let Some(outgoing) = node.transmit() {
             let stamped = simulated.send_stamps;
-            for (link, by) in self.links.iter_mut().enumerate() {
-                if by.takes(index, &outgoing) {
-                    let Some(frame) = by.seal(&outgoing, local, stamped, &mut self.frame) else {
-                        continue;
-                    };
-                    let (queue, spare) = (&mut self.queue, &mut self.spare);
-                    let dropped = &mut self.dropped;
-                    by.send(now, frame, |at, message| {
-                        if queue.len() >= MOST_UNDER_WAY {
-                            *dropped += 1;
-                            return;
-                        }
-                        let message = kept(message, spare);
-                        queue.add(at, Event::Deliver { link, message });
-                    });
+            for &link in &self.links_of[index] {
+                let by = &mut self.links[link];
+                let is_sent = by.flow.is_none_or(|flow| self.network.is_first(flow, link));
+                if !(is_sent && by.takes(index, &outgoing)) {
+                    continue;
                 }
+                let Some(frame) = by.seal(&outgoing, local, stamped, &mut self.frame) else {
+                    continue;
+                };
+                let (queue, dropped) = (&mut self.queue, &mut self.dropped);
+                if let Some(flow) = by.flow {
+                    let mut on_its_way = |at, transit| add(queue, dropped, at, Event::Hop(transit));
+                    self.network.publish(now, flow, frame, &mut on_its_way);
+                    continue;
+                }
+                let spare = &mut self.spare;
+                by.send(now, frame, |at, message| {
+                    deliver_later(queue, dropped, spare, at, link, message);
+                });
             }
         }
         let ideal_start = simulated.clock.reference_at(tick.ideal_start);
@@ -311,6 +393,27 @@ impl<N: Node> World<N> {
         });
         self.schedule(index);
         Ok(())
+    }
+
+    fn hop(&mut self, transit: Transit) {
+        let (nodes, queue, dropped) = (&self.nodes, &mut self.queue, &mut self.dropped);
+        let lives = |node: usize| !matches!(nodes[node].state, State::Dead);
+        let mut on_its_way = |at, transit| add(queue, dropped, at, Event::Hop(transit));
+        let arrived = self
+            .network
+            .arrive(self.now, transit, lives, &mut on_its_way);
+        let Some((node, flow, frame)) = arrived else {
+            return;
+        };
+        let (queue, dropped, spare) = (&mut self.queue, &mut self.dropped, &mut self.spare);
+        let mut messages = 0;
+        for link in self.network.links_to(flow, node) {
+            messages += 1;
+            self.links[link].pass_on(self.now, &frame, |at, message| {
+                deliver_later(queue, dropped, spare, at, link, message);
+            });
+        }
+        self.network.counts.became(messages);
     }
 
     fn deliver(&mut self, link: usize, message: KeptMessage) {
@@ -342,6 +445,31 @@ const MOST_WAITING: usize = 50_000;
 
 /// Most messages under way at once: no network holds more, and what is sent beyond them is lost.
 const MOST_UNDER_WAY: usize = 200_000;
+
+/// Something under way, unless too much is.
+fn add(queue: &mut EventQueue<Event>, dropped: &mut u64, at: Instant<True>, event: Event) {
+    if queue.len() >= MOST_UNDER_WAY {
+        *dropped += 1;
+    } else {
+        queue.add(at, event);
+    }
+}
+
+fn deliver_later(
+    queue: &mut EventQueue<Event>,
+    dropped: &mut u64,
+    spare: &mut Vec<KeptMessage>,
+    at: Instant<True>,
+    link: usize,
+    message: &Message<'_>,
+) {
+    if queue.len() >= MOST_UNDER_WAY {
+        *dropped += 1;
+        return;
+    }
+    let message = kept(message, spare);
+    queue.add(at, Event::Deliver { link, message });
+}
 
 /// The message, in a buffer that is used again if there is one.
 fn kept(message: &Message<'_>, spare: &mut Vec<KeptMessage>) -> KeptMessage {

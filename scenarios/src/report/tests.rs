@@ -31,6 +31,7 @@ fn summary() -> Summary {
             ("bare".to_owned(), receiver("bypass", Some(1.0))),
             (NASTY.to_owned(), receiver("sync", Some(0.01))),
         ]),
+        routers: BTreeMap::new(),
         expectations: vec![Verdict {
             receiver: NASTY.to_owned(),
             slave: None,

@@ -17,7 +17,7 @@ use crate::report::print;
 use crate::report::{self, Report};
 use crate::results_folder::ResultsFolder;
 use crate::scenario::Scenario;
-use crate::summary::{ReceiverSummary, Summary, World};
+use crate::summary::{ReceiverSummary, RouterSummary, Summary, World};
 use crate::topology::Topology;
 use crate::{processes, virtual_time};
 use files::Files;
@@ -130,7 +130,12 @@ pub fn prepare(source: &Source, options: &Options) -> anyhow::Result<Scenario> {
 
 /// A run in figures with everything that is expected of it.
 pub(crate) fn judged(name: &str, scenario: &Scenario, world: World, finished: Finished) -> Summary {
-    let mut summary = summarise(name, scenario, world, finished.figures);
+    let seconds = finished
+        .interrupted_at_s
+        .unwrap_or(scenario.duration_s.get());
+    let routers = finished.routers.iter();
+    let routers = routers.map(|router| (router.name.clone(), RouterSummary::of(router, seconds)));
+    let mut summary = summarise(name, scenario, world, finished.figures, routers.collect());
     summary.expectations.extend(finished.commands);
     summary.interrupted_at_s = finished.interrupted_at_s;
     let failed = invariants::judge(&scenario.exceptions, &finished.violations, world);
@@ -143,6 +148,7 @@ fn summarise(
     scenario: &Scenario,
     world: World,
     receivers: BTreeMap<String, ReceiverSummary>,
+    routers: BTreeMap<String, RouterSummary>,
 ) -> Summary {
     let mut summary = Summary {
         scenario: name.to_owned(),
@@ -152,6 +158,7 @@ fn summarise(
         duration_s: scenario.duration_s.get(),
         interrupted_at_s: None,
         receivers,
+        routers,
         expectations: Vec::new(),
     };
     summary.expectations = scenario

@@ -16,6 +16,8 @@ use coaxle_node::gear_file::GearFile;
 use coaxle_node::saw_file::SawFile;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::SenderConfig;
+use schemars::Schema;
+use schemars::transform::{RecursiveTransform, Transform};
 use serde_json::Value;
 
 use crate::inspect::print_text;
@@ -78,9 +80,20 @@ impl FileKind {
             Self::Saw => schema_of::<SawFile>(),
             Self::Gear => schema_of::<GearFile>(),
         };
+        if self == Self::Scenario {
+            let mut with_numbers = RecursiveTransform(names_with_numbers);
+            with_numbers.transform(&mut schema);
+        }
         let title = format!("Coaxle: {}", self.name());
         schema.insert("title".to_owned(), title.into());
         schema.to_value()
+    }
+}
+
+/// Names in a group may hold those of numbers, in braces.
+fn names_with_numbers(schema: &mut Schema) {
+    if let Some(Value::String(pattern)) = schema.get_mut("pattern") {
+        *pattern = pattern.replace("[A-Za-z0-9._-]", "[A-Za-z0-9._{}-]");
     }
 }
 

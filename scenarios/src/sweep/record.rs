@@ -139,6 +139,7 @@ mod tests {
             receivers: [("a", bare), ("b", cutting)]
                 .map(|(name, receiver)| (name.to_owned(), receiver))
                 .into(),
+            routers: BTreeMap::new(),
             expectations: vec![verdict],
         }
     }

@@ -16,6 +16,7 @@ fn summary(receivers: Vec<(&str, ReceiverSummary)>) -> Summary {
         duration_s: 40.0,
         interrupted_at_s: None,
         receivers,
+        routers: BTreeMap::new(),
         expectations: Vec::new(),
     }
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::sync::LazyLock;
 
 use coaxle::catalog::{self, CATALOG};
-use coaxle::summary::{ReceiverSummary, SlaveSummary, Summary};
+use coaxle::summary::{ReceiverSummary, RouterSummary, SlaveSummary, Summary};
 
 /// Every scenario's run, in the order of the catalogue: some take seconds, so they run but once.
 static RUNS: LazyLock<Vec<Summary>> = LazyLock::new(|| {
@@ -36,6 +36,7 @@ const RAISES: &[(&str, &str)] = &[
     ("hot-standby", "lines fall silent, standbys take over"),
     ("saw-recovery", "a sender is frozen for a second"),
     ("rollback-8", "a drive cannot stop within a cycle"),
+    ("plant", "two routers fail"),
 ];
 
 #[test]
@@ -92,12 +93,31 @@ fn the_figures_of_every_observer() {
     insta::assert_snapshot!(figures(|receiver| receiver.mode == "observer"));
 }
 
+/// What routers forwarded.
+#[test]
+fn the_figures_of_every_router() {
+    let mut lines = BTreeMap::new();
+    for summary in RUNS.iter() {
+        let scenario = &summary.scenario;
+        let routers = summary.routers.iter();
+        lines.extend(
+            routers.map(|(name, router)| (format!("{scenario}/{name}"), of_router(router))),
+        );
+    }
+    insta::assert_snapshot!(table(&lines));
+}
+
+/// Most receivers of a scenario that have a line each: none but one of very many has more far axes.
+const MOST_LINES: usize = 60;
+
 /// Two tables with a line per receiver and one per slave.
 fn figures(is_wanted: impl Fn(&ReceiverSummary) -> bool) -> String {
     let (mut receivers, mut slaves) = (BTreeMap::new(), BTreeMap::new());
     for summary in RUNS.iter() {
         let scenario = &summary.scenario;
-        let wanted = summary.receivers.iter();
+        // Of very many that are alike, some.
+        let every = summary.receivers.len().div_ceil(MOST_LINES);
+        let wanted = summary.receivers.iter().step_by(every.max(1));
         for (name, receiver) in wanted.filter(|(_, receiver)| is_wanted(receiver)) {
             receivers.insert(format!("{scenario}/{name}"), of_receiver(receiver));
             for (slave, figures) in &receiver.slaves {
@@ -158,6 +178,19 @@ fn of_receiver(r: &ReceiverSummary) -> [Cell; 15] {
         ("lag µs", digits(r.lag_us)),
         ("lagmax µs", digits(r.lag_error_max_us)),
         ("delay µs", digits(r.last.far.delay_us)),
+    ]
+}
+
+fn of_router(r: &RouterSummary) -> [Cell; 7] {
+    let to_middle = r.links.values().map(|link| link.messages_per_s).sum();
+    [
+        ("in 1/s", digits(Some(r.received_per_s))),
+        ("in B/s", digits(Some(r.received_bytes_per_s))),
+        ("nodes 1/s", digits(Some(r.to_nodes_per_s))),
+        ("nodes B/s", digits(Some(r.to_nodes_bytes_per_s))),
+        ("routers 1/s", digits(Some(to_middle))),
+        ("routers B/s", digits(Some(r.to_routers_bytes_per_s))),
+        ("dropped", r.dropped.to_string()),
     ]
 }
 

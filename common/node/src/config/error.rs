@@ -106,8 +106,9 @@ impl ConfigError {
         }
     }
 
-    /// The same with its fields called otherwise.
-    pub(crate) fn with_fields(self, called: impl Fn(String) -> String) -> Self {
+    /// The same with its fields called otherwise. What is the same then is told once.
+    #[must_use]
+    pub fn with_fields(self, called: impl Fn(String) -> String) -> Self {
         let Self::Wrong(mistakes) = self else {
             return self;
         };
@@ -115,7 +116,13 @@ impl ConfigError {
             field: called(mistake.field),
             ..mistake
         };
-        Self::Wrong(mistakes.into_iter().map(called).collect())
+        let mut renamed: Vec<Mistake> = Vec::new();
+        for mistake in mistakes.into_iter().map(called) {
+            if !renamed.contains(&mistake) {
+                renamed.push(mistake);
+            }
+        }
+        Self::Wrong(renamed)
     }
 }
 

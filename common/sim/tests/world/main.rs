@@ -5,4 +5,5 @@ mod faults;
 mod invariants;
 mod links;
 mod repeated;
+mod routers;
 mod toy;

@@ -1,0 +1,436 @@
+//! Routers between nodes.
+//!
+//! A node is behind one router. What it publishes goes to that, and from router to router, once over each hop behind which
+//! somebody lives who subscribes to it, as Zenoh's routers forward. They know the shortest ways past routers that are
+//! dead; a frozen one is not known to be, and what comes to it waits.
+
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+use coaxle_clock::{Instant, Span};
+use coaxle_node::Channel;
+use coaxle_node::config::LinkConfig;
+use coaxle_node::faults::WrongTerm;
+
+use crate::hop::{End, Hop, Load, Throttle};
+use crate::setup::RouterSetup;
+use crate::traffic::LinkCounts;
+use crate::true_time::True;
+
+/// All routers, and the hops between them and to their nodes.
+#[derive(Default)]
+pub(crate) struct Network {
+    routers: Vec<Router>,
+    hops: Vec<Hop>,
+    /// Of each node that is behind a router, by its number.
+    homes: Vec<Option<Home>>,
+    flows: Vec<Flow>,
+    /// The hops of the frame that is forwarded.
+    next_hops: Vec<usize>,
+    pub(crate) counts: LinkCounts,
+}
+
+struct Router {
+    setup: RouterSetup,
+    state: State,
+    forwarding: Throttle,
+    /// The routers it is connected to, each with the hop there.
+    neighbours: Vec<(usize, usize)>,
+    /// The hop that leads to each router, by its number; none to itself and where no way leads.
+    ways: Vec<Option<usize>>,
+    received: Load,
+    dropped: u64,
+}
+
+enum State {
+    Running,
+    /// Frozen, with what waits for it.
+    Frozen(Vec<Transit>),
+    Dead,
+}
+
+/// A node's place.
+#[derive(Clone, Copy)]
+struct Home {
+    router: usize,
+    up: usize,
+    down: usize,
+}
+
+/// What one node publishes under one key, and who subscribes to it.
+struct Flow {
+    from: usize,
+    channel: Channel,
+    far: usize,
+    /// The links, each with the node it leads to.
+    links: Vec<(usize, usize)>,
+}
+
+/// A frame on a hop.
+pub(crate) struct Transit {
+    hop: usize,
+    flow: usize,
+    frame: Rc<[u8]>,
+}
+
+/// What a router did.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RouterTraffic {
+    /// Its name.
+    pub name: String,
+    /// What came to it, from nodes and other routers.
+    pub received: Load,
+    /// What it sent to its nodes.
+    pub to_nodes: Load,
+    /// What it sent to each router it is connected to.
+    pub to_routers: Vec<(String, Load)>,
+    /// Messages that it had no room for, or that came while it was dead.
+    pub dropped: u64,
+}
+
+impl Network {
+    pub(crate) fn add_router(&mut self, setup: RouterSetup) -> usize {
+        let forwarding = Throttle::new(setup.forwarding, 0.0, setup.longest_queue);
+        self.routers.push(Router {
+            setup,
+            state: State::Running,
+            forwarding,
+            neighbours: Vec::new(),
+            ways: Vec::new(),
+            received: Load::default(),
+            dropped: 0,
+        });
+        self.find_ways();
+        self.routers.len() - 1
+    }
+
+    /// Connects two routers, with what the link does to messages of either direction, and a seed for each.
+    pub(crate) fn connect_routers(
+        &mut self,
+        routers: [usize; 2],
+        config: &LinkConfig,
+        seeds: [u64; 2],
+    ) -> Result<(), WrongTerm> {
+        let [a, b] = routers;
+        for ((from, to), seed) in [(a, b), (b, a)].into_iter().zip(seeds) {
+            let line = self.line_of(from);
+            let hop = self.add_hop(End::Router(to), config, seed, line)?;
+            self.routers[from].neighbours.push((to, hop));
+        }
+        self.find_ways();
+        Ok(())
+    }
+
+    /// Puts a node behind a router.
+    pub(crate) fn place(
+        &mut self,
+        node: usize,
+        router: usize,
+        config: &LinkConfig,
+        seeds: [u64; 2],
+    ) -> Result<(), WrongTerm> {
+        let line = self.line_of(router);
+        let up = self.add_hop(End::Router(router), config, seeds[0], line)?;
+        let down = self.add_hop(End::Node(node), config, seeds[1], line)?;
+        if self.homes.len() <= node {
+            self.homes.resize(node + 1, None);
+        }
+        self.homes[node] = Some(Home { router, up, down });
+        Ok(())
+    }
+
+    fn line_of(&self, router: usize) -> Throttle {
+        let RouterSetup {
+            ns_per_byte,
+            longest_queue,
+            ..
+        } = self.routers[router].setup;
+        Throttle::new(Span::ZERO, ns_per_byte, longest_queue)
+    }
+
+    fn add_hop(
+        &mut self,
+        to: End,
+        config: &LinkConfig,
+        seed: u64,
+        line: Throttle,
+    ) -> Result<usize, WrongTerm> {
+        self.hops.push(Hop::new(to, config, seed, line)?);
+        Ok(self.hops.len() - 1)
+    }
+
+    /// The flow that a link belongs to, if both of its nodes are behind routers. Beacons take another way.
+    pub(crate) fn flow_of(
+        &mut self,
+        (from, channel, far): (usize, Channel, usize),
+        link: usize,
+        to: usize,
+    ) -> Option<usize> {
+        self.home(from)?;
+        self.home(to)?;
+        if channel.is_timing() {
+            return None;
+        }
+        let is_it = |flow: &Flow| flow.from == from && flow.channel == channel && flow.far == far;
+        let flow = self.flows.iter().position(is_it).unwrap_or_else(|| {
+            self.flows.push(Flow {
+                from,
+                channel,
+                far,
+                links: Vec::new(),
+            });
+            self.flows.len() - 1
+        });
+        self.flows[flow].links.push((link, to));
+        Some(flow)
+    }
+
+    fn home(&self, node: usize) -> Option<Home> {
+        self.homes.get(node).copied().flatten()
+    }
+
+    /// The links of a flow that lead to a node.
+    pub(crate) fn links_to(&self, flow: usize, node: usize) -> impl Iterator<Item = usize> {
+        let links = self.flows[flow].links.iter();
+        links.filter_map(move |(link, to)| (*to == node).then_some(*link))
+    }
+
+    /// Whether this link stands for all of its flow: a frame leaves its node but once.
+    pub(crate) fn is_first(&self, flow: usize, link: usize) -> bool {
+        self.flows[flow].links.first().map(|(first, _)| *first) == Some(link)
+    }
+
+    /// A node publishes a frame.
+    pub(crate) fn publish(
+        &mut self,
+        now: Instant<True>,
+        flow: usize,
+        frame: &[u8],
+        on_its_way: &mut impl FnMut(Instant<True>, Transit),
+    ) {
+        let Some(home) = self.home(self.flows[flow].from) else {
+            return;
+        };
+        self.counts.send();
+        self.send(now, home.up, flow, &Rc::from(frame), on_its_way);
+    }
+
+    /// A frame is at the end of its hop. Gives the node that it has come to, with the flow and the frame, or forwards it,
+    /// to where nodes live.
+    pub(crate) fn arrive(
+        &mut self,
+        now: Instant<True>,
+        transit: Transit,
+        lives: impl Fn(usize) -> bool,
+        on_its_way: &mut impl FnMut(Instant<True>, Transit),
+    ) -> Option<(usize, usize, Rc<[u8]>)> {
+        match self.hops[transit.hop].to {
+            End::Node(node) => Some((node, transit.flow, transit.frame)),
+            End::Router(router) => {
+                self.reach(now, router, transit, lives, on_its_way);
+                None
+            }
+        }
+    }
+
+    fn reach(
+        &mut self,
+        now: Instant<True>,
+        router: usize,
+        transit: Transit,
+        lives: impl Fn(usize) -> bool,
+        on_its_way: &mut impl FnMut(Instant<True>, Transit),
+    ) {
+        let at = &mut self.routers[router];
+        match &mut at.state {
+            State::Running => {
+                at.received.add(Load {
+                    messages: 1,
+                    bytes: transit.frame.len() as u64,
+                });
+                self.forward(now, router, &transit, lives, on_its_way);
+            }
+            State::Frozen(waiting) if waiting.len() < MOST_WAITING => waiting.push(transit),
+            State::Frozen(_) | State::Dead => {
+                at.dropped += 1;
+                self.counts.became(0);
+            }
+        }
+    }
+
+    /// Once over each hop that leads to a subscriber who lives, one after the other.
+    fn forward(
+        &mut self,
+        now: Instant<True>,
+        router: usize,
+        transit: &Transit,
+        lives: impl Fn(usize) -> bool,
+        on_its_way: &mut impl FnMut(Instant<True>, Transit),
+    ) {
+        let mut next_hops = std::mem::take(&mut self.next_hops);
+        next_hops.clear();
+        for (_, node) in &self.flows[transit.flow].links {
+            let way = || self.way_on(transit.flow, transit.hop, router, *node);
+            let hop = lives(*node).then(way).flatten();
+            next_hops.extend(hop.filter(|hop| !next_hops.contains(hop)));
+        }
+        self.counts.became(next_hops.len() as u64);
+        for hop in &next_hops {
+            let at = &mut self.routers[router];
+            match at.forwarding.pass(now, transit.frame.len()) {
+                Some(left) => self.send(left, *hop, transit.flow, &transit.frame, on_its_way),
+                None => {
+                    at.dropped += 1;
+                    self.counts.became(0);
+                }
+            }
+        }
+        self.next_hops = next_hops;
+    }
+
+    /// The hop that a frame takes from `router` to a node, having come by the hop `came`; none if this is not on the way from
+    /// where it was published: ways differ by their source, and who forwarded to everybody would do it twice.
+    fn way_on(&self, flow: usize, came: usize, router: usize, node: usize) -> Option<usize> {
+        let source = self.home(self.flows[flow].from)?;
+        let (mut at, mut by) = (source.router, source.up);
+        for _ in 0..self.routers.len() {
+            let next = self.hop_to(at, node)?;
+            if at == router {
+                return (by == came).then_some(next);
+            }
+            let End::Router(after) = self.hops[next].to else {
+                return None;
+            };
+            (at, by) = (after, next);
+        }
+        None
+    }
+
+    fn hop_to(&self, router: usize, node: usize) -> Option<usize> {
+        let home = self.home(node)?;
+        match home.router == router {
+            true => Some(home.down),
+            false => self.routers[router].ways[home.router],
+        }
+    }
+
+    fn send(
+        &mut self,
+        at: Instant<True>,
+        hop: usize,
+        flow: usize,
+        frame: &Rc<[u8]>,
+        on_its_way: &mut impl FnMut(Instant<True>, Transit),
+    ) {
+        let mut messages = 0;
+        for arrival in self.hops[hop].send(at, frame.len()) {
+            messages += 1;
+            let frame = Rc::clone(frame);
+            on_its_way(arrival, Transit { hop, flow, frame });
+        }
+        self.counts.became(messages);
+    }
+
+    /// A router ends at once; what waits for it is lost.
+    pub(crate) fn kill(&mut self, router: usize) {
+        let at = &mut self.routers[router];
+        if let State::Frozen(waiting) = &at.state {
+            at.dropped += waiting.len() as u64;
+            waiting.iter().for_each(|_| self.counts.became(0));
+        }
+        at.state = State::Dead;
+        self.find_ways();
+    }
+
+    /// A dead router starts anew.
+    pub(crate) fn start(&mut self, router: usize) {
+        let at = &mut self.routers[router];
+        if matches!(at.state, State::Dead) {
+            at.state = State::Running;
+            self.find_ways();
+        }
+    }
+
+    /// A router stands still.
+    pub(crate) fn freeze(&mut self, router: usize) {
+        let at = &mut self.routers[router];
+        if matches!(at.state, State::Running) {
+            at.state = State::Frozen(Vec::new());
+        }
+    }
+
+    /// A frozen router goes on, with what waited for it.
+    pub(crate) fn resume(
+        &mut self,
+        now: Instant<True>,
+        router: usize,
+        lives: impl Fn(usize) -> bool,
+        on_its_way: &mut impl FnMut(Instant<True>, Transit),
+    ) {
+        let at = &mut self.routers[router];
+        let State::Frozen(waiting) = &mut at.state else {
+            return;
+        };
+        let waiting = std::mem::take(waiting);
+        at.state = State::Running;
+        for transit in waiting {
+            self.reach(now, router, transit, &lives, on_its_way);
+        }
+    }
+
+    /// Frames that wait for routers that are frozen.
+    pub(crate) fn waiting(&self) -> u64 {
+        let waiting = self.routers.iter().map(|router| match &router.state {
+            State::Frozen(waiting) => waiting.len() as u64,
+            State::Running | State::Dead => 0,
+        });
+        waiting.sum()
+    }
+
+    /// What each router did so far.
+    pub(crate) fn traffic(&self) -> Vec<RouterTraffic> {
+        let traffic = self.routers.iter().enumerate().map(|(number, router)| {
+            let mut to_nodes = Load::default();
+            let mut dropped = router.dropped;
+            for home in self.homes.iter().flatten() {
+                if home.router == number {
+                    to_nodes.add(self.hops[home.down].sent);
+                    dropped += self.hops[home.down].dropped + self.hops[home.up].dropped;
+                }
+            }
+            let to_routers = router.neighbours.iter().map(|(to, hop)| {
+                dropped += self.hops[*hop].dropped;
+                (self.routers[*to].setup.name.clone(), self.hops[*hop].sent)
+            });
+            RouterTraffic {
+                name: router.setup.name.clone(),
+                received: router.received,
+                to_nodes,
+                to_routers: to_routers.collect(),
+                dropped,
+            }
+        });
+        traffic.collect()
+    }
+
+    /// The ways with the fewest hops past the dead; of several, over the router that was connected first.
+    fn find_ways(&mut self) {
+        for from in 0..self.routers.len() {
+            let mut ways = vec![None; self.routers.len()];
+            let mut queue = VecDeque::from([from]);
+            while let Some(at) = queue.pop_front() {
+                for (to, hop) in &self.routers[at].neighbours {
+                    let is_new = *to != from && ways[*to].is_none();
+                    if is_new && !matches!(self.routers[*to].state, State::Dead) {
+                        ways[*to] = if at == from { Some(*hop) } else { ways[at] };
+                        queue.push_back(*to);
+                    }
+                }
+            }
+            self.routers[from].ways = ways;
+        }
+    }
+}
+
+/// Most frames that wait for a frozen router: no socket holds more, and what comes after them is lost.
+const MOST_WAITING: usize = 50_000;

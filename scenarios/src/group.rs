@@ -1,0 +1,363 @@
+//! `[[group]]` of a scenario: nodes that are alike, and what is expected of them, written once.
+
+use std::collections::BTreeMap;
+use std::num::NonZeroU32;
+
+use coaxle_node::config::{ConfigError, from_table};
+use coaxle_receiver::ReceiverConfig;
+use coaxle_sender::config::SenderConfig;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::event::Event;
+use crate::expect::Expectation;
+use crate::invariants::Exception;
+use crate::overrides;
+use crate::router::RouterConfig;
+
+/// Nodes that are alike, and what is expected of them, written once. Each element of its lists stands for as many of the
+/// scenario's own as `count` says; in every text of them `{n}`, or the name of another number in braces, is which one it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct Group {
+    /// How many there are: `count = 64`, and `{n}` goes from 1 to 64; or by several numbers, `count = { hall = 4, line = 8 }`,
+    /// for all pairs of `{hall}` and `{line}`, the last name in the alphabet the fastest.
+    pub count: Count,
+    /// Fields that differ from one to the next, by their paths within the group, as `--set` takes them: evenly from the first
+    /// value to the second, such as `{ "sender.0.clock.drift-ppm" = [-100, 100] }`.
+    #[serde(default)]
+    pub spread: BTreeMap<String, [f64; 2]>,
+    /// Routers, as those of the scenario.
+    #[serde(rename = "router", default)]
+    pub routers: Vec<RouterConfig>,
+    /// Senders.
+    #[serde(rename = "sender", default)]
+    pub senders: Vec<SenderConfig>,
+    /// Receivers.
+    #[serde(rename = "receiver", default)]
+    pub receivers: Vec<ReceiverConfig>,
+    /// What happens to them.
+    #[serde(rename = "event", default)]
+    pub events: Vec<Event>,
+    /// What is expected of them.
+    #[serde(rename = "expect", default)]
+    pub expectations: Vec<Expectation>,
+    /// What they break of what holds by default.
+    #[serde(rename = "exception", default)]
+    pub exceptions: Vec<Exception>,
+}
+
+/// How many of a group there are.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Count {
+    /// So many, numbered by `{n}`.
+    Of(NonZeroU32),
+    /// All combinations of these numbers, each from 1.
+    By(BTreeMap<String, NonZeroU32>),
+}
+
+/// The lists that a group may have.
+const LISTS: [&str; 6] = [
+    "router",
+    "sender",
+    "receiver",
+    "event",
+    "expect",
+    "exception",
+];
+
+/// Most of a group.
+const MOST_COPIES: u64 = 1_000;
+/// Most bytes of all groups written out.
+const MOST_BYTES: u64 = 16 << 20;
+
+/// What of a group is no list of elements.
+#[derive(Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct Head {
+    count: Count,
+    #[serde(default)]
+    spread: BTreeMap<String, [f64; 2]>,
+}
+
+/// Where the elements of a scenario's lists come from that its file has but in a group.
+#[derive(Debug, Default)]
+pub(crate) struct Origins(BTreeMap<&'static str, Origin>);
+
+/// The elements of one list from `first` on, each by its group and its number there.
+#[derive(Debug)]
+struct Origin {
+    first: usize,
+    from: Vec<(usize, usize)>,
+}
+
+impl Origins {
+    /// What a field is called in the file: `group[0].sender[1].name` for `sender[37].name`.
+    fn called(&self, field: &str) -> Option<String> {
+        let (list, rest) = field.split_once('[')?;
+        let (number, rest) = rest.split_once(']')?;
+        let origin = self.0.get(list)?;
+        let place = number.parse::<usize>().ok()?.checked_sub(origin.first)?;
+        let (group, element) = origin.from.get(place)?;
+        Some(format!("group[{group}].{list}[{element}]{rest}"))
+    }
+
+    /// An error of the scenario with its fields as the file has them, once each.
+    pub(crate) fn in_file(&self, error: ConfigError) -> ConfigError {
+        error.with_fields(|field| self.called(&field).unwrap_or(field))
+    }
+}
+
+/// Writes the groups of a scenario out, behind what its lists have already.
+///
+/// # Errors
+/// [`ConfigError`] names the file, the field, what was received and what is expected.
+pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, ConfigError> {
+    let mut origins = Origins::default();
+    let Some(Value::Array(groups)) = scenario.get("group") else {
+        // Whatever else it is, reading it by its type says what is wrong.
+        return Ok(origins);
+    };
+    if !groups.iter().all(Value::is_table) {
+        return Ok(origins);
+    }
+    let groups = groups.clone();
+    let mut bytes = 0;
+    for (number, group) in groups.into_iter().enumerate() {
+        let wrong = |field: &str, reason: String| {
+            ConfigError::field(file, format!("group[{number}].{field}"), reason)
+        };
+        let Value::Table(mut group) = group else {
+            continue;
+        };
+        let head = head_of(file, number, &group)?;
+        let copies = head
+            .count
+            .copies()
+            .map_err(|reason| wrong("count", reason))?;
+        for field in ["count", "spread"] {
+            group.remove(field);
+        }
+        bytes += group.to_string().len() as u64 * copies.len() as u64;
+        if bytes > MOST_BYTES {
+            let reason = format!(
+                "received {bytes} bytes of TOML once written out, expected at most {MOST_BYTES}"
+            );
+            return Err(wrong("count", reason));
+        }
+        for (place, numbers) in copies.iter().enumerate() {
+            let share = place as f64 / (copies.len() - 1).max(1) as f64;
+            let mut copy = group.clone();
+            for (field, [from, to]) in &head.spread {
+                let value = from + (to - from) * share;
+                overrides::apply(&mut copy, &format!("{field}={value}"))
+                    .map_err(|reason| wrong("spread", format!("{reason:#}")))?;
+            }
+            let mut copy = Value::Table(copy);
+            number_texts(&mut copy, numbers);
+            append(scenario, copy, number, &mut origins)
+                .map_err(|(field, reason)| wrong(field, reason))?;
+        }
+    }
+    scenario.remove("group");
+    Ok(origins)
+}
+
+fn head_of(file: &str, number: usize, group: &Table) -> Result<Head, ConfigError> {
+    let mut head = group.clone();
+    for list in LISTS {
+        head.remove(list);
+    }
+    let head = from_table::<Head>(file, head);
+    head.map_err(|error| {
+        error.with_fields(|field| match field.as_str() {
+            "" => format!("group[{number}]"),
+            field => format!("group[{number}].{field}"),
+        })
+    })
+}
+
+/// One number that a text may name, and what it is.
+type Number = (String, u32);
+
+impl Count {
+    /// The numbers of each of them.
+    fn copies(&self) -> Result<Vec<Vec<Number>>, String> {
+        let names: Vec<(&str, u32)> = match self {
+            Self::Of(count) => vec![("n", count.get())],
+            Self::By(counts) => counts.iter().map(|(name, n)| (&**name, n.get())).collect(),
+        };
+        let product = names.iter().map(|(_, count)| u64::from(*count));
+        let product = product.fold(1_u64, u64::saturating_mul);
+        if names.is_empty() || product > MOST_COPIES {
+            return Err(format!(
+                "received {}, expected 1 to {MOST_COPIES} in all",
+                if names.is_empty() { 0 } else { product }
+            ));
+        }
+        let mut copies = vec![Vec::new()];
+        for (name, count) in names {
+            let longer = |copy: Vec<Number>| {
+                (1..=count).map(move |n| {
+                    let mut copy = copy.clone();
+                    copy.push((name.to_owned(), n));
+                    copy
+                })
+            };
+            copies = copies.into_iter().flat_map(longer).collect();
+        }
+        Ok(copies)
+    }
+}
+
+/// Puts numbers in the place of their names in braces, in every text.
+fn number_texts(value: &mut Value, numbers: &[Number]) {
+    match value {
+        Value::String(text) => {
+            for (name, number) in numbers {
+                *text = text.replace(&format!("{{{name}}}"), &number.to_string());
+            }
+        }
+        Value::Array(list) => list.iter_mut().for_each(|one| number_texts(one, numbers)),
+        Value::Table(table) => {
+            let values = table.iter_mut().map(|(_, value)| value);
+            values.for_each(|value| number_texts(value, numbers));
+        }
+        _ => {}
+    }
+}
+
+/// Puts the elements of a group's lists behind those of the scenario's.
+fn append(
+    scenario: &mut Table,
+    group: Value,
+    number: usize,
+    origins: &mut Origins,
+) -> Result<(), (&'static str, String)> {
+    for list in LISTS {
+        let Some(added) = group.get(list) else {
+            continue;
+        };
+        let all = scenario
+            .entry(list)
+            .or_insert_with(|| Value::Array(Vec::new()));
+        let (Value::Array(added), Value::Array(all)) = (added, all) else {
+            return Err((list, "expected a list of tables".to_owned()));
+        };
+        let origin = origins.0.entry(list).or_insert_with(|| Origin {
+            first: all.len(),
+            from: Vec::new(),
+        });
+        origin.from.extend((0..added.len()).map(|n| (number, n)));
+        all.extend(added.iter().cloned());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn expanded(text: &str) -> Result<(Table, Origins), String> {
+        let mut table: Table = text.parse().unwrap();
+        let origins = expand("s.toml", &mut table).map_err(|error| error.to_string())?;
+        Ok((table, origins))
+    }
+
+    fn names(table: &Table, list: &str) -> Vec<String> {
+        let list = table[list].as_array().unwrap().iter();
+        list.map(|one| one["name"].as_str().unwrap().to_owned())
+            .collect()
+    }
+
+    const TWO: &str = "[[sender]]\nname = 'own'\n[[group]]\ncount = { line = 2, hall = 2 }\n\
+        spread = { 'sender.0.clock.drift-ppm' = [-30, 30] }\n[[group.sender]]\nname = 'h{hall}-l{line}'\n\
+        [[group.sender]]\nname = 'x{line}{hall}{other}'\n[[group]]\ncount = 3\n[[group.receiver]]\nname = 'r-{n}'\n\
+        far = [{ node = 'x1{n}' }]\n";
+
+    #[test]
+    fn a_group_is_written_out_with_its_numbers() {
+        let (table, _) = expanded(TWO).unwrap();
+        assert!(table.get("group").is_none());
+        let all = [
+            "own",
+            "h1-l1",
+            "x11{other}",
+            "h1-l2",
+            "x21{other}",
+            "h2-l1",
+            "x12{other}",
+            "h2-l2",
+            "x22{other}",
+        ];
+        assert_eq!(names(&table, "sender"), all);
+        assert_eq!(names(&table, "receiver"), ["r-1", "r-2", "r-3"]);
+        let far = &table["receiver"][1]["far"][0]["node"];
+        assert_eq!(far.as_str(), Some("x12"));
+        let drift = |n: usize| {
+            let drift = &table["sender"][n]["clock"]["drift-ppm"];
+            drift.as_float().or(drift.as_integer().map(|n| n as f64))
+        };
+        assert_eq!(
+            [1, 3, 5, 7].map(drift),
+            [-30.0, -10.0, 10.0, 30.0].map(Some)
+        );
+    }
+
+    #[test]
+    fn fields_are_called_as_the_file_has_them() {
+        let (_, origins) = expanded(TWO).unwrap();
+        for (field, called) in [
+            ("sender[0].name", None),
+            (
+                "sender[8].axis[0].id",
+                Some("group[0].sender[1].axis[0].id"),
+            ),
+            ("receiver[2]", Some("group[1].receiver[0]")),
+            ("receiver[3]", None),
+            ("network", None),
+        ] {
+            assert_eq!(origins.called(field).as_deref(), called);
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_group_is_told() {
+        for (text, expected) in [
+            ("[[group]]\n", "s.toml: group[0].count: missing"),
+            ("[[group]]\ncount = 0", "group[0].count: received 0"),
+            (
+                "[[group]]\ncount = 1001",
+                "received 1001, expected 1 to 1000",
+            ),
+            ("[[group]]\ncount = {}", "received 0, expected 1 to 1000"),
+            (
+                "[[group]]\ncount = { a = 40000, b = 400000 }",
+                "received 16000000000, expected 1 to 1000",
+            ),
+            (
+                "[[group]]\ncount = 2\nrouters = 3",
+                "group[0].routers: unknown field",
+            ),
+            (
+                "[[group]]\ncount = 2\nsender = 3",
+                "group[0].sender: expected a list",
+            ),
+            (
+                "[[group]]\ncount = 2\nspread = { 'sender.0.x' = [1, 2] }\n",
+                "group[0].spread: ",
+            ),
+        ] {
+            let error = expanded(text).map(|_| ()).unwrap_err();
+            assert!(error.contains(expected), "{error}");
+        }
+        let long = format!(
+            "[[group]]\ncount = 1000\n[[group.event]]\nx = '{}'",
+            "x".repeat(20_000)
+        );
+        let error = expanded(&long).map(|_| ()).unwrap_err();
+        assert!(error.contains("expected at most 16777216"), "{error}");
+    }
+}

@@ -1,0 +1,223 @@
+//! Where the nodes of a scenario are among its routers.
+
+use coaxle_node::config::did_you_mean;
+use coaxle_node::faults::check_link;
+
+use crate::router::fits;
+use crate::scenario::Scenario;
+use crate::topology::{Topology, WrongField};
+
+/// Most routers of a scenario.
+const MOST_ROUTERS: usize = 128;
+
+/// Who is behind whom.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct Layout {
+    /// The router of each node, by their numbers; none at all without routers.
+    pub(crate) behind: Vec<usize>,
+    /// The routers that are connected, each pair with the one that says so first.
+    pub(crate) connected: Vec<[usize; 2]>,
+}
+
+impl Layout {
+    /// Every node behind one router, if there are any.
+    ///
+    /// # Errors
+    /// The field that is wrong, and why.
+    pub(crate) fn of(scenario: &Scenario, topology: &Topology) -> Result<Self, WrongField> {
+        let routers = &scenario.routers;
+        if routers.is_empty() {
+            return Ok(Self::default());
+        }
+        if routers.len() > MOST_ROUTERS {
+            let reason = format!(
+                "received {}, expected at most {MOST_ROUTERS}",
+                routers.len()
+            );
+            return Err(WrongField::new("router", reason));
+        }
+        check_names(scenario, topology)?;
+        check_links(scenario)?;
+        Ok(Self {
+            behind: behind(scenario, topology)?,
+            connected: connected(scenario)?,
+        })
+    }
+}
+
+fn check_names(scenario: &Scenario, topology: &Topology) -> Result<(), WrongField> {
+    let routers = &scenario.routers;
+    for (n, router) in routers.iter().enumerate() {
+        let name = &router.name;
+        let is_taken = routers[..n].iter().any(|other| other.name == *name);
+        if is_taken || topology.node(name).is_some() {
+            let name = name.as_str();
+            let reason = format!(
+                "received {name:?} twice, expected a name that no node and no other router has"
+            );
+            return Err(WrongField::new(format!("router[{n}].name"), reason));
+        }
+        let nodes = topology.names();
+        for (place, pattern) in router.nodes.iter().enumerate() {
+            if !nodes.iter().any(|node| fits(pattern, node.as_str())) {
+                let meant = did_you_mean(pattern, nodes.iter().map(|node| node.as_str()));
+                let reason = format!(
+                    "received {pattern:?}, expected the name of a node, or a pattern that one fits{meant}"
+                );
+                return Err(WrongField::new(
+                    format!("router[{n}].nodes[{place}]"),
+                    reason,
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A hop knows no key, and its messages are read by nobody.
+fn check_links(scenario: &Scenario) -> Result<(), WrongField> {
+    for (n, router) in scenario.routers.iter().enumerate() {
+        let Some(link) = &router.link else {
+            continue;
+        };
+        let field = format!("router[{n}].link");
+        if link.corruption.get() > 0.0 || !link.forgeries.is_empty() {
+            let reason = "received corruption or forgeries, expected those in network, or in the faults of a receiver";
+            return Err(WrongField::new(field, reason.to_owned()));
+        }
+        check_link(link).map_err(|wrong| {
+            let wrong = wrong.within(&field);
+            WrongField::new(wrong.field(), wrong.reason().to_string())
+        })?;
+    }
+    Ok(())
+}
+
+fn behind(scenario: &Scenario, topology: &Topology) -> Result<Vec<usize>, WrongField> {
+    let home_of = |node: &str| {
+        let routers = scenario.routers.iter().enumerate();
+        let mut homes = routers.filter(|(_, router)| router.is_before(node));
+        match (homes.next(), homes.next()) {
+            (Some((home, _)), None) => Ok(home),
+            (None, _) => {
+                let reason = format!(
+                    "received none with {node:?} among its nodes, expected every node behind a router"
+                );
+                Err(WrongField::new("router", reason))
+            }
+            (Some((_, first)), Some((second, _))) => {
+                let reason = format!(
+                    "received {node:?}, which is behind {} already, expected a node behind one router",
+                    first.name
+                );
+                Err(WrongField::new(format!("router[{second}].nodes"), reason))
+            }
+        }
+    };
+    let names = topology.names().iter();
+    names.map(|node| home_of(node.as_str())).collect()
+}
+
+fn connected(scenario: &Scenario) -> Result<Vec<[usize; 2]>, WrongField> {
+    let routers = &scenario.routers;
+    let mut pairs = Vec::new();
+    for (n, router) in routers.iter().enumerate() {
+        for (place, to) in router.to.iter().enumerate() {
+            let wrong = |expected: &str| {
+                let known = routers.iter().map(|router| router.name.as_str());
+                let meant = did_you_mean(to.as_str(), known);
+                let reason = format!("received {:?}, expected {expected}{meant}", to.as_str());
+                WrongField::new(format!("router[{n}].to[{place}]"), reason)
+            };
+            let other = routers.iter().position(|router| router.name == *to);
+            let other = other.ok_or_else(|| wrong("a router of this scenario"))?;
+            if other == n || pairs.contains(&[n, other]) || pairs.contains(&[other, n]) {
+                return Err(wrong("another router, which it is not connected to yet"));
+            }
+            pairs.push([n, other]);
+        }
+    }
+    Ok(pairs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::read;
+
+    const PLANT: &str = "title = 't'\nduration-s = 1\n\
+        [[router]]\nname = 'middle'\n\
+        [[group]]\ncount = 2\n[[group.router]]\nname = 'hall-{n}'\nnodes = ['h{n}-*']\nto = ['middle']\n\
+        [[group.sender]]\nname = 'h{n}-belt'\ncycle-time-us = 1000\n[[group.sender.axis]]\nid = 1\nname = 'x'\n\
+        [group.sender.axis.program]\nlimits = { velocity = 1, acceleration = 1, jerk = 1 }\n\
+        [[group.receiver]]\nname = 'h{n}-saw'\ncycle-time-us = 1000\nfar = [{ node = 'h{n}-belt', axes = [1] }]\n";
+
+    fn read(text: &str) -> Result<Scenario, String> {
+        let table = text.parse().unwrap();
+        let read = read::scenario("s.toml", table);
+        read.map_err(|error| error.in_text("s.toml", text).to_string())
+    }
+
+    #[test]
+    fn every_node_is_behind_one_router() {
+        let scenario = read(PLANT).unwrap();
+        let topology = Topology::of(&scenario).unwrap();
+        let layout = Layout::of(&scenario, &topology).unwrap();
+        // Senders first; the router in the middle has nobody of its own.
+        assert_eq!(layout.behind, [1, 2, 1, 2]);
+        assert_eq!(layout.connected, [[1, 0], [2, 0]]);
+    }
+
+    #[test]
+    fn what_is_wrong_with_routers_is_told_with_its_line() {
+        for (from, to, expected) in [
+            (
+                "to = ['middle']",
+                "to = ['midle']",
+                "s.toml:9:7: group[0].router \"hall-{n}\".to[0]: received \"midle\"",
+            ),
+            (
+                "to = ['middle']",
+                "to = ['hall-{n}']",
+                "expected another router",
+            ),
+            (
+                "['h{n}-*']",
+                "['h{n}-belt']",
+                "received none with \"h1-saw\" among its nodes",
+            ),
+            ("['h{n}-*']", "['h*']", "behind hall-1 already"),
+            (
+                "['h{n}-*']",
+                "['h{n}-*', 'x']",
+                "received \"x\", expected the name of a node",
+            ),
+            (
+                "name = 'middle'",
+                "name = 'h1-saw'",
+                "expected a name that no node",
+            ),
+            (
+                "name = 'middle'",
+                "name = 'middle'\nlink = { corruption = 0.1 }",
+                "received corruption",
+            ),
+            (
+                "name = 'middle'",
+                "name = 'middle'\nlatency = 1",
+                "router \"middle\".latency: unknown field",
+            ),
+            (
+                "cycle-time-us = 1000\n[[g",
+                "cycle-time-us = 1\n[[g",
+                "group[0].sender \"h{n}-belt\".cycle-time-us: received 1,",
+            ),
+        ] {
+            let text = PLANT.replacen(from, to, 1);
+            assert_ne!(text, PLANT);
+            let error = read(&text).unwrap_err();
+            assert!(error.contains(expected), "{error}");
+            assert!(error.matches("received").count() <= 1, "told once: {error}");
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! What a size costs.
+
+use coaxle_clock::Span;
+use coaxle_host::os::{Os, System};
+use serde::{Deserialize, Serialize};
+
+use super::lockstep::{Lockstep, Took};
+use super::size::Size;
+
+/// What a size costs.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) struct Cost {
+    #[serde(flatten)]
+    pub(super) size: Size,
+    /// Nodes.
+    pub(super) nodes: usize,
+    /// Far axes of all receivers, and slaves.
+    pub(super) axes: usize,
+    /// A cycle of all senders, µs.
+    pub(super) senders_us: f64,
+    /// What comes to all nodes in a cycle, read and taken in, µs.
+    pub(super) intake_us: f64,
+    /// A scan of all receivers, µs.
+    pub(super) receivers_us: f64,
+    /// Memory of all nodes, bytes; none where the system does not say.
+    pub(super) memory_bytes: Option<u64>,
+    /// Messages that are published in a cycle, and that come to a node.
+    pub(super) published_per_cycle: f64,
+    pub(super) delivered_per_cycle: f64,
+}
+
+/// Cycles until clocks are known and slaves coupled.
+const UNTIL_SYNCED: usize = 3_000;
+/// Cycles that are measured together, and how often: the fastest counts, as whatever else the machine does only adds to it.
+const BATCH: usize = 25;
+const BATCHES: usize = 200;
+
+impl Cost {
+    /// Measures a size, in a process where nothing else was.
+    ///
+    /// # Errors
+    /// A node that cannot be built.
+    pub(super) fn of(size: Size) -> anyhow::Result<Self> {
+        let before = memory();
+        let mut lockstep = Lockstep::new(size)?;
+        for _ in 0..UNTIL_SYNCED {
+            lockstep.cycle();
+        }
+        let after = memory();
+        let messages = [lockstep.published, lockstep.delivered];
+        let best = (0..BATCHES).map(|_| batch(&mut lockstep));
+        let best = best.min_by_key(|took| took.all()).unwrap_or_default();
+        let cycles = (BATCH * BATCHES) as f64;
+        let micros = |span: Span| span.as_micros_f64() / BATCH as f64;
+        Ok(Self {
+            size,
+            nodes: size.axes_of_senders().len() + size.receivers(),
+            axes: size.axes(),
+            senders_us: micros(best.senders),
+            intake_us: micros(best.intake),
+            receivers_us: micros(best.receivers),
+            memory_bytes: before
+                .zip(after)
+                .map(|(before, after)| after.saturating_sub(before)),
+            published_per_cycle: (lockstep.published - messages[0]) as f64 / cycles,
+            delivered_per_cycle: (lockstep.delivered - messages[1]) as f64 / cycles,
+        })
+    }
+
+    /// Processor time of a cycle of all nodes, µs.
+    pub(super) fn cycle_us(&self) -> f64 {
+        self.senders_us + self.intake_us + self.receivers_us
+    }
+
+    /// Processor time of a cycle for each axis, µs.
+    pub(super) fn per_axis_us(&self) -> f64 {
+        self.cycle_us() / self.axes as f64
+    }
+
+    /// What each axis beyond the first of its nodes costs, µs, where that costs so much as in `first`.
+    pub(super) fn further_axis_us(&self, first: &Self) -> Option<f64> {
+        let more = self.further_axes(first)?;
+        Some((self.cycle_us() - self.times(first) * first.cycle_us()) / more)
+    }
+
+    /// Likewise the memory, bytes.
+    pub(super) fn further_axis_bytes(&self, first: &Self) -> Option<f64> {
+        let more = self.further_axes(first)?;
+        let (memory, first_memory) = (self.memory_bytes?, first.memory_bytes?);
+        Some((memory as f64 - self.times(first) * first_memory as f64) / more)
+    }
+
+    fn further_axes(&self, first: &Self) -> Option<f64> {
+        let more = self.axes as f64 - self.times(first) * first.axes as f64;
+        (more > 0.0).then_some(more)
+    }
+
+    /// How many times the nodes of `first` it has: in the series of axes that is what is fixed.
+    fn times(&self, first: &Self) -> f64 {
+        self.nodes as f64 / first.nodes as f64
+    }
+}
+
+fn batch(lockstep: &mut Lockstep) -> Took {
+    let mut sum = Took::default();
+    for _ in 0..BATCH {
+        sum += lockstep.cycle();
+    }
+    sum
+}
+
+/// Of this process.
+fn memory() -> Option<u64> {
+    Os::resident_memory(std::process::id())
+}

@@ -1,0 +1,78 @@
+//! What routers forwarded, in figures.
+
+use std::collections::BTreeMap;
+
+use coaxle_sim::{Load, RouterTraffic};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// A router in figures, over the whole run. Bytes are those of payloads: a transport adds its own.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct RouterSummary {
+    /// Messages that came to it, 1/s.
+    pub received_per_s: f64,
+    /// Their bytes, 1/s.
+    pub received_bytes_per_s: f64,
+    /// Messages that it sent to nodes behind it, 1/s.
+    pub to_nodes_per_s: f64,
+    /// Their bytes, 1/s.
+    pub to_nodes_bytes_per_s: f64,
+    /// Messages that it sent to other routers, 1/s.
+    pub to_routers_per_s: f64,
+    /// Their bytes, 1/s.
+    pub to_routers_bytes_per_s: f64,
+    /// Messages that it or its links had no room for, or that came while it was dead.
+    pub dropped: u64,
+    /// The same to each router that it is connected to.
+    pub links: BTreeMap<String, RouterLinkSummary>,
+}
+
+/// A link from one router to another in figures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct RouterLinkSummary {
+    /// Messages, 1/s.
+    pub messages_per_s: f64,
+    /// Their bytes, 1/s.
+    pub bytes_per_s: f64,
+}
+
+impl RouterSummary {
+    /// Of a run of so many seconds.
+    pub(crate) fn of(traffic: &RouterTraffic, seconds: f64) -> Self {
+        let rates = |load: Load| {
+            let rate = |count: u64| {
+                if seconds > 0.0 {
+                    count as f64 / seconds
+                } else {
+                    0.0
+                }
+            };
+            (rate(load.messages), rate(load.bytes))
+        };
+        let (received_per_s, received_bytes_per_s) = rates(traffic.received);
+        let (to_nodes_per_s, to_nodes_bytes_per_s) = rates(traffic.to_nodes);
+        let mut to_routers = Load::default();
+        let links = traffic.to_routers.iter().map(|(to, load)| {
+            to_routers.messages += load.messages;
+            to_routers.bytes += load.bytes;
+            let (messages_per_s, bytes_per_s) = rates(*load);
+            let link = RouterLinkSummary {
+                messages_per_s,
+                bytes_per_s,
+            };
+            (to.clone(), link)
+        });
+        let links = links.collect();
+        let (to_routers_per_s, to_routers_bytes_per_s) = rates(to_routers);
+        Self {
+            received_per_s,
+            received_bytes_per_s,
+            to_nodes_per_s,
+            to_nodes_bytes_per_s,
+            to_routers_per_s,
+            to_routers_bytes_per_s,
+            dropped: traffic.dropped,
+            links,
+        }
+    }
+}

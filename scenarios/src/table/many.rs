@@ -1,0 +1,29 @@
+//! The figures of more receivers than have room beside each other.
+
+use comfy_table::Table;
+
+use super::rows;
+use crate::inspect::{right, table};
+use crate::number::significant;
+use crate::summary::ReceiverSummary;
+
+/// The least, the middle and the largest of each figure, and how many have it.
+pub(super) fn ranges(receivers: &[(&str, &ReceiverSummary)]) -> Table {
+    let heading = format!("{} far axes", receivers.len());
+    let mut table = table([&heading, "least", "median", "most", "of"]);
+    for (label, values) in rows(receivers) {
+        // A figure may have a word behind it.
+        let numbers = values.iter().filter_map(|value| value.split(' ').next());
+        let mut numbers: Vec<f64> = numbers.filter_map(|number| number.parse().ok()).collect();
+        numbers.sort_by(f64::total_cmp);
+        let (Some(least), Some(most)) = (numbers.first(), numbers.last()) else {
+            continue;
+        };
+        let middle = numbers[numbers.len() / 2];
+        let cells = [*least, middle, *most].map(|number| right(&significant(number, 3)));
+        let label = std::iter::once(comfy_table::Cell::new(label));
+        let count = right(&numbers.len().to_string());
+        table.add_row(label.chain(cells).chain([count]));
+    }
+    table
+}
