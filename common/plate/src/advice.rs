@@ -2,7 +2,6 @@
 
 use alloc::vec::Vec;
 
-use super::characteristics::largest_momentum;
 use super::compile::{next_of, segment};
 use super::error::CamError;
 use super::kind::{Course, TableType};
@@ -263,7 +262,7 @@ impl Stretch {
             extremes.velocity.magnitude() * v,
             extremes.acceleration.magnitude() * v * v,
             extremes.jerk.magnitude() * v * v * v,
-            largest_momentum(&segment) * v * v * v,
+            segment.momentum().magnitude() * v * v * v,
         ];
         let size = size_of(&segment, &first, &last);
         let velocity_step = (first.velocity - self.point.velocity)

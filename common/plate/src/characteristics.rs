@@ -5,7 +5,6 @@ use super::kind::{Course, TableType};
 use super::plate::Plate;
 use super::steps::VelocityStep;
 use coaxle_curve::law::{Extreme, Extremes, MinMax, Motion, Segment};
-use coaxle_curve::quadrature::integral;
 
 /// `MC_TableCharacValues`, TF5050 chapter 8.11, for one constant velocity of the master.
 ///
@@ -183,18 +182,13 @@ impl Demands {
     fn of(segment: &Segment) -> Self {
         let extremes = segment.extremes();
         let velocity_at = |extreme: Extreme| segment.at(extreme.master).velocity;
-        let length = segment.end() - segment.start();
         Self {
             extremes,
             velocity_at_minimum_acceleration: velocity_at(extremes.acceleration.minimum),
             velocity_at_maximum_acceleration: velocity_at(extremes.acceleration.maximum),
-            momentum: momentum(segment),
-            path: length * integral(0.0, 1.0, |share| segment.at_share(share).velocity.abs()),
-            square: length
-                * integral(0.0, 1.0, |share| {
-                    let acceleration = segment.at_share(share).acceleration;
-                    acceleration * acceleration
-                }),
+            momentum: segment.momentum(),
+            path: segment.way(),
+            square: segment.squared_acceleration(),
         }
     }
 
@@ -219,55 +213,4 @@ impl Demands {
             square: self.square + next.square,
         }
     }
-}
-
-/// The largest magnitude of v·a of a segment at a master velocity of 1, u²/x³.
-pub(super) fn largest_momentum(segment: &Segment) -> f64 {
-    momentum(segment).magnitude()
-}
-
-/// Into how many stretches a segment is cut to tell the turns of v·a apart. All laws together have
-/// fewer than a tenth as many.
-const STRETCHES: u32 = 64;
-
-/// The extremes of v·a. Each turn is told by a change of sign of its slope a² + v·j, and then
-/// narrowed down to the last bit.
-fn momentum(segment: &Segment) -> MinMax {
-    let share_of = |i: u32| f64::from(i) / f64::from(STRETCHES);
-    let range_at = |share: f64| {
-        let motion = segment.at_share(share);
-        MinMax::at(
-            segment.master_at(share),
-            motion.velocity * motion.acceleration,
-        )
-    };
-    let rises_at = |share: f64| {
-        let Motion {
-            velocity,
-            acceleration,
-            jerk,
-            ..
-        } = segment.at_share(share);
-        acceleration * acceleration + velocity * jerk > 0.0
-    };
-    let mut range = range_at(0.0).joined(range_at(1.0));
-    for i in 0..STRETCHES {
-        let (mut low, mut high) = (share_of(i), share_of(i + 1));
-        let rises = rises_at(low);
-        if rises_at(high) != rises {
-            loop {
-                let middle = low + (high - low) / 2.0;
-                if middle <= low || middle >= high {
-                    break;
-                }
-                if rises_at(middle) == rises {
-                    low = middle;
-                } else {
-                    high = middle;
-                }
-            }
-        }
-        range = range.joined(range_at(low)).joined(range_at(high));
-    }
-    range
 }

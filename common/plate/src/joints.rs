@@ -41,28 +41,54 @@ impl Joint {
         ]
     }
 
-    fn between(master: f64, sides: [Motion; 2], segments: [&Segment; 2]) -> Self {
-        let [before, after] = sides;
-        let size = |of: fn(&Segment) -> f64| of(segments[0]).max(of(segments[1]));
-        let mean = |segment: &Segment, power: i32| {
-            let stroke = segment.at(segment.end()).position - segment.at(segment.start()).position;
-            stroke.abs() * libm::pow(segment.end() - segment.start(), -f64::from(power))
-        };
-        let mean = |power| mean(segments[0], power).max(mean(segments[1], power));
-        let velocity = size(|s| s.extremes().velocity.magnitude()).max(mean(1));
-        let acceleration = size(|s| s.extremes().acceleration.magnitude()).max(mean(2));
-        let jerk = size(|s| s.extremes().jerk.magnitude()).max(mean(3));
+    fn between(master: f64, sides: [Motion; 2], before: &Side, after: &Side) -> Self {
+        let slack = |of: fn(&Motion) -> f64| ROUNDING * of(&before.size).max(of(&after.size));
+        let [came, goes] = sides;
         Self {
             master,
-            before,
-            after,
+            before: came,
+            after: goes,
             slack: Motion {
                 position: 0.0,
-                velocity: ROUNDING * velocity,
-                acceleration: ROUNDING * acceleration,
-                jerk: ROUNDING * jerk,
+                velocity: slack(|size| size.velocity),
+                acceleration: slack(|size| size.acceleration),
+                jerk: slack(|size| size.jerk),
             },
         }
+    }
+}
+
+/// A segment at a joint, and how large its derivatives are: their extremes, and what its stroke makes of its length.
+#[derive(Clone, Copy)]
+struct Side<'a> {
+    segment: &'a Segment,
+    size: Motion,
+}
+
+impl<'a> Side<'a> {
+    fn of(segment: &'a Segment) -> Self {
+        let extremes = segment.extremes();
+        let rate = 1.0 / (segment.end() - segment.start());
+        let stroke = segment.at(segment.end()).position - segment.at(segment.start()).position;
+        let velocity = stroke.abs() * rate;
+        let acceleration = velocity * rate;
+        Self {
+            segment,
+            size: Motion {
+                position: 0.0,
+                velocity: extremes.velocity.magnitude().max(velocity),
+                acceleration: extremes.acceleration.magnitude().max(acceleration),
+                jerk: extremes.jerk.magnitude().max(acceleration * rate),
+            },
+        }
+    }
+
+    fn start(&self) -> Motion {
+        self.segment.at(self.segment.start())
+    }
+
+    fn end(&self) -> Motion {
+        self.segment.at(self.segment.end())
     }
 }
 
@@ -71,34 +97,34 @@ impl Plate {
     /// start; at both ends of a linear one the slave comes from standstill and stays in it.
     pub fn joints(&self) -> impl Iterator<Item = Joint> + '_ {
         let segments = self.curve().segments();
-        let (first, last) = (&segments[0], &segments[segments.len() - 1]);
+        let [first, last] = [&segments[0], &segments[segments.len() - 1]].map(Side::of);
+        let (master, end_master) = self.master_range();
+        let (start, end) = (first.start(), last.end());
         let standing = |motion: Motion| Motion {
             position: motion.position,
             ..Motion::default()
         };
-        let start = first.at(first.start());
-        let end = last.at(last.end());
         let seam = match self.course() {
-            Course::Linear => {
-                Joint::between(first.start(), [standing(start), start], [first, first])
-            }
+            Course::Linear => Joint::between(master, [standing(start), start], &first, &first),
             Course::Cyclic => {
                 let before = Motion {
                     position: end.position - self.lift(),
                     ..end
                 };
-                Joint::between(first.start(), [before, start], [last, first])
+                Joint::between(master, [before, start], &last, &first)
             }
         };
-        let inner = segments
+        let inner = segments[1..]
             .iter()
-            .zip(segments.iter().skip(1))
-            .map(|(before, after)| {
-                let sides = [before.at(before.end()), after.at(after.start())];
-                Joint::between(after.start(), sides, [before, after])
+            .map(Side::of)
+            .scan(first, |before, after| {
+                let sides = [before.end(), after.start()];
+                let joint = Joint::between(after.segment.start(), sides, before, &after);
+                *before = after;
+                Some(joint)
             });
         let stop = (self.course() == Course::Linear)
-            .then(|| Joint::between(last.end(), [end, standing(end)], [last, last]));
+            .then(|| Joint::between(end_master, [end, standing(end)], &last, &last));
         core::iter::once(seam).chain(inner).chain(stop)
     }
 }

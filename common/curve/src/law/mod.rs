@@ -32,6 +32,7 @@
 mod arc;
 mod blend;
 mod boundary;
+mod demands;
 mod error;
 mod harmonic;
 mod high_degree;

@@ -31,6 +31,18 @@ impl<const N: usize> Polynomial<N> {
         Self(derivative)
     }
 
+    /// The product with another polynomial, of `P` coefficients; higher powers than they hold must not come out.
+    #[must_use]
+    pub fn product<const O: usize, const P: usize>(&self, other: &Polynomial<O>) -> Polynomial<P> {
+        let mut product = [0.0; P];
+        for (i, one) in self.0.iter().enumerate() {
+            for (place, another) in product.iter_mut().skip(i).zip(&other.0) {
+                *place += one * another;
+            }
+        }
+        Polynomial(product)
+    }
+
     /// All real roots from `lo` to `hi`, both included, ascending, to the last bits. A polynomial
     /// that is zero everywhere has the root `lo`.
     #[must_use]
@@ -73,7 +85,9 @@ impl<const N: usize> Polynomial<N> {
         })
     }
 
-    fn value(&self, x: f64) -> f64 {
+    /// The value at `x`.
+    #[must_use]
+    pub fn value(&self, x: f64) -> f64 {
         self.derivatives(x)[0]
     }
 

@@ -30,7 +30,7 @@ pub struct Segment {
 
 /// A law over the share z = 0..1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Shape {
+pub(super) enum Shape {
     Quintic(Polynomial<6>),
     Septic(Polynomial<8>),
     HighDegree(RestToRest),
@@ -146,6 +146,11 @@ impl Segment {
     #[must_use]
     pub fn master_at(&self, share: f64) -> f64 {
         self.master(self.z_of(share))
+    }
+
+    /// The formula. Of polynomials the share is that of the segment.
+    pub(super) const fn shape(&self) -> &Shape {
+        &self.shape
     }
 
     fn z_of(&self, share: f64) -> f64 {

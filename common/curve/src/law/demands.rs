@@ -1,0 +1,230 @@
+//! What a law demands beyond its extremes: of a drive, and as a mean.
+
+use super::motion::{MinMax, Motion};
+use super::polynomial::Polynomial;
+use super::segment::{Segment, Shape};
+use crate::quadrature::{integral, integral_of_polynomial};
+
+impl Segment {
+    /// The extremes of velocity times acceleration, at a master velocity of 1.
+    #[must_use]
+    pub fn momentum(&self) -> MinMax {
+        match self.shape() {
+            Shape::Quintic(polynomial) => self.momentum_at_turns::<6, 8>(polynomial),
+            Shape::Septic(polynomial) => self.momentum_at_turns::<8, 12>(polynomial),
+            _ => self.momentum_by_stretches(),
+        }
+    }
+
+    /// The slave's whole way, forwards and backwards: the integral of |velocity|.
+    #[must_use]
+    pub fn way(&self) -> f64 {
+        match self.shape() {
+            Shape::Quintic(polynomial) => way(polynomial),
+            Shape::Septic(polynomial) => way(polynomial),
+            _ => self.length() * integral(0.0, 1.0, |share| self.at_share(share).velocity.abs()),
+        }
+    }
+
+    /// The integral of the acceleration's square.
+    #[must_use]
+    pub fn squared_acceleration(&self) -> f64 {
+        let square = |share: f64| {
+            let acceleration = self.at_share(share).acceleration;
+            acceleration * acceleration
+        };
+        let over_share = match self.shape() {
+            Shape::Quintic(_) | Shape::Septic(_) => integral_of_polynomial(0.0, 1.0, square),
+            _ => integral(0.0, 1.0, square),
+        };
+        self.length() * over_share
+    }
+
+    fn length(&self) -> f64 {
+        self.end() - self.start()
+    }
+
+    fn momentum_at(&self, share: f64) -> MinMax {
+        let motion = self.at_share(share);
+        MinMax::at(self.master_at(share), motion.velocity * motion.acceleration)
+    }
+
+    /// Of a polynomial: at the ends, and where the slope of the product of its derivatives is zero. `M` coefficients hold the
+    /// product.
+    fn momentum_at_turns<const N: usize, const M: usize>(&self, law: &Polynomial<N>) -> MinMax {
+        let velocity = law.derivative();
+        let product = velocity.product::<N, M>(&velocity.derivative());
+        let turns = product.derivative().roots_in(0.0, 1.0);
+        let ends = self.momentum_at(0.0).joined(self.momentum_at(1.0));
+        turns
+            .iter()
+            .fold(ends, |range, &share| range.joined(self.momentum_at(share)))
+    }
+
+    /// Of any law. Each turn is told by a change of sign of the slope a² + v·j, and then narrowed down to the last bit.
+    fn momentum_by_stretches(&self) -> MinMax {
+        let share_of = |i: u32| f64::from(i) / f64::from(STRETCHES);
+        let rises_at = |share: f64| {
+            let Motion {
+                velocity,
+                acceleration,
+                jerk,
+                ..
+            } = self.at_share(share);
+            acceleration * acceleration + velocity * jerk > 0.0
+        };
+        let mut range = self.momentum_at(0.0).joined(self.momentum_at(1.0));
+        for i in 0..STRETCHES {
+            let (mut low, mut high) = (share_of(i), share_of(i + 1));
+            let rises = rises_at(low);
+            if rises_at(high) != rises {
+                loop {
+                    let middle = low + (high - low) / 2.0;
+                    if middle <= low || middle >= high {
+                        break;
+                    }
+                    if rises_at(middle) == rises {
+                        low = middle;
+                    } else {
+                        high = middle;
+                    }
+                }
+            }
+            range = range
+                .joined(self.momentum_at(low))
+                .joined(self.momentum_at(high));
+        }
+        range
+    }
+}
+
+/// Into how many stretches a law is cut to tell the turns of v·a apart. All laws together have fewer than a tenth as many.
+const STRETCHES: u32 = 64;
+
+/// Between two turns a curve goes one way, and so far as its values differ.
+fn way<const N: usize>(law: &Polynomial<N>) -> f64 {
+    // Far from zero positions are rounded, and their differences with them.
+    let mut from_start = *law;
+    from_start.0[0] = 0.0;
+    let turns = law.derivative().roots_in(0.0, 1.0);
+    let (mut way, mut before) = (0.0, 0.0);
+    for &place in turns.iter().chain(core::iter::once(&1.0)) {
+        let here = from_start.value(place);
+        way += (here - before).abs();
+        before = here;
+    }
+    way
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::{Knot, MotionLaw};
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn knot() -> impl Strategy<Value = Motion> {
+        let of_any_size =
+            || (-1.0..1.0, -3..4).prop_map(|(m, e)| m * libm::pow(10.0, f64::from(e)));
+        let derivatives = prop_oneof![
+            1 => Just([0.0; 3]),
+            2 => [-5.0..5.0, -1.0..1.0, -0.1..0.1],
+            1 => [of_any_size(), of_any_size(), of_any_size()],
+        ];
+        (-100.0..100.0, derivatives).prop_map(|(position, [velocity, acceleration, jerk])| Motion {
+            position,
+            velocity,
+            acceleration,
+            jerk,
+        })
+    }
+
+    fn polynomials() -> impl Strategy<Value = Segment> {
+        let law = prop::sample::select(
+            &[
+                MotionLaw::Polynom1,
+                MotionLaw::Polynom3Vv,
+                MotionLaw::Polynom5Mm,
+                MotionLaw::Polynom7Mm,
+            ][..],
+        );
+        (law, -1e3..1e3, 0.01..50.0, [knot(), knot()]).prop_map(|(law, start, length, motions)| {
+            let [start, end] = [(start, 0), (start + length, 1)].map(|(master, side)| Knot {
+                master,
+                motion: motions[side],
+            });
+            Segment::new(law, &start, &end).expect("these laws lead from any motion to any other")
+        })
+    }
+
+    /// Between its turns, each of which bends |v|: a bend near an end is between the places that an integral looks at.
+    fn way_by_numbers(segment: &Segment) -> f64 {
+        let turns = match segment.shape() {
+            Shape::Quintic(law) => law.derivative().roots_in(0.0, 1.0),
+            Shape::Septic(law) => law.derivative().roots_in(0.0, 1.0),
+            shape => panic!("{shape:?}"),
+        };
+        let speed = |share: f64| segment.at_share(share).velocity.abs();
+        let places: Vec<_> = [&[0.0], &turns[..], &[1.0]].concat();
+        let pieces = places.windows(2);
+        segment.length()
+            * pieces
+                .map(|ends| integral_of_polynomial(ends[0], ends[1], speed))
+                .sum::<f64>()
+    }
+
+    fn close(received: f64, expected: f64, size: f64) -> Result<(), TestCaseError> {
+        prop_assert!(
+            (received - expected).abs() <= 1e-12 * size,
+            "received {received}, expected {expected}"
+        );
+        Ok(())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+        #[test]
+        fn polynomials_demand_what_any_law_would_by_numbers(segment in polynomials()) {
+            let (exact, searched) = (segment.momentum(), segment.momentum_by_stretches());
+            let size = searched.magnitude();
+            close(exact.minimum.value, searched.minimum.value, size)?;
+            close(exact.maximum.value, searched.maximum.value, size)?;
+            let way = way_by_numbers(&segment);
+            close(segment.way(), way, way)?;
+            let square = segment.length()
+                * integral(0.0, 1.0, |z| {
+                    let acceleration = segment.at_share(z).acceleration;
+                    acceleration * acceleration
+                });
+            close(segment.squared_acceleration(), square, square)?;
+        }
+
+        #[test]
+        fn no_sample_is_beyond_the_momentum(segment in polynomials()) {
+            let range = segment.momentum();
+            let slack = 1e-12 * range.magnitude();
+            for i in 0..=1_000 {
+                let motion = segment.at_share(f64::from(i) / 1e3);
+                let momentum = motion.velocity * motion.acceleration;
+                prop_assert!(range.minimum.value - slack <= momentum);
+                prop_assert!(momentum <= range.maximum.value + slack);
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_has_a_way_and_no_momentum() {
+        let at = |master, position| Knot {
+            master,
+            motion: Motion {
+                position,
+                ..Motion::default()
+            },
+        };
+        let line = Segment::new(MotionLaw::Polynom1, &at(2.0, 1e9 + 3.0), &at(6.0, 1e9)).unwrap();
+        assert_eq!(line.way(), 3.0);
+        assert_eq!(line.squared_acceleration(), 0.0);
+        assert_eq!(line.momentum().magnitude(), 0.0);
+    }
+}
