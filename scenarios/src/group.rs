@@ -1,9 +1,8 @@
 //! `[[group]]` of a scenario: nodes that are alike, and what is expected of them, written once.
 
 use std::collections::BTreeMap;
-use std::num::NonZeroU32;
 
-use coaxle_node::config::{ConfigError, from_table};
+use coaxle_node::config::{ConfigError, did_you_mean, from_table};
 use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::SenderConfig;
 use schemars::JsonSchema;
@@ -50,12 +49,15 @@ pub struct Group {
 
 /// How many of a group there are.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "expected a whole number from 1 to 1000, or a table of names with such numbers"
+)]
 pub enum Count {
     /// So many, numbered by `{n}`.
-    Of(NonZeroU32),
+    Of(u32),
     /// All combinations of these numbers, each from 1.
-    By(BTreeMap<String, NonZeroU32>),
+    By(BTreeMap<String, u32>),
 }
 
 /// The lists that a group may have.
@@ -67,6 +69,9 @@ const LISTS: [&str; 6] = [
     "expect",
     "exception",
 ];
+
+/// What a group has besides.
+const FIELDS: [&str; 2] = ["count", "spread"];
 
 /// Most of a group.
 const MOST_COPIES: u64 = 1_000;
@@ -137,7 +142,7 @@ pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, Config
             .count
             .copies()
             .map_err(|reason| wrong("count", reason))?;
-        for field in ["count", "spread"] {
+        for field in FIELDS {
             group.remove(field);
         }
         bytes += group.to_string().len() as u64 * copies.len() as u64;
@@ -170,6 +175,14 @@ fn head_of(file: &str, number: usize, group: &Table) -> Result<Head, ConfigError
     for list in LISTS {
         head.remove(list);
     }
+    let known = || FIELDS.into_iter().chain(LISTS);
+    if let Some(unknown) = head.keys().find(|name| !FIELDS.contains(&name.as_str())) {
+        let meant = did_you_mean(unknown, known());
+        let known = known().collect::<Vec<_>>().join(", ");
+        let reason = format!("unknown field `{unknown}`, expected one of: {known}{meant}");
+        let field = format!("group[{number}].{unknown}");
+        return Err(ConfigError::field(file, field, reason));
+    }
     let head = from_table::<Head>(file, head);
     head.map_err(|error| {
         error.with_fields(|field| match field.as_str() {
@@ -186,15 +199,15 @@ impl Count {
     /// The numbers of each of them.
     fn copies(&self) -> Result<Vec<Vec<Number>>, String> {
         let names: Vec<(&str, u32)> = match self {
-            Self::Of(count) => vec![("n", count.get())],
-            Self::By(counts) => counts.iter().map(|(name, n)| (&**name, n.get())).collect(),
+            Self::Of(count) => vec![("n", *count)],
+            Self::By(counts) => counts.iter().map(|(name, n)| (&**name, *n)).collect(),
         };
         let product = names.iter().map(|(_, count)| u64::from(*count));
         let product = product.fold(1_u64, u64::saturating_mul);
-        if names.is_empty() || product > MOST_COPIES {
+        let product = if names.is_empty() { 0 } else { product };
+        if !(1..=MOST_COPIES).contains(&product) {
             return Err(format!(
-                "received {}, expected 1 to {MOST_COPIES} in all",
-                if names.is_empty() { 0 } else { product }
+                "received {product}, expected 1 to {MOST_COPIES} in all"
             ));
         }
         let mut copies = vec![Vec::new()];
@@ -327,7 +340,14 @@ mod tests {
     fn what_is_wrong_with_a_group_is_told() {
         for (text, expected) in [
             ("[[group]]\n", "s.toml: group[0].count: missing"),
-            ("[[group]]\ncount = 0", "group[0].count: received 0"),
+            (
+                "[[group]]\ncount = 0",
+                "group[0].count: received 0, expected 1 to 1000",
+            ),
+            (
+                "[[group]]\ncount = 'x'",
+                "group[0].count: expected a whole number",
+            ),
             (
                 "[[group]]\ncount = 1001",
                 "received 1001, expected 1 to 1000",
@@ -339,7 +359,7 @@ mod tests {
             ),
             (
                 "[[group]]\ncount = 2\nrouters = 3",
-                "group[0].routers: unknown field",
+                "group[0].routers: unknown field `routers`, expected one of: count, spread, router",
             ),
             (
                 "[[group]]\ncount = 2\nsender = 3",
