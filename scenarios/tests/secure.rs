@@ -113,7 +113,7 @@ fn what_makes_no_network_is_said_and_nothing_is_written() {
         ),
         (
             "secure init nowhere.toml --out net",
-            1,
+            78,
             "nowhere.toml: cannot be read",
         ),
         (

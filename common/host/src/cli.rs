@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::process::{Command, ExitCode};
 
 use coaxle_clock::Span;
+use coaxle_node::cam_file::CamFileError;
 use coaxle_node::config::ConfigError;
 use coaxle_node::one_line;
 use coaxle_node::text_file::{Unreadable, remedy};
@@ -117,7 +118,9 @@ pub fn exit_of(error: &anyhow::Error) -> Exit {
     let is = |test: fn(&(dyn std::error::Error + 'static)) -> bool| error.chain().any(test);
     if error.downcast_ref::<NotThere>().is_some() {
         Exit::NoData
-    } else if is(|cause| cause.is::<ConfigError>() || cause.is::<Unreadable>()) {
+    } else if is(|cause| {
+        cause.is::<ConfigError>() || cause.is::<Unreadable>() || cause.is::<CamFileError>()
+    }) {
         Exit::WrongConfig
     } else {
         Exit::Failed

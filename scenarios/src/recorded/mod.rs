@@ -107,12 +107,21 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
     };
     let from = open(&args.file)?;
     let mut written = Vec::new();
+    let mut not_created = None;
     let exported = coaxle_recording::export::export(from, format, |tables, n| {
         let path = path_of(&one, tables.len(), &tables[n].name);
-        let file = create(&args.file, &path).map_err(io::Error::other)?;
+        let file = create(&args.file, &path).map_err(|error| {
+            let told = io::Error::other(error.to_string());
+            not_created = Some(error);
+            told
+        })?;
         written.push(path);
         Ok(file)
     });
+    // It says more than the export, which only hears of it.
+    if let Some(error) = not_created {
+        return Err(error);
+    }
     let exported = exported.with_context(|| one.display().to_string())?;
     name_all(&one, &exported, &mut written)?;
     Ok(told(&exported, &written))

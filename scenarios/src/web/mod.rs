@@ -30,15 +30,16 @@ impl Served {
     /// # Errors
     /// The address is not to be had.
     pub(crate) fn open(at: SocketAddr, routes: Router) -> anyhow::Result<Self> {
+        let listener =
+            listen(at).with_context(|| format!("--page: cannot give out a page at {at}"))?;
+        let address = listener.local_addr()?;
+        // Last, as a runtime that is dropped within another one panics.
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(1)
             .thread_name("page")
             .enable_all()
             .build()
             .context("cannot start the page's runtime")?;
-        let listener =
-            listen(at).with_context(|| format!("--page: cannot give out a page at {at}"))?;
-        let address = listener.local_addr()?;
         let guarded = routes
             .layer(axum::middleware::from_fn(guard::own_changes))
             .layer(axum::middleware::from_fn(guard::own_host));

@@ -11,7 +11,7 @@ pub(crate) const ON_THE_COMMAND_LINE: &[(&str, i32, &str)] = &[
     ),
     (
         "run x.toml --set receiver.swa.mode=sync",
-        WRONG_FILE,
+        FAILED,
         "x.toml: --set receiver.swa.mode=sync: received \"swa\", expected one of: saw",
     ),
     (
