@@ -10,6 +10,7 @@ use coaxle_host::cli::{EXIT_CODES, Exit, LogArgs, exit_code, lines_of};
 use coaxle_host::{NodeArgs, machine};
 
 use crate::bar::Bar;
+use crate::bench::{self, BenchArgs, PeerArgs};
 use crate::cam::{self, CamCommand};
 use crate::catalog;
 use crate::command::{self, CommandArgs};
@@ -111,6 +112,9 @@ enum Command {
     Secure(SecureCommand),
     /// Say how fit this PC is for cycles; or what the configs of nodes leave open to others, and what closes it
     Doctor(DoctorArgs),
+    /// Measure the real path on this machine: how late cycles wake, how long a sample is on its way between two nodes, and what
+    /// that costs, beside what the machine does without us: docs/SPEED.md
+    Bench(BenchArgs),
     /// Write what files may hold as JSON Schema, for editors: docs/REFERENCE.md
     Schema(SchemaArgs),
     /// Record how messages between real nodes arrive, to judge estimators of a far clock by
@@ -144,6 +148,9 @@ enum Command {
     /// Keep one processor busy until standard input ends
     #[command(name = recording::KEEP_BUSY, hide = true)]
     KeepBusy,
+    /// Be one process of a measurement
+    #[command(name = bench::PEER, hide = true)]
+    BenchPeer(PeerArgs),
     /// Run a sender node
     Sender {
         #[command(flatten)]
@@ -266,6 +273,8 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Conform(args)) => return conform::conform(&args),
         Some(Command::Secure(command)) => (crate::secure::cli::print(&command)?, Exit::Failed),
         Some(Command::Doctor(args)) => (doctor::print(&args)?, Exit::Failed),
+        Some(Command::Bench(args)) => return bench::bench(&args),
+        Some(Command::BenchPeer(args)) => return bench::run_peer(&args),
         Some(Command::Schema(args)) => (schema::print(&args).map(|()| true)?, Exit::Failed),
         Some(Command::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
         Some(Command::Scope(args)) => return scope::scope(&args),

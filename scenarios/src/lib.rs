@@ -7,6 +7,7 @@
 //! a report.
 
 mod bar;
+mod bench;
 pub mod cam;
 pub mod catalog;
 pub mod cli;

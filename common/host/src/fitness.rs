@@ -64,26 +64,47 @@ pub fn examine() -> Vec<Finding> {
 /// # Errors
 /// The system gives no thread.
 pub fn wake_ups(cycle: Span, time: Span, priority: Option<u8>) -> anyhow::Result<WakeUps> {
+    let wishes = RealTimeConfig {
+        priority,
+        ..RealTimeConfig::default()
+    };
+    let Lateness { late, denied } = lateness(cycle, time, wishes)?;
+    Ok(summary(late, cycle, denied))
+}
+
+/// How late each wake-up of a thread was that does nothing but sleep, to deadlines a cycle apart.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lateness {
+    /// Of each deadline, in order. One that had passed before the thread could sleep counts, too.
+    pub late: Vec<Span>,
+    /// What the thread asked for and did not get.
+    pub denied: Vec<Denied>,
+}
+
+/// Wakes a thread with this cycle for so long, as those wishes of a node would have it, in a bare loop: what no cycle can
+/// beat here.
+///
+/// # Errors
+/// The system gives no thread.
+pub fn lateness(cycle: Span, time: Span, wishes: RealTimeConfig) -> anyhow::Result<Lateness> {
     let thread = std::thread::Builder::new().name("wake-ups".to_owned());
-    let measuring = thread.spawn(move || measure(cycle, time, priority));
+    let measuring = thread.spawn(move || measure(cycle, time, &wishes));
     let measured = measuring.context("cannot start a thread")?.join();
     measured.map_err(|_| anyhow::anyhow!("the measuring thread panicked"))
 }
 
-fn measure(cycle: Span, time: Span, priority: Option<u8>) -> WakeUps {
-    let denied = real_time::apply(&RealTimeConfig {
-        priority,
-        ..RealTimeConfig::default()
-    });
+fn measure(cycle: Span, time: Span, wishes: &RealTimeConfig) -> Lateness {
+    let denied = real_time::apply(wishes);
+    let spin = Span::from_micros(i64::from(wishes.spin_us));
     let count = time.div_floor(cycle).max(1);
     let mut late = Vec::with_capacity(count as usize);
     let begin = machine::now();
     for k in 1..=count {
         let deadline = begin + cycle * k;
-        machine::sleep_until(deadline);
+        machine::sleep_then_spin_until(deadline, spin);
         late.push(machine::now() - deadline);
     }
-    summary(late, cycle, denied)
+    Lateness { late, denied }
 }
 
 fn summary(mut late: Vec<Span>, cycle: Span, denied: Vec<Denied>) -> WakeUps {

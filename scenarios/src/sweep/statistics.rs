@@ -2,6 +2,7 @@
 
 use super::record::FigureRow;
 use crate::figures::{Figure, number};
+use crate::number::quantile;
 
 /// What a figure of a point was, over its seeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,31 +38,5 @@ impl Statistics {
                 last
             },
         })
-    }
-}
-
-/// Of sorted values, at least one.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
-    let (below, above) = (sorted[place as usize], sorted[place.ceil() as usize]);
-    if below == above {
-        // Without rounding.
-        return below;
-    }
-    below + place.fract() * (above - below)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quantiles_lie_on_lines_between_the_values() {
-        let values: Vec<f64> = (0..=20).map(f64::from).collect();
-        assert_eq!(quantile(&values, 0.05), 1.0);
-        assert_eq!(quantile(&values, 0.95), 19.0);
-        assert_eq!(quantile(&[1.0, 2.0], 0.5), 1.5);
-        assert_eq!(quantile(&[1.0, 2.0], 0.95), 1.95);
-        assert_eq!(quantile(&[0.1], 0.95), 0.1);
     }
 }

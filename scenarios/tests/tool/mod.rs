@@ -6,6 +6,7 @@ pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+#[allow(dead_code, reason = "not every test of the tool writes files")]
 pub(crate) fn written(folder: &Path, name: &str, bytes: &[u8]) -> PathBuf {
     let file = folder.join(name);
     std::fs::write(&file, bytes).expect("the folder can be written");

@@ -135,6 +135,9 @@ pub trait System {
     /// The memory that a process really has, bytes; none if it is gone.
     fn resident_memory(process: u32) -> Option<u64>;
 
+    /// The processor time that a process has taken so far, of all its threads; none if it is gone.
+    fn processor_time(process: u32) -> Option<Duration>;
+
     /// Holds a folder until the result is dropped or the process ends; none if somebody else holds it. A file system that
     /// knows no locks keeps nobody apart.
     ///

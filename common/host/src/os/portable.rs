@@ -149,6 +149,10 @@ impl System for Portable {
         None
     }
 
+    fn processor_time(_process: u32) -> Option<Duration> {
+        None
+    }
+
     fn hold_folder(path: &Path) -> io::Result<Option<HeldFolder>> {
         std::fs::read_dir(path)?;
         Ok(Some(HeldFolder { _lock: None }))

@@ -108,4 +108,10 @@ fn what_a_system_does_not_have_is_an_error() {
 fn this_process_has_memory_and_none_has_number_zero() {
     assert!(Os::resident_memory(std::process::id()).is_some_and(|bytes| bytes > 1 << 20));
     assert_eq!(Os::resident_memory(0), None);
+    let time = || Os::processor_time(std::process::id()).unwrap();
+    let before = time();
+    while time() == before {
+        std::hint::spin_loop();
+    }
+    assert_eq!(Os::processor_time(0), None);
 }

@@ -111,6 +111,10 @@ impl System for Linux {
         processes::resident_memory(process)
     }
 
+    fn processor_time(process: u32) -> Option<Duration> {
+        processes::processor_time(process)
+    }
+
     fn hold_folder(path: &Path) -> io::Result<Option<HeldFolder>> {
         files::hold_folder(path)
     }

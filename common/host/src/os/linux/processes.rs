@@ -2,6 +2,7 @@
 
 use std::io;
 use std::process::Child;
+use std::time::Duration;
 
 use rustix::process::{Pid, Signal, getppid, kill_process, set_parent_process_death_signal};
 use sd_notify::NotifyState;
@@ -40,4 +41,37 @@ pub(super) fn resident_memory(process: u32) -> Option<u64> {
     let pages = std::fs::read_to_string(format!("/proc/{process}/statm")).ok()?;
     let pages: u64 = pages.split_whitespace().nth(1)?.parse().ok()?;
     pages.checked_mul(rustix::param::page_size() as u64)
+}
+
+pub(super) fn processor_time(process: u32) -> Option<Duration> {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    let ticks = processor_ticks(&stat)?;
+    Some(Duration::from_secs_f64(
+        ticks as f64 / rustix::param::clock_ticks_per_second() as f64,
+    ))
+}
+
+/// The ticks that a line of `/proc/…/stat` tells: in programs, and in the kernel for them. The name is in parentheses, and
+/// may hold some.
+fn processor_ticks(stat: &str) -> Option<u64> {
+    /// `utime` is the 14th field and `stime` the 15th; the first after the name is the third.
+    const USER: usize = 14 - 3;
+    let (_, fields) = stat.rsplit_once(')')?;
+    let mut ticks = fields.split_whitespace().skip(USER);
+    let mut next = || ticks.next()?.parse::<u64>().ok();
+    Some(next()? + next()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_those_of_programs_and_of_the_kernel() {
+        let stat = "77 (a ) b) S 1 77 77 0 -1 4194560 9 0 0 0 120 34 0 0 20 0 6 0 5 1 2";
+        assert_eq!(processor_ticks(stat), Some(154));
+        for short in ["", "77 (a) S 1 2", "77 a S"] {
+            assert_eq!(processor_ticks(short), None);
+        }
+    }
 }

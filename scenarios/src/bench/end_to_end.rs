@@ -1,0 +1,287 @@
+//! How long a sample is on its way between two processes: as a datagram, over Zenoh alone, and between our nodes.
+
+use std::collections::BTreeMap;
+
+use coaxle_clock::Span;
+use serde::Serialize;
+
+use super::pair::{Measured, Pair, WARM_UP};
+use super::plan::{Plan, Told};
+use super::quantiles::{Quantiles, Ratio};
+use super::settings::{Settings, connecting, free_address, listening};
+use super::turns::Turns;
+
+/// One way over loopback, from the wake-up of the loop that sends.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct EndToEnd {
+    /// Of a message, the same for all.
+    pub(super) bytes: usize,
+    pub(super) axes: u32,
+    /// From the wake-up to the arrival.
+    pub(super) udp: Option<Quantiles>,
+    pub(super) zenoh: Option<Quantiles>,
+    pub(super) nodes: Option<Quantiles>,
+    /// From handing over to the network to the arrival alone.
+    pub(super) zenoh_network: Option<Quantiles>,
+    pub(super) stages: Stages,
+    pub(super) ratios: Ratios,
+    /// What the system did not grant.
+    pub(super) denied: Vec<String>,
+}
+
+/// Where the time goes between our nodes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Stages {
+    /// From when the sender's cycle should have begun to when it did.
+    pub(super) wake_up: Option<Quantiles>,
+    /// To the frame in the outbox.
+    pub(super) scan: Option<Quantiles>,
+    /// To the publisher that has it.
+    pub(super) hand_over: Option<Quantiles>,
+    /// To the stamp on arrival.
+    pub(super) network: Option<Quantiles>,
+    /// To the beginning of the scan that takes it in.
+    pub(super) wait: Option<Quantiles>,
+    /// From the wake-up of the sender to that.
+    pub(super) to_scan: Option<Quantiles>,
+}
+
+/// Over Zenoh alone.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Ratios {
+    /// Our nodes, from wake-up to arrival.
+    pub(super) nodes: Option<Ratio>,
+    /// Our nodes, from handing over to the network to the arrival.
+    pub(super) network: Option<Ratio>,
+    /// Datagrams, from wake-up to arrival.
+    pub(super) udp: Option<Ratio>,
+}
+
+/// Datagrams, Zenoh alone, our nodes.
+const CONTENDERS: i64 = 3;
+
+/// How long it takes.
+pub(super) fn planned(settings: &Settings) -> Span {
+    (settings.turn(CONTENDERS) + WARM_UP) * CONTENDERS * i64::from(settings.rounds)
+}
+
+/// # Errors
+/// A process fails, or Ctrl-C came.
+pub(super) fn measure(
+    settings: &Settings,
+    axes: u32,
+    turns: &mut Turns<'_>,
+) -> anyhow::Result<EndToEnd> {
+    let bytes = settings.nodes(axes).frame_bytes()?;
+    let turn = settings.turn(CONTENDERS);
+    let mut ways = Ways::default();
+    for round in 0..settings.rounds {
+        // Each comes first as often as last.
+        for place in 0..CONTENDERS {
+            match (place + i64::from(round)) % CONTENDERS {
+                0 => ways.udp.add(&udp(settings, bytes)?.measure(turn, turns)?),
+                1 => ways
+                    .zenoh
+                    .add(&zenoh(settings, bytes)?.measure(turn, turns)?),
+                _ => ways
+                    .nodes
+                    .add(&nodes(settings, axes, true)?.measure(turn, turns)?),
+            }
+        }
+    }
+    Ok(ways.summed_up(bytes, axes))
+}
+
+/// Datagrams.
+pub(super) fn udp(settings: &Settings, bytes: usize) -> anyhow::Result<Pair> {
+    let at = free_address()?;
+    let pace = settings.pace(bytes);
+    let sender = Plan::UdpSender { to: at, pace };
+    Ok(Pair::new(sender, Plan::UdpReceiver { at, looks: None }))
+}
+
+/// Zenoh alone.
+pub(super) fn zenoh(settings: &Settings, bytes: usize) -> anyhow::Result<Pair> {
+    let endpoint = format!("tcp/{}", free_address()?);
+    let sender = Plan::ZenohSender {
+        transport: listening(&endpoint),
+        pace: settings.pace(bytes),
+    };
+    let receiver = Plan::ZenohReceiver {
+        transport: connecting(&endpoint),
+        real_time: settings.real_time,
+        looks: None,
+    };
+    Ok(Pair::new(sender, receiver))
+}
+
+/// Our nodes; with stamps of every step, or just as they are.
+pub(super) fn nodes(settings: &Settings, axes: u32, stamps: bool) -> anyhow::Result<Pair> {
+    let endpoint = format!("tcp/{}", free_address()?);
+    let nodes = settings.nodes(axes);
+    let sender = Plan::Sender {
+        config: nodes.sender(Some(&endpoint))?,
+        stamps,
+    };
+    let config = nodes.receiver(&endpoint)?;
+    Ok(Pair::new(sender, Plan::Receiver { config }))
+}
+
+/// What came of the rounds, ns.
+#[derive(Default)]
+struct Ways {
+    udp: Bare,
+    zenoh: Bare,
+    nodes: Ours,
+}
+
+/// Of a bare loop, in each round.
+#[derive(Default)]
+struct Bare {
+    one_way: Vec<Vec<i64>>,
+    network: Vec<Vec<i64>>,
+    denied: Vec<String>,
+}
+
+impl Bare {
+    fn add(&mut self, measured: &Measured) {
+        let messages = &measured.receiver.messages;
+        self.one_way
+            .push(messages.iter().map(|m| m.arrived - m.woke).collect());
+        self.network
+            .push(messages.iter().map(|m| m.arrived - m.left).collect());
+        self.denied = measured.denied().cloned().collect();
+    }
+}
+
+/// Of our nodes.
+#[derive(Default)]
+struct Ours {
+    one_way: Vec<Vec<i64>>,
+    network: Vec<Vec<i64>>,
+    wake_up: Vec<i64>,
+    scan: Vec<i64>,
+    hand_over: Vec<i64>,
+    wait: Vec<i64>,
+    to_scan: Vec<i64>,
+}
+
+impl Ours {
+    fn add(&mut self, measured: &Measured) {
+        let (mut one_way, mut network) = (Vec::new(), Vec::new());
+        for way in ways(&measured.sender, &measured.receiver) {
+            one_way.push(way.arrived - way.woke);
+            network.push(way.arrived - way.left);
+            self.wake_up.push(way.woke - way.ideal);
+            self.scan.push(way.handed_over - way.woke);
+            self.hand_over.push(way.left - way.handed_over);
+            self.wait.push(way.used - way.arrived);
+            self.to_scan.push(way.used - way.woke);
+        }
+        self.one_way.push(one_way);
+        self.network.push(network);
+    }
+
+    fn stages(&self) -> Stages {
+        let of = |nanos: &[i64]| Quantiles::of(nanos.iter().copied());
+        Stages {
+            wake_up: of(&self.wake_up),
+            scan: of(&self.scan),
+            hand_over: of(&self.hand_over),
+            network: of(&self.network.concat()),
+            wait: of(&self.wait),
+            to_scan: of(&self.to_scan),
+        }
+    }
+}
+
+/// The stamps of a frame, from the cycle that made it to the scan that used it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Way {
+    ideal: i64,
+    woke: i64,
+    handed_over: i64,
+    left: i64,
+    arrived: i64,
+    used: i64,
+}
+
+/// Of every frame that came and whose cycle is known.
+fn ways<'a>(sender: &'a Told, receiver: &'a Told) -> impl Iterator<Item = Way> + 'a {
+    let cycles: BTreeMap<u64, _> = sender.cycles.iter().map(|c| (c.count, c)).collect();
+    receiver.frames.iter().filter_map(move |frame| {
+        let cycle = cycles.get(&frame.count)?;
+        Some(Way {
+            ideal: cycle.ideal,
+            woke: cycle.woke,
+            handed_over: cycle.handed_over,
+            left: cycle.ideal + frame.left_after,
+            arrived: frame.arrived,
+            used: frame.used,
+        })
+    })
+}
+
+impl Ways {
+    fn summed_up(&self, bytes: usize, axes: u32) -> EndToEnd {
+        let Self { udp, zenoh, nodes } = self;
+        let all = |rounds: &[Vec<i64>]| Quantiles::of(rounds.concat());
+        EndToEnd {
+            bytes,
+            axes,
+            udp: all(&udp.one_way),
+            zenoh: all(&zenoh.one_way),
+            nodes: all(&nodes.one_way),
+            zenoh_network: all(&zenoh.network),
+            stages: nodes.stages(),
+            ratios: Ratios {
+                nodes: Ratio::of(&nodes.one_way, &zenoh.one_way),
+                network: Ratio::of(&nodes.network, &zenoh.network),
+                udp: Ratio::of(&udp.one_way, &zenoh.one_way),
+            },
+            denied: zenoh.denied.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::plan::{Cycle, FrameCame};
+
+    #[test]
+    fn a_frame_finds_its_cycle_by_its_count() {
+        let cycle = |count| Cycle {
+            count,
+            ideal: 1_000 * count as i64,
+            woke: 1_000 * count as i64 + 50,
+            handed_over: 1_000 * count as i64 + 52,
+        };
+        let frame = |count| FrameCame {
+            count,
+            left_after: 80,
+            arrived: 1_000 * count as i64 + 180,
+            used: 1_000 * count as i64 + 500,
+        };
+        let measured = Measured {
+            sender: Told {
+                cycles: (1..=3).map(cycle).collect(),
+                ..Told::default()
+            },
+            receiver: Told {
+                frames: [2, 3, 4].map(frame).into(),
+                ..Told::default()
+            },
+            load: None,
+        };
+        let mut ours = Ours::default();
+        ours.add(&measured);
+        assert_eq!(
+            (&ours.one_way, &ours.network),
+            (&vec![vec![130; 2]], &vec![vec![100; 2]])
+        );
+        assert_eq!((&ours.wake_up, &ours.scan), (&vec![50; 2], &vec![2; 2]));
+        assert_eq!((&ours.hand_over, &ours.wait), (&vec![28; 2], &vec![320; 2]));
+        assert_eq!(ours.to_scan, [450; 2]);
+    }
+}

@@ -1,0 +1,99 @@
+//! What a hundred axes in one frame cost each side.
+
+use coaxle_clock::Span;
+use serde::Serialize;
+
+use super::end_to_end::{nodes, zenoh};
+use super::pair::Measured;
+use super::settings::Settings;
+use super::turns::Turns;
+
+/// Shares of a processor.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Load {
+    pub(super) axes: u32,
+    /// Of a frame.
+    pub(super) bytes: usize,
+    /// Axes that the receiver followed at the end of each round, the fewest.
+    pub(super) followed: usize,
+    /// Our nodes; none where nobody knows how to ask.
+    pub(super) nodes: Option<Sides>,
+    /// A bare loop and Zenoh, with messages as long.
+    pub(super) zenoh: Option<Sides>,
+}
+
+/// 1: a whole processor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Sides {
+    pub(super) sender: f64,
+    pub(super) receiver: f64,
+}
+
+/// Our nodes, Zenoh alone.
+const CONTENDERS: i64 = 2;
+
+/// Until a receiver knows the clock that it follows, and all its axes with it.
+const WARM_UP: Span = Span::from_secs(3);
+
+/// How long it takes.
+pub(super) fn planned(settings: &Settings) -> Span {
+    (settings.turn(CONTENDERS) + WARM_UP) * CONTENDERS * i64::from(settings.rounds)
+}
+
+/// # Errors
+/// A process fails, or Ctrl-C came.
+pub(super) fn measure(
+    settings: &Settings,
+    axes: u32,
+    turns: &mut Turns<'_>,
+) -> anyhow::Result<Load> {
+    let bytes = settings.nodes(axes).frame_bytes()?;
+    let turn = settings.turn(CONTENDERS);
+    let (mut of_nodes, mut of_zenoh) = (Vec::new(), Vec::new());
+    for _ in 0..settings.rounds {
+        let mut pair = nodes(settings, axes, false)?;
+        pair.warm_up = WARM_UP;
+        of_nodes.push(pair.measure(turn, turns)?);
+        let mut pair = zenoh(settings, bytes)?;
+        pair.warm_up = WARM_UP;
+        of_zenoh.push(pair.measure(turn, turns)?);
+    }
+    let followed = of_nodes.iter().map(|measured| measured.receiver.followed);
+    Ok(Load {
+        axes,
+        bytes,
+        followed: followed.min().unwrap_or(0),
+        nodes: mean(&of_nodes),
+        zenoh: mean(&of_zenoh),
+    })
+}
+
+/// Of all rounds, which were as long.
+fn mean(rounds: &[Measured]) -> Option<Sides> {
+    let loads: Vec<[f64; 2]> = rounds
+        .iter()
+        .map(|round| round.load)
+        .collect::<Option<_>>()?;
+    let mean = |side: usize| loads.iter().map(|load| load[side]).sum::<f64>() / loads.len() as f64;
+    (!loads.is_empty()).then(|| Sides {
+        sender: mean(0),
+        receiver: mean(1),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_load_is_the_mean_of_all_rounds_or_not_known() {
+        let round = |load| Measured {
+            load,
+            ..Measured::default()
+        };
+        let sides = mean(&[round(Some([0.25, 0.5])), round(Some([0.75, 1.0]))]).unwrap();
+        assert_eq!((sides.sender, sides.receiver), (0.5, 0.75));
+        assert_eq!(mean(&[round(Some([0.1, 0.2])), round(None)]), None);
+        assert_eq!(mean(&[]), None);
+    }
+}

@@ -1,0 +1,112 @@
+//! Two processes, one that sends and one that receives, over a while that is measured.
+
+use coaxle_clock::Span;
+use coaxle_host::machine;
+
+use super::plan::{Plan, Told};
+use super::process::Process;
+use super::turns::Turns;
+
+/// Until both have met and all is warm; what comes meanwhile does not count.
+pub(super) const WARM_UP: Span = Span::from_millis(500);
+
+/// A process that nobody ends does so itself so long after its time.
+const PATIENCE: Span = Span::from_secs(30);
+
+/// Who sends and who receives.
+pub(super) struct Pair {
+    pub(super) sender: Plan,
+    pub(super) receiver: Plan,
+    /// What comes before the program of the receiver, if anything.
+    pub(super) before_receiver: Vec<String>,
+    pub(super) warm_up: Span,
+}
+
+/// What both tell, of the while that was measured.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Measured {
+    pub(super) sender: Told,
+    pub(super) receiver: Told,
+    /// How much of a processor each took, 1: a whole one; none where nobody knows.
+    pub(super) load: Option<[f64; 2]>,
+}
+
+impl Pair {
+    /// On this machine, without anything between.
+    pub(super) const fn new(sender: Plan, receiver: Plan) -> Self {
+        Self {
+            sender,
+            receiver,
+            before_receiver: Vec::new(),
+            warm_up: WARM_UP,
+        }
+    }
+
+    /// Lets both run, and keeps what was within the time.
+    ///
+    /// # Errors
+    /// Either fails, or Ctrl-C came.
+    pub(super) fn measure(&self, time: Span, turns: &mut Turns<'_>) -> anyhow::Result<Measured> {
+        let limit = self.warm_up + time + PATIENCE;
+        // Who connects tries again only after a while: the one who listens begins.
+        let sender = Process::start("sending process", &self.sender, limit, &[])?;
+        let before = &self.before_receiver;
+        let receiver = Process::start("receiving process", &self.receiver, limit, before)?;
+        turns.wait(self.warm_up)?;
+        let taken = || Some([sender.processor_time()?, receiver.processor_time()?]);
+        let (begin, before) = (machine::now(), taken());
+        turns.wait(time)?;
+        let (end, after) = (machine::now(), taken());
+        let share = |before: Span, after: Span| {
+            (after - before).as_secs_f64() / (end - begin).as_secs_f64()
+        };
+        let load = before
+            .zip(after)
+            .map(|(before, after)| [0, 1].map(|side| share(before[side], after[side])));
+        // While there is still somebody to follow.
+        let receiver = receiver.end()?;
+        let mut measured = Measured {
+            sender: sender.end()?,
+            receiver,
+            load,
+        };
+        measured.keep_within(begin.as_nanos(), end.as_nanos());
+        Ok(measured)
+    }
+}
+
+impl Measured {
+    fn keep_within(&mut self, begin: i64, end: i64) {
+        let within = |at: i64| (begin..end).contains(&at);
+        let received = &mut self.receiver;
+        received.frames.retain(|frame| within(frame.arrived));
+        received.messages.retain(|message| within(message.arrived));
+        received.looks.retain(|look| within(look.at));
+    }
+
+    /// What somebody did not get that was asked for.
+    pub(super) fn denied(&self) -> impl Iterator<Item = &String> {
+        self.sender.denied.iter().chain(&self.receiver.denied)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::plan::MessageCame;
+
+    #[test]
+    fn what_came_before_and_after_does_not_count() {
+        let message = |arrived| MessageCame {
+            count: 1,
+            woke: 0,
+            left: 0,
+            arrived,
+        };
+        let mut measured = Measured::default();
+        measured.receiver.messages = [9, 10, 19, 20].map(message).into();
+        measured.keep_within(10, 20);
+        let kept = measured.receiver.messages.iter();
+        assert!(kept.map(|message| message.arrived).eq([10, 19]));
+    }
+}

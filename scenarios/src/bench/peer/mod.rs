@@ -1,0 +1,65 @@
+//! One process of a measurement: this very program, called with [`PEER`](super::plan::PEER).
+
+mod nodes;
+mod raw;
+
+use std::io::Write;
+
+use anyhow::Context;
+use clap::Args;
+use coaxle_clock::Span;
+use coaxle_host::cli::{Exit, parse_duration};
+use coaxle_host::os::{Os, System};
+
+use super::plan::{Plan, Told};
+
+/// What such a process is told.
+#[derive(Debug, Args)]
+pub(crate) struct PeerArgs {
+    /// What to do, as JSON
+    plan: String,
+    /// Die with this process, which started this one
+    #[arg(long, value_name = "PID")]
+    parent: i32,
+    /// End after this time if nobody asks before
+    #[arg(long = "for", value_name = "DURATION", value_parser = parse_duration)]
+    limit: Span,
+}
+
+/// Does its part until it is asked to end, and tells what it saw on standard output.
+///
+/// # Errors
+/// A wrong plan, or a part that cannot be played.
+pub(crate) fn run(args: &PeerArgs) -> anyhow::Result<Exit> {
+    Os::die_with(args.parent).context("cannot be tied to the process that started it")?;
+    let plan: Plan = serde_json::from_str(&args.plan).context("the plan of a process")?;
+    let told = perform(plan, args.limit)?;
+    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+    serde_json::to_writer(&mut out, &told).context("cannot tell what was seen")?;
+    out.flush().context("cannot tell what was seen")?;
+    Ok(Exit::Done)
+}
+
+fn perform(plan: Plan, limit: Span) -> anyhow::Result<Told> {
+    match plan {
+        Plan::UdpSender { to, pace } => raw::send_datagrams(to, &pace, limit),
+        Plan::UdpReceiver { at, looks } => raw::receive_datagrams(at, looks.as_ref(), limit),
+        Plan::ZenohSender { transport, pace } => raw::publish(&transport, &pace, limit),
+        Plan::ZenohReceiver {
+            transport,
+            real_time,
+            looks,
+        } => raw::subscribe(&transport, &real_time, looks.as_ref(), limit),
+        Plan::Sender { config, stamps } => nodes::send(&config, stamps, limit),
+        Plan::SenderAlone { config } => nodes::send_to_nobody(&config, limit),
+        Plan::Receiver { config } => nodes::receive(&config, limit),
+    }
+}
+
+/// Says that it can begin.
+fn say_ready() -> anyhow::Result<()> {
+    let mut out = std::io::stdout();
+    writeln!(out, "{}", super::plan::READY)
+        .and_then(|()| out.flush())
+        .context("nobody waits for this process")
+}

@@ -1,0 +1,230 @@
+//! Our own nodes, with stamps of every step.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use coaxle_clock::cycle::Tick;
+use coaxle_clock::{Instant, Local, Span};
+use coaxle_host::transport::Publisher;
+use coaxle_host::{ArrivalRecord, InProcess, Machine, Record, Recorder, Setup, machine, run_over};
+use coaxle_node::{Arrived, Message, Node, Outgoing};
+use coaxle_receiver::ReceiverSnapshot;
+use coaxle_sender::{Sender, SenderSnapshot};
+use serde_json::{Map, Value};
+
+use super::say_ready;
+use crate::bench::configs::{receiver_setup, sender_config, sender_setup};
+use crate::bench::plan::{Cycle, FrameCame, Told};
+
+/// Runs the sender; with stamps if they are wanted, else just as its own program would.
+pub(super) fn send(config: &str, stamps: bool, limit: Span) -> anyhow::Result<Told> {
+    let kept = Kept::default();
+    if stamps {
+        return run(stamped(config, &kept)?, limit, &kept);
+    }
+    let setup = sender_setup(&sender_config(config)?, Box::new(Plain), Box::new(Ok));
+    run(setup, limit, &kept)
+}
+
+/// Runs the sender with stamps, without a network.
+pub(super) fn send_to_nobody(config: &str, limit: Span) -> anyhow::Result<Told> {
+    let kept = Kept::default();
+    let mut setup = stamped(config, &kept)?;
+    setup.run_for = Some(limit);
+    run_over(setup, InProcess::default())?;
+    Ok(std::mem::take(&mut *lock(&kept)))
+}
+
+fn stamped(config: &str, kept: &Kept) -> anyhow::Result<Setup<Stamped>> {
+    let recorder = Box::new(StampKeeper(Arc::clone(kept)));
+    let wrap = Box::new(|node| Ok(Stamped::new(node)));
+    Ok(sender_setup(&sender_config(config)?, recorder, wrap))
+}
+
+/// Runs the receiver.
+pub(super) fn receive(config: &str, limit: Span) -> anyhow::Result<Told> {
+    let kept = Kept::default();
+    let keeper = ArrivalKeeper {
+        kept: Arc::clone(&kept),
+        began: BTreeMap::new(),
+        waiting: Vec::new(),
+    };
+    run(receiver_setup(config, Box::new(keeper))?, limit, &kept)
+}
+
+type Kept = Arc<Mutex<Told>>;
+
+fn run<N: Node + Send + 'static>(
+    mut setup: Setup<N>,
+    limit: Span,
+    kept: &Kept,
+) -> anyhow::Result<Told> {
+    setup.run_for = Some(limit);
+    coaxle_host::run(setup)?;
+    Ok(std::mem::take(&mut *lock(kept)))
+}
+
+fn lock(kept: &Kept) -> std::sync::MutexGuard<'_, Told> {
+    kept.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A sender that says when its frame was on the way to the publisher.
+struct Stamped {
+    node: Sender,
+    shown: Shown,
+}
+
+#[derive(Clone, Copy)]
+struct Shown {
+    count: u64,
+    handed_over: Instant<Machine>,
+}
+
+impl Stamped {
+    fn new(node: Sender) -> Self {
+        let shown = Shown {
+            count: 0,
+            handed_over: Instant::EPOCH,
+        };
+        Self { node, shown }
+    }
+}
+
+impl Node for Stamped {
+    type Snapshot = Shown;
+
+    fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {
+        self.node.receive(at, subscription, message);
+    }
+
+    fn cycle(&mut self, now: Instant<Local>) -> Tick {
+        let tick = self.node.cycle(now);
+        self.shown.count = tick.count;
+        tick
+    }
+
+    fn transmit(&mut self) -> Option<Outgoing<'_>> {
+        let outgoing = self.node.transmit();
+        if outgoing.is_none() {
+            // Asked again, as everything before is in the outbox: the publisher is woken next.
+            self.shown.handed_over = machine::now();
+        }
+        outgoing
+    }
+
+    fn next_cycle(&self) -> Instant<Local> {
+        self.node.next_cycle()
+    }
+
+    fn ideal_start(&self, now: Instant<Local>) -> Instant<Local> {
+        self.node.ideal_start(now)
+    }
+
+    fn snapshot(&self) -> &Shown {
+        &self.shown
+    }
+}
+
+struct StampKeeper(Kept);
+
+impl Recorder<Shown> for StampKeeper {
+    fn record(&mut self, record: &Record<Shown>) {
+        lock(&self.0).cycles.push(Cycle {
+            count: record.snapshot.count,
+            ideal: record.ideal_start.as_nanos(),
+            woke: record.woke.as_nanos(),
+            handed_over: record.snapshot.handed_over.as_nanos(),
+        });
+    }
+
+    fn begin(&mut self, _epoch: u64, _rows: Box<dyn Publisher>) {
+        announce();
+    }
+
+    fn status(&self) -> Map<String, Value> {
+        Map::new()
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        Ok(())
+    }
+}
+
+/// Keeps nothing of a sender.
+struct Plain;
+
+impl Recorder<SenderSnapshot> for Plain {
+    fn record(&mut self, _record: &Record<SenderSnapshot>) {}
+
+    fn begin(&mut self, _epoch: u64, _rows: Box<dyn Publisher>) {
+        announce();
+    }
+
+    fn status(&self) -> Map<String, Value> {
+        Map::new()
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        Ok(())
+    }
+}
+
+/// Keeps what a receiver took in, and which scan did.
+struct ArrivalKeeper {
+    kept: Kept,
+    /// When scans began, by when they should have.
+    began: BTreeMap<i64, i64>,
+    /// Arrivals whose scan may not have been told yet, by when that should have begun.
+    waiting: Vec<(i64, FrameCame)>,
+}
+
+impl Recorder<ReceiverSnapshot> for ArrivalKeeper {
+    fn record(&mut self, record: &Record<ReceiverSnapshot>) {
+        self.began
+            .insert(record.ideal_start.as_nanos(), record.woke.as_nanos());
+        let axes = &record.snapshot.signals.axes;
+        let followed = axes.iter().filter(|axis| axis.synced && axis.error == 0);
+        lock(&self.kept).followed = followed.count();
+    }
+
+    fn begin(&mut self, _epoch: u64, _rows: Box<dyn Publisher>) {
+        announce();
+    }
+
+    fn arrived(&mut self, record: &ArrivalRecord) {
+        let Arrived::Message(header) = &record.arrival.what else {
+            return;
+        };
+        let Some(stamp) = header.send_stamp else {
+            return;
+        };
+        // A clock without faults of its own: spans are the same in both.
+        let arrived = record.ideal_start + (record.arrival.at - record.tick.ideal_start);
+        let came = FrameCame {
+            count: header.count,
+            left_after: stamp.as_nanos(),
+            arrived: arrived.as_nanos(),
+            used: 0,
+        };
+        self.waiting.push((record.ideal_start.as_nanos(), came));
+    }
+
+    fn status(&self) -> Map<String, Value> {
+        Map::new()
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        let frames = self.waiting.drain(..).filter_map(|(scan, came)| {
+            let used = *self.began.get(&scan)?;
+            Some(FrameCame { used, ..came })
+        });
+        lock(&self.kept).frames = frames.collect();
+        Ok(())
+    }
+}
+
+fn announce() {
+    if let Err(error) = say_ready() {
+        tracing::error!("{error:#}");
+    }
+}

@@ -1,0 +1,234 @@
+//! Bare loops over the network, without a node: what a node cannot beat.
+
+use std::io::ErrorKind;
+use std::net::{SocketAddr, UdpSocket};
+use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use anyhow::{Context, anyhow};
+use coaxle_clock::{Instant, Span};
+use coaxle_host::transport::{Transport, Urgency};
+use coaxle_host::{Interrupt, Machine, OverZenoh, machine, real_time};
+use coaxle_node::config::{RealTimeConfig, TransportConfig};
+
+use super::say_ready;
+use crate::bench::plan::{Look, MessageCame, Pace, Told};
+
+const KEY: &str = "coaxle/bench/raw";
+
+/// How long it waits for a datagram, or for the end, before it looks again.
+const NAP: Duration = Duration::from_millis(20);
+
+/// The longest datagram.
+const MOST_BYTES: usize = 65_536;
+
+/// Sends to a socket that may not be there yet.
+pub(super) fn send_datagrams(to: SocketAddr, pace: &Pace, limit: Span) -> anyhow::Result<Told> {
+    let any = if to.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
+    let socket = UdpSocket::bind(any).context("cannot open a socket")?;
+    go_round(pace, limit, |bytes| match socket.send_to(bytes, to) {
+        // Nobody listens there yet, or the network is full.
+        Err(error) if is_passing(error.kind()) => Ok(()),
+        sent => sent.map(drop).context("cannot send a datagram"),
+    })
+}
+
+fn is_passing(error: ErrorKind) -> bool {
+    matches!(
+        error,
+        ErrorKind::ConnectionRefused | ErrorKind::WouldBlock | ErrorKind::Interrupted
+    )
+}
+
+/// Publishes as a node does, but from the loop itself.
+pub(super) fn publish(
+    transport: &TransportConfig,
+    pace: &Pace,
+    limit: Span,
+) -> anyhow::Result<Told> {
+    let session = open(transport, &pace.real_time)?;
+    let publisher = session.publisher(KEY, Urgency::RealTime)?;
+    let told = go_round(pace, limit, |bytes| publisher.publish(bytes.to_vec()));
+    session.close();
+    told
+}
+
+/// A loop of its own cycle that sends a message each time, until it is asked to end.
+fn go_round(
+    pace: &Pace,
+    limit: Span,
+    mut send: impl FnMut(&[u8]) -> anyhow::Result<()>,
+) -> anyhow::Result<Told> {
+    let until = Until::after(limit)?;
+    say_ready()?;
+    let denied = real_time::apply(&pace.real_time);
+    let (cycle, spin) = (Span::from_nanos(pace.cycle_ns), spin(&pace.real_time));
+    let mut message = vec![0; pace.bytes.max(MessageCame::BYTES)];
+    let mut due = machine::now();
+    let mut count = 0;
+    while !until.is_over() {
+        due += cycle;
+        machine::sleep_then_spin_until(due, spin);
+        let woke = machine::now();
+        // As a node does, it skips what it is too late for.
+        due += cycle * (woke - due).div_floor(cycle);
+        count += 1;
+        let left = machine::now();
+        MessageCame::write(count, woke.as_nanos(), left.as_nanos(), &mut message);
+        send(&message)?;
+    }
+    Ok(Told {
+        denied: denied.iter().map(ToString::to_string).collect(),
+        ..Told::default()
+    })
+}
+
+fn spin(real_time: &RealTimeConfig) -> Span {
+    Span::from_micros(i64::from(real_time.spin_us))
+}
+
+/// Receives on a thread of its own, and looks at the newest in a loop beside it, if that is wanted.
+pub(super) fn receive_datagrams(
+    at: SocketAddr,
+    looks: Option<&Pace>,
+    limit: Span,
+) -> anyhow::Result<Told> {
+    let until = Until::after(limit)?;
+    let socket = UdpSocket::bind(at).with_context(|| format!("cannot listen on {at}"))?;
+    socket
+        .set_read_timeout(Some(NAP))
+        .context("cannot listen")?;
+    let seen = Arc::new(Seen::default());
+    let (stop, into) = (Arc::new(AtomicBool::new(false)), Arc::clone(&seen));
+    let stopped = Arc::clone(&stop);
+    let receiving = move || -> anyhow::Result<()> {
+        let mut bytes = vec![0; MOST_BYTES];
+        while !stopped.load(Ordering::Relaxed) {
+            match socket.recv(&mut bytes) {
+                Ok(length) => into.take(machine::now(), &bytes[..length]),
+                Err(error) if is_passing(error.kind()) || error.kind() == ErrorKind::TimedOut => {}
+                Err(error) => return Err(error).context("cannot receive datagrams"),
+            }
+        }
+        Ok(())
+    };
+    let thread = std::thread::Builder::new().name("receive".to_owned());
+    let thread = thread
+        .spawn(receiving)
+        .context("cannot start the receiving thread")?;
+    say_ready()?;
+    let looked = look(looks, &seen, &until);
+    stop.store(true, Ordering::Relaxed);
+    let received = thread.join();
+    received.map_err(|_| anyhow!("the receiving thread panicked"))??;
+    Ok(told(&seen, looked))
+}
+
+/// The same of a Zenoh session.
+pub(super) fn subscribe(
+    transport: &TransportConfig,
+    real_time: &RealTimeConfig,
+    looks: Option<&Pace>,
+    limit: Span,
+) -> anyhow::Result<Told> {
+    let until = Until::after(limit)?;
+    let session = open(transport, real_time)?;
+    let seen = Arc::new(Seen::default());
+    let into = Arc::clone(&seen);
+    let subscribed = session.subscribe(KEY, Box::new(move |at, bytes| into.take(at, bytes)))?;
+    say_ready()?;
+    let looked = look(looks, &seen, &until);
+    drop(subscribed);
+    session.close();
+    Ok(told(&seen, looked))
+}
+
+/// A session whose threads have the priority that a node's would have, which they inherit.
+fn open(transport: &TransportConfig, wishes: &RealTimeConfig) -> anyhow::Result<OverZenoh> {
+    let (transport, carriers) = (transport.clone(), real_time::carriers(wishes));
+    let opening = move || {
+        let wishes = RealTimeConfig {
+            priority: carriers,
+            ..RealTimeConfig::default()
+        };
+        // What is not granted, the loop says itself.
+        let _ = real_time::apply(&wishes);
+        OverZenoh::open_and_wait(&transport)
+    };
+    let opened = std::thread::spawn(opening).join();
+    opened.map_err(|_| anyhow!("the Zenoh session panicked"))?
+}
+
+/// What came.
+#[derive(Default)]
+struct Seen {
+    messages: Mutex<Vec<MessageCame>>,
+    /// When the loop woke that sent the newest; 0 before the first.
+    newest: AtomicI64,
+}
+
+impl Seen {
+    fn take(&self, arrived: Instant<Machine>, bytes: &[u8]) {
+        let Some(message) = MessageCame::read(arrived.as_nanos(), bytes) else {
+            return;
+        };
+        self.newest.fetch_max(message.woke, Ordering::Relaxed);
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        messages.push(message);
+    }
+}
+
+fn told(seen: &Seen, looks: Vec<Look>) -> Told {
+    let mut messages = seen.messages.lock().unwrap_or_else(PoisonError::into_inner);
+    Told {
+        messages: std::mem::take(&mut *messages),
+        looks,
+        ..Told::default()
+    }
+}
+
+/// Waits for the end; meanwhile looks once a cycle how old the newest message is, if that is wanted.
+fn look(pace: Option<&Pace>, seen: &Seen, until: &Until) -> Vec<Look> {
+    let mut looks = Vec::new();
+    let Some(pace) = pace else {
+        while !until.is_over() {
+            std::thread::park_timeout(NAP);
+        }
+        return looks;
+    };
+    // What is denied the sender says.
+    let _ = real_time::apply(&pace.real_time);
+    let cycle = Span::from_nanos(pace.cycle_ns);
+    let mut due = machine::now();
+    while !until.is_over() {
+        due += cycle;
+        machine::sleep_until(due);
+        let at = machine::now().as_nanos();
+        let newest = seen.newest.load(Ordering::Relaxed);
+        if newest > 0 {
+            let age = at - newest;
+            looks.push(Look { at, age });
+        }
+    }
+    looks
+}
+
+/// When a process ends.
+struct Until {
+    interrupt: Interrupt,
+    limit: Instant<Machine>,
+}
+
+impl Until {
+    fn after(limit: Span) -> anyhow::Result<Self> {
+        Ok(Self {
+            interrupt: Interrupt::listen()?,
+            limit: machine::now() + limit,
+        })
+    }
+
+    fn is_over(&self) -> bool {
+        self.interrupt.is_asked() || machine::now() >= self.limit
+    }
+}

@@ -1,0 +1,118 @@
+//! A process of a measurement, as the one holds it that started it.
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, ChildStdout, Command, Stdio};
+
+use anyhow::{Context, bail};
+use coaxle_clock::Span;
+use coaxle_host::ZENOH_RUNTIME;
+use coaxle_host::os::{ChildSignal, Os, System};
+
+use super::plan::{PEER, Plan, READY, Told};
+
+/// It runs until it is asked to end; with this value it ends anyhow.
+pub(super) struct Process {
+    child: Child,
+    out: BufReader<ChildStdout>,
+    what: &'static str,
+}
+
+impl Process {
+    /// Starts one and waits until it is ready. It ends after `limit` at the latest; `before` comes before the program, as
+    /// `nice` would.
+    ///
+    /// # Errors
+    /// It does not start, or fails before it is ready: with its last words.
+    pub(super) fn start(
+        what: &'static str,
+        plan: &Plan,
+        limit: Span,
+        before: &[String],
+    ) -> anyhow::Result<Self> {
+        let cannot = || format!("cannot start the {what}");
+        let program = std::env::current_exe().context("cannot find this program")?;
+        let mut command = match before {
+            [] => Command::new(program),
+            [first, rest @ ..] => {
+                let mut command = Command::new(first);
+                command.args(rest).arg(program);
+                command
+            }
+        };
+        let (runtime, threads) = ZENOH_RUNTIME;
+        let json = serde_json::to_string(plan).with_context(cannot)?;
+        command
+            .args([PEER, "--quiet"])
+            .args(["--parent", &std::process::id().to_string()])
+            .args(["--for", &format!("{}s", limit.as_secs_f64())])
+            .arg(json)
+            .env(runtime, threads)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        // Ctrl-C is for who started it.
+        Os::apart_from_terminal(&mut command);
+        let mut child = command.spawn().with_context(cannot)?;
+        let out = child.stdout.take().with_context(cannot)?;
+        let mut process = Self {
+            child,
+            out: BufReader::new(out),
+            what,
+        };
+        let mut line = String::new();
+        process.out.read_line(&mut line).with_context(cannot)?;
+        if line.trim_end() != READY {
+            return Err(process.failed());
+        }
+        Ok(process)
+    }
+
+    /// The processor time that it has taken; none where nobody knows how to ask.
+    pub(super) fn processor_time(&self) -> Option<Span> {
+        let time = Os::processor_time(self.child.id())?;
+        Some(Span::from_secs_f64(time.as_secs_f64()))
+    }
+
+    /// Asks it to end, and gives what it tells.
+    ///
+    /// # Errors
+    /// It failed: with its last words.
+    pub(super) fn end(mut self) -> anyhow::Result<Told> {
+        Os::signal(&self.child, ChildSignal::End)
+            .with_context(|| format!("cannot end the {}", self.what))?;
+        let mut text = String::new();
+        let read = self.out.read_to_string(&mut text);
+        if read.is_err() || text.is_empty() {
+            return Err(self.failed());
+        }
+        let status = self.child.wait();
+        let status = status.with_context(|| format!("cannot wait for the {}", self.what))?;
+        if !status.success() {
+            bail!("the {} ended badly ({status})", self.what);
+        }
+        serde_json::from_str(&text).with_context(|| format!("what the {} told", self.what))
+    }
+
+    /// Why, as far as it said.
+    fn failed(mut self) -> anyhow::Error {
+        let what = self.what;
+        // It may not have ended by itself, and would say nothing more.
+        let _ = Os::signal(&self.child, ChildSignal::End);
+        let mut said = String::new();
+        if let Some(mut errors) = self.child.stderr.take() {
+            let _ = errors.read_to_string(&mut said);
+        }
+        let line = said.lines().rev().find(|line| !line.trim().is_empty());
+        let line = line.unwrap_or("it did not say why");
+        let line = line.strip_prefix("error: ").unwrap_or(line);
+        anyhow::anyhow!("the {what} failed: {line}")
+    }
+}
+
+impl Drop for Process {
+    /// Whatever goes wrong, none is left running.
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

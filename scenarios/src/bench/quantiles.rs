@@ -1,0 +1,89 @@
+//! What is usual, what is rare and what was worst.
+
+use serde::{Deserialize, Serialize};
+
+use crate::number::quantile;
+
+/// Quantiles of times, µs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Quantiles {
+    /// Of how many.
+    pub(super) count: usize,
+    /// Half of them were no more than this.
+    pub(super) p50_us: f64,
+    /// 99 of 100 were not.
+    pub(super) p99_us: f64,
+    /// None was.
+    pub(super) max_us: f64,
+}
+
+impl Quantiles {
+    /// Of times in ns; none of none.
+    pub(super) fn of(nanos: impl IntoIterator<Item = i64>) -> Option<Self> {
+        let mut micros: Vec<f64> = nanos.into_iter().map(|ns| ns as f64 / 1e3).collect();
+        micros.sort_by(f64::total_cmp);
+        Some(Self {
+            count: micros.len(),
+            max_us: *micros.last()?,
+            p50_us: quantile(&micros, 0.5),
+            p99_us: quantile(&micros, 0.99),
+        })
+    }
+}
+
+/// How many times as long half of the ones took as half of the others.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Ratio {
+    /// Of the medians of all rounds together.
+    pub(super) p50: f64,
+    /// The least of a single round.
+    pub(super) least: f64,
+    /// The most.
+    pub(super) most: f64,
+}
+
+impl Ratio {
+    /// Of the same rounds, of which each has some of both; none where there is none to compare.
+    pub(super) fn of(ours: &[Vec<i64>], theirs: &[Vec<i64>]) -> Option<Self> {
+        let rounds = ours.iter().zip(theirs);
+        let ratios: Vec<f64> = rounds
+            .filter_map(|(ours, theirs)| Self::of_medians(ours, theirs))
+            .collect();
+        let all = |rounds: &[Vec<i64>]| rounds.concat();
+        Some(Self {
+            p50: Self::of_medians(&all(ours), &all(theirs))?,
+            least: ratios.iter().copied().reduce(f64::min)?,
+            most: ratios.iter().copied().reduce(f64::max)?,
+        })
+    }
+
+    fn of_medians(ours: &[i64], theirs: &[i64]) -> Option<f64> {
+        let median = |nanos: &[i64]| Quantiles::of(nanos.iter().copied()).map(|q| q.p50_us);
+        Some(median(ours)? / median(theirs).filter(|median| *median > 0.0)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_in_microseconds() {
+        let q = Quantiles::of((0..=100).rev().map(|k| k * 1_000)).unwrap();
+        assert_eq!(
+            (q.count, q.p50_us, q.p99_us, q.max_us),
+            (101, 50.0, 99.0, 100.0)
+        );
+        assert_eq!(Quantiles::of([]), None);
+    }
+
+    #[test]
+    fn a_ratio_is_of_all_rounds_and_shows_what_single_rounds_scatter() {
+        let ours = [vec![2_000; 3], vec![3_000; 3], vec![3_000; 3]];
+        let theirs = [vec![2_000; 3], vec![2_000; 3], vec![2_500; 3]];
+        let ratio = Ratio::of(&ours, &theirs).unwrap();
+        assert_eq!((ratio.p50, ratio.least, ratio.most), (1.5, 1.0, 1.5));
+        assert_eq!(Ratio::of(&ours, &[Vec::new()]), None);
+        assert_eq!(Ratio::of(&ours, &[vec![0]]), None);
+    }
+}

@@ -1,0 +1,89 @@
+//! What is measured, and how.
+
+use std::net::{SocketAddr, UdpSocket};
+
+use anyhow::Context;
+use coaxle_clock::Span;
+use coaxle_node::config::{RealTimeConfig, TransportConfig};
+use serde::Serialize;
+
+use super::configs::NodesConfig;
+use super::plan::Pace;
+
+/// The same for all parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Settings {
+    /// Cycle of every loop.
+    pub(super) cycle: Span,
+    /// How long each part measures.
+    pub(super) time: Span,
+    /// In how many turns it does.
+    pub(super) rounds: u32,
+    pub(super) real_time: RealTimeConfig,
+}
+
+/// The same, for who reads figures.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Shown {
+    cycle_us: f64,
+    seconds: f64,
+    rounds: u32,
+    priority: Option<u8>,
+}
+
+impl Settings {
+    /// How long one of so many contenders is measured in each round.
+    pub(super) fn turn(&self, contenders: i64) -> Span {
+        Span::from_nanos(self.time.as_nanos() / (contenders * i64::from(self.rounds)))
+    }
+
+    pub(super) fn nodes(&self, axes: u32) -> NodesConfig {
+        NodesConfig {
+            cycle: self.cycle,
+            axes,
+            real_time: self.real_time,
+        }
+    }
+
+    pub(super) fn pace(&self, bytes: usize) -> Pace {
+        Pace {
+            cycle_ns: self.cycle.as_nanos(),
+            bytes,
+            real_time: self.real_time,
+        }
+    }
+
+    pub(super) fn shown(&self) -> Shown {
+        Shown {
+            cycle_us: self.cycle.as_nanos() as f64 / 1e3,
+            seconds: self.time.as_secs_f64(),
+            rounds: self.rounds,
+            priority: self.real_time.priority,
+        }
+    }
+}
+
+/// An address of this machine that nobody uses now.
+///
+/// # Errors
+/// The system has none.
+pub(super) fn free_address() -> anyhow::Result<SocketAddr> {
+    let socket = UdpSocket::bind(("127.0.0.1", 0)).and_then(|socket| socket.local_addr());
+    socket.context("cannot find a free port")
+}
+
+/// A session that listens there.
+pub(super) fn listening(endpoint: &str) -> TransportConfig {
+    TransportConfig {
+        listen: vec![endpoint.to_owned()],
+        ..TransportConfig::default()
+    }
+}
+
+/// A session that connects to there.
+pub(super) fn connecting(endpoint: &str) -> TransportConfig {
+    TransportConfig {
+        connect: vec![endpoint.to_owned()],
+        ..TransportConfig::default()
+    }
+}

@@ -1,0 +1,345 @@
+//! What is the newest that somebody knows, over each transport, while packets are lost.
+
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::Path;
+
+use anyhow::Context;
+use coaxle_clock::Span;
+use coaxle_host::machine;
+use coaxle_node::config::TransportConfig;
+use coaxle_node::keys::NodeName;
+use serde::Serialize;
+
+use super::namespace::{HERE, Namespace, THERE};
+use super::pair::{Measured, Pair};
+use super::plan::Plan;
+use super::quantiles::Quantiles;
+use super::settings::{Settings, connecting, free_address, listening};
+use super::turns::Turns;
+use crate::secure::{Authority, Validity};
+
+/// All transports, at each loss.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Transports {
+    pub(super) axes: u32,
+    /// Of a message.
+    pub(super) bytes: usize,
+    /// Why nothing is lost, if that is so.
+    pub(super) without_loss: Option<String>,
+    pub(super) rows: Vec<Row>,
+}
+
+/// A transport at a loss.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Row {
+    pub(super) transport: &'static str,
+    /// Of packets either way, 1: all.
+    pub(super) loss: f64,
+    /// How long ago the loop woke that sent the newest message, whenever a cycle looks.
+    pub(super) age: Option<Quantiles>,
+    /// Messages that came, of those that were sent from the first to the last of them, 1: all.
+    pub(super) came: Option<f64>,
+    /// Why it cannot be measured, if that is so.
+    pub(super) failed: Option<String>,
+}
+
+/// What is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    Datagrams,
+    Tcp,
+    Udp,
+    Quic,
+    UnixSocket,
+}
+
+const WAYS: [Way; 5] = [
+    Way::Datagrams,
+    Way::Tcp,
+    Way::Udp,
+    Way::Quic,
+    Way::UnixSocket,
+];
+
+impl Way {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Datagrams => "datagrams, without Zenoh",
+            Self::Tcp => "Zenoh, TCP",
+            Self::Udp => "Zenoh, UDP",
+            Self::Quic => "Zenoh, QUIC stream",
+            Self::UnixSocket => "Zenoh, Unix socket",
+        }
+    }
+
+    /// One that never leaves the machine loses nothing.
+    fn can_lose(self) -> bool {
+        self != Self::UnixSocket
+    }
+}
+
+/// Connections may have to be made anew while packets are lost.
+const WARM_UP: Span = Span::from_secs(3);
+
+/// How long it takes.
+pub(super) fn planned(settings: &Settings, losses: &[f64]) -> Span {
+    let cases = cases(losses).count() as i64;
+    settings.time + WARM_UP * (cases * i64::from(settings.rounds))
+}
+
+/// Every transport at every loss that it can have.
+fn cases(losses: &[f64]) -> impl Iterator<Item = (Way, f64)> {
+    losses.iter().flat_map(|loss| {
+        let ways = WAYS.iter();
+        let ways = ways.filter(|way| *loss <= 0.0 || way.can_lose());
+        ways.map(|way| (*way, *loss))
+    })
+}
+
+/// # Errors
+/// Ctrl-C came, or nothing can be started at all. A transport that cannot be measured has a row that says why.
+pub(super) fn measure(
+    settings: &Settings,
+    axes: u32,
+    losses: &[f64],
+    turns: &mut Turns<'_>,
+) -> anyhow::Result<Transports> {
+    let bytes = settings.nodes(axes).frame_bytes()?;
+    let (namespace, without_loss) = match Namespace::new() {
+        Ok(namespace) => (Some(namespace), None),
+        Err(missing) => (None, Some(format!("{missing:#}"))),
+    };
+    let losses = match namespace {
+        Some(_) => losses,
+        None => &[0.0],
+    };
+    let scratch = Scratch::new()?;
+    let cases: Vec<_> = cases(losses).collect();
+    let mut found = vec![Case::default(); cases.len()];
+    let turn = settings.turn(cases.len() as i64);
+    for _ in 0..settings.rounds {
+        for ((way, loss), case) in cases.iter().zip(&mut found) {
+            if let Some(namespace) = &namespace {
+                namespace.lose(*loss)?;
+            }
+            let place = Place::of(*way, namespace.as_ref());
+            let pair = pair(*way, settings, bytes, &place, &scratch)?;
+            match pair.measure(turn, turns) {
+                Ok(measured) => case.add(&measured),
+                Err(error) if error.is::<super::turns::Interrupted>() => return Err(error),
+                Err(error) => case.failed = Some(format!("{error:#}")),
+            }
+        }
+    }
+    let rows = cases.iter().zip(&found);
+    Ok(Transports {
+        axes,
+        bytes,
+        without_loss,
+        rows: rows
+            .map(|((way, loss), case)| case.row(*way, *loss))
+            .collect(),
+    })
+}
+
+/// What came of the rounds of a transport at a loss.
+#[derive(Clone, Debug, Default)]
+struct Case {
+    ages: Vec<i64>,
+    came: u64,
+    sent: u64,
+    failed: Option<String>,
+}
+
+impl Case {
+    fn add(&mut self, measured: &Measured) {
+        let received = &measured.receiver;
+        self.ages.extend(received.looks.iter().map(|look| look.age));
+        let mut counts: Vec<u64> = received.messages.iter().map(|m| m.count).collect();
+        counts.sort_unstable();
+        counts.dedup();
+        if let (Some(first), Some(last)) = (counts.first(), counts.last()) {
+            self.came += counts.len() as u64;
+            self.sent += last - first + 1;
+        }
+    }
+
+    fn row(&self, way: Way, loss: f64) -> Row {
+        Row {
+            transport: way.name(),
+            loss,
+            age: Quantiles::of(self.ages.iter().copied()),
+            came: (self.sent > 0).then(|| self.came as f64 / self.sent as f64),
+            failed: self.failed.clone(),
+        }
+    }
+}
+
+/// Where both ends are.
+struct Place {
+    address: SocketAddr,
+    /// Where a datagram goes: the end that receives.
+    far: SocketAddr,
+    before_receiver: Vec<String>,
+}
+
+impl Place {
+    fn of(way: Way, namespace: Option<&Namespace>) -> Self {
+        let port = free_address().map_or(7447, |address| address.port());
+        let ends = |near: Ipv4Addr, far: Ipv4Addr, before_receiver| Self {
+            address: (near, port).into(),
+            far: (far, port).into(),
+            before_receiver,
+        };
+        match namespace.filter(|_| way.can_lose()) {
+            Some(namespace) => ends(HERE, THERE, namespace.prefix()),
+            None => ends(Ipv4Addr::LOCALHOST, Ipv4Addr::LOCALHOST, Vec::new()),
+        }
+    }
+}
+
+fn pair(
+    way: Way,
+    settings: &Settings,
+    bytes: usize,
+    place: &Place,
+    scratch: &Scratch,
+) -> anyhow::Result<Pair> {
+    let pace = settings.pace(bytes);
+    let looks = Some(pace);
+    let over = |[sender, receiver]: [TransportConfig; 2]| {
+        let sender = Plan::ZenohSender {
+            transport: sender,
+            pace,
+        };
+        let receiver = Plan::ZenohReceiver {
+            transport: receiver,
+            real_time: settings.real_time,
+            looks,
+        };
+        Pair::new(sender, receiver)
+    };
+    let address = place.address;
+    let both = |endpoint: &str| [listening(endpoint), connecting(endpoint)];
+    let mut pair = match way {
+        Way::Datagrams => {
+            let sender = Plan::UdpSender {
+                to: place.far,
+                pace,
+            };
+            let at = place.far;
+            Pair::new(sender, Plan::UdpReceiver { at, looks })
+        }
+        Way::Tcp => over(both(&format!("tcp/{address}"))),
+        Way::Udp => over(both(&format!("udp/{address}"))),
+        Way::Quic => over(scratch.with_certificates(both(&format!("quic/{address}")))?),
+        Way::UnixSocket => over(both(&scratch.socket(address.port()))),
+    };
+    pair.before_receiver.clone_from(&place.before_receiver);
+    pair.warm_up = WARM_UP;
+    Ok(pair)
+}
+
+/// A folder for certificates and sockets, until it is dropped.
+struct Scratch {
+    folder: std::path::PathBuf,
+}
+
+const AUTHORITY: &str = "ca.pem";
+const CERTIFICATE: &str = "cert.pem";
+const KEY: &str = "key.pem";
+
+impl Scratch {
+    fn new() -> anyhow::Result<Self> {
+        use coaxle_host::os::{Os, Readers, System};
+        use std::io::Write;
+        let folder = std::env::temp_dir().join(format!("coaxle-bench-{}", std::process::id()));
+        let scratch = Self { folder };
+        let folder = &scratch.folder;
+        let cannot = || format!("cannot use the folder {}", folder.display());
+        Os::make_private_folder(folder).with_context(cannot)?;
+        let validity = Validity::days(machine::wall_clock(), 1);
+        let authority = Authority::new(validity)?;
+        let hosts = [HERE, Ipv4Addr::LOCALHOST].map(|host| host.to_string());
+        let issued = authority.issue(&NodeName::new("bench")?, &hosts, validity)?;
+        for (name, text) in [
+            (AUTHORITY, authority.certificate()),
+            (CERTIFICATE, &issued.certificate),
+            (KEY, &issued.key),
+        ] {
+            let file = Os::create_file(&folder.join(name), Readers::Owner);
+            let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
+            written.with_context(cannot)?;
+        }
+        Ok(scratch)
+    }
+
+    fn socket(&self, number: u16) -> String {
+        let path = self.folder.join(format!("{number}.sock"));
+        format!("unixsock-stream/{}", path.display())
+    }
+
+    /// Both ends of a session over QUIC, which cannot do without.
+    fn with_certificates(
+        &self,
+        ends: [TransportConfig; 2],
+    ) -> anyhow::Result<[TransportConfig; 2]> {
+        let text = |path: &Path| path.display().to_string();
+        let mut settings = toml::Table::new();
+        for (setting, file) in [
+            ("root_ca_certificate", AUTHORITY),
+            ("listen_certificate", CERTIFICATE),
+            ("listen_private_key", KEY),
+        ] {
+            let path = format!("transport/link/tls/{setting}");
+            settings.insert(path, text(&self.folder.join(file)).into());
+        }
+        Ok(ends.map(|end| TransportConfig {
+            settings: settings.clone(),
+            ..end
+        }))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::plan::{Look, MessageCame, Told};
+
+    #[test]
+    fn what_never_leaves_the_machine_is_tried_without_loss_alone() {
+        let all: Vec<_> = cases(&[0.0, 0.05]).collect();
+        assert_eq!(all.len(), 2 * WAYS.len() - 1);
+        assert!(!all.contains(&(Way::UnixSocket, 0.05)));
+    }
+
+    #[test]
+    fn a_message_that_came_twice_came_once() {
+        let message = |count| MessageCame {
+            count,
+            woke: 0,
+            left: 0,
+            arrived: 0,
+        };
+        let measured = Measured {
+            receiver: Told {
+                messages: [3, 4, 4, 6].map(message).into(),
+                looks: vec![Look { at: 9, age: 2_000 }],
+                ..Told::default()
+            },
+            ..Measured::default()
+        };
+        let mut case = Case::default();
+        case.add(&measured);
+        let row = case.row(Way::Tcp, 0.0);
+        assert_eq!(row.came, Some(0.75));
+        assert_eq!(row.age.unwrap().max_us, 2.0);
+        assert_eq!(Case::default().row(Way::Udp, 0.1).came, None);
+    }
+}

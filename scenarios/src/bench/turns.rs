@@ -1,0 +1,76 @@
+//! How a measurement passes: in turns, so that what a machine does meanwhile hits all alike.
+
+use std::time::Duration;
+
+use coaxle_clock::Span;
+use coaxle_host::machine;
+
+use crate::finished::Progress;
+
+/// How often the progress is shown.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Ctrl-C came while something was measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("interrupted: nothing is printed, as not everything was measured")]
+pub(super) struct Interrupted;
+
+/// What is still to be measured, on a progress bar.
+pub(super) struct Turns<'a> {
+    progress: &'a mut dyn Progress,
+    done: Span,
+    planned: Span,
+}
+
+impl<'a> Turns<'a> {
+    /// Nothing is planned yet.
+    pub(super) fn new(progress: &'a mut dyn Progress) -> Self {
+        Self {
+            progress,
+            done: Span::ZERO,
+            planned: Span::ZERO,
+        }
+    }
+
+    /// So much more is to come.
+    pub(super) fn plan(&mut self, time: Span) {
+        self.planned += time;
+    }
+
+    /// Waits.
+    ///
+    /// # Errors
+    /// [`Interrupted`].
+    pub(super) fn wait(&mut self, time: Span) -> Result<(), Interrupted> {
+        let begin = machine::now();
+        loop {
+            let passed = machine::now() - begin;
+            self.show(passed.min(time))?;
+            if passed >= time {
+                self.done += time;
+                return Ok(());
+            }
+            let left = (time - passed).as_nanos().unsigned_abs();
+            std::thread::park_timeout(LOOK.min(Duration::from_nanos(left)));
+        }
+    }
+
+    /// So much was measured by somebody else.
+    ///
+    /// # Errors
+    /// [`Interrupted`].
+    pub(super) fn passed(&mut self, time: Span) -> Result<(), Interrupted> {
+        self.done += time;
+        self.show(Span::ZERO)
+    }
+
+    fn show(&mut self, passed: Span) -> Result<(), Interrupted> {
+        let planned = self.planned.as_secs_f64().max(1e-9);
+        let share = ((self.done + passed).as_secs_f64() / planned).min(1.0);
+        if self.progress.at(share) {
+            Ok(())
+        } else {
+            Err(Interrupted)
+        }
+    }
+}

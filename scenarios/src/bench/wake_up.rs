@@ -1,0 +1,110 @@
+//! How late a thread wakes: the cycle of a node, a bare loop, and cyclictest.
+
+use coaxle_clock::Span;
+use coaxle_host::fitness;
+use serde::Serialize;
+
+use super::cyclictest;
+use super::plan::{Cycle, Plan};
+use super::process::Process;
+use super::quantiles::{Quantiles, Ratio};
+use super::settings::Settings;
+use super::turns::Turns;
+
+/// How late wake-ups were.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct WakeUp {
+    /// Of the cycle thread of a node.
+    pub(super) node: Option<Quantiles>,
+    /// Of a loop that does nothing but sleep, with the same settings.
+    pub(super) bare: Option<Quantiles>,
+    /// Of cyclictest; none where it is not installed.
+    pub(super) cyclictest: Option<Quantiles>,
+    /// Our node over the bare loop.
+    pub(super) node_over_bare: Option<Ratio>,
+    /// What the system did not grant.
+    pub(super) denied: Vec<String>,
+}
+
+/// A node, a bare loop, cyclictest.
+const CONTENDERS: i64 = 3;
+
+/// A node that nobody ends does so itself so long after its time.
+const PATIENCE: Span = Span::from_secs(30);
+
+/// How long it takes.
+pub(super) fn planned(settings: &Settings) -> Span {
+    settings.turn(CONTENDERS) * CONTENDERS * i64::from(settings.rounds)
+}
+
+/// # Errors
+/// A thread or cyclictest cannot be started, or Ctrl-C came.
+pub(super) fn measure(settings: &Settings, turns: &mut Turns<'_>) -> anyhow::Result<WakeUp> {
+    let turn = settings.turn(CONTENDERS);
+    let (mut node, mut bare, mut other) = (Vec::new(), Vec::new(), Vec::new());
+    let mut denied = Vec::new();
+    for _ in 0..settings.rounds {
+        node.push(of_node(settings, turn, turns)?);
+        let measured = fitness::lateness(settings.cycle, turn, settings.real_time)?;
+        bare.push(measured.late.iter().map(|late| late.as_nanos()).collect());
+        denied = measured.denied;
+        turns.passed(turn)?;
+        other.extend(cyclictest::run(
+            settings.cycle,
+            turn,
+            settings.real_time.priority,
+        )?);
+        turns.passed(turn)?;
+    }
+    let all = |rounds: &[Vec<i64>]| Quantiles::of(rounds.concat());
+    Ok(WakeUp {
+        node: all(&node),
+        bare: all(&bare),
+        cyclictest: all(&other),
+        node_over_bare: Ratio::of(&node, &bare),
+        denied: denied.iter().map(ToString::to_string).collect(),
+    })
+}
+
+/// How late the cycle thread of a node woke, for each deadline.
+fn of_node(settings: &Settings, time: Span, turns: &mut Turns<'_>) -> anyhow::Result<Vec<i64>> {
+    let config = settings.nodes(1).sender(None)?;
+    let plan = Plan::SenderAlone { config };
+    let node = Process::start("sender", &plan, time + PATIENCE, &[])?;
+    turns.wait(time)?;
+    Ok(lateness(&node.end()?.cycles, settings.cycle))
+}
+
+/// Of every deadline. A node skips those that it is too late for; the bare loop does not, and so they count here, too.
+fn lateness(cycles: &[Cycle], cycle: Span) -> Vec<i64> {
+    let mut late = Vec::with_capacity(cycles.len());
+    let mut due = cycles.first().map(|first| first.ideal);
+    for Cycle { ideal, woke, .. } in cycles {
+        let mut at = due.unwrap_or(*ideal);
+        while at <= *ideal {
+            late.push(woke - at);
+            at += cycle.as_nanos();
+        }
+        due = Some(at);
+    }
+    late
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deadlines_that_a_node_skipped_were_missed_all_the_same() {
+        let cycle = |(ideal, woke)| Cycle {
+            count: 0,
+            ideal,
+            woke,
+            handed_over: 0,
+        };
+        let cycles = [(100, 103), (110, 114), (140, 149)].map(cycle);
+        let late = lateness(&cycles, Span::from_nanos(10));
+        assert_eq!(late, [3, 4, 29, 19, 9]);
+        assert!(lateness(&[], Span::from_nanos(10)).is_empty());
+    }
+}
