@@ -156,6 +156,7 @@ pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, Config
             let share = place as f64 / (copies.len() - 1).max(1) as f64;
             let mut copy = group.clone();
             for (field, [from, to]) in &head.spread {
+                check_path(field, &copy).map_err(|reason| wrong("spread", reason))?;
                 let value = from + (to - from) * share;
                 overrides::apply(&mut copy, &format!("{field}={value}"))
                     .map_err(|reason| wrong("spread", format!("{reason:#}")))?;
@@ -168,6 +169,19 @@ pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, Config
     }
     scenario.remove("group");
     Ok(origins)
+}
+
+/// A path leads into one of the lists that the group has.
+fn check_path(field: &str, group: &Table) -> Result<(), String> {
+    let list = field.split('.').next().unwrap_or_default();
+    if group.get(list).is_some_and(Value::is_array) {
+        return Ok(());
+    }
+    let known: Vec<_> = group.keys().map(String::as_str).collect();
+    let known = known.join(", ");
+    Err(format!(
+        "received {field:?}, expected a path into one of its lists: {known}"
+    ))
 }
 
 fn head_of(file: &str, number: usize, group: &Table) -> Result<Head, ConfigError> {

@@ -174,7 +174,7 @@ mod tests {
             (
                 "to = ['middle']",
                 "to = ['midle']",
-                "s.toml:9:7: group[0].router \"hall-{n}\".to[0]: received \"midle\"",
+                "s.toml:10:7: group[0].router \"hall-{n}\".to[0]: received \"midle\"",
             ),
             (
                 "to = ['middle']",
