@@ -285,3 +285,37 @@ fn is_back(receiver: &ReceiverSummary) -> bool {
 fn synchronises(mode: &str) -> bool {
     matches!(mode, "observer" | "sync" | "time")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn soak(folder: &Path) -> Soak {
+        Soak {
+            world: World::Virtual,
+            seeds: 0..3,
+            out: folder.join("out"),
+            junit: Some(folder.join("junit.xml")),
+        }
+    }
+
+    #[test]
+    fn one_that_is_ended_says_how_much_was_run_and_what_was_on_its_way_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let soaked = soak(folder.path()).run(&|| false, &|_, _| {}).unwrap();
+        assert_eq!((soaked.schedules, soaked.of), (0, 3));
+        assert!(soaked.failures.is_empty());
+        let report = std::fs::read_to_string(folder.path().join("junit.xml")).unwrap();
+        assert!(report.contains("tests=\"0\" failures=\"0\""), "{report}");
+        assert_eq!(wrong_while(&schedule::of(1), &|| false), None);
+    }
+
+    #[test]
+    fn two_into_one_folder_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let soak = soak(folder.path());
+        let _held = ResultsFolder::hold(&soak.out).unwrap();
+        let refused = soak.run(&|| true, &|_, _| {}).unwrap_err().to_string();
+        assert!(refused.contains("which another run writes to"), "{refused}");
+    }
+}
