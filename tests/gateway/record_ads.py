@@ -38,7 +38,7 @@ cycle-index = 'GVL.nCycleIndex'
 id = 1
 name = 'conveyor'
 symbol = 'GVL.stConveyor'
-[output]
+[[output]]
 node = 'saw'
 channel = 'slaves'
 cycle-index = 'GVL.nReceivedIndex'

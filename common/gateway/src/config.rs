@@ -43,6 +43,7 @@ pub use address::{HostPort, NetId, WrongAddress};
 pub use wrong::WrongGateway;
 
 mod address;
+mod outputs;
 mod wrong;
 
 /// A gateway: one PLC, the way to it, its axes, and what it gets.
@@ -77,9 +78,15 @@ pub struct GatewayConfig {
     /// Axes of the PLC, which are published: up to 128. None by default.
     #[serde(rename = "axis", default, skip_serializing_if = "Vec::is_empty")]
     pub axes: Vec<PlcAxisConfig>,
-    /// What the PLC gets. Nothing by default.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub output: Option<OutputConfig>,
+    /// What the PLC gets, each of one node and channel: by ADS as many as there are, otherwise one, since a record has one cycle
+    /// index. Nothing by default.
+    #[serde(
+        rename = "output",
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "outputs::deserialize"
+    )]
+    pub outputs: Vec<OutputConfig>,
 }
 
 /// An ADS server, say the router of a TwinCAT PLC.
@@ -166,7 +173,7 @@ pub struct PlcAxisConfig {
     pub symbol: Option<String>,
 }
 
-/// What a PLC gets: axes of one receiver, of the same cycle.
+/// Something that a PLC gets: axes of one node, of the same cycle.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct OutputConfig {
@@ -279,38 +286,28 @@ impl GatewayConfig {
         own.map_or(self.cycle_time_us.0.span() / 2, |own| own.0.span())
     }
 
-    /// The ids of the axes that the PLC gets.
-    #[must_use]
-    pub fn output_ids(&self) -> Vec<u32> {
-        let axes = self.output.iter().flat_map(|output| &output.axes);
-        axes.map(|axis| axis.id.get()).collect()
+    /// The axes that the PLC gets, of all outputs.
+    pub fn output_axes(&self) -> impl Iterator<Item = &OutputAxisConfig> + Clone {
+        self.outputs.iter().flat_map(|output| &output.axes)
     }
 
     /// What they are called in the head line of a pipe: node and id.
     #[must_use]
     pub fn output_names(&self) -> Vec<String> {
-        let name = |output: &OutputConfig| {
-            let ids = self.output_ids().into_iter();
-            ids.map(|id| format!("{}.{id}", output.node)).collect()
+        let names = |output: &OutputConfig| {
+            let ids = output.ids().into_iter();
+            ids.map(|id| format!("{}.{id}", output.node))
+                .collect::<Vec<_>>()
         };
-        self.output.as_ref().map(name).unwrap_or_default()
+        self.outputs.iter().flat_map(names).collect()
     }
 
-    /// What it publishes and hears: requests are the first subscription, axes for the PLC the second.
+    /// What it publishes and hears: requests are the first subscription, axes for the PLC those behind it, in the order of the
+    /// outputs.
     #[must_use]
     pub fn wiring(&self) -> Wiring {
         let mut subscriptions = vec![Subscription::time_requests_to(&self.name)];
-        if let Some(OutputConfig { node, channel, .. }) = &self.output {
-            let channel = Channel::from(*channel);
-            let intake = Intake::new(&node.channel_key(channel), node, &self.output_ids());
-            subscriptions.push(Subscription {
-                node: node.clone(),
-                channel,
-                reader: intake.into(),
-                faults: coaxle_node::config::LinkConfig::default(),
-                far: 0,
-            });
-        }
+        subscriptions.extend(self.outputs.iter().map(OutputConfig::subscription));
         Wiring {
             node: self.name.clone(),
             publications: [Channel::Axes, Channel::TimeResponses]
@@ -334,6 +331,26 @@ impl GatewayConfig {
     #[must_use]
     pub fn columns(&self) -> Vec<String> {
         trace_columns(&self.instances())
+    }
+}
+
+impl OutputConfig {
+    /// The ids of its axes.
+    #[must_use]
+    pub fn ids(&self) -> Vec<u32> {
+        self.axes.iter().map(|axis| axis.id.get()).collect()
+    }
+
+    fn subscription(&self) -> Subscription {
+        let channel = Channel::from(self.channel);
+        let intake = Intake::new(&self.node.channel_key(channel), &self.node, &self.ids());
+        Subscription {
+            node: self.node.clone(),
+            channel,
+            reader: intake.into(),
+            faults: coaxle_node::config::LinkConfig::default(),
+            far: 0,
+        }
     }
 }
 

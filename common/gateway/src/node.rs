@@ -6,7 +6,7 @@ use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::{AxisSample, Channel, Message, Node, Outgoing, TimeServerCounters};
 
-use crate::config::GatewayConfig;
+use crate::config::{GatewayConfig, OutputConfig};
 use crate::index_counter::{IndexCounter, Sighting};
 use crate::plc_clock::PlcClock;
 use crate::port::{PlcOutput, PlcSample, Port};
@@ -17,7 +17,7 @@ use crate::snapshot::GatewaySnapshot;
 const STALE: Span = Span::from_millis(100);
 /// Samples that are taken in one cycle at most: what a burst holds besides waits for the next one.
 const SAMPLES_PER_CYCLE: u32 = 64;
-/// The subscription with the axes for the PLC; the one before it has time requests.
+/// The first subscription with axes for the PLC; the one before it has time requests.
 const OUTPUTS: usize = 1;
 
 /// The gateway node: publishes each cycle of a PLC once, as soon as the PLC's clock is known, and hands on what is for it.
@@ -39,11 +39,11 @@ pub struct Gateway<P> {
     body: Vec<u8>,
     /// The body that waits to be sent, and when its cycle began.
     waiting: Option<(usize, Instant<Local>)>,
-    output: Output,
+    outputs: Box<[Output]>,
     snapshot: GatewaySnapshot,
 }
 
-/// What came for the PLC.
+/// What came for the PLC of one node.
 struct Output {
     ids: Box<[u32]>,
     axes: Box<[Option<NcToPlcAxis>]>,
@@ -61,7 +61,6 @@ impl<P: Port> Gateway<P> {
         let axes = config.axes.len();
         let mut snapshot = GatewaySnapshot::new(config);
         snapshot.signals.node.run = epoch;
-        let output_ids = config.output_ids();
         Self {
             port,
             schedule: Schedule::new(start, config.scan_time()),
@@ -81,11 +80,7 @@ impl<P: Port> Gateway<P> {
             newest_count: None,
             body: vec![0; body_capacity(axes)],
             waiting: None,
-            output: Output {
-                axes: vec![None; output_ids.len()].into(),
-                ids: output_ids.into(),
-                index: None,
-            },
+            outputs: config.outputs.iter().map(Output::of).collect(),
             snapshot,
         }
     }
@@ -164,11 +159,14 @@ impl<P: Port> Gateway<P> {
 
     /// Hands on what came for the PLC.
     fn hand_on(&mut self) {
-        if let Some(index) = self.output.index.take() {
-            self.port.give(&PlcOutput {
-                index,
-                axes: &self.output.axes,
-            });
+        for (number, output) in self.outputs.iter_mut().enumerate() {
+            if let Some(index) = output.index.take() {
+                self.port.give(&PlcOutput {
+                    number,
+                    index,
+                    axes: &output.axes,
+                });
+            }
         }
     }
 
@@ -178,6 +176,7 @@ impl<P: Port> Gateway<P> {
         signals.cycle = tick.count;
         signals.overruns = self.schedule.overruns();
         signals.plc_is_up = link.is_up;
+        signals.plc_is_stopped = link.is_stopped;
         signals.plc_connections = link.connections;
         signals.plc_torn = link.torn;
         signals.plc_refused = link.refused;
@@ -215,14 +214,17 @@ impl<P: Port> Node for Gateway<P> {
         let signals = &mut self.snapshot.signals.node;
         match (subscription, message) {
             (_, Message::TimeRequest(request)) => self.clock.ask(at, request),
-            (_, Message::Frame(frame)) => {
+            (OUTPUTS.., Message::Frame(frame)) => {
                 signals.outputs += 1;
-                self.output.take(frame.header.index, frame.axes);
+                if let Some(output) = self.outputs.get_mut(subscription - OUTPUTS) {
+                    output.take(frame.header.index, frame.axes);
+                }
             }
-            (OUTPUTS, Message::Rejected(_)) => signals.outputs_refused += 1,
+            (OUTPUTS.., Message::Rejected(_)) => signals.outputs_refused += 1,
             (_, Message::Rejected(_)) => signals.requests_refused += 1,
-            // It has no timing channel.
-            (_, Message::TimeResponse(_))
+            // It has no timing channel, and no frames come as requests.
+            (_, Message::Frame(_))
+            | (_, Message::TimeResponse(_))
             | (_, Message::BeaconRequest(_))
             | (_, Message::BeaconResponse(_)) => {}
         }
@@ -267,6 +269,15 @@ impl<P: Port> Node for Gateway<P> {
 }
 
 impl Output {
+    fn of(config: &OutputConfig) -> Self {
+        let ids = config.ids();
+        Self {
+            axes: vec![None; ids.len()].into(),
+            ids: ids.into(),
+            index: None,
+        }
+    }
+
     /// Keeps the axes of a frame; the newest one is handed on.
     fn take(&mut self, index: CycleIndex, samples: &[Option<AxisSample>]) {
         let places = self.axes.iter_mut().zip(&self.ids);

@@ -40,6 +40,8 @@ impl PlcSample {
 /// The axes of a receiver in one of its cycles, on their way to the PLC.
 #[derive(Clone, Copy, Debug)]
 pub struct PlcOutput<'a> {
+    /// Which output of the config it is, from 0.
+    pub number: usize,
     /// The receiver's cycle index.
     pub index: CycleIndex,
     /// The axes, in the order of the config. None that the receiver did not send, or nothing that can be believed.
@@ -51,6 +53,8 @@ pub struct PlcOutput<'a> {
 pub struct LinkState {
     /// It is there, as far as is known.
     pub is_up: bool,
+    /// It says of itself that its runtime is not in run.
+    pub is_stopped: bool,
     /// How often it came, from 1 on: each time may be another run of it.
     pub connections: u32,
     /// Samples left out because parts of them were of different cycles.

@@ -132,6 +132,7 @@ mod tests {
         assert_eq!((first, axes[0].set_acceleration), ((1.5, -2.0), 0.003));
         let mut line = String::new();
         let output = PlcOutput {
+            number: 0,
             index: CycleIndex(65_535),
             axes: &[Some(axes[0]), None],
         };

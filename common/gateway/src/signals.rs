@@ -13,6 +13,8 @@ signals! {
         overruns: u64 [""],
         /// The PLC is there, as far as is known.
         plc_is_up: bool [""],
+        /// It says that its runtime is not in run: its index stands. By ADS alone.
+        plc_is_stopped: bool [""],
         /// How often it came.
         plc_connections: u32 [""],
         /// Runs of the PLC so far: another one begins with another connection, or an index that does not go on.

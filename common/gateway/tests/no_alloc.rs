@@ -41,7 +41,7 @@ impl Port for Wires {
 #[test]
 fn cycles_do_not_allocate() {
     let text = "name = 'plc'\ncycle-time-us = 1000\n[pipe]\n[[axis]]\nid = 1\nname = 'a'\n\
-                [[axis]]\nid = 2\nname = 'b'\n[output]\nnode = 'saw'\n[[output.axis]]\nid = 1\n";
+                [[axis]]\nid = 2\nname = 'b'\n[[output]]\nnode = 'saw'\n[[output.axis]]\nid = 1\n";
     let config: GatewayConfig = parse("g", text).unwrap();
     let wires = Wires {
         sample: PlcSample::of_axes(2),

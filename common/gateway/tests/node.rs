@@ -21,7 +21,7 @@ const CYCLE: i64 = 1_000_000;
 
 fn config() -> GatewayConfig {
     let text = "name = 'plc'\ncycle-time-us = 1000\n[pipe]\n[[axis]]\nid = 7\nname = 'belt'\n\
-                [output]\nnode = 'saw'\n[[output.axis]]\nid = 3\n";
+                [[output]]\nnode = 'saw'\n[[output.axis]]\nid = 3\n";
     let config: GatewayConfig = parse("g", text).expect("it is there");
     config.check().expect("it is there");
     config

@@ -40,7 +40,7 @@ pub(super) fn start(config: &GatewayConfig, end: PlcEnd) -> anyhow::Result<Vec<J
             reading.work(format, std::io::stdin());
         })?;
     }
-    if config.output.is_none() {
+    if config.outputs.is_empty() {
         return Ok(Vec::new());
     }
     let config = config.clone();
@@ -126,8 +126,7 @@ impl Reading {
 /// Writes each record once, at once.
 fn write(config: &GatewayConfig, format: PipeFormat, mut outputs: Outputs, stop: &Stop) {
     outputs.attach();
-    let axes = config.output.iter().flat_map(|output| &output.axes);
-    let axes: Vec<&OutputAxisConfig> = axes.collect();
+    let axes: Vec<&OutputAxisConfig> = config.output_axes().collect();
     let mut slot = OutputSlot::of(config);
     let (mut line, mut record) = (String::new(), Vec::new());
     if format == PipeFormat::Csv {
@@ -144,8 +143,17 @@ fn write(config: &GatewayConfig, format: PipeFormat, mut outputs: Outputs, stop:
         let is_whole = match format {
             PipeFormat::Csv => {
                 line.clear();
-                let (index, axes) = (slot.index, &slot.axes);
-                write_line(&PlcOutput { index, axes }, &mut line);
+                let OutputSlot {
+                    number,
+                    index,
+                    axes,
+                } = &slot;
+                let output = PlcOutput {
+                    number: *number,
+                    index: *index,
+                    axes,
+                };
+                write_line(&output, &mut line);
                 record.clear();
                 record.extend_from_slice(line.as_bytes());
                 true

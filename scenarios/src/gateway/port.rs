@@ -44,6 +44,7 @@ impl Stop {
 #[derive(Debug, Default)]
 pub(super) struct Link {
     is_up: AtomicBool,
+    is_stopped: AtomicBool,
     connections: AtomicU32,
     torn: AtomicU64,
     refused: AtomicU64,
@@ -59,6 +60,12 @@ impl Link {
 
     pub(super) fn down(&self) {
         self.is_up.store(false, Ordering::Relaxed);
+        self.is_stopped.store(false, Ordering::Relaxed);
+    }
+
+    /// What the PLC says of its runtime; whether that is something new.
+    pub(super) fn says_stopped(&self, is_stopped: bool) -> bool {
+        self.is_stopped.swap(is_stopped, Ordering::Relaxed) != is_stopped
     }
 
     pub(super) fn torn(&self, samples: u64) {
@@ -113,13 +120,15 @@ struct Stamped {
 /// Axes for the PLC.
 #[derive(Clone, Debug)]
 pub(super) struct OutputSlot {
+    /// Which output of the config it is.
+    pub(super) number: usize,
     pub(super) index: CycleIndex,
     pub(super) axes: Box<[Option<NcToPlcAxis>]>,
 }
 
 /// The two ends.
 pub(super) fn rings(config: &GatewayConfig, stop: Arc<Stop>) -> (RingPort, PlcEnd) {
-    let (axes, outputs) = (config.axes.len(), config.output_ids().len());
+    let axes = config.axes.len();
     let (full, samples) = RingBuffer::new(RING);
     let (mut emptied, empty) = RingBuffer::new(RING);
     let (output, output_full) = RingBuffer::new(RING);
@@ -129,13 +138,9 @@ pub(super) fn rings(config: &GatewayConfig, stop: Arc<Stop>) -> (RingPort, PlcEn
             at: Instant::EPOCH,
             sample: PlcSample::of_axes(axes),
         };
-        let slot = OutputSlot {
-            index: CycleIndex(0),
-            axes: vec![None; outputs].into(),
-        };
         // They are as many as there is room for.
         let _ = emptied.push(stamped);
-        let _ = output_empty.push(slot);
+        let _ = output_empty.push(OutputSlot::of(config));
     }
     let (link, writer) = (Arc::new(Link::default()), Arc::default());
     let port = RingPort {
@@ -179,8 +184,9 @@ impl Port for RingPort {
         let Ok(mut slot) = self.returned.pop() else {
             return;
         };
+        slot.number = output.number;
         slot.index = output.index;
-        slot.axes.copy_from_slice(output.axes);
+        slot.axes[..output.axes.len()].copy_from_slice(output.axes);
         let _ = self.outputs.push(slot);
         if let Some(writer) = self.writer.get() {
             writer.unpark();
@@ -190,12 +196,14 @@ impl Port for RingPort {
     fn state(&self) -> LinkState {
         let Link {
             is_up,
+            is_stopped,
             connections,
             torn,
             refused,
         } = &*self.link;
         LinkState {
             is_up: is_up.load(Ordering::Relaxed),
+            is_stopped: is_stopped.load(Ordering::Relaxed),
             connections: connections.load(Ordering::Relaxed),
             torn: torn.load(Ordering::Relaxed),
             refused: refused.load(Ordering::Relaxed),
@@ -239,13 +247,15 @@ impl Outputs {
         self.take(slot)
     }
 
-    /// Takes the newest one into `slot`; those before it are left out.
-    pub(super) fn newest_into(&mut self, slot: &mut OutputSlot) -> bool {
-        let mut is_there = false;
-        while self.take(slot) {
-            is_there = true;
+    /// Takes the newest one of each output into its slot; those before it are left out.
+    pub(super) fn newest_into(&mut self, slots: &mut NewestSlots) {
+        while self.take(&mut slots.spare) {
+            let number = slots.spare.number;
+            if let Some((slot, is_new)) = slots.newest.get_mut(number) {
+                std::mem::swap(slot, &mut slots.spare);
+                *is_new = true;
+            }
         }
-        is_there
     }
 
     fn take(&mut self, slot: &mut OutputSlot) -> bool {
@@ -259,11 +269,34 @@ impl Outputs {
 }
 
 impl OutputSlot {
-    /// A place for the outputs of a config.
+    /// A place for any output of a config.
+    pub(super) fn of(config: &GatewayConfig) -> Self {
+        let axes = config.outputs.iter().map(|output| output.axes.len());
+        Self {
+            number: 0,
+            index: CycleIndex(0),
+            axes: vec![None; axes.max().unwrap_or(0)].into(),
+        }
+    }
+}
+
+/// The newest of each output.
+pub(super) struct NewestSlots {
+    newest: Vec<(OutputSlot, bool)>,
+    spare: OutputSlot,
+}
+
+impl NewestSlots {
     pub(super) fn of(config: &GatewayConfig) -> Self {
         Self {
-            index: CycleIndex(0),
-            axes: vec![None; config.output_ids().len()].into(),
+            newest: vec![(OutputSlot::of(config), false); config.outputs.len()],
+            spare: OutputSlot::of(config),
         }
+    }
+
+    /// Those that are new since they were taken.
+    pub(super) fn take(&mut self) -> impl Iterator<Item = &OutputSlot> {
+        let new = self.newest.iter_mut();
+        new.filter_map(|(slot, is_new)| std::mem::take(is_new).then_some(&*slot))
     }
 }

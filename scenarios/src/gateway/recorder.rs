@@ -118,6 +118,8 @@ fn status_of(config: &GatewayConfig, snapshot: &GatewaySnapshot) -> Map<String, 
 fn health(config: &GatewayConfig, node: &GatewaySignals) -> &'static str {
     if !node.plc_is_up {
         "plc-away"
+    } else if node.plc_is_stopped {
+        "plc-stopped"
     } else if config.axes.is_empty() {
         "ok"
     } else if node.plc_runs == 0 {
@@ -165,5 +167,7 @@ mod tests {
         assert_eq!(health(&config, &node), "starting-up");
         node.plc_synced = true;
         assert_eq!(health(&config, &node), "ok");
+        node.plc_is_stopped = true;
+        assert_eq!(health(&config, &node), "plc-stopped");
     }
 }

@@ -154,8 +154,7 @@ fn is_nothing(kind: ErrorKind) -> bool {
 fn send(config: &GatewayConfig, socket: &UdpSocket, mut outputs: Outputs, stop: &Stop) {
     outputs.attach();
     let mut slot = OutputSlot::of(config);
-    let axes = config.output.iter().flat_map(|output| &output.axes);
-    let axes: Vec<&OutputAxisConfig> = axes.collect();
+    let axes: Vec<&OutputAxisConfig> = config.output_axes().collect();
     let (layout, mut record) = (config.layout.into(), Vec::new());
     while !stop.is_set() {
         if outputs.next_into(&mut slot) && write_record(&slot, &axes, layout, &mut record) {

@@ -4,6 +4,7 @@
 #![expect(clippy::print_stdout, reason = "what came back is a figure")]
 
 mod own_server;
+mod pipe;
 mod server;
 
 use std::net::{TcpListener, UdpSocket};
@@ -58,7 +59,7 @@ fn circle(way: &str, symbols: [&str; 3], mut plc: Command, cycle_us: u32) -> (u3
         "name = 'plc'\ncycle-time-us = {cycle_us}\n{way}\n\
          [transport]\nlisten = ['tcp/127.0.0.1:{port}']\n\
          [[axis]]\nid = 1\nname = 'conveyor'\nunit = 'mm'\n{axis}\n\
-         [output]\nnode = 'saw'\n{index}\n[[output.axis]]\nid = 1\n{output}\n"
+         [[output]]\nnode = 'saw'\n{index}\n[[output.axis]]\nid = 1\n{output}\n"
     );
     let receiver = format!(
         "name = 'saw'\ncycle-time-us = {cycle_us}\npublish-far-axes = true\n\

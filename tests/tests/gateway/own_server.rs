@@ -1,7 +1,9 @@
 //! Against our own server: both ways to read, both images, a connection that ends, refusals and nonsense.
 
-use std::process::Output;
+use std::io::{BufRead, BufReader};
+use std::process::{Output, Stdio};
 
+use coaxle_axis::{ImageLayout, NcToPlcAxis};
 use coaxle_clock::{Instant, Span};
 use coaxle_host::{Machine, machine};
 
@@ -18,7 +20,7 @@ fn gateway(plc: &Plc, port: u16, read: &str, symbol: &str, output: &str) -> Stri
          [transport]\nlisten = ['tcp/127.0.0.1:{port}']\n\
          [ads]\naddress = '{}'\nnet-id = '5.6.7.8.1.1'\ncycle-index = 'G.n'\nread = '{read}'\n\
          [[axis]]\nid = 1\nname = 'belt'\nsymbol = '{symbol}'\n\
-         [output]\nnode = 'saw'\ncycle-index = 'G.m'\n[[output.axis]]\nid = 1\n{output}\n",
+         [[output]]\nnode = 'saw'\ncycle-index = 'G.m'\n[[output.axis]]\nid = 1\n{output}\n",
         plc.address()
     )
 }
@@ -110,6 +112,59 @@ fn polled_or_notifying_it_gets_its_axis_back_and_is_found_again_when_it_was_away
         }
         circle.turn_until_it_is_close(&format!("{read}, once more"));
     }
+}
+
+#[test]
+fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_plc_in_stop_is_told() {
+    let (plc, port) = (Plc::start(), free_tcp());
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let second = "symbol = 'G.c'\n[[output]]\nnode = 'knife'\nchannel = 'slaves'\n\
+                  cycle-index = 'G.k'\n[[output.axis]]\nid = 1\nsymbol = 'G.s'";
+    let config = gateway(&plc, port, "polling", "G.a", second);
+    let receiver = |name: &str, more: &str| {
+        format!(
+            "name = '{name}'\ncycle-time-us = 4000\n{more}\n\
+             [transport]\nconnect = ['tcp/127.0.0.1:{port}']\n\
+             [[far]]\nnode = 'plc'\naxes = [1]\n"
+        )
+    };
+    let mut gateway = command("gateway", folder.path(), &config)
+        .stderr(Stdio::piped())
+        .spawn()
+        .map(Running)
+        .expect("it starts");
+    let saw = receiver("saw", "publish-far-axes = true");
+    let knife = receiver(
+        "knife",
+        "slave = [{ name = 'blade', gear = { ratio = -2.0 } }]",
+    );
+    let others = tempfile::tempdir().expect("a scratch folder");
+    let _saw: Running = node("receiver", folder.path(), &saw);
+    let _knife: Running = node("receiver", others.path(), &knife);
+    let mut circle = Circle {
+        plc: &plc,
+        next: machine::now(),
+        index: vec![0; 2],
+        variable: ("G.c", 80),
+        behind: Vec::new(),
+    };
+    circle.turn_until_it_is_close("far axes beside slaves");
+    let until = machine::now() + PATIENCE;
+    let expected = -2.0 / CYCLE_S;
+    loop {
+        circle.step();
+        let slave = NcToPlcAxis::from_image_slice(ImageLayout::AxisRef, &plc.value("G.s"));
+        let velocity = slave.expect("128 bytes").set_velocity;
+        if (velocity / expected - 1.0).abs() < 0.05 && plc.value("G.k") != [0, 0] {
+            break;
+        }
+        assert!(machine::now() < until, "{velocity} of {expected} u/s");
+    }
+    plc.stop();
+    let log = BufReader::new(gateway.0.stderr.take().expect("a pipe"));
+    let mut lines = log.lines().map_while(Result::ok);
+    let told = lines.find(|line| line.contains("does not run any more (state 6)"));
+    assert!(told.is_some(), "the gateway ended without a word of it");
 }
 
 /// The gateway for two seconds, with what it logs.

@@ -25,6 +25,7 @@ struct State {
     variables: Vec<(String, Vec<u8>)>,
     connections: Vec<Connection>,
     cycle: u64,
+    is_stopped: bool,
     talks_nonsense: bool,
 }
 
@@ -45,12 +46,21 @@ impl Plc {
     pub(crate) fn start() -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").expect("it is there");
         let address = listener.local_addr().expect("it is there");
-        let lengths = [("n", 2), ("a", 128), ("c", 128), ("e", 28), ("m", 2)];
+        let lengths = [
+            ("n", 2),
+            ("a", 128),
+            ("c", 128),
+            ("e", 28),
+            ("m", 2),
+            ("s", 128),
+            ("k", 2),
+        ];
         let variables = lengths.map(|(name, length)| (format!("G.{name}"), vec![0; length]));
         let state = Arc::new(Mutex::new(State {
             variables: variables.into(),
             connections: Vec::new(),
             cycle: 65_500,
+            is_stopped: false,
             talks_nonsense: false,
         }));
         let of_server = Arc::clone(&state);
@@ -63,6 +73,11 @@ impl Plc {
         let plc = Self { address, state };
         plc.step();
         plc
+    }
+
+    /// Its runtime goes into stop.
+    pub(crate) fn stop(&self) {
+        self.lock().is_stopped = true;
     }
 
     pub(crate) fn address(&self) -> SocketAddr {
@@ -165,7 +180,7 @@ impl State {
         let refused = NO_SYMBOL.to_le_bytes().to_vec();
         let good = |rest: &[u8]| [&[0; 4][..], rest].concat();
         match command {
-            READ_STATE => good(&[5, 0, 0, 0]),
+            READ_STATE => good(&[if self.is_stopped { 6 } else { 5 }, 0, 0, 0]),
             READ_WRITE if number(0) == HANDLE_BY_NAME => {
                 let name = String::from_utf8_lossy(&data[16..]).into_owned();
                 let found = self.variables.iter().position(|(known, _)| *known == name);

@@ -4,7 +4,7 @@ use coaxle_node::config::parse;
 const HEAD: &str = "name = 'press'\ncycle-time-us = 1000\n";
 const ADS: &str = "[ads]\naddress = '10.0.0.2'\nnet-id = '10.0.0.2.1.1'\ncycle-index = 'G.n'\n";
 const AXIS: &str = "[[axis]]\nid = 1\nname = 'belt'\nsymbol = 'G.a'\n";
-const OUTPUT: &str = "[output]\nnode = 'saw'\n[[output.axis]]\nid = 1\nsymbol = 'G.c'\n";
+const OUTPUT: &str = "[[output]]\nnode = 'saw'\n[[output.axis]]\nid = 1\nsymbol = 'G.c'\n";
 
 fn read(text: &str) -> Result<GatewayConfig, String> {
     let config: GatewayConfig =
@@ -21,7 +21,7 @@ fn what_is_left_out_has_its_default() {
     assert_eq!(config.layout, Layout::AxisRef);
     assert_eq!(config.poll_period(), Span::from_micros(500));
     assert_eq!(config.scan_time().span(), Span::from_micros(500));
-    let output = config.output.as_ref().unwrap();
+    let output = &config.outputs[0];
     assert_eq!(output.channel, OutputChannel::FarAxes);
     assert_eq!(output.axes[0].image, ImageKind::NcToPlc);
     assert_eq!(config.wiring().subscriptions.len(), 2);
@@ -80,8 +80,24 @@ fn errors_name_the_field_what_came_and_what_is_expected() {
             "udp.listen: received no port",
         ),
         (
-            format!("{ADS}[output]\nnode = 'saw'\naxis = []\n"),
-            "output.axis: received 0 axes, expected 1 to 128",
+            format!("{ADS}[[output]]\nnode = 'saw'\naxis = []\n"),
+            "output[0].axis: received 0 axes, expected 1 to 128",
+        ),
+        (
+            format!("{ADS}{}", OUTPUT.replace("[[output]]", "[output]")),
+            "g.toml:7:1: output: received one table [output], expected a list: [[output]]",
+        ),
+        (
+            format!("{ADS}{OUTPUT}{OUTPUT}"),
+            "output[1].node: received FarAxes of \"saw\" twice, expected each once",
+        ),
+        (
+            format!("[pipe]\n{0}{0}", OUTPUT.replace("symbol = 'G.c'\n", "")),
+            "output: received 2, expected one without `ads`: a record has one cycle index",
+        ),
+        (
+            format!("{ADS}{OUTPUT}[[output]]\nnode = 'knife'\n[[output.axis]]\nid = 2\n"),
+            "output[1].axis[0].symbol: received nothing, expected the symbol of a variable",
         ),
         (
             format!("{}{AXIS}", ADS.replace("10.0.0.2.1.1", "10.0.0.2")),

@@ -18,7 +18,7 @@ pub enum WrongGateway {
     #[error("{field}: received {received} axes, expected 1 to {MOST_AXES}")]
     Count {
         /// The list.
-        field: &'static str,
+        field: String,
         /// How many there are.
         received: usize,
     },
@@ -26,7 +26,7 @@ pub enum WrongGateway {
     #[error("{field}[{number}].{what}: received {received} twice, expected each once")]
     Twice {
         /// The list.
-        field: &'static str,
+        field: String,
         /// The second one of them.
         number: usize,
         /// What they share.
@@ -47,6 +47,14 @@ pub enum WrongGateway {
     Symbol {
         /// The field.
         field: String,
+    },
+    /// Several outputs where a record has one cycle index.
+    #[error(
+        "output: received {received}, expected one without `ads`: a record has one cycle index"
+    )]
+    Outputs {
+        /// How many there are.
+        received: usize,
     },
     /// An address without a port.
     #[error("{field}: received no port, expected host:port, such as \"192.168.1.20:5066\"")]
@@ -69,7 +77,7 @@ fn ways(received: &[&str]) -> String {
 
 pub(super) fn check(config: &GatewayConfig) -> Result<(), WrongGateway> {
     check_ways(config)?;
-    if config.axes.is_empty() && config.output.is_none() {
+    if config.axes.is_empty() && config.outputs.is_empty() {
         return Err(WrongGateway::Nothing);
     }
     check_lists(config)?;
@@ -95,11 +103,6 @@ fn check_ways(config: &GatewayConfig) -> Result<(), WrongGateway> {
 }
 
 fn check_lists(config: &GatewayConfig) -> Result<(), WrongGateway> {
-    let count = |field, received: usize, least| {
-        let fits = (least..=MOST_AXES).contains(&received);
-        let wrong = WrongGateway::Count { field, received };
-        if fits { Ok(()) } else { Err(wrong) }
-    };
     count("axis", config.axes.len(), 0)?;
     let ids = config.axes.iter().map(|axis| axis.id.to_string());
     once("axis", "id", ids)?;
@@ -108,16 +111,33 @@ fn check_lists(config: &GatewayConfig) -> Result<(), WrongGateway> {
         .iter()
         .map(|axis| format!("{:?}", axis.name.as_str()));
     once("axis", "name", names)?;
-    if let Some(output) = &config.output {
-        count("output.axis", output.axes.len(), 1)?;
+    let received = config.outputs.len();
+    if received > 1 && config.ads.is_none() {
+        return Err(WrongGateway::Outputs { received });
+    }
+    let outputs = config.outputs.iter();
+    let sources =
+        outputs.map(|output| format!("{:?} of {:?}", output.channel, output.node.as_str()));
+    once("output", "node", sources)?;
+    for (number, output) in config.outputs.iter().enumerate() {
+        let field = format!("output[{number}].axis");
+        count(&field, output.axes.len(), 1)?;
         let ids = output.axes.iter().map(|axis| axis.id.to_string());
-        once("output.axis", "id", ids)?;
+        once(&field, "id", ids)?;
     }
     Ok(())
 }
 
+fn count(field: &str, received: usize, least: usize) -> Result<(), WrongGateway> {
+    if (least..=MOST_AXES).contains(&received) {
+        return Ok(());
+    }
+    let field = field.to_owned();
+    Err(WrongGateway::Count { field, received })
+}
+
 fn once(
-    field: &'static str,
+    field: &str,
     what: &'static str,
     all: impl Iterator<Item = String>,
 ) -> Result<(), WrongGateway> {
@@ -125,7 +145,7 @@ fn once(
     for (number, received) in all.enumerate() {
         if !seen.insert(received.clone()) {
             return Err(WrongGateway::Twice {
-                field,
+                field: field.to_owned(),
                 number,
                 what,
                 received,
@@ -149,22 +169,32 @@ fn check_symbols(config: &GatewayConfig) -> Result<(), WrongGateway> {
     if !config.axes.is_empty() && is_empty(&index) {
         return Err(missing("ads.cycle-index".to_owned()));
     }
-    let outputs = config.output.iter().flat_map(|output| &output.axes);
-    let lacks = |axis: &OutputAxisConfig| is_empty(&axis.symbol);
-    match outputs.clone().position(lacks) {
-        Some(number) => Err(missing(format!("output.axis[{number}].symbol"))),
+    match output_axis(config, |axis| is_empty(&axis.symbol)) {
+        Some(axis) => Err(missing(format!("{axis}.symbol"))),
         None => Ok(()),
     }
+}
+
+/// The path of the first axis of an output that is like this.
+fn output_axis(
+    config: &GatewayConfig,
+    is_it: impl Fn(&OutputAxisConfig) -> bool,
+) -> Option<String> {
+    let mut outputs = config.outputs.iter().enumerate();
+    outputs.find_map(|(number, output)| {
+        let axis = output.axes.iter().position(&is_it)?;
+        Some(format!("output[{number}].axis[{axis}]"))
+    })
 }
 
 fn check_no_symbols(config: &GatewayConfig) -> Result<(), WrongGateway> {
     let of_axes = config.axes.iter().position(|axis| axis.symbol.is_some());
     let of_axes = of_axes.map(|number| format!("axis[{number}].symbol"));
-    let outputs = config.output.iter().flat_map(|output| &output.axes);
-    let of_outputs = outputs.clone().position(|axis| axis.symbol.is_some());
-    let of_outputs = of_outputs.map(|number| format!("output.axis[{number}].symbol"));
-    let index = config.output.as_ref().and_then(|o| o.cycle_index.as_ref());
-    let index = index.map(|_| "output.cycle-index".to_owned());
+    let of_outputs = output_axis(config, |axis| axis.symbol.is_some());
+    let of_outputs = of_outputs.map(|axis| format!("{axis}.symbol"));
+    let mut outputs = config.outputs.iter();
+    let index = outputs.position(|output| output.cycle_index.is_some());
+    let index = index.map(|number| format!("output[{number}].cycle-index"));
     match of_axes.or(of_outputs).or(index) {
         Some(field) => Err(WrongGateway::Symbol { field }),
         None => Ok(()),
@@ -177,7 +207,7 @@ fn check_udp(config: &GatewayConfig) -> Result<(), WrongGateway> {
     };
     let ends = [
         ("udp.listen", &udp.listen, !config.axes.is_empty()),
-        ("udp.send-to", &udp.send_to, config.output.is_some()),
+        ("udp.send-to", &udp.send_to, !config.outputs.is_empty()),
     ];
     for (field, end, is_needed) in ends {
         match end {

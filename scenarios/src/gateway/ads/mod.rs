@@ -13,13 +13,13 @@ use coaxle_gateway::Retry;
 use coaxle_gateway::config::{AdsConfig, GatewayConfig, ReadMode};
 use coaxle_host::machine;
 
-use super::port::{OutputSlot, PlcEnd};
+use super::port::{NewestSlots, PlcEnd};
 use super::thread;
 use client::{AdsClient, AdsError};
 use plc::{Notifications, Polling, Writing};
 
-/// A connection over which nothing was asked for so long is tried.
-const HEARTBEAT: Span = Span::from_millis(500);
+/// So often the PLC is asked for its state, whatever else is asked: that tells one in stop, and a connection that has ended.
+const GLANCE: Span = Span::from_millis(500);
 /// What the state of a running PLC is.
 const RUN: u16 = 5;
 
@@ -67,16 +67,17 @@ fn converse(
 ) -> Result<(), AdsError> {
     let mut client = AdsClient::connect(ads)?;
     let state = client.state()?;
-    let mut writing = Writing::prepare(&mut client, config)?;
+    let mut writings = Writing::prepare(&mut client, config)?;
     let reading = Reading::prepare(&mut client, config, ads)?;
     let connection = end.link.up();
     retry.succeeded();
+    end.link.says_stopped(state != RUN);
     let what = if state == RUN { "runs" } else { "does not run" };
     tracing::info!(
         "the PLC at {} is there and {what} (state {state})",
         String::from(ads.address.clone())
     );
-    let ended = exchange(config, &mut client, reading, &mut writing, end, connection);
+    let ended = exchange(config, &mut client, reading, &mut writings, end, connection);
     if ended.is_ok() {
         client.leave();
     }
@@ -112,12 +113,13 @@ fn exchange(
     config: &GatewayConfig,
     client: &mut AdsClient,
     mut reading: Reading,
-    writing: &mut Writing,
+    writings: &mut [Writing],
     end: &mut PlcEnd,
     connection: u32,
 ) -> Result<(), AdsError> {
-    let mut slot = OutputSlot::of(config);
+    let mut slots = NewestSlots::of(config);
     let mut asked = machine::now();
+    let mut looked = asked;
     let period = config.poll_period();
     while !end.stop.is_set() {
         match &mut reading {
@@ -130,13 +132,14 @@ fn exchange(
             }
             Reading::Nothing => {}
         }
-        if end.outputs.newest_into(&mut slot) {
+        end.outputs.newest_into(&mut slots);
+        for slot in slots.take() {
             asked = machine::now();
-            writing.write(client, &slot)?;
+            writings[slot.number].write(client, slot)?;
         }
-        if machine::now() - asked > HEARTBEAT {
-            asked = machine::now();
-            let _ = client.state()?;
+        if machine::now() - looked > GLANCE {
+            (asked, looked) = (machine::now(), machine::now());
+            look(client.state()?, end);
         }
         match &mut reading {
             Reading::Polling(polling) => {
@@ -149,6 +152,19 @@ fn exchange(
         }
     }
     Ok(())
+}
+
+/// Says when the runtime of the PLC stops, and when it goes on.
+fn look(state: u16, end: &PlcEnd) {
+    let is_stopped = state != RUN;
+    if !end.link.says_stopped(is_stopped) {
+        return;
+    }
+    if is_stopped {
+        tracing::warn!("the PLC does not run any more (state {state}): its index stands");
+    } else {
+        tracing::info!("the PLC runs again");
+    }
 }
 
 /// Sleeps until so long after an instant.

@@ -5,7 +5,7 @@ use coaxle_clock::{CycleIndex, Instant, Span};
 use coaxle_gateway::PlcSample;
 use coaxle_gateway::ams::notified;
 use coaxle_gateway::assembly::Assembly;
-use coaxle_gateway::config::{GatewayConfig, ImageKind};
+use coaxle_gateway::config::{GatewayConfig, ImageKind, OutputConfig};
 use coaxle_gateway::polled::{PlcMemory, PollPauses, Polled, poll};
 use coaxle_gateway::record::write_image;
 use coaxle_host::{Machine, machine};
@@ -235,7 +235,7 @@ fn send<'a>(
     }
 }
 
-/// Writes axes into the PLC.
+/// Writes the axes of one output into the PLC.
 pub(super) struct Writing {
     axes: Vec<(u32, ImageKind)>,
     index: Option<u32>,
@@ -244,25 +244,35 @@ pub(super) struct Writing {
 }
 
 impl Writing {
+    /// One for each output.
     pub(super) fn prepare(
         client: &mut AdsClient,
         config: &GatewayConfig,
+    ) -> Result<Vec<Self>, AdsError> {
+        let outputs = config.outputs.iter();
+        let layout = config.layout.into();
+        outputs
+            .map(|output| Self::of(client, output, layout))
+            .collect()
+    }
+
+    fn of(
+        client: &mut AdsClient,
+        output: &OutputConfig,
+        layout: ImageLayout,
     ) -> Result<Self, AdsError> {
         let mut axes = Vec::new();
-        let mut index = None;
-        if let Some(output) = &config.output {
-            for axis in &output.axes {
-                if let Some(symbol) = &axis.symbol {
-                    axes.push((client.handle_of(symbol)?, axis.image));
-                }
+        for axis in &output.axes {
+            if let Some(symbol) = &axis.symbol {
+                axes.push((client.handle_of(symbol)?, axis.image));
             }
-            let symbol = output.cycle_index.as_deref();
-            index = symbol.map(|symbol| client.handle_of(symbol)).transpose()?;
         }
+        let symbol = output.cycle_index.as_deref();
+        let index = symbol.map(|symbol| client.handle_of(symbol)).transpose()?;
         Ok(Self {
             axes,
             index,
-            layout: config.layout.into(),
+            layout,
             image: Vec::new(),
         })
     }

@@ -29,7 +29,7 @@ const CONFIG: &str = "
     id = 1
     name = 'conveyor'
     symbol = 'GVL.stConveyor'
-    [output]
+    [[output]]
     node = 'saw'
     channel = 'slaves'
     cycle-index = 'GVL.nReceivedIndex'
@@ -140,6 +140,7 @@ fn written(tape: &Tape) -> Option<OutputSlot> {
     };
     let (_, _, index) = tape.request(2)?;
     Some(OutputSlot {
+        number: 0,
         index: CycleIndex(u16::from_le_bytes(index.try_into().unwrap())),
         axes: vec![Some(carriage), Some(blade)].into(),
     })
@@ -156,7 +157,7 @@ fn the_gateway_sends_what_it_sent_and_finds_what_the_server_held() {
     let mut client = AdsClient::over(Box::new(tape.clone()), own, ads);
 
     assert_eq!(client.state().unwrap(), 5, "the server runs");
-    let mut writing = Writing::prepare(&mut client, &config).unwrap();
+    let mut writings = Writing::prepare(&mut client, &config).unwrap();
     let mut polling = Polling::prepare(&mut client, &config, "GVL.nCycleIndex").unwrap();
     let (mut samples, mut outputs) = (Vec::new(), Vec::new());
     while let Some((command, [group, _], _)) = tape.request(0) {
@@ -164,7 +165,7 @@ fn the_gateway_sends_what_it_sent_and_finds_what_the_server_held() {
             (READ, VALUE_BY_HANDLE) => polling.poll(&mut client, &mut end, 1).unwrap(),
             (WRITE, VALUE_BY_HANDLE) => {
                 let slot = written(&tape).unwrap();
-                writing.write(&mut client, &slot).unwrap();
+                writings[0].write(&mut client, &slot).unwrap();
                 outputs.push(slot);
             }
             _ => break,
@@ -223,7 +224,7 @@ fn an_answer_of_another_length_is_refused_with_both() {
     let (_port, mut end) = rings(&config, Arc::new(Stop::default()));
     let mut client = AdsClient::over(Box::new(tape.clone()), own, config.ads.as_ref().unwrap());
     let _ = client.state().unwrap();
-    let _writing = Writing::prepare(&mut client, &config).unwrap();
+    let _writings = Writing::prepare(&mut client, &config).unwrap();
     let mut polling = Polling::prepare(&mut client, &config, "GVL.nCycleIndex").unwrap();
     let refused = polling.poll(&mut client, &mut end, 1).unwrap_err();
     assert!(

@@ -1,0 +1,35 @@
+//! The list of outputs, with a clear word for configs of the time when there was one.
+
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+
+use super::OutputConfig;
+
+pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<OutputConfig>, D::Error> {
+    deserializer.deserialize_any(Outputs)
+}
+
+struct Outputs;
+
+impl<'de> Visitor<'de> for Outputs {
+    type Value = Vec<OutputConfig>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a list, each with its own [[output]]")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, outputs: A) -> Result<Self::Value, A::Error> {
+        Vec::deserialize(SeqAccessDeserializer::new(outputs))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, _: A) -> Result<Self::Value, A::Error> {
+        Err(A::Error::custom(
+            "received one table [output], expected a list: [[output]], and [[output.axis]] for its axes as before",
+        ))
+    }
+}
