@@ -68,23 +68,46 @@ impl ImportArgs {
     pub(super) fn run(&self, out: &mut dyn Write) -> anyhow::Result<()> {
         let format = self.format.unwrap_or_else(|| FormatArg::of(&self.table));
         let table = PointTable::load(&self.table, format.format(), self.array.as_deref())?;
-        let text = self.text(&table);
-        if text.len() as u64 > MOST_BYTES {
-            bail!(
-                "{}: received {} bytes of TOML, expected at most {MOST_BYTES}; a table of positions can stay a file of its \
-                 own, which a cam file names: table.csv",
-                self.table.display(),
-                text.len()
-            );
-        }
+        let text = self.text(&table, None);
         // Errors name the table, as nobody has the other file yet.
         let (file, folder) = (self.table.display().to_string(), Path::new(""));
         let parsed = text.parse().context("the cam file cannot be written")?;
         CamFile::from_table(&file, folder, parsed)?.plate()?;
+        if text.len() as u64 > MOST_BYTES {
+            return self.write_beside(&table, text.len(), out);
+        }
         new_file::write(self.output.as_deref(), &text, out)
     }
 
-    fn text(&self, table: &PointTable) -> String {
+    /// Leaves more points than a cam file holds in a CSV file beside it.
+    fn write_beside(
+        &self,
+        table: &PointTable,
+        bytes: usize,
+        out: &mut dyn Write,
+    ) -> anyhow::Result<()> {
+        let Some(output) = &self.output else {
+            bail!(
+                "{}: received {bytes} bytes of TOML, expected at most {MOST_BYTES} on standard output; with --output the points \
+                 are left in a CSV file beside it",
+                self.table.display()
+            );
+        };
+        let beside = output.with_extension("csv");
+        let Some(name) = beside.file_name().map(|name| name.to_string_lossy()) else {
+            bail!("{}: received no name of a file", output.display());
+        };
+        if !is_same(&beside, &self.table) {
+            new_file::write(Some(&beside), &table.to_csv(), out)?;
+        }
+        new_file::write(Some(output), &self.text(table, Some(&name)), out)?;
+        // What was written may be larger than it was, and is read to the end.
+        CamFile::load(output)?;
+        Ok(())
+    }
+
+    /// The cam file, with its points in it or in a CSV file of that name.
+    fn text(&self, table: &PointTable, csv: Option<&str>) -> String {
         let course = match self.course {
             CourseArg::Linear => Course::Linear,
             CourseArg::Cyclic => Course::Cyclic,
@@ -98,18 +121,20 @@ impl ImportArgs {
         let _ = writeln!(text, "course = {}", quoted(&name(&course)));
         let _ = writeln!(text, "master-unit = {}", quoted(&self.master_unit));
         let _ = writeln!(text, "slave-unit = {}", quoted(&self.slave_unit));
-        match table {
-            PointTable::Points(points) => {
+        let csv = csv.map(|csv| format!("csv = {}\n", quoted(csv)));
+        match (table, csv) {
+            (PointTable::Points(_), Some(csv)) => text += &format!("\n[points]\n{csv}"),
+            (PointTable::Points(points), None) => {
                 for (row, point) in points.iter().enumerate() {
                     push_point(&mut text, row, row + 1 == points.len(), point);
                 }
             }
-            PointTable::Positions(rows) => self.push_rows(&mut text, rows),
+            (PointTable::Positions(rows), csv) => self.push_table(&mut text, rows, csv),
         }
         text
     }
 
-    fn push_rows(&self, text: &mut String, rows: &[(f64, f64)]) {
+    fn push_table(&self, text: &mut String, rows: &[(f64, f64)], csv: Option<String>) {
         text.push_str("\n[table]\n");
         if self.equidistant {
             text.push_str("equidistant = true\n");
@@ -119,11 +144,24 @@ impl ImportArgs {
             InterpolationArg::Spline => "spline",
             InterpolationArg::SlidingSpline => "sliding-spline",
         };
-        let _ = writeln!(text, "interpolation = \"{interpolation}\"\nrows = [");
+        let _ = writeln!(text, "interpolation = \"{interpolation}\"");
+        if let Some(csv) = csv {
+            text.push_str(&csv);
+            return;
+        }
+        text.push_str("rows = [\n");
         for (master, slave) in rows {
             let _ = writeln!(text, "    [{}, {}],", number(*master), number(*slave));
         }
         text.push_str("]\n");
+    }
+}
+
+/// Whether two names are of one file that is there.
+fn is_same(one: &Path, other: &Path) -> bool {
+    match (one.canonicalize(), other.canonicalize()) {
+        (Ok(one), Ok(other)) => one == other,
+        _ => false,
     }
 }
 

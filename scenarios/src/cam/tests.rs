@@ -405,6 +405,45 @@ fn an_import_takes_the_place_of_nothing_and_says_where_the_table_is_wrong() {
     );
 }
 
+/// 60 000 points are more than a cam file holds: they are left beside it, and make the same plate.
+#[test]
+fn more_points_than_a_cam_file_holds_are_left_in_a_csv_file_beside_it() {
+    let scratch = tempfile::tempdir().unwrap();
+    let path = |name: &str| scratch.path().join(name).display().to_string();
+    let point = |row: u32| {
+        let slave = f64::from(row % 1_000) * 0.123_456_789;
+        format!(
+            "polynom5,{}.000001,{slave},0.000001,0.000002,0.000003\n",
+            row * 1_000
+        )
+    };
+    let head = "law,master,slave,velocity,acceleration,jerk\n".to_owned();
+    let points = head
+        + &(0..60_000)
+            .map(point)
+            .collect::<String>()
+            .replace("polynom5", "polynom7-mm");
+    std::fs::write(path("points.csv"), &points).unwrap();
+    let told_to_output = told(&["import", &path("points.csv")]).unwrap_err();
+    assert!(told_to_output.contains("with --output"), "{told_to_output}");
+
+    told(&["import", &path("points.csv"), "-o", &path("big.toml")]).unwrap();
+    let text = std::fs::read_to_string(path("big.toml")).unwrap();
+    assert!(text.ends_with("[points]\ncsv = \"big.csv\"\n"), "{text}");
+    let (_, plate) = load(&scratch.path().join("big.toml")).unwrap();
+    assert_eq!(plate.rows(), 60_000);
+    // A table that lies there under that name already is named, and not written again.
+    told(&["import", &path("points.csv"), "-o", &path("points.toml")]).unwrap();
+    let (_, same) = load(&scratch.path().join("points.toml")).unwrap();
+    assert_eq!(same.source(), plate.source());
+    assert_eq!(std::fs::read_to_string(path("points.csv")).unwrap(), points);
+    let taken = told(&["import", &path("points.csv"), "-o", &path("big.toml")]).unwrap_err();
+    assert!(
+        taken.contains("big.csv: received a file that is there already"),
+        "{taken}"
+    );
+}
+
 #[test]
 fn a_law_is_advised_that_the_slave_can_follow() {
     let words = "--segment 2 --master-velocity 360 --least jerk";

@@ -102,7 +102,7 @@ pub const TARGETS: &[Target] = &[
         name: "cam-table",
         kind: Kind::Text,
         run: files::cam_table,
-        seeds: || seeds::shipped("scenarios/cams", "csv"),
+        seeds: seeds::cam_tables,
     },
     Target {
         name: "point-table",

@@ -45,6 +45,13 @@ pub(super) fn shipped(folder: &str, ending: &str) -> Seeds {
     paths.iter().map(named).collect()
 }
 
+/// The CSV files of tables, which are positions alone.
+pub(super) fn cam_tables() -> Seeds {
+    let mut tables = shipped("scenarios/cams", "csv");
+    tables.retain(|(name, _)| name.ends_with("table"));
+    tables
+}
+
 /// The points of the shipped cam files as CSV.
 pub(super) fn point_tables() -> Seeds {
     tables(PointTable::to_csv)

@@ -2,7 +2,7 @@
 //!
 //! | PLC name | in the file |
 //! |--|--|
-//! | `MC_MotionFunctionPoint` | `[[point]]` |
+//! | `MC_MotionFunctionPoint` | `[[point]]`, or a row of the CSV file of `[points]` |
 //! | `MC_MotionFunctionType` | `law` |
 //! | `MC_MotionPointType` | `type` |
 //! | `MC_CAM_REF` of a position table | `[table]` |
@@ -17,6 +17,7 @@ mod error;
 mod text;
 
 use std::borrow::Cow;
+use std::ops::Deref;
 use std::path::Path;
 
 use coaxle_plate::{CamError, Course, Interpolation, MotionPoint, Plate, PlateSource, SourceRows};
@@ -58,9 +59,25 @@ pub struct CamFile {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A motion function: points, and laws between them.
-    Points(Vec<MotionPoint>),
+    Points(Points),
     /// A position table.
     Table(Table),
+}
+
+/// The points of a motion function as a file has them. Reads as a slice.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Points {
+    points: Vec<MotionPoint>,
+    /// The CSV file they come from, with the line of each.
+    source: Option<Source>,
+}
+
+impl Deref for Points {
+    type Target = [MotionPoint];
+
+    fn deref(&self) -> &[MotionPoint] {
+        &self.points
+    }
 }
 
 /// A position table as a file has it.
@@ -156,7 +173,7 @@ impl CamFile {
     #[must_use]
     pub fn source(&self) -> PlateSource {
         let rows = match &self.shape {
-            Shape::Points(points) => SourceRows::Points(points.clone()),
+            Shape::Points(points) => SourceRows::Points(points.to_vec()),
             Shape::Table(table) => SourceRows::Positions {
                 rows: table.rows.clone(),
                 interpolation: table.interpolation,
@@ -172,7 +189,9 @@ impl CamFile {
     /// The file, and the field or the line where there is one to look at.
     fn place_of(&self, error: &CamError) -> String {
         match &self.shape {
-            Shape::Points(_) => self.file_at(error.row()),
+            Shape::Points(points) => points
+                .line_of(error)
+                .unwrap_or_else(|| self.file_at(error.row())),
             Shape::Table(table) => table.place_of(&self.file_at(error.row()), error),
         }
     }
@@ -205,7 +224,7 @@ impl Shape {
             Err(ConfigError::field(file, field(), reason))
         };
         match self {
-            Self::Points(points) => (0..).zip(points).try_for_each(|(n, point)| {
+            Self::Points(points) => points.iter().enumerate().try_for_each(|(row, point)| {
                 let values = [
                     ("master", point.master),
                     ("slave", point.slave),
@@ -214,7 +233,7 @@ impl Shape {
                     ("jerk", point.jerk),
                 ];
                 let mut values = values.into_iter();
-                values.try_for_each(|(name, value)| check(&|| format!("point[{n}].{name}"), value))
+                values.try_for_each(|(name, value)| check(&|| points.place_of(row, name), value))
             }),
             Self::Table(table) => {
                 let mut rows = table.rows.iter().enumerate();
@@ -224,6 +243,26 @@ impl Shape {
                 })
             }
         }
+    }
+}
+
+impl Points {
+    /// A point and its field: the line of a CSV file, or the point in the cam file.
+    fn place_of(&self, row: usize, field: &str) -> String {
+        match &self.source {
+            Some(csv) => format!("{}: line {}, {field}", csv.file, csv.lines[row]),
+            None => format!("point[{row}].{field}"),
+        }
+    }
+
+    /// The CSV file, and the line in it where there is one to look at; none of points in the cam file.
+    fn line_of(&self, error: &CamError) -> Option<String> {
+        let csv = self.source.as_ref()?;
+        let line = error.row().and_then(|row| csv.lines.get(row));
+        Some(match line {
+            Some(line) => format!("{}: line {line}", csv.file),
+            None => csv.file.clone(),
+        })
     }
 }
 

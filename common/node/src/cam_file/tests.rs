@@ -92,6 +92,64 @@ fn rows_make_a_table() {
 }
 
 #[test]
+fn points_may_be_in_a_csv_file_and_errors_name_its_lines() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let (cam, csv) = (folder.path().join("t.toml"), folder.path().join("p.csv"));
+    let written = |text: &str, points: &str| {
+        std::fs::write(&cam, text).expect("the folder can be written");
+        std::fs::write(&csv, points).expect("the folder can be written");
+        CamFile::load(&cam).and_then(|cam| cam.plate())
+    };
+    let named = "course = 'cyclic'\n[points]\ncsv = 'p.csv'\n";
+    let load = |points: &str| written(named, points);
+
+    let plate = load("law,master,slave\npolynom5,0,0\n# half\npolynom5,180,50\n,360,0\n");
+    let same = parse(&rise_and_fall("course = 'cyclic'", "")).and_then(|cam| cam.plate());
+    let (plate, same) = (plate.expect("a plate"), same.expect("a plate"));
+    assert_eq!(plate.source(), same.source());
+
+    let name = csv.display();
+    for (points, expected) in [
+        (
+            "law,master,slave\npolynom5,0,0\n\npolynom5,-1,1\n,2,0\n",
+            "line 4: 0x4a06: ",
+        ),
+        (
+            "law,master,slave\npolynom5,0,0\n,1,0\n,2,0\n",
+            "line 3, law: received none",
+        ),
+        (
+            "law,master,slave\npolynom5,0,fast\n",
+            "line 2, slave: received \"fast\"",
+        ),
+        (
+            "law,master,slave\npolynom5,0,1e300\n",
+            "line 2, slave: received 1e300",
+        ),
+        ("law,master,slave\n", "0x4a23: received 0 points"),
+        ("master,slave\n0,0\n1,1\n", "line 1: received no column law"),
+        ("", "line 1: received no column law"),
+    ] {
+        let message = load(points).expect_err("refused").to_string();
+        let expected = format!("{name}: {expected}");
+        assert!(message.contains(&expected), "{message}\n{expected}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+    }
+    let twice = format!("{named}[[point]]\nmaster = 0\nslave = 0\n");
+    let message = written(&twice, "").expect_err("refused").to_string();
+    assert!(
+        message.contains("points: received points here and in a CSV file"),
+        "{message}"
+    );
+    let both = format!("{named}[table]\nrows = []\n");
+    let message = written(&both, "").expect_err("refused").to_string();
+    assert!(
+        message.contains("table: received points and a table"),
+        "{message}"
+    );
+}
+
+#[test]
 fn a_csv_file_lies_beside_the_cam_file_and_errors_name_its_lines() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let (cam, csv) = (folder.path().join("t.toml"), folder.path().join("t.csv"));

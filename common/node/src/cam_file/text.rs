@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use coaxle_plate::{Course, Interpolation, MotionPoint, WrittenPoint};
+use coaxle_plate::{Course, Interpolation, WrittenPoint};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{CamFileError, Shape, Table};
+use super::{CamFileError, Points, Shape, Table};
 use crate::config::ConfigError;
-use crate::two_columns;
+use crate::{point_table, two_columns};
 
-/// A cam plate: a motion function of `[[point]]`s, or a `[table]`.
+/// A cam plate: a motion function of `[[point]]`s or of `[points]` elsewhere, or a `[table]`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct CamText {
@@ -29,8 +29,10 @@ pub(super) struct CamText {
     #[serde(default)]
     pub(super) course: Course,
     /// The points of a motion function, in the order of the master.
-    #[serde(rename = "point", default)]
-    points: Vec<WrittenPoint>,
+    #[serde(default)]
+    point: Vec<WrittenPoint>,
+    /// The points in a file of their own, instead: for large functions.
+    points: Option<PointsText>,
     /// A table of positions, instead of points.
     table: Option<TableText>,
 }
@@ -68,6 +70,15 @@ impl TryFrom<i64> for TableId {
     }
 }
 
+/// The points of a motion function in a CSV file beside it.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "CamPoints")]
+struct PointsText {
+    /// A CSV file whose first line names the columns, `law`, `master` and `slave` among them; looked for beside this file.
+    csv: PathBuf,
+}
+
 /// A table of positions, in the file or in a CSV file beside it.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -88,31 +99,58 @@ struct TableText {
 impl CamText {
     /// What the plate is made of; a CSV file is looked for in `folder`.
     pub(super) fn shape(&self, file: &str, folder: &Path) -> Result<Shape, CamFileError> {
-        match (&self.table, &self.points[..]) {
-            (Some(table), []) => table.checked(file, folder).map(Shape::Table),
-            (None, points @ [_, ..]) => motion_points(file, points).map(Shape::Points),
-            (None, []) => Err(ConfigError::field(
+        match (&self.table, &self.points, &self.point[..]) {
+            (Some(table), None, []) => table.checked(file, folder).map(Shape::Table),
+            (None, Some(points), []) => points.load(folder).map(Shape::Points),
+            (None, None, points @ [_, ..]) => motion_points(file, points).map(Shape::Points),
+            (None, None, []) => Err(ConfigError::field(
                 file,
                 "point",
-                "received neither points nor a table, expected several [[point]] or one [table]",
+                "received neither points nor a table, expected several [[point]], one [points] or one [table]",
             )
             .into()),
-            (Some(_), [_, ..]) => Err(ConfigError::field(
+            (Some(_), _, _) => Err(ConfigError::field(
                 file,
                 "table",
                 "received points and a table, expected either [[point]] or [table]",
+            )
+            .into()),
+            (None, Some(_), [_, ..]) => Err(ConfigError::field(
+                file,
+                "points",
+                "received points here and in a CSV file, expected either [[point]] or [points]",
             )
             .into()),
         }
     }
 }
 
-fn motion_points(file: &str, points: &[WrittenPoint]) -> Result<Vec<MotionPoint>, CamFileError> {
-    WrittenPoint::to_points(points).map_err(|row| {
-        let field = format!("point[{row}].law");
-        let reason = "received none, expected one: only the last point and ignored ones need none";
-        ConfigError::field(file, field, reason).into()
+const NO_LAW: &str = "received none, expected one: only the last point and ignored ones need none";
+
+fn motion_points(file: &str, points: &[WrittenPoint]) -> Result<Points, CamFileError> {
+    let points = WrittenPoint::to_points(points)
+        .map_err(|row| ConfigError::field(file, format!("point[{row}].law"), NO_LAW))?;
+    Ok(Points {
+        points,
+        source: None,
     })
+}
+
+impl PointsText {
+    fn load(&self, folder: &Path) -> Result<Points, CamFileError> {
+        let (written, source) = point_table::load_points(&folder.join(&self.csv))?;
+        let points = WrittenPoint::to_points(&written).map_err(|row| {
+            ConfigError::field(
+                &source.file,
+                format!("line {}, law", source.lines[row]),
+                NO_LAW,
+            )
+        })?;
+        Ok(Points {
+            points,
+            source: Some(source),
+        })
+    }
 }
 
 impl TableText {

@@ -21,10 +21,28 @@ pub(super) fn read(file: &str, text: &str) -> Result<PointTable, ConfigError> {
         }
         Some((number, columns)) => {
             let wrong = |reason| ConfigError::field(file, format!("line {number}"), reason);
-            points(file, &columns.map_err(wrong)?, lines).map(PointTable::Points)
+            let (points, _) = points(file, &columns.map_err(wrong)?, lines)?;
+            Ok(PointTable::Points(points))
         }
     }
 }
+
+/// Points alone, and the line of each.
+pub(super) fn read_points(file: &str, text: &str) -> Result<Points, ConfigError> {
+    let mut lines = filled(text);
+    let header = lines.next();
+    let columns = header.and_then(|(number, header)| Some((number, Columns::of(header)?)));
+    let Some((number, columns)) = columns else {
+        let place = format!("line {}", header.map_or(1, |(number, _)| number));
+        let reason = "received no column law, expected a header with law, master, slave and more";
+        return Err(ConfigError::field(file, place, reason));
+    };
+    let wrong = |reason| ConfigError::field(file, format!("line {number}"), reason);
+    points(file, &columns.map_err(wrong)?, lines)
+}
+
+/// Points, and the line of each.
+type Points = (Vec<WrittenPoint>, Vec<usize>);
 
 /// The lines that say something, with their numbers.
 fn filled(text: &str) -> impl Iterator<Item = (usize, &str)> {
@@ -39,8 +57,8 @@ fn points<'a>(
     file: &str,
     columns: &Columns,
     lines: impl Iterator<Item = (usize, &'a str)>,
-) -> Result<Vec<WrittenPoint>, ConfigError> {
-    let mut points = Vec::new();
+) -> Result<Points, ConfigError> {
+    let (mut points, mut numbers) = (Vec::new(), Vec::new());
     for (number, line) in lines {
         if points.len() == MOST_ROWS {
             return Err(too_many(file));
@@ -50,8 +68,9 @@ fn points<'a>(
             ConfigError::field(file, format!("line {number}{column}"), reason)
         })?;
         points.push(point);
+        numbers.push(number);
     }
-    Ok(points)
+    Ok((points, numbers))
 }
 
 fn point(columns: &Columns, line: &str) -> Result<WrittenPoint, (Option<Field>, String)> {

@@ -21,6 +21,7 @@ use coaxle_plate::{PlateSource, SourceRows, WrittenPoint};
 
 use crate::config::ConfigError;
 use crate::text_file;
+use crate::two_columns::Source;
 
 /// Most bytes of a file with points.
 const MOST_BYTES: u64 = 64 << 20;
@@ -93,6 +94,17 @@ impl PointTable {
     pub fn to_structured_text(&self, array: &str) -> String {
         structured_text::write(self, array)
     }
+}
+
+/// Reads the points of a motion function from a CSV file, and where each is.
+///
+/// # Errors
+/// [`ConfigError`], naming the line and the column; also where the file has positions and no laws.
+pub(crate) fn load_points(path: &Path) -> Result<(Vec<WrittenPoint>, Source), ConfigError> {
+    let file = path.display().to_string();
+    let text = text_file::read_table(path, MOST_BYTES)?;
+    let (points, lines) = csv::read_points(&file, &text)?;
+    Ok((points, Source { file, lines }))
 }
 
 impl From<&PlateSource> for PointTable {

@@ -72,9 +72,11 @@ pub(super) fn changed(
 ) -> Result<String, String> {
     let change = Change::deserialize(change).map_err(|error| error.to_string())?;
     let mut document = document(text)?;
-    let rows_elsewhere = document
-        .get("table")
-        .is_some_and(|table| table.get("csv").is_some());
+    let names_csv = |part: &str| {
+        let part = document.get(part);
+        part.is_some_and(|part| part.get("csv").is_some())
+    };
+    let rows_elsewhere = names_csv("table") || names_csv("points");
     if rows_elsewhere && !matches!(change, Change::Head { .. }) {
         return Err("the rows are in a CSV file of their own, and are changed there".to_owned());
     }

@@ -130,6 +130,7 @@ fn points(cam: &CamFile, plate: Option<&Plate>, asked: &Asked) -> Value {
         .map(|plate| plate.joints().collect())
         .unwrap_or_default();
     match &cam.shape {
+        Shape::Points(points) if points.len() > MOST_ROWS => json!([]),
         Shape::Points(points) => {
             let start = points.first().map_or(0.0, |point| point.master);
             let of = |(n, point): (usize, &MotionPoint)| {
