@@ -1,6 +1,7 @@
 //! A trace file: one CSV row after the other, readable at any moment.
 
 use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -78,7 +79,9 @@ impl Trace {
             Some(error) => Err(error),
             None => self.writer.flush().map_err(csv::Error::from),
         };
-        result.with_context(|| format!("the trace file {} is incomplete", self.path.display()))
+        result
+            .map_err(by_system)
+            .with_context(|| format!("the trace file {} is incomplete", self.path.display()))
     }
 
     fn try_write(
@@ -94,6 +97,17 @@ impl Trace {
             self.writer.flush()?;
         }
         Ok(())
+    }
+}
+
+/// What the system said, which has a remedy, instead of what CSV makes of it.
+fn by_system(error: csv::Error) -> io::Error {
+    if !error.is_io_error() {
+        return io::Error::other(error);
+    }
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
     }
 }
 
