@@ -83,11 +83,12 @@ impl Cost {
         Some((self.cycle_us() - self.times(first) * first.cycle_us()) / more)
     }
 
-    /// Likewise the memory, bytes.
+    /// The memory of each axis more than in `first`, bytes, with its share of the nodes that it takes: most of what a process
+    /// has is not theirs.
     pub(super) fn further_axis_bytes(&self, first: &Self) -> Option<f64> {
-        let more = self.further_axes(first)?;
+        let more = self.axes.checked_sub(first.axes).filter(|more| *more > 0)?;
         let (memory, first_memory) = (self.memory_bytes?, first.memory_bytes?);
-        Some((memory as f64 - self.times(first) * first_memory as f64) / more)
+        Some((memory as f64 - first_memory as f64) / more as f64)
     }
 
     fn further_axes(&self, first: &Self) -> Option<f64> {

@@ -101,10 +101,7 @@ fn who_is_not_there_is_told_of_with_who_is() {
             told.contains("node sew says nothing") && told.contains("there are "),
             "{told}"
         );
-        assert!(
-            told.contains("belt") && told.contains("did you mean \"saw\"?"),
-            "{told}"
-        );
+        assert!(told.contains("belt") && told.contains("saw"), "{told}");
     }
 }
 
