@@ -92,7 +92,7 @@ pub(super) fn load(found: &Load) -> String {
             )
         });
     format!(
-        "{}\nfollowed: {} of {} axes{ratios}",
+        "{}\nfollowed, and synchronised at the end: {} of {} axes{ratios}",
         rows.trim_fmt(),
         found.followed,
         found.axes

@@ -95,9 +95,9 @@ pub(crate) const ON_THE_COMMAND_LINE: &[(&str, i32, &str)] = &[
         "s.tml: cannot be read: No such file or directory (os error 2)",
     ),
     (
-        "cam values cma.toml",
+        "cam values camm.toml",
         WRONG_FILE,
-        "cma.toml: cannot be read: No such file or directory (os error 2); did you mean cam.toml?",
+        "camm.toml: cannot be read: No such file or directory (os error 2); did you mean cam.toml?",
     ),
     (
         "receiver etc/saw.toml --check",
