@@ -8,6 +8,7 @@ use coaxle_curve::law::{Knot, Motion, MotionLaw, Segment};
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::saw_file::SawFile;
 use coaxle_plate::Cursor;
+use coaxle_wire::command::CharacteristicFigures;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -143,6 +144,15 @@ impl Plate {
     /// The masters at which the slave is at a position, over one turn.
     fn masters_at(&self, position: f64) -> Vec<f64> {
         self.plate().masters_at(position).collect()
+    }
+
+    /// What it demands of the slave at a velocity of the master, x/s: JSON, as an answer to an order has it.
+    fn characteristics(&self, master_velocity: f64) -> PyResult<String> {
+        let plate = self.plate();
+        let found = plate.characteristics(master_velocity).map_err(wrong)?;
+        let table = self.file.table_id.map_or(0, |id| id.get().into());
+        let figures = CharacteristicFigures::of(table, &plate, &found);
+        serde_json::to_string(&figures).map_err(told)
     }
 }
 

@@ -49,6 +49,19 @@ def test_a_plate_is_that_of_the_file(shipped):
         assert plate([master]).position[0] == pytest.approx(middle, abs=1e-9)
 
 
+def test_what_a_plate_demands_is_what_its_motion_shows(shipped):
+    plate = coaxle.Plate(shipped / "cams" / "lift.toml")
+    motion = plate(np.linspace(*plate.master_range, 200_001))
+    speed = -3.0
+    values = plate.characteristics(speed)["values"]
+    assert len(values) == 31
+    assert values["fSlavePosMax"] == pytest.approx(np.max(motion.position), rel=1e-6)
+    assert values["fSlaveVeloMin"] == pytest.approx(np.min(motion.velocity * speed), rel=1e-6)
+    assert values["fSlaveAccMax"] == pytest.approx(np.max(motion.acceleration * speed**2), rel=1e-4)
+    with pytest.raises(coaxle.CoaxleError, match="master velocity: received 0"):
+        plate.characteristics(0.0)
+
+
 def test_a_saw_meets_its_master(shipped):
     plan = coaxle.SawPlan(shipped / "saws" / "saw-position-1.toml")
     times = np.linspace(0, plan.duration_s, 1001)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from types import TracebackType
-from typing import Any, Iterable, Iterator, NamedTuple, Sequence
+from typing import Any, Iterable, Iterator, NamedTuple, Sequence, TypeVar
 
 from . import _coaxle
 from ._coaxle import CoaxleError
@@ -13,6 +13,23 @@ from ._numbers import out
 
 #: Where the nodes of the examples listen.
 DEFAULT = ("tcp/127.0.0.1:7447", "tcp/127.0.0.1:7448")
+
+_Self = TypeVar("_Self", bound="_Opened")
+
+
+class _Opened:
+    """A context manager: what is open is closed at its end."""
+
+    def close(self) -> None:
+        raise NotImplementedError
+
+    def __enter__(self: _Self) -> _Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
 
 class Axis(NamedTuple):
@@ -52,7 +69,7 @@ class Reading(NamedTuple):
     rejected: int
 
 
-class Network:
+class Network(_Opened):
     """A place in the network. A context manager: at its end it leaves.
 
     ``connect`` are endpoints of nodes, by default those of this machine; ``listen`` own ones. ``secure`` is the folder of an
@@ -86,16 +103,21 @@ class Network:
         found: dict[str, Any] = json.loads(status)
         return found
 
-    def send(self, node: str, slave: str, command: str, *, dry_run: bool = False, **fields: Any) -> dict[str, Any]:
+    def send(
+        self, node: str, slave: str, command: str, given: Any = None, *, dry_run: bool = False, **fields: Any
+    ) -> dict[str, Any]:
         """Sends an order to a slave of a node, and waits for the answer: ``send("saw", "carriage", "halt")``.
 
-        The commands and their fields are those of docs/WIRE.md, with ``_`` for ``-``; a refusal is no error, the answer says
-        so.
+        The commands and their fields are those of docs/WIRE.md, with ``_`` for ``-``; ``given`` is for the one that has no fields:
+        ``send("saw", "carriage", "power", True)``. A refusal is no error, the answer says so.
         """
+        named = {name.replace("_", "-"): value for name, value in fields.items()}
+        if given is not None and named:
+            raise CoaxleError(f"{command}: received {given!r} and {', '.join(named)}, expected one or the other")
         order = {
             "version": 1,
             "slave": slave,
-            "command": {command: {name.replace("_", "-"): value for name, value in fields.items()}},
+            "command": {command: named if given is None else given},
             "dry-run": dry_run,
         }
         return self.order(node, order)
@@ -117,16 +139,8 @@ class Network:
         """Leaves the network."""
         self._network.close()
 
-    def __enter__(self) -> Network:
-        return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-
-class Publisher:
+class Publisher(_Opened):
     """A node that Python moves: ``for t in node.cycles(5.0): node.publish(position=..., velocity=...)``."""
 
     def __init__(self, native: _coaxle.Publisher, axes: int) -> None:
@@ -163,19 +177,11 @@ class Publisher:
         """Nobody sees the node any more."""
         self._native.close()
 
-    def __enter__(self) -> Publisher:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def _each(self, value: float | Sequence[float]) -> bytes:
         return out([float(value)] * self._axes if isinstance(value, (int, float)) else value)
 
 
-class Follower:
+class Follower(_Opened):
     """Axes of a node, in the clock of this machine, moved on to now."""
 
     def __init__(self, native: _coaxle.Follower) -> None:
@@ -196,11 +202,3 @@ class Follower:
     def close(self) -> None:
         """Hears nothing any more."""
         self._native.close()
-
-    def __enter__(self) -> Follower:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 from typing import Any, NamedTuple, Sequence
@@ -83,6 +84,16 @@ class Plate:
     def masters_at(self, position: float) -> list[float]:
         """The masters at which the slave is at a position, over one turn."""
         return self._plate.masters_at(position)
+
+    def characteristics(self, master_velocity: float = 1.0) -> dict[str, Any]:
+        """What it demands of the slave at a velocity of the master, x/s: ``MC_ReadCamTableCharacteristics``.
+
+        The fields are those of an answer to the order (docs/WIRE.md), but that ``values`` has the 31 values of
+        ``MC_TableCharacValues`` (TF5050 8.11) by their names.
+        """
+        figures: dict[str, Any] = json.loads(self._plate.characteristics(master_velocity))
+        figures["values"] = {value["name"]: value["value"] for value in figures["values"]}
+        return figures
 
 
 class SawPlan:

@@ -231,7 +231,9 @@ impl From<MasterPosition> for MasterFigures {
 }
 
 impl CharacteristicFigures {
-    fn of(table: u32, plate: &Plate, found: &Characteristics) -> Self {
+    /// What was found of a plate with that number.
+    #[must_use]
+    pub fn of(table: u32, plate: &Plate, found: &Characteristics) -> Self {
         let step = |step: VelocityStep| StepFigures {
             master: step.master,
             before: step.before,

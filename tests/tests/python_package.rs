@@ -1,5 +1,5 @@
-//! The package as Python has it: its tests and its examples, with the extension that was just built, where Python has what they
-//! need.
+//! The package as Python has it: its tests and its examples, with the extension and the tool that were just built, where
+//! Python has what they need.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -35,6 +35,7 @@ impl Package {
             .args(["-B"])
             .args(words)
             .env("PYTHONPATH", self.folder.path())
+            .env("COAXLE_TOOL", env!("CARGO_BIN_EXE_coaxle-under-test"))
             .env("MPLBACKEND", "agg")
             .current_dir(self.folder.path())
             .output();
@@ -44,7 +45,7 @@ impl Package {
     }
 }
 
-/// The extension, which lies beside this test as it belongs to the same package.
+/// The extension, which lies beside this test as it is built for it.
 fn extension() -> PathBuf {
     let test = std::env::current_exe().expect("this test");
     let beside = test.parent().expect("it lies in a folder");
@@ -54,7 +55,8 @@ fn extension() -> PathBuf {
 }
 
 fn own(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+    let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/python");
+    package.join(path)
 }
 
 fn text(path: &str) -> String {
