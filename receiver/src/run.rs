@@ -10,11 +10,14 @@ use std::path::PathBuf;
 
 use coaxle_clock::{Instant, Local};
 use coaxle_host::cli::Exit;
-use coaxle_host::{ArrivalsTrace, Beside, Ended, NodeArgs, Rows, Setup, arrivals_beside};
+use coaxle_host::{
+    ArrivalsTrace, Beside, BuildNode, Ended, NodeArgs, Recorder, Rows, Setup, arrivals_beside,
+};
 
 use crate::config::ReceiverConfig;
 use crate::drives::Drives;
 use crate::node::Receiver;
+use crate::snapshot::ReceiverSnapshot;
 use drives::drives;
 use recorder::ReceiverRecorder;
 
@@ -61,7 +64,16 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     node.die_with_parent()?;
     let recorder = recorder(args, &config)?;
     let follows = !config.heard_nodes().is_empty();
-    let outcome = coaxle_host::run(setup(node, config, recorder, beside))?;
+    let (args_of_node, built) = (node.clone(), config.clone());
+    let build = move |start, epoch| {
+        let drives = drives(&built, epoch).map_err(|error| args_of_node.wrong(error))?;
+        build(&args_of_node, &built, drives, start, epoch)
+    };
+    let outcome = coaxle_host::run(Setup {
+        run_for: node.run_for,
+        beside,
+        ..setup(&config, Box::new(build), Box::new(recorder))
+    })?;
     tracing::info!(
         cycles = outcome.cycles,
         received = outcome.received,
@@ -80,13 +92,13 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn setup(
-    node: &NodeArgs,
-    config: ReceiverConfig,
-    recorder: ReceiverRecorder,
-    beside: Option<Beside>,
+/// What the host runs of a config, until a signal comes: the receiver that `build` makes, whose records `recorder` keeps.
+#[must_use]
+pub fn setup(
+    config: &ReceiverConfig,
+    build: BuildNode<Receiver>,
+    recorder: Box<dyn Recorder<ReceiverSnapshot>>,
 ) -> Setup<Receiver> {
-    let args = node.clone();
     Setup {
         name: config.name.clone(),
         role: "receiver",
@@ -97,13 +109,10 @@ fn setup(
         send_stamps: true,
         wiring: config.wiring(),
         timing: config.timing_endpoints(),
-        run_for: node.run_for,
-        build: Box::new(move |start, epoch| {
-            let drives = drives(&config, epoch).map_err(|error| args.wrong(error))?;
-            build(&args, &config, drives, start, epoch)
-        }),
-        recorder: Box::new(recorder),
-        beside,
+        run_for: None,
+        build,
+        recorder,
+        beside: None,
     }
 }
 

@@ -4,7 +4,8 @@ mod recorder;
 
 use coaxle_clock::{Instant, Local};
 use coaxle_host::cli::Exit;
-use coaxle_host::{Beside, NodeArgs, Rows, Setup};
+use coaxle_host::{Beside, BuildNode, NodeArgs, Recorder, Rows, Setup};
+use coaxle_node::Node;
 
 use crate::config::SenderConfig;
 use crate::node::Sender;
@@ -36,7 +37,14 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
         return args.say_ok().map(|()| Exit::Done);
     }
     args.die_with_parent()?;
-    let outcome = coaxle_host::run(setup(args, config, beside)?)?;
+    let recorder = SenderRecorder::new(&config, rows(args, &config)?);
+    let (args_of_node, node) = (args.clone(), config.clone());
+    let build = move |start, epoch| build(&args_of_node, &node, start, epoch);
+    let outcome = coaxle_host::run(Setup {
+        run_for: args.run_for,
+        beside,
+        ..setup(&config, Box::new(build), Box::new(recorder))
+    })?;
     tracing::info!(
         cycles = outcome.cycles,
         published = outcome.published,
@@ -47,14 +55,14 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn setup(
-    args: &Args,
-    config: SenderConfig,
-    beside: Option<Beside>,
-) -> anyhow::Result<Setup<Sender>> {
-    let recorder = SenderRecorder::new(&config, rows(args, &config)?);
-    let node = args.clone();
-    Ok(Setup {
+/// What the host runs of a config, until a signal comes: the node that `build` makes, whose records `recorder` keeps.
+#[must_use]
+pub fn setup<N: Node>(
+    config: &SenderConfig,
+    build: BuildNode<N>,
+    recorder: Box<dyn Recorder<N::Snapshot>>,
+) -> Setup<N> {
+    Setup {
         name: config.name.clone(),
         role: "sender",
         transport: config.transport.clone(),
@@ -64,11 +72,11 @@ fn setup(
         send_stamps: config.send_stamps,
         wiring: config.wiring(),
         timing: config.timing_endpoints(),
-        run_for: args.run_for,
-        build: Box::new(move |start, epoch| build(&node, &config, start, epoch)),
-        recorder: Box::new(recorder),
-        beside,
-    })
+        run_for: None,
+        build,
+        recorder,
+        beside: None,
+    }
 }
 
 fn rows(args: &Args, config: &SenderConfig) -> anyhow::Result<Rows> {

@@ -66,7 +66,9 @@ pub trait Recorder<S>: Send {
 
     /// What to add to the node's status, a few times a second. A text under `health` is the
     /// node's own opinion: it shows while the network gives no reason for a worse one.
-    fn status(&self) -> Map<String, Value>;
+    fn status(&self) -> Map<String, Value> {
+        Map::new()
+    }
 
     /// The node's whole status, as it was published at `at`: JSON.
     fn reported(&mut self, at: Instant<Machine>, status: &str) {
@@ -77,7 +79,9 @@ pub trait Recorder<S>: Send {
     ///
     /// # Errors
     /// Whatever was recorded could not be kept.
-    fn finish(&mut self) -> anyhow::Result<()>;
+    fn finish(&mut self) -> anyhow::Result<()> {
+        Ok(())
+    }
 }
 
 /// The fields of a structure, as a recorder adds them to the status; none of anything else.

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use anyhow::Context;
-use coaxle_clock::{Instant, Local, Span};
+use coaxle_clock::{Instant, Span};
 use coaxle_host::{Recorder, Setup};
 use coaxle_node::config::{RealTimeConfig, parse};
 use coaxle_node::frame::KeySeal;
@@ -81,32 +81,15 @@ pub(super) fn sender_config(text: &str) -> anyhow::Result<SenderConfig> {
     Ok(parse(SENDER, text)?)
 }
 
-/// What a sender becomes before it is run.
-pub(super) type Wrap<N> = Box<dyn FnOnce(Sender) -> anyhow::Result<N>>;
-
 /// The sender as its own program runs it, but for who keeps its records and what `wrap` makes of it.
 pub(super) fn sender_setup<N: Node + 'static>(
     config: &SenderConfig,
     recorder: Box<dyn Recorder<N::Snapshot>>,
-    wrap: Wrap<N>,
+    wrap: impl FnOnce(Sender) -> N + 'static,
 ) -> Setup<N> {
     let node = config.clone();
-    let build = move |start: Instant<Local>, epoch| wrap(Sender::new(&node, start, epoch)?);
-    Setup {
-        name: config.name.clone(),
-        role: "sender",
-        transport: config.transport.clone(),
-        real_time: config.real_time,
-        clock: config.clock.clone(),
-        seed: config.seed,
-        send_stamps: config.send_stamps,
-        wiring: config.wiring(),
-        timing: config.timing_endpoints(),
-        run_for: None,
-        build: Box::new(build),
-        recorder,
-        beside: None,
-    }
+    let build = move |start, epoch| Ok(wrap(Sender::new(&node, start, epoch)?));
+    coaxle_sender::run::setup(config, Box::new(build), recorder)
 }
 
 /// The receiver as its own program runs it, but for who keeps its records.
@@ -115,21 +98,13 @@ pub(super) fn receiver_setup(
     recorder: Box<dyn Recorder<ReceiverSnapshot>>,
 ) -> anyhow::Result<Setup<Receiver>> {
     let config: ReceiverConfig = parse(RECEIVER, text)?;
-    Ok(Setup {
-        name: config.name.clone(),
-        role: "receiver",
-        transport: config.transport.clone(),
-        real_time: config.real_time,
-        clock: config.clock.clone(),
-        seed: config.seed,
-        send_stamps: true,
-        wiring: config.wiring(),
-        timing: config.timing_endpoints(),
-        run_for: None,
-        build: Box::new(move |start, epoch| Ok(Receiver::new(&config, start, epoch)?)),
+    let node = config.clone();
+    let build = move |start, epoch| Ok(Receiver::new(&node, start, epoch)?);
+    Ok(coaxle_receiver::run::setup(
+        &config,
+        Box::new(build),
         recorder,
-        beside: None,
-    })
+    ))
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ const CONTENDERS: i64 = 3;
 
 /// How long it takes.
 pub(super) fn planned(settings: &Settings) -> Span {
-    (settings.turn(CONTENDERS) + WARM_UP) * CONTENDERS * i64::from(settings.rounds)
+    settings.planned(CONTENDERS, WARM_UP)
 }
 
 /// # Errors

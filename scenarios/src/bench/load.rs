@@ -38,7 +38,7 @@ const WARM_UP: Span = Span::from_secs(15);
 
 /// How long it takes.
 pub(super) fn planned(settings: &Settings) -> Span {
-    (settings.turn(CONTENDERS) + WARM_UP) * CONTENDERS * i64::from(settings.rounds)
+    settings.planned(CONTENDERS, WARM_UP)
 }
 
 /// # Errors

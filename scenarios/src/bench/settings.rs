@@ -37,6 +37,11 @@ impl Settings {
         Span::from_nanos(self.time.as_nanos() / (contenders * i64::from(self.rounds)))
     }
 
+    /// How long so many contenders take with all rounds, each of which warms up first for so long.
+    pub(super) fn planned(&self, contenders: i64, warm_up: Span) -> Span {
+        (self.turn(contenders) + warm_up) * contenders * i64::from(self.rounds)
+    }
+
     pub(super) fn nodes(&self, axes: u32) -> NodesConfig {
         NodesConfig {
             cycle: self.cycle,

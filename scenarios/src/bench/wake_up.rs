@@ -34,7 +34,7 @@ const PATIENCE: Span = Span::from_secs(30);
 
 /// How long it takes.
 pub(super) fn planned(settings: &Settings) -> Span {
-    settings.turn(CONTENDERS) * CONTENDERS * i64::from(settings.rounds)
+    settings.planned(CONTENDERS, Span::ZERO)
 }
 
 /// # Errors

@@ -10,7 +10,6 @@ use coaxle_host::{ArrivalRecord, InProcess, Machine, Record, Recorder, Setup, ma
 use coaxle_node::{Arrived, Message, Node, Outgoing};
 use coaxle_receiver::ReceiverSnapshot;
 use coaxle_sender::{Sender, SenderSnapshot};
-use serde_json::{Map, Value};
 
 use super::say_ready;
 use crate::bench::configs::{receiver_setup, sender_config, sender_setup};
@@ -22,7 +21,7 @@ pub(super) fn send(config: &str, stamps: bool, limit: Span) -> anyhow::Result<To
     if stamps {
         return run(stamped(config, &kept)?, limit, &kept);
     }
-    let setup = sender_setup(&sender_config(config)?, Box::new(Plain), Box::new(Ok));
+    let setup = sender_setup(&sender_config(config)?, Box::new(Plain), |node| node);
     run(setup, limit, &kept)
 }
 
@@ -37,8 +36,11 @@ pub(super) fn send_to_nobody(config: &str, limit: Span) -> anyhow::Result<Told> 
 
 fn stamped(config: &str, kept: &Kept) -> anyhow::Result<Setup<Stamped>> {
     let recorder = Box::new(StampKeeper(Arc::clone(kept)));
-    let wrap = Box::new(|node| Ok(Stamped::new(node)));
-    Ok(sender_setup(&sender_config(config)?, recorder, wrap))
+    Ok(sender_setup(
+        &sender_config(config)?,
+        recorder,
+        Stamped::new,
+    ))
 }
 
 /// Runs the receiver.
@@ -140,14 +142,6 @@ impl Recorder<Shown> for StampKeeper {
     fn begin(&mut self, _epoch: u64, _rows: Box<dyn Publisher>) {
         announce();
     }
-
-    fn status(&self) -> Map<String, Value> {
-        Map::new()
-    }
-
-    fn finish(&mut self) -> anyhow::Result<()> {
-        Ok(())
-    }
 }
 
 /// Keeps nothing of a sender.
@@ -158,14 +152,6 @@ impl Recorder<SenderSnapshot> for Plain {
 
     fn begin(&mut self, _epoch: u64, _rows: Box<dyn Publisher>) {
         announce();
-    }
-
-    fn status(&self) -> Map<String, Value> {
-        Map::new()
-    }
-
-    fn finish(&mut self) -> anyhow::Result<()> {
-        Ok(())
     }
 }
 
@@ -207,10 +193,6 @@ impl Recorder<ReceiverSnapshot> for ArrivalKeeper {
             used: 0,
         };
         self.waiting.push((record.ideal_start.as_nanos(), came));
-    }
-
-    fn status(&self) -> Map<String, Value> {
-        Map::new()
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
