@@ -66,7 +66,7 @@ pub(crate) const IN_FILES: &[(&str, &str, &str, &str)] = &[
         "s.toml",
         "id = 1\n",
         "id = 1\nid = 2\n",
-        "s.toml:9:1: is not valid TOML: duplicate key",
+        "s.toml:9:1: is not valid TOML: duplicate key id, expected once",
     ),
     (
         "s.toml",

@@ -59,8 +59,9 @@ impl ConfigError {
         let start = error.span().map(|span| span.start);
         let comma = start.and_then(|start| decimal_comma(text, start));
         let reason = format!(
-            "is not valid TOML: {}{}",
+            "is not valid TOML: {}{}{}",
             error.message(),
+            twice(text, error).unwrap_or_default(),
             comma.unwrap_or_default()
         );
         let position = start.map(|start| Position::of(text, start));
@@ -124,6 +125,13 @@ impl ConfigError {
         }
         Self::Wrong(renamed)
     }
+}
+
+/// Which key stands in the text twice, if that is what is wrong.
+fn twice(text: &str, error: &toml::de::Error) -> Option<String> {
+    let key = text.get(error.span()?)?;
+    let is_so = error.message() == "duplicate key";
+    is_so.then(|| format!(" {}, expected once", one_line(key)))
 }
 
 /// What may have been meant where the parser stumbles over a comma between two digits, or over what follows it.
