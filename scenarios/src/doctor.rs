@@ -172,7 +172,10 @@ fn examine(
     match Exposure::of(&transport) {
         Ok(exposure) => {
             findings.extend(of_transport(&exposure));
-            findings.extend(of_ports(&exposure.listens, firewall));
+            let beacons = config.timing_listen().filter(|at| !at.ip().is_loopback());
+            let beacons = beacons.map(|at| format!("udp/{at}"));
+            let listens: Vec<_> = exposure.listens.iter().cloned().chain(beacons).collect();
+            findings.extend(of_ports(&listens, firewall));
         }
         // What is wrong with the folder is told already.
         Err(_) if findings.iter().any(Opening::is_bad) => {}
@@ -312,6 +315,28 @@ mod tests {
                 .zip(expected)
                 .all(|(found, part)| found.contains(part));
         assert!(fits, "{found:?} but expected {expected:?}");
+    }
+
+    #[test]
+    fn beacons_that_a_firewall_keeps_out_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("belt.toml");
+        let firewall = Ok(Firewall {
+            drops: true,
+            ..Firewall::default()
+        });
+        for (listen, found) in [("0.0.0.0:7450", 1), ("127.0.0.1:7450", 0)] {
+            let axis = "[[axis]]\nid = 1\nname = 'belt'\nprogram = { limits = { velocity = 1, acceleration = 1, jerk = 1 }, steps = [] }\n";
+            let head = format!(
+                "name = 'belt'\ncycle-time-us = 1000\ntiming = {{ listen = '{listen}' }}\n"
+            );
+            std::fs::write(&file, head + axis).unwrap();
+            let findings = examine(&file, machine::wall_clock(), &firewall).unwrap();
+            let shut = findings
+                .iter()
+                .filter(|opening| opening.text.contains("udp port 7450"));
+            assert_eq!(shut.count(), found, "{listen}");
+        }
     }
 
     #[test]

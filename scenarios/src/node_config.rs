@@ -1,5 +1,6 @@
 //! The config of a node, be it a sender's, a receiver's or a gateway's.
 
+use std::net::SocketAddr;
 use std::path::Path;
 
 use coaxle_gateway::config::GatewayConfig;
@@ -62,6 +63,15 @@ impl NodeConfig {
             Self::Sender(config) => &config.transport,
             Self::Receiver(config) => &config.transport,
             Self::Gateway(config) => &config.transport,
+        }
+    }
+
+    /// Where it answers beacons, if it does.
+    #[must_use]
+    pub fn timing_listen(&self) -> Option<SocketAddr> {
+        match self {
+            Self::Sender(config) => config.timing_endpoints().listen,
+            Self::Receiver(_) | Self::Gateway(_) => None,
         }
     }
 
