@@ -173,7 +173,9 @@ impl Inbox {
         signals.outdated = counters.outdated;
         signals.waiting = self.waiting.len() as u32;
         signals.overflow = counters.overflow;
-        signals.restarts = counters.restarts;
+        // A run is shown with the first of its frames that is used, as its epoch is.
+        let not_used_yet = self.runs - self.run_of_image;
+        signals.restarts = counters.restarts.saturating_sub(not_used_yet);
         signals.foreign_frames = self.choice.foreign();
         let of = |reason| counters.rejected.of(reason);
         signals.rejected = counters.rejected.total();
@@ -465,6 +467,24 @@ mod tests {
         // What is left of the run before moves nothing, and does not take it back.
         store(&mut inbox, at(22_000), 1, 70_004);
         assert_eq!(count_of(image(&mut inbox, at(22_000))), Some(19));
+        assert_eq!(inbox.counters().restarts, 1);
+    }
+
+    #[test]
+    fn a_restart_is_shown_with_the_epoch_of_the_run_that_began() {
+        let mut inbox = inbox();
+        for count in 0..5 {
+            store(&mut inbox, at(1_000 * count), 1, count as u64);
+            let _ = image(&mut inbox, at(1_000 * count));
+        }
+        for count in 0..40 {
+            let now = at(5_000 + 1_000 * count);
+            store(&mut inbox, now, 2, count as u64);
+            let epoch = image(&mut inbox, now).map(|header| header.epoch);
+            let mut signals = FarNodeSignals::default();
+            inbox.show(&mut signals);
+            assert_eq!(epoch, Some(1 + signals.restarts), "frame {count}");
+        }
         assert_eq!(inbox.counters().restarts, 1);
     }
 

@@ -255,10 +255,15 @@ fn another_run(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
     if now.restarts <= before.restarts {
         return None;
     }
-    let mut text = "the master's node has restarted".to_owned();
-    if let (Some(before), Some(now)) = (before.epoch, now.epoch) {
-        text += &format!(": epoch {now} after {before}");
-    }
+    let text = match (before.epoch, now.epoch) {
+        (Some(before), Some(now)) if before == now => {
+            format!("the master's node goes on with another count of its run: epoch {now}")
+        }
+        (Some(before), Some(now)) => {
+            format!("the master's node has restarted: epoch {now} after {before}")
+        }
+        _ => "the master's node has restarted".to_owned(),
+    };
     Some(Note::new(Level::Warning, text))
 }
 

@@ -115,7 +115,8 @@ fn polled_or_notifying_it_gets_its_axis_back_and_is_found_again_when_it_was_away
 }
 
 #[test]
-fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_plc_in_stop_is_told() {
+fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_stop_of_the_plc_is_told_and_survived()
+ {
     let (plc, port) = (Plc::start(), free_tcp());
     let folder = tempfile::tempdir().expect("a scratch folder");
     let second = "symbol = 'G.c'\n[[output]]\nnode = 'knife'\nchannel = 'slaves'\n\
@@ -139,7 +140,7 @@ fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_plc_in_stop_is
         "slave = [{ name = 'blade', gear = { ratio = -2.0 } }]",
     );
     let others = tempfile::tempdir().expect("a scratch folder");
-    let _saw: Running = node("receiver", folder.path(), &saw);
+    let of_far_axes: Running = node("receiver", folder.path(), &saw);
     let _knife: Running = node("receiver", others.path(), &knife);
     let mut circle = Circle {
         plc: &plc,
@@ -165,6 +166,16 @@ fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_plc_in_stop_is
     let mut lines = log.lines().map_while(Result::ok);
     let told = lines.find(|line| line.contains("does not run any more (state 6)"));
     assert!(told.is_some(), "the gateway ended without a word of it");
+
+    // It goes on while both outputs are written; then one of those who fill them starts anew.
+    plc.run();
+    circle.turn_until_it_is_close("after the PLC was in stop");
+    drop(of_far_axes);
+    for _ in 0..100 {
+        circle.step();
+    }
+    let _saw: Running = node("receiver", folder.path(), &saw);
+    circle.turn_until_it_is_close("after the receiver started anew");
 }
 
 /// The gateway for two seconds, with what it logs.

@@ -80,6 +80,11 @@ impl Plc {
         self.lock().is_stopped = true;
     }
 
+    /// And into run again.
+    pub(crate) fn run(&self) {
+        self.lock().is_stopped = false;
+    }
+
     pub(crate) fn address(&self) -> SocketAddr {
         self.address
     }
