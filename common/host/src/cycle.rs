@@ -128,6 +128,7 @@ impl<N: Node> Cycle<N> {
         });
         machine::begin_cycle(clock.reference_at(node.ideal_start(now)));
         let tick = node.cycle(now);
+        let mut has_frames = false;
         while let Some(outgoing) = node.transmit() {
             let frame = OutgoingFrame {
                 channel: outgoing.channel,
@@ -135,11 +136,14 @@ impl<N: Node> Cycle<N> {
                 ideal_start: clock.reference_at(outgoing.ideal_start),
                 drift_ppm: clock.drift_ppm(),
             };
+            has_frames = true;
             if !outbox.push(&frame, outgoing.body) {
                 count(&counters.publish_dropped);
             }
         }
-        outbox.wake();
+        if has_frames {
+            outbox.wake();
+        }
         let ideal_start = clock.reference_at(tick.ideal_start);
         if let Some(inputs) = inputs {
             inputs.scan(ideal_start, woke, now);
