@@ -22,6 +22,8 @@ pub(super) struct NodesConfig {
 
 const SENDER: &str = "bench-sender";
 const RECEIVER: &str = "bench-receiver";
+/// As in the configs of the tour: a PC without real-time priority pauses for longer than the defaults bear.
+const PATIENT: &str = "[far.sync.time-sync]\nmax-cycle-index-difference = 120.0\nage-of-data-limit = 100\nautomatic-re-init = true\n";
 
 impl NodesConfig {
     /// The file of the sender, which listens there.
@@ -44,7 +46,7 @@ impl NodesConfig {
         let head = self.head(RECEIVER, "connect", Some(connect))?;
         let axes = self.axes;
         Ok(format!(
-            "{head}[[far]]\nnode = '{SENDER}'\naxes = ['1-{axes}']\n"
+            "{head}[[far]]\nnode = '{SENDER}'\naxes = ['1-{axes}']\n{PATIENT}"
         ))
     }
 
