@@ -12,6 +12,7 @@ use coaxle_host::cli::parse_duration;
 use coaxle_host::credentials::{Credentials, KEY_FILE, PROFILE_FILE, RENEW_WITHIN, date};
 use coaxle_host::fitness::{self, Finding, Weight};
 use coaxle_host::os::{Firewall, Os, System};
+use coaxle_host::transport::is_local;
 use coaxle_host::{Exposure, machine};
 use coaxle_node::keys::NodeName;
 
@@ -172,9 +173,9 @@ fn examine(
     match Exposure::of(&transport) {
         Ok(exposure) => {
             findings.extend(of_transport(&exposure));
-            let beacons = config.timing_listen().filter(|at| !at.ip().is_loopback());
-            let beacons = beacons.map(|at| format!("udp/{at}"));
-            let listens: Vec<_> = exposure.listens.iter().cloned().chain(beacons).collect();
+            let mut listens = exposure.listens;
+            let beacons = config.timing_listen().map(|at| format!("udp/{at}"));
+            listens.extend(beacons.filter(|endpoint| !is_local(endpoint)));
             findings.extend(of_ports(&listens, firewall));
         }
         // What is wrong with the folder is told already.

@@ -11,6 +11,7 @@ use coaxle_node::{AxisSample, Frame, FrameHeader, Rejection, RejectionCounters};
 
 use super::frames::Frames;
 use super::run::{Admission, RunChoice};
+use super::sequence::{Place, Sequence};
 use crate::arrivals::INBOX_CAPACITY;
 use crate::signals::FarNodeSignals;
 
@@ -173,9 +174,7 @@ impl Inbox {
         signals.outdated = counters.outdated;
         signals.waiting = self.waiting.len() as u32;
         signals.overflow = counters.overflow;
-        // A run is shown with the first of its frames that is used, as its epoch is.
-        let not_used_yet = self.runs - self.run_of_image;
-        signals.restarts = counters.restarts.saturating_sub(not_used_yet);
+        signals.restarts = counters.restarts;
         signals.foreign_frames = self.choice.foreign();
         let of = |reason| counters.rejected.of(reason);
         signals.rejected = counters.rejected.total();
@@ -197,6 +196,8 @@ impl Inbox {
         Counters {
             expected: self.expected_before.saturating_add(expected),
             lost: self.lost_before.saturating_add(lost),
+            // A run counts from the first of its frames that is used on, as its epoch does.
+            restarts: self.run_of_image.saturating_sub(1),
             ..self.counters
         }
     }
@@ -230,7 +231,6 @@ impl Inbox {
         self.runs += 1;
         self.counters.in_order += 1;
         if let Some(Sender { sequence, .. }) = &self.sender {
-            self.counters.restarts += 1;
             self.expected_before = self.expected_before.saturating_add(sequence.expected());
             self.lost_before = self.lost_before.saturating_add(sequence.missing());
         }
@@ -253,66 +253,6 @@ impl Inbox {
             self.image = Some(*header);
             self.run_of_image = self.runs;
         }
-    }
-}
-
-/// Which counts of a run have come, exactly, for all that are at most 64 behind the newest.
-#[derive(Clone, Copy, Debug)]
-struct Sequence {
-    first: u64,
-    newest: u64,
-    /// Bit n: count `newest − n` has come.
-    seen: u64,
-    distinct: u64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Place {
-    Newest,
-    Overtaken,
-    Repeated,
-    /// Nobody knows any more whether it has come before.
-    Outdated,
-}
-
-impl Sequence {
-    const fn starting_at(count: u64) -> Self {
-        Self {
-            first: count,
-            newest: count,
-            seen: 1,
-            distinct: 1,
-        }
-    }
-
-    fn place(&mut self, count: u64) -> Place {
-        if count > self.newest {
-            let ahead = count - self.newest;
-            self.seen = if ahead < 64 { self.seen << ahead } else { 0 } | 1;
-            self.newest = count;
-            self.distinct += 1;
-            return Place::Newest;
-        }
-        let behind = self.newest - count;
-        if count < self.first || behind >= 64 {
-            return Place::Outdated;
-        }
-        let bit = 1 << behind;
-        if self.seen & bit != 0 {
-            return Place::Repeated;
-        }
-        self.seen |= bit;
-        self.distinct += 1;
-        Place::Overtaken
-    }
-
-    /// From the first to the newest.
-    const fn expected(&self) -> u64 {
-        (self.newest - self.first).saturating_add(1)
-    }
-
-    const fn missing(&self) -> u64 {
-        self.expected() - self.distinct
     }
 }
 
@@ -354,6 +294,12 @@ mod tests {
         let image = inbox.image(cycle_start, |_, _, _| {});
         inbox.end_cycle(cycle_start);
         image
+    }
+
+    /// A message of a run that comes as a cycle begins, and what that sees.
+    fn cycle_with(inbox: &mut Inbox, now: i64, epoch: u64, count: u64) -> Option<FrameHeader> {
+        store(inbox, at(now), epoch, count);
+        image(inbox, at(now))
     }
 
     #[test]
@@ -457,10 +403,9 @@ mod tests {
         store(&mut inbox, at(0), 1, 70_000);
         store(&mut inbox, at(1_000), 1, 70_003);
         for count in 0..20 {
-            let now = at(2_000 + 1_000 * count);
-            store(&mut inbox, now, 2, count as u64);
+            let image = cycle_with(&mut inbox, 2_000 + 1_000 * count, 2, count as u64);
             let expected = if count > 9 { count as u64 } else { 70_003 };
-            assert_eq!(count_of(image(&mut inbox, now)), Some(expected));
+            assert_eq!(count_of(image), Some(expected));
         }
         let counters = inbox.counters();
         assert_eq!((counters.restarts, counters.lost), (1, 2));
@@ -474,13 +419,11 @@ mod tests {
     fn a_restart_is_shown_with_the_epoch_of_the_run_that_began() {
         let mut inbox = inbox();
         for count in 0..5 {
-            store(&mut inbox, at(1_000 * count), 1, count as u64);
-            let _ = image(&mut inbox, at(1_000 * count));
+            cycle_with(&mut inbox, 1_000 * count, 1, count as u64);
         }
         for count in 0..40 {
-            let now = at(5_000 + 1_000 * count);
-            store(&mut inbox, now, 2, count as u64);
-            let epoch = image(&mut inbox, now).map(|header| header.epoch);
+            let image = cycle_with(&mut inbox, 5_000 + 1_000 * count, 2, count as u64);
+            let epoch = image.map(|header| header.epoch);
             let mut signals = FarNodeSignals::default();
             inbox.show(&mut signals);
             assert_eq!(epoch, Some(1 + signals.restarts), "frame {count}");
@@ -507,8 +450,7 @@ mod tests {
     fn a_backlog_never_reaches_the_image() {
         let mut inbox = inbox();
         for count in 0..100 {
-            store(&mut inbox, at(1_000 * count), 1, count as u64);
-            let _ = image(&mut inbox, at(1_000 * count));
+            cycle_with(&mut inbox, 1_000 * count, 1, count as u64);
         }
         // The receiver stood still for a second; half of the backlog comes, all of it old.
         for count in 100..600 {

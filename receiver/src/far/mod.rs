@@ -12,6 +12,7 @@ mod inbox;
 mod limited;
 mod orders;
 mod run;
+mod sequence;
 mod take_over;
 
 use coaxle_clock::cycle::Tick;

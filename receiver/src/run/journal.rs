@@ -424,6 +424,20 @@ mod tests {
     }
 
     #[test]
+    fn another_count_of_the_same_run_is_no_restart() {
+        let mut before = following(Health::Ok, StateName::Sync);
+        before.signals.far[0].epoch = Some(7);
+        let mut after = before.clone();
+        after.signals.far[0].restarts = 1;
+        let told = told(&[before, after]);
+        let text = "the master's node goes on with another count of its run: epoch 7";
+        assert!(
+            as_texts(&told).contains(&(Level::Warning, text)),
+            "{told:?}"
+        );
+    }
+
+    #[test]
     fn each_change_is_told_once() {
         let mut warned = following(Health::Ok, StateName::Sync);
         warned.signals.far[0].warning = SyncWarning::DriftChangedSignificantly.code();

@@ -1,5 +1,6 @@
 """What the tests share."""
 
+import os
 import socket
 from pathlib import Path
 
@@ -20,3 +21,12 @@ def endpoint() -> str:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         return f"tcp/127.0.0.1:{free.getsockname()[1]}"
+
+
+@pytest.fixture
+def tool() -> str:
+    """The tool of the same build, where COAXLE_TOOL says which."""
+    path = os.environ.get("COAXLE_TOOL")
+    if path is None:
+        pytest.skip("COAXLE_TOOL says no tool")
+    return path

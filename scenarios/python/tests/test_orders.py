@@ -1,7 +1,6 @@
 """Python and a receiver in a process of its own: orders to its slave, and an axis of Python's that its slave follows."""
 
 import csv
-import os
 import subprocess
 import threading
 import time
@@ -10,9 +9,6 @@ import numpy as np
 import pytest
 
 import coaxle
-
-TOOL = os.environ.get("COAXLE_TOOL")
-pytestmark = pytest.mark.skipif(TOOL is None, reason="COAXLE_TOOL says no tool that can be the receiver")
 
 CYCLE_S = 0.002
 #: Velocity, acceleration and jerk of the slave, u/s, u/s², u/s³.
@@ -46,11 +42,11 @@ PATIENCE_S = 60.0
 class Receiver:
     """A receiver, and who commands it."""
 
-    def __init__(self, folder, endpoint, config):
+    def __init__(self, tool, folder, endpoint, config):
         (folder / "saw.toml").write_text(config)
         self.trace = folder / "trace.csv"
         self.process = subprocess.Popen(
-            [TOOL, "receiver", folder / "saw.toml", "--listen", endpoint, "--trace", self.trace, "--quiet"]
+            [tool, "receiver", folder / "saw.toml", "--listen", endpoint, "--trace", self.trace, "--quiet"]
         )
 
     def stop(self):
@@ -78,11 +74,11 @@ class Receiver:
 
 
 @pytest.fixture
-def receiver(tmp_path, endpoint):
+def receiver(tool, tmp_path, endpoint):
     started = []
 
     def start(config):
-        started.append(Receiver(tmp_path, endpoint, config))
+        started.append(Receiver(tool, tmp_path, endpoint, config))
         return started[-1]
 
     yield start
