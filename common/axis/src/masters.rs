@@ -30,13 +30,15 @@ impl Masters {
         }
     }
 
-    /// The same, with what is known of the direction of those that are measured, by their number.
-    #[must_use]
-    pub fn going(mut self, travel: impl IntoIterator<Item = Option<TravelDirection>>) -> Self {
-        for (place, direction) in self.travel.iter_mut().zip(travel) {
-            *place = direction;
+    /// One more, by its number, with what is known of its direction if it is measured; without effect where that is none
+    /// that there can be.
+    pub fn put(&mut self, number: usize, set: &Kinematics, travel: Option<TravelDirection>) {
+        if let (Some(place), Some(direction)) =
+            (self.all.get_mut(number), self.travel.get_mut(number))
+        {
+            *place = Some(*set);
+            *direction = travel;
         }
-        self
     }
 
     /// Where a master goes, or went last, if it is measured in increments and these tell: then nothing else

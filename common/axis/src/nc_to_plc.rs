@@ -94,6 +94,7 @@ impl NcToPlcAxis {
     pub const LARGEST: f64 = 1e15;
 
     /// The same with its positions by the turn, if it turns: as they are, if it does not.
+    #[inline]
     #[must_use]
     pub fn by_turns(mut self, modulo: Option<Modulo>) -> Self {
         let actual = ModuloPosition::of(self.actual_position, modulo);

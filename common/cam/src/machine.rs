@@ -15,7 +15,7 @@ use coaxle_curve::profile::Kinematics;
 pub const MOST_PLATES: usize = 4;
 
 /// How many finished commands can still be asked about.
-const FINISHED: usize = 16;
+const FINISHED: usize = u16::BITS as usize;
 
 /// What a coupling knows of its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,8 +67,8 @@ pub struct CamCoupling {
     jobs: u32,
     finished: [Option<(Job, CouplingState)>; FINISHED],
     next_finished: usize,
-    /// Which of them nobody has been told of.
-    untold: [bool; FINISHED],
+    /// Which of them nobody has been told of, a bit for each place.
+    untold: u16,
 }
 
 /// The two worlds, which exclude each other.
@@ -101,7 +101,7 @@ impl CamCoupling {
             jobs: 0,
             finished: [None; FINISHED],
             next_finished: 0,
-            untold: [false; FINISHED],
+            untold: 0,
         })
     }
 
@@ -209,8 +209,11 @@ impl CamCoupling {
     /// The bits of `nStateDWord` that tell what is queued, 21 to 23.
     #[must_use]
     pub fn state_word(&self, tables: &Tables) -> StateWord {
-        let queued = |has: fn(&Queue) -> bool| self.queues.iter().any(has);
         let mut word = StateWord::empty();
+        if self.kind.is_none() {
+            return word;
+        }
+        let queued = |has: fn(&Queue) -> bool| self.queues.iter().any(has);
         word.set(
             StateWord::CAM_TABLE_QUEUED,
             queued(|queue| queue.table.is_some()),
@@ -299,18 +302,20 @@ impl CamCoupling {
         self.finished[place] = Some((job, state));
         self.next_finished = (place + 1) % FINISHED;
         // Whoever began the coupling sees its end by itself.
-        self.untold[place] = Some(job) != self.first;
+        let is_untold = Some(job) != self.first;
+        self.untold = self.untold & !(1 << place) | u16::from(is_untold) << place;
     }
 
     /// The next job that has come to its end, of those that did not begin the coupling.
     pub(super) fn next_ended(&mut self) -> Option<Job> {
-        let places = (self.next_finished..FINISHED).chain(0..self.next_finished);
-        for place in places {
-            if core::mem::take(&mut self.untold[place]) {
-                return self.finished[place].map(|(job, _)| job);
-            }
+        if self.untold == 0 {
+            return None;
         }
-        None
+        let oldest = self.next_finished;
+        let from_oldest = self.untold.rotate_right(oldest as u32);
+        let place = (oldest + from_oldest.trailing_zeros() as usize) % FINISHED;
+        self.untold &= !(1 << place);
+        self.finished[place].map(|(job, _)| job)
     }
 }
 

@@ -234,25 +234,31 @@ pub(super) struct CorrectionTimes {
     pub(super) observer: Option<Seconds>,
 }
 
-/// The candidates of one cycle, one per mode; none where a mode has no correction time.
+/// What the set values of one cycle come from, in any mode.
 #[derive(Clone, Copy)]
 struct Candidates {
     received: SetValues,
     filtered: SetValues,
-    sync: Option<SetValues>,
-    time: Option<SetValues>,
-    observer: Option<SetValues>,
+    /// What extrapolating takes into account of it, u/s².
+    acceleration: f64,
+    corrections: CorrectionTimes,
 }
 
 impl Candidates {
+    /// Those of a mode; none where it has no correction time.
     fn of(&self, mode: ExtrapolateMode) -> Option<SetValues> {
-        match mode {
-            ExtrapolateMode::Bypass => Some(self.received),
-            ExtrapolateMode::Pt1 => Some(self.filtered),
-            ExtrapolateMode::Sync => self.sync,
-            ExtrapolateMode::Time => self.time,
-            ExtrapolateMode::Observer => self.observer,
-        }
+        let Seconds(dt) = match mode {
+            ExtrapolateMode::Bypass => return Some(self.received),
+            ExtrapolateMode::Pt1 => return Some(self.filtered),
+            ExtrapolateMode::Sync => self.corrections.sync?,
+            ExtrapolateMode::Time => self.corrections.time?,
+            ExtrapolateMode::Observer => self.corrections.observer?,
+        };
+        let SetValues { position, velocity } = self.received;
+        Some(SetValues {
+            position: position + (velocity + 0.5 * self.acceleration * dt) * dt,
+            velocity: velocity + self.acceleration * dt,
+        })
     }
 }
 
@@ -383,16 +389,11 @@ impl AxisExtrapolate {
         } else {
             0.0
         };
-        let extrapolated = |Seconds(dt)| SetValues {
-            position: received.position + (received.velocity + 0.5 * acceleration * dt) * dt,
-            velocity: received.velocity + acceleration * dt,
-        };
         Candidates {
             received,
             filtered: SetValues { position, velocity },
-            sync: corrections.sync.map(extrapolated),
-            time: corrections.time.map(extrapolated),
-            observer: corrections.observer.map(extrapolated),
+            acceleration,
+            corrections,
         }
     }
 

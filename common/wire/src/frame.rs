@@ -7,6 +7,7 @@
 use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Span};
 use coaxle_curve::profile::Kinematics;
+use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
 use crate::keys::NodeName;
@@ -319,7 +320,42 @@ fn diagnose_damage(walked: Result<(), Rejection>) -> Rejection {
 }
 
 pub(crate) fn write<T: Serialize>(value: &T, out: &mut [u8]) -> Option<usize> {
-    postcard::to_slice(value, out).ok().map(|used| used.len())
+    let room = out.len();
+    let left = postcard::serialize_with_flavor(value, Room(out)).ok()?;
+    Some(room - left)
+}
+
+/// What is left of the bytes that postcard writes to. Its own slice copies each integer by a call of `memcpy`, which waits
+/// for the bytes that were only just written.
+struct Room<'a>(&'a mut [u8]);
+
+impl Flavor for Room<'_> {
+    /// How many are left.
+    type Output = usize;
+
+    #[inline]
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        let place = self.0.split_off_first_mut();
+        *place.ok_or(postcard::Error::SerializeBufferFull)? = byte;
+        Ok(())
+    }
+
+    #[inline]
+    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+        match <&[u8; 8]>::try_from(bytes) {
+            Ok(real) => {
+                let place = self.0.split_off_mut(..real.len());
+                let place = place.ok_or(postcard::Error::SerializeBufferFull)?;
+                place.copy_from_slice(real);
+                Ok(())
+            }
+            Err(_) => bytes.iter().try_for_each(|byte| self.try_push(*byte)),
+        }
+    }
+
+    fn finalize(self) -> postcard::Result<usize> {
+        Ok(self.0.len())
+    }
 }
 
 pub(crate) fn read<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(T, &'a [u8]), Rejection> {

@@ -1,5 +1,6 @@
 //! Slaves as a config has them: checked, and in an order in which masters come before their slaves.
 
+use coaxle_axis::NcToPlcAxis;
 use coaxle_cam::Tables;
 use coaxle_clock::CycleTime;
 use coaxle_gear::LinearGear;
@@ -45,7 +46,7 @@ impl Slaves {
         Ok(Self {
             plates: Some(Box::new(plates)),
             leads,
-            axes: Vec::with_capacity(slaves.len()),
+            axes: vec![NcToPlcAxis::default(); slaves.len()].into(),
             slaves,
             order,
             by_id,

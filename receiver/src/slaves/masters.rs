@@ -3,51 +3,56 @@
 use coaxle_axis::Masters;
 
 use super::Master;
-use crate::config::MasterRef;
 
-/// What leads a slave in a cycle, by the number of the master; none where there is nothing of it yet.
+/// What leads a slave in a cycle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SlaveMasters {
-    all: [Option<Master>; Masters::MOST],
+    /// It sees those, too, that are lost or in error.
+    follows: bool,
     count: usize,
+    first: Option<Master>,
+    are_ready: bool,
+    as_couplings_see: Masters,
 }
 
 impl SlaveMasters {
-    /// Those that these mean.
-    pub(super) fn of(
-        sources: &[MasterRef],
-        mut master: impl FnMut(MasterRef) -> Option<Master>,
-    ) -> Self {
-        let mut all = [None; Masters::MOST];
-        for (place, source) in all.iter_mut().zip(sources) {
-            *place = master(*source);
+    /// None so far. A slave that `follows` a master that is lost or in error sees all that there is anything of, others
+    /// only those that are sound.
+    pub(super) fn none(follows: bool) -> Self {
+        Self {
+            follows,
+            count: 0,
+            first: None,
+            are_ready: true,
+            as_couplings_see: Masters::default(),
         }
-        let count = sources.len();
-        Self { all, count }
     }
 
-    /// The master of everything that has but one.
+    /// The next of them; none where there is nothing of it yet.
+    pub(super) fn add(&mut self, master: Option<Master>) {
+        if self.count == 0 {
+            self.first = master;
+        }
+        self.are_ready &= master.is_some_and(|master| master.is_ready);
+        if let Some(seen) = master.filter(|master| self.follows || master.is_sound) {
+            let couplings = &mut self.as_couplings_see;
+            couplings.put(self.count, &seen.set, seen.travel);
+        }
+        self.count += 1;
+    }
+
+    /// The master of everything that has but one; none where there is nothing of it yet.
     pub(super) const fn first(&self) -> Option<&Master> {
-        self.all[0].as_ref()
+        self.first.as_ref()
     }
 
     /// All of them are there, without an error, and their clocks are known.
-    pub(super) fn are_ready(&self) -> bool {
-        let mut all = self.all.iter().take(self.count);
-        all.all(|master| master.is_some_and(|master| master.is_ready))
+    pub(super) const fn are_ready(&self) -> bool {
+        self.are_ready
     }
 
-    /// All that there is anything of, be it lost or in error.
-    pub(super) fn all(&self) -> Masters {
-        as_couplings_see(self.all)
+    /// As couplings see them.
+    pub(super) const fn as_couplings_see(&self) -> &Masters {
+        &self.as_couplings_see
     }
-
-    /// As couplings see them: none where one is lost or in error.
-    pub(super) fn sound(&self) -> Masters {
-        as_couplings_see(self.all.map(|master| master.filter(|one| one.is_sound)))
-    }
-}
-
-fn as_couplings_see(all: [Option<Master>; Masters::MOST]) -> Masters {
-    Masters::of(all.map(|master| Some(master?.set))).going(all.map(|master| master?.travel))
 }

@@ -8,7 +8,7 @@ mod plates;
 mod slave;
 mod tool;
 
-use coaxle_axis::{CoupleState, Job, NcToPlcAxis, Origin, TravelDirection};
+use coaxle_axis::{Job, NcToPlcAxis, Origin, TravelDirection};
 use coaxle_cam::Tables;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
@@ -35,8 +35,8 @@ pub(crate) struct Slaves {
     by_id: Vec<usize>,
     /// Whether each of them leads another.
     leads: Vec<bool>,
-    /// What is published of them.
-    axes: Vec<NcToPlcAxis>,
+    /// What is published of them: a place for each.
+    axes: Box<[NcToPlcAxis]>,
 }
 
 /// A master, of this cycle.
@@ -67,11 +67,14 @@ impl Slaves {
     ) {
         for place in 0..self.order.len() {
             let n = self.order[place];
-            let masters = SlaveMasters::of(self.slaves[n].sources(), |source| match source {
-                MasterRef::Far(axis) => far[axis],
-                MasterRef::Virtual(axis) => Some(virtual_axes[axis]),
-                MasterRef::Slave(master) => self.slaves[master].as_master(),
-            });
+            let mut masters = SlaveMasters::none(self.slaves[n].follows());
+            for source in self.slaves[n].sources() {
+                masters.add(match *source {
+                    MasterRef::Far(axis) => far[axis],
+                    MasterRef::Virtual(axis) => Some(virtual_axes[axis]),
+                    MasterRef::Slave(master) => self.slaves[master].as_master(),
+                });
+            }
             self.turn(n, |slave| slave.cycle(&masters, elapsed));
         }
     }
@@ -119,32 +122,35 @@ impl Slaves {
         done
     }
 
+    /// A question to a slave, which has no need of plates as long as none ever came.
+    fn ask<T>(&mut self, n: usize, ask: impl FnOnce(&Slave) -> T) -> T {
+        match &self.plates {
+            Some(plates) if plates.selections() > 0 => self.turn(n, |slave| ask(slave)),
+            _ => ask(&self.slaves[n]),
+        }
+    }
+
     /// The axis structures of all slaves that have something to say, by id.
     pub(crate) fn axes(&mut self) -> &[NcToPlcAxis] {
-        self.axes.clear();
+        let mut axes = core::mem::take(&mut self.axes);
+        let mut said = 0;
         for place in 0..self.by_id.len() {
             let n = self.by_id[place];
-            let Some(mut axis) = self.turn(n, |slave| slave.axis_struct()) else {
-                continue;
-            };
-            if self.leads[n] {
-                axis.couple_state = match axis.couple_state {
-                    CoupleState::Slave => CoupleState::MasterSlave,
-                    _ => CoupleState::Master,
-                };
-            }
-            self.axes.push(axis);
+            let leads = self.leads[n];
+            let says = self.ask(n, |slave| slave.say(leads, &mut axes[said]));
+            said += usize::from(says);
         }
-        &self.axes
+        self.axes = axes;
+        &self.axes[..said]
     }
 
     /// Fills in what they show of themselves.
     pub(crate) fn show(&mut self, shown: &mut ReceiverSnapshot) {
         let places = shown.signals.slaves.iter_mut().zip(&mut shown.faults);
         for (n, (signals, faults)) in places.enumerate().take(self.slaves.len()) {
-            self.turn(n, |slave| {
+            self.ask(n, |slave| {
                 *faults = slave.faults();
-                *signals = slave.signals(faults);
+                slave.show(faults, signals);
             });
         }
     }

@@ -1,7 +1,9 @@
 //! One slave: program, commands, coupling and life cycle, drive.
 
 use coaxle_axis::drive::DriveKind;
-use coaxle_axis::{AxisStatus, CommandState, Job, Masters, Modulo, NcToPlcAxis, Origin, StateWord};
+use coaxle_axis::{
+    AxisStatus, CommandState, CoupleState, Job, Modulo, NcToPlcAxis, Origin, StateWord,
+};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::CommandOutcome;
@@ -92,17 +94,8 @@ impl Slave {
             Some(master) if self.follows => master.error_code,
             _ => 0,
         };
-        self.axis.update(self.followed(masters), elapsed);
+        self.axis.update(*masters.as_couplings_see(), elapsed);
         self.take_ended_jobs();
-    }
-
-    /// The masters as its axis sees them.
-    fn followed(&self, masters: &SlaveMasters) -> Masters {
-        if self.follows {
-            masters.all()
-        } else {
-            masters.sound()
-        }
     }
 
     /// What became of jobs that have come to their end: some are refused only when they are due.
@@ -186,9 +179,9 @@ impl Slave {
         let Some(start) = self.start.take() else {
             return false;
         };
-        let followed = self.followed(masters);
+        let masters = *masters.as_couplings_see();
         match (
-            self.axis.switch_on_coupled(&start, followed),
+            self.axis.switch_on_coupled(&start, masters),
             &mut self.program,
         ) {
             (Ok(job), Some(program)) => program.started(job),
@@ -205,6 +198,11 @@ impl Slave {
         &self.sources
     }
 
+    /// Whether it goes on following a master that is lost or in error.
+    pub(super) const fn follows(&self) -> bool {
+        self.follows
+    }
+
     /// As the master of another slave; none until it is coupled, if it is to be from the start.
     pub(super) fn as_master(&self) -> Option<Master> {
         let error = self.error();
@@ -217,15 +215,24 @@ impl Slave {
         })
     }
 
-    /// None until it is coupled, if it is to be from the start: it has nothing to say before.
-    pub(super) fn axis_struct(&self) -> Option<NcToPlcAxis> {
-        let _ = self.set()?;
-        let mut axis = self.axis.axis_struct(self.id);
+    /// Writes what the world is told of it, whether or not it `leads` another. Nothing until it is coupled, if it is to
+    /// be from the start; gives whether there was something.
+    pub(super) fn say(&self, leads: bool, axis: &mut NcToPlcAxis) -> bool {
+        if self.set().is_none() {
+            return false;
+        }
+        self.axis.write_axis_struct(self.id, axis);
+        if leads {
+            axis.couple_state = match axis.couple_state {
+                CoupleState::Slave => CoupleState::MasterSlave,
+                _ => CoupleState::Master,
+            };
+        }
         if axis.error_code == 0 && self.error_of_master != 0 {
             axis.error_code = self.error_of_master;
             axis.state_word.insert(StateWord::ERROR);
         }
-        Some(axis)
+        true
     }
 
     pub(super) const fn error(&self) -> Option<SlaveError> {
@@ -316,14 +323,16 @@ impl Slave {
         }
     }
 
-    pub(super) fn signals(&self, faults: &SlaveFaults) -> SlaveSignals {
+    /// Writes what it shows of itself.
+    pub(super) fn show(&self, faults: &SlaveFaults, signals: &mut SlaveSignals) {
         let (drive, set) = (self.axis.actual(), self.set());
         let attachment = drive.attachment;
         let program = self.program.as_ref().map(Program::snapshot);
         let sync = self.axis.sync_positions();
-        let cam = self.phase().and_then(|_| self.axis.cam_state());
+        let phase = self.phase();
+        let cam = phase.and_then(|_| self.axis.cam_state());
         let queued = self.axis.cam_queued();
-        SlaveSignals {
+        *signals = SlaveSignals {
             position: set.map(|set| set.position),
             modulo_position: by_turns(set.map(|set| set.position), self.axis.modulo()),
             master_position: self.master_position,
@@ -336,7 +345,7 @@ impl Slave {
             distance: self.axis.distance(),
             set_anew: self.axis.times_set_anew(),
             state: self.status(),
-            phase: self.phase(),
+            phase,
             cam_table: cam.map(|cam| cam.table),
             cam_master_position: cam.map(|cam| cam.master_cam_position),
             cam_slave_position: cam.map(|cam| cam.slave_cam_position),
@@ -357,7 +366,7 @@ impl Slave {
             drive_position: self.axis.actual_position(),
             drive_velocity: drive.velocity,
             following_error: drive.following_error,
-        }
+        };
     }
 
     /// None until it is coupled, if it is to be from the start: only then it is known where it is.

@@ -75,6 +75,12 @@ use self::target::{Course, Target};
 pub struct SetValueGuard {
     envelope: Envelope,
     policy: DistancePolicy,
+    history: GuardHistory,
+}
+
+/// What a guard knows of the cycles so far: all of it that changes from one to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GuardHistory {
     /// What has left it.
     set: Differences,
     target: Target,
@@ -114,10 +120,7 @@ impl SetValueGuard {
         Ok(Self {
             envelope: Envelope::new(limits, min, max, received),
             policy: DistancePolicy::default(),
-            set: Differences::up_to(&here, received),
-            target: Target::at(&here, received),
-            offset: 0.0,
-            passed: LANDED,
+            history: GuardHistory::of(&here, received),
         })
     }
 
@@ -125,12 +128,19 @@ impl SetValueGuard {
     /// from a motion. The step to it is not guarded. What is no number counts as zero, a position as the
     /// last one.
     pub fn start(&mut self, here: &Kinematics) {
-        let here = finite(here, self.set.position);
-        let cycle_time = self.envelope.cycle_time;
-        self.set = Differences::up_to(&here, cycle_time);
-        self.target = Target::at(&here, cycle_time);
-        self.offset = 0.0;
-        self.passed = LANDED;
+        let here = finite(here, self.history.set.position);
+        self.history = GuardHistory::of(&here, self.envelope.cycle_time);
+    }
+
+    /// What it knows of the cycles so far, to [go back to](Self::go_back).
+    #[must_use]
+    pub const fn history(&self) -> GuardHistory {
+        self.history
+    }
+
+    /// What came since then did not happen: no set values of it have left.
+    pub const fn go_back(&mut self, history: GuardHistory) {
+        self.history = history;
     }
 
     /// Other limits from the next cycle on, in u/s, u/s² and u/s³. The jerk keeps them at once; acceleration
@@ -149,7 +159,7 @@ impl SetValueGuard {
     pub fn set_distance_policy(&mut self, policy: DistancePolicy) {
         self.policy = policy;
         if policy != DistancePolicy::VeloSync {
-            self.offset = 0.0;
+            self.history.offset = 0.0;
         }
     }
 
@@ -173,7 +183,7 @@ impl SetValueGuard {
     pub fn update(&mut self, target: &Kinematics, elapsed: u32) -> Guarded {
         let elapsed = elapsed.max(1);
         let cycles = f64::from(elapsed);
-        self.target = self.target.then(target, cycles, self.envelope.rate);
+        self.history.target = self.history.target.then(target, cycles, self.envelope.rate);
         let state = if is_finite(target) {
             self.follow(target, elapsed)
         } else {
@@ -182,7 +192,7 @@ impl SetValueGuard {
         Guarded {
             set: self.set_values(target, state),
             state,
-            distance: self.set.position - self.target.last_position(),
+            distance: self.history.set.position - self.history.target.last_position(),
         }
     }
 
@@ -191,7 +201,7 @@ impl SetValueGuard {
     /// from its differences, and else as the positions say.
     #[must_use]
     pub fn borne_out(&self, set: &Kinematics) -> Kinematics {
-        let seen = self.envelope.state_now(&self.set);
+        let seen = self.envelope.state_now(&self.history.set);
         let (velocity, acceleration) = (
             (set.velocity - seen.velocity).abs(),
             (set.acceleration - seen.acceleration).abs(),
@@ -209,10 +219,10 @@ impl SetValueGuard {
     fn follow(&mut self, target: &Kinematics, elapsed: u32) -> GuardState {
         let wanted = self.position_to_follow(target);
         let rate = self.envelope.rate;
-        let next = self.set.then(wanted, f64::from(elapsed), rate);
+        let next = self.history.set.then(wanted, f64::from(elapsed), rate);
         if self.passes(&next) {
-            self.set = next;
-            self.passed = LANDED.min(self.passed + 1);
+            self.history.set = next;
+            self.history.passed = LANDED.min(self.history.passed + 1);
             GuardState::Tracking
         } else {
             self.depart(wanted, elapsed)
@@ -221,23 +231,23 @@ impl SetValueGuard {
 
     fn position_to_follow(&self, target: &Kinematics) -> f64 {
         // Adding zero would change the sign of a zero.
-        if self.offset == 0.0 {
+        if self.history.offset == 0.0 {
             target.position
         } else {
-            target.position + self.offset
+            target.position + self.history.offset
         }
     }
 
     fn passes(&self, next: &Differences) -> bool {
-        self.envelope.keeps(next, self.set.position)
-            && (self.passed >= LANDED || self.passes_next(next))
+        self.envelope.keeps(next, self.history.set.position)
+            && (self.history.passed >= LANDED || self.passes_next(next))
     }
 
     /// Whether the next two targets will pass too, if this one does and its course goes on: without that,
     /// the axis would touch the target and leave it again.
     fn passes_next(&self, next: &Differences) -> bool {
         let cycle_time = self.envelope.cycle_time;
-        let (mut from, mut course) = (*next, self.target.course(&self.envelope));
+        let (mut from, mut course) = (*next, self.history.target.course(&self.envelope));
         (1..LANDED).all(|_| {
             course = course.later(1.0, cycle_time);
             let position = from.position + course.velocity * cycle_time;
@@ -249,13 +259,13 @@ impl SetValueGuard {
     }
 
     fn depart(&mut self, wanted: f64, elapsed: u32) -> GuardState {
-        let course = self.target.course(&self.envelope);
+        let course = self.history.target.course(&self.envelope);
         // It may be one bad target: the axis waits a cycle for the next, and is less disturbed by far.
-        let waits = self.passed >= LANDED;
-        self.passed = 0;
+        let waits = self.history.passed >= LANDED;
+        self.history.passed = 0;
         self.go_on(wanted, &course, elapsed, waits);
         if self.policy == DistancePolicy::VeloSync && !waits {
-            self.offset = self.set.position - self.target.last_position();
+            self.history.offset = self.history.set.position - self.history.target.last_position();
         }
         let possible =
             self.envelope.allows_velocity(course.velocity) && self.envelope.allows_position(wanted);
@@ -272,46 +282,46 @@ impl SetValueGuard {
         let cycles = elapsed.min(MOST_CYCLES);
         for left in (0..cycles).rev() {
             if waits && left + 1 == cycles {
-                self.advance(self.envelope.scaled(&self.set).b);
+                self.advance(self.envelope.scaled(&self.history.set).b);
                 continue;
             }
             let (wanted_then, course_then) = if left == 0 {
                 (wanted, *course)
             } else {
-                let (then, course) = self.target.before(left.into(), course, cycle_time);
-                (then + self.offset, course)
+                let (then, course) = self.history.target.before(left.into(), course, cycle_time);
+                (then + self.history.offset, course)
             };
             self.advance(match self.policy {
                 DistancePolicy::VeloSync => {
-                    towards_velocity(&self.envelope, &self.set, &course_then)
+                    towards_velocity(&self.envelope, &self.history.set, &course_then)
                 }
                 DistancePolicy::PosSync1 => {
-                    towards_position(&self.envelope, &self.set, wanted_then, &course_then)
+                    towards_position(&self.envelope, &self.history.set, wanted_then, &course_then)
                 }
             });
         }
     }
 
     fn stop(&mut self, elapsed: u32) -> GuardState {
-        self.passed = 0;
+        self.history.passed = 0;
         for _ in 0..elapsed.min(MOST_CYCLES) {
-            self.advance(stopping(&self.envelope, &self.set));
+            self.advance(stopping(&self.envelope, &self.history.set));
         }
         GuardState::Coasting
     }
 
     /// One cycle of an acceleration, or of the nearest that is possible, in units of the closed forms.
     fn advance(&mut self, acceleration: f64) {
-        let possible = self.envelope.next_accelerations(&self.set);
-        self.set = self
+        let possible = self.envelope.next_accelerations(&self.history.set);
+        self.history.set = self
             .envelope
-            .after(&self.set, possible.nearest(acceleration));
+            .after(&self.history.set, possible.nearest(acceleration));
     }
 
     fn set_values(&self, target: &Kinematics, state: GuardState) -> Kinematics {
-        let own = self.envelope.state_now(&self.set);
+        let own = || self.envelope.state_now(&self.history.set);
         if state != GuardState::Tracking {
-            return own;
+            return own();
         }
         // A drive feeds these forward: what no motion within the limits has is not passed on.
         let (velocity, acceleration) = (target.velocity, target.acceleration);
@@ -320,9 +330,21 @@ impl SetValueGuard {
             self.envelope.allows_acceleration(acceleration),
         );
         Kinematics {
-            position: self.set.position,
-            velocity: if v { velocity } else { own.velocity },
-            acceleration: if a { acceleration } else { own.acceleration },
+            position: self.history.set.position,
+            velocity: if v { velocity } else { own().velocity },
+            acceleration: if a { acceleration } else { own().acceleration },
+        }
+    }
+}
+
+impl GuardHistory {
+    /// None: the axis is here.
+    fn of(here: &Kinematics, cycle_time: f64) -> Self {
+        Self {
+            set: Differences::up_to(here, cycle_time),
+            target: Target::at(here, cycle_time),
+            offset: 0.0,
+            passed: LANDED,
         }
     }
 }

@@ -78,18 +78,30 @@ impl SlaveAxis {
     fn go_to(&mut self, next: Kinematics, elapsed: Seconds) -> Result<(), GuardFault> {
         let next = plus(next, self.added());
         self.guard.check_values(&next)?;
+        let before = self.last_stage.history();
+        let cycles = self.last_stage.cycles_in(elapsed);
+        let guarded = self.last_stage.update(&next, cycles);
+        let checked = self.check_guarded(&guarded, &next, elapsed);
+        match checked {
+            Ok(()) => self.leave(&guarded),
+            Err(_) => self.last_stage.go_back(before),
+        }
+        checked
+    }
+
+    fn check_guarded(
+        &mut self,
+        guarded: &Guarded,
+        next: &Kinematics,
+        elapsed: Seconds,
+    ) -> Result<(), GuardFault> {
         let here = self.set.position;
-        let mut stage = self.last_stage;
-        let guarded = stage.update(&next, self.last_stage.cycles_in(elapsed));
-        let left = stage.borne_out(&guarded.set);
+        let left = self.last_stage.borne_out(&guarded.set);
         self.guard.check_coupled_stop(here, &left)?;
         if guarded.state != GuardState::Tracking {
             self.guard.check_position(here, next.position)?;
         }
-        self.check_distance(&guarded, elapsed)?;
-        self.last_stage = stage;
-        self.leave(&guarded);
-        Ok(())
+        self.check_distance(guarded, elapsed)
     }
 
     /// A distance that the limits leave is a fault where it is too far for too long.

@@ -167,8 +167,9 @@ fn increments_that_go_on_are_no_rollback() {
         start(&mut axis, &saw);
         let mut lead = |axis: &mut SlaveAxis, step: f64| {
             master.0.position += step;
-            let forward = [Some(TravelDirection::Forward)];
-            axis.update(Masters::of([Some(master.0)]).going(forward), CYCLE);
+            let mut masters = Masters::default();
+            masters.put(0, &master.0, Some(TravelDirection::Forward));
+            axis.update(masters, CYCLE);
         };
         lead(&mut axis, 0.1);
         lead(&mut axis, -0.15);
