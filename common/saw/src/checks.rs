@@ -4,7 +4,7 @@ use coaxle_curve::law::Extreme;
 use coaxle_curve::profile::Limits;
 
 use super::SyncMask;
-use super::piece::Demands;
+use super::demands::Demands;
 use super::refusal::{Check, Violation};
 
 /// How far a value may pass its limit by rounding, relative to the magnitudes at hand.

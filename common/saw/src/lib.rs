@@ -106,6 +106,7 @@ mod chase;
 mod checks;
 mod command;
 mod curved;
+mod demands;
 mod diagonal;
 mod limited;
 mod moment;

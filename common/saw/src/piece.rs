@@ -2,8 +2,7 @@
 
 use coaxle_curve::law::polynom::quintic;
 use coaxle_curve::law::polynomial::Polynomial;
-use coaxle_curve::law::roots::roots_between_turns;
-use coaxle_curve::law::{Extreme, Extremes, MinMax, Motion, MotionLaw, Roots};
+use coaxle_curve::law::{MinMax, Motion, MotionLaw};
 
 /// The slave's way from its position at `begin`, as a polynomial of `x`, which runs from 0 to 1
 /// while the master (or the time) runs from `begin` over the signed `length`.
@@ -11,9 +10,9 @@ use coaxle_curve::law::{Extreme, Extremes, MinMax, Motion, MotionLaw, Roots};
 pub(super) struct Piece {
     pub(super) begin: f64,
     pub(super) length: f64,
-    position: f64,
+    pub(super) position: f64,
     /// Counted from `position`: far from zero a position has few digits left for differences.
-    way: Polynomial<6>,
+    pub(super) way: Polynomial<6>,
 }
 
 impl Piece {
@@ -158,50 +157,6 @@ impl Piece {
         }
     }
 
-    /// What it demands of the slave while the master runs at `master_velocity`.
-    pub(super) fn demands(&self, master_velocity: f64) -> Demands {
-        let rate = master_velocity / self.length;
-        let velocity = self.way.derivative();
-        if self.is_line() {
-            return self.demands_of_line(velocity.0[0] * rate);
-        }
-        let acceleration = velocity.derivative();
-        let jerk = acceleration.derivative();
-
-        // The turns of each quantity are the roots of the next one.
-        let jerk_turns = jerk.derivative().roots_in(0.0, 1.0);
-        let acceleration_turns = roots_between_turns(&jerk, &jerk_turns, 0.0, 1.0);
-        let velocity_turns = roots_between_turns(&acceleration, &acceleration_turns, 0.0, 1.0);
-        // By the slope, not the velocity: a master at rest hides no reversal.
-        let slope = self.range(&velocity, &velocity_turns, 1.0);
-        let reverses = slope.minimum.value < 0.0 && slope.maximum.value > 0.0;
-        let position_turns = if reverses {
-            roots_between_turns(&velocity, &velocity_turns, 0.0, 1.0)
-        } else {
-            Roots::none()
-        };
-
-        let square = rate * rate;
-        let mut effort = Effort::none(self.begin);
-        effort.add(&position_turns, &acceleration_turns, |x| Sample {
-            master: self.master_at(x),
-            velocity: velocity.derivatives(x)[0] * rate,
-            acceleration: acceleration.derivatives(x)[0] * square,
-        });
-        Demands {
-            course: Extremes {
-                position: mapped(self.range(&self.way, &position_turns, 1.0), |way| {
-                    self.position + way
-                }),
-                velocity: mapped(slope, |slope| slope * rate),
-                acceleration: self.range(&acceleration, &acceleration_turns, square),
-                jerk: self.range(&jerk, &jerk_turns, square * rate),
-            },
-            speeding_up: effort.speeding_up,
-            slowing_down: effort.slowing_down,
-        }
-    }
-
     /// The slave's whole way, forwards and backwards.
     pub(super) fn path(&self) -> f64 {
         let velocity = self.way.derivative();
@@ -254,152 +209,8 @@ impl Piece {
     pub(super) fn is_line(&self) -> bool {
         self.way.0[2..].iter().all(|&c| c == 0.0)
     }
-
-    fn demands_of_line(&self, velocity: f64) -> Demands {
-        let still = MinMax::at(self.begin, 0.0);
-        let position = MinMax::at(self.begin, self.position)
-            .joined(MinMax::at(self.end(), self.position + self.way.0[1]));
-        Demands {
-            course: Extremes {
-                position,
-                velocity: MinMax::at(self.begin, velocity),
-                acceleration: still,
-                jerk: still,
-            },
-            speeding_up: still.maximum,
-            slowing_down: still.maximum,
-        }
-    }
-
-    fn master_at(&self, x: f64) -> f64 {
-        self.begin + x * self.length
-    }
-
-    /// The range of a quantity with its turns, scaled.
-    fn range<const N: usize>(&self, quantity: &Polynomial<N>, turns: &[f64], scale: f64) -> MinMax {
-        let at = |x: f64| MinMax::at(self.master_at(x), quantity.derivatives(x)[0] * scale);
-        turns
-            .iter()
-            .chain(core::iter::once(&1.0))
-            .fold(at(0.0), |range, &x| range.joined(at(x)))
-    }
-}
-
-/// The largest values along a way, over the master's position and per second.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Demands {
-    /// Of position, velocity, acceleration and jerk.
-    pub(super) course: Extremes,
-    /// The largest acceleration where the slave gets faster, as a magnitude.
-    pub(super) speeding_up: Extreme,
-    /// The largest acceleration where it gets slower, as a magnitude.
-    pub(super) slowing_down: Extreme,
-}
-
-impl Demands {
-    /// The same with other places: where time is what the way depends on, the master's positions.
-    pub(super) fn with_places(self, place: impl Fn(f64) -> f64) -> Self {
-        let at = |extreme: Extreme| Extreme {
-            master: place(extreme.master),
-            ..extreme
-        };
-        let both = |range: MinMax| MinMax {
-            minimum: at(range.minimum),
-            maximum: at(range.maximum),
-        };
-        let course = self.course;
-        Self {
-            course: Extremes {
-                position: both(course.position),
-                velocity: both(course.velocity),
-                acceleration: both(course.acceleration),
-                jerk: both(course.jerk),
-            },
-            speeding_up: at(self.speeding_up),
-            slowing_down: at(self.slowing_down),
-        }
-    }
-
-    pub(super) fn joined(self, next: Self) -> Self {
-        Self {
-            course: self.course.joined(next.course),
-            speeding_up: larger(self.speeding_up, next.speeding_up),
-            slowing_down: larger(self.slowing_down, next.slowing_down),
-        }
-    }
-}
-
-/// What accelerations the slave is put to, apart for either side of standstill.
-struct Effort {
-    speeding_up: Extreme,
-    slowing_down: Extreme,
-}
-
-/// The slave at one place of its way.
-struct Sample {
-    master: f64,
-    velocity: f64,
-    acceleration: f64,
-}
-
-impl Effort {
-    fn none(master: f64) -> Self {
-        let nothing = Extreme { master, value: 0.0 };
-        Self {
-            speeding_up: nothing,
-            slowing_down: nothing,
-        }
-    }
-
-    /// Between two standstills the velocity keeps its sign; there, the acceleration is extreme at
-    /// its turns and at the two ends.
-    fn add(&mut self, standstills: &[f64], turns: &[f64], at: impl Fn(f64) -> Sample) {
-        let mut from = 0.0;
-        for &to in standstills.iter().chain(core::iter::once(&1.0)) {
-            let direction = at(from + (to - from) / 2.0).velocity.signum();
-            self.add_at(&at(from), direction);
-            for &turn in turns.iter().filter(|&&turn| turn > from && turn < to) {
-                self.add_at(&at(turn), direction);
-            }
-            self.add_at(&at(to), direction);
-            from = to;
-        }
-    }
-
-    fn add_at(&mut self, sample: &Sample, direction: f64) {
-        let along = sample.acceleration * direction;
-        let extreme = Extreme {
-            master: sample.master,
-            value: along.abs(),
-        };
-        if along > 0.0 {
-            self.speeding_up = larger(self.speeding_up, extreme);
-        } else {
-            self.slowing_down = larger(self.slowing_down, extreme);
-        }
-    }
-}
-
-fn larger(first: Extreme, second: Extreme) -> Extreme {
-    if second.value > first.value {
-        second
-    } else {
-        first
-    }
 }
 
 fn cube(x: f64) -> f64 {
     x * x * x
-}
-
-/// The range of a quantity that rises with this one.
-fn mapped(range: MinMax, f: impl Fn(f64) -> f64) -> MinMax {
-    let map = |extreme: Extreme| Extreme {
-        value: f(extreme.value),
-        ..extreme
-    };
-    MinMax {
-        minimum: map(range.minimum),
-        maximum: map(range.maximum),
-    }
 }

@@ -2,8 +2,9 @@
 
 use super::checks::Ends;
 use super::command::GearInPos;
+use super::demands::Demands;
 use super::moment::CouplingMoment;
-use super::piece::{Demands, Piece};
+use super::piece::Piece;
 use super::plan::{SawForm, SawPlan, SyncLine};
 use super::plateau::Plateau;
 use super::refusal::{SawRefusal, Violation};

@@ -4,8 +4,8 @@ use coaxle_curve::profile::{InvalidLimit, Kinematics, Limits};
 
 use super::checks::{Checklist, Ends};
 use super::command::{Ratio, SyncLimits};
+use super::demands::Demands;
 use super::moment::CouplingMoment;
-use super::piece::Demands;
 use super::ramp::RampBounds;
 use super::refusal::{SawRefusal, Violation};
 use super::{SyncMask, SyncMode};

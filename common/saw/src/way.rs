@@ -2,7 +2,8 @@
 
 use coaxle_curve::law::Motion;
 
-use super::piece::{Demands, Piece};
+use super::demands::Demands;
+use super::piece::Piece;
 
 /// Three phases of jerk to a velocity, one at it, three to the synchronous one, and what is left.
 const MAX_PIECES: usize = 8;

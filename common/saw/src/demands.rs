@@ -1,0 +1,295 @@
+//! What a way demands of the slave: the largest values along it.
+
+use coaxle_curve::law::polynomial::Polynomial;
+use coaxle_curve::law::roots::roots_between_turns;
+use coaxle_curve::law::{Extreme, Extremes, MinMax, Roots};
+
+use super::piece::Piece;
+
+impl Piece {
+    /// What it demands of the slave while the master runs at `master_velocity`.
+    pub(super) fn demands(&self, master_velocity: f64) -> Demands {
+        let rate = master_velocity / self.length;
+        if self.is_line() {
+            return self.demands_of_line(rate);
+        }
+        match self.rise_of_ramp() {
+            Some(rise) => self.demands_of_ramp(rise, rate),
+            None => self.demands_by_turns(rate),
+        }
+    }
+
+    /// Those of any course.
+    fn demands_by_turns(&self, rate: f64) -> Demands {
+        let velocity = self.way.derivative();
+        let acceleration = velocity.derivative();
+        let jerk = acceleration.derivative();
+
+        // The turns of each quantity are the roots of the next one.
+        let jerk_turns = jerk.derivative().roots_in(0.0, 1.0);
+        let acceleration_turns = roots_between_turns(&jerk, &jerk_turns, 0.0, 1.0);
+        let velocity_turns = roots_between_turns(&acceleration, &acceleration_turns, 0.0, 1.0);
+        // By the slope, not the velocity: a master at rest hides no reversal.
+        let slope = self.range(&velocity, &velocity_turns, 1.0);
+        let reverses = slope.minimum.value < 0.0 && slope.maximum.value > 0.0;
+        let position_turns = if reverses {
+            roots_between_turns(&velocity, &velocity_turns, 0.0, 1.0)
+        } else {
+            Roots::none()
+        };
+
+        let square = rate * rate;
+        let mut effort = Effort::none(self.begin);
+        effort.add(&position_turns, &acceleration_turns, |x| Sample {
+            master: self.master_at(x),
+            velocity: velocity.derivatives(x)[0] * rate,
+            acceleration: acceleration.derivatives(x)[0] * square,
+        });
+        Demands {
+            course: Extremes {
+                position: mapped(self.range(&self.way, &position_turns, 1.0), |way| {
+                    self.position + way
+                }),
+                velocity: mapped(slope, |slope| slope * rate),
+                acceleration: self.range(&acceleration, &acceleration_turns, square),
+                jerk: self.range(&jerk, &jerk_turns, square * rate),
+            },
+            speeding_up: effort.speeding_up,
+            slowing_down: effort.slowing_down,
+        }
+    }
+
+    /// By how much the slope grows from begin to end, per length, of a [ramp](Self::ramp) without a reversal; none of
+    /// any other course.
+    fn rise_of_ramp(&self) -> Option<f64> {
+        let [_, from, bend, rise, fourth, fifth] = self.way.0;
+        let is_ramp = bend == 0.0 && fourth == -rise / 2.0 && fifth == 0.0;
+        (is_ramp && from * (from + rise) >= 0.0).then_some(rise)
+    }
+
+    /// Those of a ramp: velocity and position are extreme at its ends, as is the jerk, and the acceleration is in the
+    /// middle.
+    fn demands_of_ramp(&self, rise: f64, rate: f64) -> Demands {
+        let (from, square) = (self.way.0[1], rate * rate);
+        let to = from + rise;
+        let at_ends =
+            |from: f64, to: f64| MinMax::at(self.begin, from).joined(MinMax::at(self.end(), to));
+        let middle = self.master_at(0.5);
+        let steepest = 1.5 * rise * square;
+        let mut effort = Effort::none(self.begin);
+        effort.add_at(
+            &Sample {
+                master: middle,
+                velocity: (from + to) / 2.0 * rate,
+                acceleration: steepest,
+            },
+            ((from + to) * rate).signum(),
+        );
+        let jerk = 6.0 * rise * square * rate;
+        Demands {
+            course: Extremes {
+                position: at_ends(self.position, self.position + self.distance()),
+                velocity: at_ends(from * rate, to * rate),
+                acceleration: MinMax::at(self.begin, 0.0).joined(MinMax::at(middle, steepest)),
+                jerk: at_ends(jerk, -jerk),
+            },
+            speeding_up: effort.speeding_up,
+            slowing_down: effort.slowing_down,
+        }
+    }
+
+    fn demands_of_line(&self, rate: f64) -> Demands {
+        let still = MinMax::at(self.begin, 0.0);
+        let position = MinMax::at(self.begin, self.position)
+            .joined(MinMax::at(self.end(), self.position + self.way.0[1]));
+        Demands {
+            course: Extremes {
+                position,
+                velocity: MinMax::at(self.begin, self.way.0[1] * rate),
+                acceleration: still,
+                jerk: still,
+            },
+            speeding_up: still.maximum,
+            slowing_down: still.maximum,
+        }
+    }
+
+    fn master_at(&self, x: f64) -> f64 {
+        self.begin + x * self.length
+    }
+
+    /// The range of a quantity with its turns, scaled.
+    pub(super) fn range<const N: usize>(
+        &self,
+        quantity: &Polynomial<N>,
+        turns: &[f64],
+        scale: f64,
+    ) -> MinMax {
+        let at = |x: f64| MinMax::at(self.master_at(x), quantity.derivatives(x)[0] * scale);
+        turns
+            .iter()
+            .chain(core::iter::once(&1.0))
+            .fold(at(0.0), |range, &x| range.joined(at(x)))
+    }
+}
+
+/// The largest values along a way, over the master's position and per second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Demands {
+    /// Of position, velocity, acceleration and jerk.
+    pub(super) course: Extremes,
+    /// The largest acceleration where the slave gets faster, as a magnitude.
+    pub(super) speeding_up: Extreme,
+    /// The largest acceleration where it gets slower, as a magnitude.
+    pub(super) slowing_down: Extreme,
+}
+
+impl Demands {
+    /// The same with other places: where time is what the way depends on, the master's positions.
+    pub(super) fn with_places(self, place: impl Fn(f64) -> f64) -> Self {
+        let at = |extreme: Extreme| Extreme {
+            master: place(extreme.master),
+            ..extreme
+        };
+        let both = |range: MinMax| MinMax {
+            minimum: at(range.minimum),
+            maximum: at(range.maximum),
+        };
+        let course = self.course;
+        Self {
+            course: Extremes {
+                position: both(course.position),
+                velocity: both(course.velocity),
+                acceleration: both(course.acceleration),
+                jerk: both(course.jerk),
+            },
+            speeding_up: at(self.speeding_up),
+            slowing_down: at(self.slowing_down),
+        }
+    }
+
+    pub(super) fn joined(self, next: Self) -> Self {
+        Self {
+            course: self.course.joined(next.course),
+            speeding_up: larger(self.speeding_up, next.speeding_up),
+            slowing_down: larger(self.slowing_down, next.slowing_down),
+        }
+    }
+}
+
+/// What accelerations the slave is put to, apart for either side of standstill.
+struct Effort {
+    speeding_up: Extreme,
+    slowing_down: Extreme,
+}
+
+/// The slave at one place of its way.
+struct Sample {
+    master: f64,
+    velocity: f64,
+    acceleration: f64,
+}
+
+impl Effort {
+    fn none(master: f64) -> Self {
+        let nothing = Extreme { master, value: 0.0 };
+        Self {
+            speeding_up: nothing,
+            slowing_down: nothing,
+        }
+    }
+
+    /// Between two standstills the velocity keeps its sign; there, the acceleration is extreme at
+    /// its turns and at the two ends.
+    fn add(&mut self, standstills: &[f64], turns: &[f64], at: impl Fn(f64) -> Sample) {
+        let mut from = 0.0;
+        for &to in standstills.iter().chain(core::iter::once(&1.0)) {
+            let direction = at(from + (to - from) / 2.0).velocity.signum();
+            self.add_at(&at(from), direction);
+            for &turn in turns.iter().filter(|&&turn| turn > from && turn < to) {
+                self.add_at(&at(turn), direction);
+            }
+            self.add_at(&at(to), direction);
+            from = to;
+        }
+    }
+
+    fn add_at(&mut self, sample: &Sample, direction: f64) {
+        let along = sample.acceleration * direction;
+        let extreme = Extreme {
+            master: sample.master,
+            value: along.abs(),
+        };
+        if along > 0.0 {
+            self.speeding_up = larger(self.speeding_up, extreme);
+        } else {
+            self.slowing_down = larger(self.slowing_down, extreme);
+        }
+    }
+}
+
+fn larger(first: Extreme, second: Extreme) -> Extreme {
+    if second.value > first.value {
+        second
+    } else {
+        first
+    }
+}
+
+/// The range of a quantity that rises with this one.
+fn mapped(range: MinMax, f: impl Fn(f64) -> f64) -> MinMax {
+    let map = |extreme: Extreme| Extreme {
+        value: f(extreme.value),
+        ..extreme
+    };
+    MinMax {
+        minimum: map(range.minimum),
+        maximum: map(range.maximum),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Every value of both, and where it is.
+    fn values(demands: &Demands) -> [(f64, f64); 10] {
+        let course = &demands.course;
+        let extremes = [
+            course.position.minimum,
+            course.position.maximum,
+            course.velocity.minimum,
+            course.velocity.maximum,
+            course.acceleration.minimum,
+            course.acceleration.maximum,
+            course.jerk.minimum,
+            course.jerk.maximum,
+            demands.speeding_up,
+            demands.slowing_down,
+        ];
+        extremes.map(|extreme| (extreme.master, extreme.value))
+    }
+
+    proptest! {
+        /// What a ramp demands in closed form is what its turns say.
+        #[test]
+        fn a_ramp_demands_what_its_turns_say(
+            begin in -1e3..1e3,
+            length in prop_oneof![-500.0..-0.1_f64, 0.1..500.0_f64],
+            position in -1e3..1e3,
+            (from, to) in (prop_oneof![Just(0.0), -3.0..3.0], prop_oneof![Just(0.0), -3.0..3.0]),
+            speed in 0.0..2e3_f64,
+        ) {
+            let ramp = Piece::ramp(begin, length, position, from, to);
+            let rate = speed.copysign(length) / length;
+            let expected = values(&ramp.demands_by_turns(rate));
+            prop_assume!(!ramp.is_line());
+            for (got, expected) in values(&ramp.demands(rate * length)).into_iter().zip(expected) {
+                let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (1.0 + a.abs().max(b.abs()));
+                prop_assert!(near(got.1, expected.1), "{got:?} for {expected:?}");
+                prop_assert!(near(got.0, expected.0), "{got:?} for {expected:?}");
+            }
+        }
+    }
+}
