@@ -100,7 +100,7 @@ fn follow(
             clock.response(Instant::from_nanos(r.at), &r.response);
         }
         let now = Instant::<Local>::from_nanos(start);
-        let output = clock.cycle(now, |_, _| {});
+        let output = *clock.cycle(now, |_, _| {});
         // The requests went out when the recording was made; here only their numbers count.
         let _ = clock.request(now);
         if start >= next_line {

@@ -84,12 +84,14 @@ pub struct FarClock {
     /// The line that the delay is measured against.
     line: Option<FarLine>,
     is_sure: bool,
-    newest: Option<(Instant<Local>, FarClockOutput)>,
+    /// The newest cycle, if there was one, and what it gave.
+    cycled: Option<Instant<Local>>,
+    newest: FarClockOutput,
 }
 
 /// What one cycle of a [`FarClock`] gives.
 #[must_use]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FarClockOutput {
     /// Far time, and what the observer says of itself.
     pub observer: ObserverOutput,
@@ -144,7 +146,8 @@ impl FarClock {
             steering: Steering::NONE,
             line: None,
             is_sure: false,
-            newest: None,
+            cycled: None,
+            newest: FarClockOutput::default(),
         })
     }
 
@@ -189,12 +192,13 @@ impl FarClock {
 
     /// The cycle that ideally begins at `now`, with all messages up to then.
     ///
-    /// Every response to a request of this run is shown to `used`, with its arrival.
+    /// Every response to a request of this run is shown to `used`, with its arrival. What it gives stays here until the
+    /// next cycle: [`newest`](Self::newest).
     pub fn cycle(
         &mut self,
         now: Instant<Local>,
         used: impl FnMut(Instant<Local>, &TimeResponse),
-    ) -> FarClockOutput {
+    ) -> &FarClockOutput {
         if self.delay == DelaySource::Measured {
             self.measure(now, used);
         }
@@ -206,21 +210,29 @@ impl FarClock {
             observer.drift_ppm = (rate - 1.0) * 1e6;
         }
         self.is_sure = is_sure(observer.state, self.is_sure);
-        let output = FarClockOutput {
+        let delay = self.delay_output(now);
+        let timing = self.timing.output(now);
+        self.cycled = Some(now);
+        self.newest = FarClockOutput {
             observer,
-            delay: self.delay_output(now),
-            timing: self.timing.output(now),
+            delay,
+            timing,
             is_sure: self.is_sure,
         };
-        self.newest = Some((now, output));
-        output
+        &self.newest
+    }
+
+    /// What the newest cycle gave.
+    #[must_use]
+    pub fn newest(&self) -> Option<&FarClockOutput> {
+        self.cycled.map(|_| &self.newest)
     }
 
     /// By how much message number `count` is to be moved in time to be what the far node would have sent
     /// at the newest cycle; none as long as that is not sure.
     #[must_use]
     pub fn correction(&self, count: u64) -> Option<Seconds> {
-        let (_, newest) = self.newest.filter(|(_, newest)| newest.is_sure)?;
+        let newest = self.newest().filter(|newest| newest.is_sure)?;
         let sent = self.observer.far_time_of(count)?;
         Some(newest.observer.far_time?.since(sent))
     }
@@ -229,12 +241,10 @@ impl FarClock {
     /// is known at all.
     #[must_use]
     pub fn far_time_at(&self, at: Instant<Local>) -> Option<FarReading> {
-        let (
-            now,
-            FarClockOutput {
-                observer, delay, ..
-            },
-        ) = self.newest?;
+        let now = self.cycled?;
+        let FarClockOutput {
+            observer, delay, ..
+        } = &self.newest;
         let offset_sigma = match self.steering {
             Steering::Channel { sigma, .. } => sigma,
             Steering::Exchanges { .. } => observer.offset_sigma,
@@ -427,7 +437,7 @@ mod tests {
         for count in counts {
             clock.message(9, count as u64, arrival(count), None);
             let now = at(count * CYCLE + 500_000);
-            newest = Some(clock.cycle(now, |_, _| {}));
+            newest = Some(*clock.cycle(now, |_, _| {}));
             if let Some(number) = clock.request(now) {
                 // 100 µs there, 200 µs back; the far clock is read to the nearest.
                 let response = TimeResponse {

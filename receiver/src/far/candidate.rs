@@ -8,7 +8,7 @@ use coaxle_node::{AxisSample, BeaconResponse, Frame, FrameHeader, Rejection};
 use coaxle_remote::AxisSyncParameters;
 
 use super::beacons::Beacons;
-use super::clock::{Clock, ClockSetup, Following};
+use super::clock::{Clock, ClockSetup, Following, show_observation};
 use super::encoder::Encoder;
 use super::inbox::Inbox;
 use super::take_over::{Presence, Standing};
@@ -308,6 +308,9 @@ impl Candidate {
             signals.index = Some(header.index.0);
             signals.age_cycles = self.age_cycles;
             following.show(signals);
+            if let Some(observed) = self.clock.observation() {
+                show_observation(observed, signals);
+            }
             self.synced = signals.synced;
         }
         let cycle_time = self.clock.data_cycle_time();

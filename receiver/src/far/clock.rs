@@ -62,8 +62,6 @@ struct Running {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Following {
     pub(super) correction: FarCorrection,
-    /// None where no observer runs.
-    pub(super) observed: Option<FarClockOutput>,
     pub(super) enabled: bool,
     /// The correction has nothing to do with that of the cycle before.
     pub(super) is_mapped_anew: bool,
@@ -160,7 +158,6 @@ impl Clock {
         if !self.enabled {
             return Some(Following {
                 correction: FarCorrection::disabled(),
-                observed: None,
                 enabled: false,
                 is_mapped_anew: false,
             });
@@ -169,6 +166,7 @@ impl Clock {
             return None;
         };
         let output = (observed.as_mut()).map(|clock| clock.cycle(tick.ideal_start, used));
+        let is_mapped_anew = output.is_some_and(FarClockOutput::is_mapped_anew);
         let (index, elapsed) = (header.index, tick.elapsed);
         let correction = match (self.setup.mode, observed) {
             (Mode::Observer, Some(clock)) => {
@@ -179,10 +177,17 @@ impl Clock {
         let by_observer = self.setup.mode == Mode::Observer;
         Some(Following {
             correction,
-            observed: output,
             enabled: true,
-            is_mapped_anew: by_observer && output.is_some_and(|output| output.is_mapped_anew()),
+            is_mapped_anew: by_observer && is_mapped_anew,
         })
+    }
+
+    /// What its observer said in the newest cycle; none where none runs.
+    pub(super) fn observation(&self) -> Option<&FarClockOutput> {
+        match &self.state {
+            State::Running(running) if self.enabled => running.observed.as_ref()?.newest(),
+            State::Running(_) | State::Waiting | State::Refused { .. } => None,
+        }
     }
 
     /// Whether it is enabled.
@@ -360,7 +365,7 @@ fn for_data(parameters: &AxisSyncParameters, data: CycleTime) -> AxisSyncParamet
 }
 
 impl Following {
-    /// What signals say of it.
+    /// What signals say of it without an observer.
     pub(super) fn show(&self, signals: &mut FarNodeSignals) {
         let correction = &self.correction;
         let time_sync = &correction.time_sync;
@@ -377,13 +382,11 @@ impl Following {
         signals.cycle_index_diff = diagnostic.cycle_index_diff;
         signals.total_equal_data = diagnostic.total_equal_data;
         signals.consecutive_equal_data = diagnostic.consecutive_equal_data;
-        if let Some(observed) = &self.observed {
-            show_observed(observed, signals);
-        }
     }
 }
 
-fn show_observed(observed: &FarClockOutput, signals: &mut FarNodeSignals) {
+/// What signals say of it with one.
+pub(super) fn show_observation(observed: &FarClockOutput, signals: &mut FarNodeSignals) {
     let FarClockOutput {
         observer,
         delay,

@@ -102,7 +102,7 @@ pub(crate) fn run(
             exchanges.push_back((arrival, round_trip, error));
             clock.response(at(arrival), &response);
         }
-        let output = clock.cycle(at(now), |_, _| {});
+        let output = *clock.cycle(at(now), |_, _| {});
         if let Some(number) = clock.request(at(now)) {
             responses.push_back(world.response(now, number));
         }

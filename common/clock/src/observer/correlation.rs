@@ -5,8 +5,10 @@
 //! of following means, in which a drift does not show (D. W. Allan, Proc. IEEE 54, 1966), and of scores
 //! between −1 and 1, in which no message counts for more than another.
 
-/// Messages per mean.
-const LENGTHS: [u16; SCALES] = [32, 128, 512, 2_048];
+/// Messages per mean of the shortest scale; each of the others takes so many means of the one before: 128, 512 and 2048
+/// messages.
+const SHORTEST: u16 = 32;
+const LONGER: u16 = 4;
 const SCALES: usize = 4;
 /// The usual squares are means over so many.
 const MEMORY: f64 = 24.0;
@@ -42,12 +44,17 @@ pub(super) struct Correlation {
     /// Mean square of second differences of single messages.
     single: f64,
     scales: [Scale; SCALES],
+    /// The largest scatter of means, as a multiple of what it is for independent messages.
+    ratio: f64,
     independent_for: u32,
     correlated: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Scale {
+    /// A mean is over so many messages, which come in so many sums.
+    length: u16,
+    parts: u16,
     sum: f64,
     summed: u16,
     means: [f64; 2],
@@ -66,14 +73,8 @@ impl Correlation {
             last: [0.0; 2],
             messages: 0,
             single: 0.5,
-            scales: [Scale {
-                sum: 0.0,
-                summed: 0,
-                means: [0.0; 2],
-                known: 0,
-                ratio: 1.0,
-                count: PRIOR,
-            }; SCALES],
+            scales: Scale::all(),
+            ratio: 1.0,
             independent_for: 0,
             correlated: false,
         }
@@ -91,11 +92,8 @@ impl Correlation {
     }
 
     /// The largest scatter of means, as a multiple of what it is for independent messages.
-    pub(super) fn ratio(&self) -> f64 {
-        self.scales
-            .iter()
-            .map(|scale| scale.ratio)
-            .fold(0.0, f64::max)
+    pub(super) const fn ratio(&self) -> f64 {
+        self.ratio
     }
 
     /// Takes a residual, s.
@@ -127,21 +125,33 @@ impl Correlation {
             let part = 1.0 / (f64::from(self.messages) + 30.0).min(SINGLE_MEMORY);
             self.single += part * (second * second - self.single);
         }
-        let single = self.single;
-        for (scale, length) in self.scales.iter_mut().zip(LENGTHS) {
-            scale.take(score, length, single);
-        }
+        self.sum_up(score);
         self.judge();
     }
 
-    fn judge(&mut self) {
-        let ratio = self.ratio();
-        self.independent_for = if ratio < INDEPENDENT {
-            self.independent_for + 1
+    fn sum_up(&mut self, score: f64) {
+        let mut part = score;
+        let mut is_known = false;
+        for scale in &mut self.scales {
+            let Some(sum) = scale.take(part, self.single) else {
+                break;
+            };
+            part = sum;
+            is_known = true;
+        }
+        if is_known {
+            let ratios = self.scales.iter().map(|scale| scale.ratio);
+            self.ratio = ratios.fold(0.0, f64::max);
+        }
+    }
+
+    const fn judge(&mut self) {
+        self.independent_for = if self.ratio < INDEPENDENT {
+            self.independent_for.saturating_add(1)
         } else {
             0
         };
-        if ratio > CORRELATED {
+        if self.ratio > CORRELATED {
             self.correlated = true;
         } else if self.independent_for > INDEPENDENT_FOR {
             self.correlated = false;
@@ -150,15 +160,36 @@ impl Correlation {
 }
 
 impl Scale {
-    fn take(&mut self, score: f64, length: u16, single: f64) {
-        self.sum += score;
-        self.summed += 1;
-        if self.summed < length {
-            return;
+    const fn all() -> [Self; SCALES] {
+        let mut scales = [Self {
+            length: SHORTEST,
+            parts: SHORTEST,
+            sum: 0.0,
+            summed: 0,
+            means: [0.0; 2],
+            known: 0,
+            ratio: 1.0,
+            count: PRIOR,
+        }; SCALES];
+        let mut i = 1;
+        while i < SCALES {
+            scales[i].length = LONGER * scales[i - 1].length;
+            scales[i].parts = LONGER;
+            i += 1;
         }
-        let n = f64::from(length);
-        let mean = self.sum / n;
-        self.sum = 0.0;
+        scales
+    }
+
+    /// The sum of all scores of a mean, where this was the last part of it.
+    fn take(&mut self, part: f64, single: f64) -> Option<f64> {
+        self.sum += part;
+        self.summed += 1;
+        if self.summed < self.parts {
+            return None;
+        }
+        let n = f64::from(self.length);
+        let sum = core::mem::take(&mut self.sum);
+        let mean = sum / n;
         self.summed = 0;
         if self.known == 2 && single > 0.0 {
             let second = mean - 2.0 * self.means[1] + self.means[0];
@@ -168,6 +199,7 @@ impl Scale {
         }
         self.known = (self.known + 1).min(2);
         self.means = [self.means[1], mean];
+        Some(sum)
     }
 }
 

@@ -52,6 +52,23 @@ impl FarLine {
     }
 
     pub(crate) fn at(&self, at: Instant<Local>) -> FarTime {
+        let FarLine {
+            here, far, rate, ..
+        } = *self;
+        Heading { here, far, rate }.at(at)
+    }
+}
+
+/// Where a line goes, without what is known of it besides.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Heading {
+    here: Instant<Local>,
+    far: FarTime,
+    pub(super) rate: f64,
+}
+
+impl Heading {
+    pub(super) fn at(&self, at: Instant<Local>) -> FarTime {
         self.far
             .plus((at - self.here).as_nanos() as f64 * self.rate)
     }
@@ -118,12 +135,7 @@ impl PhaseObserver {
     /// The line through an estimate, which is of this count since the first.
     pub(super) fn line_of(&self, estimate: &Estimate, at: i64) -> Option<FarLine> {
         let stream = self.stream.as_ref()?;
-        let due = self.data_cycle_time * at;
-        let far = FarTime {
-            instant: stream.origin + due,
-            fraction_ns: 0.0,
-        };
-        let rate = 1.0 / (1.0 + estimate.drift.clamp(-LARGEST_DRIFT, LARGEST_DRIFT));
+        let Heading { here, far, rate } = self.heading(estimate, at)?;
         Some(FarLine {
             epoch: stream.epoch,
             synced: self.progress.is_synced()
@@ -140,9 +152,30 @@ impl PhaseObserver {
             taken_back: self.drift_change.taken_back,
             rebases: self.events.rebases,
             count_zero: stream.origin - self.data_cycle_time * stream.first_count as i64,
+            here,
+            far,
+            rate,
+        })
+    }
+
+    /// The same without what is known of it besides, which takes four times as long.
+    pub(super) fn heading(&self, estimate: &Estimate, at: i64) -> Option<Heading> {
+        let stream = self.stream.as_ref()?;
+        let due = self.data_cycle_time * at;
+        let far = FarTime {
+            instant: stream.origin + due,
+            fraction_ns: 0.0,
+        };
+        let rate = 1.0 / (1.0 + within_largest(estimate.drift));
+        Some(Heading {
             here: stream.first_arrival + due,
             far: far.plus(-estimate.offset * 1e9 * rate),
             rate,
         })
     }
+}
+
+/// A drift, as far as one is believed.
+pub(super) const fn within_largest(drift: f64) -> f64 {
+    drift.clamp(-LARGEST_DRIFT, LARGEST_DRIFT)
 }

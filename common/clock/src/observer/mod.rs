@@ -61,6 +61,7 @@ use counts::{Counts, News};
 use drift_change::DriftChange;
 use drift_step::DriftSteps;
 use edge::Edge;
+use far_line::within_largest;
 use filter::Estimate;
 use jitter::{FIRST_BLOCK, Jitter};
 use output::Shown;
@@ -322,9 +323,7 @@ impl PhaseObserver {
 
     fn drift(&self) -> f64 {
         let followed = self.followed();
-        followed.map_or(0.0, |followed| {
-            (followed.estimate.drift).clamp(-LARGEST_DRIFT, LARGEST_DRIFT)
-        })
+        followed.map_or(0.0, |followed| within_largest(followed.estimate.drift))
     }
 
     /// The line that is followed: that of all messages, or their lower edge.

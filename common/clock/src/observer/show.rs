@@ -1,9 +1,10 @@
 //! What the observer shows once per receiver cycle: its state, the far time and what is known of it.
 
-use super::PhaseObserver;
+use super::far_line::within_largest;
 use super::output::Shown;
 use super::report::{ObserverLine, ObserverOutput, ObserverState};
 use super::stream::BLOCK;
+use super::{Followed, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds};
 
 /// At first the delay may be longer than usual by so many widths of the jitter, and at least by this,
@@ -11,13 +12,17 @@ use crate::instant::{Instant, Local, Seconds};
 const UNSEEN: f64 = 3.0;
 const LEAST_UNSEEN: f64 = 1e-5;
 const UNSEEN_FOR: f64 = 2.5;
+/// … and after so long what is left of it would change no digit, s.
+const FORGOTTEN_AFTER: f64 = 40.0 * UNSEEN_FOR;
+
 impl PhaseObserver {
     /// One receiver cycle, which ideally starts at `ideal_start` (when it really woke up would only
     /// add jitter).
     pub fn cycle(&mut self, ideal_start: Instant<Local>) -> ObserverOutput {
         let state = self.state(ideal_start);
-        self.show(ideal_start, state);
-        let output = self.output(ideal_start, state);
+        let followed = self.followed();
+        self.show(ideal_start, state, followed.as_ref());
+        let output = self.output(ideal_start, state, followed.as_ref());
         self.events.rebased = false;
         output
     }
@@ -45,8 +50,8 @@ impl PhaseObserver {
         }
     }
 
-    fn show(&mut self, now: Instant<Local>, state: ObserverState) {
-        let line = self.line();
+    fn show(&mut self, now: Instant<Local>, state: ObserverState, followed: Option<&Followed>) {
+        let line = followed.and_then(|line| self.heading(&line.estimate, line.at));
         let Some(shown) = &mut self.shown else {
             self.delay.jump();
             let delay = self.delay.shown();
@@ -71,7 +76,12 @@ impl PhaseObserver {
         shown.advance(now, coasting, target, self.parameters.pace(locking));
     }
 
-    fn output(&self, now: Instant<Local>, state: ObserverState) -> ObserverOutput {
+    fn output(
+        &self,
+        now: Instant<Local>,
+        state: ObserverState,
+        followed: Option<&Followed>,
+    ) -> ObserverOutput {
         let events = &self.events;
         let mut output = ObserverOutput {
             state,
@@ -89,7 +99,7 @@ impl PhaseObserver {
             rebased: events.rebased,
             ..ObserverOutput::default()
         };
-        if let (Some(stream), Some(followed)) = (&self.stream, self.followed())
+        if let (Some(stream), Some(followed)) = (&self.stream, followed)
             && let Some(line) = &stream.line
         {
             let due = stream.first_arrival + self.data_cycle_time * followed.at;
@@ -97,7 +107,7 @@ impl PhaseObserver {
             let walk = followed.drift_walk;
             let estimate = followed.estimate;
             let drift_variance = estimate.drift_variance + dt * walk;
-            output.drift_ppm = (1.0 / (1.0 + self.drift()) - 1.0) * 1e6;
+            output.drift_ppm = (1.0 / (1.0 + within_largest(estimate.drift)) - 1.0) * 1e6;
             let mut variance = estimate.offset_variance_after(dt, walk);
             if stream.choice.is_edge() {
                 output.line = ObserverLine::LowerEdge;
@@ -121,6 +131,9 @@ impl PhaseObserver {
     /// What nobody can know at first: whether messages will be earlier, once the delay is another, s.
     fn unseen(&self, now: Instant<Local>) -> f64 {
         let age = (now - self.progress.since).as_secs_f64().max(0.0);
+        if age > FORGOTTEN_AFTER {
+            return 0.0;
+        }
         let most = (UNSEEN * self.jitter.width()).max(LEAST_UNSEEN);
         most * libm::exp(-age / UNSEEN_FOR)
     }

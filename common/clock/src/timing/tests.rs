@@ -100,7 +100,7 @@ impl World {
             let exchange = self.response(0, sent, received, responded);
             self.clock.timing_exchange(local(arrived), &exchange);
         }
-        let output = self.clock.cycle(local(now), |_, _| {});
+        let output = *self.clock.cycle(local(now), |_, _| {});
         if let Some(number) = self.clock.request(local(now)) {
             let received = now + REQUEST + self.late(20_000.0);
             let responded = received + 300_000.0;
