@@ -37,8 +37,9 @@ impl PublishedFarAxes {
         for ((id, axis), modulo) in (1..).zip(&self.which).zip(&self.turns) {
             if let Some(master) = &masters[*axis] {
                 let received_error = signals[*axis].received_error;
-                let axis = axis_struct(id, master, received_error);
-                self.axes.push(axis.by_turns(*modulo));
+                let mut axis = axis_struct(id, master, received_error);
+                axis.count_turns(*modulo);
+                self.axes.push(axis);
             }
         }
         &self.axes

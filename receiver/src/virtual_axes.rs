@@ -54,11 +54,11 @@ impl VirtualAxes {
         let since_start = at - self.start;
         let places = self.axes.iter_mut().zip(&mut self.masters);
         for ((source, (axis, place)), signals) in self.sources.iter_mut().zip(places).zip(signals) {
-            let (sample, now) = source.at(since_start);
-            *axis = match now.implausible_field() {
-                None => now,
-                Some(_) => in_error(axis, source.id()),
-            };
+            let last = *axis;
+            let sample = source.at(since_start, axis);
+            if axis.implausible_field().is_some() {
+                *axis = in_error(&last, source.id());
+            }
             *place = master(axis);
             *signals = show(axis, &sample);
         }

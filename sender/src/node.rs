@@ -98,8 +98,7 @@ impl Sender {
 
     fn move_axes(&mut self, since_start: Span) {
         for (axis, shown) in self.axes.iter_mut().zip(&mut self.shown) {
-            let (sample, now) = axis.source.at(since_start);
-            *shown = now;
+            let sample = axis.source.at(since_start, shown);
             if let Some(slot) = axis.slot {
                 self.snapshot.signals.axes[slot] = signals_of(&sample);
             }

@@ -93,17 +93,15 @@ impl NcToPlcAxis {
     /// of this size counts in steps of an eighth, and sums and products of more could overflow.
     pub const LARGEST: f64 = 1e15;
 
-    /// The same with its positions by the turn, if it turns: as they are, if it does not.
+    /// Fills in its positions by the turn, if it turns: as they are, if it does not.
     #[inline]
-    #[must_use]
-    pub fn by_turns(mut self, modulo: Option<Modulo>) -> Self {
+    pub fn count_turns(&mut self, modulo: Option<Modulo>) {
         let actual = ModuloPosition::of(self.actual_position, modulo);
         self.modulo_actual_position = actual.within;
         self.modulo_actual_turns = actual.turns;
         let set = ModuloPosition::of(self.set_position, modulo);
         self.modulo_set_position = set.within;
         self.modulo_set_turns = set.turns;
-        self
     }
 
     /// The first kinematic field that is not a number between ∓[`LARGEST`](Self::LARGEST), by its PLC

@@ -1,9 +1,7 @@
 //! The slave's axis structure, so that others can follow it.
 
 use coaxle_axis::drive::DriveState;
-use coaxle_axis::{
-    AxisState, AxisStatus, CoupleState, CouplingPhase, ModuloPosition, NcToPlcAxis, StateWord,
-};
+use coaxle_axis::{AxisState, AxisStatus, CoupleState, CouplingPhase, NcToPlcAxis, StateWord};
 
 use super::axis::SlaveAxis;
 
@@ -19,12 +17,6 @@ impl SlaveAxis {
     /// The same to where it is published from, every field of it: it takes a good 200 bytes, which are not moved then.
     pub fn write_axis_struct(&self, id: u32, axis: &mut NcToPlcAxis) {
         let set = self.set();
-        let modulo = self.modulo();
-        let actual = self.actual_position();
-        let (actual_by_turns, set_by_turns) = (
-            ModuloPosition::of(actual, modulo),
-            ModuloPosition::of(set.position, modulo),
-        );
         *axis = NcToPlcAxis {
             state_word: self.state_word(),
             error_code: self.error().map_or(0, |error| error.code()),
@@ -36,20 +28,17 @@ impl SlaveAxis {
                 CoupleState::Single
             },
             axis_id: id,
-            actual_position: actual,
-            modulo_actual_position: actual_by_turns.within,
-            modulo_actual_turns: actual_by_turns.turns,
+            actual_position: self.actual_position(),
             actual_velocity: self.actual().velocity,
             following_error: self.actual().following_error,
             set_position: set.position,
             set_velocity: set.velocity,
             set_acceleration: set.acceleration,
             target_position: self.target_position(),
-            modulo_set_position: set_by_turns.within,
-            modulo_set_turns: set_by_turns.turns,
             command_number: self.job().0.map_or(0, |job| job.number as u16),
             ..NcToPlcAxis::default()
         };
+        axis.count_turns(self.modulo());
     }
 
     fn axis_state(&self) -> AxisState {

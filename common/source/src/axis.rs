@@ -3,7 +3,7 @@
 use coaxle_axis::{Modulo, NcToPlcAxis};
 use coaxle_clock::Span;
 
-use crate::axis_struct::axis_struct;
+use crate::axis_struct::write_axis_struct;
 use crate::config::AxisConfig;
 use crate::open::open;
 use crate::replay::ReplayError;
@@ -36,10 +36,10 @@ impl SourceAxis {
         self.id
     }
 
-    /// What it does so long after the start of its node, which must not go back, and how it shows that.
-    pub fn at(&mut self, since_start: Span) -> (AxisSample, NcToPlcAxis) {
+    /// What it does so long after the start of its node, which must not go back. How it shows that is written to `shown`.
+    pub fn at(&mut self, since_start: Span, shown: &mut NcToPlcAxis) -> AxisSample {
         let sample = self.source.sample(since_start);
-        let shown = axis_struct(self.id, self.modulo, &sample);
-        (sample, shown)
+        write_axis_struct(self.id, self.modulo, &sample, shown);
+        sample
     }
 }

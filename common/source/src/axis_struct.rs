@@ -5,11 +5,15 @@ use coaxle_curve::profile::Kinematics;
 
 use crate::source::{Activity, AxisSample};
 
-/// The axis structure of an axis, in its units.
-#[must_use]
-pub fn axis_struct(axis_id: u32, modulo: Option<Modulo>, sample: &AxisSample) -> NcToPlcAxis {
+/// Writes the axis structure of an axis, in its units, to where it is published from: every field of it.
+pub fn write_axis_struct(
+    axis_id: u32,
+    modulo: Option<Modulo>,
+    sample: &AxisSample,
+    axis: &mut NcToPlcAxis,
+) {
     let seen = &sample.seen;
-    NcToPlcAxis {
+    *axis = NcToPlcAxis {
         state_word: state_word(sample),
         axis_state: axis_state(sample),
         couple_state: CoupleState::Master,
@@ -22,8 +26,8 @@ pub fn axis_struct(axis_id: u32, modulo: Option<Modulo>, sample: &AxisSample) ->
         target_position: sample.target_position,
         command_number: sample.command_number,
         ..NcToPlcAxis::default()
-    }
-    .by_turns(modulo)
+    };
+    axis.count_turns(modulo);
 }
 
 fn state_word(sample: &AxisSample) -> StateWord {
@@ -98,6 +102,12 @@ mod tests {
         }
     }
 
+    fn axis_struct(axis_id: u32, sample: &AxisSample) -> NcToPlcAxis {
+        let mut axis = NcToPlcAxis::default();
+        write_axis_struct(axis_id, None, sample, &mut axis);
+        axis
+    }
+
     #[test]
     fn the_state_word_says_what_the_axis_does() {
         use StateWord as W;
@@ -148,7 +158,7 @@ mod tests {
                 AxisState::Running,
             ),
         ] {
-            let axis = axis_struct(9, None, &sample);
+            let axis = axis_struct(9, &sample);
             assert_eq!(axis.state_word, word, "{sample:?}");
             assert_eq!(axis.axis_state, state, "{sample:?}");
             assert_eq!((axis.axis_id, axis.command_number), (9, 3));
@@ -161,7 +171,7 @@ mod tests {
             enabled: false,
             ..sample(Activity::Idle, 0.0, 0.0)
         };
-        let word = axis_struct(1, None, &asleep).state_word;
+        let word = axis_struct(1, &asleep).state_word;
         assert_eq!(word, StateWord::HOMED | StateWord::NOT_MOVING);
     }
 }

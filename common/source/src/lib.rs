@@ -2,10 +2,11 @@
 //!
 //! A [`Source`] says what an axis does at an instant: a [`Program`] of moves, the same seen through an
 //! [`Encoder`], or a recorded motion, [`Replay`]ed. [`config`] is how a config file describes an axis and its source,
-//! [`open()`] makes the one of the other, and [`axis_struct()`] shows an axis as its controller does; a [`SourceAxis`] is
-//! all of it.
+//! [`open()`] makes the one of the other, and [`write_axis_struct()`] shows an axis as its controller does; a
+//! [`SourceAxis`] is all of it.
 //!
 //! ```
+//! use coaxle_axis::NcToPlcAxis;
 //! use coaxle_clock::Span;
 //! use coaxle_node::config::parse;
 //! use coaxle_source::SourceAxis;
@@ -25,9 +26,10 @@
 //!     "#,
 //! )?;
 //! let mut axis = SourceAxis::open(&config)?;
-//! let (_, axis) = axis.at(Span::from_secs(5));
-//! assert_eq!((axis.set_position, axis.set_velocity), (450.0, 90.0));
-//! assert_eq!((axis.modulo_set_turns, axis.modulo_set_position), (1, 90.0));
+//! let mut shown = NcToPlcAxis::default();
+//! axis.at(Span::from_secs(5), &mut shown);
+//! assert_eq!((shown.set_position, shown.set_velocity), (450.0, 90.0));
+//! assert_eq!((shown.modulo_set_turns, shown.modulo_set_position), (1, 90.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -38,7 +40,7 @@
 //! | `MC_MoveRelative` | Tc2_MC2 | [`StepConfig::MoveRelative`](config::StepConfig::MoveRelative) |
 //! | `MC_MoveVelocity` | Tc2_MC2 | [`StepConfig::Velocity`](config::StepConfig::Velocity) |
 //! | `MC_Halt` | Tc2_MC2 | [`StepConfig::Halt`](config::StepConfig::Halt) |
-//! | `NCTOPLC_AXLESTRUCT` | TS5066 | [`axis_struct()`] |
+//! | `NCTOPLC_AXLESTRUCT` | TS5066 | [`write_axis_struct()`] |
 
 mod axis;
 mod axis_struct;
@@ -51,7 +53,7 @@ mod replay;
 mod source;
 
 pub use axis::SourceAxis;
-pub use axis_struct::axis_struct;
+pub use axis_struct::write_axis_struct;
 pub use encoder::Encoder;
 pub use open::open;
 pub use program::Program;
