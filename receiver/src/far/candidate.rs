@@ -8,7 +8,8 @@ use coaxle_node::{AxisSample, BeaconResponse, Frame, FrameHeader, Rejection};
 use coaxle_remote::AxisSyncParameters;
 
 use super::beacons::Beacons;
-use super::clock::{Clock, ClockSetup, Following, show_observation};
+use super::clock::{Clock, ClockSetup, Following};
+use super::clock_signals::show_observation;
 use super::encoder::Encoder;
 use super::inbox::Inbox;
 use super::take_over::{Presence, Standing};

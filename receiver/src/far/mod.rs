@@ -5,6 +5,7 @@ mod axis;
 mod beacons;
 mod candidate;
 mod clock;
+mod clock_signals;
 mod course;
 mod encoder;
 mod frames;

@@ -30,6 +30,7 @@ mod drift_step;
 mod edge;
 mod far_line;
 mod filter;
+mod follow_shift;
 mod hazard;
 mod information;
 mod jitter;
@@ -68,11 +69,9 @@ use output::Shown;
 use path_delay::PathDelay;
 use progress::{Events, Progress};
 use resolution::Resolution;
-use shift::{Evidence, ShiftDetector};
+use shift::ShiftDetector;
 use stream::{BLOCK, Line, Residual, Stream};
 
-/// So many seconds after the start the drift is trusted, whatever the offset does.
-const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
 /// How sure is sure enough is a part of the jitter: where the edge is followed, points that scatter by x
 /// are worth a jitter of so many times x.
 const EDGE_AS_JITTER: f64 = 24.0;
@@ -80,8 +79,6 @@ const EDGE_AS_JITTER: f64 = 24.0;
 const CORRELATION_IS_KNOWN_AFTER: f64 = 4.0;
 /// And after so long the best there is will do, s.
 const LONGEST_IF_CORRELATED: f64 = 8.0;
-/// Smaller shifts may be correlated delays, and the edge finds them itself, s.
-const SMALL_SHIFT: f64 = 1e-4;
 /// Far time that is no further from the line than this is where it should be, s.
 const AT_THE_LINE: f64 = 1e-6;
 /// No clock this crate is made for drifts more, s/s.
@@ -196,51 +193,9 @@ impl PhaseObserver {
         let phase = phase.as_secs_f64();
         let value = phase - stream.expected(count, self.seconds_per_count);
         let time = count as f64 * self.seconds_per_count;
-        stream.edge.observe(time, phase);
-        let (jump, shift) = (stream.edge.take_jump(), stream.edge.take_shift());
-        stream.choice.edge_jumped(jump);
-        if let Some(shift) = shift {
-            stream.choice.shift_edge(shift);
-        }
-        if stream.choice.is_edge() {
-            self.corrected.0 += jump;
-            if let Some(shift) = shift {
-                self.jumped.0 += shift;
-                self.drift_change.attributed.note(time, shift);
-                self.events.shift(arrived);
-            }
-        }
+        self.take_edge(time, phase, arrived);
         self.suspect_drift_step(time, phase, arrived);
-        let Some(stream) = &mut self.stream else {
-            return;
-        };
-        stream.resolution.take(arrived);
-        let coarse = self.jitter.cell() > 0.0;
-        let is_queue = gap * 2 < self.data_cycle_time;
-        let held_up = !coarse && stream.is_held_up(value, gap, is_queue);
-        if !held_up {
-            if !coarse {
-                stream.choice.observe(value);
-            }
-            stream.block[stream.filled] = Residual { count, value };
-            stream.filled += 1;
-        }
-        let queued = held_up && is_queue;
-        let shifted = stream.line.as_ref().is_some_and(|line| {
-            !queued
-                && self.detector.observe(
-                    value,
-                    line.bounds,
-                    arrived,
-                    self.data_cycle_time,
-                    self.shift_messages,
-                )
-        });
-        if shifted {
-            self.follow_shift(arrived, count);
-        } else if stream.block_is_full() {
-            self.end_block(arrived);
-        }
+        self.take_residual(Residual { count, value }, gap, arrived);
     }
 
     /// The far time at which message number `count` of the present run was due to be sent. It is
@@ -264,6 +219,61 @@ impl PhaseObserver {
             // A straggler of the run before the present one.
             Some(stream) if stream.previous_epoch == Some(epoch) => News::Old,
             _ => News::Restarted,
+        }
+    }
+
+    /// The lower edge takes a phase. Where it is followed, its jumps are the line's.
+    fn take_edge(&mut self, time: f64, phase: f64, arrived: Instant<Local>) {
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        stream.edge.observe(time, phase);
+        let (jump, shift) = (stream.edge.take_jump(), stream.edge.take_shift());
+        stream.choice.edge_jumped(jump);
+        if let Some(shift) = shift {
+            stream.choice.shift_edge(shift);
+        }
+        if stream.choice.is_edge() {
+            self.corrected.0 += jump;
+            if let Some(shift) = shift {
+                self.jumped.0 += shift;
+                self.drift_change.attributed.note(time, shift);
+                self.events.shift(arrived);
+            }
+        }
+    }
+
+    /// The line of all messages takes how far one is off, which came so long after the one before.
+    fn take_residual(&mut self, residual: Residual, gap: Span, arrived: Instant<Local>) {
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        stream.resolution.take(arrived);
+        let coarse = self.jitter.cell() > 0.0;
+        let is_queue = gap * 2 < self.data_cycle_time;
+        let held_up = !coarse && stream.is_held_up(residual.value, gap, is_queue);
+        if !held_up {
+            if !coarse {
+                stream.choice.observe(residual.value);
+            }
+            stream.block[stream.filled] = residual;
+            stream.filled += 1;
+        }
+        let queued = held_up && is_queue;
+        let shifted = stream.line.as_ref().is_some_and(|line| {
+            !queued
+                && self.detector.observe(
+                    residual.value,
+                    line.bounds,
+                    arrived,
+                    self.data_cycle_time,
+                    self.shift_messages,
+                )
+        });
+        if shifted {
+            self.follow_shift(arrived, residual.count);
+        } else if stream.block_is_full() {
+            self.end_block(arrived);
         }
     }
 
@@ -435,92 +445,6 @@ impl PhaseObserver {
         let is_there = |shown: &Shown| shown.remaining.0.abs() < AT_THE_LINE;
         now - self.progress.since >= self.data_cycle_time * messages / 2
             && self.shown.as_ref().is_none_or(is_there)
-    }
-
-    /// What there is to tell a longer path from a sender that stood still.
-    const fn evidence(&self) -> Evidence {
-        if self.exchanges_tell {
-            Evidence::Exchanges
-        } else if self.is_stamped {
-            Evidence::SendStamps
-        } else {
-            Evidence::Nothing
-        }
-    }
-
-    /// The phase jumped. Whole cycles of a sender that stood still go into the index map.
-    fn follow_shift(&mut self, arrived: Instant<Local>, newest: i64) {
-        let evidence = self.evidence();
-        let Some(stream) = &mut self.stream else {
-            return;
-        };
-        let Some(line) = &mut stream.line else {
-            return;
-        };
-        let age = (arrived - self.progress.since).as_secs_f64();
-        let moved = self.jitter.moved();
-        let shift = self.jitter.locate(self.detector.recent(), 1e20).most_likely - moved;
-        let is_small = libm::fabs(shift) * 1e3 < self.parameters.smallest_skip_ms;
-        let shift = if age < DRIFT_IS_KNOWN_AFTER && is_small {
-            // Soon after the start: the line was wrong in more than its offset. By no more than that, though.
-            let drift = self.parameters.expected_drift_ppm * 1e-6;
-            let before = line.bank.combined().offset;
-            let mut recent = *self.detector.recent();
-            for value in &mut recent {
-                *value += before;
-            }
-            *line = Line::first(newest, &recent, &mut self.jitter, drift);
-            line.bank.combined().offset - before
-        } else {
-            line.bank.shift(shift, self.jitter.variance());
-            line.bounds = Line::bounds(&line.bank, &self.jitter);
-            shift
-        };
-        stream.filled = 0;
-        self.detector.clear();
-        let cycles =
-            shift::skipped_cycles(shift, self.seconds_per_count, evidence, &self.parameters);
-        let size = libm::fabs(shift);
-        let skip = cycles != 0 || size * 1e3 >= self.parameters.smallest_skip_ms;
-        let time = newest as f64 * self.seconds_per_count;
-        if size < SMALL_SHIFT && self.jitter.cell() == 0.0 {
-            stream.choice.suspect_small_shift(time);
-        }
-        let by_cycles = cycles as f64 * self.seconds_per_count;
-        if skip {
-            stream.drift_steps.forget_points();
-            // Whole cycles of the sender's clock are exact; the edge finds the rest.
-            let drift = stream.edge.line().map_or(0.0, |edge| edge.estimate.drift);
-            let by = if cycles != 0 {
-                by_cycles * (1.0 + drift)
-            } else {
-                shift
-            };
-            stream.edge.shift(by);
-            stream.choice.shift_edge(by);
-            stream.choice.shift_all(shift);
-        } else if stream.choice.is_edge() {
-            // The edge knows better.
-            return;
-        } else if size >= SMALL_SHIFT {
-            stream.edge.shift(shift);
-            stream.choice.shift_edge(shift);
-            stream.choice.shift_all(shift);
-        }
-        if size >= SMALL_SHIFT || !stream.choice.is_correlated() {
-            self.events.shift(arrived);
-        }
-        let jumped = match (stream.choice.is_edge(), cycles) {
-            (false, _) => shift - by_cycles,
-            (true, 0) => shift,
-            (true, _) => 0.0,
-        };
-        self.jumped.0 += jumped;
-        self.drift_change.attributed.note(time, jumped);
-        if cycles != 0 {
-            stream.origin += self.data_cycle_time * cycles;
-            self.events.rebase();
-        }
     }
 }
 

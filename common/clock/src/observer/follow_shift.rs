@@ -1,0 +1,142 @@
+//! What follows from a jump of the phase.
+
+use super::PhaseObserver;
+use super::shift::{Evidence, skipped_cycles};
+use super::stream::Line;
+use crate::instant::{Instant, Local};
+
+/// So many seconds after the start the drift is trusted, whatever the offset does.
+const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
+/// Smaller shifts may be correlated delays, and the edge finds them itself, s.
+const SMALL_SHIFT: f64 = 1e-4;
+
+/// A jump of the phase, and what of it whole cycles are of a sender that stood still, s.
+#[derive(Clone, Copy)]
+struct Jump {
+    shift: f64,
+    cycles: i64,
+    by_cycles: f64,
+}
+
+impl PhaseObserver {
+    /// The phase jumped. Whole cycles of a sender that stood still go into the index map.
+    pub(super) fn follow_shift(&mut self, arrived: Instant<Local>, newest: i64) {
+        let Some(shift) = self.shift_line(arrived, newest) else {
+            return;
+        };
+        let evidence = self.evidence();
+        let cycles = skipped_cycles(shift, self.seconds_per_count, evidence, &self.parameters);
+        let jump = Jump {
+            shift,
+            cycles,
+            by_cycles: cycles as f64 * self.seconds_per_count,
+        };
+        let time = newest as f64 * self.seconds_per_count;
+        if self.shift_choice(jump, time) {
+            self.note_jump(jump, time, arrived);
+        }
+    }
+
+    /// What there is to tell a longer path from a sender that stood still.
+    const fn evidence(&self) -> Evidence {
+        if self.exchanges_tell {
+            Evidence::Exchanges
+        } else if self.is_stamped {
+            Evidence::SendStamps
+        } else {
+            Evidence::Nothing
+        }
+    }
+
+    /// Shifts the line of all messages to where the last ones are. Gives by how much, s.
+    fn shift_line(&mut self, arrived: Instant<Local>, newest: i64) -> Option<f64> {
+        let stream = self.stream.as_mut()?;
+        let line = stream.line.as_mut()?;
+        let age = (arrived - self.progress.since).as_secs_f64();
+        let moved = self.jitter.moved();
+        let shift = self.jitter.locate(self.detector.recent(), 1e20).most_likely - moved;
+        let is_small = libm::fabs(shift) * 1e3 < self.parameters.smallest_skip_ms;
+        let shift = if age < DRIFT_IS_KNOWN_AFTER && is_small {
+            // Soon after the start: the line was wrong in more than its offset. By no more than that, though.
+            let drift = self.parameters.expected_drift_ppm * 1e-6;
+            let before = line.bank.combined().offset;
+            let mut recent = *self.detector.recent();
+            for value in &mut recent {
+                *value += before;
+            }
+            *line = Line::first(newest, &recent, &mut self.jitter, drift);
+            line.bank.combined().offset - before
+        } else {
+            line.bank.shift(shift, self.jitter.variance());
+            line.bounds = Line::bounds(&line.bank, &self.jitter);
+            shift
+        };
+        stream.filled = 0;
+        self.detector.clear();
+        Some(shift)
+    }
+
+    /// Shifts the lower edge, and what the two lines are judged by. Gives whether the jump is one: the edge, where it is
+    /// followed, knows small ones better.
+    fn shift_choice(&mut self, jump: Jump, time: f64) -> bool {
+        let Some(stream) = &mut self.stream else {
+            return false;
+        };
+        let Jump {
+            shift,
+            cycles,
+            by_cycles,
+        } = jump;
+        let size = libm::fabs(shift);
+        let skip = cycles != 0 || size * 1e3 >= self.parameters.smallest_skip_ms;
+        if size < SMALL_SHIFT && self.jitter.cell() == 0.0 {
+            stream.choice.suspect_small_shift(time);
+        }
+        if skip {
+            stream.drift_steps.forget_points();
+            // Whole cycles of the sender's clock are exact; the edge finds the rest.
+            let drift = stream.edge.line().map_or(0.0, |edge| edge.estimate.drift);
+            let by = if cycles != 0 {
+                by_cycles * (1.0 + drift)
+            } else {
+                shift
+            };
+            stream.edge.shift(by);
+            stream.choice.shift_edge(by);
+            stream.choice.shift_all(shift);
+        } else if stream.choice.is_edge() {
+            return false;
+        } else if size >= SMALL_SHIFT {
+            stream.edge.shift(shift);
+            stream.choice.shift_edge(shift);
+            stream.choice.shift_all(shift);
+        }
+        true
+    }
+
+    /// Tells of it, and maps counts anew to far time where whole cycles are missing.
+    fn note_jump(&mut self, jump: Jump, time: f64, arrived: Instant<Local>) {
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        let Jump {
+            shift,
+            cycles,
+            by_cycles,
+        } = jump;
+        if libm::fabs(shift) >= SMALL_SHIFT || !stream.choice.is_correlated() {
+            self.events.shift(arrived);
+        }
+        let jumped = match (stream.choice.is_edge(), cycles) {
+            (false, _) => shift - by_cycles,
+            (true, 0) => shift,
+            (true, _) => 0.0,
+        };
+        self.jumped.0 += jumped;
+        self.drift_change.attributed.note(time, jumped);
+        if cycles != 0 {
+            stream.origin += self.data_cycle_time * cycles;
+            self.events.rebase();
+        }
+    }
+}
