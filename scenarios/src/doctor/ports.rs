@@ -27,13 +27,20 @@ pub(super) fn of_ports(listens: &[String], firewall: &Result<Firewall, String>) 
         .into_iter()
         .filter(|(_, port, is_udp)| !firewall.admits(*port, *is_udp));
     let told = |(endpoint, port, is_udp): (&String, u16, bool)| {
-        let kind = if is_udp { "udp" } else { "tcp" };
+        let (kind, remedy) = if is_udp {
+            (
+                "udp",
+                "let it in: ufw allow PORT/udp, or a rule of nft: udp dport PORT accept",
+            )
+        } else {
+            (
+                "tcp",
+                "let it in: ufw allow PORT/tcp, or a rule of nft: tcp dport PORT accept",
+            )
+        };
         let text =
             format!("a firewall keeps others from {endpoint}: no rule lets in {kind} port {port}");
-        shut(
-            text,
-            "let it in: ufw allow PORT/tcp, or a rule of nft: tcp dport PORT accept",
-        )
+        shut(text, remedy)
     };
     kept_out.map(told).collect()
 }
@@ -57,6 +64,7 @@ mod tests {
         let found = of_ports(&listens, &Ok(firewall));
         assert_eq!(found.len(), 1, "{found:?}");
         assert!(found[0].is_bad() && found[0].text.contains("udp port 7448"));
+        assert!(found[0].remedy.contains("udp dport"), "{found:?}");
         let unread = of_ports(&listens, &Err("nft: you must be root".to_owned()));
         assert!(!unread[0].is_bad() && unread[0].text.contains("must be root"));
         assert!(of_ports(&listens, &Ok(Firewall::default())).is_empty());
