@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
+use coaxle_host::cli::wrong_argument;
 use coaxle_node::config::{ConfigError, did_you_mean, parse_table};
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 
@@ -134,11 +135,11 @@ pub fn find(name_or_path: &str) -> anyhow::Result<Source> {
     let looks_like_path = path.extension().is_some() || path.components().count() > 1;
     if !looks_like_path {
         let known: Vec<_> = all().map(|(name, _)| name).collect();
-        anyhow::bail!(
+        return wrong_argument(format!(
             "received scenario {name_or_path:?}, expected a path ending in .toml or one of: {}{}",
             known.join(", "),
             did_you_mean(name_or_path, known)
-        );
+        ));
     }
     let text = text_file::read(path, MOST_CONFIG_BYTES)?;
     let name = path.file_stem().map_or(name_or_path.into(), |stem| {

@@ -1,6 +1,6 @@
 //! `coaxle example`: configs of nodes to start from, carried in the tool.
 
-use anyhow::bail;
+use coaxle_host::cli::wrong_argument;
 
 use crate::inspect;
 
@@ -71,10 +71,10 @@ fn text(wanted: &str) -> anyhow::Result<&'static str> {
         Some((_, _, text)) => Ok(text),
         None => {
             let names: Vec<_> = EXAMPLES.iter().map(|(_, name, _)| *name).collect();
-            bail!(
+            wrong_argument(format!(
                 "received the name {wanted:?}, expected one of {}",
                 names.join(", ")
-            )
+            ))
         }
     }
 }

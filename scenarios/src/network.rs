@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use coaxle_host::transport::endpoint;
 use coaxle_node::config::{ConfigError, TransportConfig, TransportMode, from_table, parse_table};
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 
@@ -14,7 +15,7 @@ const DEFAULT: [&str; 2] = ["tcp/127.0.0.1:7447", "tcp/127.0.0.1:7448"];
 pub(crate) struct NetworkArgs {
     /// Look for nodes here, such as tcp/192.168.1.10:7448; may be given several times [default:
     /// this machine, ports 7447 and 7448]
-    #[arg(long, global = true, value_name = "ENDPOINT")]
+    #[arg(long, global = true, value_name = "ENDPOINT", value_parser = endpoint)]
     pub(crate) connect: Vec<String>,
     /// Look for nodes where this config file of one of them says: where it listens, and where it
     /// connects to

@@ -1,6 +1,7 @@
 //! `--set path.to.field=value`.
 
-use anyhow::{Context, bail};
+use anyhow::Context;
+use coaxle_host::cli::{WrongArgument, wrong_argument};
 use coaxle_node::config::did_you_mean;
 use toml::{Table, Value};
 
@@ -16,18 +17,22 @@ const MOST_LISTED: usize = 24;
 /// # Errors
 /// Says what was received and what is expected.
 pub fn apply(table: &mut Table, text: &str) -> anyhow::Result<()> {
-    let (path, value) = text
-        .split_once('=')
-        .with_context(|| format!("received --set {text:?}, expected path.to.field=value"))?;
+    let (path, value) = text.split_once('=').ok_or_else(|| {
+        WrongArgument(format!(
+            "received --set {text:?}, expected path.to.field=value"
+        ))
+    })?;
     let keys: Vec<&str> = path.trim().split('.').collect();
     if keys.len() > MOST_KEYS {
-        bail!(
+        return wrong_argument(format!(
             "received --set with a path of {} keys, expected at most {MOST_KEYS}",
             keys.len()
-        );
+        ));
     }
     if keys.iter().any(|key| key.is_empty()) {
-        bail!("received --set {text:?}, expected keys with single dots between them");
+        return wrong_argument(format!(
+            "received --set {text:?}, expected keys with single dots between them"
+        ));
     }
     let value = parse_value(value.trim());
     let mut root = Value::Table(std::mem::take(table));
@@ -66,10 +71,12 @@ fn set(at: &mut Value, keys: &[&str], value: Value) -> anyhow::Result<()> {
             };
             match found.filter(|position| *position < list.len()) {
                 Some(position) => set(&mut list[position], rest, value),
-                None => bail!(unknown(list, key)),
+                None => wrong_argument(unknown(list, key)),
             }
         }
-        other => bail!("received {key:?} below a plain value ({other}), expected no more keys"),
+        other => wrong_argument(format!(
+            "received {key:?} below a plain value ({other}), expected no more keys"
+        )),
     }
 }
 

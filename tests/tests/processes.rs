@@ -268,10 +268,10 @@ fn the_delay_is_measured_and_taken_away() {
 
 #[test]
 fn what_is_wrong_is_said_and_nothing_moves() {
-    let cases: [(&[&str], i32, &str); 6] = [
+    let cases: [(&[&str], i32, &str); 8] = [
         (
             &["run", "nonsense"],
-            1,
+            2,
             "expected a path ending in .toml or one of: cut-to-length, beat",
         ),
         (
@@ -291,8 +291,18 @@ fn what_is_wrong_is_said_and_nothing_moves() {
         ),
         (
             &["run", "beat", "--receivers", "saw"],
-            1,
+            2,
             "expected some of: bypass",
+        ),
+        (
+            &["run", "beat", "--set", "sender.nobody.seed=1"],
+            2,
+            "received \"nobody\", expected one of: master",
+        ),
+        (
+            &["nodes", "--connect", "tpc/127.0.0.1:1"],
+            2,
+            "received the protocol \"tpc\"",
         ),
         (
             &["sender", "no-such-file.toml"],

@@ -71,7 +71,8 @@ pub enum Exit {
     Done = 0,
     /// It could not do its work: the network, a port, a disk, a thread. So do errors.
     Failed = 1,
-    // 2 is a wrong command line, by clap.
+    /// The command line is wrong. What clap finds wrong itself ends so, too.
+    WrongCommandLine = 2,
     /// It did its work, and an expectation was not met.
     NotMet = 3,
     /// What it was to do was refused, and nothing moved.
@@ -118,6 +119,8 @@ pub fn exit_of(error: &anyhow::Error) -> Exit {
     let is = |test: fn(&(dyn std::error::Error + 'static)) -> bool| error.chain().any(test);
     if error.downcast_ref::<NotThere>().is_some() {
         Exit::NoData
+    } else if is(|cause| cause.is::<WrongArgument>()) {
+        Exit::WrongCommandLine
     } else if is(|cause| {
         cause.is::<ConfigError>() || cause.is::<Unreadable>() || cause.is::<CamFileError>()
     }) {
@@ -131,6 +134,19 @@ pub fn exit_of(error: &anyhow::Error) -> Exit {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct NotThere(pub String);
+
+/// An argument of the command line that nothing can be done with: what was received, and what is expected.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct WrongArgument(pub String);
+
+/// The same as a result.
+///
+/// # Errors
+/// Always.
+pub fn wrong_argument<T>(text: impl Into<String>) -> anyhow::Result<T> {
+    Err(WrongArgument(text.into()).into())
+}
 
 /// What is wrong: a line for each mistake in a config, otherwise one with all of the causes.
 #[must_use]

@@ -20,7 +20,7 @@ use crate::os::{Os, System};
 use crate::recording::{Attached, Recording};
 use crate::rows::Rows;
 use crate::trace::Trace;
-use crate::transport::zenoh_config;
+use crate::transport::{endpoint, zenoh_config};
 
 /// The arguments of a node; flatten them into those of a program.
 #[derive(Clone, Debug, clap::Args)]
@@ -43,11 +43,11 @@ pub struct NodeArgs {
     pub check: bool,
     /// Connect here instead of where the config says, such as tcp/192.168.1.10:7447; may be given
     /// several times
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
     pub connect: Vec<String>,
     /// Listen here instead of where the config says, such as tcp/0.0.0.0:7447 for all network
     /// interfaces; may be given several times
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
     pub listen: Vec<String>,
     /// Die with this process, which started this one
     #[arg(long, value_name = "PID", hide = true)]

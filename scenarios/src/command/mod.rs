@@ -8,10 +8,10 @@ mod options;
 mod saw;
 mod spelled;
 
-use anyhow::{Context, bail};
 use clap::Args;
 use coaxle_axis::SyncPositions;
 use coaxle_host::Commander;
+use coaxle_host::cli::wrong_argument;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::{
     CamCommand, CamOrder, CommandAnswer, CommandVerdict, FarCommand, FarDelay, FarName, FarOrder,
@@ -92,7 +92,7 @@ impl CommandArgs {
                 command: self.far_command()?,
                 dry_run,
             }),
-            (None, None) => bail!("expected a slave, or --far"),
+            (None, None) => return wrong_argument("expected a slave, or --far"),
         })
     }
 
@@ -111,10 +111,12 @@ impl CommandArgs {
         Ok(match self.spelled()? {
             Some(Spelled::Slave(command)) => of_slave(*command).into(),
             Some(Spelled::Cam(command)) => of_cam(command.clone()).into(),
-            Some(Spelled::Far(command)) => bail!(
-                "received {} for a slave, expected --far with it",
-                command.name()
-            ),
+            Some(Spelled::Far(command)) => {
+                let name = command.name();
+                return wrong_argument(format!(
+                    "received {name} for a slave, expected --far with it"
+                ));
+            }
             None if self.is_cam_order() => of_cam(self.read_order()?).into(),
             None => of_slave(self.read_order()?).into(),
         })
@@ -130,25 +132,26 @@ impl CommandArgs {
     }
 
     fn far_command(&self) -> anyhow::Result<FarCommand> {
-        match self.spelled()? {
-            Some(Spelled::Far(command)) => Ok(*command),
-            Some(Spelled::Slave(command)) => bail!(
-                "received {} with --far, expected a slave for it",
-                command.name()
-            ),
-            Some(Spelled::Cam(command)) => bail!(
-                "received {} with --far, expected a slave for it",
-                command.name()
-            ),
-            None => self.read_order(),
-        }
+        let of_slave = match self.spelled()? {
+            Some(Spelled::Far(command)) => return Ok(*command),
+            None => return self.read_order(),
+            Some(Spelled::Slave(command)) => command.name(),
+            Some(Spelled::Cam(command)) => command.name(),
+        };
+        wrong_argument(format!(
+            "received {of_slave} with --far, expected a slave for it"
+        ))
     }
 
     /// None where it is given as JSON.
     fn spelled(&self) -> anyhow::Result<Option<&Spelled>> {
         match (&self.spelled, &self.order) {
-            (None, None) => bail!("expected a command, or --order; see coaxle command --help"),
-            (Some(_), Some(_)) => bail!("received a command and --order, expected one of them"),
+            (None, None) => {
+                wrong_argument("expected a command, or --order; see coaxle command --help")
+            }
+            (Some(_), Some(_)) => {
+                wrong_argument("received a command and --order, expected one of them")
+            }
             (spelled, _) => Ok(spelled.as_ref()),
         }
     }
@@ -156,7 +159,8 @@ impl CommandArgs {
     fn read_order<T: DeserializeOwned>(&self) -> anyhow::Result<T> {
         let json = self.order.as_deref().unwrap_or_default();
         let mut json = serde_json::Deserializer::from_str(json);
-        serde_path_to_error::deserialize(&mut json).context("--order")
+        serde_path_to_error::deserialize(&mut json)
+            .or_else(|reason| wrong_argument(format!("--order: {reason}")))
     }
 }
 

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
+use coaxle_host::cli::wrong_argument;
 use coaxle_host::create_new;
 use coaxle_node::text_file;
 use coaxle_recording::export::{Exported, Format};
@@ -213,10 +214,10 @@ fn create(from: &Path, to: &Path) -> anyhow::Result<File> {
         _ => false,
     };
     if is_same {
-        bail!(
+        return wrong_argument(format!(
             "--out: received {}, the recording itself, expected another file",
             to.display()
-        );
+        ));
     }
     create_new(to).with_context(|| cannot_write(to))
 }

@@ -11,12 +11,11 @@ mod topics;
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::bail;
 use clap::Args;
 use coaxle_clock::{Instant, Span};
-use coaxle_host::cli::Exit;
+use coaxle_host::cli::{Exit, wrong_argument};
 use coaxle_host::machine::local;
-use coaxle_host::transport::Transport;
+use coaxle_host::transport::{Transport, endpoint};
 use coaxle_host::{Commander, Interrupt, Machine, OverZenoh, machine};
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
@@ -58,10 +57,10 @@ pub(crate) struct Ros2Args {
     commands: bool,
     /// Look for ROS here, its router or a node, such as tcp/127.0.0.1:7447; may be given several times [default: ROS is
     /// in the same network as the nodes]
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
     ros_connect: Vec<String>,
     /// Let ROS connect to this one here; may be given several times
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
     ros_listen: Vec<String>,
     #[command(flatten)]
     network: NetworkArgs,
@@ -119,9 +118,9 @@ impl Ros2Args {
     fn own_network(&self) -> anyhow::Result<Option<TransportConfig>> {
         if self.ros_connect.is_empty() && self.ros_listen.is_empty() {
             if self.network.secure.is_some() {
-                bail!(
+                return wrong_argument(
                     "--secure: received no --ros-connect, expected that or --ros-listen besides: in a secure network nobody has \
-                     the right to topics of ROS"
+                     the right to topics of ROS",
                 );
             }
             return Ok(None);

@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
+use coaxle_host::cli::wrong_argument;
 use coaxle_host::machine;
 use coaxle_host::transport::{host_and_port, is_local};
 use coaxle_node::keys::NodeName;
@@ -135,11 +136,11 @@ fn check_known(network: &Network, only: &[NodeName]) -> anyhow::Result<()> {
     for name in only {
         if !members(network).any(|known| known == name) {
             let known: Vec<_> = members(network).map(NodeName::as_str).collect();
-            bail!(
+            return wrong_argument(format!(
                 "--only: received {:?}, expected some of: {}",
                 name.as_str(),
                 known.join(", ")
-            );
+            ));
         }
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! A field and its values, and the points that several of them span.
 
-use anyhow::bail;
+use coaxle_host::cli::wrong_argument;
 
 use crate::scenario::GridAxis;
 
@@ -88,19 +88,27 @@ pub(super) fn points(axes: &[Axis], seeds: usize) -> anyhow::Result<Vec<Vec<Stri
         runs.filter(|runs| *runs <= MOST_RUNS)
     });
     if runs.is_none_or(|runs| runs > MOST_RUNS) {
-        bail!("sweep: received a grid of more than {MOST_RUNS} points, expected fewer values");
+        return wrong_argument(format!(
+            "sweep: received a grid of more than {MOST_RUNS} points, expected fewer values"
+        ));
     }
     for (n, Axis { field, values }) in axes.iter().enumerate() {
         if axes[..n].iter().any(|before| before.field == *field) {
-            bail!("sweep: received the field {field} twice, expected each once");
+            return wrong_argument(format!(
+                "sweep: received the field {field} twice, expected each once"
+            ));
         }
         if let Some((_, twice)) =
             (values.iter().enumerate()).find(|(n, v)| values[..*n].contains(v))
         {
-            bail!("sweep: received {field}={twice} twice, expected each value once");
+            return wrong_argument(format!(
+                "sweep: received {field}={twice} twice, expected each value once"
+            ));
         }
         if field == SEED && seeds > 1 {
-            bail!("sweep: received several seeds and an axis of seeds, expected one of them");
+            return wrong_argument(
+                "sweep: received several seeds and an axis of seeds, expected one of them",
+            );
         }
     }
     let mut points = vec![Vec::new()];

@@ -3,7 +3,7 @@
 //! Over one axis it is a curve for each receiver or slave, over two a map for each; axes beyond the second have a map for each of
 //! their values. Axes with a single value are none.
 
-use anyhow::bail;
+use coaxle_host::cli::wrong_argument;
 use coaxle_node::signal::Kind;
 
 use super::grid::Axis;
@@ -76,9 +76,9 @@ pub(super) fn check_figure(name: Option<&str>, figures: &[Figure]) -> anyhow::Re
         [] => format!("such as {TIME_ERROR} or {CUTTING}"),
         alike => format!("such as {}", alike.join(", ")),
     };
-    bail!(
+    wrong_argument(format!(
         "--figure: received {name:?}, expected a figure as the columns of points.csv name them without their units, {known}"
-    );
+    ))
 }
 
 /// A point: each field with its value.

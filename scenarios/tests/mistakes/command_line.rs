@@ -1,17 +1,17 @@
 //! Mistakes on the command line, with what it names: files, folders, disks.
 
-use crate::{FAILED, WRONG_FILE};
+use crate::{FAILED, WRONG_ARGUMENT, WRONG_FILE};
 
 /// The command line, the exit code, and the line that it gives.
 pub(crate) const ON_THE_COMMAND_LINE: &[(&str, i32, &str)] = &[
     (
         "run beet",
-        FAILED,
+        WRONG_ARGUMENT,
         "received scenario \"beet\", expected a path ending in .toml or one of: …; did you mean \"beat\"?",
     ),
     (
         "run x.toml --set receiver.swa.mode=sync",
-        FAILED,
+        WRONG_ARGUMENT,
         "x.toml: --set receiver.swa.mode=sync: received \"swa\", expected one of: saw",
     ),
     (
@@ -26,7 +26,7 @@ pub(crate) const ON_THE_COMMAND_LINE: &[(&str, i32, &str)] = &[
     ),
     (
         "run x.toml --receivers swa",
-        FAILED,
+        WRONG_ARGUMENT,
         "--receivers: received \"swa\", expected some of: saw",
     ),
     (

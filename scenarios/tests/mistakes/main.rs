@@ -24,6 +24,7 @@ fn coaxle(folder: &Path, arguments: &[&str]) -> Output {
 
 /// What is wrong in a file is so the next time, too; other things may not be.
 const WRONG_FILE: i32 = 78;
+const WRONG_ARGUMENT: i32 = 2;
 const FAILED: i32 = 1;
 
 /// What the tool says of what it cannot do, ending with this code: the lines that begin with "error: ", without that.

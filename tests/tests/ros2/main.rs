@@ -192,10 +192,10 @@ fn what_is_wrong_in_its_arguments_is_told_in_a_line() {
         (&["--rate", "0"], 2, "expected a number from 0.1 to 1000"),
         (
             &["--secure", "anna"],
-            1,
+            2,
             "expected that or --ros-listen besides",
         ),
-        (&["--ros-connect", "nowhere"], 1, "nowhere"),
+        (&["--ros-connect", "nowhere"], 2, "nowhere"),
     ] {
         let output = std::process::Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"))
             .arg("ros2")

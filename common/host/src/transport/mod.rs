@@ -15,7 +15,9 @@ use std::time::Duration;
 use coaxle_clock::Instant;
 
 pub use in_process::InProcess;
-pub use over_zenoh::{Exposure, OverZenoh, ZENOH_RUNTIME, host_and_port, is_local, zenoh_config};
+pub use over_zenoh::{
+    Exposure, OverZenoh, ZENOH_RUNTIME, endpoint, host_and_port, is_local, zenoh_config,
+};
 
 use crate::machine::Machine;
 

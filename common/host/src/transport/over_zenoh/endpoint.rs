@@ -46,6 +46,17 @@ pub(super) fn check_secure_endpoint(endpoint: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// An endpoint of the command line.
+///
+/// # Errors
+/// What was received, and what is expected.
+pub fn endpoint(text: &str) -> Result<String, String> {
+    match check_endpoint(text) {
+        Ok(()) => Ok(text.to_owned()),
+        Err(reason) => Err(reason.to_string()),
+    }
+}
+
 const PROTOCOLS: [&str; 5] = ["tcp", "udp", "tls", "quic", "unixsock-stream"];
 
 /// Zenoh itself would retry an endpoint that can never work, quietly and for ever.
