@@ -1,7 +1,7 @@
 //! `--set path.to.field=value`.
 
 use anyhow::Context;
-use coaxle_host::cli::{WrongArgument, wrong_argument};
+use coaxle_host::cli::{Mistake, wrong_argument};
 use coaxle_node::config::did_you_mean;
 use toml::{Table, Value};
 
@@ -18,7 +18,7 @@ const MOST_LISTED: usize = 24;
 /// Says what was received and what is expected.
 pub fn apply(table: &mut Table, text: &str) -> anyhow::Result<()> {
     let (path, value) = text.split_once('=').ok_or_else(|| {
-        WrongArgument(format!(
+        Mistake::in_argument(format!(
             "received --set {text:?}, expected path.to.field=value"
         ))
     })?;

@@ -117,10 +117,11 @@ pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
 #[must_use]
 pub fn exit_of(error: &anyhow::Error) -> Exit {
     let is = |test: fn(&(dyn std::error::Error + 'static)) -> bool| error.chain().any(test);
-    if error.downcast_ref::<NotThere>().is_some() {
+    let mistake = (error.chain()).find_map(|cause| cause.downcast_ref::<Mistake>());
+    if let Some(mistake) = mistake {
+        mistake.exit
+    } else if error.downcast_ref::<NotThere>().is_some() {
         Exit::NoData
-    } else if is(|cause| cause.is::<WrongArgument>()) {
-        Exit::WrongCommandLine
     } else if is(|cause| {
         cause.is::<ConfigError>() || cause.is::<Unreadable>() || cause.is::<CamFileError>()
     }) {
@@ -135,17 +136,46 @@ pub fn exit_of(error: &anyhow::Error) -> Exit {
 #[error("{0}")]
 pub struct NotThere(pub String);
 
-/// An argument of the command line that nothing can be done with: what was received, and what is expected.
+/// Something that a user gave and that nothing can be done with: what was received, and what is expected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct WrongArgument(pub String);
+#[error("{text}")]
+pub struct Mistake {
+    text: String,
+    exit: Exit,
+}
 
-/// The same as a result.
+impl Mistake {
+    /// In an argument of the command line.
+    #[must_use]
+    pub fn in_argument(text: impl Into<String>) -> Self {
+        let exit = Exit::WrongCommandLine;
+        let text = text.into();
+        Self { text, exit }
+    }
+
+    /// In a file that is read.
+    #[must_use]
+    pub fn in_file(text: impl Into<String>) -> Self {
+        let exit = Exit::WrongConfig;
+        let text = text.into();
+        Self { text, exit }
+    }
+}
+
+/// A [`Mistake::in_argument`].
 ///
 /// # Errors
 /// Always.
 pub fn wrong_argument<T>(text: impl Into<String>) -> anyhow::Result<T> {
-    Err(WrongArgument(text.into()).into())
+    Err(Mistake::in_argument(text).into())
+}
+
+/// A [`Mistake::in_file`].
+///
+/// # Errors
+/// Always.
+pub fn wrong_file<T>(text: impl Into<String>) -> anyhow::Result<T> {
+    Err(Mistake::in_file(text).into())
 }
 
 /// What is wrong: a line for each mistake in a config, otherwise one with all of the causes.

@@ -9,9 +9,9 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::{Args, ValueEnum};
-use coaxle_host::cli::wrong_argument;
+use coaxle_host::cli::{wrong_argument, wrong_file};
 use coaxle_host::create_new;
 use coaxle_node::text_file;
 use coaxle_recording::export::{Exported, Format};
@@ -199,10 +199,10 @@ fn open(path: &Path) -> anyhow::Result<BufReader<File>> {
         .fill_buf()
         .with_context(|| path.display().to_string())?;
     if !begins.starts_with(MAGIC) {
-        bail!(
+        return wrong_file(format!(
             "{}: received another file, expected a recording in MCAP",
             path.display()
-        );
+        ));
     }
     Ok(file)
 }

@@ -6,9 +6,9 @@ mod node;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::Context;
 use clap::Args;
-use coaxle_host::cli::Exit;
+use coaxle_host::cli::{Exit, Mistake, wrong_file};
 use coaxle_host::machine;
 use coaxle_node::Scan;
 use coaxle_node::config::parse;
@@ -95,7 +95,9 @@ fn run(args: &ReplayArgs, out: &Path) -> anyhow::Result<Outcome> {
             }) => {
                 if let Some(damage) = broken {
                     // A receiver that misses cycles is another one.
-                    bail!("{file}: {damage}; inputs of cycles are lost, which cannot be replayed");
+                    return wrong_file(format!(
+                        "{file}: {damage}; inputs of cycles are lost, which cannot be replayed"
+                    ));
                 }
                 let scan = Scan::from_bytes(&bytes);
                 let scan = scan.with_context(|| format!("{file}: inputs at {at_ns} ns"))?;
@@ -128,15 +130,16 @@ fn run(args: &ReplayArgs, out: &Path) -> anyhow::Result<Outcome> {
 
 fn nothing_to_replay(file: &Path, known: &Known) -> anyhow::Error {
     let file = file.display();
-    match known.facts.get("role").map(String::as_str) {
-        Some("receiver") => anyhow!(
+    let text = match known.facts.get("role").map(String::as_str) {
+        Some("receiver") => format!(
             "{file}: received a recording without inputs, expected one that the receiver wrote itself, with `--record`"
         ),
-        Some(role) => anyhow!("{file}: received the recording of a {role}, expected a receiver's"),
-        None => anyhow!(
+        Some(role) => format!("{file}: received the recording of a {role}, expected a receiver's"),
+        None => format!(
             "{file}: received a recording of several nodes or of none, expected one of a receiver"
         ),
-    }
+    };
+    Mistake::in_file(text).into()
 }
 
 fn start(args: &ReplayArgs, known: &Known, out: &Path) -> anyhow::Result<Replayed<std::fs::File>> {
@@ -162,7 +165,9 @@ fn recorded_config(file: &Path, known: &Known) -> anyhow::Result<ReceiverConfig>
     let shown = file.display();
     let [(name, data)] = Vec::from_iter(&known.files)[..] else {
         let count = known.files.len();
-        bail!("{shown}: received {count} files in it, expected the config of a receiver");
+        return wrong_file(format!(
+            "{shown}: received {count} files in it, expected the config of a receiver"
+        ));
     };
     let text = String::from_utf8_lossy(data);
     let mut config: ReceiverConfig = parse(&format!("{shown}: {name}"), &text)?;
@@ -193,20 +198,20 @@ fn check_follows_the_same(
     };
     let ((keys, axes), (recorded_keys, recorded_axes)) = (heard(config), heard(recorded));
     if axes != recorded_axes {
-        bail!(
+        return wrong_file(format!(
             "{}: follows {}, expected {} as in the recording",
             path.display(),
             axes.join(", "),
             recorded_axes.join(", ")
-        );
+        ));
     }
     if keys != recorded_keys {
-        bail!(
+        return wrong_file(format!(
             "{}: hears {}, expected {} as in the recording: does `delay` differ?",
             path.display(),
             keys.join(", "),
             recorded_keys.join(", ")
-        );
+        ));
     }
     Ok(())
 }

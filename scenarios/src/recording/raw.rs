@@ -5,7 +5,8 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Take};
 use std::path::Path;
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::Context;
+use coaxle_host::cli::{Mistake, wrong_file};
 use coaxle_host::exchanges_beside;
 use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
 use coaxle_node::text_file::{self, ShortLines};
@@ -30,8 +31,8 @@ impl Raw {
     /// # Errors
     /// Names the file and what is wrong with it.
     pub(crate) fn read(arrivals: &Path) -> anyhow::Result<Self> {
-        let mut messages: Vec<ArrivalRow> =
-            read_rows(arrivals).map_err(|wrong| anyhow!("{wrong:#}; expected {KIND}"))?;
+        let mut messages: Vec<ArrivalRow> = read_rows(arrivals)
+            .map_err(|wrong| Mistake::in_file(format!("{wrong:#}; expected {KIND}")))?;
         // A recording is of one clock: that of the receiver's first far node.
         messages.retain(|row| row.far == 1);
         let path = exchanges_beside(arrivals);
@@ -41,10 +42,10 @@ impl Raw {
             Vec::new()
         };
         let Some((epoch, runs)) = longest_run(&messages) else {
-            bail!(
+            return wrong_file(format!(
                 "{}: received no messages, expected some: did the receiver hear its master?",
                 arrivals.display()
-            );
+            ));
         };
         let mut raw = Self {
             messages,

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use coaxle_host::cli::WrongArgument;
+use coaxle_host::cli::Mistake;
 
 use crate::catalog::Source;
 use crate::curves::Drawn;
@@ -124,7 +124,7 @@ pub fn prepare(source: &Source, options: &Options) -> anyhow::Result<Scenario> {
     if !options.receivers.is_empty() {
         scenario
             .keep_receivers(&options.receivers)
-            .map_err(|reason| WrongArgument(format!("--receivers: {reason}")))?;
+            .map_err(|reason| Mistake::in_argument(format!("--receivers: {reason}")))?;
     }
     Ok(scenario)
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
-use anyhow::bail;
+use coaxle_host::cli::wrong_file;
 use coaxle_host::credentials::PROFILE_FILE;
 use coaxle_node::command::MAX_ORDER_BYTES;
 use coaxle_node::frame::{MAX_AXES, frame_capacity};
@@ -65,10 +65,10 @@ pub fn known_nodes(folder: &Path) -> anyhow::Result<Vec<NodeName>> {
     let quoted = text.split('"').filter(|word| word.ends_with("/status"));
     let nodes: BTreeSet<_> = quoted.filter_map(NodeName::of_key).collect();
     if nodes.is_empty() {
-        bail!(
+        return wrong_file(format!(
             "{}: received a profile that may hear the status of no node, expected that of an operator",
             file.display()
-        );
+        ));
     }
     Ok(nodes.into_iter().collect())
 }

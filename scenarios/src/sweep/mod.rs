@@ -22,7 +22,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
-use coaxle_host::cli::WrongArgument;
+use coaxle_host::cli::Mistake;
 use coaxle_node::config::parse_table;
 
 pub use self::grid::Axis;
@@ -180,7 +180,7 @@ fn scenario_at(
     if !setup.receivers.is_empty() {
         scenario
             .keep_receivers(&setup.receivers)
-            .map_err(|reason| WrongArgument(format!("--receivers: {reason}")))?;
+            .map_err(|reason| Mistake::in_argument(format!("--receivers: {reason}")))?;
     }
     Ok(scenario)
 }

@@ -111,7 +111,7 @@ pub(crate) const ON_THE_COMMAND_LINE: &[(&str, i32, &str)] = &[
     ),
     (
         "recover taken.mcap --out s.toml",
-        FAILED,
+        WRONG_FILE,
         "taken.mcap: received another file, expected a recording in MCAP",
     ),
     (

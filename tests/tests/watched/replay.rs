@@ -84,7 +84,7 @@ fn what_cannot_be_replayed_is_told_with_what_could() {
     assert!(matches!(ran.status.code(), Some(0 | 3)), "{ran:?}");
     let error = |file: &str| {
         let refused = coaxle(&["replay", file]);
-        assert_eq!(refused.status.code(), Some(1), "{refused:?}");
+        assert_eq!(refused.status.code(), Some(78), "{refused:?}");
         String::from_utf8(refused.stderr).expect("UTF-8")
     };
     let trace = error(&format!("{out}/trace.mcap"));
