@@ -238,10 +238,11 @@ fn wrong_while(text: &str, goes_on: &dyn Fn() -> bool) -> Option<Vec<String>> {
         if finished.interrupted_at_s.is_some() {
             return Ok(None);
         }
+        let duration = scenario.duration_s.get();
         let lost = finished
             .figures()
             .iter()
-            .filter(|(_, receiver)| synchronises(receiver.mode) && !is_back(receiver))
+            .filter(|(_, receiver)| synchronises(receiver.mode) && !is_back(receiver, duration))
             .map(|(name, receiver)| {
                 format!("{name} ({}) is not in sync at the end", receiver.mode)
             });
@@ -270,13 +271,20 @@ const STARTING_UP: f64 = 30.0;
 /// TS5066 learns the drift from one beat to the next.
 const BEATS: u64 = 2;
 
-/// Whether a receiver is in sync, or cannot be yet; or its clock is and the axis is on its way: that takes up to half a minute
-/// after it was away for long.
-fn is_back(receiver: &ReceiverSummary) -> bool {
+/// Whether a receiver is in sync after so many seconds, or cannot be yet; or its clock is and the axis is on its way: that
+/// takes up to half a minute after it was away for long.
+fn is_back(receiver: &ReceiverSummary, duration: f64) -> bool {
     let (far, axis) = (&receiver.last.far, &receiver.last.axis);
     let is_on_its_way = far.synced && axis.continuity == ContinuityName::Rejoining;
-    let heard_for = far.cycle_time_us.unwrap_or_default() * 1e-6 * far.expected as f64;
-    let has_just_begun = far.restarts == 0 && far.expected > 0 && heard_for < STARTING_UP;
+    let heard_for = match far.last_relock_s {
+        // Nothing but another run made it begin anew: it is heard since then.
+        Some(since) if u64::from(far.relocks) <= far.restarts => duration - since,
+        _ if far.restarts == 0 => {
+            far.cycle_time_us.unwrap_or_default() * 1e-6 * far.expected as f64
+        }
+        _ => f64::INFINITY,
+    };
+    let has_just_begun = far.expected > 0 && heard_for < STARTING_UP;
     let waits_for_beats =
         receiver.mode != "observer" && far.error == 0 && u64::from(far.beats) < BEATS;
     receiver.synced_at_end || is_on_its_way || has_just_begun || waits_for_beats
