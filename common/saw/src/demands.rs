@@ -72,26 +72,21 @@ impl Piece {
     fn demands_of_ramp(&self, rise: f64, rate: f64) -> Demands {
         let (from, square) = (self.way.0[1], rate * rate);
         let to = from + rise;
-        let at_ends =
-            |from: f64, to: f64| MinMax::at(self.begin, from).joined(MinMax::at(self.end(), to));
-        let middle = self.master_at(0.5);
-        let steepest = 1.5 * rise * square;
+        let middle = Sample {
+            master: self.master_at(0.5),
+            velocity: (from + to) / 2.0 * rate,
+            acceleration: 1.5 * rise * square,
+        };
         let mut effort = Effort::none(self.begin);
-        effort.add_at(
-            &Sample {
-                master: middle,
-                velocity: (from + to) / 2.0 * rate,
-                acceleration: steepest,
-            },
-            ((from + to) * rate).signum(),
-        );
+        effort.add_at(&middle, middle.velocity.signum());
         let jerk = 6.0 * rise * square * rate;
         Demands {
             course: Extremes {
-                position: at_ends(self.position, self.position + self.distance()),
-                velocity: at_ends(from * rate, to * rate),
-                acceleration: MinMax::at(self.begin, 0.0).joined(MinMax::at(middle, steepest)),
-                jerk: at_ends(jerk, -jerk),
+                position: self.at_ends(self.position, self.position + self.distance()),
+                velocity: self.at_ends(from * rate, to * rate),
+                acceleration: MinMax::at(self.begin, 0.0)
+                    .joined(MinMax::at(middle.master, middle.acceleration)),
+                jerk: self.at_ends(jerk, -jerk),
             },
             speeding_up: effort.speeding_up,
             slowing_down: effort.slowing_down,
@@ -100,11 +95,9 @@ impl Piece {
 
     fn demands_of_line(&self, rate: f64) -> Demands {
         let still = MinMax::at(self.begin, 0.0);
-        let position = MinMax::at(self.begin, self.position)
-            .joined(MinMax::at(self.end(), self.position + self.way.0[1]));
         Demands {
             course: Extremes {
-                position,
+                position: self.at_ends(self.position, self.position + self.way.0[1]),
                 velocity: MinMax::at(self.begin, self.way.0[1] * rate),
                 acceleration: still,
                 jerk: still,
@@ -112,6 +105,11 @@ impl Piece {
             speeding_up: still.maximum,
             slowing_down: still.maximum,
         }
+    }
+
+    /// The range of a quantity that is extreme at the ends.
+    fn at_ends(&self, from: f64, to: f64) -> MinMax {
+        MinMax::at(self.begin, from).joined(MinMax::at(self.end(), to))
     }
 
     fn master_at(&self, x: f64) -> f64 {

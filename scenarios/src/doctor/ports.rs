@@ -1,7 +1,7 @@
 //! Whether a firewall keeps others from where a config listens.
 
 use coaxle_host::os::Firewall;
-use coaxle_host::transport::host_and_port;
+use coaxle_host::transport::{host_and_port, is_over_udp};
 
 use super::{Opening, note, shut};
 
@@ -9,8 +9,7 @@ use super::{Opening, note, shut};
 pub(super) fn of_ports(listens: &[String], firewall: &Result<Firewall, String>) -> Vec<Opening> {
     let ports = listens.iter().filter_map(|endpoint| {
         let (_, port) = host_and_port(endpoint)?;
-        let is_udp = endpoint.starts_with("udp/") || endpoint.starts_with("quic/");
-        (port > 0).then_some((endpoint, port, is_udp))
+        (port > 0).then(|| (endpoint, port, is_over_udp(endpoint)))
     });
     let ports: Vec<_> = ports.collect();
     if ports.is_empty() {

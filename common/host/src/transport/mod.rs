@@ -16,7 +16,8 @@ use coaxle_clock::Instant;
 
 pub use in_process::InProcess;
 pub use over_zenoh::{
-    Exposure, OverZenoh, ZENOH_RUNTIME, endpoint, host_and_port, is_local, zenoh_config,
+    Exposure, OverZenoh, ZENOH_RUNTIME, endpoint, host_and_port, is_local, is_over_udp,
+    zenoh_config,
 };
 
 use crate::machine::Machine;

@@ -12,6 +12,12 @@ pub fn host_and_port(endpoint: &str) -> Option<(&str, u16)> {
     Some((host, port.parse().ok()?))
 }
 
+/// Whether what goes there goes in UDP datagrams.
+#[must_use]
+pub fn is_over_udp(endpoint: &str) -> bool {
+    endpoint.starts_with("udp/") || endpoint.starts_with("quic/")
+}
+
 /// Whether only programs on this machine can be at the other end.
 #[must_use]
 pub fn is_local(endpoint: &str) -> bool {

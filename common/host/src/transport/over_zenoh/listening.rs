@@ -3,7 +3,7 @@
 use std::io::{self, ErrorKind};
 use std::net::{TcpListener, UdpSocket};
 
-use super::endpoint::host_and_port;
+use super::endpoint::{host_and_port, is_over_udp};
 
 /// What to do about the first of these endpoints that cannot be listened on, to be said behind the reason; empty if all of
 /// them can.
@@ -21,7 +21,7 @@ fn listen(endpoint: &str) -> io::Result<()> {
         return Ok(());
     };
     let host = host.trim_start_matches('[').trim_end_matches(']');
-    match endpoint.starts_with("udp/") || endpoint.starts_with("quic/") {
+    match is_over_udp(endpoint) {
         true => UdpSocket::bind((host, port)).map(drop),
         false => TcpListener::bind((host, port)).map(drop),
     }

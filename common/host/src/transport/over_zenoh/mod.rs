@@ -25,7 +25,7 @@ use zenoh::sample::{Sample, SampleKind};
 
 use config::described;
 pub use config::{ZENOH_RUNTIME, zenoh_config};
-pub use endpoint::{endpoint, host_and_port, is_local};
+pub use endpoint::{endpoint, host_and_port, is_local, is_over_udp};
 pub use exposure::Exposure;
 
 use self::error::zenoh_error;
