@@ -66,7 +66,7 @@ fn a_network_is_made_once_and_renewed_with_its_authority() {
     assert!(read(folder, "net/anna/zenoh.json5").contains("tls/10.0.0.1:7447"));
 
     let (again, code) = said(folder, "secure init line.toml saw.toml --out net");
-    assert_eq!(code, Some(1), "{again}");
+    assert_eq!(code, Some(2), "{again}");
     assert!(again.contains("is there already"), "{again}");
 
     let old = ["line", "saw"].map(|node| read(folder, &format!("net/{node}/cert.pem")));

@@ -16,6 +16,8 @@ use core::hash::{Hash, Hasher};
 use core::marker::PhantomData;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+use crate::numbers::rounded;
+
 /// A clock that instants can belong to.
 pub trait Domain: 'static {
     /// The clock's name, for people.
@@ -181,13 +183,13 @@ impl Span {
     /// The span nearest to `secs` seconds; saturates, and NaN becomes zero.
     #[must_use]
     pub fn from_secs_f64(secs: f64) -> Self {
-        Self(libm::round(secs * 1e9) as i64)
+        Self(rounded(secs * 1e9))
     }
 
     /// The span nearest to `micros` microseconds; saturates, and NaN becomes zero.
     #[must_use]
     pub fn from_micros_f64(micros: f64) -> Self {
-        Self(libm::round(micros * 1e3) as i64)
+        Self(rounded(micros * 1e3))
     }
 
     /// Nanoseconds.

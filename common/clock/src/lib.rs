@@ -28,6 +28,7 @@ pub mod cycle;
 pub mod delay;
 pub mod far_clock;
 pub mod instant;
+mod numbers;
 pub mod observer;
 mod straight_line;
 pub mod time_sync;

@@ -75,7 +75,11 @@ impl Slaves {
                     MasterRef::Slave(master) => self.slaves[master].as_master(),
                 });
             }
-            self.turn(n, |slave| slave.cycle(&masters, elapsed));
+            if self.have_plates() || self.slaves[n].has_program() {
+                self.turn(n, |slave| slave.cycle(&masters, elapsed));
+            } else {
+                self.slaves[n].cycle(&masters, elapsed);
+            }
         }
     }
 
@@ -124,10 +128,16 @@ impl Slaves {
 
     /// A question to a slave, which has no need of plates as long as none ever came.
     fn ask<T>(&mut self, n: usize, ask: impl FnOnce(&Slave) -> T) -> T {
-        match &self.plates {
-            Some(plates) if plates.selections() > 0 => self.turn(n, |slave| ask(slave)),
-            _ => ask(&self.slaves[n]),
+        if self.have_plates() {
+            self.turn(n, |slave| ask(slave))
+        } else {
+            ask(&self.slaves[n])
         }
+    }
+
+    /// Whether any plate ever came.
+    fn have_plates(&self) -> bool {
+        (self.plates.as_ref()).is_some_and(|plates| plates.selections() > 0)
     }
 
     /// The axis structures of all slaves that have something to say, by id.
@@ -149,31 +159,28 @@ impl Slaves {
         let places = shown.signals.slaves.iter_mut().zip(&mut shown.faults);
         for (n, (signals, faults)) in places.enumerate().take(self.slaves.len()) {
             self.ask(n, |slave| {
-                *faults = slave.faults();
+                slave.show_faults(faults);
                 slave.show(faults, signals);
             });
         }
     }
 
-    /// What keeps a slave from its work.
+    /// What keeps a slave from its work: an error of any before what was refused, and that before what waits in vain.
     pub(crate) fn fault(&self) -> Option<Health> {
-        let failed = |(n, slave): (usize, &Slave)| match slave.error()? {
-            SlaveError::Drive(_) => Some(Health::DriveTripped),
-            _ => Some(Health::SlaveFailed { slave: n }),
-        };
-        let refused = |(n, slave): (usize, &Slave)| {
-            slave
-                .is_refused()
-                .then_some(Health::CommandRefused { slave: n })
-        };
-        let blocked = |(n, slave): (usize, &Slave)| {
-            let health = Health::ProgramBlocked { slave: n };
-            slave.blocked_program().map(|_| health)
-        };
-        let all = || self.slaves.iter().enumerate();
-        all()
-            .find_map(failed)
-            .or_else(|| all().find_map(refused))
-            .or_else(|| all().find_map(blocked))
+        let (mut refused, mut blocked) = (None, None);
+        for (n, slave) in self.slaves.iter().enumerate() {
+            match slave.error() {
+                Some(SlaveError::Drive(_)) => return Some(Health::DriveTripped),
+                Some(_) => return Some(Health::SlaveFailed { slave: n }),
+                None => {}
+            }
+            if slave.is_refused() {
+                refused = refused.or(Some(Health::CommandRefused { slave: n }));
+            }
+            if slave.blocked_program().is_some() {
+                blocked = blocked.or(Some(Health::ProgramBlocked { slave: n }));
+            }
+        }
+        refused.or(blocked)
     }
 }

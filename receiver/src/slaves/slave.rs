@@ -239,6 +239,10 @@ impl Slave {
         self.axis.error()
     }
 
+    pub(super) const fn has_program(&self) -> bool {
+        self.program.is_some()
+    }
+
     /// Whether what its config has it do was refused.
     pub(super) fn is_refused(&self) -> bool {
         self.start_refused || self.program.as_ref().is_some_and(Program::is_refused)
@@ -315,11 +319,19 @@ impl Slave {
         }
     }
 
-    pub(super) fn faults(&self) -> SlaveFaults {
-        SlaveFaults {
-            error: self.error(),
-            refusal: self.refusal,
-            blocked: self.blocked_program(),
+    /// Writes what is wrong with it. Where nothing is, nothing is moved: this is asked in every cycle.
+    pub(super) fn show_faults(&self, faults: &mut SlaveFaults) {
+        match self.error() {
+            None => faults.error = None,
+            error => faults.error = error,
+        }
+        match self.refusal {
+            None => faults.refusal = None,
+            refusal => faults.refusal = refusal,
+        }
+        match self.blocked_program() {
+            None => faults.blocked = None,
+            blocked => faults.blocked = blocked,
         }
     }
 

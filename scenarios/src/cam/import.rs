@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::{Args, ValueEnum};
+use coaxle_host::cli::wrong_argument;
 use coaxle_node::cam_file::{CamFile, MOST_BYTES};
 use coaxle_node::point_table::PointTable;
 use coaxle_plate::{Course, WrittenPoint};
@@ -87,15 +88,15 @@ impl ImportArgs {
         out: &mut dyn Write,
     ) -> anyhow::Result<()> {
         let Some(output) = &self.output else {
-            bail!(
+            return wrong_argument(format!(
                 "{}: received {bytes} bytes of TOML, expected at most {MOST_BYTES} on standard output; with --output the points \
                  are left in a CSV file beside it",
                 self.table.display()
-            );
+            ));
         };
         let beside = output.with_extension("csv");
         let Some(name) = beside.file_name().map(|name| name.to_string_lossy()) else {
-            bail!("{}: received no name of a file", output.display());
+            return wrong_argument(format!("{}: received no name of a file", output.display()));
         };
         if !is_same(&beside, &self.table) {
             new_file::write(Some(&beside), &table.to_csv(), out)?;

@@ -4,7 +4,8 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
+use coaxle_host::cli::wrong_argument;
 
 /// Writes a file that is not there yet, or the text to standard output without one.
 ///
@@ -20,9 +21,9 @@ pub(super) fn write(path: Option<&Path>, text: &str, out: &mut dyn Write) -> any
             .write_all(text.as_bytes())
             .with_context(|| format!("cannot write {name}"))?,
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-            bail!(
+            return wrong_argument(format!(
                 "{name}: received a file that is there already, expected a name that is not taken"
-            )
+            ));
         }
         Err(error) => return Err(error).with_context(|| format!("cannot write {name}")),
     }

@@ -9,7 +9,8 @@ mod text;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
+use coaxle_host::cli::wrong_argument;
 
 pub(crate) use charts::{Charts, Line, Sampled};
 pub(crate) use tables::{cells, right, table};
@@ -60,10 +61,10 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 /// A page that cannot be written, or would take the place of something else.
 pub(crate) fn write_plot(path: &Path, page: &str, out: &mut dyn Write) -> anyhow::Result<()> {
     if is_something_else(path) {
-        bail!(
+        return wrong_argument(format!(
             "{}: received a file that is no page, expected one of before, or a name that is not taken",
             path.display()
-        );
+        ));
     }
     std::fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))?;
     writeln!(out, "plot: {}", path.display())?;

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::{Args, Subcommand};
 use coaxle_host::cli::wrong_argument;
 use coaxle_host::machine;
@@ -123,10 +123,10 @@ fn refuse_to_overwrite(out: &Path, network: &Network) -> anyhow::Result<()> {
     for name in names.chain([AUTHORITY_FOLDER]) {
         let folder = out.join(name);
         if folder.exists() {
-            bail!(
+            return wrong_argument(format!(
                 "{} is there already, expected none: `coaxle secure renew` writes folders anew",
                 folder.display()
-            );
+            ));
         }
     }
     Ok(())

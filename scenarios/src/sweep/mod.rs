@@ -21,8 +21,8 @@ mod work;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
-use coaxle_host::cli::Mistake;
+use anyhow::Context;
+use coaxle_host::cli::{Mistake, wrong_file};
 use coaxle_node::config::parse_table;
 
 pub use self::grid::Axis;
@@ -156,11 +156,11 @@ fn check_bytes(source: &Source, points: usize) -> anyhow::Result<()> {
     let bytes = source.text.len();
     // One point is the scenario itself.
     if points > 1 && bytes.saturating_mul(points) > MOST_BYTES {
-        bail!(
+        return wrong_file(format!(
             "{}: received {bytes} bytes at {points} points of a grid, expected at most {MOST_BYTES} bytes at all of \
              them together",
             source.file
-        );
+        ));
     }
     Ok(())
 }

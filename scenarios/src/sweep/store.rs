@@ -8,7 +8,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::Context;
+use coaxle_host::cli::wrong_argument;
 use coaxle_host::os::{Os, System};
 use serde::{Deserialize, Serialize};
 
@@ -53,11 +54,11 @@ impl Store {
         let (all, path) = (folder.file(RUNS), folder.file(IDENTITY));
         let before = read(&path)?;
         if let (Some(before), false) = (&before, is_fresh) {
-            identity.check_same(before).map_err(|what| anyhow!(
+            identity.check_same(before).or_else(|what| wrong_argument(format!(
                 "{}: received the folder of a sweep {what}; expected the same sweep, another folder (--out DIR), or --fresh to \
                  begin this one anew",
                 path.display()
-            ))?;
+            )))?;
         }
         let text = toml::to_string(identity).context("cannot write the sweep as TOML")?;
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
@@ -135,10 +136,10 @@ fn read(path: &Path) -> anyhow::Result<Option<Identity>> {
         text => text.with_context(|| format!("cannot read {}", path.display()))?,
     };
     let Ok(identity) = toml::from_str(&text) else {
-        bail!(
+        return wrong_argument(format!(
             "{}: received another file, expected that of a sweep, or another folder (--out DIR)",
             path.display()
-        );
+        ));
     };
     Ok(Some(identity))
 }

@@ -2,6 +2,7 @@
 
 use super::window::Early;
 use crate::instant::{Instant, Local};
+use crate::numbers::together;
 
 /// What is seen enters the mean of so many estimates at most.
 const LONGEST_MEMORY: u32 = 1_000;
@@ -45,7 +46,7 @@ impl Estimate {
             delay: 0.5 * (there.early - back.early),
             uncertainty: half_round_trip + moved,
             half_round_trip,
-            jitter: 0.5 * libm::hypot(there.deviation, back.deviation),
+            jitter: 0.5 * together(there.deviation, back.deviation),
             newest,
             measured,
             count: 1,

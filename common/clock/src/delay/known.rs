@@ -5,6 +5,7 @@ use super::estimate::Estimate;
 use super::window::Recent;
 use super::{Asymmetry, COVERED, DelayExchange};
 use crate::instant::{Instant, Local, Span};
+use crate::numbers::together;
 use crate::observer::FarLine;
 
 impl DelayExchange {
@@ -91,5 +92,5 @@ impl DelayExchange {
 
 /// The standard deviation of a delay whose ways are as unequal as they are taken for, s.
 pub(super) fn sigma(estimate: &Estimate, line: &FarLine) -> f64 {
-    libm::hypot(estimate.jitter, line.sigma.0)
+    together(estimate.jitter, line.sigma.0)
 }

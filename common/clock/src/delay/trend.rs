@@ -8,6 +8,7 @@
 
 use super::window::{Exchange, KEPT, Recent};
 use crate::instant::{Instant, Local, Span};
+use crate::numbers::together;
 use crate::straight_line::StraightLine;
 
 /// So many exchanges tell, in so long a time, s; and in so long a time they prove something.
@@ -36,7 +37,7 @@ impl Trend {
         let quick = quick(recent)?;
         let whole = Self::through(quick.points(), quick.span)?;
         let newer = Self::through(quick.points().take(quick.len / 2), quick.span)?;
-        let doubt = SIGNIFICANT * libm::hypot(whole.sigma, newer.sigma);
+        let doubt = SIGNIFICANT * together(whole.sigma, newer.sigma);
         let is_like = (whole.gain - newer.gain).abs() <= doubt + ALIKE * whole.gain.abs();
         let is_told = whole.gain.abs() > SIGNIFICANT * whole.sigma;
         (is_told && is_like).then_some(whole)

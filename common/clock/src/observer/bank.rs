@@ -3,6 +3,7 @@
 
 use super::correlated_delay::CorrelatedDelay;
 use super::filter::Estimate;
+use crate::numbers::NearLogarithm;
 
 /// Random walks of the drift that are considered, ppm/√s.
 pub(super) const RANDOM_WALKS_PPM: [f64; FILTERS] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
@@ -40,6 +41,8 @@ const SNAPSHOT_INTERVAL: f64 = 3.0;
 pub(crate) struct Bank {
     filters: [Estimate; FILTERS],
     losses: [f64; FILTERS],
+    /// Of what the innovations' variances are of a measurement's.
+    logarithms: [NearLogarithm; FILTERS],
     contradicting: [u8; FILTERS],
     /// Losses of up to two intervals ago: an event must not decide which filter is the best.
     snapshots: [[f64; FILTERS]; 2],
@@ -73,6 +76,7 @@ impl Bank {
         Self {
             filters,
             losses: PRIOR_LOSSES,
+            logarithms: [NearLogarithm::ONE; FILTERS],
             contradicting: [0; FILTERS],
             snapshots: [PRIOR_LOSSES; 2],
             since_snapshot: 0.0,
@@ -156,7 +160,8 @@ impl Bank {
             predicted = filter.offset_variance;
             let innovation = filter.correct(measured, variance);
             fastest = innovation.value * innovation.value;
-            let loss = fastest / innovation.variance + libm::log(innovation.variance / variance);
+            let spread = self.logarithms[i].of(innovation.variance / variance);
+            let loss = fastest / innovation.variance + spread;
             self.losses[i] =
                 forget * self.losses[i] + (1.0 - forget) * PRIOR_LOSSES[i] + 0.5 * loss;
         }

@@ -7,6 +7,7 @@ use super::correlation::Correlation;
 use super::edge;
 use super::filter::Estimate;
 use super::steadiness::Steadiness;
+use crate::numbers::together;
 
 /// A line is no surer than so much of what it usually misses itself by.
 const MISSED: f64 = 0.45;
@@ -161,7 +162,7 @@ impl Choice {
         } else {
             0.0
         };
-        libm::hypot(sigma, missed.max(jumped))
+        together(sigma, missed.max(jumped))
     }
 
     /// Looks at both lines as they are at `time`, `age` seconds after the start. By how much the line

@@ -13,6 +13,8 @@ const SCALES: usize = 4;
 /// The usual squares are means over so many.
 const MEMORY: f64 = 24.0;
 const SINGLE_MEMORY: f64 = 2_048.0;
+/// From so many messages on steps are the same for good.
+const MANY: u32 = 2_048;
 /// Before there are any, messages are taken to be independent, with the weight of so many.
 const PRIOR: f64 = 6.0;
 /// A single square counts at most so much, as a multiple of what it is for independent messages.
@@ -100,7 +102,8 @@ impl Correlation {
     pub(super) fn take(&mut self, residual: f64) {
         let deviation = residual - self.middle;
         let size = libm::fabs(deviation);
-        let step = STEP.max(1.0 / (f64::from(self.messages) + 1.0));
+        let early = self.early();
+        let step = STEP.max(early);
         if self.spread == 0.0 {
             self.spread = size;
         }
@@ -110,11 +113,10 @@ impl Correlation {
             0.0
         };
         self.lean += step * (score - self.lean);
-        let slow = MIDDLE_STEP.max(1.0 / (f64::from(self.messages) + 1.0));
         let middle_step = if libm::fabs(self.lean) > ONE_SIDED {
             step
         } else {
-            slow
+            MIDDLE_STEP.max(early)
         };
         self.middle += middle_step * score * self.spread;
         self.spread += step * (size.min(4.0 * self.spread) - self.spread);
@@ -122,11 +124,28 @@ impl Correlation {
         self.last = [self.last[1], score];
         self.messages = self.messages.saturating_add(1);
         if self.messages > 2 {
-            let part = 1.0 / (f64::from(self.messages) + 30.0).min(SINGLE_MEMORY);
-            self.single += part * (second * second - self.single);
+            self.single += self.single_part() * (second * second - self.single);
         }
         self.sum_up(score);
         self.judge();
+    }
+
+    /// A step of a mean over all messages; 0 once there are more than any mean is over.
+    fn early(&self) -> f64 {
+        if self.messages < MANY {
+            1.0 / (f64::from(self.messages) + 1.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// A step of the mean square of single messages.
+    fn single_part(&self) -> f64 {
+        if self.messages < MANY {
+            1.0 / (f64::from(self.messages) + 30.0).min(SINGLE_MEMORY)
+        } else {
+            1.0 / SINGLE_MEMORY
+        }
     }
 
     fn sum_up(&mut self, score: f64) {

@@ -8,6 +8,7 @@ use super::filter::Estimate;
 use super::stream::Line;
 use super::{LARGEST_DRIFT, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds, Span};
+use crate::numbers::rounded;
 
 /// Exchanges tell within this time whose a change of the drift is, or nothing is done about it.
 const LONGEST_DOUBT: Span = Span::from_secs(3);
@@ -186,7 +187,7 @@ impl PhaseObserver {
         let before = self.drift_change.suspect.as_ref();
         let first_arrival = self.stream.as_ref()?.first_arrival;
         let since = first_arrival + Span::from_secs_f64(step.since + step.phase_then);
-        let at = libm::round(step.at / self.seconds_per_count) as i64;
+        let at = rounded(step.at / self.seconds_per_count);
         let drift = SuspectedDrift {
             since: match before {
                 Some(before) if before.is_like(&step) => before.drift.since,
@@ -206,7 +207,7 @@ impl PhaseObserver {
     /// The drift changed: both lines begin anew from what the phases show. What the path's delay seemed to have
     /// grown by meanwhile was the sender's clock.
     fn follow_drift_step(&mut self, step: &DriftStep) {
-        let at = libm::round(step.at / self.seconds_per_count) as i64;
+        let at = rounded(step.at / self.seconds_per_count);
         self.begin_line_anew(at, &step.estimate, step.change);
         let change = &mut self.drift_change;
         change.taken_back.0 += change.attributed.since(step.since);

@@ -173,12 +173,17 @@ impl Open {
 
     /// The second lowest is kept: now and then a single message is too early.
     fn take(&mut self, point: Point) {
-        let lower = |than: &Option<Point>| than.is_none_or(|than| point.above < than.above);
-        if lower(&self.least) {
-            self.second = self.least.replace(point);
-        } else if lower(&self.second) {
-            self.second = Some(point);
+        let lower =
+            |than: &Option<Point>| (than.as_ref()).is_none_or(|than| point.above < than.above);
+        // Most are above both.
+        if !lower(&self.second) {
+            return;
         }
+        self.second = if lower(&self.least) {
+            self.least.replace(point)
+        } else {
+            Some(point)
+        };
     }
 }
 

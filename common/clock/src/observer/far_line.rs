@@ -4,6 +4,7 @@ use super::filter::Estimate;
 use super::output::FarTime;
 use super::{LARGEST_DRIFT, PhaseObserver};
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
+use crate::numbers::{rounded, together};
 
 /// The straight line from local time to far time as it was estimated when it was asked for: at the
 /// local instant `t` it is at that `k·T` whose message, if it met no jitter, arrives at `t`.
@@ -115,7 +116,7 @@ impl PhaseObserver {
         if libm::fabs(step.0) * 1e3 < self.parameters.smallest_skip_ms {
             return Span::ZERO;
         }
-        let cycles = libm::round(step.0 / self.seconds_per_count) as i64;
+        let cycles = rounded(step.0 / self.seconds_per_count);
         let mapped = self.data_cycle_time * cycles;
         if cycles != 0 {
             stream.origin += mapped;
@@ -141,7 +142,7 @@ impl PhaseObserver {
             synced: self.progress.is_synced()
                 && stream.newest_arrival >= self.drift_change.settled_from,
             relocks: self.events.relocks,
-            sigma: Seconds(libm::hypot(
+            sigma: Seconds(together(
                 stream.choice.sigma(estimate.offset_variance),
                 self.drift_doubt(),
             )),

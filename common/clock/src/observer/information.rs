@@ -21,6 +21,8 @@ pub(super) struct Information {
 
 const POINTS: usize = 30;
 const LEAST_RATIO: f64 = 0.004;
+/// Its natural logarithm.
+const LOG_OF_LEAST: f64 = -5.521_460_917_862_246;
 const STEP: f64 = 0.23;
 
 /// The information at logarithmic steps of `normal / exponential`.
@@ -38,8 +40,9 @@ impl InformationTable {
         Self { points }
     }
 
-    pub(super) fn at(&self, ratio: f64) -> Information {
-        let position = libm::log(ratio * (1.0 / LEAST_RATIO)) * (1.0 / STEP);
+    /// At a ratio that has this logarithm.
+    pub(super) fn at(&self, logarithm: f64) -> Information {
+        let position = (logarithm - LOG_OF_LEAST) * (1.0 / STEP);
         let position = position.clamp(0.0, (POINTS - 2) as f64 + 0.999);
         let i = position as usize;
         let part = position - i as f64;
@@ -132,7 +135,7 @@ mod tests {
                 fisher += slope * slope / here * 0.01;
                 residual += 0.01;
             }
-            let curvature = table.at(ratio).curvature;
+            let curvature = table.at(libm::log(ratio)).curvature;
             assert!(
                 (curvature / fisher - 1.0).abs() < 0.03,
                 "{ratio}: {curvature} {fisher}"
@@ -142,7 +145,8 @@ mod tests {
 
     #[test]
     fn a_pure_exponential_tells_its_width_as_one_over_its_square() {
-        let information = InformationTable::new(&Hazard::new()).at(0.004);
+        assert_eq!(LOG_OF_LEAST, libm::log(LEAST_RATIO));
+        let information = InformationTable::new(&Hazard::new()).at(LOG_OF_LEAST);
         assert!((information.exponential - 1.0).abs() < 0.02);
         assert!(information.normal < 0.02);
     }

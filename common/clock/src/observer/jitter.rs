@@ -11,6 +11,7 @@ use super::information::{Information, InformationTable, Scores};
 use super::misfit::{LATE, Misfit};
 use super::pull::Pull;
 use super::resolution::Widths;
+use crate::numbers::{NearLogarithm, together};
 
 /// Messages that make the first one, and the first guess of the jitter.
 pub(super) const FIRST_BLOCK: usize = 16;
@@ -24,6 +25,7 @@ pub(super) struct Jitter {
     exponential: f64,
     /// `normal / exponential`
     ratio: f64,
+    ratio_logarithm: NearLogarithm,
     /// What a message says, at this ratio.
     information: Information,
     pull: Pull,
@@ -85,6 +87,7 @@ impl Jitter {
             normal: 0.0,
             exponential: 0.0,
             ratio: 0.0,
+            ratio_logarithm: NearLogarithm::ONE,
             information: Information::default(),
             pull: Pull::default(),
             moved: 0.0,
@@ -134,7 +137,7 @@ impl Jitter {
 
     /// The standard deviation of the jitter.
     pub(super) fn width(&self) -> f64 {
-        libm::sqrt(self.normal * self.normal + self.exponential * self.exponential)
+        together(self.normal, self.exponential)
     }
 
     /// By what factor the widths may still be wrong: little by little 1.
@@ -369,6 +372,6 @@ impl Jitter {
         );
         self.normal = normal.clamp(bounds.0.min(bounds.1), bounds.1);
         self.ratio = self.normal / self.exponential;
-        self.information = self.table.at(self.ratio);
+        self.information = self.table.at(self.ratio_logarithm.of(self.ratio));
     }
 }

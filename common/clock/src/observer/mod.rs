@@ -56,6 +56,7 @@ pub use report::{ObserverLine, ObserverOutput, ObserverState};
 
 use crate::cycle::CycleTime;
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
+use crate::numbers::rounded;
 use crate::time_sync::WrongParameter;
 use choice::Choice;
 use counts::{Counts, News};
@@ -342,7 +343,7 @@ impl PhaseObserver {
         let line = stream.line.as_ref()?;
         let mut followed = match stream.edge.line() {
             Some(edge) if stream.choice.is_edge() => Followed {
-                at: libm::round(edge.at / self.seconds_per_count) as i64,
+                at: rounded(edge.at / self.seconds_per_count),
                 estimate: edge.estimate,
                 drift_walk: Edge::drift_walk(),
             },

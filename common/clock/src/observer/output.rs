@@ -1,6 +1,7 @@
 //! The far time that is shown: continuous, strictly monotone, never in a hurry.
 
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
+use crate::numbers::floored;
 
 /// A point in far time, finer than a nanosecond.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,10 +22,10 @@ impl FarTime {
     /// The point `nanos` nanoseconds later.
     pub(crate) fn plus(self, nanos: f64) -> Self {
         let total = self.fraction_ns + nanos;
-        let whole = libm::floor(total);
-        let fraction_ns = total - whole;
+        let whole = floored(total);
+        let fraction_ns = total - whole as f64;
         Self {
-            instant: self.instant + Span::from_nanos(whole as i64),
+            instant: self.instant + Span::from_nanos(whole),
             // A tiny negative total rounds to a whole one.
             fraction_ns: if fraction_ns < 1.0 { fraction_ns } else { 0.0 },
         }

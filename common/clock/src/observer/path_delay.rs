@@ -1,6 +1,7 @@
 //! The configured or measured path delay, on its way into the far time.
 
 use crate::instant::Span;
+use crate::numbers::rounded;
 
 /// Time constant of the approach, s.
 const PULL_TIME: f64 = 0.5;
@@ -28,7 +29,7 @@ impl PathDelay {
 
     /// Both change at once.
     pub(super) fn shift(&mut self, by_ns: f64) {
-        self.set += Span::from_nanos(libm::round(by_ns) as i64);
+        self.set += Span::from_nanos(rounded(by_ns));
         self.shown += by_ns;
     }
 

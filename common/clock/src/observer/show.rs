@@ -6,6 +6,7 @@ use super::report::{ObserverLine, ObserverOutput, ObserverState};
 use super::stream::BLOCK;
 use super::{Followed, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds};
+use crate::numbers::together;
 
 /// At first the delay may be longer than usual by so many widths of the jitter, and at least by this,
 /// s. It is forgotten with this time constant, s.
@@ -118,8 +119,8 @@ impl PhaseObserver {
             // What the filter does not know of the offset it does not know of the drift either.
             let doubt = sigma / libm::sqrt(variance);
             output.drift_sigma_ppm = doubt * libm::sqrt(drift_variance) * 1e6;
-            let doubt = libm::hypot(self.unseen(now), self.drift_doubt());
-            output.offset_sigma = Seconds(libm::hypot(sigma, doubt));
+            let doubt = together(self.unseen(now), self.drift_doubt());
+            output.offset_sigma = Seconds(together(sigma, doubt));
             output.random_walk_ppm = line.bank.random_walk_ppm();
             output.lead = Seconds(self.jitter.moved());
             output.normal_jitter = Seconds(self.jitter.normal());

@@ -3,6 +3,7 @@
 use super::noise::{Noise, RoundTrip};
 use crate::delay::TimeResponse;
 use crate::instant::{Instant, Local, Span};
+use crate::numbers::rounded;
 use crate::observer::Bank;
 
 /// Exchanges that make one measurement: the shortest of their ways there, and the shortest of their ways back.
@@ -101,7 +102,7 @@ impl TimingLine {
         // Whole nanoseconds first: the rest is a small number.
         let passed = (now - self.here).as_nanos();
         let beside = passed as f64 * (self.rate - 1.0) + ahead * 1e9;
-        self.far + Span::from_nanos(passed) + Span::from_nanos(libm::round(beside) as i64)
+        self.far + Span::from_nanos(passed) + Span::from_nanos(rounded(beside))
     }
 
     /// How fast the sender's clock runs, seconds per local second.

@@ -130,7 +130,7 @@ impl Edge {
 
     /// Takes the phase of a message due at `time`.
     pub(super) fn observe(&mut self, time: f64, phase: f64) {
-        let mut line = *self.line.get_or_insert(Line {
+        let line = self.line.get_or_insert(Line {
             at: time,
             estimate: Estimate {
                 offset: phase,
@@ -144,6 +144,7 @@ impl Edge {
         if !self.windows.take(time, phase, residual) {
             return;
         }
+        let mut line = *line;
         let point = self.windows.close(&line, self.noise.variance());
         self.follow(&mut line, point);
         self.line = Some(line);
