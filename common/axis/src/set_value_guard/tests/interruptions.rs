@@ -106,6 +106,46 @@ fn limits_are_kept_through_every_interruption() {
     limits_are_kept_whatever_happens(0..650);
 }
 
+/// Set values that are refused once they were guarded have not left: the next ones go on from those that have, as if they had
+/// never been.
+#[test]
+fn a_cycle_that_is_taken_back_leaves_no_trace() {
+    for seed in 0..130 {
+        let random = &mut Random::seeded(seed);
+        let axis = Axis::by_chance(random);
+        let start = Kinematics::at_rest(axis.origin);
+        let motion = Motion::starting_at(start, scaled(&axis.limits, 1.0 / 1.2));
+        let trouble = TROUBLES[(seed % TROUBLES.len() as u64) as usize];
+        let mut target = Troubled::new(trouble, &axis, motion, random);
+        let mut interrupted = Interrupted::at_rest(axis);
+        let mut spared = interrupted.guard;
+        for cycle in 0..1_000 {
+            if random.percent(10) {
+                let before = interrupted.guard.history();
+                let refused = Kinematics {
+                    position: interrupted.last.position
+                        + axis.limits.velocity() * random.between(-1.0, 1.0),
+                    velocity: axis.limits.velocity() * random.between(-2.0, 2.0),
+                    acceleration: axis.limits.acceleration() * random.between(-2.0, 2.0),
+                };
+                let _ = interrupted.guard.update(&refused, 1);
+                interrupted.guard.go_back(before);
+            }
+            let (state, elapsed) = target.next(random);
+            let guarded = interrupted.guard.update(&state, elapsed);
+            assert_eq!(
+                guarded,
+                spared.update(&state, elapsed),
+                "seed {seed}, cycle {cycle}"
+            );
+            assert!(
+                interrupted.see(&guarded, elapsed),
+                "seed {seed}, cycle {cycle}, {trouble:?}, {axis:?}: {guarded:?}"
+            );
+        }
+    }
+}
+
 #[test]
 #[ignore = "many seconds"]
 fn ten_thousand_interrupted_streams_keep_the_limits() {
