@@ -26,11 +26,18 @@ pub struct World<N> {
     /// The frame under way from a node to its links.
     frame: Vec<u8>,
     /// Buffers for messages under way.
-    spare: Vec<KeptMessage>,
+    spare: SpareMessages,
     /// Messages so far that a node was given, and that nobody was.
     delivered: u64,
     dropped: u64,
 }
+
+/// In a box each: an event that is moved is small.
+#[expect(
+    clippy::vec_box,
+    reason = "messages go round in their boxes: only these move"
+)]
+type SpareMessages = Vec<Box<KeptMessage>>;
 
 struct SimulatedNode<N> {
     name: String,
@@ -52,13 +59,19 @@ struct SimulatedNode<N> {
 enum State<N> {
     Running(N),
     /// Frozen, with the messages that wait for it, and the links they came by.
-    Stopped(N, Vec<(usize, KeptMessage)>),
+    Stopped(N, Vec<(usize, Box<KeptMessage>)>),
     Dead,
 }
 
 enum Event {
-    Cycle { node: usize, scheduled: u64 },
-    Deliver { link: usize, message: KeptMessage },
+    Cycle {
+        node: usize,
+        scheduled: u64,
+    },
+    Deliver {
+        link: usize,
+        message: Box<KeptMessage>,
+    },
     Hop(Transit),
 }
 
@@ -416,7 +429,7 @@ impl<N: Node> World<N> {
         self.network.counts.became(messages);
     }
 
-    fn deliver(&mut self, link: usize, message: KeptMessage) {
+    fn deliver(&mut self, link: usize, message: Box<KeptMessage>) {
         let now = self.now;
         let Link {
             to, subscription, ..
@@ -458,7 +471,7 @@ fn add(queue: &mut EventQueue<Event>, dropped: &mut u64, at: Instant<True>, even
 fn deliver_later(
     queue: &mut EventQueue<Event>,
     dropped: &mut u64,
-    spare: &mut Vec<KeptMessage>,
+    spare: &mut SpareMessages,
     at: Instant<True>,
     link: usize,
     message: &Message<'_>,
@@ -472,12 +485,12 @@ fn deliver_later(
 }
 
 /// The message, in a buffer that is used again if there is one.
-fn kept(message: &Message<'_>, spare: &mut Vec<KeptMessage>) -> KeptMessage {
+fn kept(message: &Message<'_>, spare: &mut SpareMessages) -> Box<KeptMessage> {
     match spare.pop() {
         Some(mut kept) => {
             kept.replace(message);
             kept
         }
-        None => KeptMessage::new(message),
+        None => Box::new(KeptMessage::new(message)),
     }
 }

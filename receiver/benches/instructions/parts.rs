@@ -42,9 +42,9 @@ pub(crate) const PARTS: &[Part] = &[
         "observer, a message",
         far::observer_messages,
         4_000,
-        1_107.0,
+        1_048.0,
     ),
-    part("observer, a cycle", far::observer_cycles, 4_000, 860.0),
+    part("observer, a cycle", far::observer_cycles, 4_000, 682.0),
     part(
         "FB_AxisSync by the observer's clock, a cycle",
         far::axis_sync,
@@ -92,11 +92,11 @@ pub(crate) const PARTS: &[Part] = &[
         8_000,
         948.0,
     ),
-    part("whole scan, one far axis", scan::one_axis, 1_000, 8_747.0),
+    part("whole scan, one far axis", scan::one_axis, 1_000, 8_428.0),
     part(
         "whole scan, 100 far axes, each with a slave",
         scan::hundred_axes,
         200,
-        351_440.0,
+        343_094.0,
     ),
 ];

@@ -53,7 +53,7 @@ impl Piece {
 
     fn gained(&self, passed: Span) -> Span {
         let nanos = passed.as_nanos() as f64 * self.rate + self.local_fraction;
-        Span::from_nanos(nanos.round_ties_even() as i64)
+        Span::from_nanos(nearest(nanos) as i64)
     }
 
     fn reference_at(&self, local: Span) -> Span {
@@ -61,7 +61,7 @@ impl Piece {
         // x/(1+r) = x − x·r/(1+r): only the small second term is rounded.
         let lost = passed * self.rate / (1.0 + self.rate);
         let reference = self.reference + (local - self.local)
-            - Span::from_nanos((lost + self.local_fraction).round_ties_even() as i64);
+            - Span::from_nanos(nearest(lost + self.local_fraction) as i64);
         // Local instants that a jump ahead left out all happen at the jump.
         reference.clamp(self.reference, self.end())
     }
@@ -135,7 +135,7 @@ impl<R: Domain> DeviatedClock<R> {
     fn extend(&mut self) {
         let last = *self.newest();
         let exact = last.length.as_nanos() as f64 * last.rate + last.local_fraction;
-        let gained = exact.round_ties_even();
+        let gained = nearest(exact);
         let mut local = last.local + last.length + Span::from_nanos(gained as i64);
         for step in &self.config.steps {
             if step_instant(step) == last.end() {
@@ -205,6 +205,18 @@ impl<R: Domain> DeviatedClock<R> {
         let end = (start + length).as_secs_f64();
         let sum = sum + self.terms.mean(start.as_secs_f64(), end);
         sum.clamp(-MOST_PPM, MOST_PPM)
+    }
+}
+
+/// The nearest whole number, of two the even one. Without a call for all that clocks gain: from here on up, reals are whole
+/// numbers apart.
+fn nearest(nanos: f64) -> f64 {
+    const WHOLE_FROM: f64 = (1_u64 << 52) as f64;
+    const UP: f64 = 1.5 * WHOLE_FROM;
+    if nanos.abs() < 0.5 * WHOLE_FROM {
+        (nanos + UP) - UP
+    } else {
+        nanos.round_ties_even()
     }
 }
 

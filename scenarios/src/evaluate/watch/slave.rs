@@ -28,8 +28,30 @@ pub(super) struct SlaveWatch {
     stops_quickly: bool,
     /// A master that runs back may stop it within a cycle.
     stops_instantly: bool,
-    before: SlaveSignals,
+    before: Before,
     pub(super) found: Found,
+}
+
+/// What of a cycle the next one is compared with.
+#[derive(Clone, Copy, Debug, Default)]
+struct Before {
+    state: AxisStatus,
+    position: Option<f64>,
+    velocity: Option<f64>,
+    distance: f64,
+    set_anew: u32,
+}
+
+impl From<&SlaveSignals> for Before {
+    fn from(slave: &SlaveSignals) -> Self {
+        Self {
+            state: slave.state,
+            position: slave.position,
+            velocity: slave.velocity,
+            distance: slave.distance,
+            set_anew: slave.set_anew,
+        }
+    }
 }
 
 impl SlaveWatch {
@@ -47,7 +69,7 @@ impl SlaveWatch {
             resets: resets_of(config, receiver, events),
             stops_quickly: limits.on_master_loss == OnMasterLoss::QuickStop,
             stops_instantly,
-            before: SlaveSignals::default(),
+            before: Before::default(),
             found: Found::default(),
         }
     }
@@ -58,7 +80,7 @@ impl SlaveWatch {
         for value in shown.filter(|value| !value.is_finite()) {
             self.found.add(cycle, Invariant::Finite, value, f64::MAX);
         }
-        let before = std::mem::replace(&mut self.before, *slave);
+        let before = std::mem::replace(&mut self.before, Before::from(slave));
         let had = cycle.since.and(before.position).is_some();
         let has = [slave.position, slave.velocity, slave.acceleration].map(|value| value.is_some());
         if has != [had || has[0]; 3] {
@@ -92,12 +114,7 @@ impl SlaveWatch {
         (self.resets.iter()).any(|at| (*at..*at + ORDER_UNDER_WAY).contains(&t_s))
     }
 
-    fn watch_error_stop(
-        &mut self,
-        cycle: &WatchedCycle,
-        before: &SlaveSignals,
-        slave: &SlaveSignals,
-    ) {
+    fn watch_error_stop(&mut self, cycle: &WatchedCycle, before: &Before, slave: &SlaveSignals) {
         let is_next = cycle.since.is_some();
         // In cycles that were skipped it may have been reset and moved.
         let was_stopped = cycle.since == Some(1) && before.state == AxisStatus::ErrorStop;
@@ -169,7 +186,7 @@ fn is_quick_stop(slave: &SlaveSignals) -> bool {
 
 /// The stop of a flying saw whose master runs back past the coupling position: it stands from one cycle to the
 /// next.
-fn is_instant_stop(before: &SlaveSignals, now: &SlaveSignals) -> bool {
+fn is_instant_stop(before: &Before, now: &SlaveSignals) -> bool {
     before.state == AxisStatus::SynchronizedMotion
         && matches!(
             now.state,

@@ -429,3 +429,18 @@ proptest! {
         prop_assert!((deviation - expected).abs() <= 0.006, "{deviation}, {expected}");
     }
 }
+
+#[test]
+fn the_nearest_nanosecond_is_that_of_the_standard_library() {
+    let edge = 2.0_f64.powi(51);
+    let mut values = vec![0.0, -0.0, f64::MAX, f64::MIN, f64::INFINITY, edge, -edge];
+    for whole in [0.0, 1.0, 2.0, 3.0, 1e6, 4e15, edge - 1.0] {
+        for part in [0.0, 0.25, 0.5, 0.75, 0.499_999_999_999_999_94] {
+            values.extend([whole + part, -(whole + part)]);
+        }
+    }
+    for value in values {
+        assert_eq!(nearest(value), value.round_ties_even(), "{value}");
+    }
+    assert!(nearest(f64::NAN).is_nan());
+}
