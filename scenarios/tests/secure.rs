@@ -90,10 +90,10 @@ fn what_makes_no_network_is_said_and_nothing_is_written() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let folder = folder.path();
     for (arguments, code, expected) in [
-        ("secure init saw.toml --out net", 1, "expected its config"),
+        ("secure init saw.toml --out net", 2, "expected its config"),
         (
             "secure init line.toml --out net --operator line",
-            1,
+            2,
             "twice",
         ),
         (
@@ -118,7 +118,7 @@ fn what_makes_no_network_is_said_and_nothing_is_written() {
         ),
         (
             "secure renew line.toml --out net",
-            1,
+            78,
             "expected what `coaxle secure init` wrote",
         ),
     ] {

@@ -105,11 +105,8 @@ impl SecureArgs {
     fn network(&self) -> anyhow::Result<Network> {
         let nodes = self.configs.iter().map(|file| Member::load(file));
         let nodes = nodes.collect::<anyhow::Result<Vec<_>>>()?;
-        Ok(Network::new(
-            nodes,
-            self.operators.clone(),
-            &self.addresses,
-        )?)
+        Network::new(nodes, self.operators.clone(), &self.addresses)
+            .or_else(|wrong| wrong_argument(wrong.to_string()))
     }
 }
 

@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
+use coaxle_host::cli::wrong_file;
 use coaxle_host::credentials::{
     AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE, PROFILE_FILE, TIMING_KEY_FILE,
 };
@@ -74,16 +75,16 @@ pub(super) fn read_authority(out: &Path) -> anyhow::Result<Authority> {
     let folder = out.join(AUTHORITY_FOLDER);
     let read = |file: &str| {
         let path = folder.join(file);
-        let text = fs::read_to_string(&path);
-        text.with_context(|| {
-            format!(
-                "{} cannot be read, expected what `coaxle secure init` wrote",
+        fs::read_to_string(&path).or_else(|why| {
+            wrong_file(format!(
+                "{} cannot be read ({why}), expected what `coaxle secure init` wrote",
                 path.display()
-            )
+            ))
         })
     };
     let (certificate, key) = (read(AUTHORITY_FILE)?, read(AUTHORITY_KEY_FILE)?);
-    Authority::read(&certificate, &key).with_context(|| folder.display().to_string())
+    Authority::read(&certificate, &key)
+        .or_else(|wrong| wrong_file(format!("{}: {wrong:#}", folder.display())))
 }
 
 /// Writes the folder of a node or an operator: what it needs, and nothing of anybody else.
