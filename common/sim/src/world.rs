@@ -32,11 +32,7 @@ pub struct World<N> {
     dropped: u64,
 }
 
-/// In a box each: an event that is moved is small.
-#[expect(
-    clippy::vec_box,
-    reason = "messages go round in their boxes: only these move"
-)]
+/// In a box each, in which they go round: an event that is moved is small.
 type SpareMessages = Vec<Box<KeptMessage>>;
 
 struct SimulatedNode<N> {
