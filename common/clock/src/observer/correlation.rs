@@ -13,8 +13,6 @@ const SCALES: usize = 4;
 /// The usual squares are means over so many.
 const MEMORY: f64 = 24.0;
 const SINGLE_MEMORY: f64 = 2_048.0;
-/// From so many messages on steps are the same for good.
-const MANY: u32 = 2_048;
 /// Before there are any, messages are taken to be independent, with the weight of so many.
 const PRIOR: f64 = 6.0;
 /// A single square counts at most so much, as a multiple of what it is for independent messages.
@@ -102,7 +100,7 @@ impl Correlation {
     pub(super) fn take(&mut self, residual: f64) {
         let deviation = residual - self.middle;
         let size = libm::fabs(deviation);
-        let early = self.early();
+        let early = 1.0 / (f64::from(self.messages) + 1.0);
         let step = STEP.max(early);
         if self.spread == 0.0 {
             self.spread = size;
@@ -124,28 +122,11 @@ impl Correlation {
         self.last = [self.last[1], score];
         self.messages = self.messages.saturating_add(1);
         if self.messages > 2 {
-            self.single += self.single_part() * (second * second - self.single);
+            let part = 1.0 / (f64::from(self.messages) + 30.0).min(SINGLE_MEMORY);
+            self.single += part * (second * second - self.single);
         }
         self.sum_up(score);
         self.judge();
-    }
-
-    /// A step of a mean over all messages; 0 once there are more than any mean is over.
-    fn early(&self) -> f64 {
-        if self.messages < MANY {
-            1.0 / (f64::from(self.messages) + 1.0)
-        } else {
-            0.0
-        }
-    }
-
-    /// A step of the mean square of single messages.
-    fn single_part(&self) -> f64 {
-        if self.messages < MANY {
-            1.0 / (f64::from(self.messages) + 30.0).min(SINGLE_MEMORY)
-        } else {
-            1.0 / SINGLE_MEMORY
-        }
     }
 
     fn sum_up(&mut self, score: f64) {

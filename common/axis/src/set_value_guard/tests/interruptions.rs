@@ -18,6 +18,16 @@ struct Interrupted {
     last: Kinematics,
 }
 
+/// An axis by chance that is to be interrupted, the trouble that its target has, and the target.
+fn by_chance(seed: u64, random: &mut Random) -> (Interrupted, Trouble, Troubled) {
+    let axis = Axis::by_chance(random);
+    let start = Kinematics::at_rest(axis.origin);
+    let motion = Motion::starting_at(start, scaled(&axis.limits, 1.0 / 1.2));
+    let trouble = TROUBLES[(seed % TROUBLES.len() as u64) as usize];
+    let target = Troubled::new(trouble, &axis, motion, random);
+    (Interrupted::at_rest(axis), trouble, target)
+}
+
 impl Interrupted {
     fn at_rest(axis: Axis) -> Self {
         let start = Kinematics::at_rest(axis.origin);
@@ -80,12 +90,8 @@ impl Interrupted {
 fn limits_are_kept_whatever_happens(seeds: core::ops::Range<u64>) {
     for seed in seeds {
         let random = &mut Random::seeded(seed);
-        let axis = Axis::by_chance(random);
-        let start = Kinematics::at_rest(axis.origin);
-        let motion = Motion::starting_at(start, scaled(&axis.limits, 1.0 / 1.2));
-        let trouble = TROUBLES[(seed % TROUBLES.len() as u64) as usize];
-        let mut target = Troubled::new(trouble, &axis, motion, random);
-        let mut interrupted = Interrupted::at_rest(axis);
+        let (mut interrupted, trouble, mut target) = by_chance(seed, random);
+        let axis = interrupted.axis;
         for cycle in 0..2_000 {
             if random.percent(1) {
                 interrupted.interrupt(trouble, random);
@@ -112,12 +118,8 @@ fn limits_are_kept_through_every_interruption() {
 fn a_cycle_that_is_taken_back_leaves_no_trace() {
     for seed in 0..130 {
         let random = &mut Random::seeded(seed);
-        let axis = Axis::by_chance(random);
-        let start = Kinematics::at_rest(axis.origin);
-        let motion = Motion::starting_at(start, scaled(&axis.limits, 1.0 / 1.2));
-        let trouble = TROUBLES[(seed % TROUBLES.len() as u64) as usize];
-        let mut target = Troubled::new(trouble, &axis, motion, random);
-        let mut interrupted = Interrupted::at_rest(axis);
+        let (mut interrupted, trouble, mut target) = by_chance(seed, random);
+        let axis = interrupted.axis;
         let mut spared = interrupted.guard;
         for cycle in 0..1_000 {
             if random.percent(10) {
