@@ -49,14 +49,16 @@ enum Way {
     Datagrams,
     Tcp,
     Udp,
+    Tls,
     Quic,
     UnixSocket,
 }
 
-const WAYS: [Way; 5] = [
+const WAYS: [Way; 6] = [
     Way::Datagrams,
     Way::Tcp,
     Way::Udp,
+    Way::Tls,
     Way::Quic,
     Way::UnixSocket,
 ];
@@ -67,6 +69,7 @@ impl Way {
             Self::Datagrams => "datagrams, without Zenoh",
             Self::Tcp => "Zenoh, TCP",
             Self::Udp => "Zenoh, UDP",
+            Self::Tls => "Zenoh, TLS",
             Self::Quic => "Zenoh, QUIC stream",
             Self::UnixSocket => "Zenoh, Unix socket",
         }
@@ -232,6 +235,7 @@ fn pair(
         }
         Way::Tcp => over(both(&format!("tcp/{address}"))),
         Way::Udp => over(both(&format!("udp/{address}"))),
+        Way::Tls => over(scratch.with_certificates(both(&format!("tls/{address}")))?),
         Way::Quic => over(scratch.with_certificates(both(&format!("quic/{address}")))?),
         Way::UnixSocket => over(both(&scratch.socket(address.port()))),
     };
@@ -279,17 +283,20 @@ impl Scratch {
         format!("unixsock-stream/{}", path.display())
     }
 
-    /// Both ends of a session over QUIC, which cannot do without.
+    /// Both ends of a session over TLS or QUIC, with certificates of both, as a secure network has them.
     fn with_certificates(
         &self,
         ends: [TransportConfig; 2],
     ) -> anyhow::Result<[TransportConfig; 2]> {
         let text = |path: &Path| path.display().to_string();
         let mut settings = toml::Table::new();
+        settings.insert("transport/link/tls/enable_mtls".to_owned(), true.into());
         for (setting, file) in [
             ("root_ca_certificate", AUTHORITY),
             ("listen_certificate", CERTIFICATE),
             ("listen_private_key", KEY),
+            ("connect_certificate", CERTIFICATE),
+            ("connect_private_key", KEY),
         ] {
             let path = format!("transport/link/tls/{setting}");
             settings.insert(path, text(&self.folder.join(file)).into());

@@ -159,8 +159,10 @@ fn called(name: &str) -> DistinguishedName {
     called
 }
 
+/// An IPv6 address may be in brackets, as in an endpoint.
 fn alternative(host: &str) -> anyhow::Result<SanType> {
-    if let Ok(address) = host.parse() {
+    let bare = host.trim_start_matches('[').trim_end_matches(']');
+    if let Ok(address) = bare.parse() {
         return Ok(SanType::IpAddress(address));
     }
     let name = host.try_into();

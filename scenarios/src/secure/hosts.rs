@@ -2,7 +2,7 @@
 //! else's.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::net::IpAddr;
+use std::net::{IpAddr, Ipv6Addr};
 
 use coaxle_host::transport::host_and_port;
 use coaxle_node::keys::NodeName;
@@ -108,9 +108,13 @@ impl Addresses {
         hosts.iter().flat_map(of_host).collect()
     }
 
+    /// Adds a host as endpoints have it, an IPv6 address in brackets.
     fn add(&mut self, node: &NodeName, host: &str) {
         let hosts = self.0.entry(node.clone()).or_default();
-        hosts.insert(host.to_owned());
+        hosts.insert(match host.parse::<Ipv6Addr>() {
+            Ok(address) => format!("[{address}]"),
+            Err(_) => host.to_owned(),
+        });
     }
 
     /// Finds the node that is at an endpoint, if no node is known to be there yet.
@@ -189,6 +193,8 @@ mod tests {
             found.endpoints(&member(LINE)),
             ["tls/10.0.0.1:7447", "tls/line.local:7447"]
         );
+        let found = addresses(&[LINE], &[("line", "fd00::7")]).unwrap();
+        assert_eq!(found.endpoints(&member(LINE)), ["tls/[fd00::7]:7447"]);
         assert_eq!(found.endpoints(&member(SAW)), ["tls/127.0.0.1:7448"]);
     }
 

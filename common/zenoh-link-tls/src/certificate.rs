@@ -1,0 +1,38 @@
+//! What the certificates of the other end say.
+
+use rustls::pki_types::CertificateDer;
+use time::OffsetDateTime;
+use x509_parser::prelude::{FromDer, X509Certificate};
+use zenoh_result::{ZResult, zerror};
+
+/// Who is at the other end, and until when that holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Peer {
+    /// The common name of its certificate: what Zenoh's access control goes by. None without a certificate, or without a
+    /// name in it.
+    pub(crate) name: Option<String>,
+    /// The end of validity that comes first in its chain; none without a certificate.
+    pub(crate) expires: Option<OffsetDateTime>,
+}
+
+impl Peer {
+    /// Reads a chain, the certificate of the peer first.
+    ///
+    /// # Errors
+    /// A certificate that cannot be read.
+    pub(crate) fn of(chain: Option<&[CertificateDer<'_>]>) -> ZResult<Self> {
+        let mut peer = Self::default();
+        for (n, certificate) in chain.unwrap_or_default().iter().enumerate() {
+            let (_, certificate) = X509Certificate::from_der(certificate)
+                .map_err(|error| zerror!("certificate {n} of the chain: {error}"))?;
+            let not_after = certificate.validity().not_after.to_datetime();
+            peer.expires = Some(peer.expires.map_or(not_after, |known| known.min(not_after)));
+            if n == 0 {
+                let mut names = certificate.subject().iter_common_name();
+                let name = names.next().and_then(|name| name.as_str().ok());
+                peer.name = name.map(str::to_owned);
+            }
+        }
+        Ok(peer)
+    }
+}

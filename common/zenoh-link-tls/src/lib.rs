@@ -1,0 +1,60 @@
+//! TLS for Zenoh's links, in safe Rust.
+//!
+//! Takes the place of `zenoh-link-tls` of the same version, by `[patch.crates-io]` of the workspace. That crate reads and
+//! writes one TLS stream from two tasks at once, through an `UnsafeCell`, which rustls does not allow: nodes crashed, now
+//! and then, in the middle of a run ([zenoh#2557](https://github.com/eclipse-zenoh/zenoh/issues/2557),
+//! [rustls#288](https://github.com/rustls/rustls/issues/288)). Here the stream is behind a lock that is held for one poll
+//! ([`stream`]). What travels is the same, so both understand each other.
+//!
+//! It is stricter where a secure network wants it:
+//!
+//! * TLS 1.3 alone, and no authority but the one that the config names.
+//! * Handshakes go on side by side. Who connects and says nothing makes room for who comes later ([`accept`]), and a
+//!   handshake that failed keeps nobody waiting.
+//! * IPv6 addresses are compared with certificates.
+//! * A link whose certificates have expired is closed at both ends, if the config says so.
+//!
+//! The settings are Zenoh's own, below `transport/link/tls`. Zenoh's links are internal to it, so this crate goes with
+//! exactly one version.
+
+mod accept;
+mod certificate;
+mod config;
+mod link;
+mod manager;
+mod refusals;
+mod stream;
+
+pub use config::TlsConfigurator;
+pub use manager::LinkManagerUnicastTls;
+
+use async_trait::async_trait;
+use zenoh_link_commons::LocatorInspector;
+use zenoh_protocol::core::{Locator, Metadata};
+use zenoh_result::ZResult;
+
+/// The protocol in a locator: `tls/<host>:<port>`.
+pub const TLS_LOCATOR_PREFIX: &str = "tls";
+
+/// What Zenoh asks of a locator before there is a link.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TlsLocatorInspector;
+
+#[async_trait]
+impl LocatorInspector for TlsLocatorInspector {
+    fn protocol(&self) -> &str {
+        TLS_LOCATOR_PREFIX
+    }
+
+    async fn is_multicast(&self, _locator: &Locator) -> ZResult<bool> {
+        Ok(false)
+    }
+
+    fn is_reliable(&self, locator: &Locator) -> ZResult<bool> {
+        use zenoh_protocol::core::Reliability;
+        match locator.metadata().get(Metadata::RELIABILITY) {
+            Some(named) => Ok(named.parse::<Reliability>()? == Reliability::Reliable),
+            None => Ok(true),
+        }
+    }
+}

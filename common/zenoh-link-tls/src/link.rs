@@ -1,0 +1,166 @@
+//! A link: one TLS connection, as Zenoh sees it.
+
+use std::fmt;
+use std::net::SocketAddr;
+use std::sync::{Arc, Weak};
+use std::time::Duration;
+
+use async_trait::async_trait;
+use time::OffsetDateTime;
+use tokio::net::TcpStream;
+use tokio::task::AbortHandle;
+use tokio_rustls::TlsStream;
+use zenoh_link_commons::{LinkAuthId, LinkUnicast, LinkUnicastTrait, get_ip_interface_names};
+use zenoh_protocol::core::{Locator, Priority};
+use zenoh_protocol::transport::BatchSize;
+use zenoh_result::{ZResult, zerror};
+
+use crate::certificate::Peer;
+use crate::stream::SharedStream;
+use crate::{TLS_LOCATOR_PREFIX, config};
+
+/// The longest sleep until a certificate expires: the machine's clock may be set meanwhile.
+const LONGEST_SLEEP: Duration = Duration::from_secs(600);
+
+/// One TLS connection to somebody whose certificate was checked.
+pub(crate) struct Link {
+    stream: SharedStream,
+    ends: Ends,
+    source: Locator,
+    destination: Locator,
+    authenticated: LinkAuthId,
+    expiry: Option<AbortHandle>,
+}
+
+/// The addresses of a connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Ends {
+    pub(crate) here: SocketAddr,
+    pub(crate) there: SocketAddr,
+}
+
+impl Link {
+    /// Takes a connection whose handshake is done. `expires`: closes it when a certificate of the other end expires.
+    ///
+    /// # Errors
+    /// A certificate of the other end that cannot be read; an address that is no locator.
+    pub(crate) fn open(
+        stream: TlsStream<TcpStream>,
+        ends: Ends,
+        expires: bool,
+    ) -> ZResult<LinkUnicast> {
+        let (socket, session) = stream.get_ref();
+        // A batch is sent when it is complete; Nagle's algorithm would hold it back for the acknowledgement of the last one.
+        socket.set_nodelay(true)?;
+        let peer = Peer::of(session.peer_certificates())?;
+        let locator =
+            |address: SocketAddr| Locator::new(TLS_LOCATOR_PREFIX, address.to_string(), "");
+        let (source, destination) = (locator(ends.here)?, locator(ends.there)?);
+        let until = peer.expires.filter(|_| expires);
+        let link = Arc::new_cyclic(|link: &Weak<Self>| Self {
+            stream: SharedStream::new(stream),
+            ends,
+            source,
+            destination,
+            authenticated: LinkAuthId::Tls(peer.name),
+            expiry: until.map(|until| hang_up_at(until, link.clone())),
+        });
+        Ok(LinkUnicast::from(link as Arc<dyn LinkUnicastTrait>))
+    }
+
+    fn failed(&self, doing: &str, error: &std::io::Error) -> zenoh_result::Error {
+        tracing::trace!("{doing} on {self}: {error}");
+        zerror!("{doing} on TLS link {self}: {error}").into()
+    }
+}
+
+/// Ends a link that is still there when a certificate of the other end expires.
+fn hang_up_at(until: OffsetDateTime, link: Weak<Link>) -> AbortHandle {
+    let wait = async move {
+        while let Some(left) = remaining(until) {
+            tokio::time::sleep(left.min(LONGEST_SLEEP)).await;
+        }
+        if let Some(link) = link.upgrade() {
+            tracing::warn!(target: config::LOG, "{link}: the certificate of the other end has expired: link closed");
+            link.stream.hang_up();
+        }
+    };
+    zenoh_runtime::ZRuntime::Acceptor.spawn(wait).abort_handle()
+}
+
+/// None when it is over.
+fn remaining(until: OffsetDateTime) -> Option<Duration> {
+    let left = until - OffsetDateTime::now_utc();
+    Duration::try_from(left).ok().filter(|left| !left.is_zero())
+}
+
+#[async_trait]
+impl LinkUnicastTrait for Link {
+    async fn write(&self, buffer: &[u8], _priority: Option<Priority>) -> ZResult<usize> {
+        let written = self.stream.write(buffer).await;
+        written.map_err(|error| self.failed("writing", &error))
+    }
+
+    async fn write_all(&self, buffer: &[u8], _priority: Option<Priority>) -> ZResult<()> {
+        let written = self.stream.write_all(buffer).await;
+        written.map_err(|error| self.failed("writing", &error))
+    }
+
+    async fn read(&self, buffer: &mut [u8], _priority: Option<Priority>) -> ZResult<usize> {
+        let read = self.stream.read(buffer).await;
+        read.map_err(|error| self.failed("reading", &error))
+    }
+
+    async fn read_exact(&self, buffer: &mut [u8], _priority: Option<Priority>) -> ZResult<()> {
+        let read = self.stream.read_exact(buffer).await;
+        read.map_err(|error| self.failed("reading", &error))
+    }
+
+    async fn close(&self) -> ZResult<()> {
+        self.stream.close().await;
+        Ok(())
+    }
+
+    fn get_mtu(&self) -> BatchSize {
+        // A stream of bytes: the batch is bounded by its length field alone.
+        BatchSize::MAX
+    }
+
+    fn get_src(&self) -> &Locator {
+        &self.source
+    }
+
+    fn get_dst(&self) -> &Locator {
+        &self.destination
+    }
+
+    fn is_reliable(&self) -> bool {
+        true
+    }
+
+    fn is_streamed(&self) -> bool {
+        true
+    }
+
+    fn get_interface_names(&self) -> Vec<String> {
+        get_ip_interface_names(&self.ends.here)
+    }
+
+    fn get_auth_id(&self) -> &LinkAuthId {
+        &self.authenticated
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        if let Some(expiry) = &self.expiry {
+            expiry.abort();
+        }
+    }
+}
+
+impl fmt::Display for Link {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} => {}", self.ends.here, self.ends.there)
+    }
+}

@@ -1,0 +1,128 @@
+//! One TLS stream that one task reads while another one writes.
+
+use std::future::poll_fn;
+use std::io;
+use std::net::Shutdown;
+use std::pin::Pin;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::net::TcpStream;
+use tokio_rustls::TlsStream;
+
+/// Time for the last bytes of a link that is closed. A peer that takes none of them for that long is gone.
+const FAREWELL: Duration = Duration::from_millis(500);
+
+/// A TLS stream behind a lock.
+///
+/// A TLS session is one state for both directions, so reading and writing exclude each other. The lock is held for one
+/// poll, never across an await: the time to encrypt or decrypt what is at hand and one system call. Neither direction
+/// waits for the other one's bytes. A socket knows one waiting reader and one waiting writer; further ones wait for their
+/// turn.
+#[derive(Debug)]
+pub(crate) struct SharedStream {
+    stream: Mutex<TlsStream<TcpStream>>,
+    reading: tokio::sync::Mutex<()>,
+    writing: tokio::sync::Mutex<()>,
+}
+
+impl SharedStream {
+    pub(crate) fn new(stream: TlsStream<TcpStream>) -> Self {
+        Self {
+            stream: Mutex::new(stream),
+            reading: tokio::sync::Mutex::new(()),
+            writing: tokio::sync::Mutex::new(()),
+        }
+    }
+
+    /// Reads what is there, at least one byte; 0 at the end of the stream.
+    pub(crate) async fn read(&self, buffer: &mut [u8]) -> io::Result<usize> {
+        let _turn = self.reading.lock().await;
+        self.read_some(buffer).await
+    }
+
+    /// Fills the buffer, or fails with `UnexpectedEof`.
+    pub(crate) async fn read_exact(&self, mut buffer: &mut [u8]) -> io::Result<()> {
+        let _turn = self.reading.lock().await;
+        while !buffer.is_empty() {
+            match self.read_some(buffer).await? {
+                0 => return Err(io::ErrorKind::UnexpectedEof.into()),
+                read => buffer = &mut buffer[read..],
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes some of the bytes, and sends them.
+    pub(crate) async fn write(&self, bytes: &[u8]) -> io::Result<usize> {
+        let _turn = self.writing.lock().await;
+        let written = self.write_some(bytes).await?;
+        self.flush().await?;
+        Ok(written)
+    }
+
+    /// Writes all of the bytes, and sends them.
+    pub(crate) async fn write_all(&self, mut bytes: &[u8]) -> io::Result<()> {
+        let _turn = self.writing.lock().await;
+        while !bytes.is_empty() {
+            match self.write_some(bytes).await? {
+                0 => return Err(io::ErrorKind::WriteZero.into()),
+                written => bytes = &bytes[written..],
+            }
+        }
+        // What the socket did not take is still in the session.
+        self.flush().await
+    }
+
+    /// Sends what is under way and the end of the stream, within [`FAREWELL`], and hangs up.
+    pub(crate) async fn close(&self) {
+        let farewell = async {
+            let _turn = self.writing.lock().await;
+            self.poll(|stream, context| stream.poll_shutdown(context))
+                .await
+        };
+        let _ = tokio::time::timeout(FAREWELL, farewell).await;
+        self.hang_up();
+    }
+
+    /// Ends both directions at once: who reads or writes finds the end of the stream.
+    pub(crate) fn hang_up(&self) {
+        let stream = self.lock();
+        let socket = socket2::SockRef::from(stream.get_ref().0);
+        let _ = socket.shutdown(Shutdown::Both);
+    }
+
+    async fn read_some(&self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.poll(|stream, context| {
+            let mut buffer = ReadBuf::new(buffer);
+            ready!(stream.poll_read(context, &mut buffer))?;
+            Poll::Ready(Ok(buffer.filled().len()))
+        })
+        .await
+    }
+
+    async fn write_some(&self, bytes: &[u8]) -> io::Result<usize> {
+        self.poll(|stream, context| stream.poll_write(context, bytes))
+            .await
+    }
+
+    async fn flush(&self) -> io::Result<()> {
+        self.poll(|stream, context| stream.poll_flush(context))
+            .await
+    }
+
+    /// Polls with the stream in hand: the only way to it.
+    async fn poll<T>(
+        &self,
+        mut step: impl FnMut(Pin<&mut TlsStream<TcpStream>>, &mut Context<'_>) -> Poll<T>,
+    ) -> T {
+        poll_fn(|context| step(Pin::new(&mut *self.lock()), context)).await
+    }
+
+    /// A poll that panicked leaves a session that fails by itself, so poisoning says nothing more.
+    fn lock(&self) -> MutexGuard<'_, TlsStream<TcpStream>> {
+        self.stream.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
