@@ -44,14 +44,15 @@ pub fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     let begin = Instant::now();
     loop {
         // Before the condition is asked for: what a process did last counts.
-        let deaths = process::deaths(what);
+        let deaths = process::deaths();
         if is_so() {
             return;
         }
-        assert!(deaths.is_empty(), "{}", deaths.join("\n"));
+        deaths.report(what);
         assert!(
             begin.elapsed() < PATIENCE,
-            "waited {PATIENCE:?} in vain: {what}"
+            "waited {PATIENCE:?} in vain: {what}\n{}",
+            process::logs().join("\n")
         );
         std::thread::park_timeout(LOOK);
     }

@@ -40,17 +40,42 @@ struct State {
 /// # Panics
 /// Names each of them, how it ended and its last lines; `what` says what the test waited for.
 pub fn assert_alive(what: &str) {
-    let deaths = deaths(what);
-    assert!(deaths.is_empty(), "{}", deaths.join("\n"));
+    deaths().report(what);
 }
 
-/// The processes of this thread that ended without being asked: how, and their last lines.
-pub(crate) fn deaths(what: &str) -> Vec<String> {
-    let when = format!(", while the test waited: {what}");
+/// Processes that ended without being asked.
+pub(crate) struct Deaths(Vec<Arc<Watched>>);
+
+/// The deaths among the processes of this thread.
+pub(crate) fn deaths() -> Deaths {
+    let all = started().into_iter();
+    Deaths(all.filter(|one| one.is_dead()).collect())
+}
+
+impl Deaths {
+    /// Fails the test if there are any. Each is reported once.
+    pub(crate) fn report(&self, what: &str) {
+        let report = |one: &Arc<Watched>| {
+            let report = one.report(&format!(", while the test waited: {what}"));
+            one.state().may_end = true;
+            report
+        };
+        let reports: Vec<_> = self.0.iter().map(report).collect();
+        assert!(reports.is_empty(), "{}", reports.join("\n"));
+    }
+}
+
+/// The last lines of every process of this thread.
+pub(crate) fn logs() -> Vec<String> {
+    let all = started().into_iter();
+    all.map(|one| format!("{}: {}", one.name, one.last_lines()))
+        .collect()
+}
+
+fn started() -> Vec<Arc<Watched>> {
     STARTED.with_borrow_mut(|started| {
         started.retain(|one| one.strong_count() > 0);
-        let all = started.iter().filter_map(Weak::upgrade);
-        all.filter_map(|one| one.death(&when)).collect()
+        started.iter().filter_map(Weak::upgrade).collect()
     })
 }
 
@@ -178,14 +203,12 @@ impl Drop for Process {
         reason = "the test fails already: this is why it may"
     )]
     fn drop(&mut self) {
-        let death = self.0.death("");
+        let is_dead = self.0.is_dead();
         let killed = self.0.state().end();
-        if let Some(death) = death {
-            if std::thread::panicking() {
-                eprintln!("{death}");
-            } else if killed {
-                panic!("{death}");
-            }
+        if is_dead && std::thread::panicking() {
+            eprintln!("{}", self.0.report(""));
+        } else if is_dead && killed {
+            panic!("{}", self.0.report(""));
         }
     }
 }
@@ -202,19 +225,19 @@ impl Watched {
     }
 
     fn assert_alive(&self) {
-        if let Some(death) = self.death("") {
-            panic!("{death}");
-        }
+        assert!(!self.is_dead(), "{}", self.report(""));
     }
 
-    /// How it ended, if it has without being asked.
-    fn death(&self, when: &str) -> Option<String> {
+    /// Whether it has ended without being asked.
+    fn is_dead(&self) -> bool {
         let mut state = self.state();
-        if state.may_end || !state.has_ended() {
-            return None;
-        }
-        let how = how_it_ended(state.status?);
-        Some(format!("{} {how}{when}\n{}", self.name, self.last_lines()))
+        !state.may_end && state.has_ended()
+    }
+
+    /// How it ended, and its last lines.
+    fn report(&self, when: &str) -> String {
+        let how = self.state().status.map(how_it_ended).unwrap_or_default();
+        format!("{} {how}{when}\n{}", self.name, self.last_lines())
     }
 
     fn last_lines(&self) -> String {

@@ -57,9 +57,21 @@ fn a_node_that_is_killed_while_a_test_waits_is_reported_with_its_signal_and_its_
              the last lines of its log:\n  first\n  last"
         );
         assert_eq!(said, expected);
-        drop(saw);
-        assert!(panic_of(|| drop(line)).contains(name));
+        drop((line, saw));
     }
+}
+
+#[test]
+fn a_crash_that_no_wait_has_seen_fails_the_test_at_its_end() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let line = node(&folder, "line", RUNS_ON);
+    die(&line, "-ABRT");
+    until_gone(&line);
+    let said = panic_of(|| drop(line));
+    assert!(
+        said.starts_with("line was killed by signal: 6 (SIGABRT)"),
+        "{said}"
+    );
 }
 
 #[test]
