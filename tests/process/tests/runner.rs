@@ -22,6 +22,7 @@ fn run(script: &str) -> (Output, String) {
         .arg(&program)
         .arg("saws")
         .env("COAXLE_TEST_NOTES", &notes)
+        .env("SLOW_S", "30")
         .output();
     (
         ran.expect("bash is there"),
