@@ -11,13 +11,13 @@
 #[path = "../../common/host/examples/drive_reader.rs"]
 mod drive_reader;
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command};
+use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Longer than any test takes on any machine.
-const PATIENCE: Duration = Duration::from_secs(120);
+use coaxle_test_process::{PATIENCE, Process, assert_alive, output, until};
 
 const CONFIG: &str = "
 name = 'saw'
@@ -50,7 +50,7 @@ do = { move-velocity = { velocity = -100 } }
 ";
 
 struct Node {
-    child: Child,
+    process: Process,
     folder: tempfile::TempDir,
 }
 
@@ -59,15 +59,13 @@ impl Node {
         let folder = tempfile::tempdir().expect("a folder");
         let config = folder.path().join("r.toml");
         std::fs::write(&config, CONFIG).expect("the folder can be written");
-        let child = Command::new(env!("CARGO_BIN_EXE_coaxle-receiver"))
-            .arg(&config)
-            .args([
-                "--trace".as_ref(),
-                folder.path().join("trace.csv").as_os_str(),
-            ])
-            .spawn()
-            .expect("the receiver starts");
-        Self { child, folder }
+        let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-receiver"));
+        command.arg(&config).args([
+            "--trace".as_ref(),
+            folder.path().join("trace.csv").as_os_str(),
+        ]);
+        let process = Process::start("saw", &mut command, &folder.path().join("log"));
+        Self { process, folder }
     }
 
     fn memory(&self) -> PathBuf {
@@ -75,11 +73,9 @@ impl Node {
     }
 
     /// Ends it as Ctrl-C does.
-    fn end(mut self) -> Vec<Row> {
-        let pid = self.child.id().to_string();
-        let killed = Command::new("kill").args(["-TERM", &pid]).status();
-        assert!(killed.expect("kill runs").success());
-        assert!(self.child.wait().expect("it ends").success());
+    fn end(self) -> Vec<Row> {
+        self.process.signal("TERM");
+        assert!(self.process.wait().success(), "{}", self.process.log());
         assert!(!self.memory().exists(), "the file is removed");
         rows(&self.folder.path().join("trace.csv"))
     }
@@ -131,6 +127,7 @@ fn rows(trace: &Path) -> Vec<Row> {
 fn drive_until(memory: &Path, reached: impl Fn(&str) -> bool) {
     let (stop, begin) = (AtomicBool::new(false), Instant::now());
     drive_reader::run(memory, &stop, |line| {
+        assert_alive(&line);
         assert!(
             begin.elapsed() < PATIENCE,
             "still waiting, told last: {line}"
@@ -143,11 +140,9 @@ fn drive_until(memory: &Path, reached: impl Fn(&str) -> bool) {
 
 /// Looks into the memory at `set_state`.
 fn wait_until_not_following(memory: &Path) {
-    let begin = Instant::now();
-    while std::fs::read(memory).expect("the memory")[192] == 2 {
-        assert!(begin.elapsed() < PATIENCE);
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    until("the receiver does not follow any more", || {
+        std::fs::read(memory).expect("the memory")[192] != 2
+    });
 }
 
 fn velocity(line: &str) -> Option<f64> {
@@ -156,12 +151,12 @@ fn velocity(line: &str) -> Option<f64> {
 
 #[test]
 fn a_drive_process_is_moved_dies_and_comes_back() {
-    let mut node = Node::start();
+    let node = Node::start();
     drive_until(&node.memory(), |line| velocity(line) == Some(100.0));
     // The process is gone in full motion. The next one comes when the receiver has seen that.
     wait_until_not_following(&node.memory());
     drive_until(&node.memory(), |line| velocity(line) == Some(-100.0));
-    assert!(node.child.try_wait().expect("it can be asked").is_none());
+    assert_alive("it is ended");
     let rows = node.end();
 
     let states = rows.iter().map(|row| row.state.as_str());
@@ -212,13 +207,11 @@ fn two_nodes_do_not_share_a_file() {
     drive_until(&node.memory(), |line| {
         line.starts_with("attached to carriage, axis 1")
     });
-    let second = Command::new(env!("CARGO_BIN_EXE_coaxle-receiver"))
-        .arg(node.folder.path().join("r.toml"))
-        .output()
-        .expect("the receiver starts");
+    let mut second = Command::new(env!("CARGO_BIN_EXE_coaxle-receiver"));
+    let second = output(second.arg(node.folder.path().join("r.toml")));
     assert!(!second.status.success());
     let said = String::from_utf8_lossy(&second.stderr);
-    let pid = node.child.id();
+    let pid = node.process.id();
     let expected =
         format!("drive: is used by another node (process {pid}), expected a file of its own");
     assert!(said.contains("slave \"carriage\".drive.path: "), "{said}");
@@ -236,32 +229,33 @@ fn the_python_of_the_page_is_a_drive_process() {
         return;
     }
     let node = Node::start();
-    let begin = Instant::now();
-    while !node.memory().exists() {
-        assert!(begin.elapsed() < PATIENCE);
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    until("the memory is there", || node.memory().exists());
     // The file is there a moment before what it says is.
     std::thread::sleep(Duration::from_millis(500));
-    let mut python = Command::new("python3")
-        .args(["-c".as_ref(), program.as_ref(), node.memory().as_os_str()])
-        .stdout(std::process::Stdio::piped())
-        .spawn()
-        .expect("python3 starts");
-    let out = python.stdout.take().expect("piped");
-    let lines = std::io::BufRead::lines(std::io::BufReader::new(out));
-    let moved = lines.map_while(Result::ok).find(|line| {
-        assert!(begin.elapsed() < PATIENCE, "{line}");
-        let position = line
-            .rsplit_once("position ")
-            .and_then(|(_, p)| p.parse().ok());
-        line.contains("enable 1") && position.is_some_and(|position: f64| position > 50.0)
+    let mut python = Command::new("python3");
+    let scratch = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| scratch.path().join(name);
+    let shown = File::create(file("shown")).expect("a file");
+    // What it shows is read while it runs.
+    python
+        .args(["-u", "-c", program])
+        .arg(node.memory())
+        .stdout(shown);
+    let python = Process::start("the drive", &mut python, &file("drive.log"));
+    until("the drive is moved", || {
+        let shown = std::fs::read_to_string(file("shown")).unwrap_or_default();
+        shown.lines().any(|line| {
+            let position = line
+                .rsplit_once("position ")
+                .and_then(|(_, p)| p.parse().ok());
+            line.contains("enable 1") && position.is_some_and(|position: f64| position > 50.0)
+        })
     });
-    assert!(moved.is_some(), "it is moved");
     let rows = node.end();
     assert!(
-        python.wait().expect("it ends").success(),
-        "it sees that the node has ended"
+        python.wait().success(),
+        "it sees that the node has ended: {}",
+        python.log()
     );
     assert!(rows.iter().all(|row| row.state != "error-stop"));
 }

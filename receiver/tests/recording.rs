@@ -1,19 +1,12 @@
 //! The receiver's own program, killed while it records.
 
-#![allow(
-    clippy::disallowed_methods,
-    reason = "it waits for processes, which nothing is measured by"
-)]
-
 use std::fs::File;
 use std::path::Path;
-use std::process::{Child, Command};
-use std::time::{Duration, Instant};
+use std::process::Command;
 
 use coaxle_recording::{FLUSH_PERIOD_NS, Item, Reader, Row, recover};
+use coaxle_test_process::{Process, until};
 
-/// Longer than any test takes on any machine.
-const PATIENCE: Duration = Duration::from_secs(120);
 /// More than two flush periods of cycles of 2 ms.
 const ROWS: usize = 300;
 
@@ -28,14 +21,14 @@ listen = ['tcp/127.0.0.1:0']
 name = 'carriage'
 ";
 
-fn start(folder: &Path) -> Child {
+fn start(folder: &Path) -> Process {
     let config = folder.join("r.toml");
     std::fs::write(&config, CONFIG).expect("the folder can be written");
-    Command::new(env!("CARGO_BIN_EXE_coaxle-receiver"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-receiver"));
+    command
         .arg(&config)
-        .args(["--record".as_ref(), folder.join("saw.mcap").as_os_str()])
-        .spawn()
-        .expect("the receiver starts")
+        .args(["--record".as_ref(), folder.join("saw.mcap").as_os_str()]);
+    Process::start("saw", &mut command, &folder.join("log"))
 }
 
 /// What is whole in a recording, and what is said to be wrong with it.
@@ -65,18 +58,13 @@ fn rows(items: &[Item]) -> Vec<&Row> {
 fn what_a_killed_node_had_flushed_is_kept_and_can_be_recovered() {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("saw.mcap");
-    let mut node = start(folder.path());
-    let begin = Instant::now();
-    let seen = loop {
-        let seen = rows(&read(&recording).0).len();
-        if seen > ROWS {
-            break seen;
-        }
-        assert!(begin.elapsed() < PATIENCE, "{seen} rows");
-        std::thread::sleep(Duration::from_millis(20));
-    };
-    node.kill().expect("it lives");
-    node.wait().expect("it is dead");
+    let node = start(folder.path());
+    let mut seen = 0;
+    until("rows are written out", || {
+        seen = rows(&read(&recording).0).len();
+        seen > ROWS
+    });
+    node.kill();
 
     let (items, wrong) = read(&recording);
     let kept = rows(&items);

@@ -30,6 +30,8 @@ pub struct Finished {
     pub(crate) commands: Vec<Verdict>,
     /// What did not hold in every cycle.
     pub(crate) violations: Vec<InvariantViolation>,
+    /// Nodes that a signal killed although the scenario did not order it; of processes alone.
+    pub(crate) deaths: Vec<Verdict>,
     /// What each router did.
     pub(crate) routers: Vec<RouterTraffic>,
     /// When it was ended before its time, s after its start.
@@ -42,6 +44,7 @@ impl Finished {
             figures: evaluated.receivers.into_iter().collect(),
             commands: Vec::new(),
             violations: evaluated.violations,
+            deaths: Vec::new(),
             routers: Vec::new(),
             interrupted_at_s: None,
         }
@@ -56,6 +59,10 @@ impl Finished {
 
     pub(crate) fn with_commands(self, commands: Vec<Verdict>) -> Self {
         Self { commands, ..self }
+    }
+
+    pub(crate) fn with_deaths(self, deaths: Vec<Verdict>) -> Self {
+        Self { deaths, ..self }
     }
 
     pub(crate) fn with_routers(self, routers: Vec<RouterTraffic>) -> Self {

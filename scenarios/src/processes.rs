@@ -5,6 +5,7 @@
 //! can be compared with what the master really did.
 
 mod child;
+mod death;
 mod memory;
 mod nodes;
 mod orders;
@@ -13,8 +14,8 @@ mod traces;
 use std::path::Path;
 use std::time::Duration;
 
-use coaxle_clock::Span;
-use coaxle_host::machine;
+use coaxle_clock::{Instant, Span};
+use coaxle_host::{Machine, machine};
 
 use crate::finished::{Finished, Progress};
 use crate::row::RowSink;
@@ -22,6 +23,7 @@ use crate::scenario::Scenario;
 use crate::timeline::{What, Whom, changes_of};
 use crate::topology::Topology;
 pub(crate) use child::{Child, NodeOutput};
+pub(crate) use death::Death;
 pub(crate) use nodes::{Nodes, Protocol};
 use orders::Orders;
 
@@ -31,8 +33,10 @@ pub const FOLDER: &str = "nodes";
 /// Runs a checked scenario as processes. Their configs, logs, traces and raw arrivals are left in
 /// `out/nodes`.
 ///
+/// A node that a signal kills although the scenario does not order it is no error: it is among what failed of the run.
+///
 /// # Errors
-/// A node that does not start, ends badly, or whose memory grows while it runs; a trace that cannot be read.
+/// A node that does not start, ends by itself, or whose memory grows while it runs; a trace that cannot be read.
 pub fn run(
     scenario: &Scenario,
     out: &Path,
@@ -54,33 +58,42 @@ pub fn run(
     let mut orders = Orders::prepare(&scenario.events, |node| {
         topology.node(node).map(|node| endpoints[node].clone())
     })?;
-    let interrupted_at = play(scenario, &topology, &mut children, &mut orders, progress)?;
-    let finished = traces::evaluate(scenario, &topology, &children, sink)?;
-    let finished = finished.with_commands(orders.finish());
-    Ok(finished.interrupted_at(interrupted_at))
+    let played = play(scenario, &topology, &mut children, &mut orders, progress)?;
+    let finished = traces::evaluate(scenario, &topology, &children, played.begin, sink)?;
+    let deaths = played.deaths.iter();
+    let deaths = deaths.map(|death| death.verdict(played.begin)).collect();
+    let finished = finished.with_commands(orders.finish()).with_deaths(deaths);
+    Ok(finished.interrupted_at(played.interrupted_at_s))
 }
 
-/// Starts every node but the twins, lets the events happen, and ends every node. Gives when it was ended before its
-/// time, s.
+/// What happened while the nodes ran.
+struct Played {
+    begin: Instant<Machine>,
+    /// When it was ended before its time, s.
+    interrupted_at_s: Option<f64>,
+    deaths: Vec<Death>,
+}
+
+/// Starts every node but the twins, lets the events happen, and ends every node.
 fn play(
     scenario: &Scenario,
     topology: &Topology,
     children: &mut [Child],
     orders: &mut Orders,
     progress: &mut dyn Progress,
-) -> anyhow::Result<Option<f64>> {
+) -> anyhow::Result<Played> {
     for child in children.iter_mut().take(topology.names().len()) {
         child.start()?;
     }
     let mut changes = changes_of(scenario, topology).into_iter().peekable();
     let begin = machine::now();
     let duration = Span::from_secs_f64(scenario.duration_s.get());
-    let mut interrupted_at = None;
+    let (mut interrupted_at_s, mut deaths) = (None, Vec::new());
     loop {
         let passed = machine::now() - begin;
         let share = (passed.as_secs_f64() / duration.as_secs_f64()).min(1.0);
         if !progress.at(share) && passed < duration {
-            interrupted_at = Some(passed.as_secs_f64());
+            interrupted_at_s = Some(passed.as_secs_f64());
             break;
         }
         while let Some(change) = changes.next_if(|change| change.at <= passed) {
@@ -89,7 +102,7 @@ fn play(
             };
             let child = &mut children[node];
             match change.what {
-                What::Kill => child.kill()?,
+                What::Kill => deaths.extend(child.kill()?),
                 What::Start => child.start()?,
                 What::Stop => child.freeze()?,
                 What::Resume => child.resume()?,
@@ -97,7 +110,7 @@ fn play(
             }
         }
         for child in children.iter_mut() {
-            child.check()?;
+            deaths.extend(child.check()?);
         }
         if passed >= duration {
             break;
@@ -107,8 +120,14 @@ fn play(
     for child in children.iter_mut() {
         child.ask_to_end()?;
     }
-    children.iter_mut().try_for_each(Child::wait_for_end)?;
-    Ok(interrupted_at)
+    for child in children.iter_mut() {
+        deaths.extend(child.wait_for_end()?);
+    }
+    Ok(Played {
+        begin,
+        interrupted_at_s,
+        deaths,
+    })
 }
 
 /// How often the runner looks after its nodes.

@@ -251,13 +251,15 @@ fn wrong_while(text: &str, goes_on: &dyn Fn() -> bool) -> Option<Vec<String>> {
     run().unwrap_or_else(|error: anyhow::Error| Some(vec![format!("{error:#}")]))
 }
 
-/// Of processes only what holds on a busy machine too: the invariants, and that every node runs to the end.
+/// Of processes only what holds on a busy machine too: the invariants, and that every node runs to the end and is not killed by
+/// a signal.
 fn wrong_in_processes(text: &str, out: &Path, goes_on: &dyn Fn() -> bool) -> Option<Vec<String>> {
     let run = || {
         let scenario = source(text.to_owned()).read(&[])?;
         let finished = processes::run(&scenario, out, &mut (), &mut While(goes_on))?;
         let is_whole = finished.interrupted_at_s.is_none();
-        anyhow::Ok(is_whole.then(|| violations(&finished).collect()))
+        let deaths = finished.deaths.iter().map(ToString::to_string);
+        anyhow::Ok(is_whole.then(|| deaths.chain(violations(&finished)).collect()))
     };
     run().unwrap_or_else(|error: anyhow::Error| Some(vec![format!("{error:#}")]))
 }

@@ -2,21 +2,17 @@
 //!
 //! The clock on the wall decides nothing: what is waited for is asked for until it is there.
 
-#![expect(
-    clippy::disallowed_methods,
-    reason = "pauses between questions; they decide nothing"
-)]
-
 mod tool;
 
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 
 use coaxle_host::Commander;
 use coaxle_node::CommandOrder;
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
+use coaxle_test_process::{Process, output, until};
 use serde_json::{Value, json};
 use tool::{text, written};
 
@@ -42,7 +38,7 @@ fn coaxle(arguments: &[&str]) -> Command {
 
 /// A receiver in a process of its own, and somebody who commands it.
 struct Live {
-    child: Child,
+    node: Process,
     commander: Option<Commander>,
     at: String,
 }
@@ -52,8 +48,6 @@ impl Drop for Live {
         if let Some(commander) = self.commander.take() {
             commander.close();
         }
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }
 
@@ -61,19 +55,19 @@ impl Live {
     fn start(folder: &Path) -> Self {
         let at = endpoint();
         let config = written(folder, "receiver.toml", RECEIVER.as_bytes());
-        let child = coaxle(&["receiver"])
+        let mut command = coaxle(&["receiver"]);
+        command
             .arg(config)
-            .args(["--listen", &at, "--for", "300s", "--quiet", "--trace"])
-            .arg(folder.join("trace.csv"))
-            .spawn()
-            .expect("the node starts");
+            .args(["--listen", &at, "--for", "600s", "--quiet", "--trace"])
+            .arg(folder.join("trace.csv"));
+        let node = Process::start("cutter", &mut command, &folder.join("cutter.log"));
         let transport = TransportConfig {
             connect: vec![at.clone()],
             ..TransportConfig::default()
         };
         let commander = Commander::open(&transport).expect("a session");
         Self {
-            child,
+            node,
             commander: Some(commander),
             at,
         }
@@ -104,17 +98,14 @@ impl Live {
         self.accepted(json!({ "cam-info": { "table": table } }))["cam"]["info"].take()
     }
 
-    /// Asks until the answer is right; a thousand times at most.
+    /// Asks until the answer is right.
     fn wait(&self, what: &str, command: &Value, is_so: impl Fn(&Value) -> bool) -> Value {
         let mut answer = Value::Null;
-        for _ in 0..1_000 {
+        until(what, || {
             answer = self.send(command);
-            if is_so(&answer) {
-                return answer;
-            }
-            std::thread::sleep(std::time::Duration::from_millis(5));
-        }
-        panic!("{what}: {answer}");
+            is_so(&answer)
+        });
+        answer
     }
 
     fn wait_coupled(&self, table: u32) -> Value {
@@ -139,11 +130,9 @@ impl Live {
 
     /// As a user types it.
     fn typed(&self, arguments: &[&str]) -> (String, Option<i32>) {
-        let output = coaxle(&["command", "cutter", "knife"])
-            .args(arguments)
-            .args(["--connect", &self.at])
-            .output()
-            .expect("the tool starts");
+        let mut command = coaxle(&["command", "cutter", "knife"]);
+        command.args(arguments).args(["--connect", &self.at]);
+        let output = output(&mut command);
         let said = text(&output.stdout) + &text(&output.stderr);
         (said, output.status.code())
     }
@@ -153,10 +142,8 @@ impl Live {
         if let Some(commander) = self.commander.take() {
             commander.close();
         }
-        let id = self.child.id().to_string();
-        let killed = Command::new("kill").args(["-INT", &id]).status();
-        assert!(killed.expect("there is kill").success());
-        self.child.wait().expect("it ends");
+        self.node.signal("INT");
+        assert!(self.node.wait().success(), "{}", self.node.log());
     }
 }
 

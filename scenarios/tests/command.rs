@@ -4,8 +4,9 @@ mod tool;
 
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 
+use coaxle_test_process::{Process, output};
 use serde_json::Value;
 use tool::{text, written};
 
@@ -23,30 +24,19 @@ fn endpoint() -> String {
 
 /// What the tool says, and its exit code.
 fn said(arguments: &[&str]) -> (String, Option<i32>) {
-    let output = coaxle(arguments).output().expect("the tool starts");
+    let output = output(&mut coaxle(arguments));
     let said = text(&output.stdout) + &text(&output.stderr);
     (said, output.status.code())
 }
 
 /// A node that ends with the test.
-struct Node(Child);
-
-impl Node {
-    fn start(role: &str, folder: &Path, config: &str, listen: &str) -> Self {
-        let file = written(folder, &format!("{role}.toml"), config.as_bytes());
-        let child = coaxle(&[role])
-            .arg(file)
-            .args(["--listen", listen, "--for", "60s", "--quiet"])
-            .spawn();
-        Self(child.expect("the node starts"))
-    }
-}
-
-impl Drop for Node {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
+fn start(role: &str, folder: &Path, config: &str, listen: &str) -> Process {
+    let file = written(folder, &format!("{role}.toml"), config.as_bytes());
+    let mut command = coaxle(&[role]);
+    command
+        .arg(file)
+        .args(["--listen", listen, "--for", "600s", "--quiet"]);
+    Process::start(role, &mut command, &folder.join(format!("{role}.log")))
 }
 
 const SENDER: &str = "name = 'belt'\ncycle-time-us = 2000\n[[axis]]\nid = 1\nname = 'belt'\n\
@@ -86,7 +76,7 @@ fn a_wrong_command_is_not_sent_at_all() {
 fn a_sender_has_no_slaves() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let at = endpoint();
-    let _sender = Node::start("sender", folder.path(), SENDER, &at);
+    let _sender = start("sender", folder.path(), SENDER, &at);
     let (said, code) = said(&["command", "belt", "carriage", "halt", "--connect", &at]);
     assert_eq!(code, Some(4), "{said}");
     assert!(
@@ -99,7 +89,7 @@ fn a_sender_has_no_slaves() {
 fn a_slave_does_what_it_is_told_and_refuses_the_rest() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let at = endpoint();
-    let _receiver = Node::start("receiver", folder.path(), RECEIVER, &at);
+    let _receiver = start("receiver", folder.path(), RECEIVER, &at);
     let tell = |slave: &str, arguments: &[&str]| {
         let line = [&["command", "saw", slave], arguments, &["--connect", &at]].concat();
         said(&line)
@@ -241,7 +231,7 @@ fn a_slave_does_what_it_is_told_and_refuses_the_rest() {
 fn a_node_is_told_about_a_far_node_and_refuses_the_rest() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let at = endpoint();
-    let _receiver = Node::start("receiver", folder.path(), RECEIVER, &at);
+    let _receiver = start("receiver", folder.path(), RECEIVER, &at);
     let tell = |far: &str, arguments: &[&str]| {
         let line = [&["command", "saw", "--far", far], arguments].concat();
         said(&[&line[..], &["--connect", &at]].concat())

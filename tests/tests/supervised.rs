@@ -1,19 +1,15 @@
 //! Nodes as whoever supervises them sees them: exit codes, signals, the service manager, what becomes of them when their
 //! parent dies, and a log or a disk that takes nothing.
 
-use std::fs::File;
+use std::fs::{DirEntry, File};
 use std::io::Read;
 use std::os::unix::net::UnixDatagram;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::time::Duration;
+use std::process::{Command, Stdio};
 
-use coaxle_clock::Span;
-use coaxle_host::machine;
+use coaxle_test_process::{Process, output, until};
+use serde_json::Value;
 use tempfile::TempDir;
-
-/// For whatever takes no time: the machine may be very busy.
-const PATIENCE: Span = Span::from_secs(60);
 
 const SENDER: &str = "name = 'belt'\ncycle-time-us = 2000\n[[axis]]\nid = 1\nname = 'belt'\n\
                       [axis.program]\nlimits = { velocity = 100, acceleration = 100, jerk = 1000 }\nsteps = []\n";
@@ -36,88 +32,49 @@ fn node(role: &str, config: &Path) -> Command {
 }
 
 /// The node with its log in a file; waits until it says that it runs.
-fn running(command: &mut Command, log: &Path) -> Child {
-    let child = command
-        .stderr(File::create(log).expect("a log"))
-        .spawn()
-        .expect("it starts");
-    until("it runs", || said(log).contains("running"));
-    child
-}
-
-fn said(log: &Path) -> String {
-    std::fs::read_to_string(log).unwrap_or_default()
-}
-
-fn until(what: &str, mut is_so: impl FnMut() -> bool) {
-    let begin = machine::now();
-    while !is_so() {
-        assert!(machine::now() - begin < PATIENCE, "{what}");
-        std::thread::park_timeout(Duration::from_millis(10));
-    }
-}
-
-fn ended(mut child: Child) -> ExitStatus {
-    let mut status = None;
-    until("it ends", || {
-        status = child.try_wait().expect("a child");
-        status.is_some()
-    });
-    status.expect("it ended")
-}
-
-fn signal(child: &Child, signal: &str) {
-    let pid = child.id().to_string();
-    let sent = Command::new("kill").args([signal, &pid]).status();
-    assert!(sent.expect("kill is there").success());
+fn running(command: &mut Command, log: &Path) -> Process {
+    let node = Process::start("the node", command, log);
+    until("the node runs", || node.logged("running"));
+    node
 }
 
 #[test]
 fn the_exit_code_says_what_a_node_came_to() {
     let (folder, sender) = config("sender");
-    let done = node("sender", &sender)
-        .args(["--for", "200ms"])
-        .output()
-        .expect("it starts");
+    let done = output(node("sender", &sender).args(["--for", "200ms"]));
     assert_eq!(done.status.code(), Some(0));
 
     let (_other, receiver) = config("receiver");
-    let alone = node("receiver", &receiver)
-        .args(["--for", "200ms"])
-        .output()
-        .expect("it starts");
+    let alone = output(node("receiver", &receiver).args(["--for", "200ms"]));
     assert_eq!(alone.status.code(), Some(5));
     let log = String::from_utf8_lossy(&alone.stderr);
     assert!(log.contains("no data came"), "{log}");
 
     let missing = folder.path().join("no-such-file.toml");
-    let failed = node("sender", &missing).output().expect("it starts");
+    let failed = output(&mut node("sender", &missing));
     assert_eq!(failed.status.code(), Some(78));
-    let wrong = node("sender", &sender).arg("--no-such-flag").output();
-    assert_eq!(wrong.expect("it starts").status.code(), Some(2));
+    let wrong = output(node("sender", &sender).arg("--no-such-flag"));
+    assert_eq!(wrong.status.code(), Some(2));
 }
 
 #[test]
 fn signals_end_a_node_cleanly() {
     let (folder, config) = config("sender");
     for (name, ended_by) in [
-        ("-HUP", "HungUp"),
-        ("-TERM", "Terminated"),
-        ("-INT", "Interrupted"),
+        ("HUP", "HungUp"),
+        ("TERM", "Terminated"),
+        ("INT", "Interrupted"),
     ] {
         // What these tests were started to ignore, under nohup, their nodes ignore too.
-        if name == "-HUP" && ignores_hang_up() {
+        if name == "HUP" && ignores_hang_up() {
             continue;
         }
         let log = folder.path().join("log");
-        let child = running(&mut node("sender", &config), &log);
-        signal(&child, name);
-        assert!(ended(child).success(), "{name}");
-        assert!(
-            said(&log).contains(&format!("ended={ended_by}")),
-            "{}",
-            said(&log)
-        );
+        let node = running(&mut node("sender", &config), &log);
+        node.signal(name);
+        assert!(node.wait().success(), "{name}");
+        let ended = format!("ended={ended_by}");
+        assert!(node.logged(&ended), "{}", node.log());
     }
 }
 
@@ -140,11 +97,11 @@ fn a_node_that_outlives_its_terminal_is_not_ended_by_its_closing() {
         .arg(env!("CARGO_BIN_EXE_coaxle-under-test"))
         .arg("sender")
         .arg(config);
-    let child = running(&mut command, &log);
-    signal(&child, "-HUP");
-    signal(&child, "-TERM");
-    assert!(ended(child).success());
-    assert!(said(&log).contains("ended=Terminated"), "{}", said(&log));
+    let node = running(&mut command, &log);
+    node.signal("HUP");
+    node.signal("TERM");
+    assert!(node.wait().success());
+    assert!(node.logged("ended=Terminated"), "{}", node.log());
 }
 
 #[test]
@@ -152,27 +109,29 @@ fn the_service_manager_hears_that_a_node_runs_that_its_cycle_does_and_that_it_en
     let (folder, config) = config("sender");
     let path = folder.path().join("notify");
     let manager = UnixDatagram::bind(&path).expect("a socket");
-    manager
-        .set_read_timeout(Some(Duration::from_secs(60)))
-        .expect("a time is set");
+    manager.set_nonblocking(true).expect("a socket");
     let next = || {
-        let mut bytes = [0; 256];
-        let length = manager.recv(&mut bytes).expect("it says something");
+        let (mut bytes, mut length) = ([0; 256], 0);
+        until("the node says something", || {
+            let received = manager.recv(&mut bytes);
+            length = received.unwrap_or_default();
+            length > 0
+        });
         String::from_utf8_lossy(&bytes[..length]).trim().to_owned()
     };
-    let child = node("sender", &config)
+    let mut command = node("sender", &config);
+    command
         .env("NOTIFY_SOCKET", &path)
-        .env("WATCHDOG_USEC", "300000")
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("it starts");
+        .env("WATCHDOG_USEC", "300000");
+    let log = folder.path().join("log");
+    let node = Process::start("the node", &mut command, &log);
     assert_eq!(next(), "READY=1");
     for _ in 0..3 {
         assert_eq!(next(), "WATCHDOG=1");
     }
-    signal(&child, "-TERM");
-    until("it says that it ends", || next() == "STOPPING=1");
-    assert!(ended(child).success());
+    node.signal("TERM");
+    until("the node says that it ends", || next() == "STOPPING=1");
+    assert!(node.wait().success());
 }
 
 #[test]
@@ -181,13 +140,15 @@ fn nobody_waits_for_a_log_that_is_full_or_not_read() {
     let full = File::options().write(true).open("/dev/full");
     let mut verbose = node("sender", &config);
     verbose.args(["--for", "500ms", "-vv"]);
-    let child = verbose.stderr(full.expect("it is there")).spawn();
-    assert!(ended(child.expect("it starts")).success());
+    verbose.stderr(full.expect("it is there"));
+    let node = Process::start_without_log("the node", &mut verbose).expect("it starts");
+    assert!(node.wait().success());
 
     // A pipe that nobody reads, until the node has ended.
-    let mut child = verbose.stderr(Stdio::piped()).spawn().expect("it starts");
-    let mut pipe = child.stderr.take().expect("a pipe");
-    assert!(ended(child).success());
+    verbose.stderr(Stdio::piped());
+    let node = Process::start_without_log("the node", &mut verbose).expect("it starts");
+    let mut pipe = node.take_stderr().expect("a pipe");
+    assert!(node.wait().success());
     let mut log = Vec::new();
     pipe.read_to_end(&mut log).expect("what fitted is there");
     assert!(log.len() > 1_000);
@@ -196,12 +157,10 @@ fn nobody_waits_for_a_log_that_is_full_or_not_read() {
 #[test]
 fn a_full_disk_costs_the_trace_and_nothing_else() {
     let (_folder, config) = config("sender");
-    let output = node("sender", &config)
-        .args(["--for", "1500ms", "--trace", "/dev/full"])
-        .output()
-        .expect("it starts");
-    let log = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{log}");
+    let mut command = node("sender", &config);
+    let ended = output(command.args(["--for", "1500ms", "--trace", "/dev/full"]));
+    let log = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(1), "{log}");
     assert!(log.contains("the trace ends here"), "{log}");
     assert!(log.contains("/dev/full is incomplete"), "{log}");
     assert!(!log.contains("panicked"), "{log}");
@@ -210,27 +169,75 @@ fn a_full_disk_costs_the_trace_and_nothing_else() {
 #[test]
 fn nodes_of_a_run_die_with_it_however_it_ends() {
     let out = tempfile::tempdir().expect("a scratch folder");
-    let mut run = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
-    run.args(["run", "beat", "--processes", "--receivers", "bypass"])
-        .args(["--set", "duration-s=600", "--out"])
-        .arg(out.path())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null());
-    let mut run = run.spawn().expect("it starts");
-    let nodes = || processes_with(out.path());
+    let (run, _logs) = run_processes(out.path(), "duration-s=600");
+    let nodes = || processes_with(out.path()).len();
     // The run itself, a sender and a receiver.
     until("its nodes run", || nodes() >= 3);
-    run.kill().expect("it is killed");
-    run.wait().expect("it ended");
+    run.kill();
     until("its nodes are gone", || nodes() == 0);
 }
 
-/// How many processes have a path on their command line.
-fn processes_with(path: &Path) -> usize {
+#[test]
+fn a_node_that_a_signal_kills_against_the_scenario_fails_the_run() {
+    let out = tempfile::tempdir().expect("a scratch folder");
+    let (run, logs) = run_processes(out.path(), "duration-s=10");
+    let nodes = out.path().join("nodes");
+    until("the receiver has cycles", || {
+        let trace = std::fs::read_to_string(nodes.join("bypass.csv"));
+        trace.is_ok_and(|trace| trace.lines().count() > 100)
+    });
+    let receiver = processes_with(&nodes.join("bypass.toml"));
+    assert_eq!(receiver.len(), 1, "{receiver:?}");
+    let mut kill = Command::new("kill");
+    let killed = kill.args(["-ABRT", &receiver[0]]).status();
+    assert!(killed.expect("kill is there").success());
+    assert_eq!(run.wait().code(), Some(3), "{}", run.log());
+
+    let read = |file: &Path| std::fs::read_to_string(file).expect("a file");
+    let summary = read(&out.path().join("summary.json"));
+    let summary: Value = serde_json::from_str(&summary).expect("JSON");
+    let verdicts = summary["expectations"].as_array().expect("a list");
+    let failed: Vec<_> = verdicts.iter().filter(|one| one["met"] == false).collect();
+    let [death] = failed.as_slice() else {
+        panic!("{failed:?}");
+    };
+    let text = |field: &str| death[field].as_str().unwrap_or_default();
+    assert_eq!(death["receiver"], "bypass", "{death}");
+    assert!(text("field").starts_with("process at "), "{death}");
+    let signal = "killed by signal: 6 (SIGABRT)";
+    assert!(text("received").starts_with(signal), "{death}");
+    assert!(text("expected").contains("INFO"), "its last lines: {death}");
+    // What a person reads says so, too.
+    let said = read(&logs.path().join("out")) + &run.log();
+    assert!(said.contains(signal), "{said}");
+    // The rest of the run is there.
+    let cycles = summary["receivers"]["bypass"]["cycles"].as_u64();
+    assert!(cycles > Some(90), "{summary}");
+}
+
+/// A run of two nodes as processes, and the folder of what it says.
+fn run_processes(out: &Path, set: &str) -> (Process, TempDir) {
+    let logs = tempfile::tempdir().expect("a scratch folder");
+    let said = File::create(logs.path().join("out")).expect("a file");
+    let mut run = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+    run.args(["run", "beat", "--processes", "--receivers", "bypass"])
+        .args(["--set", set, "--set", "expect=[]", "--out"])
+        .arg(out)
+        .stdout(said);
+    let run = Process::start("the run", &mut run, &logs.path().join("log"));
+    (run, logs)
+}
+
+/// The processes that have a path on their command line.
+fn processes_with(path: &Path) -> Vec<String> {
     let path = path.to_str().expect("a plain path").as_bytes();
     let processes = std::fs::read_dir("/proc").expect("Linux").flatten();
-    let lines = processes.filter_map(|process| std::fs::read(process.path().join("cmdline")).ok());
-    lines
-        .filter(|line| line.windows(path.len()).any(|part| part == path))
-        .count()
+    let has_path = |process: &DirEntry| {
+        let line = std::fs::read(process.path().join("cmdline"));
+        line.is_ok_and(|line| line.windows(path.len()).any(|part| part == path))
+    };
+    let those = processes.filter(has_path);
+    those
+        .map(|process| process.file_name().to_string_lossy().into_owned())
+        .collect()
 }

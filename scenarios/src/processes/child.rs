@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::time::Duration;
 
 use anyhow::{Context, bail};
@@ -10,6 +10,7 @@ use coaxle_clock::Span;
 use coaxle_host::os::{ChildSignal, Os, System};
 use coaxle_host::{ZENOH_RUNTIME, machine};
 
+use super::death::Death;
 use super::memory::MemoryWatch;
 
 /// What a node is.
@@ -43,6 +44,8 @@ pub(crate) struct Child {
 
 /// How long a node may take to end by itself.
 const PATIENCE: Span = Span::from_secs(10);
+/// The lines of its log that a death is reported with: what a node logs of an error and of what led to it.
+const LAST_LINES: usize = 5;
 
 impl Child {
     pub(super) fn new(role: Role, name: &str, config: PathBuf, output: NodeOutput) -> Self {
@@ -112,22 +115,32 @@ impl Child {
         Ok(())
     }
 
+    /// The death of the node, once, if a signal killed it.
+    ///
+    /// # Errors
     /// A node that ends by itself ends the run: its log says why. So does one whose memory grows.
-    pub(crate) fn check(&mut self) -> anyhow::Result<()> {
+    pub(crate) fn check(&mut self) -> anyhow::Result<Option<Death>> {
         let Some(process) = &mut self.process else {
-            return Ok(());
+            return Ok(None);
         };
+        let number = process.id();
         match process.try_wait().context("cannot look after a node")? {
-            None => {
-                let number = process.id();
-                self.check_memory(number)
-            }
-            Some(status) => bail!(
-                "{} ended early ({status}): {}",
+            None => self.check_memory(number).map(|()| None),
+            Some(status) => self.ended(status, "early").map(Some),
+        }
+    }
+
+    /// What came of a node that has ended and should not have, or not so.
+    fn ended(&mut self, status: ExitStatus, how: &str) -> anyhow::Result<Death> {
+        self.process = None;
+        let death = Death::of(&self.name, status, machine::now(), || self.last_lines());
+        death.with_context(|| {
+            format!(
+                "{} ended {how} ({status}): {}",
                 self.name,
                 self.last_words()
-            ),
-        }
+            )
+        })
     }
 
     fn check_memory(&mut self, process: u32) -> anyhow::Result<()> {
@@ -141,12 +154,14 @@ impl Child {
         }
     }
 
-    pub(super) fn kill(&mut self) -> anyhow::Result<()> {
+    /// Kills the node; its death, if a signal did so before.
+    pub(super) fn kill(&mut self) -> anyhow::Result<Option<Death>> {
+        let death = self.check()?;
         if let Some(mut process) = self.process.take() {
             process.kill().context("cannot kill a node")?;
             process.wait().context("cannot wait for a node")?;
         }
-        Ok(())
+        Ok(death)
     }
 
     pub(super) fn freeze(&self) -> anyhow::Result<()> {
@@ -163,21 +178,18 @@ impl Child {
         self.signal(ChildSignal::End)
     }
 
-    pub(crate) fn wait_for_end(&mut self) -> anyhow::Result<()> {
+    /// Waits for the end that the node was asked for; its death, if a signal killed it instead.
+    pub(crate) fn wait_for_end(&mut self) -> anyhow::Result<Option<Death>> {
         let Some(mut process) = self.process.take() else {
-            return Ok(());
+            return Ok(None);
         };
         let asked = machine::now();
         loop {
             if let Some(status) = process.try_wait().context("cannot wait for a node")? {
-                if status.success() {
-                    return Ok(());
-                }
-                bail!(
-                    "{} ended badly ({status}): {}",
-                    self.name,
-                    self.last_words()
-                );
+                return match status.success() {
+                    true => Ok(None),
+                    false => self.ended(status, "badly").map(Some),
+                };
             }
             if machine::now() - asked > PATIENCE {
                 process.kill().context("cannot kill a node")?;
@@ -196,11 +208,24 @@ impl Child {
     }
 
     fn last_words(&self) -> String {
+        self.last(1)
+    }
+
+    fn last_lines(&self) -> String {
+        self.last(LAST_LINES)
+    }
+
+    /// So many lines of the log, with a slash between them.
+    fn last(&self, count: usize) -> String {
         let log = self.log();
-        let text = std::fs::read_to_string(&log).unwrap_or_default();
-        match text.lines().rev().find(|line| !line.trim().is_empty()) {
-            Some(line) => line.trim().to_owned(),
-            None => format!("nothing in {}", log.display()),
+        let bytes = std::fs::read(&log).unwrap_or_default();
+        let text = String::from_utf8_lossy(&bytes);
+        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+        let mut last: Vec<_> = lines.rev().take(count).collect();
+        last.reverse();
+        match last.as_slice() {
+            [] => format!("nothing in {}", log.display()),
+            lines => lines.join(" / "),
         }
     }
 

@@ -11,7 +11,7 @@ use super::busy::Busy;
 use super::convert::TimeScale;
 use super::raw::{Raw, rows};
 use crate::finished::Progress;
-use crate::processes::{Child, NodeOutput, Nodes, Protocol};
+use crate::processes::{Child, Death, NodeOutput, Nodes, Protocol};
 use crate::read;
 use crate::scenario::Scenario;
 use crate::topology::Topology;
@@ -140,12 +140,23 @@ fn run(
         look_after(children)?;
     }
     children.iter().try_for_each(Child::ask_to_end)?;
-    children.iter_mut().try_for_each(Child::wait_for_end)
+    let mut ends = children.iter_mut().map(Child::wait_for_end);
+    ends.try_for_each(|end| none_died(end?))
 }
 
 fn look_after(children: &mut [Child]) -> anyhow::Result<()> {
     std::thread::park_timeout(LOOK);
-    children.iter_mut().try_for_each(Child::check)
+    children
+        .iter_mut()
+        .try_for_each(|child| none_died(child.check()?))
+}
+
+/// A recording of a node that was killed is none.
+fn none_died(death: Option<Death>) -> anyhow::Result<()> {
+    match death {
+        None => Ok(()),
+        Some(death) => bail!("{death}"),
+    }
 }
 
 /// More than a head line.

@@ -138,6 +138,7 @@ pub(crate) fn judged(name: &str, scenario: &Scenario, world: World, finished: Fi
     let routers = routers.map(|router| (router.name.clone(), RouterSummary::of(router, seconds)));
     let mut summary = summarise(name, scenario, world, finished.figures, routers.collect());
     summary.expectations.extend(finished.commands);
+    summary.expectations.extend(finished.deaths);
     summary.interrupted_at_s = finished.interrupted_at_s;
     let failed = invariants::judge(&scenario.exceptions, &finished.violations, world);
     summary.expectations.extend(failed);

@@ -7,6 +7,8 @@ mod python;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use coaxle_test_process::until;
+use coaxle_tests::retries;
 use nodes::{Nodes, broken};
 use python::Python;
 
@@ -24,14 +26,16 @@ fn turn() -> MutexGuard<'static, ()> {
 
 /// Tries until nothing is found, and says what was found last if it always is.
 fn attempts(mut attempt: impl FnMut() -> Result<(), String>) {
-    let mut found = String::new();
-    for _ in 0..ATTEMPTS {
+    for n in 1.. {
         match attempt() {
             Ok(()) => return,
-            Err(told) => found = told,
+            Err(found) if n == ATTEMPTS => panic!("{found}"),
+            Err(found) => {
+                let thread = std::thread::current();
+                retries::note(thread.name().unwrap_or("conform"), &found);
+            }
         }
     }
-    panic!("{found}");
 }
 
 /// That no rule is broken.
@@ -120,7 +124,7 @@ fn the_client_of_the_manual_keeps_every_rule_and_is_followed() {
         let report = nodes.conform(&["sender", "arm", "--for", "3s"]);
         nothing(&broken(&report.json))?;
         assert_eq!(report.json["not-seen"], 0, "{report:?}");
-        nodes::until("it reads the receiver's status", || {
+        until("it reads the receiver's status", || {
             nodes.printed("arm").contains("'received': ")
         });
         Ok(())
@@ -195,6 +199,10 @@ fn tried(python: &Python, fault: Option<&str>, rules: &[String]) -> Result<(), S
         if !rules.iter().all(|rule| found.contains(rule)) {
             break;
         }
+        retries::note(
+            "each_planted_fault_is_found",
+            &format!("{found:?}, expected {rules:?}"),
+        );
     }
     Err(told)
 }

@@ -3,22 +3,17 @@
 use std::fs::File;
 use std::net::TcpListener;
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::process::{Command, Stdio};
 
-use coaxle_clock::Span;
-use coaxle_host::machine;
+use coaxle_test_process::{Process, output};
 use serde_json::Value;
 use tempfile::TempDir;
-
-/// For whatever takes no time: the machine may be very busy.
-const PATIENCE: Span = Span::from_secs(60);
 
 /// Nodes that run until this is dropped. Each listens, and connects to those before it.
 pub(crate) struct Nodes {
     folder: TempDir,
     endpoints: Vec<String>,
-    children: Vec<Child>,
+    processes: Vec<Process>,
 }
 
 /// What the tool says.
@@ -34,7 +29,7 @@ impl Default for Nodes {
         Self {
             folder: tempfile::tempdir().expect("a scratch folder"),
             endpoints: Vec::new(),
-            children: Vec::new(),
+            processes: Vec::new(),
         }
     }
 }
@@ -78,7 +73,7 @@ impl Nodes {
         for endpoint in &self.endpoints {
             command.args(["--connect", endpoint]);
         }
-        let output = command.output().expect("it runs");
+        let output = output(&mut command);
         Report {
             exit: output.status.code().unwrap_or(-1),
             json: serde_json::from_slice(&output.stdout).unwrap_or_default(),
@@ -93,26 +88,12 @@ impl Nodes {
     }
 
     fn spawn(&mut self, name: &str, command: &mut Command, endpoint: String) {
-        let file = |ending| {
-            let file = self.folder.path().join(format!("{name}.{ending}"));
-            File::create(file).expect("a file")
-        };
-        let child = command
-            .stdin(Stdio::null())
-            .stdout(file("out"))
-            .stderr(file("log"))
-            .spawn();
-        self.children.push(child.expect("it starts"));
+        let file = |ending| self.folder.path().join(format!("{name}.{ending}"));
+        let out = File::create(file("out")).expect("a file");
+        command.stdin(Stdio::null()).stdout(out);
+        let process = Process::start(name, command, &file("log"));
+        self.processes.push(process);
         self.endpoints.push(endpoint);
-    }
-}
-
-impl Drop for Nodes {
-    fn drop(&mut self) {
-        for child in &mut self.children {
-            let _ = child.kill();
-            let _ = child.wait();
-        }
     }
 }
 
@@ -123,14 +104,6 @@ pub(crate) fn broken(report: &Value) -> Vec<String> {
     broken
         .map(|rule| rule["rule"].as_str().unwrap_or_default().to_owned())
         .collect()
-}
-
-pub(crate) fn until(what: &str, mut is_so: impl FnMut() -> bool) {
-    let begin = machine::now();
-    while !is_so() {
-        assert!(machine::now() - begin < PATIENCE, "{what}");
-        std::thread::park_timeout(Duration::from_millis(20));
-    }
 }
 
 /// Nobody else takes a port that was just free.

@@ -9,8 +9,9 @@ mod server;
 
 use std::net::{TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 
+use coaxle_test_process::Process;
 use coaxle_tests::python;
 
 /// How long the PLC runs, s: its axis comes back for some seconds of it.
@@ -26,16 +27,6 @@ fn free_udp() -> u16 {
     socket.local_addr().expect("its address").port()
 }
 
-/// A process that ends with the test.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
 fn command(role: &str, folder: &Path, config: &str) -> Command {
     let file = folder.join(format!("{role}.toml"));
     std::fs::write(&file, config).expect("a config");
@@ -44,9 +35,9 @@ fn command(role: &str, folder: &Path, config: &str) -> Command {
     command
 }
 
-fn node(role: &str, folder: &Path, config: &str) -> Running {
-    let child = command(role, folder, config).spawn();
-    Running(child.expect("it starts"))
+fn node(role: &str, folder: &Path, config: &str) -> Process {
+    let log = folder.join(format!("{role}.log"));
+    Process::start(role, &mut command(role, folder, config), &log)
 }
 
 /// Runs a PLC behind a gateway with this way to it, and a receiver behind that; what the PLC says: how often it got its axis
@@ -68,8 +59,9 @@ fn circle(way: &str, symbols: [&str; 3], mut plc: Command, cycle_us: u32) -> (u3
     );
     let _gateway = node("gateway", folder.path(), &gateway);
     let _receiver = node("receiver", folder.path(), &receiver);
-    let said = plc.stderr(Stdio::inherit()).output().expect("it runs");
-    assert!(said.status.success(), "the PLC failed");
+    let said = coaxle_test_process::output(&mut plc);
+    let errors = String::from_utf8_lossy(&said.stderr);
+    assert!(said.status.success(), "the PLC failed: {errors}");
     let text = String::from_utf8(said.stdout).expect("it says text");
     let mut lines = text.lines();
     let came = lines.next().and_then(|line| line.parse().ok());

@@ -1,14 +1,14 @@
 //! Against our own server: both ways to read, both images, a connection that ends, refusals and nonsense.
 
-use std::io::{BufRead, BufReader};
-use std::process::{Output, Stdio};
+use std::process::Output;
 
 use coaxle_axis::{ImageLayout, NcToPlcAxis};
 use coaxle_clock::{Instant, Span};
 use coaxle_host::{Machine, machine};
+use coaxle_test_process::{assert_alive, output, until};
 
 use crate::server::{CYCLE_S, Plc};
-use crate::{Running, command, free_tcp, node};
+use crate::{command, free_tcp, node};
 
 /// The machine may be very busy.
 const PATIENCE: Span = Span::from_secs(120);
@@ -59,6 +59,7 @@ impl Circle<'_> {
 
     /// A cycle of the PLC, and what came back in it.
     fn step(&mut self) {
+        assert_alive("the PLC gets its axis back");
         // A machine that stood still does not catch up.
         self.next = self.next.max(machine::now() - Span::from_millis(50));
         self.next += Span::from_secs_f64(CYCLE_S);
@@ -95,8 +96,8 @@ fn polled_or_notifying_it_gets_its_axis_back_and_is_found_again_when_it_was_away
              [transport]\nconnect = ['tcp/127.0.0.1:{port}']\n\
              [[far]]\nnode = 'plc'\naxes = [1]\n"
         );
-        let _gateway: Running = node("gateway", folder.path(), &config);
-        let _receiver: Running = node("receiver", folder.path(), &receiver);
+        let _gateway = node("gateway", folder.path(), &config);
+        let _receiver = node("receiver", folder.path(), &receiver);
         let mut circle = Circle {
             plc: &plc,
             next: machine::now(),
@@ -129,19 +130,15 @@ fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_stop_of_the_pl
              [[far]]\nnode = 'plc'\naxes = [1]\n"
         )
     };
-    let mut gateway = command("gateway", folder.path(), &config)
-        .stderr(Stdio::piped())
-        .spawn()
-        .map(Running)
-        .expect("it starts");
+    let gateway = node("gateway", folder.path(), &config);
     let saw = receiver("saw", "publish-far-axes = true");
     let knife = receiver(
         "knife",
         "slave = [{ name = 'blade', gear = { ratio = -2.0 } }]",
     );
     let others = tempfile::tempdir().expect("a scratch folder");
-    let of_far_axes: Running = node("receiver", folder.path(), &saw);
-    let _knife: Running = node("receiver", others.path(), &knife);
+    let of_far_axes = node("receiver", folder.path(), &saw);
+    let _knife = node("receiver", others.path(), &knife);
     let mut circle = Circle {
         plc: &plc,
         next: machine::now(),
@@ -150,7 +147,7 @@ fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_stop_of_the_pl
         behind: Vec::new(),
     };
     circle.turn_until_it_is_close("far axes beside slaves");
-    let until = machine::now() + PATIENCE;
+    let deadline = machine::now() + PATIENCE;
     let expected = -2.0 / CYCLE_S;
     loop {
         circle.step();
@@ -159,13 +156,12 @@ fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_stop_of_the_pl
         if (velocity / expected - 1.0).abs() < 0.05 && plc.value("G.k") != [0, 0] {
             break;
         }
-        assert!(machine::now() < until, "{velocity} of {expected} u/s");
+        assert!(machine::now() < deadline, "{velocity} of {expected} u/s");
     }
     plc.stop();
-    let log = BufReader::new(gateway.0.stderr.take().expect("a pipe"));
-    let mut lines = log.lines().map_while(Result::ok);
-    let told = lines.find(|line| line.contains("does not run any more (state 6)"));
-    assert!(told.is_some(), "the gateway ended without a word of it");
+    until("the gateway says that the PLC is in stop", || {
+        gateway.logged("does not run any more (state 6)")
+    });
 
     // It goes on while both outputs are written; then one of those who fill them starts anew.
     plc.run();
@@ -174,7 +170,7 @@ fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_stop_of_the_pl
     for _ in 0..100 {
         circle.step();
     }
-    let _saw: Running = node("receiver", folder.path(), &saw);
+    let _saw = node("receiver", folder.path(), &saw);
     circle.turn_until_it_is_close("after the receiver started anew");
 }
 
@@ -182,7 +178,7 @@ fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_stop_of_the_pl
 fn run_shortly(config: &str) -> Output {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let mut command = command("gateway", folder.path(), config);
-    command.args(["--for", "2s"]).output().expect("it runs")
+    output(command.args(["--for", "2s"]))
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! By standard input and output: a PLC that is a program at both ends of a pipe.
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::process::{Child, ChildStdin, ChildStdout, Stdio};
+use std::process::{ChildStdin, ChildStdout, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use coaxle_axis::{ImageLayout, NcToPlcAxis, StateWord};
@@ -9,8 +9,9 @@ use coaxle_clock::{Instant, Span};
 use coaxle_gateway::config::ImageKind;
 use coaxle_gateway::record::{read_record, record_len, write_image};
 use coaxle_host::{Machine, machine};
+use coaxle_test_process::{Process, assert_alive, until};
 
-use crate::{Running, command, free_tcp, node};
+use crate::{command, free_tcp, node};
 
 /// The machine may be very busy.
 const PATIENCE: Span = Span::from_secs(120);
@@ -22,11 +23,13 @@ const STEP: f64 = 2.0;
 fn lines_of_csv_go_in_and_come_back_corrected_and_a_broken_one_does_no_harm() {
     let mut pipe = Pipe::start("csv");
     pipe.put(b"index,conveyor.position,conveyor.velocity,conveyor.acceleration\n");
-    let head = pipe.from_gateway.recv().expect("a head line");
-    assert_eq!(
-        head,
-        Said::Head("index,saw.1.position,saw.1.velocity,saw.1.acceleration".into())
-    );
+    let mut head = None;
+    until("a head line comes", || {
+        head = pipe.from_gateway.try_recv().ok();
+        head.is_some()
+    });
+    let expected = "index,saw.1.position,saw.1.velocity,saw.1.acceleration";
+    assert_eq!(head, Some(Said::Head(expected.to_owned())));
     pipe.turn_until_it_is_close(line);
     pipe.put(b"here,is,no,number\n1,2\n");
     pipe.turn_until_it_is_close(line);
@@ -46,13 +49,12 @@ fn records_of_bytes_go_in_and_come_back_corrected() {
 
 /// A gateway with a pipe to it, and a receiver that corrects its axis.
 struct Pipe {
-    gateway: Running,
+    gateway: Process,
     to_gateway: Option<ChildStdin>,
     from_gateway: Receiver<Said>,
-    log: Receiver<String>,
     count: u64,
     next: Instant<Machine>,
-    _receiver: Running,
+    _receiver: Process,
     _folder: tempfile::TempDir,
 }
 
@@ -77,14 +79,12 @@ impl Pipe {
              [transport]\nconnect = ['tcp/127.0.0.1:{port}']\n\
              [[far]]\nnode = 'plc'\naxes = [1]\n"
         );
-        let mut gateway: Child = command("gateway", folder.path(), &config)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("it starts");
+        let mut gateway = command("gateway", folder.path(), &config);
+        gateway.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let log = folder.path().join("gateway.log");
+        let gateway = Process::start("gateway", &mut gateway, &log);
         let (said, from_gateway) = channel();
-        let out = gateway.stdout.take().expect("a pipe");
+        let out = gateway.take_stdout().expect("a pipe");
         let is_csv = format == "csv";
         std::thread::spawn(move || {
             if is_csv {
@@ -93,18 +93,10 @@ impl Pipe {
                 records(out, &said)
             }
         });
-        let (logged, log) = channel();
-        let err = BufReader::new(gateway.stderr.take().expect("a pipe"));
-        std::thread::spawn(move || {
-            err.lines()
-                .map_while(Result::ok)
-                .try_for_each(|line| logged.send(line))
-        });
         Self {
-            to_gateway: gateway.stdin.take(),
-            gateway: Running(gateway),
+            to_gateway: gateway.take_stdin(),
+            gateway,
             from_gateway,
-            log,
             count: 0,
             next: machine::now(),
             _receiver: node("receiver", folder.path(), &receiver),
@@ -125,6 +117,7 @@ impl Pipe {
         loop {
             let mut behind = Vec::new();
             while behind.len() < 100 {
+                assert_alive("the axis comes back");
                 assert!(machine::now() < until, "{} came", behind.len());
                 self.next = self.next.max(machine::now() - Span::from_millis(50)) + CYCLE;
                 machine::sleep_until(self.next);
@@ -149,18 +142,11 @@ impl Pipe {
     /// Ends standard input, of which the gateway says that it has ended, and goes on. What it logged until then.
     fn end(&mut self) -> String {
         drop(self.to_gateway.take());
-        let mut log = String::new();
-        while !log.contains("standard input has ended") {
-            let patience = std::time::Duration::from_secs(120);
-            let line = self.log.recv_timeout(patience);
-            log += &format!(
-                "{}\n",
-                line.unwrap_or_else(|_| panic!("it does not say so: {log}"))
-            );
-        }
-        let ended = self.gateway.0.try_wait().expect("it can be asked");
-        assert!(ended.is_none(), "{log}");
-        log
+        until("the gateway says that standard input has ended", || {
+            self.gateway.logged("standard input has ended")
+        });
+        assert_alive("the gateway goes on");
+        self.gateway.log()
     }
 }
 

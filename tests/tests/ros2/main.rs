@@ -8,6 +8,7 @@
 
 mod world;
 
+use coaxle_test_process::until;
 use serde_json::{Value, json};
 use world::{World, free_endpoint};
 
@@ -166,7 +167,7 @@ fn what_is_no_trajectory_is_refused(world: &mut World) {
         ),
     ] {
         world.tell(&told);
-        world::until(expected, || world.log().contains(expected));
+        until(expected, || world.log().contains(expected));
     }
 }
 

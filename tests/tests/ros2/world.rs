@@ -4,18 +4,12 @@ use std::fs::File;
 use std::io::Write;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::time::Duration;
+use std::process::{ChildStdin, Command, Stdio};
 
-use coaxle_clock::Span;
-use coaxle_host::machine;
+use coaxle_test_process::{Process, output, until};
 use coaxle_tests::python;
-use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use tempfile::TempDir;
-
-/// For whatever takes no time: the machine may be very busy.
-const PATIENCE: Span = Span::from_secs(60);
 
 const SENDER: &str = "name = 'conveyor'\ncycle-time-us = 5000\n[[axis]]\nid = 1\nname = 'belt'\nunit = 'mm'\n\
                       [axis.program]\nstart-velocity = 500\nlimits = { velocity = 600, acceleration = 100, jerk = 1000 }\n\
@@ -27,9 +21,9 @@ const RECEIVER: &str = "name = 'saw'\ncycle-time-us = 5000\npublish-far-axes = t
 
 /// All of them, until this is dropped.
 pub(crate) struct World {
+    bridge: Process,
+    _others: Vec<Process>,
     folder: TempDir,
-    bridge: Child,
-    others: Vec<Child>,
     told: ChildStdin,
     saw: String,
 }
@@ -52,8 +46,8 @@ impl World {
         let script = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("python/ros2.py");
         let mut ros_side = Command::new(python);
         ros_side.arg("-B").arg(script).args([&ros, "7", "/line1"]);
-        let mut ros_side = logged(&folder, "python", &mut ros_side).expect("it starts");
-        let told = ros_side.stdin.take().expect("it listens");
+        let ros_side = logged(&folder, "python", &mut ros_side);
+        let told = ros_side.take_stdin().expect("it listens");
         others.push(ros_side);
         let mut bridge = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
         bridge.arg("ros2").args(options);
@@ -65,11 +59,11 @@ impl World {
             "--ros-connect",
             &ros,
         ]);
-        let bridge = logged(&folder, "bridge", &mut bridge).expect("it starts");
+        let bridge = logged(&folder, "bridge", &mut bridge);
         Some(Self {
-            folder,
             bridge,
-            others,
+            _others: others,
+            folder,
             told,
             saw,
         })
@@ -87,7 +81,7 @@ impl World {
 
     /// What the tool has said so far.
     pub(crate) fn log(&self) -> String {
-        read(self.folder.path(), "bridge.log")
+        self.bridge.log()
     }
 
     /// Gives a slave power, which no trajectory does.
@@ -102,7 +96,7 @@ impl World {
             "--connect",
             &self.saw,
         ]);
-        let output = command.output().expect("it runs");
+        let output = output(&mut command);
         assert!(output.status.success(), "{output:?}");
     }
 
@@ -113,43 +107,13 @@ impl World {
 
     /// Waits until what Python has heard is so.
     pub(crate) fn until(&self, what: &str, mut is_so: impl FnMut(&[Value]) -> bool) {
-        let begin = machine::now();
-        loop {
-            let heard = self.heard();
-            if is_so(&heard) {
-                return;
-            }
-            let late = machine::now() - begin > PATIENCE;
-            let last = || heard.iter().rev().take(3).collect::<Vec<_>>();
-            let said = || read(self.folder.path(), "python.log");
-            assert!(!late, "{what}: {:?}\n{}\n{}", last(), self.log(), said());
-            std::thread::park_timeout(Duration::from_millis(50));
-        }
+        until(what, || is_so(&self.heard()));
     }
 
     /// Ctrl-C; the exit code.
     pub(crate) fn interrupt(&mut self) -> Option<i32> {
-        let id = Pid::from_child(&self.bridge);
-        kill_process(id, Signal::INT).expect("it runs");
-        self.bridge.wait().expect("it ends").code()
-    }
-}
-
-impl Drop for World {
-    fn drop(&mut self) {
-        for child in std::iter::once(&mut self.bridge).chain(&mut self.others) {
-            let _ = child.kill();
-            let _ = child.wait();
-        }
-    }
-}
-
-/// Waits until something is so.
-pub(crate) fn until(what: &str, mut is_so: impl FnMut() -> bool) {
-    let begin = machine::now();
-    while !is_so() {
-        assert!(machine::now() - begin < PATIENCE, "{what}");
-        std::thread::park_timeout(Duration::from_millis(20));
+        self.bridge.signal("INT");
+        self.bridge.wait().code()
     }
 }
 
@@ -159,21 +123,19 @@ pub(crate) fn free_endpoint() -> String {
     format!("tcp/127.0.0.1:{}", port.expect("a free port").port())
 }
 
-fn node(folder: &TempDir, role: &str, config: &str, network: &[&str]) -> Child {
+fn node(folder: &TempDir, role: &str, config: &str, network: &[&str]) -> Process {
     let file = folder.path().join(format!("{role}.toml"));
     std::fs::write(&file, config).expect("a config");
     let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
     command.arg(role).arg(file).args(network);
-    logged(folder, role, &mut command).expect("it starts")
+    logged(folder, role, &mut command)
 }
 
-fn logged(folder: &TempDir, name: &str, command: &mut Command) -> std::io::Result<Child> {
-    let file = |ending| File::create(folder.path().join(format!("{name}.{ending}")));
-    command
-        .stdin(Stdio::piped())
-        .stdout(file("out")?)
-        .stderr(file("log")?);
-    command.spawn()
+fn logged(folder: &TempDir, name: &str, command: &mut Command) -> Process {
+    let file = |ending| folder.path().join(format!("{name}.{ending}"));
+    let out = File::create(file("out")).expect("a file");
+    command.stdin(Stdio::piped()).stdout(out);
+    Process::start(name, command, &file("log"))
 }
 
 fn read(folder: &Path, file: &str) -> String {

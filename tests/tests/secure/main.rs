@@ -9,7 +9,8 @@ mod network;
 mod processes;
 
 use coaxle::secure::{Authority, MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
-use network::{Lab, Session, expired, until, year};
+use coaxle_test_process::until;
+use network::{Lab, Session, expired, year};
 
 /// The nodes with what each declares in earnest.
 fn line(lab: &Lab) -> Session {

@@ -8,15 +8,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use coaxle::secure::{Authority, Member, Network, Validity, profile, write_role};
-use coaxle_clock::Span;
 use coaxle_host::transport::{Declared, Publisher, Request, Urgency};
 use coaxle_host::{OverZenoh, Transport, machine};
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
-
-/// What a machine that is busy with other things may take for something that ought to take milliseconds.
-const PATIENCE: Span = Span::from_secs(120);
-const LOOK: Duration = Duration::from_millis(10);
 
 /// The configs of two senders and a receiver that follows both, and two operators: anna may command all nodes, bert
 /// the first sender alone.
@@ -305,15 +300,6 @@ fn lock(seen: &Seen) -> std::sync::MutexGuard<'_, BTreeSet<String>> {
 
 fn note(seen: &Seen, what: String) {
     lock(seen).insert(what);
-}
-
-/// Does something again and again until it has had its effect.
-pub(crate) fn until(what: &str, mut done: impl FnMut() -> bool) {
-    let end = machine::now() + PATIENCE;
-    while !done() {
-        assert!(machine::now() < end, "{what} within {PATIENCE}");
-        std::thread::park_timeout(LOOK);
-    }
 }
 
 pub(crate) fn node(name: &str) -> NodeName {

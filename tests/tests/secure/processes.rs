@@ -1,10 +1,11 @@
 //! Real nodes and the tool, as `coaxle secure init` sets them up.
 
-use std::fs::File;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Output, Stdio};
 
-use super::network::{free_ports, until};
+use coaxle_test_process::{Process, output, until};
+
+use super::network::free_ports;
 
 const AXIS: &str = "[[axis]]\nid = 1\nname = 'belt'\n\
     program = { start-velocity = 5, limits = { velocity = 10, acceleration = 10, jerk = 10 } }\n";
@@ -26,40 +27,17 @@ fn said(folder: &Path, line: &str) -> (String, bool) {
         status,
         stdout,
         stderr,
-    } = coaxle(folder, line).output().expect("the tool starts");
+    } = output(&mut coaxle(folder, line));
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     (text(&stdout) + &text(&stderr), status.success())
 }
 
-/// A node that ends with the test; its log is a file.
-struct Node {
-    child: Child,
-    log: std::path::PathBuf,
-}
-
-impl Node {
-    fn start(folder: &Path, role: &str, name: &str) -> Self {
-        let log = folder.join(format!("{name}.log"));
-        let file = File::create(&log).expect("a log");
-        let mut command = coaxle(folder, &format!("{role} {name}.toml --for 120s"));
-        let child = command.stderr(file).spawn().expect("the node starts");
-        Self { child, log }
-    }
-
-    fn logged(&self, what: &str) -> bool {
-        self.log().contains(what)
-    }
-
-    fn log(&self) -> String {
-        std::fs::read_to_string(&self.log).expect("a log")
-    }
-}
-
-impl Drop for Node {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
+/// A node that ends with the test.
+fn start(folder: &Path, role: &str, name: &str) -> Process {
+    let log = folder.join(format!("{name}.log"));
+    // Longer than any wait: it is ended by the test.
+    let mut command = coaxle(folder, &format!("{role} {name}.toml --for 600s"));
+    Process::start(name, &mut command, &log)
 }
 
 fn write(folder: &Path, name: &str, text: &str) {
@@ -102,8 +80,8 @@ fn a_node_that_nobody_hears_is_told_so_at_both_ends() {
         "coaxle/line/time-responses",
     );
 
-    let line = Node::start(folder, "sender", "line");
-    let deaf = Node::start(folder, "receiver", "deaf");
+    let line = start(folder, "sender", "line");
+    let deaf = start(folder, "receiver", "deaf");
     until("the line is told that nobody hears it", || {
         line.logged("nobody says that anything arrives") && line.logged("health is refused")
     });
@@ -111,7 +89,7 @@ fn a_node_that_nobody_hears_is_told_so_at_both_ends() {
         deaf.logged("still no-data: needs good frames on coaxle/line/axes")
             && deaf.logged("gives no rights")
     });
-    let saw = Node::start(folder, "receiver", "saw");
+    let saw = start(folder, "receiver", "saw");
     until("the line is heard", || line.logged("health is ok"));
     until("the saw is not told the time", || {
         saw.logged("the master has responded to no time request (0 responses refused)")
@@ -152,8 +130,8 @@ fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
     let (text, good) = said(folder, "doctor line.toml saw.toml");
     assert!(good && text.contains("nothing is open"), "{text}");
 
-    let line_node = Node::start(folder, "sender", "line");
-    let saw_node = Node::start(folder, "receiver", "saw");
+    let line_node = start(folder, "sender", "line");
+    let saw_node = start(folder, "receiver", "saw");
     until("the saw follows the line", || saw_node.logged("health is "));
 
     // Somebody who belongs to no secure network, and somebody who belongs to it and has no rights at the line.
@@ -186,7 +164,7 @@ fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
         ("stranger", "of another authority"),
         ("late", "is line and lets this end in, but shows it nothing"),
     ];
-    let refused = refused.map(|(name, why)| (Node::start(folder, "receiver", name), why));
+    let refused = refused.map(|(name, why)| (start(folder, "receiver", name), why));
 
     let (text, good) = said(folder, "command --secure net/anna saw carriage power on");
     assert!(good && text.contains("accepted"), "{text}");

@@ -4,13 +4,12 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use coaxle_test_process::{Process, until};
 use serde_json::{Value, json};
-
-use crate::line::until;
 
 /// Without these it asks half the world for news.
 const QUIET: [&str; 8] = [
@@ -28,10 +27,11 @@ const QUIET: [&str; 8] = [
 static TURN: Mutex<()> = Mutex::new(());
 
 pub(crate) struct Browser {
-    _turn: MutexGuard<'static, ()>,
-    driver: Child,
     port: u16,
     session: String,
+    _driver: Process,
+    // Given back last, when the driver is gone.
+    _turn: MutexGuard<'static, ()>,
 }
 
 impl Browser {
@@ -40,20 +40,21 @@ impl Browser {
     pub(crate) fn start() -> Option<Self> {
         let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
         let port = port.expect("a free port").port();
-        let driver = Command::new("chromedriver")
+        let mut driver = Command::new("chromedriver");
+        driver
             .arg(format!("--port={port}"))
             .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn();
+            .stderr(Stdio::null());
+        let driver = Process::start_without_log("chromedriver", &mut driver);
         let Ok(driver) = driver else {
             println!("not tested: chromedriver is not installed");
             return None;
         };
         let mut browser = Self {
-            _turn: TURN.lock().unwrap_or_else(PoisonError::into_inner),
-            driver,
             port,
             session: String::new(),
+            _driver: driver,
+            _turn: TURN.lock().unwrap_or_else(PoisonError::into_inner),
         };
         until("the driver listens", || {
             TcpStream::connect(("127.0.0.1", port)).is_ok()
@@ -186,8 +187,6 @@ impl Drop for Browser {
                 let _ = stream.read(&mut [0; 1024]);
             }
         }
-        let _ = self.driver.kill();
-        let _ = self.driver.wait();
     }
 }
 

@@ -1,17 +1,18 @@
 //! The pages of `coaxle cam edit` and `coaxle saw edit`, in a real browser.
 
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 
+use coaxle_test_process::{Process, until};
 use serde_json::{Value, json};
 
 use crate::browser::Browser;
-use crate::line::{Line, printed, said, until};
+use crate::line::{Line, printed, said};
 use crate::page::keep;
 
 /// The tool that gives out the page of a file.
 struct Editor {
-    tool: Child,
+    _tool: Process,
     address: String,
 }
 
@@ -22,9 +23,10 @@ impl Editor {
         let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
         command.args([what, "edit"]).arg(file);
         command.args(["--page", "127.0.0.1:0"]).args(options);
-        let tool = command.stdin(Stdio::null()).stdout(out).spawn();
+        command.stdin(Stdio::null()).stdout(out);
+        let errors = log.with_extension("errors");
         let mut editor = Self {
-            tool: tool.expect("it starts"),
+            _tool: Process::start("the editor", &mut command, &errors),
             address: String::new(),
         };
         until("it says where the page is", || {
@@ -34,13 +36,6 @@ impl Editor {
             text.ends_with('\n')
         });
         editor
-    }
-}
-
-impl Drop for Editor {
-    fn drop(&mut self) {
-        let _ = self.tool.kill();
-        let _ = self.tool.wait();
     }
 }
 

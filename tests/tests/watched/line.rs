@@ -1,23 +1,17 @@
 //! A sender, and receivers that follow it, as real processes.
 
-use std::fs::File;
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
-use std::time::Duration;
+use std::process::{Command, Output, Stdio};
 
-use coaxle_clock::Span;
-use coaxle_host::machine;
+use coaxle_test_process::{Process, output};
 use tempfile::TempDir;
-
-/// For whatever takes no time: the machine may be very busy.
-pub(crate) const PATIENCE: Span = Span::from_secs(60);
 
 /// A sender, and receivers that follow it, or something like it. Each listens, as nothing is forwarded between peers.
 pub(crate) struct Line {
     pub(crate) folder: TempDir,
     pub(crate) endpoints: Vec<String>,
-    pub(crate) nodes: Vec<Child>,
+    pub(crate) nodes: Vec<Process>,
 }
 
 impl Line {
@@ -51,7 +45,6 @@ impl Line {
         let endpoint = format!("tcp/127.0.0.1:{}", port.expect("a free port").port());
         let file = self.folder.path().join(format!("{name}.toml"));
         std::fs::write(&file, format!("name = '{name}'\n{config}")).expect("a config");
-        let log = File::create(self.log(name)).expect("a log");
         let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
         command.arg(role).arg(file).stdin(Stdio::null());
         command.args(["--listen", &endpoint]).args(options);
@@ -59,8 +52,8 @@ impl Line {
             command.args(["--connect", other]);
         }
         self.endpoints.push(endpoint);
-        self.nodes
-            .push(command.stderr(log).spawn().expect("it starts"));
+        let node = Process::start(name, &mut command, &self.log(name));
+        self.nodes.push(node);
     }
 
     pub(crate) fn receive(&mut self, name: &str, master: &str) {
@@ -78,24 +71,7 @@ impl Line {
         for endpoint in &self.endpoints {
             command.args(["--connect", endpoint]);
         }
-        command.output().expect("it runs")
-    }
-}
-
-impl Drop for Line {
-    fn drop(&mut self) {
-        for node in &mut self.nodes {
-            let _ = node.kill();
-            let _ = node.wait();
-        }
-    }
-}
-
-pub(crate) fn until(what: &str, mut is_so: impl FnMut() -> bool) {
-    let begin = machine::now();
-    while !is_so() {
-        assert!(machine::now() - begin < PATIENCE, "{what}");
-        std::thread::park_timeout(Duration::from_millis(20));
+        output(&mut command)
     }
 }
 

@@ -10,7 +10,8 @@ mod report;
 
 use std::process::Command;
 
-use line::{Line, printed, said, until};
+use coaxle_test_process::until;
+use line::{Line, printed, said};
 use serde_json::Value;
 
 #[test]
@@ -107,10 +108,9 @@ fn who_is_not_there_is_told_of_with_who_is() {
 
 #[test]
 fn where_nobody_is_there_is_no_data() {
-    let mut line = Line::new();
-    for node in &mut line.nodes {
-        let _ = node.kill();
-        let _ = node.wait();
+    let line = Line::new();
+    for node in &line.nodes {
+        node.kill();
     }
     let nobody = line.ask(&["nodes"]);
     assert_eq!(nobody.status.code(), Some(5), "{nobody:?}");

@@ -1,17 +1,18 @@
 //! The page of `coaxle scope`, in a real browser.
 
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use coaxle_host::machine;
+use coaxle_test_process::{Process, until};
 
 use crate::browser::Browser;
-use crate::line::{Line, said, until};
+use crate::line::{Line, said};
 
 /// The tool that gives out the page, of a line.
 struct Scope {
-    tool: Child,
+    _tool: Process,
     address: String,
 }
 
@@ -26,9 +27,10 @@ impl Scope {
         for endpoint in &line.endpoints {
             command.args(["--connect", endpoint]);
         }
-        let tool = command.stdin(Stdio::null()).stdout(out).spawn();
+        command.stdin(Stdio::null()).stdout(out);
+        let errors = log.with_extension("errors");
         let mut scope = Self {
-            tool: tool.expect("it starts"),
+            _tool: Process::start("the scope", &mut command, &errors),
             address: String::new(),
         };
         until("it says where the page is", || {
@@ -38,13 +40,6 @@ impl Scope {
             text.ends_with('\n')
         });
         scope
-    }
-}
-
-impl Drop for Scope {
-    fn drop(&mut self) {
-        let _ = self.tool.kill();
-        let _ = self.tool.wait();
     }
 }
 
@@ -198,16 +193,10 @@ fn a_slave_is_told_only_what_it_would_take() {
         until(label, || browser.run(&script) == true);
     };
     let shows = |what: &str| {
-        let mut text = String::new();
-        let end = coaxle_host::machine::now() + crate::line::PATIENCE;
-        while !text.contains(what) {
-            assert!(
-                coaxle_host::machine::now() < end,
-                "expected {what} in {text}"
-            );
+        until(what, || {
             let shown = browser.run("return document.querySelector('#slaves').innerText");
-            text = shown.as_str().unwrap_or_default().to_owned();
-        }
+            shown.as_str().unwrap_or_default().contains(what)
+        });
     };
     shows("in-sync");
     until("it may be uncoupled", || buttons().contains("Gear out"));

@@ -2,10 +2,10 @@
 
 use std::process::{Command, Stdio};
 
+use coaxle_test_process::until;
 use serde_json::Value;
 
 use crate::browser::Browser;
-use crate::line::until;
 
 #[test]
 fn a_report_is_zoomed_to_single_cycles_and_measured() {

@@ -1,0 +1,290 @@
+//! A program that a test has started.
+
+use std::cell::RefCell;
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+thread_local! {
+    /// Every process that this thread has started. Tests run in a thread each: no test sees the processes of another.
+    static STARTED: RefCell<Vec<Weak<Watched>>> = const { RefCell::new(Vec::new()) };
+}
+
+/// The last lines of a log that a report shows: a panic with a backtrace hint has three, and the cause often stands before it.
+const LAST_LINES: usize = 12;
+
+/// A program that ends with the test, and fails the test if it ends before without being asked.
+#[derive(Debug)]
+pub struct Process(Arc<Watched>);
+
+#[derive(Debug)]
+struct Watched {
+    name: String,
+    log: Option<PathBuf>,
+    state: Mutex<State>,
+}
+
+#[derive(Debug)]
+struct State {
+    child: Child,
+    /// The test has asked for its end.
+    may_end: bool,
+    /// It has ended.
+    status: Option<ExitStatus>,
+}
+
+/// Fails the test if a process that this thread has started ended without being asked.
+///
+/// # Panics
+/// Names each of them, how it ended and its last lines; `what` says what the test waited for.
+pub fn assert_alive(what: &str) {
+    deaths().report(what);
+}
+
+/// Processes that ended without being asked.
+pub(crate) struct Deaths(Vec<Arc<Watched>>);
+
+/// The deaths among the processes of this thread.
+pub(crate) fn deaths() -> Deaths {
+    let all = started().into_iter();
+    Deaths(all.filter(|one| one.is_dead()).collect())
+}
+
+impl Deaths {
+    /// Fails the test if there are any. Each is reported once.
+    pub(crate) fn report(&self, what: &str) {
+        let report = |one: &Arc<Watched>| {
+            let report = one.report(&format!(", while the test waited: {what}"));
+            one.state().may_end = true;
+            report
+        };
+        let reports: Vec<_> = self.0.iter().map(report).collect();
+        assert!(reports.is_empty(), "{}", reports.join("\n"));
+    }
+}
+
+/// The last lines of every process of this thread.
+pub(crate) fn logs() -> Vec<String> {
+    let all = started().into_iter();
+    all.map(|one| format!("{}: {}", one.name, one.last_lines()))
+        .collect()
+}
+
+fn started() -> Vec<Arc<Watched>> {
+    STARTED.with_borrow_mut(|started| {
+        started.retain(|one| one.strong_count() > 0);
+        started.iter().filter_map(Weak::upgrade).collect()
+    })
+}
+
+impl Process {
+    /// Starts a program with its log (standard error) in a file.
+    ///
+    /// # Panics
+    /// The program cannot be started, or the file not be made.
+    #[must_use]
+    pub fn start(name: &str, command: &mut Command, log: &Path) -> Self {
+        let file = File::create(log).unwrap_or_else(|error| panic!("{}: {error}", log.display()));
+        let child = command.stderr(file).spawn();
+        let child = child.unwrap_or_else(|error| panic!("{name} does not start: {error}"));
+        Self::new(name, child, Some(log))
+    }
+
+    /// Starts a program whose standard error goes where the command says.
+    ///
+    /// # Errors
+    /// The program cannot be started: it may not be installed.
+    pub fn start_without_log(name: &str, command: &mut Command) -> io::Result<Self> {
+        Ok(Self::new(name, command.spawn()?, None))
+    }
+
+    fn new(name: &str, child: Child, log: Option<&Path>) -> Self {
+        let state = State {
+            child,
+            may_end: false,
+            status: None,
+        };
+        let watched = Arc::new(Watched {
+            name: name.to_owned(),
+            log: log.map(Path::to_owned),
+            state: Mutex::new(state),
+        });
+        STARTED.with_borrow_mut(|started| started.push(Arc::downgrade(&watched)));
+        Self(watched)
+    }
+
+    /// The number of the process.
+    #[must_use]
+    pub fn id(&self) -> u32 {
+        self.0.state().child.id()
+    }
+
+    /// The log so far.
+    #[must_use]
+    pub fn log(&self) -> String {
+        self.0.log()
+    }
+
+    /// Whether the log has this in it.
+    #[must_use]
+    pub fn logged(&self, what: &str) -> bool {
+        self.log().contains(what)
+    }
+
+    /// The piped standard input, once.
+    #[must_use]
+    pub fn take_stdin(&self) -> Option<ChildStdin> {
+        self.0.state().child.stdin.take()
+    }
+
+    /// The piped standard output, once.
+    #[must_use]
+    pub fn take_stdout(&self) -> Option<ChildStdout> {
+        self.0.state().child.stdout.take()
+    }
+
+    /// The piped standard error, once.
+    #[must_use]
+    pub fn take_stderr(&self) -> Option<ChildStderr> {
+        self.0.state().child.stderr.take()
+    }
+
+    /// Sends a signal: `TERM`, `INT`, `HUP`. The process may end from now on.
+    ///
+    /// # Panics
+    /// The process has ended before without being asked, or the signal cannot be sent.
+    pub fn signal(&self, signal: &str) {
+        self.0.assert_alive();
+        self.0.state().may_end = true;
+        send(signal, self.id());
+    }
+
+    /// Kills it, without time for a last word, and waits until it is gone.
+    ///
+    /// # Panics
+    /// It has ended before without being asked.
+    pub fn kill(&self) {
+        self.0.assert_alive();
+        let mut state = self.0.state();
+        state.may_end = true;
+        state.end();
+    }
+
+    /// Waits until it ends by itself or by a signal that the test has sent.
+    ///
+    /// # Panics
+    /// It does not end within [`PATIENCE`](crate::PATIENCE), or another process that this thread has started is gone.
+    #[must_use]
+    pub fn wait(&self) -> ExitStatus {
+        self.0.state().may_end = true;
+        let what = format!("{} ends", self.0.name);
+        crate::until(&what, || self.has_ended());
+        self.0.state().status.expect("it has ended")
+    }
+
+    /// Whether it has ended, which is no failure by itself.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.0.state().has_ended()
+    }
+
+    /// From now on it may end.
+    pub(crate) fn may_end(&self) {
+        self.0.state().may_end = true;
+    }
+}
+
+impl Drop for Process {
+    /// No program is left running, and no crash goes unnoticed.
+    #[expect(
+        clippy::print_stderr,
+        reason = "the test fails already: this is why it may"
+    )]
+    fn drop(&mut self) {
+        let is_dead = self.0.is_dead();
+        let killed = self.0.state().end();
+        if is_dead && std::thread::panicking() {
+            eprintln!("{}", self.0.report(""));
+        } else if is_dead && killed {
+            panic!("{}", self.0.report(""));
+        }
+    }
+}
+
+impl Watched {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn log(&self) -> String {
+        let read = self.log.as_deref().map(std::fs::read);
+        let bytes = read.and_then(Result::ok).unwrap_or_default();
+        String::from_utf8_lossy(&bytes).into_owned()
+    }
+
+    fn assert_alive(&self) {
+        assert!(!self.is_dead(), "{}", self.report(""));
+    }
+
+    /// Whether it has ended without being asked.
+    fn is_dead(&self) -> bool {
+        let mut state = self.state();
+        !state.may_end && state.has_ended()
+    }
+
+    /// How it ended, and its last lines.
+    fn report(&self, when: &str) -> String {
+        let how = self.state().status.map(how_it_ended).unwrap_or_default();
+        format!("{} {how}{when}\n{}", self.name, self.last_lines())
+    }
+
+    fn last_lines(&self) -> String {
+        if self.log.is_none() {
+            return "it has no log of its own".to_owned();
+        }
+        let log = self.log();
+        let lines: Vec<_> = log.lines().collect();
+        match &lines[lines.len().saturating_sub(LAST_LINES)..] {
+            [] => "its log is empty".to_owned(),
+            last => format!("the last lines of its log:\n  {}", last.join("\n  ")),
+        }
+    }
+}
+
+impl State {
+    fn has_ended(&mut self) -> bool {
+        if self.status.is_none() {
+            self.status = self.child.try_wait().expect("a child can be asked");
+        }
+        self.status.is_some()
+    }
+
+    /// Ends it; whether it was killed by a signal before.
+    fn end(&mut self) -> bool {
+        if self.has_ended() {
+            return self.status.is_some_and(|status| status.code().is_none());
+        }
+        let _ = self.child.kill();
+        self.status = self.child.wait().ok();
+        false
+    }
+}
+
+/// A process that a signal killed has no exit code; the signal has its name in the status.
+fn how_it_ended(status: ExitStatus) -> String {
+    match status.code() {
+        Some(code) => format!("ended with exit code {code}"),
+        None => format!("was killed by {status}"),
+    }
+}
+
+fn send(signal: &str, process: u32) {
+    let mut kill = Command::new("kill");
+    let sent = kill.arg(format!("-{signal}")).arg(process.to_string());
+    assert!(
+        sent.status().is_ok_and(|status| status.success()),
+        "SIG{signal} cannot be sent to process {process}"
+    );
+}
