@@ -123,12 +123,13 @@ fn pieces_are_cut_to_length() {
     let summary = run_processes("cut-to-length", out.path(), &["duration-s=16", "expect=[]"]);
     for receiver in ["bypass", "observer"] {
         let saw = &summary["receivers"][receiver]["slaves"]["saw"];
-        assert_eq!(saw["program"], "running", "{saw}");
+        assert_eq!(saw["program_outcome"], Value::Null, "{saw}");
     }
     let cuts = std::fs::read_to_string(out.path().join("cuts.csv")).expect("every cut");
     if all_kept_their_cycles(&summary) {
         for receiver in ["bypass", "observer"] {
             let saw = &summary["receivers"][receiver]["slaves"]["saw"];
+            assert_eq!(saw["program"], "running", "{saw}");
             assert!(saw["cuts"].as_u64() >= Some(3), "{saw}");
             assert!(saw["cut_length_error_max"].is_number(), "{saw}");
         }
@@ -176,10 +177,11 @@ fn a_second_sender_of_the_same_name_is_named_and_not_followed() {
         let receiver = &summary["receivers"][receiver];
         assert_eq!(receiver["restarts"].as_u64(), Some(0), "{receiver}");
         let foreign = receiver["foreign_frames"].as_u64();
-        assert!(foreign > Some(1_000), "{receiver}");
+        assert!(foreign > Some(0), "{receiver}");
         let roll = &receiver["slaves"]["roll"];
         assert_eq!(roll["errors"].as_u64(), Some(0), "{roll}");
         if kept_its_cycles(receiver) {
+            assert!(foreign > Some(1_000), "{receiver}");
             assert!(receiver["lost"].as_u64() < Some(1_000), "{receiver}");
         }
     }
@@ -201,8 +203,13 @@ fn stray_messages_move_nothing() {
     let observer = &summary["receivers"]["observer"];
     let count = |field: &str| observer[field].as_u64();
     assert_eq!(count("restarts"), Some(0), "{observer}");
-    assert!(count("rejected") > Some(300), "{observer}");
-    assert!(count("foreign_frames") > Some(600), "{observer}");
+    // Each comes with a frame of the sender, which skips cycles where it has no time.
+    assert!(count("rejected") > Some(0), "{observer}");
+    assert!(count("foreign_frames") > Some(0), "{observer}");
+    if all_kept_their_cycles(&summary) {
+        assert!(count("rejected") > Some(300), "{observer}");
+        assert!(count("foreign_frames") > Some(600), "{observer}");
+    }
     if kept_its_cycles(observer) {
         let roll = &observer["slaves"]["roll"];
         assert_eq!(roll["errors"].as_u64(), Some(0), "{roll}");
