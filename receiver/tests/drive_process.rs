@@ -251,6 +251,8 @@ fn the_python_of_the_page_is_a_drive_process() {
             line.contains("enable 1") && position.is_some_and(|position: f64| position > 50.0)
         })
     });
+    // It ends by itself, with the node.
+    python.may_end();
     let rows = node.end();
     assert!(
         python.wait().success(),

@@ -191,7 +191,7 @@ impl Process {
     }
 
     /// From now on it may end.
-    pub(crate) fn may_end(&self) {
+    pub fn may_end(&self) {
         self.0.state().may_end = true;
     }
 }
