@@ -4,12 +4,12 @@
 //! writes one TLS stream from two tasks at once, through an `UnsafeCell`, which rustls does not allow: nodes crashed, now
 //! and then, in the middle of a run ([zenoh#2557](https://github.com/eclipse-zenoh/zenoh/issues/2557),
 //! [rustls#288](https://github.com/rustls/rustls/issues/288)). Here the stream is behind a lock that is held for one poll
-//! ([`stream`]). What travels is the same, so both understand each other.
+//! (`stream.rs`). What travels is the same, so both understand each other.
 //!
 //! It is stricter where a secure network wants it:
 //!
 //! * TLS 1.3 alone, and no authority but the one that the config names.
-//! * Handshakes go on side by side. Who connects and says nothing makes room for who comes later ([`accept`]), and a
+//! * Handshakes go on side by side. Who connects and says nothing makes room for who comes later (`accept.rs`), and a
 //!   handshake that failed keeps nobody waiting.
 //! * IPv6 addresses are compared with certificates.
 //! * A link whose certificates have expired is closed at both ends, if the config says so.

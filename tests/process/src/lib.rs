@@ -1,7 +1,7 @@
 //! The programs that a test starts, watched while it waits.
 //!
 //! A test that waits for something in the log of a node waits in vain once that node is gone, and reports a time-out where there
-//! was a crash. So every wait of this crate ([`until`], [`output`], [`Process::wait`]) also looks after every [`Process`] that the
+//! was a crash. So every wait of this crate ([`until`], [`output()`], [`Process::wait`]) also looks after every [`Process`] that the
 //! same thread has started. One that has ended without being asked fails the test at once, with how it ended and the last lines of
 //! its log:
 //!
