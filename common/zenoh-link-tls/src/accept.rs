@@ -18,12 +18,12 @@ use crate::config::{self, Common};
 use crate::link::{Ends, Link};
 use crate::refusals::Refusals;
 
-/// Handshakes that may be under way. One takes a few milliseconds; whoever is slower than this many others that came
-/// after it makes room for the next one. So who connects and says nothing keeps nobody out: that would take this many
+/// The most handshakes under way. One takes a few milliseconds; a client slower than this many others that came after it
+/// makes room for the next one. So a client that connects and says nothing keeps nobody out: that would take this many
 /// connects within the time of one honest handshake, some 50 000 a second. It bounds descriptors and memory besides.
 const MOST_HANDSHAKES: usize = 128;
 
-/// How long to wait when the system gives no descriptor: it will not have one at once.
+/// The wait when the system gives no descriptor: it will not have one at once.
 const WITHOUT_DESCRIPTORS: Duration = Duration::from_millis(100);
 
 /// A listening socket and what becomes a link there.
@@ -34,7 +34,7 @@ pub(crate) struct Listener {
     pub(crate) links: NewLinkChannelSender,
 }
 
-/// One handshake that ended: whose, and why it failed.
+/// A handshake that ended: whose, and why it failed.
 type Ended = (SocketAddr, Result<(), String>);
 
 impl Listener {

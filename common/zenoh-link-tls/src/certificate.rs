@@ -1,11 +1,11 @@
-//! What the certificates of the other end say.
+//! The other end, as its certificates name it.
 
 use rustls::pki_types::CertificateDer;
 use time::OffsetDateTime;
 use x509_parser::prelude::{FromDer, X509Certificate};
 use zenoh_result::{ZResult, zerror};
 
-/// Who is at the other end, and until when that holds.
+/// The other end of a link, and the end of its validity.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Peer {
     /// The common name of its certificate: what Zenoh's access control goes by. None without a certificate, or without a

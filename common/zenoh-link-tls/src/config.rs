@@ -89,7 +89,7 @@ impl ConfigurationInspector<ZenohConfig> for TlsConfigurator {
 
 /// A setting that is PEM text, in one of three ways.
 struct Pem {
-    /// Its name in Zenoh's config.
+    /// The setting's name in Zenoh's config.
     name: &'static str,
     file: &'static str,
     base64: &'static str,
@@ -194,7 +194,7 @@ impl Pem {
     }
 }
 
-/// What both ends of a connection share.
+/// The settings that both ends of a connection share.
 pub(crate) struct Common {
     /// A link is closed when a certificate of the other end expires.
     pub(crate) closes_on_expiry: bool,
@@ -217,7 +217,7 @@ impl Common {
     }
 }
 
-/// What who listens shows and wants to see.
+/// The TLS of a listener: the certificate that it shows, and the authority that it wants of clients.
 ///
 /// # Errors
 /// A file that cannot be read; no authority where certificates of both ends are wanted; a key that does not fit.
@@ -244,7 +244,7 @@ pub(crate) async fn server(endpoint: &Config<'_>) -> ZResult<Arc<ServerConfig>> 
     Ok(Arc::new(config))
 }
 
-/// What who connects wants to see, and shows.
+/// The TLS of a client: the authority that it wants of listeners, and the certificate that it shows.
 ///
 /// # Errors
 /// As of [`server`]; no authority.

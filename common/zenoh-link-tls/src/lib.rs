@@ -6,7 +6,7 @@
 //! [rustls#288](https://github.com/rustls/rustls/issues/288)). Here the stream is behind a lock that is held for one poll
 //! (`stream.rs`). What travels is the same, so both understand each other.
 //!
-//! It is stricter where a secure network wants it:
+//! Stricter where a secure network wants it:
 //!
 //! * TLS 1.3 alone, and no authority but the one that the config names.
 //! * Handshakes go on side by side. Who connects and says nothing makes room for who comes later (`accept.rs`), and a
@@ -36,7 +36,7 @@ use zenoh_result::ZResult;
 /// The protocol in a locator: `tls/<host>:<port>`.
 pub const TLS_LOCATOR_PREFIX: &str = "tls";
 
-/// What Zenoh asks of a locator before there is a link.
+/// The answers to what Zenoh asks of a locator before there is a link.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TlsLocatorInspector;
 

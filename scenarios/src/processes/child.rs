@@ -215,7 +215,7 @@ impl Child {
         self.last(LAST_LINES)
     }
 
-    /// So many lines of the log, with a slash between them.
+    /// The last `count` lines of the log, with a slash between them.
     fn last(&self, count: usize) -> String {
         let log = self.log();
         let bytes = std::fs::read(&log).unwrap_or_default();

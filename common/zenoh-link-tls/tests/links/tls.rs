@@ -47,6 +47,15 @@ impl Listening {
     }
 }
 
+/// A listener of `line` and both ends of a link of `saw` to it: the end that dialled first.
+async fn linked(authority: &Authority) -> (Listening, LinkUnicast, LinkUnicast) {
+    let listening = Listening::with(&authority.issue("line"), "127.0.0.1", "").await;
+    let dialled = listening.dialled(&authority.issue("saw")).await;
+    let dialled = dialled.expect("a link");
+    let taken = listening.taken().await;
+    (listening, dialled, taken)
+}
+
 async fn dial(endpoint: EndPoint) -> zenoh_result::ZResult<LinkUnicast> {
     let (sender, _) = flume::unbounded();
     LinkManagerUnicastTls::new(sender).new_link(endpoint).await
@@ -92,10 +101,7 @@ async fn receive(link: &LinkUnicast, bytes: usize, salt: u8) {
 async fn both_ends_read_and_write_at_once_and_every_byte_arrives() {
     const BYTES: usize = 24 << 20;
     let authority = Authority::new();
-    let (line, saw) = (authority.issue("line"), authority.issue("saw"));
-    let listening = Listening::with(&line, "127.0.0.1", "").await;
-    let dialled = listening.dialled(&saw).await.expect("a link");
-    let taken = listening.taken().await;
+    let (_listening, dialled, taken) = linked(&authority).await;
     assert_eq!(name_of(&dialled), Some("line"));
     assert_eq!(name_of(&taken), Some("saw"));
     let (there, back) = (dialled.clone(), taken.clone());
@@ -116,19 +122,14 @@ async fn both_ends_read_and_write_at_once_and_every_byte_arrives() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_writer_that_nobody_reads_does_not_keep_its_own_reader_waiting() {
     let authority = Authority::new();
-    let listening = Listening::with(&authority.issue("line"), "127.0.0.1", "").await;
-    let dialled = listening
-        .dialled(&authority.issue("saw"))
-        .await
-        .expect("a link");
-    let taken = listening.taken().await;
+    let (_listening, dialled, taken) = linked(&authority).await;
     let stuck = dialled.clone();
     let stuck = tokio::spawn(async move { stuck.write_all(&vec![7; 64 << 20], None).await });
-    taken.write_all(b"told", None).await.expect("it is written");
-    let mut told = [0; 4];
-    let read = timeout(LONG, dialled.read_exact(&mut told, None)).await;
+    taken.write_all(b"word", None).await.expect("it is written");
+    let mut word = [0; 4];
+    let read = timeout(LONG, dialled.read_exact(&mut word, None)).await;
     read.expect("in time").expect("it is read");
-    assert_eq!(&told, b"told");
+    assert_eq!(&word, b"word");
     assert!(!stuck.is_finished(), "nobody reads what it writes");
     // Closing waits for no writer that is stuck, and ends it.
     timeout(LONG, dialled.close())
@@ -145,12 +146,7 @@ async fn a_writer_that_nobody_reads_does_not_keep_its_own_reader_waiting() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_other_end_finds_the_end_of_a_link_that_is_closed() {
     let authority = Authority::new();
-    let listening = Listening::with(&authority.issue("line"), "127.0.0.1", "").await;
-    let dialled = listening
-        .dialled(&authority.issue("saw"))
-        .await
-        .expect("a link");
-    let taken = listening.taken().await;
+    let (_listening, dialled, taken) = linked(&authority).await;
     dialled.write_all(b"last", None).await.expect("written");
     dialled.close().await.expect("closed");
     dialled.close().await.expect("closed once more");
