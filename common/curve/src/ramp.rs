@@ -97,10 +97,16 @@ impl Ramp {
         };
     }
 
+    /// The limits that bind in cycles of this length: with a jerk that means "none", rounding relative to it would
+    /// forgive every acceleration.
+    fn binding(&self, dt: f64) -> Limits {
+        self.limits.binding_in_cycles(dt)
+    }
+
     /// Whether this acceleration at the end of the cycle, which brings the velocity to its target, is
     /// within the limits, and so near to how the target accelerates that the slave can go on with it.
     fn can_land(&self, landing: f64, at: f64, dt: f64) -> bool {
-        let per_cycle = self.limits.jerk() * dt;
+        let per_cycle = self.binding(dt).jerk() * dt;
         let (lowest, highest) = self.bounds(dt);
         let rounding = 1e-9 * per_cycle;
         (landing - self.slave.acceleration).abs() <= per_cycle + rounding
@@ -111,7 +117,8 @@ impl Ramp {
 
     /// The acceleration at the end of this cycle on the fastest way to a target.
     fn towards(&self, reachable: f64, at: f64, dt: f64) -> f64 {
-        let (per_cycle, unit) = (self.limits.jerk() * dt, self.limits.jerk() * dt * dt);
+        let per_cycle = self.binding(dt).jerk() * dt;
+        let unit = per_cycle * dt;
         let b = (self.slave.acceleration - at) / per_cycle;
         let w = (self.slave.velocity - (reachable - at * dt)) / unit + b / 2.0;
         let (lowest, highest) = self.bounds(dt);
@@ -140,21 +147,23 @@ impl Ramp {
 
     /// The lowest and the highest acceleration at the end of a cycle, per jT.
     fn bounds(&self, dt: f64) -> (f64, f64) {
-        let (per_cycle, unit) = (self.limits.jerk() * dt, self.limits.jerk() * dt * dt);
+        let limits = self.binding(dt);
+        let per_cycle = limits.jerk() * dt;
+        let unit = per_cycle * dt;
         let Kinematics {
             velocity,
             acceleration,
             ..
         } = self.slave;
         let (v, b) = (velocity / unit, acceleration / per_cycle);
-        let faster = self.limits.acceleration() / per_cycle;
+        let faster = limits.acceleration() / per_cycle;
         // A deceleration has to be an acceleration by the time the direction changes.
         let left = (v.abs() - b.abs() - 1.0).max(0.0);
         let in_time = optimal(left + faster + gained(faster));
-        let slower = (self.limits.deceleration() / per_cycle).min(in_time);
+        let slower = (limits.deceleration() / per_cycle).min(in_time);
         // From any of these the acceleration can be led to zero before the velocity is beyond its limit,
         // even if the target stops to accelerate at once.
-        let fastest = self.limits.velocity() / unit;
+        let fastest = limits.velocity() / unit;
         let up = optimal(fastest - v - b / 2.0);
         let down = optimal(fastest + v + b / 2.0);
         let (downwards, upwards) = if velocity > 0.0 {
@@ -258,6 +267,42 @@ mod tests {
             );
         }
         assert_eq!(ramp.slave().velocity, target);
+    }
+
+    /// From rest to a velocity, with all limits that a config admits: it gets there in the time that the limits say,
+    /// and never past it.
+    #[test]
+    fn it_never_passes_its_target_in_all_decades_of_its_limits() {
+        let decades = |exponent: f64| libm::pow(10.0, exponent);
+        let mut runner = proptest::test_runner::TestRunner::deterministic();
+        let drawn = (
+            (-9.0..15.0, -9.0..15.0, -9.0..15.0),
+            (-3.6..-2.0, -9.0..0.0),
+        );
+        let tried = runner.run(&drawn, |((v, a, j), (dt, share))| {
+            let (v, a, j, dt) = (decades(v), decades(a), decades(j), decades(dt));
+            let limits = Limits::new(v, a, a, j).unwrap();
+            let target = v.min(1e6) * decades(share);
+            let mut ramp = Ramp::new(&moving(0.0, 0.0), target, limits);
+            let due = (target / a + 2.0 * libm::sqrt(target / j) + a.min(j) / j) / dt + 4.0;
+            let mut before = 0.0;
+            for cycle in 0..1_000 {
+                ramp.step(target, 0.0, dt);
+                let now = ramp.slave().velocity;
+                prop_assert!(
+                    (before..=target * (1.0 + 1e-9)).contains(&now),
+                    "cycle {cycle}: {now} after {before}, {target}"
+                );
+                prop_assert!((now - before) / dt <= a * (1.0 + 1e-6), "{now} {before}");
+                prop_assert!(
+                    f64::from(cycle) < due || ramp.is_there(),
+                    "{now} of {target}"
+                );
+                before = now;
+            }
+            Ok(())
+        });
+        tried.unwrap();
     }
 
     proptest! {

@@ -10,7 +10,7 @@ use coaxle_curve::ramp::Ramp;
 use super::linear::{LinearGear, RatioZero};
 use super::ramp_limits::ramp_limits;
 
-/// Which part of what the jerk can do in a cycle is taken for none.
+/// Which part of what the limits let the slave do in a cycle is taken for none: the guard of the axis passes it.
 const NEARLY: f64 = 0.05;
 
 /// `MC_GearIn`: couples the slave by a constant ratio.
@@ -126,10 +126,11 @@ impl Engage for Gear {
     }
 }
 
-/// Whether the slave moves as its gear has it, but for a small part of what its jerk can do in a cycle.
+/// Whether the slave moves as its gear has it, but for a small part of what it can do in a cycle: by its jerk, and by its
+/// acceleration where the jerk is not what limits it.
 fn moves_as(slave: &Kinematics, gear: &Kinematics, inputs: &PlanInputs) -> bool {
     let cycle = inputs.cycle.0;
-    let jerk = NEARLY * inputs.guard.limits().jerk();
+    let jerk = NEARLY * inputs.guard.limits().binding_in_cycles(cycle).jerk();
     (gear.velocity - slave.velocity).abs() <= jerk * cycle * cycle
         && (gear.acceleration - slave.acceleration).abs() <= jerk * cycle
 }

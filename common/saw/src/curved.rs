@@ -67,10 +67,15 @@ impl Change {
         self.velocity.1 - self.velocity.0
     }
 
-    /// Nothing shorter can keep the limits.
+    /// Nothing shorter can keep the limits: neither the acceleration, nor the jerk that leads it to zero, nor the one by
+    /// which the velocity changes, `|Δv| ≤ |a0|·T + j·T²/2`. What is needed is a small multiple of the largest.
     fn least(&self, limits: &Checklist) -> f64 {
-        let steepest = limits.acceleration.max(limits.deceleration);
-        (self.rise().abs() / steepest).max(self.acceleration.abs() / limits.jerk)
+        let (steepest, jerk) = (limits.acceleration.max(limits.deceleration), limits.jerk);
+        let (rise, start) = (self.rise().abs(), self.acceleration.abs());
+        // The root of the quadratic, without what cancels.
+        let by_jerk = 2.0 * rise / (start + libm::sqrt(start * start + 2.0 * jerk * rise));
+        let by_jerk = if by_jerk.is_finite() { by_jerk } else { 0.0 };
+        (rise / steepest).max(start / jerk).max(by_jerk)
     }
 
     /// The shortest of the durations at which a limit is reached; none where the velocity has not the same sign all the way.

@@ -27,12 +27,17 @@ const WALL_ROUNDING: f64 = 8.0 * f64::EPSILON;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Envelope {
     limits: Limits,
+    /// Of them, what [binds](Limits::binding_in_cycles) positions one cycle apart.
+    binding: Limits,
+    /// How much more jerk the limit admits than the units below are of: an acceleration beyond its limit
+    /// comes back as fast as that.
+    spare_jerk: f64,
     min: f64,
     max: f64,
     pub(super) cycle_time: f64,
     /// Cycles per second.
     pub(super) rate: f64,
-    /// `1/(j·T)`, `1/(j·T²)` and `1/(j·T³)`.
+    /// `1/(j·T)`, `1/(j·T²)` and `1/(j·T³)`, with the jerk that binds.
     per_acceleration: f64,
     per_velocity: f64,
     per_position: f64,
@@ -55,13 +60,16 @@ pub(super) struct Scaled {
 
 impl Envelope {
     pub(super) fn new(limits: &Limits, min: f64, max: f64, cycle_time: f64) -> Self {
-        let per_acceleration = 1.0 / (limits.jerk() * cycle_time);
+        let binding = limits.binding_in_cycles(cycle_time);
+        let per_acceleration = 1.0 / (binding.jerk() * cycle_time);
         let per_velocity = per_acceleration / cycle_time;
         let velocity = limits.velocity() * per_velocity;
-        let acceleration = highest_acceleration(limits) * per_acceleration;
+        let acceleration = highest_acceleration(&binding) * per_acceleration;
         let fastest = velocity + acceleration;
         Self {
             limits: *limits,
+            binding,
+            spare_jerk: limits.jerk() / binding.jerk(),
             min,
             max,
             cycle_time,
@@ -98,6 +106,11 @@ impl Envelope {
 
     pub(super) fn allows_acceleration(&self, acceleration: f64) -> bool {
         acceleration.abs() <= highest_acceleration(&self.limits) * (1.0 + RELATIVE)
+    }
+
+    /// Whether a target may be taken to accelerate so.
+    pub(super) fn believes(&self, acceleration: f64) -> bool {
+        acceleration.abs() <= highest_acceleration(&self.binding) * (1.0 + RELATIVE)
     }
 
     /// Whether a motion within the jerk limit can differ by so much from what its last positions say of its
@@ -139,12 +152,22 @@ impl Envelope {
 
     /// Whether acceleration and jerk of a series keep their limits.
     #[inline]
-    pub(super) fn is_smooth(&self, series: &Differences, from: f64) -> bool {
+    fn is_smooth(&self, series: &Differences, from: f64) -> bool {
+        self.is_smooth_within(&self.limits, series, from)
+    }
+
+    /// Whether a series is a motion that an axis could make, and not a jump that no limit forbids because they mean
+    /// "none".
+    pub(super) fn is_motion(&self, series: &Differences, from: f64) -> bool {
+        self.is_smooth_within(&self.binding, series, from)
+    }
+
+    #[inline]
+    fn is_smooth_within(&self, limits: &Limits, series: &Differences, from: f64) -> bool {
         let rounding = self.rounding(from, series.position) * self.rate * self.rate;
-        let highest = highest_acceleration(&self.limits);
-        series.acceleration.abs() <= highest * (1.0 + RELATIVE) + 2.0 * rounding
-            && series.jerk.abs()
-                <= self.limits.jerk() * (1.0 + RELATIVE) + 4.0 * rounding * self.rate
+        series.acceleration.abs()
+            <= highest_acceleration(limits) * (1.0 + RELATIVE) + 2.0 * rounding
+            && series.jerk.abs() <= limits.jerk() * (1.0 + RELATIVE) + 4.0 * rounding * self.rate
     }
 
     /// Whether the speed stays within its limit while the acceleration is led to zero.
@@ -183,7 +206,8 @@ impl Envelope {
         let position = series.position;
         let (most, hardest) = (self.acceleration, self.hardest);
         // What rounding has added to the acceleration of a target that passed may be taken back.
-        let range = Range::around(b, 1.0 + 2.0 * slack).within(-most, most);
+        let change = self.spare_jerk + 2.0 * slack;
+        let range = Range::around(b, change).within(-most, most);
         let range = self.before_walls(range, position, w, hardest, |w, b| {
             least_peak(w, b, hardest)
         });
@@ -192,7 +216,7 @@ impl Envelope {
         let range = range.within(-slower, faster);
         // It can stop before a wall by now; it shall do so without turning back.
         let range = self.before_walls(range, position, w, most, |w, b| stop_way(w, b, most, most));
-        range.within(b - 1.0, b + 1.0)
+        range.within(b - self.spare_jerk, b + self.spare_jerk)
     }
 
     /// What of a range leads to motions that still go no farther than to the walls; where none does, what

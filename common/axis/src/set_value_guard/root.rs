@@ -1,16 +1,26 @@
 //! Where a rising function passes through zero.
 
-/// Enough for any function here: every third step halves the interval, and the others do better by far.
-const MOST_STEPS: u32 = 36;
+/// Enough for roots that are about as large as their interval: every third step halves that, and the others do
+/// better by far.
+const USUAL_STEPS: u32 = 36;
 
-/// The fraction of the interval that the root is found within.
+/// The bound of the steps. From [`USUAL_STEPS`] on every third one halves the interval in its exponent, then in its
+/// digits: one step finds the sign, eight the exponent (from 1e-24 on, within a factor of four), forty the digits.
+const MOST_STEPS: u32 = USUAL_STEPS + 3 * (1 + 8 + 40);
+
+/// How well a root is found, relative to its interval, and to its own size where that is less,
 const PRECISION: f64 = 1e-11;
+/// and the size that counts as none: at limits of 1e15 and cycles of 10 ms that is 1e-15 u.
+const NOTHING: f64 = 1e-24;
+
+/// Two ends that differ by more than this factor are halved in their exponent.
+const WIDE: f64 = 4.0;
 
 /// The largest argument from `low` to `high` at which a rising function is not above zero; `low` where
 /// there is none.
 ///
 /// Illinois (the false position that halves the value of an end which stays), with a bisection every third
-/// step; the function is evaluated at most [`MOST_STEPS`] + 2 times.
+/// step; the function is evaluated at most [`MOST_STEPS`] + 2 times, usually a dozen.
 #[inline]
 pub(super) fn last_not_above(low: f64, high: f64, rising: impl Fn(f64) -> f64) -> f64 {
     let at_high = rising(high);
@@ -49,8 +59,10 @@ impl Bracket {
     }
 
     fn narrowed(mut self, rising: impl Fn(f64) -> f64) -> f64 {
-        let enough = PRECISION * (self.high - self.low);
+        let interval = self.high - self.low;
         for step in 1..=MOST_STEPS {
+            let size = self.low.abs().max(self.high.abs());
+            let enough = (PRECISION * size.min(interval)).max(NOTHING);
             if self.high - self.low <= enough {
                 break;
             }
@@ -67,12 +79,28 @@ impl Bracket {
     fn next(&self, step: u32, enough: f64) -> f64 {
         let rise = self.at_high - self.at_low;
         if step.is_multiple_of(3) || !rise.is_finite() {
-            return f64::midpoint(self.low, self.high);
+            return self.middle(step);
         }
         let at = self.low - self.at_low / rise * (self.high - self.low);
         // A step past the root, so that its other end comes close too.
         at.max(self.low + 0.5 * enough)
             .min(self.high - 0.5 * enough)
+    }
+
+    fn middle(&self, step: u32) -> f64 {
+        let (low, high) = (self.low, self.high);
+        if step <= USUAL_STEPS {
+            return f64::midpoint(low, high);
+        }
+        if low < 0.0 && high > 0.0 {
+            return 0.0;
+        }
+        let (least, most) = (low.abs().min(high.abs()), low.abs().max(high.abs()));
+        if most > WIDE * least {
+            libm::sqrt(least.max(NOTHING) * most).copysign(low + high)
+        } else {
+            f64::midpoint(low, high)
+        }
     }
 
     fn replace(&mut self, at: f64, value: f64) {

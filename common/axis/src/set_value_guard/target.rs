@@ -61,7 +61,7 @@ impl Target {
 
     /// Its positions decide. Where they jump, or too many of them are missing, there is nothing but what it states.
     pub(super) fn course(&self, envelope: &Envelope) -> Course {
-        if self.gap <= MOST_MISSING && envelope.is_smooth(&self.series, self.from) {
+        if self.gap <= MOST_MISSING && envelope.is_motion(&self.series, self.from) {
             Course {
                 velocity: self.series.velocity_of_cycle(envelope.cycle_time),
                 acceleration: self.series.acceleration,
@@ -91,7 +91,7 @@ impl Target {
 
     fn stated_course(&self, envelope: &Envelope) -> Course {
         let stated = self.stated.acceleration;
-        let believed = envelope.allows_acceleration(stated);
+        let believed = envelope.believes(stated);
         let acceleration = if believed { stated } else { 0.0 };
         Course {
             velocity: self.stated.velocity - acceleration * envelope.cycle_time / 2.0,

@@ -55,6 +55,25 @@ impl Limits {
         }
     }
 
+    /// The limits that bind positions one cycle of `cycle_time` seconds apart. Between two velocities within
+    /// their limit lies no more acceleration than 2v/T, between two accelerations no more jerk than 2a/T: a limit
+    /// beyond that, which means "none", binds nothing, and numbers calculated with it would have no digits
+    /// in common with the others.
+    #[must_use]
+    pub fn binding_in_cycles(&self, cycle_time: f64) -> Self {
+        // A little more than the bound, so that rounding takes nothing from a limit that does bind.
+        const MARGIN: f64 = 1.0 + 1e-6;
+        let per_cycle = 2.0 * MARGIN / cycle_time;
+        let acceleration = self.acceleration.min(self.velocity * per_cycle);
+        let deceleration = self.deceleration.min(self.velocity * per_cycle);
+        Self {
+            velocity: self.velocity,
+            acceleration,
+            deceleration,
+            jerk: self.jerk.min(acceleration.max(deceleration) * per_cycle),
+        }
+    }
+
     /// Highest speed, u/s.
     #[must_use]
     pub const fn velocity(&self) -> f64 {
@@ -135,6 +154,16 @@ mod tests {
         assert_eq!(cut(-99.0, -400.0), -100.0);
         assert_eq!(cut(99.0, -400.0), -400.0);
         assert_eq!((cut(120.0, 1.0), cut(120.0, -1.0)), (0.0, -1.0));
+    }
+
+    #[test]
+    fn limits_that_mean_none_are_cut_to_what_a_cycle_can_show() {
+        let none = Limits::new(10.0, 1e15, 1e15, 1e15).unwrap();
+        let bound = none.binding_in_cycles(0.001);
+        assert!((bound.acceleration() / 2e4 - 1.0).abs() < 1e-5, "{bound:?}");
+        assert!((bound.jerk() / 4e7 - 1.0).abs() < 1e-5, "{bound:?}");
+        let usual = Limits::new(500.0, 5e3, 5e3, 1e5).unwrap();
+        assert_eq!(usual.binding_in_cycles(0.001), usual);
     }
 
     #[test]

@@ -243,6 +243,22 @@ proptest! {
         assert_close(profile.duration().0, rest_to_rest(distance, &limits));
     }
 
+    /// Every limit that a config admits, in every combination.
+    #[test]
+    fn rest_to_rest_is_that_in_all_decades(
+        (v, a, j) in (decades(-9, 15), decades(-9, 15), decades(-9, 15)),
+        distance in decades(-6, 6),
+    ) {
+        let limits = Limits::new(v, a, a, j).unwrap();
+        let profile = to_position(&Kinematics::at_rest(0.0), distance, &limits);
+        assert_close(profile.duration().0, rest_to_rest(distance, &limits));
+        assert_eq!(profile.end(), Kinematics::at_rest(distance));
+        let states = extremes(&profile);
+        assert!(states.iter().all(|s| s.velocity >= -1e-9 * v && s.velocity <= v * (1.0 + 1e-9)), "{states:?}");
+        assert!(states.iter().all(|s| s.acceleration.abs() <= a * (1.0 + 1e-9)), "{states:?}");
+        assert!(states.iter().all(|s| (-1e-9 * distance..=distance * (1.0 + 1e-9)).contains(&s.position)), "{states:?}");
+    }
+
     #[test]
     fn planned_again_on_the_way_it_takes_as_long(
         limits in limits(),

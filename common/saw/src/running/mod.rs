@@ -27,7 +27,7 @@ pub use self::coupling::Saw;
 pub(super) use self::settings::starts;
 pub use self::settings::{SawCommand, SawFault, SawTolerances};
 
-/// Which part of what the jerk can do in a cycle counts as no acceleration.
+/// Which part of what the limits let the acceleration change by in a cycle counts as none.
 const HARDLY: f64 = 0.05;
 
 /// A slave coupled by the universal flying saw.
@@ -388,8 +388,9 @@ impl SawCoupling {
         if reaction == RollbackReaction::Instant {
             slave = Kinematics::at_rest(slave.position);
         }
-        let accelerates =
-            |slave: &Kinematics| slave.acceleration.abs() > HARDLY * self.limits.jerk() * dt;
+        let accelerates = |slave: &Kinematics| {
+            slave.acceleration.abs() > HARDLY * self.limits.binding_in_cycles(dt).jerk() * dt
+        };
         let (stop, since) = if accelerates(&slave) {
             // When exactly the master passed, its mean velocity does not tell then.
             let stop = RollbackStop::from_acceleration(&self.slave, &self.limits);

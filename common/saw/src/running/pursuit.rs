@@ -8,7 +8,7 @@ use crate::task::NEGLIGIBLE;
 
 /// What is left of the master's ripple after a cycle without any.
 const FADING: f64 = 0.9;
-/// The part of what the jerk can do in a cycle that a ripple has to stay below, for the slave to come onto
+/// The part of what the limits let the slave do in a cycle that a ripple has to stay below, for the slave to come onto
 /// the line by itself.
 const CORRECTED: f64 = 1.0 / 64.0;
 
@@ -85,7 +85,8 @@ impl Pursuit {
     /// A line that ripples by more than the slave can follow is never reached; there the slave comes along
     /// when it is no farther away than the line moves about.
     fn is_within_ripple(&self, next: &Kinematics, line: &Kinematics, dt: f64) -> bool {
-        let corrected = CORRECTED * self.chase.limits.jerk() * dt * dt * dt;
+        let jerk = self.chase.limits.binding_in_cycles(dt).jerk();
+        let corrected = CORRECTED * jerk * dt * dt * dt;
         self.ripple > corrected
             && (line.position - next.position).abs() <= self.ripple
             && (line.velocity - next.velocity).abs() * dt <= self.ripple

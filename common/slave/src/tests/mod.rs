@@ -5,6 +5,7 @@ mod cam_select;
 mod cam_start_modes;
 mod cams;
 mod coupled;
+mod decades;
 mod differences;
 mod drives;
 mod dry_run;

@@ -3,6 +3,7 @@
 
 mod behaviour;
 mod closed_forms;
+mod decades;
 mod identity;
 mod interruptions;
 mod limits;
