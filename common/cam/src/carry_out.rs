@@ -132,12 +132,15 @@ impl CamCoupling {
             moment,
         )?;
         let slave = self.position_at(tables, moment)?;
+        // Before the plate that was here is left: points that wait for its last slave would be in force at once, and the
+        // place was settled on what is in force now.
+        let lease = tables.acquire(&table)?;
         self.ramp = ramp;
         self.clear_for_another(tables, index);
         self.keep_or_drop(tables, index, pending, moment);
         self.layers[index] = Some(Layer {
             table,
-            lease: tables.acquire(&table)?,
+            lease,
             placement,
             cursor: Cursor::default(),
             owner: pending.job,

@@ -121,14 +121,19 @@ impl CamCoupling {
         } else {
             self.ramp = self.removing(tables, index, &undo.jump, moment)?;
         }
+        // As where a plate comes: before the one that was here is left.
+        let lease = match &undo.before {
+            Some(layer) => Some(tables.acquire(&layer.table)?),
+            None => None,
+        };
         self.abort_scaling(index);
         if let Some(layer) = self.layers[index].take() {
             tables.leave(&layer.table, &layer.lease);
             tables.release(&layer.table);
         }
-        if let (Some(layer), Some(placement)) = (undo.before, placement) {
+        if let (Some(layer), Some(placement), Some(lease)) = (undo.before, placement, lease) {
             self.layers[index] = Some(Layer {
-                lease: tables.acquire(&layer.table)?,
+                lease,
                 placement,
                 ..layer
             });

@@ -216,3 +216,40 @@ fn a_position_table_takes_no_points() {
     );
     assert_eq!(tables.read(1, 1, 1).unwrap_err().code(), 0x4262);
 }
+
+/// `own-points-waiting`: the slave took the waiting points at once, 32 u in a cycle, although a jump was to be refused.
+#[test]
+fn coupled_again_while_its_own_points_wait_they_go_on_waiting() {
+    for jump in [
+        JumpHandling::Refuse,
+        JumpHandling::RampIn {
+            master_length: 60.0,
+        },
+    ] {
+        for slave_scaling_mode in [ScalingMode::UserDefined, ScalingMode::AutoOffset] {
+            let mut rig = rig();
+            let never = Activation::at(ActivationMode::AtMasterAxisPos, 1e6);
+            set(
+                &mut rig,
+                OnlineChangeMode {
+                    activation: never,
+                    ..OnlineChangeMode::default()
+                },
+            );
+            rig.lead(100.0, 1.0);
+            rig.tables.write(PLATE, &[rest(2, 120.0, 80.0)]).unwrap();
+            let again = CamRequest::from(CamIn {
+                activation: activation(ActivationMode::AtMasterAxisPos, 150.0),
+                slave_scaling_mode,
+                jump,
+                ..cam_in(PLATE)
+            });
+            let job = rig.start(again).expect("it is taken");
+            let largest = rig.lead(800.0, 1.0);
+            assert!(largest < 1.0, "{jump:?} {slave_scaling_mode:?}: {largest}");
+            assert_eq!(rig.state(job), CommandState::InSync);
+            assert!(queued(&rig), "{jump:?} {slave_scaling_mode:?}");
+            assert_eq!(rig.raw(PLATE, 120.0), 30.0);
+        }
+    }
+}
