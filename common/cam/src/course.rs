@@ -1,6 +1,7 @@
 //! The course that a change leads to, looked at ahead of the master: whether the slave can follow.
 
 use super::error::CouplingError;
+use super::layer::Layer;
 use super::limits::CamLimits;
 use super::machine::CamCoupling;
 use super::placement::{Path, Placed};
@@ -10,8 +11,11 @@ use coaxle_curve::law::Quantity;
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::Course as Kind;
 
-/// At so many places of a cycle, and of a ramp, the course is looked at.
+/// At so many places of a cycle, and of a ramp, the course is looked at, beside those where a plate asks most.
 const PLACES: u32 = 128;
+
+/// The peaks of another plate are looked at in so many of its cycles: one that is shorter than that is as narrow as a place.
+const CYCLES: f64 = 128.0;
 
 /// Slack for rounding, relative to the limit.
 const ROUNDING: f64 = 1e-6;
@@ -29,6 +33,10 @@ pub(super) struct Course<'a> {
 impl Course<'_> {
     /// Whether the slave can follow it ahead of a master that keeps its velocity: over a cycle of the
     /// plate that is new, and over the ramp, whose own jerk counts too.
+    ///
+    /// What a plate asks for is largest at its [peaks](Plate::peaks), however narrow they are: with one plate, nothing lies
+    /// above what it asks for there. Of several, and of a ramp, the sum is looked at where each of them has its own, and at
+    /// [`PLACES`] in between.
     pub(super) fn check(
         &self,
         master: &Kinematics,
@@ -44,7 +52,56 @@ impl Course<'_> {
                 self.check_at(master, velocity, limits)?;
             }
         }
+        self.check_peaks(master, limits)?;
         self.check_ramp(master, limits.jerk)
+    }
+
+    /// Where each of the plates asks most, as far as that lies ahead.
+    fn check_peaks(&self, master: &Kinematics, limits: &CamLimits) -> Result<(), CouplingError> {
+        let way = [self.way_on_plate(master), self.way_on_ramp(master)]
+            .into_iter()
+            .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+            .unwrap_or(0.0);
+        let ahead = (master.position, master.position + way);
+        let check =
+            |placed: &Placed<'_>| self.check_peaks_of(placed, ahead, master.velocity, limits);
+        if let Some(placed) = &self.next {
+            check(placed)?;
+        }
+        for layer in self.others() {
+            check(&layer.placed(self.tables)?)?;
+        }
+        Ok(())
+    }
+
+    fn check_peaks_of(
+        &self,
+        placed: &Placed<'_>,
+        (from, to): (f64, f64),
+        velocity: f64,
+        limits: &CamLimits,
+    ) -> Result<(), CouplingError> {
+        let Placed { placement, plate } = placed;
+        let (one, other) = (placement.on_plate(from), placement.on_plate(to));
+        let (least, most) = (one.min(other), one.max(other));
+        let period = plate.period();
+        for peak in plate.peaks() {
+            // The first time at or after the least place, and each cycle from there.
+            let (mut place, cycle) = match plate.course() {
+                Kind::Linear => (peak, f64::INFINITY),
+                Kind::Cyclic => {
+                    let turns = libm::ceil((least - peak) / period);
+                    (peak + turns * period, period.max((most - least) / CYCLES))
+                }
+            };
+            while place <= most {
+                if place >= least {
+                    self.check_at(placement.on_axis(place), velocity, limits)?;
+                }
+                place += cycle;
+            }
+        }
+        Ok(())
     }
 
     /// The ramp's jerk, by the differences of its curvature.
@@ -121,16 +178,20 @@ impl Course<'_> {
             Some(placed) => placed.placement.at(placed.plate, master),
             None => Path::default(),
         };
-        let others = self.coupling.layers.iter().enumerate();
-        for (_, layer) in others.filter(|(index, _)| *index != self.index) {
-            if let Some(layer) = layer {
-                path += layer.path_at(self.tables, master)?;
-            }
+        for layer in self.others() {
+            path += layer.path_at(self.tables, master)?;
         }
         if let Some(ramp) = &self.ramp {
             path += ramp.at(master).unwrap_or_default();
         }
         Ok(path)
+    }
+
+    /// The plates in the other places.
+    fn others(&self) -> impl Iterator<Item = &Layer> {
+        let layers = self.coupling.layers.iter().enumerate();
+        let others = layers.filter(|(index, _)| *index != self.index);
+        others.filter_map(|(_, layer)| layer.as_ref())
     }
 
     /// The master's way over the new plate that lies ahead: a cycle, or what is left of a linear one.

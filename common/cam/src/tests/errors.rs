@@ -201,3 +201,98 @@ fn of_values_too_extreme_to_be_numbers() {
     let after = refused(&mut rig, CamRequest::from(cam_in(1)));
     assert_eq!(after, error, "until it is uncoupled");
 }
+
+/// `narrow-peak`: a plate ten times too fast for its slave was accepted or refused by the millisecond.
+#[test]
+fn a_narrow_peak_is_seen_wherever_the_master_is() {
+    let points = [
+        (0.0, 0.0),
+        (102.3, 0.0),
+        (103.5, 40.0),
+        (200.0, 40.0),
+        (360.0, 0.0),
+    ];
+    // Of the quintic, 5.7735 · 40 / 1.2² u/u²: more than 60 000 u/s² from 19.3 u/s of the master on.
+    for (velocity, passes) in [(19.0, true), (19.7, false), (320.0, false), (-19.7, false)] {
+        for place in 0..300 {
+            let mut tables = Tables::new(2);
+            tables
+                .insert(30, plate(&points, Course::Cyclic))
+                .expect("room");
+            let limits = CamLimits {
+                velocity: 2_000.0,
+                acceleration: 60_000.0,
+                deceleration: 60_000.0,
+                jerk: 1e7,
+                cycle: 0.001,
+            };
+            let parameters = CouplingParameters {
+                master_axis_id: 7,
+                slave_axis_id: 8,
+                limits,
+            };
+            let coupling = CamCoupling::new(parameters).expect("parameters");
+            let master = Kinematics {
+                position: 0.377 * f64::from(place),
+                velocity,
+                acceleration: 0.0,
+            };
+            let command = CamRequest::from(CamIn {
+                activation: Activation::new(ActivationMode::NextCycle),
+                ..cam_in(30)
+            });
+            let planned = coupling.plan(&tables, &command, &master, &Kinematics::at_rest(0.0));
+            match planned {
+                Ok(_) => assert!(passes, "{velocity} at {}", master.position),
+                Err(CouplingError::BeyondLimits { .. }) => assert!(!passes, "{velocity}"),
+                Err(other) => panic!("{velocity}: {other}"),
+            }
+        }
+    }
+}
+
+/// Two plates with peaks that only together are too much, in the same narrow place.
+#[test]
+fn the_peaks_of_several_plates_add_up() {
+    let points = [(0.0, 0.0), (102.3, 0.0), (103.5, 10.0), (360.0, 0.0)];
+    let mut rig = Rig::new();
+    for id in [30, 31] {
+        rig.tables
+            .insert(id, plate(&points, Course::Cyclic))
+            .expect("room");
+    }
+    rig.coupling = CamCoupling::new(CouplingParameters {
+        master_axis_id: 7,
+        slave_axis_id: 8,
+        limits: CamLimits {
+            velocity: 2_000.0,
+            acceleration: 60_000.0,
+            deceleration: 60_000.0,
+            jerk: 1e9,
+            cycle: 0.001,
+        },
+    })
+    .expect("parameters");
+    rig.go(-0.03);
+    let add = |table, velocity: f64, rig: &mut Rig| {
+        rig.master.velocity = velocity;
+        let request = CamRequest::from(CamInV2 {
+            table,
+            ..CamInV2::default()
+        });
+        rig.start(request)
+    };
+    // 40.1 · v² for one of them, 60 000 u/s² for both at 27.4 u/s.
+    add(30, 30.0, &mut rig).expect("one is slow enough");
+    rig.go(0.0);
+    rig.master.velocity = 30.0;
+    let second = CamRequest::from(CamAdd {
+        table: 31,
+        ..CamAdd::default()
+    });
+    let refused = rig.start(second).expect_err("both are not");
+    assert!(
+        matches!(refused, CouplingError::BeyondLimits { .. }),
+        "{refused}"
+    );
+}

@@ -1,0 +1,48 @@
+//! Where a plate asks most of its slave.
+
+use super::plate::Plate;
+use coaxle_curve::law::Segment;
+
+/// Of plates with more segments than this only the ends of the segments are looked at: they are tables, whose segments are
+/// lines and cubics, with the extremes of the curvature at their ends.
+const SEGMENTS_SEARCHED: usize = 256;
+
+/// How far inside a segment its ends are looked at, relative to its length: where segments meet, a derivative may have two
+/// values.
+const INSIDE: f64 = 1e-9;
+
+impl Plate {
+    /// The masters of the base cycle, x, at which slope or curvature can be extreme: for each segment both ends, just inside it,
+    /// and where slope and curvature are extreme by the law itself, or the slave turns round.
+    pub fn peaks(&self) -> impl Iterator<Item = f64> + '_ {
+        let segments = self.curve().segments();
+        let is_searched = segments.len() <= SEGMENTS_SEARCHED;
+        segments.iter().flat_map(move |segment| {
+            let within = is_searched.then(|| extreme_masters(segment));
+            ends(segment)
+                .into_iter()
+                .chain(within.into_iter().flatten())
+        })
+    }
+}
+
+fn ends(segment: &Segment) -> [f64; 2] {
+    let (start, end) = (segment.start(), segment.end());
+    let inside = INSIDE * (end - start);
+    [start + inside, end - inside]
+}
+
+fn extreme_masters(segment: &Segment) -> [f64; 6] {
+    let extremes = segment.extremes();
+    let [position, velocity, acceleration] =
+        [extremes.position, extremes.velocity, extremes.acceleration];
+    [
+        position.minimum,
+        position.maximum,
+        velocity.minimum,
+        velocity.maximum,
+        acceleration.minimum,
+        acceleration.maximum,
+    ]
+    .map(|extreme| extreme.master)
+}
