@@ -145,6 +145,8 @@ named! {
         CommandRefused = "command-refused",
         /// A slave's program waits for what cannot come, or has waited for too long.
         ProgramBlocked = "program-blocked",
+        /// The limits of a slave have left it away from where its coupling has it.
+        SlaveBehind = "slave-behind",
     }
 }
 

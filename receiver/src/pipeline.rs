@@ -187,7 +187,8 @@ impl Pipeline {
         self.far[far].execute(order)
     }
 
-    /// A slave's fault comes before all else, for it does not go away; then the worst of the far nodes.
+    /// A slave's fault comes before all else, for it does not go away; then the worst of the far nodes, then a slave that is
+    /// behind: often for what is wrong there.
     fn health(&self, shown: &ReceiverSnapshot) -> Health {
         let worst = || {
             shown.far_health[..self.far.len()]
@@ -195,7 +196,10 @@ impl Pipeline {
                 .copied()
                 .max_by_key(Health::severity)
         };
-        self.slaves.fault().or_else(worst).unwrap_or(Health::Ok)
+        match self.slaves.fault().or_else(worst).unwrap_or(Health::Ok) {
+            Health::Ok => self.slaves.behind().unwrap_or(Health::Ok),
+            worse => worse,
+        }
     }
 
     /// The virtual axes in the newest cycle, in the order of the config.

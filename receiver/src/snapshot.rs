@@ -289,6 +289,11 @@ pub enum Health {
         /// Its place in the config.
         slave: usize,
     },
+    /// The limits of a slave have left it away from where its coupling has it.
+    SlaveBehind {
+        /// Its place in the config.
+        slave: usize,
+    },
 }
 
 impl Health {
@@ -310,6 +315,7 @@ impl Health {
             Self::SlaveFailed { .. } => HealthName::SlaveFailed,
             Self::CommandRefused { .. } => HealthName::CommandRefused,
             Self::ProgramBlocked { .. } => HealthName::ProgramBlocked,
+            Self::SlaveBehind { .. } => HealthName::SlaveBehind,
         }
     }
 
@@ -326,7 +332,8 @@ impl Health {
             Self::TwoSenders => 7,
             Self::Error(_) => 8,
             Self::CycleTimesDoNotFit => 9,
-            Self::ProgramBlocked { .. }
+            Self::SlaveBehind { .. }
+            | Self::ProgramBlocked { .. }
             | Self::CommandRefused { .. }
             | Self::SlaveFailed { .. }
             | Self::DriveTripped => 10,

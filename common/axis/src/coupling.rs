@@ -127,6 +127,9 @@ pub struct Scan {
     pub masters: Masters,
     /// Since the last cycle.
     pub elapsed: Seconds,
+    /// The axis in the last cycle, where its limits had left it away from what the coupling asked for, by more than
+    /// the window of "in sync"; none while it is where the coupling had it.
+    pub left_behind: Option<Kinematics>,
 }
 
 /// What comes of a cycle of a coupling.

@@ -225,6 +225,8 @@ struct ToPosition {
     /// The masters in the last cycle; those that are missing where they were.
     masters: [f64; Masters::MOST],
     guard: SetValueGuard,
+    /// Once it was in sync it is as long as it is no farther from its target, u.
+    window: f64,
     in_sync: bool,
 }
 
@@ -355,6 +357,7 @@ impl ToPosition {
             target: slave.position,
             masters: [0.0; Masters::MOST],
             guard,
+            window: CouplingPhase::in_sync_window(&limits, inputs.cycle),
             in_sync: false,
         };
         way.remember(&inputs.masters);
@@ -370,7 +373,8 @@ impl ToPosition {
         };
         let cycles = self.guard.cycles_in(scan.elapsed);
         let guarded = self.guard.update(&target, cycles);
-        self.in_sync |= guarded.state == GuardState::Tracking;
+        let is_near = guarded.distance.abs() <= self.window;
+        self.in_sync = guarded.state == GuardState::Tracking || self.in_sync && is_near;
         Some(guarded.set)
     }
 

@@ -1,7 +1,5 @@
 //! The fastest way of a slave onto the line of its gear, within its limits.
 
-use core::convert::Infallible;
-
 use coaxle_curve::profile::{Band, Kinematics, Limits, Profile, ProfileExtremes, to_line, towards};
 
 use super::SyncMask;
@@ -98,18 +96,21 @@ impl Chase {
         numbers.iter().all(|n| n.is_finite()).then_some(profile)
     }
 
-    /// The fastest profile onto a line; none if nothing leads there.
-    pub(super) fn onto(&self, start: &Kinematics, line: &Kinematics) -> Option<Profile> {
-        let unchecked = |_: &Profile| Ok::<(), Infallible>(());
-        self.fastest((start, line), 1.0, unchecked)?.ok()
+    /// The fastest stop.
+    pub(super) fn stopping(&self, start: &Kinematics) -> Profile {
+        self.stopping_with(start, 1.0)
+    }
+
+    fn stopping_with(&self, start: &Kinematics, share: f64) -> Profile {
+        let push = self.limits.acceleration().min(self.limits.deceleration());
+        let limit = self.limits.velocity();
+        let band = self.band((-limit, limit), (push, push), share);
+        towards(start, 0.0, &band)
     }
 
     /// Where the slave comes to rest with a share of its acceleration, deceleration and jerk, u.
     pub(super) fn stop(&self, start: &Kinematics, share: f64) -> f64 {
-        let push = self.limits.acceleration().min(self.limits.deceleration());
-        let limit = self.limits.velocity();
-        let band = self.band((-limit, limit), (push, push), share);
-        towards(start, 0.0, &band).end().position
+        self.stopping_with(start, share).end().position
     }
 
     /// Where the line cannot be caught, as fast as possible towards it; along with one that is too fast.

@@ -45,6 +45,10 @@ pub struct SlaveAxis {
     tracking: GuardState,
     distance: f64,
     window: WindowMonitor,
+    /// How far it may be from there and be in sync, u, and where it was left behind by more in the newest cycle, without
+    /// what is added to the motion.
+    in_sync_window: f64,
+    left_behind: Option<Kinematics>,
     /// The motion under way has limits of its own: a stop that is to be instant, or without regard to jerk.
     exempt: bool,
     on_master_loss: OnMasterLoss,
@@ -113,6 +117,8 @@ impl SlaveAxis {
             tracking: GuardState::Tracking,
             distance: 0.0,
             window: parameters.window_monitor()?,
+            in_sync_window: parameters.in_sync_window(cycle_time)?,
+            left_behind: None,
             exempt: false,
             on_master_loss: parameters.on_master_loss,
             cycle_time: cycle_time.as_secs_f64(),
@@ -240,10 +246,44 @@ impl SlaveAxis {
         self.powered
     }
 
-    /// How far the coupling is; none without one.
+    /// How far the coupling is; none without one. In sync is what the axis is, and not what the coupling leads to: beyond
+    /// the window of its distance it is [behind](CouplingPhase::Behind).
     #[must_use]
     pub fn coupling_phase(&self) -> Option<CouplingPhase> {
-        self.couplings.get(self.engaged()?).phase()
+        let phase = self.couplings.get(self.engaged()?).phase()?;
+        let is_behind = phase.is_in_sync() && self.left_behind.is_some();
+        Some(if is_behind {
+            CouplingPhase::Behind
+        } else {
+            phase
+        })
+    }
+
+    /// Whether a tool on it can cut now: not while the axis is led to its master or away from it, nor while it is behind.
+    /// What no master leads cuts where it is.
+    ///
+    /// # Errors
+    /// [`Refusal::CutNotInSync`].
+    pub fn check_cut(&self) -> Result<(), Refusal> {
+        match self.coupling_phase() {
+            Some(
+                phase @ (CouplingPhase::Behind
+                | CouplingPhase::Synchronizing
+                | CouplingPhase::SynchronizingAfterSyncPosition
+                | CouplingPhase::Releasing),
+            ) => Err(Refusal::CutNotInSync {
+                phase,
+                distance: self.distance,
+                window: self.in_sync_window,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// How far the set position may be from where the coupling has it while the axis is in sync, u.
+    #[must_use]
+    pub const fn in_sync_window(&self) -> f64 {
+        self.in_sync_window
     }
 
     /// Where master and slave are synchronous, if the coupling leads to such a pair of positions.

@@ -1,8 +1,8 @@
 //! What a slave axis can do and may do.
 
-use coaxle_axis::WindowMonitor;
 use coaxle_axis::guard::{EXPECTED_LIMIT, Guard, is_limit};
 use coaxle_axis::set_value_guard::{DistancePolicy, SetValueGuard};
+use coaxle_axis::{CouplingPhase, WindowMonitor};
 use coaxle_clock::{CycleTime, Seconds};
 use coaxle_curve::profile::{InvalidLimit, Kinematics, Limits};
 use coaxle_saw::{Saw, SawTolerances};
@@ -82,6 +82,12 @@ pub struct DistanceParameters {
     /// How long it may be farther than that, s. 0.1 by default.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub time_s: Option<f64>,
+    /// How far the set position may be from where the coupling has it while the axis is in sync, u. By default what
+    /// the jerk limit comes to within a cycle (with no more jerk than turns the acceleration round in a cycle), and the way
+    /// of a microsecond at the highest velocity, which is what the time of a master is known to: j·T³ + v·1 µs.
+    /// A distance that the policy lets stay does not count.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub in_sync_window: Option<f64>,
 }
 
 /// The default window is the way of so many seconds at the highest velocity,
@@ -106,6 +112,7 @@ impl SlaveParameters {
                 policy: DistancePolicy::PosSync1,
                 window: None,
                 time_s: None,
+                in_sync_window: None,
             },
             master_noise: None,
             master_increment: None,
@@ -129,8 +136,17 @@ impl SlaveParameters {
 
     /// What watches how far the axis is left behind.
     pub(super) fn window_monitor(&self) -> Result<WindowMonitor, WrongSlaveParameter> {
-        let DistanceParameters { window, time_s, .. } = self.distance;
-        for (parameter, received) in [("distance.window", window), ("distance.time-s", time_s)] {
+        let DistanceParameters {
+            window,
+            time_s,
+            in_sync_window,
+            ..
+        } = self.distance;
+        for (parameter, received) in [
+            ("distance.window", window),
+            ("distance.time-s", time_s),
+            ("distance.in-sync-window", in_sync_window),
+        ] {
             if let Some(received) = received.filter(|given| !(*given >= 0.0 && given.is_finite())) {
                 return Err(WrongSlaveParameter {
                     parameter,
@@ -143,6 +159,17 @@ impl SlaveParameters {
             window.unwrap_or(WINDOW * self.velocity),
             time_s.unwrap_or(WINDOW_TIME),
         ))
+    }
+
+    /// How far the axis may be from where its coupling has it and be in sync, u: what is given, or
+    /// [what its limits need](CouplingPhase::in_sync_window).
+    ///
+    /// # Errors
+    /// The limit that is none.
+    pub fn in_sync_window(&self, cycle_time: CycleTime) -> Result<f64, WrongSlaveParameter> {
+        let by_limits =
+            CouplingPhase::in_sync_window(&self.limits()?, Seconds(cycle_time.as_secs_f64()));
+        Ok(self.distance.in_sync_window.unwrap_or(by_limits))
     }
 
     /// What motions are checked against before they begin.

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use coaxle_axis::guard::GuardRefusal;
-use coaxle_axis::{AxisStatus, NotPlanned, Transition};
+use coaxle_axis::{AxisStatus, CouplingPhase, NotPlanned, Transition};
 
 use super::couplings::CouplingRefusal;
 use super::sync_position::WrongSyncPosition;
@@ -60,6 +60,21 @@ pub enum Refusal {
     /// The slave has had no flying saw yet, and so no characteristic values.
     #[error("{:#06x}: the slave has had no flying saw, expected one before", self.code())]
     NoCharacteristics,
+    /// The tool of a slave that is led to its master or away from it, or that its limits have left behind, does not cut:
+    /// the cut would not be where it is meant to be.
+    #[error(
+        "{:#06x}: cut: the slave is {} its master, {} u from where its coupling has it; expected it in sync, at most \
+         {window} u from there",
+        self.code(), Beside(*.phase), distance.abs()
+    )]
+    CutNotInSync {
+        /// How far the coupling is.
+        phase: CouplingPhase,
+        /// How far the set position is from where the coupling has it, u.
+        distance: f64,
+        /// What that may be in sync, u.
+        window: f64,
+    },
     /// The axis was to be coupled from the start, and its drive is not there, or does not follow at once.
     #[error(
         "{:#06x}: the drive has the axis at {received}, expected it to follow at {expected} at once, where the \
@@ -91,7 +106,7 @@ impl Refusal {
             Self::WeakerStop { .. } => 0x42ef,
             Self::NotAtRest { .. } => 0x425a,
             Self::Guard(refusal) => refusal.code(),
-            Self::NoMaster | Self::DriveElsewhere { .. } => 0x4b09,
+            Self::NoMaster | Self::DriveElsewhere { .. } | Self::CutNotInSync { .. } => 0x4b09,
             Self::Coupling(refusal) => refusal.code(),
             Self::NotGiven { .. } => 0x4b06,
             Self::SyncPosition(wrong) => wrong.code(),
@@ -139,5 +154,22 @@ impl fmt::Display for Before<'_> {
             .filter(|from| from.after(*self.0).is_some())
             .enumerate()
             .try_for_each(|(k, from)| write!(f, "{} {from}", if k == 0 { "" } else { " or" }))
+    }
+}
+
+/// How a slave is related to its master.
+struct Beside(CouplingPhase);
+
+impl fmt::Display for Beside {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self.0 {
+            CouplingPhase::Behind => "behind",
+            CouplingPhase::Releasing => "being released from",
+            CouplingPhase::Synchronizing | CouplingPhase::SynchronizingAfterSyncPosition => {
+                "on its way to"
+            }
+            CouplingPhase::Waiting | CouplingPhase::Released => "waiting for",
+            CouplingPhase::InSync | CouplingPhase::InSyncBeforeSyncPosition => "in sync with",
+        })
     }
 }

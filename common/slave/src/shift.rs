@@ -100,6 +100,15 @@ pub(super) fn plus(motion: Kinematics, added: Option<Kinematics>) -> Kinematics 
     }
 }
 
+/// A motion without one that is added to it.
+pub(super) fn minus(motion: &Kinematics, added: &Kinematics) -> Kinematics {
+    Kinematics {
+        position: motion.position - added.position,
+        velocity: motion.velocity - added.velocity,
+        acceleration: motion.acceleration - added.acceleration,
+    }
+}
+
 /// Two motions at once.
 pub(super) fn sum(one: &Kinematics, other: &Kinematics) -> Kinematics {
     Kinematics {

@@ -40,7 +40,9 @@ pub struct StepConfig {
     ///   used before and ended at this one. The scaling is that of the plate in force.
     #[serde(skip_serializing_if = "is_false")]
     pub at_mark: bool,
-    /// The tool cuts, where the slave is in the cycle in which the step is taken.
+    /// The tool cuts, where the slave is in the cycle in which the step is taken. Refused while its coupling leads the slave to
+    /// its master or away from it, and while it is behind: farther from where its coupling has it than
+    /// `distance.in-sync-window`.
     #[serde(skip_serializing_if = "is_false")]
     pub cut: bool,
     /// The label of the step to go on with. The next one by default.

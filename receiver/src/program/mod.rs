@@ -316,6 +316,11 @@ impl Program {
         })
     }
 
+    /// Whether the tool cuts with the step that is due.
+    pub(crate) fn cuts_next(&self) -> bool {
+        self.steps.get(self.at).is_some_and(|step| step.cut)
+    }
+
     /// Cuts done by its steps.
     pub(crate) const fn cuts(&self) -> u64 {
         self.cuts

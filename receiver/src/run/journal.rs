@@ -234,6 +234,7 @@ const fn is_of_a_slave(health: Health) -> bool {
             | Health::SlaveFailed { .. }
             | Health::CommandRefused { .. }
             | Health::ProgramBlocked { .. }
+            | Health::SlaveBehind { .. }
     )
 }
 

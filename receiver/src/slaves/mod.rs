@@ -183,4 +183,10 @@ impl Slaves {
         }
         refused.or(blocked)
     }
+
+    /// A slave that its limits have left away from where its coupling has it.
+    pub(crate) fn behind(&self) -> Option<Health> {
+        let slave = self.slaves.iter().position(Slave::is_behind)?;
+        Some(Health::SlaveBehind { slave })
+    }
 }

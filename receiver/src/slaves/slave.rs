@@ -146,9 +146,18 @@ impl Slave {
         let Some(command) = program.due(&situation, || axis.master_scaling()) else {
             return;
         };
-        let answer = match command {
-            Some(command) => self.do_due(&command),
-            None => Ok(None),
+        let cut = if program.cuts_next() {
+            axis.check_cut()
+        } else {
+            Ok(())
+        };
+        let answer = match (cut, command) {
+            (Err(refusal), _) => {
+                self.note_refusal(refusal);
+                Err(refusal)
+            }
+            (Ok(()), Some(command)) => self.do_due(&command),
+            (Ok(()), None) => Ok(None),
         };
         if let Some(program) = &mut self.program {
             program.take(answer);
@@ -241,6 +250,11 @@ impl Slave {
 
     pub(super) const fn has_program(&self) -> bool {
         self.program.is_some()
+    }
+
+    /// Whether its limits have left it away from where its coupling has it.
+    pub(super) fn is_behind(&self) -> bool {
+        self.phase() == Some(CouplingPhase::Behind)
     }
 
     /// Whether what its config has it do was refused.

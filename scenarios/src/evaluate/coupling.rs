@@ -53,11 +53,15 @@ impl Way {
     }
 }
 
-/// A slave is in sync, or on its way there, before the synchronisation position of its master as after it.
-const fn wherever_the_master_is(phase: CouplingPhase) -> CouplingPhase {
-    match phase {
-        CouplingPhase::InSyncBeforeSyncPosition => CouplingPhase::InSync,
-        CouplingPhase::SynchronizingAfterSyncPosition => CouplingPhase::Synchronizing,
+/// A slave is in sync, or on its way there, before the synchronisation position of its master as after it. One that falls
+/// behind has been in sync, and is not synchronised once more when it has caught up; one that was not there yet is on its way.
+const fn as_it_counts(phase: CouplingPhase, before: Option<CouplingPhase>) -> CouplingPhase {
+    match (phase, before) {
+        (CouplingPhase::InSyncBeforeSyncPosition, _)
+        | (CouplingPhase::Behind, Some(CouplingPhase::InSync)) => CouplingPhase::InSync,
+        (CouplingPhase::Behind | CouplingPhase::SynchronizingAfterSyncPosition, _) => {
+            CouplingPhase::Synchronizing
+        }
         _ => phase,
     }
 }
@@ -68,10 +72,11 @@ impl CouplingJudge {
         let (Some(master), Some(position)) = (master, slave.position) else {
             return;
         };
+        let before = self.before.and_then(|before| before.phase);
         let now = Moment {
             at_ns,
             has_power: slave.state != AxisStatus::Disabled,
-            phase: slave.phase.map(wherever_the_master_is),
+            phase: slave.phase.map(|phase| as_it_counts(phase, before)),
             master,
             slave: position,
         };
@@ -183,6 +188,25 @@ mod tests {
             (None, 14.0),
         ]);
         assert_eq!(summary, CouplingSummary::default());
+    }
+
+    #[test]
+    fn one_that_falls_behind_is_not_synchronised_once_more() {
+        let behind = Some(CouplingPhase::Behind);
+        let in_sync = Some(CouplingPhase::InSync);
+        let caught_up = judged(&[
+            (None, 10.0),
+            (Some(CouplingPhase::Synchronizing), 12.0),
+            (behind, 14.0),
+            (in_sync, 16.0),
+            (behind, 18.0),
+            (in_sync, 20.0),
+        ]);
+        assert_eq!(caught_up.synchronisations, 1);
+        assert_eq!(caught_up.sync_duration_s, Some(0.003));
+        assert_eq!(caught_up.sync_master_position, Some(16.0));
+        let never_there = judged(&[(None, 10.0), (behind, 12.0), (behind, 14.0)]);
+        assert_eq!(never_there, CouplingSummary::default());
     }
 
     #[test]

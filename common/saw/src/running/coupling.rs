@@ -146,6 +146,9 @@ impl Coupling for Saw {
             None => return Step::MasterLost,
         };
         saw.set_master_travel(scan.masters.travel(0));
+        if let Some(axis) = &scan.left_behind {
+            saw.resume_from(axis);
+        }
         let set = saw.update(&master, scan.elapsed);
         match *saw.state() {
             CommandState::Failed(SawFault::Refused(_)) => return Step::Refused,

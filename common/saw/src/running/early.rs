@@ -1,12 +1,15 @@
-//! A synchronisation as early as possible: over time, whatever the master does.
+//! A synchronisation over time, whatever the master does: as early as possible, and where the limits of the axis have
+//! left the slave behind.
 
-use coaxle_curve::profile::Kinematics;
+use coaxle_curve::profile::{Kinematics, Profile};
 
+use super::over_time::between;
 use super::pursuit::Pursuit;
 use super::{Phase, SawCoupling};
 use crate::SyncMask;
 use crate::moment::EncoderMaster;
 use crate::plan::SawPlan;
+use crate::rollback::RollbackReaction;
 
 impl SawCoupling {
     /// Begins to pursue the line, if the slave is not there already.
@@ -14,16 +17,29 @@ impl SawCoupling {
         let Some(profile) = plan.time_profile() else {
             return self.become_synchronous();
         };
+        self.phase = Phase::Early(self.pursuit_along(*profile, plan.master_start()));
+    }
+
+    /// Pursues the line from where the limits have left the axis.
+    pub(super) fn pursuit_from(&self, axis: &Kinematics) -> Pursuit {
+        let stop = self.command.chase(&self.axis, axis).stopping(axis);
+        let mut pursuit = self.pursuit_along(stop, self.master_position);
+        pursuit.plan_again();
+        pursuit
+    }
+
+    fn pursuit_along(&self, profile: Profile, master: f64) -> Pursuit {
         let line = self.line.slave_of(&Kinematics {
-            position: plan.master_start(),
-            velocity: plan.master_velocity(),
+            position: master,
+            velocity: self.plan.master_velocity(),
             acceleration: 0.0,
         });
         let chase = self.command.chase(&self.axis, &self.slave);
-        self.phase = Phase::Early(Pursuit::new(chase, *profile, line));
+        let start = self.plan.slave_start().position;
+        Pursuit::new(chase, self.command.range(&self.axis, start), profile, line)
     }
 
-    pub(super) fn pursue(&mut self, master: &Kinematics, dt: f64) {
+    pub(super) fn pursue(&mut self, master: &Kinematics, before: f64, dt: f64) {
         let line = self.line.slave_of(&Kinematics {
             acceleration: self.planned_acceleration(master),
             ..*master
@@ -31,7 +47,16 @@ impl SawCoupling {
         let Phase::Early(pursuit) = &mut self.phase else {
             return;
         };
-        match pursuit.update(&self.slave, &line, dt) {
+        let from = self.slave;
+        let next = pursuit.update(&from, &line, dt);
+        if self.is_behind_start(master) {
+            let reaction = RollbackReaction::of(self.command.mask(), false);
+            let to = next.unwrap_or(line);
+            return self.roll_back(reaction, master, before, dt, |_, part| {
+                between(&from, &to, part, dt)
+            });
+        }
+        match next {
             Some(slave) => self.lead_to(slave, master, dt),
             None => {
                 self.become_synchronous();

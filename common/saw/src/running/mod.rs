@@ -127,6 +127,21 @@ impl SawCoupling {
         self.travel = travel;
     }
 
+    /// The limits of the axis have left it here, away from where the saw had it in the last cycle. One with a
+    /// [strategy](crate::SyncStrategy) that is on its way to its master goes on from here: what it had planned is not
+    /// what the axis does. On the line the axis catches up by itself.
+    pub fn resume_from(&mut self, axis: &Kinematics) {
+        if self.command.strategic_sync_position().is_none() {
+            return;
+        }
+        match &mut self.phase {
+            Phase::OverMaster => self.phase = Phase::Early(self.pursuit_from(axis)),
+            Phase::Early(pursuit) => pursuit.plan_again(),
+            _ => return,
+        }
+        self.slave = *axis;
+    }
+
     /// One cycle of `elapsed`: the master's set values in, the slave's out.
     pub fn update(&mut self, master: &Kinematics, elapsed: Seconds) -> Kinematics {
         let dt = elapsed.0;
@@ -136,7 +151,7 @@ impl SawCoupling {
             Phase::Synchronous => self.synchronous(master, before, dt),
             Phase::OverMaster => self.over_master(master, before, dt),
             Phase::OverTime { .. } => self.over_time(master, before, dt),
-            Phase::Early(_) => self.pursue(master, dt),
+            Phase::Early(_) => self.pursue(master, before, dt),
             Phase::Chasing(ramp) => {
                 let ramp = *ramp;
                 self.chase(ramp, master, before, dt);

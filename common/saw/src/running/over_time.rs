@@ -66,7 +66,7 @@ impl SawCoupling {
 }
 
 /// A part of a cycle of constant jerk into it.
-fn between(from: &Kinematics, to: &Kinematics, part: f64, dt: f64) -> Kinematics {
+pub(super) fn between(from: &Kinematics, to: &Kinematics, part: f64, dt: f64) -> Kinematics {
     let jerk = (to.acceleration - from.acceleration) / dt;
     let t = part * dt;
     Kinematics {

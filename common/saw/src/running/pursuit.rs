@@ -1,7 +1,7 @@
 //! A slave on its way onto the line of its gear, whatever its master does meanwhile.
 
 use coaxle_clock::Seconds;
-use coaxle_curve::profile::{Kinematics, Profile};
+use coaxle_curve::profile::{Kinematics, Profile, ProfileExtremes};
 
 use crate::chase::Chase;
 use crate::task::NEGLIGIBLE;
@@ -11,15 +11,51 @@ const FADING: f64 = 0.9;
 /// The part of what the limits let the slave do in a cycle that a ripple has to stay below, for the slave to come onto
 /// the line by itself.
 const CORRECTED: f64 = 1.0 / 64.0;
+/// What rounding adds to a position, relatively.
+const ROUNDING: f64 = 1e-12;
 
-/// A profile over time onto the line, planned anew from the slave as it is wherever the line is not where
+/// Between which positions a slave stays on its way, u. From beyond it comes back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PositionRange {
+    /// The limits, infinite where there is none.
+    pub(super) low: f64,
+    pub(super) high: f64,
+    /// Where the way began.
+    pub(super) start: f64,
+    /// Whether it goes no lower, or higher, than where it began and where it ends.
+    pub(super) no_undershoot: bool,
+    pub(super) no_overshoot: bool,
+}
+
+impl PositionRange {
+    /// Whether a way from where the slave is keeps it.
+    fn keeps(&self, profile: &Profile, here: f64) -> bool {
+        let (extremes, end) = (ProfileExtremes::of(profile), profile.end().position);
+        let slack = ROUNDING * extremes.low.abs().max(extremes.high.abs());
+        let low = if self.no_undershoot {
+            self.low.max(self.start.min(end))
+        } else {
+            self.low
+        };
+        let high = if self.no_overshoot {
+            self.high.min(self.start.max(end))
+        } else {
+            self.high
+        };
+        extremes.low >= low.min(here) - slack && extremes.high <= high.max(here) + slack
+    }
+}
+
+/// A profile over time onto the line, planned again from the slave as it is wherever the line is not where
 /// it was expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pursuit {
     chase: Chase,
+    range: PositionRange,
     profile: Profile,
     since: f64,
-    /// Whether the profile ends on the line; otherwise it leads towards it for as long as it is too fast.
+    /// Whether the profile ends on the line; otherwise it leads towards it for as long as it is too fast, or stops the
+    /// slave while no way onto it keeps the range.
     arrives: bool,
     /// The line as it was in the cycle before.
     line: Kinematics,
@@ -29,15 +65,26 @@ pub(super) struct Pursuit {
 
 impl Pursuit {
     /// Along a profile that was planned with this line.
-    pub(super) const fn new(chase: Chase, profile: Profile, line: Kinematics) -> Self {
+    pub(super) const fn new(
+        chase: Chase,
+        range: PositionRange,
+        profile: Profile,
+        line: Kinematics,
+    ) -> Self {
         Self {
             chase,
+            range,
             profile,
             since: 0.0,
             arrives: true,
             line,
             ripple: 0.0,
         }
+    }
+
+    /// The slave is not where the profile had it: the next cycle begins another one.
+    pub(super) const fn plan_again(&mut self) {
+        self.arrives = false;
     }
 
     /// The slave, which was at `before`, in the next cycle; none if it is on the line.
@@ -47,10 +94,13 @@ impl Pursuit {
         line: &Kinematics,
         dt: f64,
     ) -> Option<Kinematics> {
-        if !self.is_expected(line, dt) {
+        if !self.is_expected(line, dt) || !self.arrives {
             self.plan(before, &line.after(-dt, 0.0));
         }
         self.line = *line;
+        if !self.can_stop_after(before, dt) {
+            self.stop(before);
+        }
         self.since += dt;
         let next = self.profile.at(Seconds(self.since));
         let arrived = self.arrives && self.since >= self.profile.duration().0;
@@ -68,18 +118,54 @@ impl Pursuit {
             && near(line.acceleration, expected.acceleration)
     }
 
+    /// Whether the slave, which is at `before`, can still stop within the range after another cycle: on the way onto the
+    /// line it may turn round at a limit faster than it could stop there, and its axis goes no farther than it can stop.
+    fn can_stop_after(&self, before: &Kinematics, dt: f64) -> bool {
+        let next = self.profile.at(Seconds(self.since + dt));
+        self.range
+            .keeps(&self.chase.stopping(&next), before.position)
+    }
+
+    fn stop(&mut self, slave: &Kinematics) {
+        self.profile = self.chase.stopping(slave);
+        self.since = 0.0;
+        self.arrives = false;
+    }
+
+    /// The fastest way onto the line that keeps the range. Where none does, the slave goes towards a line that is too fast
+    /// for it, and stops otherwise: it is where it can wait.
     fn plan(&mut self, slave: &Kinematics, line: &Kinematics) {
         let steady = Kinematics {
             acceleration: 0.0,
             ..*line
         };
-        let caught = self
-            .chase
-            .onto(slave, line)
-            .or_else(|| self.chase.onto(slave, &steady));
-        self.arrives = caught.is_some();
-        self.profile = caught.unwrap_or_else(|| self.chase.towards(slave, line));
+        let (found, is_out_of_reach) = match self.onto(slave, line) {
+            Some(Ok(profile)) => (Some(profile), false),
+            way => {
+                let is_out_of_reach = way.is_none();
+                let steady = self.onto(slave, &steady);
+                let found = steady.and_then(Result::ok);
+                (found, is_out_of_reach && steady.is_none())
+            }
+        };
+        self.arrives = found.is_some();
         self.since = 0.0;
+        self.profile = found.unwrap_or_else(|| {
+            if is_out_of_reach {
+                self.chase.towards(slave, line)
+            } else {
+                self.chase.stopping(slave)
+            }
+        });
+    }
+
+    /// None where nothing leads onto the line, and an error where nothing does within the range.
+    fn onto(&self, slave: &Kinematics, line: &Kinematics) -> Option<Result<Profile, OutOfRange>> {
+        let check = |profile: &Profile| {
+            let keeps = self.range.keeps(profile, slave.position);
+            keeps.then_some(()).ok_or(OutOfRange)
+        };
+        self.chase.fastest((slave, line), 1.0, check)
     }
 
     /// A line that ripples by more than the slave can follow is never reached; there the slave comes along
@@ -93,3 +179,7 @@ impl Pursuit {
             && (line.acceleration - next.acceleration).abs() * dt * dt <= self.ripple
     }
 }
+
+/// A way that leaves the range.
+#[derive(Clone, Copy, Debug)]
+struct OutOfRange;

@@ -10,6 +10,7 @@ use crate::sync_mode::SyncMask;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Limits};
 
+use super::pursuit::PositionRange;
 use super::{keeping_velocity, sign};
 
 /// What a [`SawCoupling`](super::SawCoupling) is started with.
@@ -82,6 +83,29 @@ impl SawCommand {
             limits: limits.unwrap_or(*own),
             fastest_line: given.velocity.unwrap_or(own.velocity()).min(own.velocity()),
             mask: self.mask(),
+        }
+    }
+
+    /// Between which positions the slave stays on its way, from `start`, u: the checks of position that are asked for, and
+    /// what its axis keeps in any case.
+    pub(super) fn range(&self, axis: &SlaveLimits, start: f64) -> PositionRange {
+        let (mask, given) = (self.mask(), self.limits());
+        let asked = |flag: SyncMask, limit: Option<f64>| limit.filter(|_| mask.contains(flag));
+        let kept = |flag: SyncMask, limit: Option<f64>| {
+            limit.filter(|_| mask.contains(flag) || axis.guard.is_some())
+        };
+        let low = kept(SyncMask::MIN_POS, axis.min_position)
+            .into_iter()
+            .chain(asked(SyncMask::OPTIONAL_MIN_POS, given.min_position));
+        let high = kept(SyncMask::MAX_POS, axis.max_position)
+            .into_iter()
+            .chain(asked(SyncMask::OPTIONAL_MAX_POS, given.max_position));
+        PositionRange {
+            low: low.fold(f64::NEG_INFINITY, f64::max),
+            high: high.fold(f64::INFINITY, f64::min),
+            start,
+            no_undershoot: mask.contains(SyncMask::UNDERSHOOT_POS),
+            no_overshoot: mask.contains(SyncMask::OVERSHOOT_POS),
         }
     }
 

@@ -189,6 +189,8 @@ impl SlaveAxis {
         self.superimposed
             .drop(CommandState::Aborted, &mut self.jobs);
         self.couplings.apply(engagement, job);
+        // The coupling was planned from where the axis is.
+        self.left_behind = None;
         self.motion = Motion::Coupled(engagement.kind());
     }
 

@@ -15,7 +15,7 @@ use crate::job::{JobError, JobState};
 use crate::motion::{Motion, Planned};
 use crate::parameters::OnMasterLoss;
 use crate::refusal::Refusal;
-use crate::shift::plus;
+use crate::shift::{minus, plus};
 
 impl SlaveAxis {
     pub(super) fn advance(&mut self, elapsed: Seconds) -> Result<(), SlaveError> {
@@ -43,11 +43,12 @@ impl SlaveAxis {
     /// One cycle of a coupling.
     fn follow(&mut self, kind: Kind, elapsed: Seconds) -> Result<(), SlaveError> {
         let masters = self.seen_masters();
-        match self
-            .couplings
-            .get_mut(kind)
-            .update(&Scan { masters, elapsed })
-        {
+        let left_behind = self.left_behind;
+        match self.couplings.get_mut(kind).update(&Scan {
+            masters,
+            elapsed,
+            left_behind,
+        }) {
             Step::Set(next) => self.go_to(next, elapsed)?,
             Step::Ended(next) => {
                 self.go_to(next, elapsed)?;
@@ -128,10 +129,22 @@ impl SlaveAxis {
         self.leave(&guarded);
     }
 
-    const fn leave(&mut self, guarded: &Guarded) {
+    fn leave(&mut self, guarded: &Guarded) {
         self.set = guarded.set;
         self.tracking = guarded.state;
         self.distance = guarded.distance;
+        self.left_behind = self.is_left_behind(guarded).then(|| match self.added() {
+            Some(added) => minus(&guarded.set, &added),
+            None => guarded.set,
+        });
+    }
+
+    /// Whether the axis is farther from where its motion has it than it may be in sync. A distance that it passes with
+    /// is one that its policy lets stay.
+    fn is_left_behind(&self, guarded: &Guarded) -> bool {
+        let rounding = 128.0 * f64::EPSILON * guarded.set.position.abs();
+        guarded.state != GuardState::Tracking
+            && guarded.distance.abs() > self.in_sync_window + rounding
     }
 
     /// The axis is here from now on, whatever was before: nothing limits the step to it.
@@ -140,6 +153,7 @@ impl SlaveAxis {
         self.set = *here;
         self.tracking = GuardState::Tracking;
         self.distance = 0.0;
+        self.left_behind = None;
         self.window.forget();
     }
 
@@ -235,7 +249,7 @@ impl SlaveAxis {
                 CommandState::InSync
             }
             Motion::Own(_) => CommandState::Active,
-            Motion::Coupled(kind) => match self.couplings.get(*kind).phase() {
+            Motion::Coupled(_) => match self.coupling_phase() {
                 None => CommandState::Done,
                 Some(CouplingPhase::Waiting | CouplingPhase::Released) => CommandState::Waiting,
                 Some(phase) if phase.is_in_sync() => CommandState::InSync,

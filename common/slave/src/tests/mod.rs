@@ -16,6 +16,7 @@ mod life_cycle;
 mod moves;
 mod multi_master;
 mod phasing;
+mod ripple;
 mod saw_rollback;
 mod saws;
 mod shared_cams;
