@@ -74,6 +74,12 @@ impl Differences {
         }
     }
 
+    /// How many cycles the last difference spans, and how many the second one looks back: between them lies the middle of
+    /// what that is a weighted mean of.
+    pub(super) fn looks_back(&self) -> (f64, f64) {
+        (self.cycles, (2.0 * self.cycles + self.cycles_before) / 3.0)
+    }
+
     /// The mean velocity of the last cycle, u/s.
     #[inline]
     pub(super) fn velocity_of_cycle(&self, cycle_time: f64) -> f64 {

@@ -23,6 +23,10 @@ const LARGEST_WAY: f64 = 1e6;
 /// How far a target may be beyond a wall, relative: the rounding of whoever calculates it.
 const WALL_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
+/// A master that is brought to another time states what it does in its own: the blocks of TS5066 take a beat of up to three
+/// cycles away over ninety, and positions are by that share faster or slower, relative.
+const PACE: f64 = 0.03;
+
 /// The limits of an axis at its cycle time, and the units of the closed forms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Envelope {
@@ -113,10 +117,40 @@ impl Envelope {
         acceleration.abs() <= highest_acceleration(&self.binding) * (1.0 + RELATIVE)
     }
 
-    /// Whether a motion within the jerk limit can differ by so much from what its last positions say of its
-    /// velocity and acceleration.
-    pub(super) fn is_between_samples(&self, velocity: f64, acceleration: f64) -> bool {
-        acceleration * self.per_acceleration <= 1.0 && velocity * self.per_velocity <= 0.5
+    /// Whether a motion within the jerk limit that has gone through a series can have this velocity and acceleration now:
+    /// it differs by what the jerk does in the time that the differences look back, by the [pace](PACE) of the clock that
+    /// it is stated in, and by rounding.
+    pub(super) fn bears_out(&self, series: &Differences, state: &Kinematics) -> bool {
+        let seen = self.state_now(series);
+        let rounding = self.rounding(series.position, series.position) * self.rate;
+        let (cycles, back) = series.looks_back();
+        let acceleration = (state.acceleration - seen.acceleration).abs();
+        let velocity = (state.velocity - seen.velocity).abs();
+        // Within a cycle the acceleration may be larger than any that leads from one velocity to another in a whole one.
+        let most = highest_acceleration(&self.limits);
+        let change = (self.limits.jerk() * self.cycle_time).min(2.0 * most);
+        let by_pace = [
+            PACE * seen.velocity.abs(),
+            2.0 * PACE * seen.acceleration.abs(),
+        ];
+        velocity <= 0.5 * change * self.cycle_time * back * cycles + by_pace[0] + 4.0 * rounding
+            && acceleration <= change * back + by_pace[1] + 4.0 * rounding * self.rate
+    }
+
+    /// Velocity and acceleration of a state that come no faster from those of the last one, so many cycles ago, than the
+    /// limits say. Positions within the limits have such a state near by: what is cut off is less than what the jerk does
+    /// in a cycle, and comes in the next.
+    pub(super) fn steady(&self, last: &Kinematics, wanted: &Kinematics, cycles: f64) -> Kinematics {
+        let rounding = self.rounding(wanted.position, wanted.position) * self.rate;
+        let time = cycles * self.cycle_time * (1.0 + RELATIVE);
+        let near = |last: f64, wanted: f64, most: f64| wanted.max(last - most).min(last + most);
+        let push = highest_acceleration(&self.limits) * time + 2.0 * rounding;
+        let change = self.limits.jerk() * time + 4.0 * rounding * self.rate;
+        Kinematics {
+            position: wanted.position,
+            velocity: near(last.velocity, wanted.velocity, push),
+            acceleration: near(last.acceleration, wanted.acceleration, change),
+        }
     }
 
     /// In units of the closed forms.

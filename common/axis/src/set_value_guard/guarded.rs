@@ -10,7 +10,8 @@ pub struct Guarded {
     /// the position, and the velocity and acceleration that its differences have at this moment: that
     /// velocity is the mean of the last cycle plus what half a cycle of the acceleration adds, as a drive
     /// with velocity feed-forward expects it. A velocity or acceleration that a target states beyond a
-    /// limit that its positions keep is replaced by those too.
+    /// limit that its positions keep, or that is not that of its positions, is replaced by those too. Stated velocities
+    /// keep the limit of the acceleration from cycle to cycle, and stated accelerations that of the jerk.
     pub set: Kinematics,
     /// How the axis does.
     pub state: GuardState,

@@ -21,7 +21,7 @@
 //! while guard.update(&target, 1).state != GuardState::Tracking {
 //!     cycles += 1;
 //! }
-//! assert_eq!(guard.update(&target, 1).set, target);
+//! assert_eq!(guard.update(&target, 1).set.position, target.position);
 //! assert!((100..130).contains(&cycles));
 //! # Ok::<(), coaxle_curve::profile::InvalidLimit>(())
 //! ```
@@ -83,6 +83,8 @@ pub struct SetValueGuard {
 pub struct GuardHistory {
     /// What has left it.
     set: Differences,
+    /// What was stated beside it.
+    stated: Kinematics,
     target: Target,
     /// How far the positions to follow are from those of the target, u.
     offset: f64,
@@ -189,8 +191,9 @@ impl SetValueGuard {
         } else {
             self.stop(elapsed)
         };
+        self.history.stated = self.set_values(target, state, cycles);
         Guarded {
-            set: self.set_values(target, state),
+            set: self.history.stated,
             state,
             distance: self.history.set.position - self.history.target.last_position(),
         }
@@ -201,17 +204,12 @@ impl SetValueGuard {
     /// from its differences, and else as the positions say.
     #[must_use]
     pub fn borne_out(&self, set: &Kinematics) -> Kinematics {
-        let seen = self.envelope.state_now(&self.history.set);
-        let (velocity, acceleration) = (
-            (set.velocity - seen.velocity).abs(),
-            (set.acceleration - seen.acceleration).abs(),
-        );
-        if self.envelope.is_between_samples(velocity, acceleration) {
+        if self.envelope.bears_out(&self.history.set, set) {
             *set
         } else {
             Kinematics {
                 position: set.position,
-                ..seen
+                ..self.envelope.state_now(&self.history.set)
             }
         }
     }
@@ -318,22 +316,23 @@ impl SetValueGuard {
             .after(&self.history.set, possible.nearest(acceleration));
     }
 
-    fn set_values(&self, target: &Kinematics, state: GuardState) -> Kinematics {
-        let own = || self.envelope.state_now(&self.history.set);
-        if state != GuardState::Tracking {
-            return own();
-        }
-        // A drive feeds these forward: what no motion within the limits has is not passed on.
-        let (velocity, acceleration) = (target.velocity, target.acceleration);
-        let (v, a) = (
-            self.envelope.allows_velocity(velocity),
-            self.envelope.allows_acceleration(acceleration),
-        );
-        Kinematics {
-            position: self.history.set.position,
-            velocity: if v { velocity } else { own().velocity },
-            acceleration: if a { acceleration } else { own().acceleration },
-        }
+    /// What leaves it. Drives feed velocity and acceleration forward: they are those that a target states as long as its
+    /// positions bear them out, else those of the positions, and change no faster than the limits say.
+    fn set_values(&self, target: &Kinematics, state: GuardState, cycles: f64) -> Kinematics {
+        let (envelope, set) = (&self.envelope, &self.history.set);
+        let is_stated = state == GuardState::Tracking
+            && envelope.allows_velocity(target.velocity)
+            && envelope.allows_acceleration(target.acceleration)
+            && envelope.bears_out(set, target);
+        let wanted = if is_stated {
+            Kinematics {
+                position: set.position,
+                ..*target
+            }
+        } else {
+            envelope.state_now(set)
+        };
+        envelope.steady(&self.history.stated, &wanted, cycles)
     }
 }
 
@@ -342,6 +341,7 @@ impl GuardHistory {
     fn of(here: &Kinematics, cycle_time: f64) -> Self {
         Self {
             set: Differences::up_to(here, cycle_time),
+            stated: *here,
             target: Target::at(here, cycle_time),
             offset: 0.0,
             passed: LANDED,

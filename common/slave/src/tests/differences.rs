@@ -1,10 +1,14 @@
 //! Set positions, differenced from cycle to cycle: what a drive makes of them.
 
+use coaxle_curve::profile::Kinematics;
+
 use super::{CYCLE, SlaveAxis, SlaveParameters};
 
 /// The set positions of the last cycles of an axis.
 pub(super) struct Differences {
     last: [f64; 4],
+    /// The set values of the last cycle as they were stated.
+    stated: Kinematics,
     /// From one to the next, s.
     dt: f64,
     /// Of how many cycles in a row they are, since something that counts began.
@@ -20,6 +24,7 @@ impl Differences {
     pub(super) fn every(axis: &SlaveAxis, dt: f64) -> Self {
         Self {
             last: [axis.set().position; 4],
+            stated: axis.set(),
             dt,
             seen: 0,
         }
@@ -45,6 +50,7 @@ impl Differences {
         parameters: &SlaveParameters,
     ) -> Result<(), std::string::String> {
         self.take(axis);
+        let before = core::mem::replace(&mut self.stated, axis.set());
         self.seen += 1;
         if self.seen <= 3 {
             return Ok(());
@@ -70,6 +76,25 @@ impl Differences {
                 (p3 - 2.0 * p2 + p1) / (dt * dt),
                 most,
                 2.0 * digits / (cycle * cycle),
+            ),
+            // What is stated beside the positions keeps the limits as they do, and is theirs.
+            (
+                "stated velocity, per second,",
+                (self.stated.velocity - before.velocity) / dt,
+                most,
+                2.0 * digits / (cycle * cycle),
+            ),
+            (
+                "stated acceleration, per second,",
+                (self.stated.acceleration - before.acceleration) / dt,
+                parameters.jerk,
+                4.0 * digits / (cycle * cycle * cycle),
+            ),
+            (
+                "stated velocity, beside that of the positions,",
+                self.stated.velocity - (p3 - p2) / dt,
+                (most * dt).max(parameters.jerk * dt * dt),
+                4.0 * digits / cycle,
             ),
             (
                 "jerk",

@@ -20,6 +20,7 @@ struct Stream {
     max: f64,
     guard: SetValueGuard,
     watch: Watch,
+    stated: Kinematics,
     target: Troubled,
     random: Random,
     name: std::string::String,
@@ -56,6 +57,7 @@ impl Stream {
             max,
             guard,
             watch: Watch::at_rest(axis.origin, &axis.limits, axis.cycle_time),
+            stated: start,
             target: Troubled::new(trouble, &axis, motion, &mut random),
             random,
             name: format!("seed {seed}, {trouble:?}, {axis:?}"),
@@ -67,8 +69,48 @@ impl Stream {
         let guarded = self.guard.update(&target, elapsed);
         let used = self.watch.see(guarded.set.position, elapsed);
         assert!(used.most() <= 1.0, "{}: {used:?} {guarded:?}", self.name);
+        self.assert_stated(&guarded.set, elapsed);
         self.assert_before_walls(guarded.set.position);
         guarded.state
+    }
+
+    /// What is stated beside the positions is theirs, and keeps the limits itself.
+    fn assert_stated(&mut self, set: &Kinematics, elapsed: u32) {
+        let (limits, t) = (&self.axis.limits, self.axis.cycle_time);
+        let digits = 4.0 * f64::EPSILON * set.position.abs().max(limits.velocity());
+        let time = t * f64::from(elapsed) * (1.0 + 1e-9);
+        let most = limits.acceleration().max(limits.deceleration());
+        let before = core::mem::replace(&mut self.stated, *set);
+        let change = (set.velocity - before.velocity).abs();
+        assert!(
+            change <= most * time + 2.0 * digits / t,
+            "{}: {before:?} {set:?}",
+            self.name
+        );
+        let change = (set.acceleration - before.acceleration).abs();
+        let rounding = 4.0 * digits / (t * t);
+        assert!(
+            change <= limits.jerk() * time + rounding,
+            "{}: {before:?} {set:?}",
+            self.name
+        );
+        if let Some(seen) = self.watch.state_now() {
+            // What a motion can differ by from its differences, and what is cut off, after skipped cycles too; and three
+            // percent for the pace of the clock that it was stated in.
+            let jerk = limits.jerk().min(2.0 * most / t) * (1.0 + 1e-6);
+            let off = (set.velocity - seen.velocity).abs();
+            assert!(
+                off <= 3.0 * jerk * t * t + 0.03 * seen.velocity.abs() + 8.0 * digits / t,
+                "{}: {off} {seen:?} {set:?}",
+                self.name
+            );
+            let off = (set.acceleration - seen.acceleration).abs();
+            assert!(
+                off <= 3.0 * jerk * t + 0.06 * seen.acceleration.abs() + 16.0 * digits / (t * t),
+                "{}: {off} {seen:?} {set:?}",
+                self.name
+            );
+        }
     }
 
     fn assert_before_walls(&self, position: f64) {

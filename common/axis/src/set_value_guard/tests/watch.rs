@@ -87,6 +87,18 @@ impl Watch {
         }
     }
 
+    /// Velocity and acceleration as the last three positions say them; none where a cycle between them was skipped.
+    pub(super) fn state_now(&self) -> Option<Kinematics> {
+        let [_, p1, p2, p3] = self.positions;
+        let t = self.cycle_time;
+        let acceleration = (p3 - 2.0 * p2 + p1) / (t * t);
+        (self.times[3] - self.times[0] <= 3.0).then(|| Kinematics {
+            position: p3,
+            velocity: (p3 - p2) / t + acceleration * t / 2.0,
+            acceleration,
+        })
+    }
+
     /// Whether the speed stays within its limit when the acceleration is led to zero.
     pub(super) fn can_keep_velocity(&self) -> bool {
         let [_, p1, p2, p3] = self.positions;
