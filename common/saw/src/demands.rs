@@ -202,6 +202,10 @@ impl Effort {
     fn add(&mut self, standstills: &[f64], turns: &[f64], at: impl Fn(f64) -> Sample) {
         let mut from = 0.0;
         for &to in standstills.iter().chain(core::iter::once(&1.0)) {
+            // A way that begins or ends at a standstill has nothing before or behind it, and a velocity of 0 has no sign.
+            if to <= from {
+                continue;
+            }
             let direction = at(from + (to - from) / 2.0).velocity.signum();
             self.add_at(&at(from), direction);
             for &turn in turns.iter().filter(|&&turn| turn > from && turn < to) {
@@ -267,6 +271,19 @@ mod tests {
             demands.slowing_down,
         ];
         extremes.map(|extreme| (extreme.master, extreme.value))
+    }
+
+    /// A slave that starts at rest towards smaller positions was taken to slow down, by all of its acceleration.
+    #[test]
+    fn a_start_from_rest_slows_nothing_down_either_way() {
+        for side in [1.0, -1.0] {
+            let ramp = Piece::curved_ramp(0.0, 2.0, 0.0, (0.0, side * 3.0), side * 4.0);
+            let demands = ramp.demands(1.0);
+            assert!(demands.speeding_up.value >= 2.99, "{side}: {demands:?}");
+            assert!(demands.slowing_down.value < 1e-9, "{side}: {demands:?}");
+            let back = Piece::quintic(0.0, 2.0, (0.0, side * 2.0, 0.0), (side * 2.0, 0.0));
+            assert!(back.demands(1.0).speeding_up.value < 1e-9, "{side}");
+        }
     }
 
     proptest! {

@@ -170,7 +170,13 @@ impl Span<'_> {
             .contains(SyncMask::PREFER_CONST_VELO);
         let difference = self.slave - self.task.ratio * self.master;
         let out_of_place = difference.abs() > NEGLIGIBLE * self.slave.abs();
-        self.task.master_velocity != 0.0 && (preferred || (self.has_sync_slope() && out_of_place))
+        // A slave that is on the line already needs no ramps, and those would be of no length.
+        let wanted = if self.has_sync_slope() {
+            out_of_place
+        } else {
+            preferred
+        };
+        self.task.master_velocity != 0.0 && wanted
     }
 
     fn has_sync_slope(&self) -> bool {

@@ -48,6 +48,20 @@ pub enum Refusal {
     /// The coupling, or the change to it, is not possible.
     #[error("{0}")]
     Coupling(CouplingRefusal),
+    /// The motion under way takes what the axis can do, and leaves nothing to add anything with.
+    #[error(
+        "{:#06x}: {field}: the motion under way takes {taken}, expected at most {passes} for something to be added to it: \
+         command that motion with less {field}, or add to it when it has come to its end",
+        self.code()
+    )]
+    NothingLeft {
+        /// Of which limit.
+        field: &'static str,
+        /// What the motion takes of it.
+        taken: f64,
+        /// The most that it may take.
+        passes: f64,
+    },
     /// A value that this command needs here.
     #[error("{:#06x}: {field}: received none, expected one: the coupling has no constant ratio", self.code())]
     NotGiven {
@@ -104,6 +118,7 @@ impl Refusal {
                 _ => 0x4b05,
             },
             Self::WeakerStop { .. } => 0x42ef,
+            Self::NothingLeft { .. } => 0x42dd,
             Self::NotAtRest { .. } => 0x425a,
             Self::Guard(refusal) => refusal.code(),
             Self::NoMaster | Self::DriveElsewhere { .. } | Self::CutNotInSync { .. } => 0x4b09,

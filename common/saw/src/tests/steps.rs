@@ -73,3 +73,24 @@ fn a_slave_with_the_gears_velocity_makes_up_its_place_at_the_acceleration_limit(
     assert!((extremes.acceleration.maximum.value - 500.0).abs() < 1e-9);
     assert!((extremes.acceleration.minimum.value + 500.0).abs() < 1e-9);
 }
+
+#[test]
+fn a_slave_in_place_already_stays_so_whatever_it_prefers() {
+    for mask in [SyncMask::PREFER_CONST_VELO, SyncMask::empty()] {
+        let start = moment((0.0, 100.0), (50.0, 100.0));
+        let mode = SyncMode::position_based(mask);
+        let command = to_position(1.0, (300.0, 350.0), mode, dynamics(500.0, 1e4));
+        let plan = command.plan(&start).expect("there is nothing to do");
+        let extremes = plan.characteristics(1).extremes;
+        assert!(
+            extremes.acceleration.magnitude() < 1e-9,
+            "{mask:?} {extremes:?}"
+        );
+        let half = plan.slave_of(&Kinematics {
+            position: 150.0,
+            velocity: 100.0,
+            acceleration: 0.0,
+        });
+        assert!((half.position - 200.0).abs() < 1e-9 && (half.velocity - 100.0).abs() < 1e-9);
+    }
+}

@@ -1,7 +1,7 @@
 //! What is added to a motion: a shift of the master before the coupling, and a distance after it,
 //! before the guard.
 
-use coaxle_axis::guard::{GuardRefusal, check_number, limits, limits_within};
+use coaxle_axis::guard::{check_number, limits, limits_within};
 use coaxle_axis::{Dynamics, Masters};
 use coaxle_curve::profile::{Kinematics, Limits, to_position};
 
@@ -13,6 +13,9 @@ use crate::shift::sum;
 
 /// What is left to masters that ripple, of velocity and acceleration.
 const RESERVE: f64 = 0.01;
+
+/// The least part of a limit that something is added with: with less it would take for ever.
+const LEAST_LEFT: f64 = 1e-3;
 
 /// What the motion under way takes of the limits, at most: its speed, its acceleration and its jerk,
 /// as far as that is its own.
@@ -108,25 +111,27 @@ impl SlaveAxis {
     }
 
     /// What is left of the limits, in units of something that moves the slave by `gain` as much.
-    fn left(&self, taken: &Taken, gain: f64) -> Result<Limits, GuardRefusal> {
+    fn left(&self, taken: &Taken, gain: f64) -> Result<Limits, Refusal> {
         let own = self.guard.limits();
         let slowest = own.acceleration().min(own.deceleration());
         let left = |field, limit: f64, taken: f64, reserve: f64| {
             let left = limit * (1.0 - reserve) - taken;
-            if left > 1e-3 * limit {
+            let least = LEAST_LEFT * limit;
+            if left > least {
                 Ok(left)
             } else {
-                Err(GuardRefusal::AboveLimit {
+                Err(Refusal::NothingLeft {
                     field,
-                    received: taken,
-                    limit: limit * (1.0 - reserve),
+                    taken,
+                    passes: limit * (1.0 - reserve) - least,
                 })
             }
         };
         let velocity = left("velocity", own.velocity(), taken.velocity, taken.reserve)?;
         let acceleration = left("acceleration", slowest, taken.acceleration, taken.reserve)?;
         let jerk = left("jerk", own.jerk(), taken.jerk, 0.0)?;
-        limits([velocity, acceleration, acceleration, jerk].map(|limit| limit / gain))
+        let left = [velocity, acceleration, acceleration, jerk].map(|limit| limit / gain);
+        Ok(limits(left)?)
     }
 }
 

@@ -1,7 +1,9 @@
 //! A distance that is added to whatever moves the axis.
 
 use super::*;
+use crate::Refusal;
 use coaxle_axis::{AxisStatus, CommandState};
+use std::string::ToString;
 
 fn superimposed(distance: f64) -> Command {
     Command::MoveSuperimposed {
@@ -163,6 +165,44 @@ fn what_a_motion_of_its_own_leaves_of_the_jerk_is_all_there_is() {
     run(&mut axis, 10);
     let refused = axis.plan(&superimposed(5.0)).unwrap_err();
     assert!(
-        std::string::ToString::to_string(&refused).starts_with("0x42dd: jerk: received 100000")
+        std::string::ToString::to_string(&refused)
+            .starts_with("0x42dd: jerk: the motion under way takes 100000")
     );
+}
+
+/// A move that takes all of the acceleration leaves none: the refusal says what would pass, and that does.
+#[test]
+fn what_leaves_nothing_to_add_with_is_said_with_what_would() {
+    let begin = |acceleration: f64| {
+        let mut axis = powered(&PARAMETERS);
+        let dynamics = Dynamics {
+            acceleration: Some(acceleration),
+            deceleration: Some(acceleration),
+            jerk: Some(50_000.0),
+        };
+        let base = Command::MoveAbsolute {
+            position: 500.0,
+            velocity: Some(400.0),
+            dynamics,
+        };
+        start(&mut axis, &base);
+        run(&mut axis, 20);
+        axis
+    };
+    let refused = begin(4_000.0).command(&superimposed(5.0)).unwrap_err();
+    let Refusal::NothingLeft { field, passes, .. } = refused else {
+        panic!("{refused}");
+    };
+    assert_eq!((field, refused.code()), ("acceleration", 0x42dd));
+    assert!(
+        refused
+            .to_string()
+            .contains("takes 4000, expected at most 3996"),
+        "{refused}"
+    );
+    let mut axis = begin(passes - 1.0);
+    let job = start(&mut axis, &superimposed(5.0));
+    run_within(&mut axis, 20_000);
+    assert_eq!(axis.progress(job), CommandState::Done);
+    assert_eq!(axis.set(), Kinematics::at_rest(505.0));
 }
