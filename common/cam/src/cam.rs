@@ -238,6 +238,11 @@ impl Cam {
         }
     }
 
+    /// Why points that were written were not taken when they were due, once for each write.
+    pub fn take_held_back(&mut self) -> Option<CouplingError> {
+        self.coupling.as_mut()?.take_held_back()
+    }
+
     /// `MC_CamInfo`, as [`CamCoupling::info`]: of a coupling that broke off, what it was.
     ///
     /// # Errors

@@ -56,6 +56,10 @@ pub struct CamCoupling {
     /// Whether written points wait for this slave, as of so many writes.
     data_waits: bool,
     writes_seen: u32,
+    /// Why written points were not taken when they were due, which nobody has been told of, and as of how many writes somebody
+    /// was.
+    pub(super) held_back: Option<CouplingError>,
+    pub(super) held_back_writes: Option<u32>,
     pub(super) ramp: Option<Ramp>,
     /// Set values of the last cycle.
     pub(super) master: Kinematics,
@@ -93,6 +97,8 @@ impl CamCoupling {
             has_queue: false,
             data_waits: false,
             writes_seen: 0,
+            held_back: None,
+            held_back_writes: None,
             ramp: None,
             master: Kinematics::default(),
             slave: Kinematics::default(),
@@ -125,6 +131,12 @@ impl CamCoupling {
         };
         self.apply(tables, &change, job);
         Ok(job)
+    }
+
+    /// Why points that were written were not taken when they were due, once for each write: they wait for the next time, at
+    /// which nothing may be different.
+    pub const fn take_held_back(&mut self) -> Option<CouplingError> {
+        self.held_back.take()
     }
 
     /// One cycle: what is due takes effect, and the slave's set values for the master's.

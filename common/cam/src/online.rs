@@ -52,6 +52,15 @@ impl CamCoupling {
             plate,
         };
         let ramp = self.moving(tables, index, next_placed, &mode.jump, &moment);
+        // As soon as possible is what waits for another place in the next cycle.
+        let has_a_place = mode.activation.mode != ActivationMode::AsSoonAsPossible;
+        if let Err(error) = ramp
+            && has_a_place
+            && self.held_back_writes != Some(tables.writes())
+        {
+            self.held_back_writes = Some(tables.writes());
+            self.held_back = Some(error);
+        }
         if let Ok(ramp) = ramp
             && let (Some(layer), Some(versions)) =
                 (&mut self.layers[index], tables.versions_mut(&layer.table))

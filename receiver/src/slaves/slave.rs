@@ -100,6 +100,9 @@ impl Slave {
 
     /// What became of jobs that have come to their end: some are refused only when they are due.
     fn take_ended_jobs(&mut self) {
+        if let Some(held_back) = self.axis.take_held_back() {
+            self.note_refusal(held_back);
+        }
         while let Some(EndedJob { job, state }) = self.axis.take_ended() {
             let CommandState::Failed(JobError::Refused(refusal)) = state else {
                 continue;

@@ -253,3 +253,29 @@ fn coupled_again_while_its_own_points_wait_they_go_on_waiting() {
         }
     }
 }
+
+/// Points for a place of the plate where they make the slave jump waited for ever, and nobody was told.
+#[test]
+fn what_is_held_back_is_said_once() {
+    let mut rig = rig();
+    set(
+        &mut rig,
+        OnlineChangeMode {
+            activation: Activation::at(ActivationMode::AtMasterCamPos, 100.0),
+            ..OnlineChangeMode::default()
+        },
+    );
+    rig.lead(60.0, 1.0);
+    rig.tables.write(PLATE, &[rest(2, 120.0, 20.0)]).unwrap();
+    rig.lead(99.0, 1.0);
+    assert_eq!(rig.coupling.take_held_back(), None);
+    rig.lead(101.0, 1.0);
+    let why = rig.coupling.take_held_back().expect("it is said");
+    assert_eq!(why.code(), 0x421A, "{why}");
+    rig.lead(360.0 + 101.0, 1.0);
+    assert_eq!(rig.coupling.take_held_back(), None, "once");
+    assert!(queued(&rig));
+    rig.tables.write(PLATE, &[rest(2, 120.0, 21.0)]).unwrap();
+    rig.lead(720.0 + 101.0, 1.0);
+    assert!(rig.coupling.take_held_back().is_some());
+}

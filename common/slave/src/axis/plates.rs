@@ -10,6 +10,8 @@ use coaxle_cam::{
 use coaxle_saw::{SawRefusal, saw_table_id};
 
 use super::SlaveAxis;
+use crate::couplings::CouplingRefusal;
+use crate::refusal::Refusal;
 
 impl SlaveAxis {
     /// `MC_CamTableSelect`: the plates that the axis can be coupled by, which nobody else has. The ids are those of its
@@ -69,6 +71,13 @@ impl SlaveAxis {
         let limits = CamLimits::of(self.guard.limits(), self.cycle_time);
         let axes = [master_axis_id, slave_axis_id];
         self.couplings.cam.prepare(limits, axes)
+    }
+
+    /// Why points of a plate were not taken by the coupling when they were due, once for each time that points are written: they
+    /// go on waiting.
+    pub fn take_held_back(&mut self) -> Option<Refusal> {
+        let why = self.couplings.cam.take_held_back()?;
+        Some(Refusal::Coupling(CouplingRefusal::Cam(why)))
     }
 
     /// Lends the axis the plates that it shares with others: always the same store. It needs them whenever it is told or
