@@ -7,6 +7,7 @@ mod far;
 mod far_limits;
 mod form;
 mod masters;
+mod notes;
 mod publish;
 mod slave;
 mod standby;

@@ -20,9 +20,8 @@ pub struct WrongEncoder {
 const SHORT: &str = "master.encoder";
 
 impl ReceiverConfig {
-    /// What is worth a word to whoever runs the node, though it can be run: a line each.
-    #[must_use]
-    pub fn notes(&self) -> Vec<String> {
+    /// What of the encoders is worth a word, though the node can be run.
+    pub(super) fn notes_on_encoders(&self) -> Vec<String> {
         let axes = self.encoders().filter(|(axis, _, encoder)| {
             self.far_axis_unit(*axis).as_str() == "mm" && encoder.increment > COARSE_INCREMENT_MM
         });

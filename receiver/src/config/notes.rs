@@ -1,0 +1,52 @@
+//! What of a config is worth a word, though it can be run.
+
+use super::{ReceiverConfig, SlaveConfig};
+
+impl ReceiverConfig {
+    /// What is worth a word to whoever runs the node, though it can be run: a line each.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = self.notes_on_encoders();
+        let slaves = self.slaves.iter().enumerate();
+        notes.extend(slaves.filter_map(|(n, slave)| note_on_drive(n, slave)));
+        notes
+    }
+}
+
+/// A slave that may be faster than its drive is left by it: its set values are within limits, its position is not.
+fn note_on_drive(n: usize, slave: &SlaveConfig) -> Option<String> {
+    let received = slave.limits?.velocity;
+    let most = Some(slave.drive.simulated().max_velocity).filter(|most| *most > 0.0)?;
+    (received > most).then(|| {
+        format!(
+            "slave[{n}].limits.velocity: received {received}, recommended at most {most}, the max-velocity of its drive: \
+             where the slave is faster than that, its drive falls behind"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_beyond_those_of_the_drive_are_worth_a_note() {
+        let notes = |velocity: f64, drive: &str| {
+            let text = format!(
+                "name = 'a'\ncycle-time-us = 1000\nmaster.node = 'b'\nslave = [{{ limits = {{ velocity = {velocity}, acceleration = 1e3, \
+                 jerk = 1e4 }}, drive = {{ {drive} }} }}]"
+            );
+            let config: ReceiverConfig =
+                coaxle_node::config::parse("a.toml", &text).expect("a config");
+            config.notes()
+        };
+        let said = notes(2_000.0, "max-velocity = 1500.0");
+        assert_eq!(said.len(), 1);
+        assert!(
+            said[0]
+                .starts_with("slave[0].limits.velocity: received 2000, recommended at most 1500")
+        );
+        assert!(notes(1_500.0, "max-velocity = 1500.0").is_empty());
+        assert!(notes(2_000.0, "").is_empty());
+    }
+}
