@@ -23,7 +23,8 @@ pub struct SlaveParameters {
     /// Highest deceleration, u/s². The same as the acceleration by default.
     #[cfg_attr(feature = "serde", serde(default))]
     pub deceleration: Option<f64>,
-    /// Highest jerk, u/s³.
+    /// Highest jerk, u/s³. None if it is not given: the acceleration changes within a cycle.
+    #[cfg_attr(feature = "serde", serde(default = "no_jerk_limit"))]
     pub jerk: f64,
     /// Lower software limit, u.
     #[cfg_attr(feature = "serde", serde(default))]
@@ -45,6 +46,12 @@ pub struct SlaveParameters {
     /// two increments per cycle and cycle count as none then, for a flying saw (TS5055 7).
     #[cfg_attr(feature = "serde", serde(default))]
     pub master_increment: Option<f64>,
+}
+
+/// The largest of all limits: a jerk within it is whatever the acceleration needs.
+#[cfg(feature = "serde")]
+const fn no_jerk_limit() -> f64 {
+    1e15
 }
 
 /// What a coupled slave does when its master is lost or in error.
