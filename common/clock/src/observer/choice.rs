@@ -38,6 +38,9 @@ const GOOD_ENOUGH: f64 = 0.3e-6;
 /// From so many seconds on the lines are known well enough to go on where the other one was.
 const KNOWN_AFTER: f64 = 20.0;
 
+/// The standard deviation of what is as likely anywhere between 0 and 1: 1/√12.
+const UNIFORM: f64 = 0.288_675_134_594_812_9;
+
 /// Chooses the line to follow.
 #[derive(Clone, Debug)]
 pub(super) struct Choice {
@@ -51,6 +54,8 @@ pub(super) struct Choice {
     carry: f64,
     /// By how much the edge jumped lately, s.
     edge_jump: f64,
+    /// What arrivals on a grid that nobody knows yet leave open, as a standard deviation, s.
+    cells_unseen: f64,
     /// How many small jumps there were lately, and when the last one was, s.
     small_shifts: f64,
     last_small_shift: f64,
@@ -66,6 +71,7 @@ impl Choice {
             contrary: 0,
             carry: 0.0,
             edge_jump: 0.0,
+            cells_unseen: 0.0,
             small_shifts: 0.0,
             last_small_shift: 0.0,
         }
@@ -148,6 +154,12 @@ impl Choice {
         self.edge.shift(by);
     }
 
+    /// Something else than the sender decides when messages are seen: within such a time, s, after they came, as they are polled at
+    /// least that often. Anything in it is as likely.
+    pub(super) fn cells_unseen(&mut self, cell: f64) {
+        self.cells_unseen = cell * UNIFORM;
+    }
+
     /// How sure the line that is followed is, if its filter has this variance, s.
     pub(super) fn sigma(&self, offset_variance: f64) -> f64 {
         let (steadiness, doubt) = if self.by_edge {
@@ -162,7 +174,7 @@ impl Choice {
         } else {
             0.0
         };
-        together(sigma, missed.max(jumped))
+        together(sigma, missed.max(jumped).max(self.cells_unseen))
     }
 
     /// Looks at both lines as they are at `time`, `age` seconds after the start. By how much the line

@@ -176,7 +176,7 @@ impl PhaseObserver {
         let ahead = time - followed.at as f64 * self.seconds_per_count;
         let Estimate { offset, drift, .. } = followed.estimate;
         let line = (offset + drift * ahead, drift);
-        let cell = stream.resolution.cell();
+        let cell = stream.resolution.cell().max(stream.resolution.polled());
         let step = stream.drift_steps.observe(time, phase, line, cell);
         // Before, the line is still being found.
         let is_plausible = |step: &DriftStep| libm::fabs(step.estimate.drift) < LARGEST_DRIFT;
@@ -239,7 +239,7 @@ impl PhaseObserver {
     }
 
     /// Both lines begin anew from `estimate`, which is of the count `at`; the drift is another one by `change`.
-    fn begin_line_anew(&mut self, at: i64, estimate: &Estimate, change: f64) {
+    pub(super) fn begin_line_anew(&mut self, at: i64, estimate: &Estimate, change: f64) {
         let Some(stream) = &mut self.stream else {
             return;
         };

@@ -24,6 +24,9 @@ impl PhaseObserver {
         let Some(shift) = self.shift_line(arrived, newest) else {
             return;
         };
+        if self.is_tooth(newest, shift) {
+            return;
+        }
         let evidence = self.evidence();
         let cycles = skipped_cycles(shift, self.seconds_per_count, evidence, &self.parameters);
         let jump = Jump {
@@ -54,9 +57,17 @@ impl PhaseObserver {
         let line = stream.line.as_mut()?;
         let age = (arrived - self.progress.since).as_secs_f64();
         let moved = self.jitter.moved();
-        let shift = self.jitter.locate(self.detector.recent(), 1e20).most_likely - moved;
+        let polled = stream.resolution.polled();
+        let (shift, variance) = if polled > 0.0 {
+            // Anywhere in a cell.
+            let middle = median(*self.detector.recent());
+            (middle - 0.5 * polled, polled * polled / 12.0)
+        } else {
+            let located = self.jitter.locate(self.detector.recent(), 1e20).most_likely;
+            (located - moved, self.jitter.variance())
+        };
         let is_small = libm::fabs(shift) * 1e3 < self.parameters.smallest_skip_ms;
-        let shift = if age < DRIFT_IS_KNOWN_AFTER && is_small {
+        let shift = if polled == 0.0 && age < DRIFT_IS_KNOWN_AFTER && is_small {
             // Soon after the start: the line was wrong in more than its offset. By no more than that, though.
             let drift = self.parameters.expected_drift_ppm * 1e-6;
             let before = line.bank.combined().offset;
@@ -67,7 +78,7 @@ impl PhaseObserver {
             *line = Line::first(newest, &recent, &mut self.jitter, drift);
             line.bank.combined().offset - before
         } else {
-            line.bank.shift(shift, self.jitter.variance());
+            line.bank.shift(shift, variance);
             line.bounds = Line::bounds(&line.bank, &self.jitter);
             shift
         };
@@ -139,4 +150,8 @@ impl PhaseObserver {
             self.events.rebase();
         }
     }
+}
+
+fn median<const N: usize>(mut values: [f64; N]) -> f64 {
+    *values.select_nth_unstable_by(N / 2, f64::total_cmp).1
 }

@@ -27,6 +27,7 @@ mod correlation;
 mod counts;
 mod drift_change;
 mod drift_step;
+mod echo;
 mod edge;
 mod far_line;
 mod filter;
@@ -46,6 +47,7 @@ mod shift;
 mod show;
 mod steadiness;
 mod stream;
+mod teeth;
 
 pub(crate) use bank::Bank;
 pub use drift_change::SuspectedDrift;
@@ -62,6 +64,7 @@ use choice::Choice;
 use counts::{Counts, News};
 use drift_change::DriftChange;
 use drift_step::DriftSteps;
+use echo::Echo;
 use edge::Edge;
 use far_line::within_largest;
 use filter::Estimate;
@@ -72,6 +75,7 @@ use progress::{Events, Progress};
 use resolution::Resolution;
 use shift::ShiftDetector;
 use stream::{BLOCK, Line, Residual, Stream};
+use teeth::{Teeth, within_cell};
 
 /// How sure is sure enough is a part of the jitter: where the edge is followed, points that scatter by x
 /// are worth a jitter of so many times x.
@@ -193,6 +197,10 @@ impl PhaseObserver {
         let phase = sent - stream.first_arrival - self.data_cycle_time * count;
         let phase = phase.as_secs_f64();
         let value = phase - stream.expected(count, self.seconds_per_count);
+        if let Some(stamp) = send_stamp {
+            let stamp = stamp.as_secs_f64();
+            stream.echo.take(count, phase + stamp, stamp);
+        }
         let time = count as f64 * self.seconds_per_count;
         self.take_edge(time, phase, arrived);
         self.suspect_drift_step(time, phase, arrived);
@@ -228,6 +236,10 @@ impl PhaseObserver {
         let Some(stream) = &mut self.stream else {
             return;
         };
+        // The edge of teeth is no line.
+        if stream.resolution.polled() > 0.0 {
+            return;
+        }
         stream.edge.observe(time, phase);
         let (jump, shift) = (stream.edge.take_jump(), stream.edge.take_shift());
         stream.choice.edge_jumped(jump);
@@ -249,8 +261,8 @@ impl PhaseObserver {
         let Some(stream) = &mut self.stream else {
             return;
         };
-        stream.resolution.take(arrived);
-        let coarse = self.jitter.cell() > 0.0;
+        stream.resolution.take(residual.count, arrived);
+        let coarse = self.jitter.cell() > 0.0 || stream.resolution.polled() > 0.0;
         let is_queue = gap * 2 < self.data_cycle_time;
         let held_up = !coarse && stream.is_held_up(residual.value, gap, is_queue);
         if !held_up {
@@ -308,6 +320,8 @@ impl PhaseObserver {
             held_up: 0,
             line: None,
             resolution: Resolution::new(self.data_cycle_time),
+            echo: Echo::default(),
+            teeth: Teeth::default(),
             edge: Edge::new(
                 self.seconds_per_count,
                 self.parameters.smallest_skip_ms * 1e-3,
@@ -358,6 +372,9 @@ impl PhaseObserver {
     }
 
     fn end_block(&mut self, arrived: Instant<Local>) {
+        if self.take_level(arrived) {
+            return;
+        }
         let Some(stream) = &mut self.stream else {
             return;
         };
@@ -412,7 +429,11 @@ impl PhaseObserver {
         let age = (arrived - self.progress.since).as_secs_f64();
         let width = self.jitter.width();
         let mut variance = all.offset_variance + line.bank.bias_variance();
-        if let Some(edge) = stream.edge.line() {
+        let polled = stream.resolution.polled();
+        if polled > 0.0 {
+            let ahead = middle.saturating_sub(line.at).max(0) as f64 * self.seconds_per_count;
+            variance = within_cell(all, ahead, line.bank.drift_walk(), polled);
+        } else if let Some(edge) = stream.edge.line() {
             let time = middle as f64 * self.seconds_per_count;
             if self.jitter.cell() == 0.0 {
                 stream.choice.suspect(line.bank.correlated().factor());

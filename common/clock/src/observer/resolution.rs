@@ -9,17 +9,21 @@ use crate::instant::{Instant, Local, Span};
 /// A finer resolution does not matter, ns.
 const COARSE: u64 = 5_000;
 
-/// What all differences are multiples of is the sender's pace and no resolution, from so many tenths of a
+/// What all differences are multiples of may be the sender's pace instead of a resolution, from so many tenths of a
 /// cycle on: arrivals without any jitter come exactly a cycle after each other.
 const PACE_IN_TENTHS: u64 = 9;
 
 /// Finds the resolution of arrivals: all differences are multiples of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Resolution {
-    first: Option<Instant<Local>>,
+    first: Option<(i64, Instant<Local>)>,
     divisor: u64,
-    /// As wide as this is no cell, ns.
+    /// As wide as this may be no cell, ns.
     pace: u64,
+    /// An arrival was not where the pace would have it, so what is as wide is a cell.
+    is_no_pace: bool,
+    /// The cell that teeth showed, s: see [`set_polled`](Self::set_polled).
+    of_teeth: f64,
 }
 
 impl Resolution {
@@ -29,23 +33,46 @@ impl Resolution {
             first: None,
             divisor: 0,
             pace: data_cycle_time.as_nanos().unsigned_abs() / 10 * PACE_IN_TENTHS,
+            is_no_pace: false,
+            of_teeth: 0.0,
         }
     }
 
-    pub(super) fn take(&mut self, arrived: Instant<Local>) {
-        let first = *self.first.get_or_insert(arrived);
+    /// Takes the arrival of a count.
+    pub(super) fn take(&mut self, count: i64, arrived: Instant<Local>) {
+        let (first_count, first) = *self.first.get_or_insert((count, arrived));
         // Once it is fine it stays so.
         if self.divisor == 0 || self.divisor >= COARSE {
-            self.divisor = divisor(self.divisor, (arrived - first).as_nanos().unsigned_abs());
+            let passed = (arrived - first).as_nanos();
+            self.divisor = divisor(self.divisor, passed.unsigned_abs());
+            let paced = (self.divisor as i64).wrapping_mul(count.wrapping_sub(first_count));
+            let beside = passed.wrapping_sub(paced).unsigned_abs();
+            self.is_no_pace |= self.divisor >= self.pace && beside == self.divisor;
         }
     }
 
-    /// The width of a cell, s; 0 where it is so fine that it does not matter.
+    /// Phases were level, then jumped by so much, and were level again: where somebody polls for messages, and sees them a
+    /// little late each time.
+    pub(super) const fn set_polled(&mut self, cell: f64) {
+        self.of_teeth = cell;
+    }
+
+    /// The width of a cell of a coarse clock, s; 0 where it is so fine that it does not matter.
     pub(super) fn cell(&self) -> f64 {
         if (COARSE..self.pace).contains(&self.divisor) {
             self.divisor as f64 * 1e-9
         } else {
             0.0
+        }
+    }
+
+    /// How long before it is seen a message may have come, s: where somebody polls for messages; else 0. A coarse clock shows
+    /// the beginning of a cell, and who polls sees a message at its end.
+    pub(super) fn polled(&self) -> f64 {
+        if self.is_no_pace && self.divisor >= self.pace {
+            self.divisor as f64 * 1e-9
+        } else {
+            self.of_teeth
         }
     }
 }
@@ -156,12 +183,12 @@ mod tests {
     fn the_resolution_is_what_divides_all_differences() {
         let mut resolution = Resolution::new(Span::from_millis(1));
         for k in [7, 9, 12, 30, 31] {
-            resolution.take(Instant::from_nanos(123 + 50_000 * k));
+            resolution.take(k, Instant::from_nanos(123 + 50_000 * k));
         }
         assert_eq!(resolution.cell(), 50e-6);
-        resolution.take(Instant::from_nanos(123 + 50_000 * 40 + 17));
+        resolution.take(40, Instant::from_nanos(123 + 50_000 * 40 + 17));
         assert_eq!(resolution.cell(), 0.0);
-        resolution.take(Instant::from_nanos(123 + 50_000 * 50));
+        resolution.take(50, Instant::from_nanos(123 + 50_000 * 50));
         assert_eq!(resolution.cell(), 0.0, "once fine, always fine");
     }
 
@@ -170,14 +197,28 @@ mod tests {
         let cycle = 1_000_030;
         let mut resolution = Resolution::new(Span::from_millis(1));
         for k in [0, 1, 2, 3, 5] {
-            resolution.take(Instant::from_nanos(123 + cycle * k));
+            resolution.take(k, Instant::from_nanos(123 + cycle * k));
             assert_eq!(resolution.cell(), 0.0);
         }
         // Nor is it if only every other message came as yet.
         let mut resolution = Resolution::new(Span::from_millis(1));
         for (k, cell) in [(0, 0.0), (40, 0.0), (80, 0.0), (101, 50e-6)] {
-            resolution.take(Instant::from_nanos(50_000 * k));
+            resolution.take(k / 20, Instant::from_nanos(50_000 * k));
             assert_eq!(resolution.cell(), cell, "{k}");
+        }
+    }
+
+    #[test]
+    fn a_grid_of_a_whole_cycle_shows_when_a_cycle_is_left_out_or_comes_twice() {
+        let millis = |ms| Instant::from_nanos(123 + 1_000_000 * ms);
+        for beside in [1, -1] {
+            let mut resolution = Resolution::new(Span::from_millis(1));
+            for count in [0, 1, 2, 5, 9] {
+                resolution.take(count, millis(count));
+                assert_eq!(resolution.polled(), 0.0);
+            }
+            resolution.take(10, millis(10 + beside));
+            assert_eq!((resolution.cell(), resolution.polled()), (0.0, 1e-3));
         }
     }
 

@@ -4,6 +4,7 @@ use super::far_line::within_largest;
 use super::output::Shown;
 use super::report::{ObserverLine, ObserverOutput, ObserverState};
 use super::stream::BLOCK;
+use super::teeth::within_cell;
 use super::{Followed, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds};
 use crate::numbers::together;
@@ -110,7 +111,10 @@ impl PhaseObserver {
             let drift_variance = estimate.drift_variance + dt * walk;
             output.drift_ppm = (1.0 / (1.0 + within_largest(estimate.drift)) - 1.0) * 1e6;
             let mut variance = estimate.offset_variance_after(dt, walk);
-            if stream.choice.is_edge() {
+            let polled = stream.resolution.polled();
+            if polled > 0.0 {
+                variance = within_cell(&estimate, dt, walk, polled);
+            } else if stream.choice.is_edge() {
                 output.line = ObserverLine::LowerEdge;
             } else {
                 variance += line.bank.bias_variance();

@@ -4,10 +4,12 @@ use super::bank::Bank;
 use super::choice::Choice;
 use super::counts::Counts;
 use super::drift_step::DriftSteps;
+use super::echo::Echo;
 use super::edge::Edge;
 use super::jitter::{FIRST_BLOCK, Jitter};
 use super::resolution::Resolution;
 use super::shift::Bounds;
+use super::teeth::Teeth;
 use crate::instant::{Instant, Local, Remote, Span};
 
 /// Messages that make one measurement.
@@ -33,6 +35,10 @@ pub(super) struct Stream {
     /// None until the first block is full.
     pub(super) line: Option<Line>,
     pub(super) resolution: Resolution,
+    /// Whether arrivals echo the send stamps.
+    pub(super) echo: Echo,
+    /// The last jumps of the phase.
+    pub(super) teeth: Teeth,
     /// The lower edge of the same phases.
     pub(super) edge: Edge,
     /// Which of the two is followed.

@@ -1,3 +1,4 @@
+mod coarse;
 pub(super) mod delays;
 mod edge_followed;
 
@@ -28,6 +29,11 @@ struct World {
     silent: bool,
     /// Messages say how late they were sent: not at all.
     stamped: bool,
+    /// And this one says it as it is.
+    wakes_late: bool,
+    /// Arrivals are seen at multiples of this only, ns, and by so much later, as an exponential mean, ns.
+    grid: i64,
+    seen_late: f64,
     outputs: Vec<ObserverOutput>,
     /// When they were asked for, ns.
     asked: Vec<i64>,
@@ -54,27 +60,43 @@ impl World {
             extra: None,
             silent: false,
             stamped: false,
+            wakes_late: false,
+            grid: 0,
+            seen_late: 0.0,
             outputs: Vec::new(),
             asked: Vec::new(),
         }
     }
 
-    /// How late the next message is, ns.
-    fn jitter(&mut self) -> f64 {
-        let normal = self.normal * self.random.normal();
+    /// How late the next message is, ns, if it is sent so late.
+    fn jitter(&mut self, normal: f64) -> f64 {
         let jitter = normal + self.exponential * self.random.exponential();
         let passed = self.cycle.as_secs_f64();
         let extra = self.extra.as_mut();
         jitter + extra.map_or(0.0, |extra| extra.after(passed, &mut self.random))
     }
 
+    /// When an arrival is seen, ns.
+    fn seen(&mut self, arrived: i64) -> i64 {
+        if self.grid == 0 {
+            return arrived;
+        }
+        let late = self.seen_late * self.random.exponential();
+        (arrived + self.grid - 1).div_euclid(self.grid) * self.grid + late as i64
+    }
+
     /// One cycle of both; the message is observed when it arrives.
     fn step(&mut self) -> ObserverOutput {
-        let jitter = self.jitter();
-        let arrived: Instant<Local> = Instant::from_nanos((self.due + self.delay + jitter) as i64);
+        let late = self.normal * self.random.normal();
+        let jitter = self.jitter(late);
+        let arrived = (self.due + self.delay + jitter) as i64;
+        let arrived: Instant<Local> = Instant::from_nanos(self.seen(arrived));
         let lost = self.random.uniform() < 0.01;
         if !self.silent && !lost {
-            let stamp = self.stamped.then_some(Span::ZERO);
+            let stamp = match self.wakes_late {
+                true => Some(Span::from_nanos(late as i64)),
+                false => self.stamped.then_some(Span::ZERO),
+            };
             (self.observer).observe(self.epoch, self.count, arrived, stamp);
         }
         self.count += 1;

@@ -1,0 +1,114 @@
+//! Whether arrivals echo how late their messages were sent.
+//!
+//! A sender wakes up a little late each time and says so. Over any link its messages then arrive later by as much. Where
+//! they do not, something else decides when a message is seen: somebody who polls for messages, or a link that delivers
+//! them in batches. What is seen then is level between two of its steps, whatever the sender's clock does, and the
+//! scatter of arrivals says nothing of what they are worth.
+//!
+//! The slope of first differences tells: 1 where arrivals echo, 0 where they do not. Its standard deviation is
+//! `√(var Δa / (n · var Δs))`.
+
+/// Differences count for so many messages.
+const MEMORY: f64 = 4_096.0;
+/// Fewer tell nothing.
+const ENOUGH: f64 = 128.0;
+/// A slope so many standard deviations below one half is none, and above it is one.
+const CERTAIN: f64 = 4.0;
+/// A difference of more than so many times the usual is a spike or a tooth and no echo: teeth alone, now and then, echo on the mean.
+const OUTLIER: f64 = 5.0;
+/// What senders that wake up more regularly say tells nothing, s².
+const LEAST_SQUARE: f64 = 1e-14;
+
+/// Compares arrivals with send stamps.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Echo {
+    /// The count of the newest message, its phase and its stamp, s.
+    last: Option<(i64, f64, f64)>,
+    count: f64,
+    /// Means of squares and products of differences, s².
+    stamps: f64,
+    phases: f64,
+    both: f64,
+    missing: Option<bool>,
+}
+
+impl Echo {
+    /// Takes how late a message was sent, s, and its phase, from which that was not taken away.
+    pub(super) fn take(&mut self, count: i64, phase: f64, stamp: f64) {
+        let Some((before, last_phase, last_stamp)) = self.last.replace((count, phase, stamp))
+        else {
+            return;
+        };
+        let (by_phase, by_stamp) = (phase - last_phase, stamp - last_stamp);
+        let square = by_phase * by_phase;
+        let usual = self.phases.max(by_stamp * by_stamp).max(LEAST_SQUARE);
+        if count.wrapping_sub(before) != 1
+            || self.count > 16.0 && square > OUTLIER * OUTLIER * usual
+        {
+            return;
+        }
+        self.count = (self.count + 1.0).min(MEMORY);
+        let part = 1.0 / self.count;
+        self.stamps += part * (by_stamp * by_stamp - self.stamps);
+        self.phases += part * (square - self.phases);
+        self.both += part * (by_phase * by_stamp - self.both);
+    }
+
+    /// Looks at what was taken.
+    pub(super) fn judge(&mut self) {
+        if self.count < ENOUGH || self.stamps < LEAST_SQUARE {
+            return;
+        }
+        let slope = self.both / self.stamps;
+        let sigma = libm::sqrt(self.phases / (self.stamps * self.count));
+        if slope + CERTAIN * sigma < 0.5 {
+            self.missing = Some(true);
+        } else if slope - CERTAIN * sigma > 0.5 {
+            self.missing = Some(false);
+        }
+    }
+
+    /// Whether something else than the sender decides when its messages are seen, once that is clear.
+    pub(super) const fn is_missing(&self) -> Option<bool> {
+        self.missing
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::delays::Random;
+    use super::*;
+
+    /// Of so many messages that were sent up to some 5 µs late, seen as `seen` has it.
+    fn is_missing(messages: i64, mut seen: impl FnMut(f64, &mut Random) -> f64) -> Option<bool> {
+        let mut random = Random::of_seed(3);
+        let mut echo = Echo::default();
+        for count in 0..messages {
+            let late = 5e-6 * random.normal();
+            let phase = 2e-4 + 5e-7 * count as f64 + seen(late, &mut random);
+            echo.take(count, phase, late);
+        }
+        echo.judge();
+        echo.is_missing()
+    }
+
+    #[test]
+    fn arrivals_that_do_not_echo_are_noticed_and_others_are_not() {
+        let polled = |_: f64, random: &mut Random| 5e-6 * random.exponential();
+        assert_eq!(is_missing(100, polled), None, "too few");
+        assert_eq!(is_missing(256, polled), Some(true));
+        assert_eq!(is_missing(4_096, |late, _| late), Some(false));
+        let jitter = |late: f64, random: &mut Random| late + 2e-5 * random.exponential();
+        assert_eq!(is_missing(4_096, jitter), Some(false));
+    }
+
+    #[test]
+    fn a_sender_that_is_never_late_tells_nothing() {
+        let mut echo = Echo::default();
+        for count in 0..1_000 {
+            echo.take(count, 0.0, 0.0);
+        }
+        echo.judge();
+        assert_eq!(echo.is_missing(), None);
+    }
+}
