@@ -212,8 +212,10 @@ impl DelayExchange {
         let corrected = now.corrected - before.corrected;
         let is_rebased = now.rebases != before.rebases;
         if jump != Seconds::ZERO {
-            let usual = self.window.usual(line);
-            let step = self.step_of(jump, usual).filter(|_| !is_rebased);
+            let (usual, newest) = (self.window.usual(line), self.window.newest(line));
+            let step = self
+                .step_of(jump, usual.zip(newest))
+                .filter(|_| !is_rebased);
             // What exchanges leave open goes along with the line, until newer ones say something.
             let (bounds, pulled) = (self.bounds, self.pulled);
             self.start_over();
@@ -432,10 +434,10 @@ impl DelayExchange {
     }
 
     /// A step of the line that exchanges will tell of, if enough came before it.
-    fn step_of(&self, jump: Seconds, usual: Option<Ways>) -> Option<Step> {
+    fn step_of(&self, jump: Seconds, before: Option<(Ways, Ways)>) -> Option<Step> {
         match &self.step {
             Some(step) => Some(step.again(jump.0)),
-            None => Some(Step::new(jump.0, usual?)),
+            None => before.map(|(usual, newest)| Step::new(jump.0, usual, newest)),
         }
     }
 

@@ -14,12 +14,20 @@
 //!
 //! So where both ways are what they were, it was the sender.
 
-/// So many exchanges before the step, and after it, tell whose it was.
+/// So many exchanges before the step, and after it, tell whose it was, …
 pub(super) const TELLING: usize = 8;
-/// Asymmetry is learnt from steps of at least this much, s: jitter is hardly half of a quarter of it.
-const SMALLEST_ASYMMETRY: f64 = 0.5e-3;
+/// … and where their jitter is too wide to tell by how much the ways differ now, so many: then the window is measured again.
+const MOST: usize = 16;
+/// Asymmetry is learnt from steps of at least this much, s: smaller ones come and go with correlated delays.
+const SMALLEST_ASYMMETRY: f64 = 50e-6;
+/// No path that is used grows by as much in a second, s.
+const PLAIN: f64 = 0.5e-3;
 /// A way changed as a row of the table says if it is off by at most this share of the step.
 const FITS: f64 = 0.25;
+/// The middle of n ways is known well enough if so many of its standard deviations are such a share: 1.25·σ/√n each (a median's
+/// of a normal variable, whose quartiles are 1.35·σ apart), of those after the step and of about as many before.
+const CERTAIN: f64 = 3.0;
+const OF_QUARTILES: f64 = 1.25 / 1.35 * core::f64::consts::SQRT_2;
 
 /// A step that nobody has told yet whose it is.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +36,9 @@ pub(super) struct Step {
     size: f64,
     /// The ways before, s.
     before: Ways,
-    after: [Ways; TELLING],
+    /// By how much they were already on the move then.
+    moving: f64,
+    after: [Ways; MOST],
     len: usize,
 }
 
@@ -40,6 +50,25 @@ pub(super) struct Ways {
 }
 
 impl Ways {
+    /// By how much either way is another one, s.
+    fn differ_from(&self, other: &Self) -> f64 {
+        let there = libm::fabs(self.there - other.there);
+        there.max(libm::fabs(self.back - other.back))
+    }
+
+    /// Of a few.
+    fn middle_of(few: &[Self]) -> Self {
+        let mut ways = [[0.0; MOST]; 2];
+        for (n, way) in few.iter().enumerate() {
+            [ways[0][n], ways[1][n]] = [way.there, way.back];
+        }
+        let [there, back] = &mut ways;
+        Self {
+            there: median(&mut there[..few.len()]),
+            back: median(&mut back[..few.len()]),
+        }
+    }
+
     /// The delay that they say, s.
     pub(super) const fn delay(&self) -> f64 {
         0.5 * (self.there - self.back)
@@ -57,38 +86,73 @@ pub(super) enum Cause {
 }
 
 impl Step {
-    /// The line fell by `size`.
-    pub(super) fn new(size: f64, before: Ways) -> Self {
+    /// The line fell by `size`. The ways are what they usually were, and what the newest were.
+    pub(super) fn new(size: f64, before: Ways, newest: Ways) -> Self {
         Self {
             size,
             before,
-            after: [Ways::default(); TELLING],
+            moving: newest.differ_from(&before),
+            after: [Ways::default(); MOST],
             len: 0,
         }
     }
 
     /// It fell again, by `size`, before it was clear why: both are taken together.
     pub(super) fn again(&self, size: f64) -> Self {
-        Self::new(self.size + size, self.before)
+        Self {
+            size: self.size + size,
+            moving: f64::INFINITY,
+            len: 0,
+            ..*self
+        }
     }
 
     /// Takes the exchange of a request that left since. Gives whose the step was, once that is clear.
     pub(super) fn take(&mut self, exchange: Ways) -> Option<Cause> {
         self.after[self.len] = exchange;
         self.len += 1;
-        if self.len < TELLING {
+        if self.len < TELLING || !self.len.is_power_of_two() {
             return None;
         }
-        let mut there = self.after.map(|ways| ways.there);
-        let mut back = self.after.map(|ways| ways.back);
-        let after = Ways {
-            there: median(&mut there),
-            back: median(&mut back),
-        };
-        Some(self.cause(after))
+        let (there, of_there) = self.middle(|ways| ways.there);
+        let (back, of_back) = self.middle(|ways| ways.back);
+        let is_known = CERTAIN * of_there.max(of_back) < FITS * libm::fabs(self.size);
+        let is_certain = is_known && self.is_steady(self.newly_moving());
+        let cause = self.cause(Ways { there, back }, is_certain);
+        let cannot_tell = !self.is_steady(self.moving);
+        let is_sender = matches!(cause, Cause::Sender(_));
+        let is_told = is_certain || cannot_tell || is_sender || self.len == MOST;
+        is_told.then_some(cause)
     }
 
-    fn cause(&self, after: Ways) -> Cause {
+    /// Whether it was a step, and no path that grows or swings by so much meanwhile.
+    fn is_steady(&self, moving: f64) -> bool {
+        let size = libm::fabs(self.size);
+        size >= PLAIN || moving < FITS * size
+    }
+
+    /// By how much the ways were on the move before, or since.
+    fn newly_moving(&self) -> f64 {
+        let (older, newer) = self.after[..self.len].split_at(self.len / 2);
+        let [older, newer] = [older, newer].map(Ways::middle_of);
+        newer.differ_from(&older).max(self.moving)
+    }
+
+    /// The middle of the ways since the step, and its standard deviation, s.
+    fn middle(&self, way: impl Fn(&Ways) -> f64) -> (f64, f64) {
+        let mut ways = [0.0; MOST];
+        for (place, taken) in ways.iter_mut().zip(&self.after[..self.len]) {
+            *place = way(taken);
+        }
+        let ways = &mut ways[..self.len];
+        let n = ways.len();
+        let mut at = |place: usize| *ways.select_nth_unstable_by(place, f64::total_cmp).1;
+        let [lower, middle, upper] = [n / 4, (n - 1) / 2, n - 1 - n / 4].map(&mut at);
+        let sigma = OF_QUARTILES * (upper - lower) / libm::sqrt(n as f64);
+        (middle, sigma)
+    }
+
+    fn cause(&self, after: Ways, is_certain: bool) -> Cause {
         let size = self.size;
         let there = (after.there - self.before.there) / size;
         let back = (after.back - self.before.back) / size;
@@ -101,7 +165,7 @@ impl Step {
             libm::round(back).clamp(-1.0, 0.0),
         );
         let fits = libm::fabs(there - row.0) < FITS && libm::fabs(back - row.1) < FITS;
-        let asymmetry = if fits && libm::fabs(size) >= SMALLEST_ASYMMETRY {
+        let asymmetry = if fits && is_certain && libm::fabs(size) >= SMALLEST_ASYMMETRY {
             size * (1.0 - 0.5 * (row.0 - row.1))
         } else {
             0.0
@@ -126,11 +190,11 @@ mod tests {
             there: 3e-3,
             back: -1e-3,
         };
-        let mut pending = Step::new(step, before);
+        let mut pending = Step::new(step, before, before);
         let (mut cause, mut taken) = (None, 0);
         while cause.is_none() {
-            // One in four is late.
-            let late = if taken % 4 == 0 { 20e-3 } else { 1e-5 };
+            // One in eight is late.
+            let late = if taken % 8 == 0 { 20e-3 } else { 1e-5 };
             let ways = Ways {
                 there: before.there + there + late,
                 back: before.back + back + late,
@@ -142,9 +206,41 @@ mod tests {
         cause
     }
 
+    /// The same where ways are up to `jitter` late, and how many it took.
+    fn cause_in_jitter(step: f64, there: f64, back: f64, jitter: f64) -> (Cause, usize) {
+        let mut pending = Step::new(step, Ways::default(), Ways::default());
+        for taken in 1_u32..=16 {
+            let late = |seed: u32| {
+                let part = f64::from((taken + seed).wrapping_mul(2_654_435_761) >> 16) / 65_536.0;
+                jitter * (part - 0.5)
+            };
+            let exchange = Ways {
+                there: there + late(0),
+                back: back + late(77),
+            };
+            if let Some(cause) = pending.take(exchange) {
+                return (cause, taken as usize);
+            }
+        }
+        panic!("it is never told");
+    }
+
+    #[test]
+    fn the_smaller_a_step_beside_the_jitter_the_more_exchanges_tell() {
+        let s = 400e-6;
+        let path = Cause::Path { asymmetry: 0.5 * s };
+        assert_eq!(cause_in_jitter(s, s, 0.0, 40e-6), (path, 8));
+        assert_eq!(cause_in_jitter(s, s, 0.0, 200e-6), (path, 16));
+        // Jitter would say as much of a small one.
+        let path = Cause::Path { asymmetry: 0.0 };
+        assert_eq!(cause_in_jitter(s, s, 0.0, 400e-6), (path, 16));
+        // Correlated delays do this.
+        assert_eq!(cause_in_jitter(4e-5, 4e-5, 0.0, 1e-6), (path, 8));
+    }
+
     #[test]
     fn each_row_of_the_table_is_told_from_the_others() {
-        for s in [5e-3, -5e-3, 50e-3, -50e-3] {
+        for s in [0.4e-3, -0.4e-3, 5e-3, -5e-3, 50e-3, -50e-3] {
             assert_eq!(
                 cause(s, 0.0, 0.0),
                 Some(Cause::Sender(s)),
@@ -163,15 +259,12 @@ mod tests {
             let path = Some(Cause::Path { asymmetry: 0.0 });
             assert_eq!(cause(s, s, 0.4 * s), path);
         }
-        // Jitter would say as much of a small one.
-        let path = Some(Cause::Path { asymmetry: 0.0 });
-        assert_eq!(cause(3e-4, 3e-4, 0.0), path);
     }
 
     #[test]
     fn two_steps_before_anything_is_clear_are_one() {
         let before = Ways::default();
-        let mut step = Step::new(5e-3, before);
+        let mut step = Step::new(5e-3, before, before);
         assert_eq!(step.take(before), None);
         let mut step = step.again(7e-3);
         let causes = [(); TELLING].map(|()| step.take(before));

@@ -164,6 +164,22 @@ impl Window {
         })
     }
 
+    /// The same of the newest few.
+    pub(super) fn newest(&self, line: &FarLine) -> Option<Ways> {
+        let mut ways = [[0.0; TELLING]; 2];
+        if self.len < TELLING {
+            return None;
+        }
+        for (n, exchange) in self.all().rev().take(TELLING).enumerate() {
+            [ways[0][n], ways[1][n]] = [exchange.there(line), exchange.back(line)];
+        }
+        let [there, back] = &mut ways;
+        Some(Ways {
+            there: median(there),
+            back: median(back),
+        })
+    }
+
     /// All of them, the oldest first.
     pub(super) fn all(&self) -> impl DoubleEndedIterator<Item = &Exchange> + Clone {
         (0..self.len).map(|n| &self.kept[(self.oldest + n) % KEPT])

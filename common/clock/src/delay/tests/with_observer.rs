@@ -13,6 +13,8 @@ struct World {
     exchange: DelayExchange,
     drift: f64,
     latency: Span,
+    /// Requests are under way for so much less.
+    requests_shorter: Span,
     jitters: [Box<dyn FnMut() -> Span>; 3],
     count: u64,
     responses: Vec<(Instant<Local>, TimeResponse)>,
@@ -27,6 +29,7 @@ impl World {
             exchange: DelayExchange::new(RUN),
             drift: drift_ppm * 1e-6,
             latency: micros(1_000),
+            requests_shorter: Span::ZERO,
             jitters: [1, 2, 3].map(|n| Box::new(jitter(20.0, seed * 3 + n)) as _),
             count: 0,
             responses: Vec::new(),
@@ -54,6 +57,8 @@ impl World {
             if let Some(jump) = self.exchange.follow(&line) {
                 self.observer.attribute_step_to_path(jump);
             }
+            self.observer
+                .leave_steps_to_exchanges(self.exchange.can_attribute(now));
             while let Some((arrived, response)) = self.responses.pop_if(|(at, _)| *at <= now) {
                 self.exchange.take(&response, arrived, &line).unwrap();
             }
@@ -71,7 +76,7 @@ impl World {
     }
 
     fn post_request(&mut self, requested: Instant<Local>, number: u32) {
-        let received = requested + self.latency + (self.jitters[1])();
+        let received = requested + self.latency - self.requests_shorter + (self.jitters[1])();
         let responded = received + micros(600);
         let arrived = responded + self.latency + (self.jitters[2])();
         let response = TimeResponse {
@@ -107,5 +112,38 @@ fn with_an_observer_the_far_time_is_the_senders_own_through_steps_of_the_delay()
             assert!(worst < 3.0, "{drift} ppm, after {step}: {worst} µs");
         }
         assert_eq!(world.exchange.refused, 0);
+    }
+}
+
+#[test]
+fn steps_of_some_ways_below_half_a_millisecond_are_attributed_too() {
+    for (drift, seed) in [(80.0, 1), (-30.0, 2), (3.0, 3), (20.0, 4)] {
+        for step in [400, -400, 200] {
+            let mut world = World::new(drift, seed);
+            let _ = world.worst(15.0);
+            // Messages and responses, but not requests.
+            world.latency += micros(step);
+            world.requests_shorter += micros(step);
+            let worst = world.worst(15.0);
+            assert!(worst < 45.0, "{drift} ppm, step {step}: {worst} µs");
+            let worst = world.worst(10.0);
+            assert!(worst < 8.0, "{drift} ppm, after {step}: {worst} µs");
+        }
+    }
+}
+
+#[test]
+fn a_step_that_is_taken_back_leaves_nothing_behind() {
+    for (drift, seed) in [(80.0, 1), (-30.0, 2), (3.0, 3), (20.0, 4)] {
+        let mut world = World::new(drift, seed);
+        let _ = world.worst(8.0);
+        for step in [400, -400, 400, -400, 150, -150] {
+            world.latency += micros(step);
+            world.requests_shorter += micros(step);
+            let worst = world.worst(8.0);
+            assert!(worst < 45.0, "{drift} ppm, step {step}: {worst} µs");
+        }
+        let worst = world.worst(12.0);
+        assert!(worst < 10.0, "{drift} ppm: {worst} µs");
     }
 }
