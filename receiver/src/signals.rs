@@ -122,6 +122,8 @@ signals! {
         /// That is wrong by at most this: half of the round trip, however unequal the ways are; or what was stated of them, if that
         /// is less.
         delay_uncertainty_us: Option<f64> ["µs"] last "… wrong by at most",
+        /// What was stated of how unequal the ways are is more than both of them take together.
+        asymmetry_denied: bool [""] last "stated asymmetry denied",
         /// The part of the error that jitter causes, standard deviation.
         delay_jitter_us: Option<f64> ["µs"],
         /// Standard deviation of the delay for ways as unequal as was stated, or equally long ones: by jitter and by the line.

@@ -56,6 +56,7 @@ pub(super) fn show_observation(observed: &FarClockOutput, signals: &mut FarNodeS
     signals.delay_state = Some(delay.state);
     signals.delay_us = micros(delay.delay);
     signals.delay_uncertainty_us = micros(delay.uncertainty);
+    signals.asymmetry_denied = delay.is_statement_denied;
     signals.delay_jitter_us = micros(delay.jitter);
     signals.delay_sigma_us = micros(delay.sigma);
     signals.delay_age_s = delay.age.map(Span::as_secs_f64);

@@ -14,7 +14,7 @@ use crate::names::{ContinuityName, StateName};
 use crate::program::ProgramState;
 use crate::signals::FarNodeSignals;
 use crate::snapshot::{Health, ReceiverSnapshot};
-use delay::{Asked, delay};
+use delay::{Asked, delay, denied};
 use standby::{Heard, heard, standing_by, taken_over};
 
 /// Looks for changes from cycle to cycle.
@@ -243,6 +243,7 @@ fn changes_of_far(before: &FarNodeSignals, now: &FarNodeSignals) -> Vec<Note> {
     notes.extend(another_run(before, now));
     notes.extend(drift_step(before, now));
     notes.extend(delay(before, now));
+    notes.extend(denied(before, now));
     notes.extend(orders(before, now));
     if now.warning != 0 && before.warning == 0 {
         let fault = Fault::from(SyncWarning::DriftChangedSignificantly);

@@ -59,6 +59,11 @@ impl Estimate {
         (self.uncertainty - self.half_round_trip).max(0.0)
     }
 
+    /// The least round trip, s.
+    pub(super) fn round_trip(&self) -> f64 {
+        2.0 * self.half_round_trip
+    }
+
     /// The same where the two ways differ by twice this more than they did.
     pub(super) fn beside(self, asymmetry: f64) -> Self {
         Self {

@@ -73,6 +73,17 @@ impl DelayExchange {
         }
     }
 
+    /// Whether ways that no longer take than the least round trip cannot differ by what is stated: neither is shorter than
+    /// nothing.
+    pub(super) fn is_statement_denied(&self, estimate: &Estimate, line: &FarLine) -> bool {
+        let Some(Asymmetry { longer, within }) = self.stated else {
+            return false;
+        };
+        let least = longer.as_secs_f64().abs() - within.as_secs_f64();
+        let unsure = estimate.doubt() + COVERED * sigma(estimate, line);
+        estimate.measured && least > estimate.round_trip() + 2.0 * unsure
+    }
+
     /// As its measurement says, and no less than exchanges leave open.
     fn uncertainty_of_any_ways(
         &self,

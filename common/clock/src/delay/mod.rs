@@ -373,6 +373,7 @@ impl DelayExchange {
             },
             delay: Some(Seconds(self.delay_of(estimate))),
             uncertainty: Some(Seconds(self.uncertainty(estimate, now, line))),
+            is_statement_denied: self.is_statement_denied(estimate, line),
             jitter: Some(Seconds(estimate.jitter)),
             sigma: Some(Seconds(known::sigma(estimate, line))),
             age: Some(age),

@@ -42,6 +42,8 @@ pub struct DelayOutput {
     /// somebody [stated](Asymmetry) how unequal they are: half of what that is wrong by at most, and three standard deviations, if that
     /// is less.
     pub uncertainty: Option<Seconds>,
+    /// What somebody [stated](Asymmetry) cannot be: the ways would differ by more than both take together. It is of no use then.
+    pub is_statement_denied: bool,
     /// The part of the error that jitter causes, as a standard deviation. Were the ways equal, there
     /// would be no other.
     pub jitter: Option<Seconds>,

@@ -35,6 +35,22 @@ pub(super) fn delay(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Not
     }
 }
 
+/// That what the config states of the ways cannot be.
+pub(super) fn denied(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
+    let is_news = now.asymmetry_denied && !before.asymmetry_denied;
+    is_news.then(|| {
+        Note::new(
+            Level::Warning,
+            format!(
+                "asymmetry: the ways to the master and back cannot differ by as much as it states: both together take less. The delay \
+                 stays {:.1} µs, at most {:.1} µs off",
+                now.delay_us.unwrap_or(f64::NAN),
+                now.delay_uncertainty_us.unwrap_or(f64::NAN)
+            ),
+        )
+    })
+}
+
 /// A node that is heard and asked for its time.
 #[derive(Debug, Default)]
 pub(super) struct Asked {
@@ -74,6 +90,19 @@ impl Asked {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_statement_that_cannot_be_is_a_warning_once() {
+        let fine = FarNodeSignals::default();
+        let denied_now = FarNodeSignals {
+            asymmetry_denied: true,
+            ..FarNodeSignals::default()
+        };
+        let note = denied(&fine, &denied_now).unwrap();
+        assert_eq!(note.level, Level::Warning);
+        assert!(denied(&denied_now, &denied_now).is_none());
+        assert!(denied(&denied_now, &fine).is_none());
+    }
 
     #[test]
     fn a_node_that_never_responds_is_told_of_once() {
