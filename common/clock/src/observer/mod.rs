@@ -32,6 +32,7 @@ mod edge;
 mod far_line;
 mod filter;
 mod follow_shift;
+mod follow_teeth;
 mod hazard;
 mod information;
 mod jitter;
