@@ -19,8 +19,9 @@
 //!   where the ramp is still inside the threshold then, so that the switch is no bump at all.
 //! * The correction time is compared with `threshold_for_sync` before `delay_time_offset` is added,
 //!   or no offset above the threshold would ever let it synchronise.
-//! * While no new data come the age limit watches, if it is on, and the index difference, which
-//!   grows with the age, does not: a lost master is called by its name.
+//! * While no new data come the index difference grows with the age. Where the age limit is on, both are counted in
+//!   whole cycles then, and of two limits that are exceeded in the same cycle the age is named: with the fraction that
+//!   the ramp adds, the manual's defaults (7 and 7) would never name it.
 //! * A plateau that lies further away than the manual's largest index difference is no beat but a
 //!   loss of sync for an unknown reason, should `max_cycle_index_difference` not have caught it.
 
@@ -448,15 +449,25 @@ impl TimeSync {
         if let Status::Failed(error) = self.status {
             return Some(error);
         }
-        let age = self.diagnostic.consecutive_equal_data;
         let age_limit = u32::from(self.parameters.age_of_data_limit);
-        if age_limit > 0 && age > 0 {
-            return (age > age_limit).then_some(SyncError::MaxDataAgeExceeded);
+        if age_limit > 0 && self.diagnostic.consecutive_equal_data > age_limit {
+            return Some(SyncError::MaxDataAgeExceeded);
         }
         let index_limit = self.parameters.max_cycle_index_difference;
-        let difference = correction.abs() / self.ticks.per_data_cycle as f64;
-        (index_limit > 0.0 && difference > index_limit)
+        (index_limit > 0.0 && self.index_difference(correction) > index_limit)
             .then_some(SyncError::MaxCycleIndexDiffExceeded)
+    }
+
+    /// The difference between corrected and received index, in data cycles. In a silence that the age limit watches, too,
+    /// it is the age.
+    fn index_difference(&self, correction: f64) -> f64 {
+        let age = self.diagnostic.consecutive_equal_data;
+        let ticks = if age > 0 && self.parameters.age_of_data_limit > 0 {
+            f64::from(age) * self.ticks.per_task_cycle as f64
+        } else {
+            correction.abs()
+        };
+        ticks / self.ticks.per_data_cycle as f64
     }
 
     fn output(&self, corrections: Option<Corrections>) -> TimeSyncOutput {

@@ -24,8 +24,8 @@ pub struct TimeSyncParameters {
     /// The correction time, in receiver cycles, below which sync mode may begin. Above 0.
     #[doc(alias = "fThresholdForSync")]
     pub threshold_for_sync: f64,
-    /// Largest difference between corrected and received index; 0: not watched. Raised to
-    /// `task cycle / data cycle + 2` where the sender is the faster one.
+    /// Largest difference between corrected and received index; 0: not watched. In a silence it grows with the age of
+    /// the data. Raised to `task cycle / data cycle + 2` where the sender is the faster one.
     #[doc(alias = "fMaxCycleIndexDifference")]
     pub max_cycle_index_difference: f64,
     /// Most receiver cycles in a row without new data, at least 1; 0: not watched. Raised to the

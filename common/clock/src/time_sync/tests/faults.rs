@@ -48,6 +48,35 @@ fn data_that_stay_away_too_long_are_an_error() {
 }
 
 #[test]
+fn of_two_limits_the_narrower_one_ends_a_silence() {
+    for (max_cycle_index_difference, age_of_data_limit, error, age) in [
+        (3.0, 50, SyncError::MaxCycleIndexDiffExceeded, 4),
+        (7.0, 7, SyncError::MaxDataAgeExceeded, 8),
+        (50.0, 3, SyncError::MaxDataAgeExceeded, 4),
+        (0.0, 3, SyncError::MaxDataAgeExceeded, 4),
+    ] {
+        for drift in [200.0, -200.0] {
+            let far = Far::drifting(drift);
+            let mut sync = started(TimeSyncParameters {
+                max_cycle_index_difference,
+                age_of_data_limit,
+                ..defaults()
+            });
+            let (cycle, _) = cycle_of_sync(&mut sync, &far, 100_000).unwrap();
+            let failed = (1..60).find_map(|age| match sync.update(far.index(cycle), 1).state {
+                TimeSyncState::Failed(error) => Some((error, age)),
+                TimeSyncState::StartUp | TimeSyncState::Synced => None,
+            });
+            assert_eq!(
+                failed,
+                Some((error, age)),
+                "{max_cycle_index_difference}, {drift} ppm"
+            );
+        }
+    }
+}
+
+#[test]
 fn with_the_age_not_watched_the_index_difference_ends_an_outage() {
     let far = Far::drifting(-200.0);
     let mut sync = started(TimeSyncParameters {
