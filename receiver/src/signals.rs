@@ -93,6 +93,9 @@ signals! {
         observer_line: Option<ObserverLine> [""] last,
         /// Its own standard deviation of the offset.
         offset_sigma_us: Option<f64> ["µs"] last,
+        /// The part of its own predictions that it was within three standard deviations of, lately: 0.99 where it is as sure as
+        /// it says.
+        within_three_sigma: Option<f64> [""] last,
         /// Its own standard deviation of the drift.
         drift_sigma_ppm: Option<f64> ["ppm"] last,
         /// Estimated minus shown far time: what is still to be slewed.

@@ -42,6 +42,7 @@ pub(super) fn show_observation(observed: &FarClockOutput, signals: &mut FarNodeS
     signals.observer_state = Some(observer.state);
     signals.observer_line = Some(observer.line);
     signals.offset_sigma_us = Some(observer.offset_sigma.as_micros());
+    signals.within_three_sigma = observer.within_three_sigma;
     signals.drift_sigma_ppm = Some(observer.drift_sigma_ppm);
     signals.slew_remaining_us = Some(observer.slew_remaining.as_micros());
     signals.normal_jitter_us = Some(observer.normal_jitter.as_micros());

@@ -1,6 +1,6 @@
 //! The cases of the table, by group.
 
-use crate::link::{Correlated, HoldUps};
+use crate::link::{Correlated, HoldUps, PowerSaving};
 use crate::world::Case;
 
 /// The groups that can be selected, in the order of the table.
@@ -47,6 +47,7 @@ pub(crate) fn generated(group: &str) -> Vec<Named> {
 
 const STAMPED: Case = Case::new(5.0, 20.0, true);
 const PLAIN: Case = Case::new(5.0, 20.0, false);
+const SHARP: Case = Case::new(1.0, 5.0, false);
 const ROUGH: Case = Case::new(20.0, 100.0, false);
 
 fn usual() -> [(&'static str, Case); 3] {
@@ -103,6 +104,32 @@ fn correlated() -> Vec<Named> {
         arrival_grid: Some(50e-6),
         ..PLAIN
     };
+    for (name, case) in [("5/20", PLAIN), ("5/20 stamped", STAMPED), ("1/5", SHARP)] {
+        let levels = Correlated::Levels {
+            height: 60e-6,
+            held: 4.0,
+        };
+        let case = Case {
+            correlated: Some(levels),
+            ..case
+        };
+        cases.push(named(format!("{name}, levels 60 µs/4 s"), case));
+    }
+    for (name, cycle) in [("1 ms", 1e-3), ("10 ms", 1e-2)] {
+        let power_saving = PowerSaving {
+            beacons: 0.1024,
+            airtime: 50e-6,
+        };
+        let case = Case {
+            cycle,
+            power_saving: Some(power_saving),
+            ..STAMPED
+        };
+        cases.push(named(
+            format!("5/20 stamped, power saving, T = {name}"),
+            case,
+        ));
+    }
     cases.push(named("5/20, telegraph 13 µs", telegraph));
     cases.push(named("5/20, hold-ups 2 ms", held_up));
     cases.push(named("5/20, arrivals on 50 µs", quantised));
@@ -120,6 +147,13 @@ fn drift() -> Vec<Named> {
         named(format!("5/20, walk {ppm} ppm/√s"), Case { walk, ..PLAIN })
     });
     let mut cases = vec![named("5/20, drift sine 5 ppm/20 s", sine)];
+    for period in [4.0, 10.0] {
+        let case = Case {
+            servo: Some((1e-6, period)),
+            ..PLAIN
+        };
+        cases.push(named(format!("5/20, servo 1 µs/s, {period} s"), case));
+    }
     cases.extend(walks);
     cases
 }

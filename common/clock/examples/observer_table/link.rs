@@ -13,6 +13,43 @@ pub(crate) enum Correlated {
     HalfNormal { width: f64, time: f64 },
     /// Two levels, `height` apart, held for exponentially distributed times of these means, s.
     Telegraph { height: f64, up: f64, down: f64 },
+    /// Two levels, `height` apart, held for this time each, s.
+    Levels { height: f64, held: f64 },
+}
+
+/// Power saving: an access point keeps messages back until its next beacon, and sends them one after the other then.
+#[derive(Clone, Copy)]
+pub(crate) struct PowerSaving {
+    /// Between two beacons, s.
+    pub(crate) beacons: f64,
+    /// A message on the air, s.
+    pub(crate) airtime: f64,
+}
+
+/// Follows [`PowerSaving`] through time.
+pub(crate) struct Batches {
+    kind: PowerSaving,
+    /// The beacon of the newest message, and when that message was through, s.
+    beacon: f64,
+    through: f64,
+}
+
+impl Batches {
+    pub(crate) const fn new(kind: PowerSaving) -> Self {
+        Self {
+            kind,
+            beacon: 0.0,
+            through: 0.0,
+        }
+    }
+
+    /// When a message arrives that reaches the access point at `arrived`. To be asked in order.
+    pub(crate) fn deliver(&mut self, arrived: f64) -> f64 {
+        let beacon = (arrived / self.kind.beacons).ceil() * self.kind.beacons;
+        self.beacon = self.beacon.max(beacon);
+        self.through = self.through.max(self.beacon) + self.kind.airtime;
+        self.through
+    }
 }
 
 /// Hold-ups at random times: what would arrive during one arrives at its end.
@@ -40,7 +77,7 @@ impl CorrelatedDelay {
             // Stationary from the first message on.
             Correlated::HalfNormal { width, .. } => width * normal(&mut random),
             // Makes the first step begin a time on the lower level.
-            Correlated::Telegraph { height, .. } => height,
+            Correlated::Telegraph { height, .. } | Correlated::Levels { height, .. } => height,
         };
         Self {
             kind,
@@ -65,6 +102,14 @@ impl CorrelatedDelay {
                     self.value = height - self.value;
                     let mean = if self.value > 0.0 { up } else { down };
                     self.remaining = mean * exponential(&mut self.random);
+                }
+                self.value
+            }
+            Correlated::Levels { height, held } => {
+                self.remaining -= passed;
+                if self.remaining <= 0.0 {
+                    self.value = height - self.value;
+                    self.remaining += held;
                 }
                 self.value
             }

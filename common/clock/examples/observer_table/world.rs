@@ -1,7 +1,7 @@
 //! A sender with a wandering clock and a link with jitter, in virtual time. The receiver's clock is
 //! the true one.
 
-use crate::link::{Correlated, CorrelatedDelay, HoldUpTimes, HoldUps};
+use crate::link::{Batches, Correlated, CorrelatedDelay, HoldUpTimes, HoldUps, PowerSaving};
 use rand_distr::{Distribution, Exp1, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -30,10 +30,13 @@ pub(crate) struct Case {
     /// A delay on top of the jitter whose neighbouring values are alike.
     pub(crate) correlated: Option<Correlated>,
     pub(crate) hold_ups: Option<HoldUps>,
+    pub(crate) power_saving: Option<PowerSaving>,
     /// Arrivals are seen only at multiples of so much, rounded down, s.
     pub(crate) arrival_grid: Option<f64>,
     /// The drift swings by so much with this period, s/s and s.
     pub(crate) sine_drift: Option<(f64, f64)>,
+    /// The sender's clock gains at this rate, s/s, and its servo takes that back within the last second of each such period, s.
+    pub(crate) servo: Option<(f64, f64)>,
     /// Instead of all jitter: what an efficient estimator would make of it, normal noise of this
     /// width.
     pub(crate) efficient: Option<f64>,
@@ -58,8 +61,10 @@ impl Case {
             ar_delay: None,
             correlated: None,
             hold_ups: None,
+            power_saving: None,
             arrival_grid: None,
             sine_drift: None,
+            servo: None,
             efficient: None,
         }
     }
@@ -91,6 +96,7 @@ impl Case {
         let independent = self.ar_delay.is_none() && self.correlated.is_none();
         let steady =
             self.drift_step.is_none() && self.delay_step.is_none() && self.sine_drift.is_none();
+        let steady = steady && self.servo.is_none() && self.power_saving.is_none();
         undisturbed && independent && steady && self.arrival_grid.is_none()
     }
 }
@@ -158,6 +164,7 @@ impl Run {
         let (mut stepped, mut last, mut delayed) = (false, 0.0_f64, 0.0);
         let mut correlated = case.correlated.map(|kind| CorrelatedDelay::new(kind, seed));
         let mut hold_ups = case.hold_ups.map(|kind| HoldUpTimes::new(kind, seed));
+        let mut batches = case.power_saving.map(Batches::new);
         let mut other = {
             let mut random = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0xAAAA);
             move || -> f64 { StandardNormal.sample(&mut random) }
@@ -209,6 +216,9 @@ impl Run {
                 arrived = arrived.max(last);
                 last = arrived;
             }
+            if let Some(batches) = &mut batches {
+                arrived = batches.deliver(arrived);
+            }
             if let Some(grid) = case.arrival_grid {
                 arrived = (arrived / grid).floor() * grid;
             }
@@ -231,7 +241,11 @@ impl Run {
             let swing = case.sine_drift.map_or(0.0, |(size, period)| {
                 size * (std::f64::consts::TAU * now / period).sin()
             });
-            now += case.cycle * (1.0 + drift + swing);
+            let servo = case.servo.map_or(0.0, |(rate, period)| {
+                let is_back = now.rem_euclid(period) > period - 1.0;
+                if is_back { rate - rate * period } else { rate }
+            });
+            now += case.cycle * (1.0 + drift + swing - servo);
         }
         messages.sort_by_key(|message| message.arrived);
         Self::of_parts(messages, due, case.cycle)

@@ -1,6 +1,7 @@
 //! Several filters side by side, each for another restlessness of the drift; the better one
 //! predicts, the more it has to say.
 
+use super::bias::Bias;
 use super::correlated_delay::CorrelatedDelay;
 use super::filter::Estimate;
 use crate::numbers::NearLogarithm;
@@ -29,6 +30,10 @@ const CONTRADICTION: f64 = 4.0;
 /// deviation is chance.
 const BIAS_MEMORY: f64 = 24.0;
 const UNBIASED: f64 = 2.0;
+/// The same of what is remembered for longer: a mean over a second, at 1 ms, as the short one is beyond two standard
+/// deviations by chance every second.
+const LASTING_BIAS_MEMORY: f64 = 96.0;
+const LASTING_UNBIASED: f64 = 3.0;
 /// The faster filter itself still lags behind, in the drift more than in the offset: its variances
 /// are taken so many times.
 const DRIFT_DOUBT: f64 = 8.0;
@@ -51,9 +56,9 @@ pub(crate) struct Bank {
     excess: f64,
     blocks: f64,
     correlated: CorrelatedDelay,
-    /// By how much measurements lately were off what was expected of them, s, and what chance may do, s².
-    bias: f64,
-    bias_by_chance: f64,
+    /// By how much measurements lately were off what was expected of them.
+    bias: Bias,
+    lasting_bias: Bias,
     usual_variance: f64,
     combined: Estimate,
     chosen: usize,
@@ -83,8 +88,8 @@ impl Bank {
             excess: 1.0,
             blocks: 0.0,
             correlated: CorrelatedDelay::new(),
-            bias: 0.0,
-            bias_by_chance: 0.0,
+            bias: Bias::over(BIAS_MEMORY),
+            lasting_bias: Bias::over(LASTING_BIAS_MEMORY),
             usual_variance: variance,
             combined: estimate,
             chosen: USUAL,
@@ -125,7 +130,8 @@ impl Bank {
             filter.offset_variance += variance;
         }
         self.correlated.jumped();
-        self.bias = 0.0;
+        self.bias.forget();
+        self.lasting_bias.forget();
         self.forget_event();
     }
 
@@ -134,7 +140,8 @@ impl Bank {
         self.filters = [*estimate; FILTERS];
         self.combined = *estimate;
         self.correlated.jumped();
-        self.bias = 0.0;
+        self.bias.forget();
+        self.lasting_bias.forget();
         self.forget_event();
     }
 
@@ -177,7 +184,12 @@ impl Bank {
     /// What the estimate is off by, squared, as far as the last measurements show it: it lags behind a
     /// drift that changes.
     pub(crate) fn bias_variance(&self) -> f64 {
-        (self.bias * self.bias - UNBIASED * UNBIASED * self.bias_by_chance).max(0.0)
+        self.bias.variance_beyond(UNBIASED)
+    }
+
+    /// The same over some more measurements, and beyond chance.
+    pub(super) fn lasting_bias_variance(&self) -> f64 {
+        self.lasting_bias.variance_beyond(LASTING_UNBIASED)
     }
 
     fn notice_bias(&mut self, dt: f64, measured: f64, expected: f64) {
@@ -185,10 +197,13 @@ impl Bank {
         // A block that says little for once says little of the bias, too.
         self.usual_variance +=
             (expected.min(2.0 * self.usual_variance) - self.usual_variance) / BIAS_MEMORY;
-        let part = (self.usual_variance / expected).min(1.0) / BIAS_MEMORY;
-        self.bias += part * (measured - before.offset - before.drift * dt - self.bias);
+        let weight = self.usual_variance / expected;
+        let innovation = measured - before.offset - before.drift * dt;
         let scatter = before.offset_variance + expected * self.excess.max(self.correlated.factor());
-        self.bias_by_chance += part * (0.5 * part * scatter - self.bias_by_chance);
+        self.bias.take(innovation, scatter, weight);
+        // Where means of many measurements scatter, nobody knows whether it is the path's doing or the clock's.
+        let independent = before.offset_variance + expected * self.excess;
+        self.lasting_bias.take(innovation, independent, weight);
     }
 
     /// When the delay turns out to be correlated, less is known than was believed, also of which filter is

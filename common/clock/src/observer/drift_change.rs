@@ -253,6 +253,7 @@ impl PhaseObserver {
         let smallest_skip = self.parameters.smallest_skip_ms * 1e-3;
         stream.edge = Edge::new(self.seconds_per_count, smallest_skip);
         stream.choice.begin_anew();
+        stream.calibration.begin_again();
         stream.drift_steps.forget_points();
         self.detector.clear();
         let of_drift = &mut self.drift_change;

@@ -103,6 +103,9 @@ impl PhaseObserver {
         if size < SMALL_SHIFT && self.jitter.cell() == 0.0 {
             stream.choice.suspect_small_shift(time);
         }
+        if !stream.choice.is_edge() {
+            stream.calibration.shift(shift);
+        }
         if skip {
             stream.drift_steps.forget_points();
             // Whole cycles of the sender's clock are exact; the edge finds the rest.
@@ -115,6 +118,9 @@ impl PhaseObserver {
             stream.edge.shift(by);
             stream.choice.shift_edge(by);
             stream.choice.shift_all(shift);
+            if stream.choice.is_edge() {
+                stream.calibration.shift(by);
+            }
         } else if stream.choice.is_edge() {
             return false;
         } else if size >= SMALL_SHIFT {

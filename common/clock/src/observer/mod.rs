@@ -21,6 +21,8 @@
 
 mod attributed;
 mod bank;
+mod bias;
+mod calibration;
 mod choice;
 mod correlated_delay;
 mod correlation;
@@ -61,6 +63,7 @@ use crate::cycle::CycleTime;
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
 use crate::numbers::rounded;
 use crate::time_sync::WrongParameter;
+use calibration::Calibration;
 use choice::Choice;
 use counts::{Counts, News};
 use drift_change::DriftChange;
@@ -250,6 +253,7 @@ impl PhaseObserver {
         if stream.choice.is_edge() {
             self.corrected.0 += jump;
             if let Some(shift) = shift {
+                stream.calibration.shift(shift);
                 self.jumped.0 += shift;
                 self.drift_change.attributed.note(time, shift);
                 self.events.shift(arrived);
@@ -328,6 +332,7 @@ impl PhaseObserver {
                 self.parameters.smallest_skip_ms * 1e-3,
             ),
             choice: Choice::new(),
+            calibration: Calibration::new(),
             drift_steps: DriftSteps::new(self.seconds_per_count),
         });
     }
@@ -459,6 +464,38 @@ impl PhaseObserver {
         let sigma = stream.choice.sigma(variance);
         let may_end = self.may_end_locking(arrived);
         (self.progress).judge(arrived, may_end, sigma, jitter, longest, &self.parameters);
+        self.calibrate(middle, sigma);
+    }
+
+    /// Compares the line that is followed with its own predictions, at a mean count, where `sigma` is said of it.
+    fn calibrate(&mut self, middle: i64, sigma: f64) {
+        let Some(Followed {
+            at,
+            mut estimate,
+            drift_walk,
+        }) = self.followed()
+        else {
+            return;
+        };
+        let Some(stream) = self.stream.as_mut() else {
+            return;
+        };
+        if stream.resolution.polled() > 0.0 {
+            return;
+        }
+        let bias_variance = match &stream.line {
+            Some(line) if !stream.choice.is_edge() => line.bank.lasting_bias_variance(),
+            _ => stream.edge.lasting_bias_variance(),
+        };
+        stream.calibration.remember(bias_variance);
+        let ahead = middle.saturating_sub(at) as f64 * self.seconds_per_count;
+        if ahead > 0.0 {
+            estimate.predict(ahead, drift_walk);
+        } else {
+            estimate.offset += estimate.drift * ahead;
+        }
+        let time = middle as f64 * self.seconds_per_count;
+        (stream.calibration).look(time, &estimate, drift_walk, sigma);
     }
 
     /// Not on a backlog that comes all at once, and not before far time is where the line is: afterwards it is slewed

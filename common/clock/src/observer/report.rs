@@ -52,6 +52,9 @@ pub struct ObserverOutput {
     /// Standard deviation of the estimated offset, s. In the first seconds it includes what nobody can
     /// know as yet: whether messages will come earlier.
     pub offset_sigma: Seconds,
+    /// The part of its own predictions of one and of four seconds before that the line was within three standard deviations
+    /// of, in the last two minutes: 0.99 and more where it is as sure as it says. None before there were any.
+    pub within_three_sigma: Option<f64>,
     /// The estimate minus the far time shown: what is still to be slewed, s.
     pub slew_remaining: Seconds,
     /// Messages per measurement.

@@ -116,10 +116,12 @@ impl PhaseObserver {
                 variance = within_cell(&estimate, dt, walk, polled);
             } else if stream.choice.is_edge() {
                 output.line = ObserverLine::LowerEdge;
+                variance += stream.edge.bias_variance();
             } else {
                 variance += line.bank.bias_variance();
             }
-            let sigma = stream.choice.sigma(variance);
+            let sigma = stream.calibration.of(stream.choice.sigma(variance));
+            output.within_three_sigma = stream.calibration.share();
             // What the filter does not know of the offset it does not know of the drift either.
             let doubt = sigma / libm::sqrt(variance);
             output.drift_sigma_ppm = doubt * libm::sqrt(drift_variance) * 1e6;

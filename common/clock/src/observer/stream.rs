@@ -1,6 +1,7 @@
 //! One run of the sender, and the straight line through the phases of its messages.
 
 use super::bank::Bank;
+use super::calibration::Calibration;
 use super::choice::Choice;
 use super::counts::Counts;
 use super::drift_step::DriftSteps;
@@ -43,6 +44,8 @@ pub(super) struct Stream {
     pub(super) edge: Edge,
     /// Which of the two is followed.
     pub(super) choice: Choice,
+    /// How well that keeps to what it says of itself.
+    pub(super) calibration: Calibration,
     /// Whether the phases lie on a line with another drift.
     pub(super) drift_steps: DriftSteps,
 }

@@ -14,6 +14,7 @@ mod consensus;
 mod noise;
 mod windows;
 
+use super::bias::Bias;
 use super::filter::Estimate;
 use consensus::Candidate;
 use noise::Noise;
@@ -35,6 +36,11 @@ const FAR_FOR: f64 = 0.9;
 const FAR: f64 = 1e-4;
 /// So many points make a line.
 const ENOUGH: usize = 8;
+/// What the line is off lately shows in the mean of this number of points on the edge; less than so many standard
+/// deviations of that mean is chance.
+const BIAS_MEMORY: f64 = 3.0;
+const UNBIASED: f64 = 2.0;
+const LASTING_UNBIASED: f64 = 3.0;
 
 /// Follows the lower edge of the phases.
 #[derive(Clone, Debug)]
@@ -57,6 +63,8 @@ pub(super) struct Edge {
     shifted: Option<f64>,
     /// The line jumped by so much since [`Edge::take_jump`] was called last, s.
     jumped: f64,
+    /// By how much the last points on the edge were off the line.
+    bias: Bias,
 }
 
 /// A line and when its offset is due, s.
@@ -90,6 +98,7 @@ impl Edge {
             opened: f64::NEG_INFINITY,
             shifted: None,
             jumped: 0.0,
+            bias: Bias::over(BIAS_MEMORY),
         }
     }
 
@@ -101,6 +110,17 @@ impl Edge {
     /// By how much a point scatters, s.
     pub(super) fn point_sigma(&self) -> f64 {
         libm::sqrt(self.noise.near())
+    }
+
+    /// What the line is off by, squared, as far as the last points on the edge show it, s²: where the sender's clock is
+    /// steered all the time, points lie on its course and not on a straight line.
+    pub(super) fn bias_variance(&self) -> f64 {
+        self.bias.variance_beyond(UNBIASED)
+    }
+
+    /// The same beyond chance.
+    pub(super) fn lasting_bias_variance(&self) -> f64 {
+        self.bias.variance_beyond(LASTING_UNBIASED)
     }
 
     /// The variance that the drift gains per second.
@@ -164,6 +184,7 @@ impl Edge {
         let on_the_edge = libm::fabs(innovation) < bound;
         self.windows.mark(on_the_edge);
         if on_the_edge {
+            self.bias.take(innovation, self.noise.near(), 1.0);
             let _ = line
                 .estimate
                 .correct(line.estimate.offset + innovation, variance);
@@ -217,6 +238,7 @@ impl Edge {
         let before = line.estimate.offset;
         line.estimate = consensus::fitted(&self.windows, line, better, &self.noise);
         self.jumped += line.estimate.offset - before;
+        self.bias.forget();
     }
 }
 

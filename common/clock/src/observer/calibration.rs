@@ -1,0 +1,196 @@
+//! How well the line keeps to what it says of itself.
+//!
+//! A filter that knows its noise and the clock misses its own predictions by what their variances say: the innovations of
+//! some seconds, summed up, scatter by `P(t|t − h) − P(t|t)` (the consistency test of Y. Bar-Shalom, X. R. Li and T.
+//! Kirubarajan, Estimation with Applications to Tracking and Navigation, 5.4). Where delays are correlated, or the drift
+//! changes as no random walk does, it misses by more. So the line is compared with where it was to be, and what it missed
+//! by lately is the least that its standard deviation can be.
+
+use super::filter::Estimate;
+
+/// The line is looked at this often, s, …
+const EVERY: f64 = 0.25;
+/// … and compared with its predictions of this number of looks before: of a second to some seconds, none of which is a
+/// multiple of the others, as what returns in step with a horizon does not show in it.
+const HORIZONS: [usize; 3] = [4, 10, 22];
+const KEPT: usize = HORIZONS[2];
+/// The number of standard deviations that a prediction is to be within.
+const COVERED: f64 = 3.0;
+/// A miss is forgotten with this time constant, s: disturbances that return every twenty seconds are not forgotten in
+/// between.
+const REMEMBERED: f64 = 30.0;
+/// At first it is forgotten within this part of the time since the line began, which was still being found.
+const REMEMBERED_PART: f64 = 0.25;
+/// The share is that of the last looks, two minutes of them.
+const SHARE: f64 = 960.0;
+
+/// The line at one look.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    time: f64,
+    estimate: Estimate,
+    /// What was said of it, s.
+    sigma: f64,
+}
+
+/// Compares the line with its own predictions.
+#[derive(Clone, Debug)]
+pub(super) struct Calibration {
+    looks: [Option<Look>; KEPT],
+    next: usize,
+    latest: f64,
+    /// When the line began, s.
+    began: Option<f64>,
+    /// The least that the standard deviation can be, s.
+    least: f64,
+    within: f64,
+    compared: f64,
+}
+
+impl Calibration {
+    pub(super) const fn new() -> Self {
+        Self {
+            looks: [None; KEPT],
+            next: 0,
+            latest: f64::NEG_INFINITY,
+            began: None,
+            least: 0.0,
+            within: 0.0,
+            compared: 0.0,
+        }
+    }
+
+    /// A standard deviation of the line as its misses have it, s.
+    pub(super) fn of(&self, sigma: f64) -> f64 {
+        sigma.max(self.least)
+    }
+
+    /// The part of its predictions that the line was within three standard deviations of; none before there were any.
+    pub(super) fn share(&self) -> Option<f64> {
+        (self.compared > 0.0).then_some(self.within)
+    }
+
+    /// The line is off by as much as measurements show, s².
+    pub(super) fn remember(&mut self, bias_variance: f64) {
+        self.least = self.least.max(libm::sqrt(bias_variance));
+    }
+
+    /// The clock or the path jumped, not the line.
+    pub(super) fn shift(&mut self, by: f64) {
+        for look in self.looks.iter_mut().flatten() {
+            look.estimate.offset += by;
+        }
+    }
+
+    /// The line is another one: nothing that was predicted is said of it.
+    pub(super) fn begin_again(&mut self) {
+        self.looks = [None; KEPT];
+        self.began = None;
+    }
+
+    /// Looks at the line at `time`, where its drift gains the variance `walk` per second, and `sigma` is said of it.
+    pub(super) fn look(&mut self, time: f64, estimate: &Estimate, walk: f64, sigma: f64) {
+        if time - self.latest < EVERY {
+            return;
+        }
+        let age = time - *self.began.get_or_insert(time);
+        let passed = (time - self.latest).min(REMEMBERED);
+        self.latest = time;
+        let remembered = (REMEMBERED_PART * age).clamp(EVERY, REMEMBERED);
+        self.least *= libm::exp(-passed / remembered);
+        for horizon in HORIZONS {
+            let before = self.looks[(self.next + KEPT - horizon) % KEPT];
+            if let Some(before) = before {
+                self.compare(time, estimate, walk, &before);
+            }
+        }
+        let sigma = self.of(sigma);
+        self.looks[self.next] = Some(Look {
+            time,
+            estimate: *estimate,
+            sigma,
+        });
+        self.next = (self.next + 1) % KEPT;
+    }
+
+    fn compare(&mut self, time: f64, now: &Estimate, walk: f64, before: &Look) {
+        let passed = time - before.time;
+        let then = &before.estimate;
+        let miss = libm::fabs(now.offset - then.offset - then.drift * passed);
+        let grown = then.offset_variance_after(passed, walk) / then.offset_variance;
+        let predicted = before.sigma * libm::sqrt(grown);
+        self.compared = (self.compared + 1.0).min(SHARE);
+        let is_within = f64::from(u8::from(miss <= COVERED * predicted));
+        self.within += (is_within - self.within) / self.compared;
+        // Of what it missed by, the part that the line is uncertain by before time passes.
+        let least = miss / (COVERED * libm::sqrt(grown));
+        self.least = self.least.max(least);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line as it is estimated to a microsecond, off by so much.
+    fn line(off: f64) -> Estimate {
+        Estimate {
+            offset: off,
+            drift: 0.0,
+            offset_variance: 1e-12,
+            covariance: 0.0,
+            drift_variance: 1e-16,
+        }
+    }
+
+    /// Looks at a line for so many seconds.
+    fn looked_at(seconds: u32, off: impl Fn(f64) -> f64) -> Calibration {
+        let mut calibration = Calibration::new();
+        for n in 0..4 * seconds {
+            let time = EVERY * f64::from(n);
+            calibration.look(time, &line(off(time)), 1e-18, 1e-6);
+        }
+        calibration
+    }
+
+    #[test]
+    fn a_line_that_keeps_to_what_it_says_is_left_alone() {
+        let calibration = looked_at(60, |time| 0.5e-6 * libm::sin(time));
+        assert_eq!(calibration.of(1e-6), 1e-6);
+        assert_eq!(calibration.share(), Some(1.0));
+        assert_eq!(Calibration::new().share(), None);
+    }
+
+    #[test]
+    fn what_it_missed_by_is_remembered_and_forgotten() {
+        let wanders = |time: f64| 6e-6 * libm::sin(time);
+        let mut calibration = looked_at(60, wanders);
+        let sigma = calibration.of(1e-6);
+        assert!((3e-6..5e-6).contains(&sigma), "{sigma}");
+        // The first misses were not expected; once they are, they are within what is said.
+        let share = calibration.share().unwrap();
+        assert!((0.8..1.0).contains(&share), "{share}");
+        for n in 0..4 * 120 {
+            calibration.look(60.0 + EVERY * f64::from(n), &line(0.0), 1e-18, 1e-6);
+        }
+        assert_eq!(calibration.of(1e-6), 1e-6);
+    }
+
+    #[test]
+    fn a_jump_of_the_clock_or_the_path_is_no_miss() {
+        let mut calibration = Calibration::new();
+        for n in 0..100 {
+            let jumped = if n < 50 { 0.0 } else { 1e-3 };
+            if n == 50 {
+                calibration.shift(1e-3);
+            }
+            calibration.look(EVERY * f64::from(n), &line(jumped), 1e-18, 1e-6);
+        }
+        calibration.begin_again();
+        calibration.look(25.0, &line(0.0), 1e-18, 1e-6);
+        assert_eq!(
+            (calibration.of(1e-6), calibration.share()),
+            (1e-6, Some(1.0))
+        );
+    }
+}
