@@ -21,6 +21,7 @@
 
 mod attributed;
 mod bank;
+mod batches;
 mod bias;
 mod calibration;
 mod choice;
@@ -63,6 +64,7 @@ use crate::cycle::CycleTime;
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
 use crate::numbers::rounded;
 use crate::time_sync::WrongParameter;
+use batches::{Arrival, Batches, Picked};
 use calibration::Calibration;
 use choice::Choice;
 use counts::{Counts, News};
@@ -192,11 +194,35 @@ impl PhaseObserver {
         let Some(stream) = &mut self.stream else {
             return;
         };
-        let count = count.wrapping_sub(stream.first_count) as i64;
         self.is_stamped = send_stamp.is_some();
         let gap = arrived - stream.newest_arrival;
         stream.newest_arrival = stream.newest_arrival.max(arrived);
         self.progress.heard(arrived, &mut self.events);
+        let arrival = Arrival {
+            count,
+            at: arrived,
+            send_stamp,
+        };
+        match stream.batches.take(arrival, gap * 2 < self.data_cycle_time) {
+            Picked::Nothing => {}
+            Picked::Message(arrival) => self.take_phase(&arrival),
+            Picked::Changed => self.begin_again(arrived),
+        }
+    }
+
+    /// Both lines take the phase of a message.
+    fn take_phase(&mut self, arrival: &Arrival) {
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        let Arrival {
+            count,
+            at: arrived,
+            send_stamp,
+        } = *arrival;
+        let count = count.wrapping_sub(stream.first_count) as i64;
+        let gap = arrived - stream.newest_used;
+        stream.newest_used = stream.newest_used.max(arrived);
         let sent = arrived - send_stamp.unwrap_or(Span::ZERO);
         let phase = sent - stream.first_arrival - self.data_cycle_time * count;
         let phase = phase.as_secs_f64();
@@ -209,6 +235,27 @@ impl PhaseObserver {
         self.take_edge(time, phase, arrived);
         self.suspect_drift_step(time, phase, arrived);
         self.take_residual(Residual { count, value }, gap, arrived);
+    }
+
+    /// All that was learnt of the messages of this run is of no use any more: the lines are found again.
+    fn begin_again(&mut self, now: Instant<Local>) {
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        let smallest_skip = self.parameters.smallest_skip_ms * 1e-3;
+        stream.filled = 0;
+        stream.held_up = 0;
+        stream.line = None;
+        stream.edge = Edge::new(self.seconds_per_count, smallest_skip);
+        stream.choice = Choice::new();
+        stream.calibration = Calibration::new();
+        stream.drift_steps = DriftSteps::new(self.seconds_per_count);
+        stream.echo = Echo::default();
+        self.jitter = Jitter::new();
+        self.detector.clear();
+        self.drift_change.forget_suspicion();
+        self.progress = Progress::starting_at(now);
+        self.events.relock(now);
     }
 
     /// The far time at which message number `count` of the present run was due to be sent. It is
@@ -320,6 +367,8 @@ impl PhaseObserver {
             origin,
             counts,
             newest_arrival: arrived,
+            newest_used: arrived,
+            batches: Batches::default(),
             block: [Residual::default(); FIRST_BLOCK],
             filled: 0,
             held_up: 0,

@@ -1,6 +1,7 @@
 //! One run of the sender, and the straight line through the phases of its messages.
 
 use super::bank::Bank;
+use super::batches::Batches;
 use super::calibration::Calibration;
 use super::choice::Choice;
 use super::counts::Counts;
@@ -29,6 +30,10 @@ pub(super) struct Stream {
     pub(super) origin: Instant<Remote>,
     pub(super) counts: Counts,
     pub(super) newest_arrival: Instant<Local>,
+    /// The same of those that are used.
+    pub(super) newest_used: Instant<Local>,
+    /// Which are used.
+    pub(super) batches: Batches,
     pub(super) block: [Residual; FIRST_BLOCK],
     pub(super) filled: usize,
     /// So many messages in a row may have been held up.

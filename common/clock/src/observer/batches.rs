@@ -1,0 +1,128 @@
+//! Messages that come in batches, as where an access point keeps them back until its next beacon.
+//!
+//! Of a batch only the last message says when it was sent: it came to the access point after the beacon before and waited
+//! for no longer than a cycle and the jitter. All others waited for it. So where most messages come in batches, the last one
+//! of each is used, once the next batch shows that it was the last.
+
+use crate::instant::{Instant, Local, Span};
+
+/// A batch has this number of messages at least.
+const BATCH: u16 = 5;
+/// Messages come in batches once this part of what comes together are batches, and no longer once it is this part: a machine
+/// that stood still, or a queue, is a batch among many messages that come alone.
+const BATCHED: f64 = 0.8;
+const NOT_BATCHED: f64 = 0.4;
+/// The part is that of the last ones: a dozen batches in a row are enough.
+const MEMORY: f64 = 8.0;
+
+/// A message as it came.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arrival {
+    pub(super) count: u64,
+    pub(super) at: Instant<Local>,
+    pub(super) send_stamp: Option<Span>,
+}
+
+/// Picks the messages to use.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Batches {
+    /// The messages that came together since the last pause.
+    length: u16,
+    /// The part of what came together that were batches.
+    part: f64,
+    /// The newest message, which may be the last of its batch.
+    newest: Option<Arrival>,
+    batched: bool,
+}
+
+/// The use of a message.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Picked {
+    /// None as yet.
+    Nothing,
+    /// This message.
+    Message(Arrival),
+    /// Messages come in batches from now on, or no longer: all that was learnt of them is of no use.
+    Changed,
+}
+
+impl Batches {
+    /// Takes a message, and whether it came together with the one before.
+    pub(super) fn take(&mut self, arrival: Arrival, together: bool) -> Picked {
+        if together {
+            self.length = self.length.saturating_add(1);
+        } else {
+            let is_batch = f64::from(u8::from(self.length >= BATCH));
+            self.part += (is_batch - self.part) / MEMORY;
+            self.length = 1;
+        }
+        let bound = if self.batched { NOT_BATCHED } else { BATCHED };
+        let batched = self.part > bound;
+        if batched != self.batched {
+            self.batched = batched;
+            self.newest = None;
+            return Picked::Changed;
+        }
+        if !batched {
+            return Picked::Message(arrival);
+        }
+        let before = self.newest.replace(arrival);
+        match before {
+            Some(before) if !together => Picked::Message(before),
+            _ => Picked::Nothing,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_machine_that_stood_still_is_no_batch() {
+        let mut batches = Batches::default();
+        for count in 0..10_000 {
+            let arrival = Arrival {
+                count,
+                at: Instant::EPOCH,
+                send_stamp: None,
+            };
+            // For 300 ms every half a second.
+            let picked = batches.take(arrival, count % 500 < 300);
+            assert!(matches!(picked, Picked::Message(_)), "{count}");
+        }
+    }
+
+    /// The counts that are used of 4000 messages that come in batches of so many.
+    fn used(batch: u64) -> std::vec::Vec<u64> {
+        let mut batches = Batches::default();
+        let mut used = std::vec::Vec::new();
+        for count in 0..4_000 {
+            let arrival = Arrival {
+                count,
+                at: Instant::EPOCH,
+                send_stamp: None,
+            };
+            match batches.take(arrival, count % batch != 0) {
+                Picked::Message(arrival) => used.push(arrival.count),
+                Picked::Nothing => {}
+                Picked::Changed => used.clear(),
+            }
+        }
+        used
+    }
+
+    #[test]
+    fn the_last_of_each_batch_is_used() {
+        assert_eq!(used(1).len(), 4_000);
+        assert_eq!(used(3).len(), 4_000);
+        for batch in [10, 100] {
+            let used = used(batch);
+            assert!(used.len() > 10, "{batch}: {}", used.len());
+            assert!(
+                used.iter().all(|count| count % batch == batch - 1),
+                "{used:?}"
+            );
+        }
+    }
+}
