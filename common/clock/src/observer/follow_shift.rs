@@ -101,7 +101,7 @@ impl PhaseObserver {
         let size = libm::fabs(shift);
         let skip = cycles != 0 || size * 1e3 >= self.parameters.smallest_skip_ms;
         if size < SMALL_SHIFT && self.jitter.cell() == 0.0 {
-            stream.choice.suspect_small_shift(time);
+            stream.choice.suspect_small_shift(time, shift);
         }
         if !stream.choice.is_edge() {
             stream.calibration.shift(shift);
