@@ -41,10 +41,12 @@ use crate::cycle::CycleTime;
 use crate::delay::{Asymmetry, DelayExchange, DelayOutput, DelayState, Refusal, TimeResponse};
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::{
-    FarLine, FarTime, ObserverOutput, ObserverParameters, ObserverState, PhaseObserver,
+    FarLine, FarTime, ObserverLine, ObserverOutput, ObserverParameters, ObserverState,
+    PhaseObserver,
 };
 use crate::time_sync::WrongParameter;
 use crate::timing::{Known, Steering, TimingChannel, TimingOutput};
+use crate::two_way::TwoWay;
 
 /// Responses that can wait for their cycle.
 pub const RESPONSES: usize = 16;
@@ -80,6 +82,8 @@ pub struct FarClock {
     overflow: u64,
     /// What comes beside the transport, stamped nearer to the wire.
     timing: TimingChannel,
+    /// The exchanges of the transport as a line of their own.
+    two_way: TwoWay,
     steering: Steering,
     /// The line that the delay is measured against.
     line: Option<FarLine>,
@@ -143,6 +147,7 @@ impl FarClock {
             waiting: [None; RESPONSES],
             overflow: 0,
             timing: TimingChannel::default(),
+            two_way: TwoWay::default(),
             steering: Steering::NONE,
             line: None,
             is_sure: false,
@@ -208,6 +213,9 @@ impl FarClock {
         let mut observer = self.observer.cycle(now);
         if let Steering::Channel { rate, .. } = self.steering {
             observer.drift_ppm = (rate - 1.0) * 1e6;
+            if !self.timing.is_heard() {
+                observer.line = ObserverLine::TwoWay;
+            }
         }
         self.is_sure = is_sure(observer.state, self.is_sure);
         let delay = self.delay_output(now);
@@ -271,6 +279,7 @@ impl FarClock {
         self.delay = delay;
         self.waiting = [None; RESPONSES];
         self.timing.forget();
+        self.two_way.forget();
         self.steering = Steering::NONE;
         if delay == DelaySource::Measured {
             self.exchange.restart();
@@ -301,6 +310,13 @@ impl FarClock {
             let line = self.observer.line();
             let known = line.as_ref().and_then(|line| self.known(now, line));
             self.steering = self.timing.steer(now, line.as_ref(), known);
+        } else if self.delay == DelaySource::Measured && self.two_way.is_in_use()
+            || self.is_steered()
+        {
+            let was = self.is_steered();
+            let line = self.observer.line();
+            let two_way = line.and_then(|line| self.two_way.steer(now, &line, &self.exchange, was));
+            self.steering = two_way.unwrap_or(Steering::NONE);
         }
         let delay = self.delay_in_force();
         match self.steering {
@@ -313,6 +329,11 @@ impl FarClock {
                 self.observer.set_delay(delay);
             }
         }
+    }
+
+    /// Whether far time follows exchanges and not messages.
+    const fn is_steered(&self) -> bool {
+        matches!(self.steering, Steering::Channel { .. })
     }
 
     /// What the exchanges of the transport say.
@@ -339,7 +360,11 @@ impl FarClock {
                 match self.exchange.take(&response, arrived, &line) {
                     Err(Refusal::OtherRun | Refusal::OtherEpoch | Refusal::NotAsked) => {}
                     // Another estimator may think otherwise of one that is implausible.
-                    Ok(()) | Err(_) => used(arrived, &response),
+                    Err(_) => used(arrived, &response),
+                    Ok(()) => {
+                        self.two_way.take(arrived, &response, &line, &self.exchange);
+                        used(arrived, &response);
+                    }
                 }
             }
         }

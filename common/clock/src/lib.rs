@@ -33,6 +33,7 @@ pub mod observer;
 mod straight_line;
 pub mod time_sync;
 pub mod timing;
+mod two_way;
 
 pub use age_gate::{Age, AgeGate};
 pub use cycle::{CycleIndex, CycleTime, Schedule};

@@ -120,3 +120,30 @@ fn levels_of_the_path_that_alternate_do_not_move_far_time() {
         }
     }
 }
+
+/// 49 µs before, as the line of messages wanders with the path.
+#[test]
+fn a_delay_that_wanders_both_ways_alike_is_followed_by_exchanges() {
+    for (link_name, link) in &LINKS[..3] {
+        let (course_name, course) = DELAYS[4];
+        assert!(course_name.contains("sine"));
+        for seed in FIRST_SEED..FIRST_SEED + SEEDS {
+            let (mut squares, mut count, mut beyond) = (0.0, 0.0, 0);
+            // Two periods to notice, and two to follow.
+            world::run(link, &course, seed, cases::BEGINS + 120.0, |cycle| {
+                if cycle.time < cases::BEGINS + 60.0 {
+                    return;
+                }
+                squares += cycle.error * cycle.error;
+                count += 1.0;
+                let reading = cycle.output.delay.uncertainty.map_or(0.0, |u| u.0);
+                beyond += u32::from(
+                    cycle.error.abs() > reading + cycle.output.observer.slew_remaining.0.abs(),
+                );
+            });
+            let rms = f64::sqrt(squares / count);
+            assert!(rms < 6e-6, "{link_name}, seed {seed}: {rms}");
+            assert_eq!(beyond, 0, "{link_name}, seed {seed}: not covered");
+        }
+    }
+}

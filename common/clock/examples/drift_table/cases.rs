@@ -93,7 +93,7 @@ pub(crate) const DRIFTS: [(&str, Course); 9] = [
 ];
 
 /// What is not: the path.
-pub(crate) const DELAYS: [(&str, Course); 5] = [
+pub(crate) const DELAYS: [(&str, Course); 6] = [
     (
         "delay +200 µs in 0.5 s",
         delay(|t| 400e-6 * since(t).clamp(0.0, 0.5)),
@@ -109,6 +109,10 @@ pub(crate) const DELAYS: [(&str, Course); 5] = [
     (
         "delay ±50 µs every 3 s",
         delay(|t| step(t, 50e-6) + triangle(t, 50e-6, 3.0)),
+    ),
+    (
+        "delay ±50 µs, sine of 30 s",
+        delay(|t| 50e-6 * f64::sin(since(t).max(0.0) * std::f64::consts::TAU / 30.0)),
     ),
     (
         "delay ±200 µs every 3 s",

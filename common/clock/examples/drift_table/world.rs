@@ -35,6 +35,7 @@ pub(crate) struct Link {
 }
 
 /// What happens, at each instant, s.
+#[derive(Clone, Copy)]
 pub(crate) struct Course {
     /// The sender's clock is fast by so much more, ppm.
     pub(crate) drift: fn(f64) -> f64,

@@ -73,6 +73,31 @@ impl DelayExchange {
         }
     }
 
+    /// How far the sender's clock is ahead of the line if its ways are equally long, as exchanges of the last seconds have it, s.
+    pub(crate) fn middle(&self) -> Option<f64> {
+        let estimate = self.estimate.as_ref().filter(|known| known.measured)?;
+        Some(estimate.delay - self.asymmetry)
+    }
+
+    /// By how much half of the difference of the two ways has changed since the start, s.
+    pub(crate) const fn asymmetry(&self) -> f64 {
+        self.asymmetry
+    }
+
+    /// What is to be added to the middle of exchanges for how unequal their ways are known to be, s, and the bound of what that
+    /// is wrong by where the least round trip is `round_trip`, s.
+    pub(crate) fn inequality(&self, round_trip: f64) -> (f64, f64) {
+        let half = 0.5 * round_trip;
+        let (stated, within) = match self.stated {
+            Some(Asymmetry { longer, within }) if longer.as_secs_f64().abs() <= round_trip => {
+                let within = 0.5 * within.as_secs_f64();
+                (0.5 * longer.as_secs_f64(), within.min(half))
+            }
+            _ => (0.0, half),
+        };
+        (stated + self.asymmetry, within + self.asymmetry.abs())
+    }
+
     /// Whether ways that no longer take than the least round trip cannot differ by what is stated: neither is shorter than
     /// nothing.
     pub(super) fn is_statement_denied(&self, estimate: &Estimate, line: &FarLine) -> bool {

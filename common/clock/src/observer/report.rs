@@ -33,6 +33,8 @@ pub enum ObserverLine {
     AllMessages,
     /// The lower edge of the phases: delays are correlated, as between processes on busy machines.
     LowerEdge,
+    /// That of the time exchanges: delays wander, both ways alike.
+    TwoWay,
 }
 
 /// What one cycle of [`PhaseObserver`](super::PhaseObserver) gives.

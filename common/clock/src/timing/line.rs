@@ -7,7 +7,7 @@ use crate::numbers::rounded;
 use crate::observer::Bank;
 
 /// Exchanges that make one measurement: the shortest of their ways there, and the shortest of their ways back.
-const GROUP: usize = 8;
+pub(crate) const GROUP: usize = 8;
 /// So many measurements are enough to be believed.
 const ENOUGH: u32 = 8;
 /// What the rate of the line that is begun from can be wrong by, s/s.
@@ -35,7 +35,7 @@ struct Ways {
 
 /// How far the sender's clock is ahead of the own one, as a line in time.
 #[derive(Clone, Debug)]
-pub(super) struct TimingLine {
+pub(crate) struct TimingLine {
     /// Where it begins, on both clocks, and how fast the sender's clock was taken to run then.
     here: Instant<Local>,
     far: Span,
@@ -49,11 +49,15 @@ pub(super) struct TimingLine {
     round_trip: RoundTrip,
     measurements: u32,
     contradictions: u8,
+    /// By how much the newest measurement was off what was expected, s.
+    missed: Option<f64>,
 }
 
 impl TimingLine {
     /// Begins with an exchange, beside a line with this rate, s/s.
-    pub(super) fn new(first: &TimeResponse, rate: f64) -> Self {
+    ///
+    /// The shortest round trip is that of the last `measurements`.
+    pub(crate) fn new(first: &TimeResponse, rate: f64, measurements: usize) -> Self {
         Self {
             here: first.requested,
             far: first.received,
@@ -63,15 +67,21 @@ impl TimingLine {
             bank: None,
             at: 0.0,
             noise: Noise::new(),
-            round_trip: RoundTrip::new(),
+            round_trip: RoundTrip::new(measurements),
             measurements: 0,
             contradictions: 0,
+            missed: None,
         }
+    }
+
+    /// By how much the newest measurement was off what was expected of it, s; once.
+    pub(crate) const fn take_missed(&mut self) -> Option<f64> {
+        self.missed.take()
     }
 
     /// Takes an exchange whose response arrived at `arrived`. Whether the clocks are no longer where the line has
     /// them.
-    pub(super) fn take(&mut self, arrived: Instant<Local>, exchange: &TimeResponse) -> bool {
+    pub(crate) fn take(&mut self, arrived: Instant<Local>, exchange: &TimeResponse) -> bool {
         let (left, came) = (self.since(exchange.requested), self.since(arrived));
         self.group[self.filled] = Ways {
             left,
@@ -88,12 +98,12 @@ impl TimingLine {
     }
 
     /// Whether enough is known of it.
-    pub(super) const fn is_acquired(&self) -> bool {
+    pub(crate) const fn is_acquired(&self) -> bool {
         self.measurements >= ENOUGH
     }
 
     /// What the sender's clock shows at `now`, since the ideal start of its cycle 0.
-    pub(super) fn far_time(&self, now: Instant<Local>) -> Span {
+    pub(crate) fn far_time(&self, now: Instant<Local>) -> Span {
         let since = self.since(now);
         let ahead = self.bank.as_ref().map_or(0.0, |bank| {
             let estimate = bank.combined();
@@ -106,12 +116,12 @@ impl TimingLine {
     }
 
     /// How fast the sender's clock runs, seconds per local second.
-    pub(super) fn rate(&self) -> f64 {
+    pub(crate) fn rate(&self) -> f64 {
         self.rate + self.bank.as_ref().map_or(0.0, |bank| bank.combined().drift)
     }
 
     /// The standard deviation of that but for what the ways differ by, s.
-    pub(super) fn sigma(&self, now: Instant<Local>) -> f64 {
+    pub(crate) fn sigma(&self, now: Instant<Local>) -> f64 {
         let Some(bank) = &self.bank else {
             return f64::INFINITY;
         };
@@ -123,12 +133,12 @@ impl TimingLine {
     }
 
     /// What it is wrong by at most: whatever the ways are, neither is shorter than nothing, s.
-    pub(super) fn uncertainty(&self, now: Instant<Local>) -> f64 {
+    pub(crate) fn uncertainty(&self, now: Instant<Local>) -> f64 {
         0.5 * self.round_trip.shortest() + COVERED * self.sigma(now)
     }
 
     /// Both ways together, at their shortest, s.
-    pub(super) const fn round_trip(&self) -> f64 {
+    pub(crate) const fn round_trip(&self) -> f64 {
         self.round_trip.shortest()
     }
 
@@ -174,6 +184,7 @@ impl TimingLine {
         let estimate = bank.combined();
         let expected = estimate.offset + estimate.drift * passed;
         let known = estimate.offset_variance_after(passed, bank.drift_walk());
+        self.missed = Some(measured - expected);
         // On one of both ways, or on both.
         let held_up = 0.25 * longer * longer;
         let variance = self.noise.variance() + held_up;

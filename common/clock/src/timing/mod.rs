@@ -16,7 +16,7 @@
 //! It is believed no further than the time exchanges of the transport leave open: a channel that contradicts them is
 //! not used, whatever it says.
 
-mod line;
+pub(crate) mod line;
 mod noise;
 #[cfg(test)]
 mod tests;
@@ -228,7 +228,7 @@ impl TimingChannel {
             }
             let line = self
                 .line
-                .get_or_insert_with(|| TimingLine::new(&exchange, far.rate));
+                .get_or_insert_with(|| TimingLine::new(&exchange, far.rate, noise::KEPT));
             if line.take(arrived, &exchange) {
                 self.line = None;
                 self.restarts = self.restarts.saturating_add(1);

@@ -64,17 +64,21 @@ impl Noise {
 #[derive(Clone, Debug)]
 pub(super) struct RoundTrip {
     kept: [f64; KEPT],
+    /// So many of them count.
+    of: usize,
     next: usize,
     shortest: f64,
 }
 
 /// Of so many measurements: ten seconds' worth at fifty exchanges a second.
-const KEPT: usize = 64;
+pub(crate) const KEPT: usize = 64;
 
 impl RoundTrip {
-    pub(super) const fn new() -> Self {
+    /// Of so many measurements, at most [`KEPT`].
+    pub(super) fn new(of: usize) -> Self {
         Self {
             kept: [f64::INFINITY; KEPT],
+            of: of.clamp(1, KEPT),
             next: 0,
             shortest: 0.0,
         }
@@ -88,7 +92,7 @@ impl RoundTrip {
     /// Takes the next one. By how much it is longer than the shortest, s.
     pub(super) fn take(&mut self, round_trip: f64) -> f64 {
         self.kept[self.next] = round_trip.max(0.0);
-        self.next = (self.next + 1) % KEPT;
+        self.next = (self.next + 1) % self.of;
         self.shortest = self.kept.iter().copied().fold(f64::INFINITY, f64::min);
         round_trip.max(0.0) - self.shortest
     }
