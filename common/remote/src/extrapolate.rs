@@ -6,7 +6,9 @@
 //!   text calls it.
 //! * Every change of mode is blended over `blending_time`, not only that between PT1 and sync, so
 //!   that no change of mode is a step. A blend that is overtaken by another change goes on from
-//!   where it stands.
+//!   where it stands: what is left of it is added to the difference between the two modes, and never
+//!   to itself. So the set values stay between those of the modes, however often the mode changes.
+//! * The velocity during a blend is that of its positions.
 //! * Sync, time and observer mode differ only in where their correction comes from; all extrapolate.
 
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
@@ -24,7 +26,8 @@ pub struct AxisExtrapolate {
     task_cycle_time: f64,
     pt1: Pt1,
     mode: Option<ExtrapolateMode>,
-    last: SetValues,
+    /// The set values of the newest mode, before anything of a blend is added.
+    aim: SetValues,
     blend: Blend,
     /// The next cycle goes on from where the last one was, whatever has changed.
     carries_on: bool,
@@ -203,27 +206,58 @@ struct SetValues {
 }
 
 impl SetValues {
-    fn minus(self, other: Self) -> Self {
+    /// After `passed` seconds of going on like this.
+    fn moved_on(self, acceleration: f64, passed: f64) -> Self {
+        let Self { position, velocity } = self;
         Self {
-            position: self.position - other.position,
-            velocity: self.velocity - other.velocity,
-        }
-    }
-
-    fn plus_share(self, share: f64, other: Self) -> Self {
-        Self {
-            position: self.position + share * other.position,
-            velocity: self.velocity + share * other.velocity,
+            position: position + (velocity + 0.5 * acceleration * passed) * passed,
+            velocity: velocity + acceleration * passed,
         }
     }
 }
 
-/// What is left of the difference between the old mode's values and the new one's.
+/// A difference of position that fades to nothing in a straight line.
 #[derive(Clone, Copy, Debug, Default)]
 struct Blend {
-    difference: SetValues,
+    /// At its beginning, u.
+    difference: f64,
+    /// Its length, s.
+    length: f64,
     /// Seconds left.
     left: f64,
+}
+
+impl Blend {
+    fn starting(difference: f64, length: f64) -> Self {
+        Self {
+            difference,
+            length,
+            left: length,
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        self.left <= 0.0
+    }
+
+    /// The part of the difference that is left, u.
+    fn rest(&self) -> f64 {
+        if self.is_over() {
+            return 0.0;
+        }
+        self.difference * (self.left / self.length)
+    }
+
+    /// A mode's values, with the rest on top.
+    fn over(&self, aim: SetValues) -> SetValues {
+        if self.is_over() {
+            return aim;
+        }
+        SetValues {
+            position: aim.position + self.rest(),
+            velocity: aim.velocity - self.difference / self.length,
+        }
+    }
 }
 
 /// The correction times that the extrapolating modes use, where they are known.
@@ -277,7 +311,7 @@ impl AxisExtrapolate {
             task_cycle_time: task_cycle_time.as_secs_f64(),
             parameters,
             mode: None,
-            last: SetValues::default(),
+            aim: SetValues::default(),
             blend: Blend::default(),
             carries_on: false,
         })
@@ -298,7 +332,7 @@ impl AxisExtrapolate {
 
     /// Whether a change of mode is being blended over.
     pub(super) fn is_blending(&self) -> bool {
-        self.blend.left > 0.0
+        !self.blend.is_over()
     }
 
     /// Begins anew with an axis that may be moving: nothing is blended from, and the filter has settled.
@@ -311,7 +345,7 @@ impl AxisExtrapolate {
     pub(super) fn restart(&mut self) {
         self.pt1.restart();
         self.mode = None;
-        self.last = SetValues::default();
+        self.aim = SetValues::default();
         self.blend = Blend::default();
         self.carries_on = false;
     }
@@ -353,9 +387,7 @@ impl AxisExtrapolate {
         let error = self.position_error(mode, &candidates);
         let usable = error.is_none() && candidates.of(mode).is_some();
         let mode = if usable { mode } else { fall_back.into() };
-        let standing = self.take_standing(received.acceleration, elapsed);
-        let set = self.blended(mode, &candidates, standing, elapsed);
-        self.last = set;
+        let set = self.blended(mode, &candidates, elapsed);
         Moved {
             set: Kinematics {
                 position: set.position,
@@ -405,50 +437,30 @@ impl AxisExtrapolate {
         (limit > 0.0 && difference > limit).then_some(SyncError::MaxPositionDiffExceeded)
     }
 
-    /// Where the set values would be now, had nothing changed; none unless they are to go on from there.
-    fn take_standing(&mut self, acceleration: f64, elapsed: u32) -> Option<SetValues> {
-        let wanted = core::mem::take(&mut self.carries_on) && self.mode.is_some();
-        let passed = f64::from(elapsed) * self.task_cycle_time;
-        let SetValues { position, velocity } = self.last;
-        wanted.then_some(SetValues {
-            position: position + (velocity + 0.5 * acceleration * passed) * passed,
-            velocity: velocity + acceleration * passed,
-        })
-    }
-
     fn blended(
         &mut self,
         mode: ExtrapolateMode,
         candidates: &Candidates,
-        standing: Option<SetValues>,
         elapsed: u32,
     ) -> SetValues {
-        let aim = self.set_values(mode, candidates);
-        self.blend.left -= f64::from(elapsed) * self.task_cycle_time;
-        let old = self.mode.replace(mode).filter(|old| *old != mode);
-        let of_old_mode = || Some(self.faded(self.set_values(old?, candidates)));
-        let blending_time = self.parameters.blending_time.0;
-        if let Some(standing) = standing.or_else(of_old_mode) {
-            self.blend = Blend {
-                difference: standing.minus(aim),
-                left: blending_time,
-            };
+        let aim = candidates.of(mode).unwrap_or(candidates.received);
+        let passed = f64::from(elapsed) * self.task_cycle_time;
+        self.blend.left -= passed;
+        let standing = self.aim.moved_on(candidates.acceleration, passed);
+        let old = self.mode.replace(mode);
+        let from = match old {
+            Some(_) if core::mem::take(&mut self.carries_on) => Some(standing),
+            // The old mode may have lost its correction: it goes on from where it was.
+            Some(old) if old != mode => Some(candidates.of(old).unwrap_or(standing)),
+            _ => None,
+        };
+        if let Some(from) = from {
+            let difference = from.position - aim.position + self.blend.rest();
+            self.blend = Blend::starting(difference, self.parameters.blending_time.0);
         }
-        self.faded(aim)
-    }
-
-    /// A mode's values, with what is left of the last blend on top.
-    fn faded(&self, values: SetValues) -> SetValues {
-        if self.blend.left <= 0.0 || self.parameters.blending_time.0 <= 0.0 {
-            return values;
-        }
-        let share = self.blend.left / self.parameters.blending_time.0;
-        values.plus_share(share, self.blend.difference)
-    }
-
-    fn set_values(&self, mode: ExtrapolateMode, candidates: &Candidates) -> SetValues {
-        // The old mode of a change may have lost its correction: it ended where it last was.
-        candidates.of(mode).unwrap_or(self.last)
+        self.carries_on = false;
+        self.aim = aim;
+        self.blend.over(aim)
     }
 }
 

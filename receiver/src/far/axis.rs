@@ -113,16 +113,19 @@ impl Axis {
     /// Its node's clock starts anew by an order; the set values go on from where they are.
     pub(super) const fn re_initialise(&mut self) {
         self.block.re_initialise();
+        self.course.forget();
     }
 
     /// The set values go on from where they are, whatever an order changes.
     pub(super) const fn carry_on(&mut self) {
         self.block.carry_on();
+        self.course.forget();
     }
 
     /// Changes the parameters; the set values go on from where they are.
     pub(super) fn set_parameters(&mut self, parameters: &CheckedParameters) {
         self.block.set_parameters(parameters);
+        self.course.forget();
     }
 
     /// What the newest frame, with this count, says of it.

@@ -337,3 +337,41 @@ fn by_a_clock_a_drift_that_beats_show_to_change_is_no_news() {
     assert!(warned(|_| None));
     assert!(!warned(clock_of));
 }
+
+#[test]
+fn a_blend_is_bounded_by_the_real_difference_whatever_the_re_initialisations() {
+    let mut parameters = AxisSyncParameters::default();
+    parameters.time_sync.automatic_re_init = true;
+    let mut block = block(parameters);
+    // 10 ms of data, 9 ms of silence, for a minute.
+    for cycle in 0..60_000 {
+        let heard = cycle - (cycle % 19_u32).saturating_sub(9);
+        let (index, axis) = far(heard);
+        let out = block.update(index, &axis, FilterMode::Auto, 1);
+        let (_, master) = far(cycle);
+        let off = out.axis.set_position - master.set_position;
+        // Silence of 9 cycles moves the far axis by 9 of its own, and the filter lags behind by 3.
+        let cycles = off / (VELOCITY * 1e-3);
+        assert!((-3.5..3.5).contains(&cycles), "cycle {cycle}: {off} u");
+    }
+}
+
+#[test]
+fn a_small_index_difference_that_is_exceeded_at_every_beat_moves_nothing_away() {
+    let mut parameters = AxisSyncParameters::default();
+    parameters.time_sync.automatic_re_init = true;
+    parameters.time_sync.max_cycle_index_difference = 0.5;
+    let mut block = block(parameters);
+    let mut errors = 0;
+    for cycle in 0..60_000 {
+        let (index, axis) = far(cycle);
+        let out = block.update(index, &axis, FilterMode::Auto, 1);
+        errors += u32::from(out.error.is_some());
+        let cycles = (out.axis.set_position - axis.set_position) / (VELOCITY * 1e-3);
+        assert!(
+            (-4.0..1.6).contains(&cycles),
+            "cycle {cycle}: {cycles} cycles"
+        );
+    }
+    assert!(errors > 10, "{errors}");
+}

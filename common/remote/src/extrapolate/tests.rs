@@ -239,3 +239,29 @@ proptest! {
         }
     }
 }
+
+proptest! {
+    /// However often the mode changes, and however often its correction is lost: the set values stay between
+    /// those of the modes.
+    #[test]
+    fn a_blend_stays_between_the_modes_whatever_the_changes(
+        parts in prop::collection::vec((any_mode(), 1_usize..20, any::<bool>(), any::<bool>()), 1..300),
+    ) {
+        let mut block = block(ExtrapolateParameters::default());
+        let mut k = 0;
+        for (mode, cycles, is_known, carries_on) in parts {
+            if carries_on {
+                block.carry_on();
+            }
+            for _ in 0..cycles {
+                k += 1;
+                let axis = moving(500.0 * DT * f64::from(k), 500.0, 0.0);
+                let correction = is_known.then_some(Seconds(0.000_7));
+                let out = block.update(&axis, correction, mode, FallBackMode::Pt1, 1);
+                let behind = axis.set_position - out.axis.set_position;
+                // The filter lags behind by three cycles; the correction is 0.7 of one.
+                prop_assert!((-0.36..1.8).contains(&behind), "{behind}");
+            }
+        }
+    }
+}
