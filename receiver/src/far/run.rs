@@ -5,8 +5,9 @@
 //! when it has come regularly and the one before is silent. A run that has ended comes back only when nothing
 //! else was heard for long: it may have been taken over from while it was silent itself. Nor does one with the
 //! epoch of the run that is followed, but another count or cycle time, take over sooner: within a run neither
-//! changes. So a stray frame, one that is repeated for ever, a second node of the same name, or a frame that was
-//! on its way for long, moves nothing.
+//! changes. Late frames of the run that is followed are its backlog as long as they catch up with the time, or any
+//! other comes in time. So a stray frame, one that is repeated for ever, a second node of the same name, a receiver
+//! that stood still, or a frame that was on its way for long, moves nothing.
 
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_node::FrameHeader;
@@ -27,6 +28,10 @@ const SILENT_RIVAL: Span = Span::from_secs(1);
 /// A run that has ended, or another count in the epoch of the one that is followed, must have come for so long to be
 /// more than what was left of it on its way, or was recorded of it.
 const BACK: Span = Span::from_secs(1);
+/// Late frames that gain so much on the time, s, are a backlog being drained: they are no regular run until they have
+/// kept pace for [`BACK`]. Twice the jitter of a link that still counts as regular, a fortieth of the shortest backlog
+/// that is beyond [`BEHIND`].
+const CATCHES_UP: f64 = 0.025;
 /// One that has not been heard for so long is no rival any more.
 const FORGOTTEN: Span = Span::from_secs(1);
 /// So many ended runs are remembered.
@@ -53,6 +58,9 @@ pub(super) struct RunChoice {
     foreign: u64,
 }
 
+/// A frame, by its count and its arrival.
+type Mark = (u64, Instant<Local>);
+
 /// A run, and two of its frames.
 #[derive(Clone, Copy, Debug)]
 struct Run {
@@ -62,14 +70,15 @@ struct Run {
     count: u64,
     at: Instant<Local>,
     /// The one that came with the least delay of late.
-    least_delayed: (u64, Instant<Local>),
+    least_delayed: Mark,
 }
 
 /// A run that is not followed, but might be.
 #[derive(Clone, Copy, Debug)]
 struct Other {
     run: Run,
-    since: Instant<Local>,
+    /// The frame since which it has kept pace.
+    since: Mark,
     frames: u32,
     /// The run that is followed was heard since.
     is_rival: bool,
@@ -98,13 +107,13 @@ impl Run {
     }
 
     /// By how much the count is ahead of the time that has passed since a frame, s.
-    fn ahead_of(
-        &self,
-        (count, since): (u64, Instant<Local>),
-        at: Instant<Local>,
-        header: &FrameHeader,
-    ) -> f64 {
-        let counted = header.count as f64 - count as f64;
+    fn ahead_of(&self, before: Mark, at: Instant<Local>, header: &FrameHeader) -> f64 {
+        self.gained((before, (header.count, at)))
+    }
+
+    /// By how much the counts of two frames went on faster than time did between them, s.
+    fn gained(&self, ((before, since), (count, at)): (Mark, Mark)) -> f64 {
+        let counted = count as f64 - before as f64;
         counted * self.cycle_time.as_secs_f64() - (at - since).as_secs_f64()
     }
 
@@ -123,9 +132,36 @@ impl Run {
 }
 
 impl Other {
+    /// A run of which nothing but this frame is known.
+    fn of(at: Instant<Local>, header: &FrameHeader) -> Self {
+        Self {
+            run: Run::of(at, header),
+            since: (header.count, at),
+            frames: 1,
+            is_rival: false,
+        }
+    }
+
+    fn take(&mut self, at: Instant<Local>, header: &FrameHeader) {
+        let now = (header.count, at);
+        self.frames = (self.frames).saturating_add(u32::from(header.count > self.run.count));
+        self.run.take(at, header);
+        if self.run.gained((self.since, now)) > CATCHES_UP {
+            self.since = now;
+        }
+    }
+
+    /// Whether it is a backlog of the run that is followed: of one start, with one cycle time, and only later.
+    fn is_backlog_of(&self, followed: &Run) -> bool {
+        let (own, other) = (&self.run, followed);
+        let same = (own.epoch, own.cycle_time) == (other.epoch, other.cycle_time);
+        let newest = ((other.count, other.at), (own.count, own.at));
+        same && own.gained(newest) <= 0.0
+    }
+
     /// Whether it has come for so long that it is no left-over of a run that ended.
     fn is_back(&self) -> bool {
-        self.run.at - self.since >= BACK
+        self.run.at - self.since.1 >= BACK
     }
 }
 
@@ -138,6 +174,7 @@ impl RunChoice {
         };
         if followed.goes_on_with(at, header) {
             followed.take(at, header);
+            self.other = self.other.filter(|other| !other.is_backlog_of(followed));
             if let Some(other) = &mut self.other {
                 other.is_rival = true;
             }
@@ -186,7 +223,7 @@ impl RunChoice {
             return false;
         };
         let regular = other.frames >= REGULAR
-            && at - other.since >= other.run.cycle_time.span() * i64::from(REGULAR - 1) / 2;
+            && at - other.since.1 >= other.run.cycle_time.span() * i64::from(REGULAR - 1) / 2;
         let is_old = self.has_ended(header.epoch) || header.epoch == followed.epoch;
         let longest = if other.is_rival || is_old {
             SILENT_RIVAL
@@ -200,10 +237,11 @@ impl RunChoice {
     fn note(&mut self, at: Instant<Local>, header: &FrameHeader) -> Option<Other> {
         let has_ended = self.has_ended(header.epoch);
         let other = match self.other {
-            Some(mut other) if other.run.goes_on_with(at, header) => {
-                let is_later = header.count > other.run.count;
-                other.run.take(at, header);
-                other.frames = other.frames.saturating_add(u32::from(is_later));
+            // One that was not heard for so long has not kept pace since then.
+            Some(mut other)
+                if other.run.goes_on_with(at, header) && at - other.run.at <= FORGOTTEN =>
+            {
+                other.take(at, header);
                 other
             }
             // One that is heard is not given up for a stray frame of a third, but for a new run what is left of
@@ -214,12 +252,7 @@ impl RunChoice {
             {
                 return None;
             }
-            _ => Other {
-                run: Run::of(at, header),
-                since: at,
-                frames: 1,
-                is_rival: false,
-            },
+            _ => Other::of(at, header),
         };
         self.other = Some(other);
         Some(other)

@@ -259,3 +259,45 @@ fn of_two_others_the_one_that_is_heard_takes_over() {
     assert!(choice.can_be_followed(now, &header(4, 200)));
     assert!(!choice.can_be_followed(now, &header(5, 200)));
 }
+
+/// A receiver that stands still again and again: each time it finds a backlog, a piece of it per cycle, stamped as it
+/// is taken out.
+#[test]
+fn a_backlog_that_comes_in_pieces_is_never_another_run() {
+    for piece in [1, 3, 20, 200, 1_000] {
+        let mut choice = RunChoice::default();
+        let (mut now, mut sent, mut judged) = (0, 0, Vec::new());
+        let mut scan = |now: i64| {
+            for _ in 0..=piece {
+                if sent < now {
+                    judged.push(choice.judge(at(now), &header(1, sent as u64)));
+                    sent += 1;
+                }
+            }
+        };
+        for stopped in [2_000, 2_000, 1_500, 3_000, 1_900, 2_500] {
+            for _ in 0..4_000 {
+                now += 1;
+                scan(now);
+            }
+            now += stopped;
+        }
+        scan(now);
+        assert!(judged[1..].iter().all(|one| *one == Followed), "{piece}");
+        assert_eq!(choice.foreign(), 0, "{piece}");
+    }
+}
+
+#[test]
+fn a_count_that_fell_behind_for_good_is_followed_after_a_second() {
+    let mut choice = RunChoice::default();
+    run(&mut choice, 1, 0, 0, 5_000);
+    // The sender's machine slept for three seconds, and its clock with it.
+    let judged = run(&mut choice, 1, 3_000, 8_000, 11_000);
+    let begins = judged.iter().position(|one| *one == Begins);
+    assert_eq!(begins, Some(1_000));
+    assert_eq!(
+        run(&mut choice, 1, 3_000, 11_000, 12_000),
+        vec![Followed; 1_000]
+    );
+}
