@@ -132,9 +132,9 @@ fn an_axis_that_is_missing_goes_on_until_the_age_limit_and_the_others_do_not_not
     assert_eq!(row.axes[1].error, SyncError::MaxDataAgeExceeded.code());
     assert!(row.axes[1].missing > 190 && row.axes[1].age_cycles > 190);
     assert_eq!((row.axes[0].missing, row.axes[0].age_cycles), (0, 0));
-    // There it is again.
+    // There it is again, brought back with no more acceleration than it takes to brake it.
     far[0].axes[1] = Some(200.0);
-    run(&mut receiver, &mut far, 5_500 * MILLISECOND, |_, _| {});
+    run(&mut receiver, &mut far, 5_600 * MILLISECOND, |_, _| {});
     assert!(receiver.snapshot().signals.axes[1].synced);
     assert_eq!(receiver.snapshot().health, Health::Ok);
 }

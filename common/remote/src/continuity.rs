@@ -7,6 +7,8 @@
 use coaxle_clock::{Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 
+use super::prediction::moved_on;
+
 /// An axis without data comes to rest within this time, s.
 const BRAKING: f64 = 0.5;
 /// While it is brought back it is at most so much of its greatest velocity so far faster or slower than its
@@ -17,8 +19,15 @@ const LONGEST: f64 = 30.0;
 /// Set values whose positions move otherwise than their velocity says, by so much of the greatest velocity so far,
 /// are taken by their positions: those of a mode that shows every beat, or that stand still without news.
 const CONTRADICTION: f64 = 0.05;
-/// Largest slope of the curve that the way back is gone by.
+/// Positions so many cycles apart, or less, say the velocity: the mean over a pause of the node says nothing of its end.
+const SAID_OVER: u32 = 8;
+/// Largest slope of the curve that the way back is gone by, …
 const STEEPEST: f64 = 1.875;
+/// … and its largest curvature: 10/√3.
+const MOST_CURVED: f64 = 5.774;
+/// An axis that is brought back is accelerated as its master was at most, but never less than it takes to brake it:
+/// the quartic begins with at most so much of its velocity over its length.
+const BRAKED: f64 = 1.5;
 
 /// Keeps the set values of an axis continuous.
 #[derive(Clone, Debug)]
@@ -28,8 +37,10 @@ pub struct Continuity {
     shortest: f64,
     /// The newest set values, with what their positions say of the velocity.
     last: Option<(Kinematics, f64)>,
-    /// The greatest velocity of the master so far, u/s.
+    /// The greatest velocity of the master so far, u/s, …
     fastest: f64,
+    /// … and its greatest acceleration, u/s².
+    hardest: f64,
     motion: Motion,
 }
 
@@ -66,6 +77,7 @@ impl Continuity {
             shortest: shortest.0,
             last: None,
             fastest: 0.0,
+            hardest: 0.0,
             motion: Motion::Following,
         }
     }
@@ -76,6 +88,7 @@ impl Continuity {
     pub fn follow(&mut self, master: &Kinematics, elapsed: u32) -> Kinematics {
         let passed = self.cycle_time * f64::from(elapsed);
         self.fastest = self.fastest.max(master.velocity.abs());
+        self.hardest = self.hardest.max(master.acceleration.abs());
         let set = match (&mut self.motion, &self.last) {
             (Motion::Following, _) | (_, None) => {
                 self.motion = Motion::Following;
@@ -99,7 +112,7 @@ impl Continuity {
         {
             self.motion = Motion::Following;
         }
-        self.keep(set, passed);
+        self.keep(set, elapsed);
         set
     }
 
@@ -116,7 +129,7 @@ impl Continuity {
         };
         self.motion = Motion::Braking { braking, since };
         let set = braking.at(since);
-        self.keep(set, passed);
+        self.keep(set, elapsed);
         Some(set)
     }
 
@@ -135,9 +148,12 @@ impl Continuity {
         }
     }
 
-    fn keep(&mut self, set: Kinematics, passed: f64) {
+    fn keep(&mut self, set: Kinematics, elapsed: u32) {
+        let passed = self.cycle_time * f64::from(elapsed);
         let by_positions = match &self.last {
-            Some((last, _)) if passed > 0.0 => (set.position - last.position) / passed,
+            Some((last, _)) if (1..=SAID_OVER).contains(&elapsed) => {
+                (set.position - last.position) / passed
+            }
             _ => set.velocity,
         };
         self.last = Some((set, by_positions));
@@ -177,11 +193,11 @@ impl Continuity {
         };
         let way = ahead.position + slowing.way();
         let faster = (FASTER * self.fastest).max(STEEPEST * way.abs() / LONGEST);
-        let for_way = if faster > 0.0 {
-            STEEPEST * way.abs() / faster
-        } else {
-            0.0
-        };
+        let harder = self.hardest.max(BRAKED * self.fastest / BRAKING);
+        let by = |most: f64, length: f64| if most > 0.0 { length } else { 0.0 };
+        let for_velocity = by(faster, STEEPEST * way.abs() / faster);
+        let for_acceleration = by(harder, libm::sqrt(MOST_CURVED * way.abs() / harder));
+        let for_way = for_velocity.max(for_acceleration.min(LONGEST));
         Rejoin {
             slowing,
             way,
@@ -273,15 +289,6 @@ impl Braking {
             velocity * self.length,
             acceleration * self.length * self.length,
         )
-    }
-}
-
-/// Where an axis is that moved on as it did.
-fn moved_on(last: &Kinematics, passed: f64) -> Kinematics {
-    Kinematics {
-        position: last.position + (last.velocity + 0.5 * last.acceleration * passed) * passed,
-        velocity: last.velocity + last.acceleration * passed,
-        acceleration: last.acceleration,
     }
 }
 

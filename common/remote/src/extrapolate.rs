@@ -8,13 +8,18 @@
 //!   that no change of mode is a step. A blend that is overtaken by another change goes on from
 //!   where it stands: what is left of it is added to the difference between the two modes, and never
 //!   to itself. So the set values stay between those of the modes, however often the mode changes.
+//! * Beyond 20 ms of correction the acceleration fades: nothing is accelerated for long on old values.
 //! * The velocity during a blend is that of its positions.
 //! * Sync, time and observer mode differ only in where their correction comes from; all extrapolate.
+
+mod blend;
 
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{Seconds, Span};
 
+use super::prediction::moved_on;
 use super::pt1::Pt1;
+use blend::Blend;
 use coaxle_axis::NcToPlcAxis;
 use coaxle_curve::profile::Kinematics;
 
@@ -205,57 +210,11 @@ struct SetValues {
     velocity: f64,
 }
 
-impl SetValues {
-    /// After `passed` seconds of going on like this.
-    fn moved_on(self, acceleration: f64, passed: f64) -> Self {
-        let Self { position, velocity } = self;
+impl From<Kinematics> for SetValues {
+    fn from(set: Kinematics) -> Self {
         Self {
-            position: position + (velocity + 0.5 * acceleration * passed) * passed,
-            velocity: velocity + acceleration * passed,
-        }
-    }
-}
-
-/// A difference of position that fades to nothing in a straight line.
-#[derive(Clone, Copy, Debug, Default)]
-struct Blend {
-    /// At its beginning, u.
-    difference: f64,
-    /// Its length, s.
-    length: f64,
-    /// Seconds left.
-    left: f64,
-}
-
-impl Blend {
-    fn starting(difference: f64, length: f64) -> Self {
-        Self {
-            difference,
-            length,
-            left: length,
-        }
-    }
-
-    fn is_over(&self) -> bool {
-        self.left <= 0.0
-    }
-
-    /// The part of the difference that is left, u.
-    fn rest(&self) -> f64 {
-        if self.is_over() {
-            return 0.0;
-        }
-        self.difference * (self.left / self.length)
-    }
-
-    /// A mode's values, with the rest on top.
-    fn over(&self, aim: SetValues) -> SetValues {
-        if self.is_over() {
-            return aim;
-        }
-        SetValues {
-            position: aim.position + self.rest(),
-            velocity: aim.velocity - self.difference / self.length,
+            position: set.position,
+            velocity: set.velocity,
         }
     }
 }
@@ -288,11 +247,27 @@ impl Candidates {
             ExtrapolateMode::Time => self.corrections.time?,
             ExtrapolateMode::Observer => self.corrections.observer?,
         };
-        let SetValues { position, velocity } = self.received;
-        Some(SetValues {
-            position: position + (velocity + 0.5 * self.acceleration * dt) * dt,
-            velocity: velocity + self.acceleration * dt,
-        })
+        Some(moved_on(&self.kinematics(), dt).into())
+    }
+
+    fn kinematics(&self) -> Kinematics {
+        Kinematics {
+            position: self.received.position,
+            velocity: self.received.velocity,
+            acceleration: self.acceleration,
+        }
+    }
+
+    /// What is left of the received acceleration in a mode.
+    fn acceleration(&self, received: &Kinematics, mode: ExtrapolateMode) -> f64 {
+        let age = match mode {
+            ExtrapolateMode::Bypass | ExtrapolateMode::Pt1 => None,
+            ExtrapolateMode::Sync => self.corrections.sync,
+            ExtrapolateMode::Time => self.corrections.time,
+            ExtrapolateMode::Observer => self.corrections.observer,
+        };
+        let Seconds(age) = age.unwrap_or(Seconds::ZERO);
+        moved_on(received, age).acceleration
     }
 }
 
@@ -392,7 +367,7 @@ impl AxisExtrapolate {
             set: Kinematics {
                 position: set.position,
                 velocity: set.velocity,
-                acceleration: received.acceleration,
+                acceleration: candidates.acceleration(received, mode),
             },
             state: mode,
             error,
@@ -445,8 +420,13 @@ impl AxisExtrapolate {
     ) -> SetValues {
         let aim = candidates.of(mode).unwrap_or(candidates.received);
         let passed = f64::from(elapsed) * self.task_cycle_time;
-        self.blend.left -= passed;
-        let standing = self.aim.moved_on(candidates.acceleration, passed);
+        self.blend.go_on(passed);
+        let before = Kinematics {
+            position: self.aim.position,
+            velocity: self.aim.velocity,
+            acceleration: candidates.acceleration,
+        };
+        let standing = moved_on(&before, passed).into();
         let old = self.mode.replace(mode);
         let from = match old {
             Some(_) if core::mem::take(&mut self.carries_on) => Some(standing),

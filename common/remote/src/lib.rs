@@ -82,6 +82,7 @@ mod extrapolate;
 mod far_axis;
 mod far_sync;
 mod parameters;
+mod prediction;
 mod pt1;
 
 pub use axis_sync::{AxisSync, AxisSyncDiagnostic, AxisSyncOutput};

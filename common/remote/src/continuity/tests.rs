@@ -53,6 +53,22 @@ fn as_long_as_nothing_happens_set_values_pass_as_they_are() {
 }
 
 #[test]
+fn a_pause_says_nothing_of_the_velocity_at_its_end() {
+    let mut axis = continuity();
+    let at = |cycle: u32| steady(0.5 * f64::from(cycle), 500.0);
+    for cycle in 0..1_000 {
+        let _ = axis.follow(&at(cycle), 1);
+    }
+    // The node stood still for two seconds, and finds nothing of its master at first.
+    let mut sets = std::vec![axis.brake(2_000).unwrap()];
+    for cycle in 3_000..12_000 {
+        sets.push(axis.follow(&at(cycle), 1));
+    }
+    let (fastest, hardest, _) = differences(&sets);
+    assert!(fastest < 760.0 && hardest < 2_000.0, "{fastest} {hardest}");
+}
+
+#[test]
 fn nothing_is_braked_that_never_moved() {
     let mut axis = continuity();
     assert_eq!(axis.brake(1), None);
