@@ -137,6 +137,8 @@ named! {
         Error = "error",
         /// The cycle times do not fit.
         CycleTimesDoNotFit = "cycle-times-do-not-fit",
+        /// The master's cycles last otherwise than it says.
+        PaceOutOfRange = "pace-out-of-range",
         /// A drive tripped.
         DriveTripped = "drive-tripped",
         /// A slave is in error stop.

@@ -159,6 +159,8 @@ signals! {
         beacons_received: u64 [""] last,
         /// Answers refused so far.
         beacons_rejected: u64 [""] last,
+        /// The pace of its cycles against the stated cycle time, by its frames of a second; positive: fast.
+        pace_ppm: Option<f64> ["ppm"] last,
         /// Accepted messages so far: in order, duplicates, late, waiting, dropped because of an overflow, or foreign.
         received: u64 [""] last,
         /// Messages so far that were the newest of their run when their cycle took them in.

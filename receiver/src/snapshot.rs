@@ -272,6 +272,8 @@ pub enum Health {
     Error(SyncError),
     /// The master's cycle time does not fit the own one: 0x4b56.
     CycleTimesDoNotFit,
+    /// The master's cycles last otherwise than its frames say, too much to be followed: 0x4b56.
+    PaceOutOfRange,
     /// A drive tripped.
     DriveTripped,
     /// A slave is in error stop.
@@ -311,6 +313,7 @@ impl Health {
             Self::TwoSenders => HealthName::TwoSenders,
             Self::Error(_) => HealthName::Error,
             Self::CycleTimesDoNotFit => HealthName::CycleTimesDoNotFit,
+            Self::PaceOutOfRange => HealthName::PaceOutOfRange,
             Self::DriveTripped => HealthName::DriveTripped,
             Self::SlaveFailed { .. } => HealthName::SlaveFailed,
             Self::CommandRefused { .. } => HealthName::CommandRefused,
@@ -331,7 +334,7 @@ impl Health {
             Self::MasterSilent => 6,
             Self::TwoSenders => 7,
             Self::Error(_) => 8,
-            Self::CycleTimesDoNotFit => 9,
+            Self::CycleTimesDoNotFit | Self::PaceOutOfRange => 9,
             Self::SlaveBehind { .. }
             | Self::ProgramBlocked { .. }
             | Self::CommandRefused { .. }

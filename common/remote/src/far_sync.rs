@@ -122,6 +122,17 @@ impl FarCorrection {
         }
     }
 
+    /// What becomes of it where the far node is not to be followed: its axes are as good as silent.
+    pub fn refused(&self) -> Self {
+        Self {
+            synced: false,
+            is_silent: true,
+            error: Some(SyncError::WrongParameter),
+            mode: self.fall_back.into(),
+            ..*self
+        }
+    }
+
     /// The same for an axis of which nothing has come for too long, though its node goes on.
     pub fn for_silent(&self) -> Self {
         Self {

@@ -151,6 +151,12 @@ impl Candidate {
                 arrivals.exchange(at, response);
             })
         });
+        if let Some(following) = &mut self.news.following
+            && following.enabled
+            && self.inbox.is_pace_refused()
+        {
+            following.correction = following.correction.refused();
+        }
     }
 
     /// The newest fresh frame; the clock hears of all.

@@ -10,6 +10,7 @@ use coaxle_clock::{Age, AgeGate, Instant, Local, Span};
 use coaxle_node::{AxisSample, Frame, FrameHeader, Rejection, RejectionCounters};
 
 use super::frames::Frames;
+use super::pace::Pace;
 use super::run::{Admission, RunChoice};
 use super::sequence::{Place, Sequence};
 use crate::arrivals::INBOX_CAPACITY;
@@ -55,6 +56,7 @@ pub(crate) struct Inbox {
 struct Sender {
     gate: Option<AgeGate>,
     sequence: Sequence,
+    pace: Pace,
 }
 
 impl Inbox {
@@ -161,9 +163,15 @@ impl Inbox {
         self.run_of_image
     }
 
+    /// Whether the sender's cycles are so far from those that it states that nobody can follow them.
+    pub(crate) fn is_pace_refused(&self) -> bool {
+        (self.sender.as_ref()).is_some_and(|sender| sender.pace.is_refused())
+    }
+
     /// What signals say of the messages.
     pub(crate) fn show(&self, signals: &mut FarNodeSignals) {
         let counters = self.counters();
+        signals.pace_ppm = self.sender.as_ref().and_then(|sender| sender.pace.ppm());
         signals.received = counters.received;
         signals.in_order = counters.in_order;
         signals.expected = counters.expected;
@@ -209,6 +217,7 @@ impl Inbox {
             return false;
         };
         let place = sender.sequence.place(count);
+        sender.pace.take(at, count);
         let gate = &mut sender.gate;
         let judge = |gate: &mut AgeGate| gate.judge(count, at, now) == Age::Stale;
         let is_stale = gate.as_mut().is_some_and(judge);
@@ -243,6 +252,7 @@ impl Inbox {
         self.sender = Some(Sender {
             gate,
             sequence: Sequence::starting_at(header.count),
+            pace: Pace::starting(at, header.count, header.cycle_time),
         });
         self.renew(header);
     }

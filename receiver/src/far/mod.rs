@@ -12,6 +12,7 @@ mod frames;
 mod inbox;
 mod limited;
 mod orders;
+mod pace;
 mod run;
 mod sequence;
 mod take_over;
@@ -34,6 +35,8 @@ use clock::ClockSetup;
 use encoder::Encoder;
 use inbox::Inbox;
 use orders::OrderCounters;
+#[cfg(feature = "host")]
+pub(crate) use pace::LARGEST_PPM;
 use take_over::TakeOver;
 
 /// One far node, with those that stand by for it.
@@ -272,6 +275,9 @@ fn health_of(node: &Candidate, error_of_axis: Option<SyncError>) -> Health {
         };
     };
     let correction = &following.correction;
+    if node.inbox.is_pace_refused() {
+        return Health::PaceOutOfRange;
+    }
     if let Some(error) = correction.error.or(error_of_axis) {
         return Health::Error(error);
     }

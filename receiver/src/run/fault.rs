@@ -8,6 +8,7 @@ use coaxle_clock::time_sync::{SyncError, SyncWarning};
 use coaxle_slave::SlaveError;
 use serde::Serialize;
 
+use crate::far::LARGEST_PPM;
 use crate::program::BlockedProgram;
 use crate::snapshot::{Health, ReceiverSnapshot, RefusedCommand, SlaveFaults};
 
@@ -42,6 +43,7 @@ impl Fault {
     pub(super) fn of_far(snapshot: &ReceiverSnapshot, far: usize) -> Option<Self> {
         match snapshot.far_health[far] {
             Health::CycleTimesDoNotFit => Some(Self::cycle_times(snapshot.data_cycle_times[far])),
+            Health::PaceOutOfRange => Some(Self::pace(snapshot, far)),
             Health::Error(error) => Some(error.into()),
             _ => None,
         }
@@ -115,6 +117,19 @@ impl Fault {
         let text = format!(
             "received frames with a cycle time of {received}, expected a whole multiple or a whole \
              part (up to 1000) of the own one, and the configured data-cycle-time-s, if there is one"
+        );
+        Self::new(SyncError::WrongParameter.code().into(), &text)
+    }
+
+    /// Without its last figures, which would be others each time.
+    fn pace(snapshot: &ReceiverSnapshot, far: usize) -> Self {
+        let ppm = snapshot.signals.far[far].pace_ppm.unwrap_or(0.0);
+        let hundreds = (ppm / 100.0).round() * 100.0;
+        let stated = snapshot.data_cycle_times[far];
+        let stated = stated.map_or(0.0, |time| time.span().as_micros_f64());
+        let text = format!(
+            "received frames at a pace of {hundreds:+} ppm off their cycle-time-us of {stated}, expected at \
+             most {LARGEST_PPM} ppm either way: the node's cycles do not last what it says, and it is not followed"
         );
         Self::new(SyncError::WrongParameter.code().into(), &text)
     }

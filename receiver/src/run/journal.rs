@@ -173,9 +173,10 @@ fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, heard: &[Heard]) -
         let is_told = match health {
             Health::OnStandby => taken_over.is_some(),
             // It is told when it stands by.
-            _ if heard[n].is_standby => {
-                !matches!(health, Health::TwoSenders | Health::CycleTimesDoNotFit)
-            }
+            _ if heard[n].is_standby => !matches!(
+                health,
+                Health::TwoSenders | Health::CycleTimesDoNotFit | Health::PaceOutOfRange
+            ),
             _ => false,
         };
         own.extend(taken_over);
