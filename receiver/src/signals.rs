@@ -243,6 +243,9 @@ signals! {
         velocity_diff: Option<f64> ["u/s"],
         /// The correction time that moved it; none where the mode uses none.
         correction_us: Option<f64> ["µs"],
+        /// How far the corrected set position may be from the axis, while that moves as it was seen to: the time error ×
+        /// velocity, and half of the greatest jerk so far × age³, or the greatest acceleration × age² where that is less.
+        prediction_sigma: Option<f64> ["u"] last,
         /// The instant of the far node's ideal time that the set values stand for.
         far_time_ns: Option<i64> ["ns"],
         /// Bandwidth of the smoothing of an axis that is only measured; none of one that is not.

@@ -5,15 +5,16 @@ use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Remote, Seconds, Span};
 use coaxle_node::{AxisSample, FrameHeader};
 use coaxle_remote::{
-    AxisSyncParameters, CheckedParameters, Continuity, ContinuityState, ExtrapolateDiagnostic,
-    FarAxis, FarAxisOutput, FarCorrection, FilterState,
+    CheckedParameters, Continuity, ContinuityState, ExtrapolateDiagnostic, FarAxis, FarAxisOutput,
+    FarCorrection, FilterState,
 };
 
-use super::course::FarTimeCourse;
+use super::course::{Advance, FarTimeCourse};
 use super::encoder::Encoder;
 use super::limited::Limited;
 use super::micros;
-use crate::config::{FarAxisConfig, FarLimits};
+use super::steps::{Course, SeenMotion, StepWatch};
+use crate::config::{FarAxisConfig, FarConfig, FarLimits};
 use crate::signals::FarAxisSignals;
 use crate::slaves::Master;
 
@@ -30,6 +31,11 @@ pub(super) struct Axis {
     limited: Option<Box<Limited>>,
     /// The far time that it stands for.
     course: FarTimeCourse,
+    /// What it was seen to do, and what no mode explains.
+    seen: SeenMotion,
+    steps: StepWatch,
+    /// More of its cycles are missing before the newest than a step of a mode without a clock can be.
+    has_gap: bool,
     cycle_time: Span,
     /// None until it comes.
     sample: Option<AxisSample>,
@@ -41,12 +47,30 @@ pub(super) struct Axis {
     error: Option<SyncError>,
 }
 
+/// A cycle of an axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AxisScan {
+    /// Own cycles since the one before.
+    pub(super) elapsed: u32,
+    /// Own cycles without news of it.
+    pub(super) age: u32,
+    /// Without news for too long.
+    pub(super) is_lost: bool,
+    /// The standard deviation of the far time, s, where it is known.
+    pub(super) time_sigma: Option<Seconds>,
+}
+
+/// The cycles of the sender by which a mode that shows what comes may step at once: those of a beat, and of the
+/// silence that is borne by default (`age-of-data-limit`).
+const LARGEST_BEAT: u64 = 8;
+
 impl Axis {
     pub(super) fn new(
         cycle_time: CycleTime,
-        parameters: &AxisSyncParameters,
+        far: &FarConfig,
         config: &FarAxisConfig,
     ) -> Result<Self, WrongParameter> {
+        let parameters = &far.sync;
         let limited = |limits: FarLimits| Box::new(Limited::new(*limits.get(), cycle_time));
         let encoder = config
             .encoder
@@ -58,6 +82,9 @@ impl Axis {
             continuity: Continuity::new(cycle_time.span(), parameters.extrapolate.blending_time),
             limited: config.limits.map(limited),
             course: FarTimeCourse::default(),
+            seen: SeenMotion::default(),
+            steps: StepWatch::default(),
+            has_gap: false,
             cycle_time: cycle_time.span(),
             sample: None,
             count: 0,
@@ -80,6 +107,7 @@ impl Axis {
     pub(super) const fn rejoin(&mut self) {
         self.continuity.rejoin();
         self.course.forget();
+        self.steps.forget();
     }
 
     /// Another run of its node: what it was before says nothing of where it is now.
@@ -128,12 +156,19 @@ impl Axis {
         self.course.forget();
     }
 
-    /// What the newest frame, with this count, says of it.
-    pub(super) fn take(&mut self, sample: Option<AxisSample>, count: u64) {
+    /// What the newest frame, with this header, says of it.
+    pub(super) fn take(&mut self, sample: Option<AxisSample>, header: &FrameHeader) {
+        let count = header.count;
         if let Some(sample) = sample {
+            let has_come = self.sample.is_some();
+            let missed = count.saturating_sub(self.count) * u64::from(has_come);
+            let passed = header.cycle_time.as_secs_f64() * missed as f64;
             if let Some(encoder) = &mut self.encoder {
                 encoder.take(&sample.set, count);
             }
+            let before = self.sample.as_ref().map(|before| (&before.set, passed));
+            self.seen.take(&sample.set, before);
+            self.has_gap = before.is_some() && missed > LARGEST_BEAT;
             self.sample = Some(sample);
             self.count = count;
             self.missing_cycles = 0;
@@ -169,19 +204,26 @@ impl Axis {
         }
     }
 
-    /// One cycle; none as long as it has not come. Without news for too long it `is_lost`.
+    /// One cycle; none as long as it has not come.
     pub(super) fn cycle(
         &mut self,
         header: &FrameHeader,
         correction: &FarCorrection,
-        elapsed: u32,
-        is_lost: bool,
+        scan: AxisScan,
         signals: &mut FarAxisSignals,
     ) -> Option<Master> {
+        let AxisScan {
+            elapsed, is_lost, ..
+        } = scan;
         if self.is_lost && !is_lost {
             self.begin_anew();
         }
         self.is_lost = is_lost;
+        let has_gap = std::mem::take(&mut self.has_gap) && shows_what_comes(correction.mode);
+        if has_gap {
+            self.begin_anew();
+            self.rejoin();
+        }
         let Some(sample) = self.sample else {
             *signals = FarAxisSignals {
                 missing: self.missing,
@@ -194,9 +236,12 @@ impl Axis {
         let passed = self.cycle_time * i64::from(elapsed);
         let far_time = far_time(header, self.count, &moved);
         let known = far_time.filter(|_| !is_lost);
-        if self.course.jumps(moved.state, known, passed) {
+        let advance = self.course.advance(moved.state, known, passed);
+        let before = self.steps.position();
+        if self.is_step(&moved, advance, passed) {
             self.continuity.rejoin();
         }
+        self.stand_still(header, &mut moved, before, scan);
         let is_known = self.has_settled();
         let set = match is_known && !is_lost {
             true => Some(self.continuity.follow(&moved.set, elapsed)),
@@ -212,6 +257,7 @@ impl Axis {
         moved.synced &= is_known && self.follows();
         self.error = moved.error;
         *signals = self.show(&sample, &moved, far_time);
+        signals.prediction_sigma = self.prediction_sigma(&moved, scan.time_sigma);
         set?;
         let error = moved.error.map_or(0, |error| error.code().into());
         let error_code = if error == 0 { sample.error_code } else { error };
@@ -222,6 +268,50 @@ impl Axis {
             is_ready: false,
             error_code: error,
         })
+    }
+
+    /// Whether its set values do what neither their mode nor its master explains.
+    fn is_step(&mut self, moved: &FarAxisOutput, advance: Advance, passed: Span) -> bool {
+        let far = match advance {
+            Advance::By(far) => Some(far),
+            Advance::Jump | Advance::Unknown => None,
+        };
+        let course = Course {
+            far: far.filter(|_| !self.block.is_blending()),
+            passed: passed.as_secs_f64(),
+            age: moved.correction_time.map_or(0.0, |Seconds(age)| age),
+        };
+        let is_step = self.steps.is_step(&moved.set, course, &self.seen);
+        // Increments have jumps of their own, and what smooths them leaves none.
+        advance == Advance::Jump || (is_step && self.encoder.is_none())
+    }
+
+    /// How far the set values may be from the master, while it moves as it was seen to: by the time, and by what
+    /// extrapolation does not know yet.
+    fn prediction_sigma(&self, moved: &FarAxisOutput, time: Option<Seconds>) -> Option<f64> {
+        let is_by_clock = moved.state == FilterState::Observer && self.follows();
+        let Seconds(time) = time.filter(|_| is_by_clock && self.encoder.is_none())?;
+        let Seconds(age) = moved.correction_time?;
+        Some(time * moved.set.velocity.abs() + self.seen.prediction_error(age))
+    }
+
+    /// Where a mode shows what comes and nothing does, its positions stand: so do velocity and acceleration.
+    fn stand_still(
+        &self,
+        header: &FrameHeader,
+        moved: &mut FarAxisOutput,
+        before: Option<f64>,
+        scan: AxisScan,
+    ) {
+        let in_cycle = header.cycle_time.span().as_nanos() / self.cycle_time.as_nanos().max(1);
+        let beat = u64::from(scan.age) < 2 * in_cycle.max(1) as u64;
+        if beat || !shows_what_comes(moved.state) || self.encoder.is_some() {
+            return;
+        }
+        let passed = self.cycle_time.as_secs_f64() * f64::from(scan.elapsed);
+        let way = before.map_or(0.0, |before| moved.set.position - before);
+        moved.set.velocity = if passed > 0.0 { way / passed } else { 0.0 };
+        moved.set.acceleration = 0.0;
     }
 
     /// Set values of an axis that is only measured come from its increments, moved by the same correction.
@@ -302,6 +392,11 @@ impl Axis {
         }
         signals
     }
+}
+
+/// Whether a mode shows what comes when it comes, beats and all.
+const fn shows_what_comes(mode: FilterState) -> bool {
+    matches!(mode, FilterState::Bypass | FilterState::Pt1)
 }
 
 /// The sender's ideal time that corrected set values stand for, received with this count.

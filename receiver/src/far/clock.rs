@@ -188,6 +188,14 @@ impl Clock {
         }
     }
 
+    /// The standard deviation of the far time, s; none where no observer says one.
+    pub(super) fn time_sigma(&self) -> Option<Seconds> {
+        let observed = self.observation()?;
+        let delay = observed.delay.sigma.unwrap_or(Seconds::ZERO);
+        let offset = observed.observer.offset_sigma;
+        Some(Seconds(libm::hypot(offset.0, delay.0)))
+    }
+
     /// Whether it is enabled.
     pub(super) const fn is_enabled(&self) -> bool {
         self.enabled

@@ -9,26 +9,41 @@ pub(super) struct FarTimeCourse {
     last: Option<(FilterState, Instant<Remote>)>,
 }
 
+/// How far time went on in a cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Advance {
+    /// As time does.
+    By(Span),
+    /// In no way that anything moves.
+    Jump,
+    /// The set values stand for no far time, or by another mode than before.
+    Unknown,
+}
+
 impl FarTimeCourse {
     /// The far time of this cycle, and by which mode; none where it stands for none. `passed` is the time since the
     /// cycle before.
     ///
-    /// Gives whether it goes back, or on by more than twice as much as time did: nothing that moves does that. Beats
+    /// It jumps where it goes back, or on by more than twice as much as time did: nothing that moves does that. Beats
     /// do in mode bypass, on purpose, and a change of mode is blended over.
-    pub(super) fn jumps(
+    pub(super) fn advance(
         &mut self,
         mode: FilterState,
         far_time: Option<Instant<Remote>>,
         passed: Span,
-    ) -> bool {
+    ) -> Advance {
         let now = far_time.map(|far_time| (mode, far_time));
         let before = std::mem::replace(&mut self.last, now);
-        match (before, now) {
-            (Some((mode_before, before)), Some((mode, now))) => {
-                let by_clock = mode != FilterState::Bypass && mode == mode_before;
-                by_clock && !(now > before && now - before <= passed * 2)
-            }
-            _ => false,
+        let (Some((mode_before, before)), Some((mode, now))) = (before, now) else {
+            return Advance::Unknown;
+        };
+        if mode == FilterState::Bypass || mode != mode_before {
+            return Advance::Unknown;
+        }
+        if now > before && now - before <= passed * 2 {
+            Advance::By(now - before)
+        } else {
+            Advance::Jump
         }
     }
 
@@ -46,7 +61,7 @@ mod tests {
 
     fn jumps(course: &mut FarTimeCourse, mode: FilterState, micros: i64) -> bool {
         let far_time = Instant::from_nanos(micros * 1_000);
-        course.jumps(mode, Some(far_time), CYCLE)
+        course.advance(mode, Some(far_time), CYCLE) == Advance::Jump
     }
 
     #[test]
@@ -67,7 +82,10 @@ mod tests {
             assert!(!jumps(&mut course, FilterState::Bypass, micros));
         }
         assert!(!jumps(&mut course, FilterState::Time, 1_500));
-        assert!(!course.jumps(FilterState::Pt1, None, CYCLE));
+        assert_eq!(
+            course.advance(FilterState::Pt1, None, CYCLE),
+            Advance::Unknown
+        );
         assert!(!jumps(&mut course, FilterState::Time, 500));
         course.forget();
         assert!(!jumps(&mut course, FilterState::Time, 0));

@@ -61,10 +61,24 @@ pub(crate) struct Far {
 impl Far {
     /// Its clock runs fast by `ppm`; its first cycle is at true time `start`.
     pub(crate) fn new(cycle_us: u32, ppm: i64, start: Nanos, epoch: u64) -> Self {
+        let program = format!(
+            "start-velocity = {VELOCITY:?}, limits = {{ velocity = 1000, acceleration = 1000, jerk \
+             = 10000 }}"
+        );
+        Self::with_program(cycle_us, ppm, start, epoch, &program)
+    }
+
+    /// Its axis moves by this program.
+    pub(crate) fn with_program(
+        cycle_us: u32,
+        ppm: i64,
+        start: Nanos,
+        epoch: u64,
+        program: &str,
+    ) -> Self {
         let text = format!(
             "name = 'conveyor'\ncycle-time-us = {cycle_us}\n[[axis]]\nid = 1\nname = 'x'\n\
-             program = {{ start-velocity = {VELOCITY:?}, limits = {{ velocity = 1000, acceleration \
-             = 1000, jerk = 10000 }} }}\n"
+             program = {{ {program} }}\n"
         );
         let config: SenderConfig = parse("sender", &text).expect("valid");
         let clock = Clock { ppm };
@@ -106,6 +120,10 @@ pub(crate) struct Near {
     mailbox: VecDeque<(Nanos, KeptMessage)>,
     /// It is not woken before this.
     asleep_until: Nanos,
+    /// The network hands in so many messages per cycle of those that waited, and stamps them as it does.
+    pub(crate) piece: Option<usize>,
+    /// So many messages wait for a receiver that stands still; those that come later are lost.
+    pub(crate) room: usize,
     pub(crate) tweak: Option<Tweak>,
     /// Its sender's index starts here instead of at 0.
     pub(crate) first_index: Option<u16>,
@@ -152,6 +170,8 @@ impl Near {
             seal: KeySeal::new(&config.name.channel_key(Channel::Slaves)),
             mailbox: VecDeque::new(),
             asleep_until: 0,
+            piece: None,
+            room: usize::MAX,
             tweak: None,
             first_index: None,
             snapshots: Vec::new(),
@@ -172,6 +192,9 @@ impl Near {
 
     /// A frame that was sent at this instant.
     pub(crate) fn post(&mut self, sent: Nanos, frame: &[u8]) {
+        if self.mailbox.len() >= self.room {
+            return;
+        }
         let mut message = KeptMessage::new(&self.intake.message(frame));
         if let Some(tweak) = &mut self.tweak {
             message
@@ -190,12 +213,17 @@ impl Near {
 
     /// Runs the cycle that is due; gives the slave's frame, if there is one.
     pub(crate) fn tick(&mut self, truth: Nanos) -> Option<Vec<u8>> {
+        let mut taken = 0;
         while let Some((arrival, message)) = self.mailbox.front()
             && *arrival <= truth
+            && self.piece.is_none_or(|piece| taken < piece)
         {
-            self.node
-                .receive(self.clock.read(*arrival), 0, &message.get());
+            // One that waited for its turn is stamped when that comes.
+            let waited = self.piece.is_some() && truth - arrival > MILLISECOND;
+            let at = if waited { truth } else { *arrival };
+            self.node.receive(self.clock.read(at), 0, &message.get());
             self.mailbox.pop_front();
+            taken += 1;
         }
         let _ = self.node.cycle(self.clock.read(truth));
         self.snapshots.push(Shown::of(self.node.snapshot()));
