@@ -243,6 +243,11 @@ signals! {
         velocity_diff: Option<f64> ["u/s"],
         /// The correction time that moved it; none where the mode uses none.
         correction_us: Option<f64> ["µs"],
+        /// Times its received position wrapped so far, from one end of a turn to the other, though it is taken for one that
+        /// goes on: `position = "within-turn"` and `modulo` are missing in the config.
+        wraps: u32 [""] last,
+        /// By how much it did at the newest wrap.
+        wrap_length: Option<f64> ["u"],
         /// How far the corrected set position may be from the axis, while that moves as it was seen to: the time error ×
         /// velocity, and half of the greatest jerk so far × age³, or the greatest acceleration × age² where that is less.
         prediction_sigma: Option<f64> ["u"] last,

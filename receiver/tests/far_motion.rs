@@ -189,6 +189,43 @@ fn a_receiver_that_stood_still_follows_the_same_run() {
     }
 }
 
+/// A rotary master whose set position is within the turn of 360.
+fn wrapping(rest: &str) -> (Far, Near) {
+    let far = Far::new(1000, 50, 0, 1);
+    let head = "sync.time-sync = { age-of-data-limit = 500, max-cycle-index-difference = 500 }";
+    let mut near = Near::with_master(1000, 0, rest, head);
+    near.tweak = Some(Box::new(|_, axis| {
+        axis.set.position = axis.set.position.rem_euclid(360.0);
+    }));
+    (far, near)
+}
+
+#[test]
+fn a_master_within_its_turn_is_followed_over_its_turns() {
+    let (mut far, mut near) = wrapping("modulo = 360, position = 'within-turn'");
+    outage(&mut far, &mut near, 4 * SECOND, 200 * MILLISECOND);
+    run_pair(&mut far, &mut near, 10 * SECOND);
+    let corrected = corrected(&near, 2 * SECOND);
+    let ways = corrected.windows(2).map(|pair| pair[1].0 - pair[0].0);
+    for way in ways {
+        assert!((way - VELOCITY * CYCLE).abs() < 0.01, "{way}");
+    }
+    let axis = near.last().axis;
+    assert_eq!(axis.wraps, 0);
+    assert!((near.last().slave().expect("coupled").position - VELOCITY * 10.0).abs() < 5.0);
+}
+
+#[test]
+fn a_wrap_that_is_not_configured_is_counted_with_its_length() {
+    for rest in ["modulo = 360", "unit = 'mm'"] {
+        let (mut far, mut near) = wrapping(rest);
+        run_pair(&mut far, &mut near, 5 * SECOND);
+        let axis = near.last().axis;
+        assert!((5..=7).contains(&axis.wraps), "{rest}: {}", axis.wraps);
+        assert!((axis.wrap_length.expect("one") - 360.0).abs() < 1e-6);
+    }
+}
+
 #[test]
 fn a_pace_out_of_range_is_named_and_refused() {
     for mode in MODES {

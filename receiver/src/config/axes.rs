@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use super::far_limits::FarLimits;
+use super::positions::Positions;
 
 /// An axis that is followed.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +24,8 @@ pub struct FarAxisConfig {
     pub unit: Option<Unit>,
     /// The length of its modulo turn, u.
     pub modulo: Option<Modulo>,
+    /// How its set position counts.
+    pub position: Positions,
     /// Given if it is only measured, in increments: how they are smoothed.
     pub encoder: Option<EncoderParameters>,
     /// What its corrected set values keep. It has no limits of its own by default.
@@ -38,6 +41,7 @@ impl FarAxisConfig {
             name: None,
             unit: None,
             modulo: None,
+            position: Positions::Continuous,
             encoder: None,
             limits: None,
         }
@@ -164,6 +168,9 @@ struct Described {
     /// The length of its modulo turn, u.
     #[serde(skip_serializing_if = "Option::is_none")]
     modulo: Option<Modulo>,
+    /// How its set position counts.
+    #[serde(default, skip_serializing_if = "Positions::is_default")]
+    position: Positions,
     /// Given if it is only measured, in increments: how they are smoothed.
     #[serde(skip_serializing_if = "Option::is_none")]
     encoder: Option<EncoderParameters>,
@@ -198,6 +205,7 @@ fn axes_of(entry: Value) -> Result<Vec<FarAxisConfig>, String> {
                 name,
                 unit,
                 modulo,
+                position,
                 encoder,
                 limits,
             } = described.map_err(|error: toml::de::Error| format!(": {}", error.message()))?;
@@ -206,6 +214,7 @@ fn axes_of(entry: Value) -> Result<Vec<FarAxisConfig>, String> {
                 name,
                 unit,
                 modulo,
+                position,
                 encoder,
                 limits,
             }])
@@ -236,6 +245,7 @@ impl From<AxisList> for Vec<Value> {
                 name: None,
                 unit: None,
                 modulo: None,
+                position: Positions::Continuous,
                 encoder: None,
                 limits: None,
             } => Value::Integer(id.into()),
@@ -244,6 +254,7 @@ impl From<AxisList> for Vec<Value> {
                 name,
                 unit,
                 modulo,
+                position,
                 encoder,
                 limits,
             } => {
@@ -252,6 +263,7 @@ impl From<AxisList> for Vec<Value> {
                     name,
                     unit,
                     modulo,
+                    position,
                     encoder,
                     limits,
                 };
@@ -280,7 +292,7 @@ mod tests {
 
     #[test]
     fn ids_ranges_and_names_mix() {
-        let text = "[7, \"1-3\", { id = 5, name = \"belt\" }, { id = 9, unit = \"mm\", modulo = 600 }, \
+        let text = "[7, \"1-3\", { id = 5, name = \"belt\" }, { id = 9, unit = \"mm\", modulo = 600, position = \"within-turn\" }, \
             { id = 11, encoder = { increment = 0.05, smoothing = 0.02 } }]";
         let list = axes(text).unwrap();
         assert_eq!(list.ids(), [7, 1, 2, 3, 5, 9, 11]);

@@ -18,8 +18,8 @@ use serde::{Deserialize, Serialize};
 use super::far_limits::FarLimits;
 use super::{
     AsymmetryConfig, AxisList, CamSource, DelayConfig, FarAxisConfig, FarChannel, FarConfig, Mode,
-    PublishFarAxes, ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished, WrongStandby,
-    WrongVirtualAxis,
+    Positions, PublishFarAxes, ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished,
+    WrongStandby, WrongVirtualAxis,
 };
 
 /// A receiver's file as it is written.
@@ -102,6 +102,9 @@ struct Master {
     unit: Option<Unit>,
     /// The length of its modulo turn, u.
     modulo: Option<Modulo>,
+    /// How its set position counts.
+    #[serde(default)]
+    position: Positions,
     /// Given if it is only measured, in increments: how they are smoothed.
     encoder: Option<EncoderParameters>,
     /// What its corrected set values keep.
@@ -111,6 +114,7 @@ struct Master {
 impl Master {
     fn axis(&self) -> FarAxisConfig {
         FarAxisConfig {
+            position: self.position,
             encoder: self.encoder,
             limits: self.limits,
             ..FarAxisConfig::with_id(self.axis)
@@ -136,6 +140,8 @@ pub(super) enum WrongForm {
     Renamed(&'static str, &'static str),
     /// More nodes than a receiver hears, their standbys counted.
     TooMany(usize),
+    /// An axis whose positions are within a turn that has no length.
+    NoTurn(String),
     /// A node twice.
     Twice(NodeName),
     /// A standby that cannot be one.
@@ -171,6 +177,11 @@ impl fmt::Display for WrongForm {
             Self::TooMany(received) => write!(
                 f,
                 "far: received {received} nodes with their standbys, expected at most {MOST_HEARD}"
+            ),
+            Self::NoTurn(axis) => write!(
+                f,
+                "modulo: received none for the axis {axis:?}, whose position is \"within-turn\", \
+                 expected the length of its turn"
             ),
             Self::Twice(node) => write!(
                 f,
@@ -266,6 +277,9 @@ impl TryFrom<Form> for ReceiverConfig {
         }
         let standbys = config.check_standbys(is_short);
         standbys.map_err(WrongForm::Standby)?;
+        if let Some(axis) = config.turn_without_length() {
+            return Err(WrongForm::NoTurn(axis));
+        }
         let encoders = config.check_encoders(is_short);
         encoders.map_err(WrongForm::Encoder)?;
         let axes = config.check_virtual_axes();
@@ -273,6 +287,17 @@ impl TryFrom<Form> for ReceiverConfig {
         let published = config.check_published();
         published.map_err(WrongForm::Published)?;
         Ok(config)
+    }
+}
+
+impl ReceiverConfig {
+    /// A far axis whose positions are within a turn of which nobody says how long it is.
+    fn turn_without_length(&self) -> Option<String> {
+        let mut axes = self.far_axes();
+        let (_, far, axis) = axes.find(|(_, far, axis)| {
+            axis.position == Positions::WithinTurn && axis.modulo.or(far.modulo).is_none()
+        })?;
+        Some(far.axis_name(axis))
     }
 }
 
@@ -292,6 +317,16 @@ mod tests {
     fn config(rest: &str) -> Result<ReceiverConfig, String> {
         let text = format!("name = 'r'\ncycle-time-us = 1000\n{rest}");
         coaxle_node::config::parse("r.toml", &text).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn positions_within_the_turn_need_its_length() {
+        let master = "master = { node = 'spindle', position = 'within-turn'";
+        let error = config(&format!("{master} }}")).unwrap_err();
+        assert!(error.contains("modulo: received none"), "{error}");
+        let config = config(&format!("{master}, modulo = 360 }}")).unwrap();
+        let axis = config.far[0].axes.iter().next().unwrap();
+        assert_eq!(axis.position, Positions::WithinTurn);
     }
 
     const SHORT: &str =

@@ -14,7 +14,8 @@ use super::encoder::Encoder;
 use super::limited::Limited;
 use super::micros;
 use super::steps::{Course, SeenMotion, StepWatch};
-use crate::config::{FarAxisConfig, FarConfig, FarLimits};
+use super::turns::{Turns, Wraps};
+use crate::config::{FarAxisConfig, FarConfig, FarLimits, Positions};
 use crate::signals::FarAxisSignals;
 use crate::slaves::Master;
 
@@ -22,6 +23,10 @@ use crate::slaves::Master;
 #[derive(Debug)]
 pub(super) struct Axis {
     block: FarAxis,
+    /// Of an axis whose positions are within the turn.
+    turns: Option<Box<Turns>>,
+    /// Of one whose positions are not, and yet wrap.
+    wraps: Wraps,
     /// Of an axis that is only measured.
     encoder: Option<Box<Encoder>>,
     /// Nothing of it, or of its node, came for too long in the newest cycle.
@@ -71,11 +76,15 @@ impl Axis {
         config: &FarAxisConfig,
     ) -> Result<Self, WrongParameter> {
         let parameters = &far.sync;
+        let modulo = config.modulo.or(far.modulo);
+        let turns = modulo.filter(|_| config.position == Positions::WithinTurn);
         let limited = |limits: FarLimits| Box::new(Limited::new(*limits.get(), cycle_time));
         let encoder = config
             .encoder
             .map(|encoder| Encoder::new(cycle_time, encoder).map(Box::new));
         Ok(Self {
+            turns: turns.map(|modulo| Box::new(Turns::new(modulo))),
+            wraps: Wraps::default(),
             encoder: encoder.transpose()?,
             is_lost: false,
             block: FarAxis::start(cycle_time.span(), parameters)?,
@@ -113,6 +122,7 @@ impl Axis {
     /// Another run of its node: what it was before says nothing of where it is now.
     pub(super) fn forget(&mut self) {
         self.sample = None;
+        self.begin_run();
         self.begin_anew();
         self.rejoin();
     }
@@ -121,6 +131,7 @@ impl Axis {
     /// one's increments, and then what has smoothed those of the one before.
     pub(super) fn take_over(&mut self, encoder: &mut Option<Box<Encoder>>) {
         self.sample = None;
+        self.begin_run();
         self.block.begin_anew();
         std::mem::swap(&mut self.encoder, encoder);
         self.rejoin();
@@ -129,6 +140,12 @@ impl Axis {
     /// Whether it has come at all.
     pub(super) const fn has_come(&self) -> bool {
         self.sample.is_some()
+    }
+
+    fn begin_run(&mut self) {
+        if let Some(turns) = &mut self.turns {
+            turns.begin_run();
+        }
     }
 
     fn begin_anew(&mut self) {
@@ -159,16 +176,22 @@ impl Axis {
     /// What the newest frame, with this header, says of it.
     pub(super) fn take(&mut self, sample: Option<AxisSample>, header: &FrameHeader) {
         let count = header.count;
-        if let Some(sample) = sample {
+        if let Some(mut sample) = sample {
             let has_come = self.sample.is_some();
             let missed = count.saturating_sub(self.count) * u64::from(has_come);
             let passed = header.cycle_time.as_secs_f64() * missed as f64;
+            if let Some(turns) = &mut self.turns {
+                sample.set = turns.unwrapped(&sample.set, passed);
+            }
             if let Some(encoder) = &mut self.encoder {
                 encoder.take(&sample.set, count);
             }
             let before = self.sample.as_ref().map(|before| (&before.set, passed));
             self.seen.take(&sample.set, before);
             self.has_gap = before.is_some() && missed > LARGEST_BEAT;
+            if let Some((before, passed)) = before.filter(|_| !self.has_gap) {
+                self.wraps.take(before, &sample.set, passed);
+            }
             self.sample = Some(sample);
             self.count = count;
             self.missing_cycles = 0;
@@ -376,6 +399,8 @@ impl Axis {
             error: moved.error.map_or(0, |error| error.code()),
             age_cycles: 0,
             missing: self.missing,
+            wraps: self.wraps.count,
+            wrap_length: self.wraps.length,
             received_error: sample.error_code,
             received_position: Some(sample.set.position),
             received_velocity: Some(sample.set.velocity),

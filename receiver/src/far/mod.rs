@@ -17,6 +17,7 @@ mod run;
 mod sequence;
 mod steps;
 mod take_over;
+mod turns;
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::time_sync::{SyncError, WrongParameter};

@@ -2,6 +2,7 @@
 
 mod delay;
 mod standby;
+mod wraps;
 
 use coaxle_clock::time_sync::SyncWarning;
 use coaxle_clock::{Instant, Span};
@@ -16,12 +17,15 @@ use crate::signals::FarNodeSignals;
 use crate::snapshot::{Health, ReceiverSnapshot};
 use delay::{Asked, delay, denied};
 use standby::{Heard, heard, standing_by, taken_over};
+use wraps::of_wraps;
 
 /// Looks for changes from cycle to cycle.
 #[derive(Debug)]
 pub(super) struct Journal {
     /// The nodes that are heard.
     far: Vec<Heard>,
+    /// The names of the far axes.
+    far_axes: Vec<String>,
     /// Those of the virtual axes.
     virtual_axes: Vec<String>,
     /// Those of the slaves.
@@ -72,6 +76,7 @@ impl Journal {
     pub(super) fn new(config: &ReceiverConfig) -> Self {
         Self {
             far: heard(config),
+            far_axes: config.far_axis_names(),
             virtual_axes: config.virtual_axis_names(),
             slaves: config
                 .slaves
@@ -89,6 +94,7 @@ impl Journal {
         let mut notes = match &mut self.before {
             Some(before) => {
                 let mut notes = changes(before, now, &self.far);
+                notes.extend(of_wraps(before, now, &self.far_axes));
                 notes.extend(of_virtual_axes(before, now, &self.virtual_axes));
                 notes.extend(of_programs(before, now, &self.slaves));
                 before.clone_from(now);

@@ -146,6 +146,14 @@ impl Near {
         )
     }
 
+    /// The same, with more of its master, such as `modulo = 360`.
+    pub(crate) fn with_master(cycle_us: u32, ppm: i64, master: &str, rest: &str) -> Self {
+        let text = format!(
+            "name = 'saw'\nmaster = {{ node = 'conveyor', {master} }}\ncycle-time-us = {cycle_us}\n{rest}\n"
+        );
+        Self::of(&parse("receiver", &text).expect("valid"), ppm)
+    }
+
     /// A receiver of the slave of the one before.
     pub(crate) fn chained(cycle_us: u32, ppm: i64, rest: &str) -> Self {
         let head = format!(
