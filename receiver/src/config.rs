@@ -5,6 +5,7 @@ mod drive;
 mod encoders;
 mod far;
 mod far_limits;
+mod followers;
 mod form;
 mod masters;
 mod notes;

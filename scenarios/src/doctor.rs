@@ -1,5 +1,7 @@
-//! `coaxle doctor`: how fit a PC is for cycles; and what the configs of nodes leave open to others, and what closes it.
+//! `coaxle doctor`: how fit a PC is for cycles; what the configs of nodes leave open to others, and what closes it; and
+//! whether nodes follow each other in a circle.
 
+mod circles;
 mod ports;
 
 use std::io::Write;
@@ -24,8 +26,8 @@ use ports::of_ports;
 /// What is looked at.
 #[derive(Debug, Args)]
 pub struct DoctorArgs {
-    /// Config files of senders and receivers: what they leave open to others [default: this PC, and how late it wakes a
-    /// thread]
+    /// Config files of senders and receivers: what they leave open to others, and whether they follow each other in a
+    /// circle [default: this PC, and how late it wakes a thread]
     #[arg(value_name = "CONFIG")]
     configs: Vec<PathBuf>,
     /// Wake a thread for so long
@@ -42,8 +44,8 @@ pub struct DoctorArgs {
 /// Longer messages than this are nothing that a node has to say.
 const LONG_MESSAGE: u64 = 16 << 20;
 
-/// Prints what stands against nodes on this PC, or what is open in each config and what others do not reach; false if anything
-/// does or is.
+/// Prints what stands against nodes on this PC; or what is open in each config, what others do not reach, and the circles
+/// over these nodes. False if there is anything of it.
 ///
 /// # Errors
 /// A config that no node would start with.
@@ -53,16 +55,23 @@ pub fn print(args: &DoctorArgs) -> anyhow::Result<bool> {
     }
     let now = machine::wall_clock();
     let firewall = Os::firewall();
-    let mut examined = Vec::new();
+    let (mut examined, mut configs) = (Vec::new(), Vec::new());
     for file in &args.configs {
-        examined.push((file.display().to_string(), examine(file, now, &firewall)?));
+        let config = NodeConfig::load(file)?;
+        let findings = examine(file, &config, now, &firewall)?;
+        examined.push((file.display().to_string(), findings));
+        configs.push(config);
     }
+    let circles = circles::among(&configs);
     inspect::print(|out| {
         for (file, findings) in &examined {
             tell(file, findings, out)?;
         }
+        for circle in &circles {
+            writeln!(out, "circle: 0x816f: {circle}\n    {BREAK}")?;
+        }
         let all = examined.iter().flat_map(|(_, findings)| findings);
-        Ok(!all.into_iter().any(Opening::is_bad))
+        Ok(circles.is_empty() && !all.into_iter().any(Opening::is_bad))
     })
 }
 
@@ -160,10 +169,10 @@ fn tell(file: &str, findings: &[Opening], out: &mut dyn Write) -> anyhow::Result
 
 fn examine(
     file: &Path,
+    config: &NodeConfig,
     now: SystemTime,
     firewall: &Result<Firewall, String>,
 ) -> anyhow::Result<Vec<Opening>> {
-    let config = NodeConfig::load(file)?;
     let mut transport = config.transport().clone();
     transport.relative_to(file.parent().unwrap_or(Path::new("")));
     let mut findings = Vec::new();
@@ -185,6 +194,7 @@ fn examine(
     Ok(findings)
 }
 
+const BREAK: &str = "let one of them follow a sender's axis or a virtual axis";
 const MAKE_SECURE: &str =
     "make the network secure with `coaxle secure init`, or stay on 127.0.0.1; docs/SECURE.md";
 
@@ -304,7 +314,8 @@ mod tests {
         std::fs::write(&file, text).unwrap();
         let now = machine::wall_clock() + DAY * days_later;
         let firewall = Ok(Firewall::default());
-        let open = examine(&file, now, &firewall).unwrap().into_iter();
+        let config = NodeConfig::load(&file).unwrap();
+        let open = examine(&file, &config, now, &firewall).unwrap().into_iter();
         let open = open.filter(Opening::is_bad);
         open.map(|finding| finding.text).collect()
     }
@@ -332,7 +343,8 @@ mod tests {
                 "name = 'belt'\ncycle-time-us = 1000\ntiming = {{ listen = '{listen}' }}\n"
             );
             std::fs::write(&file, head + axis).unwrap();
-            let findings = examine(&file, machine::wall_clock(), &firewall).unwrap();
+            let config = NodeConfig::load(&file).unwrap();
+            let findings = examine(&file, &config, machine::wall_clock(), &firewall).unwrap();
             let shut = findings
                 .iter()
                 .filter(|opening| opening.text.contains("udp port 7450"));

@@ -6,6 +6,7 @@
 
 pub mod arrival;
 pub mod cam_file;
+pub mod circles;
 pub mod config;
 pub mod contract;
 pub mod faults;

@@ -5,6 +5,7 @@ use std::fmt;
 
 use coaxle_axis::Modulo;
 use coaxle_clock::observer::ObserverParameters;
+use coaxle_node::circles::Circle;
 use coaxle_node::config::{
     ClockConfig, CycleMicros, LinkConfig, Positive, RealTimeConfig, TimingLinkConfig,
     TransportConfig, Unit, at_most,
@@ -144,6 +145,8 @@ pub(super) enum WrongForm {
     NoTurn(String),
     /// A node twice.
     Twice(NodeName),
+    /// An axis that follows itself.
+    Circle(Circle),
     /// A standby that cannot be one.
     Standby(WrongStandby),
     /// An axis that is called as another one is.
@@ -182,6 +185,10 @@ impl fmt::Display for WrongForm {
                 f,
                 "modulo: received none for the axis {axis:?}, whose position is \"within-turn\", \
                  expected the length of its turn"
+            ),
+            Self::Circle(circle) => write!(
+                f,
+                "far: 0x816f: received a circle: {circle}; expected a sender's axis or a virtual axis at the root"
             ),
             Self::Twice(node) => write!(
                 f,
@@ -286,7 +293,10 @@ impl TryFrom<Form> for ReceiverConfig {
         axes.map_err(WrongForm::VirtualAxis)?;
         let published = config.check_published();
         published.map_err(WrongForm::Published)?;
-        Ok(config)
+        match config.own_circle() {
+            Some(circle) => Err(WrongForm::Circle(circle)),
+            None => Ok(config),
+        }
     }
 }
 

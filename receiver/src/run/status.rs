@@ -2,6 +2,7 @@
 //! words. `docs/WIRE.md` describes it.
 
 use coaxle_host::fields_of;
+use coaxle_node::circles::AxisAddress;
 use coaxle_node::signal::{Group, Instance};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -45,6 +46,7 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
         put(status, "id", json!(axis.id));
         let place = published.iter().position(|axis| *axis == n);
         put(status, "published_id", json!(place.map(|place| place + 1)));
+        put(status, "follows", addresses(&config.addresses_of(n)));
     }
     let mut virtual_axes = named(&instances, Group::VirtualAxis, virtual_axes);
     for (n, (_, status)) in virtual_axes.iter_mut().enumerate() {
@@ -56,6 +58,11 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
     for (n, (_, status)) in slaves.iter_mut().enumerate() {
         let faults = &snapshot.faults[n];
         put(status, "id", json!(config.slave_id(n)));
+        put(
+            status,
+            "follows",
+            addresses(&config.far_masters_of_slave(n)),
+        );
         put(status, "error", json!(Fault::of_slave(faults)));
         put(status, "refusal", json!(Fault::of_refusal(faults)));
         put(status, "program_error", json!(Fault::of_program(faults)));
@@ -96,4 +103,10 @@ fn named(instances: &[Instance], group: Group, signals: &[impl Serialize]) -> Ve
 /// Where a signal is a code, it is told in words besides: they take its place.
 fn put(status: &mut Value, field: &str, value: Value) {
     status[field] = value;
+}
+
+fn addresses(of: &[AxisAddress]) -> Value {
+    of.iter()
+        .map(|address| json!(address.to_string()))
+        .collect()
 }

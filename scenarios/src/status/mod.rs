@@ -2,6 +2,7 @@
 //!
 //! All of it is made from the status that nodes publish (docs/WIRE.md); this tool knows no node but by that.
 
+mod circles;
 mod metrics;
 mod nodes;
 mod plain;

@@ -9,6 +9,7 @@ use coaxle_host::cli::Exit;
 use comfy_table::Cell;
 use serde_json::json;
 
+use super::circles;
 use super::reading::Reading;
 use super::words::{UNKNOWN, or_unknown, seconds};
 use super::{PATIENCE, ROUND, reading, watch};
@@ -25,7 +26,7 @@ pub struct NodesArgs {
     network: NetworkArgs,
 }
 
-/// Prints who is there; without anybody that is no success.
+/// Prints who is there; without anybody, or with axes that follow each other in a circle, that is no success.
 ///
 /// # Errors
 /// A wrong network section, or a network that cannot be joined.
@@ -42,13 +43,21 @@ pub fn nodes(args: &NodesArgs) -> anyhow::Result<Exit> {
         true => as_json(&seen),
         false => as_table(&seen),
     };
+    let circles = circles::among(&seen);
+    for circle in &circles {
+        tracing::error!("0x816f: a circle: {circle}");
+    }
     inspect::print(|out| {
         if !text.is_empty() {
             writeln!(out, "{text}")?;
         }
         Ok(true)
     })?;
-    Ok(Exit::NoData.unless(!seen.is_empty()))
+    let exit = Exit::NoData.unless(!seen.is_empty());
+    Ok(match exit {
+        Exit::Done => Exit::NotMet.unless(circles.is_empty()),
+        exit => exit,
+    })
 }
 
 fn as_table(seen: &[SeenNode]) -> String {

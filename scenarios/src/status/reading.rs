@@ -43,9 +43,13 @@ impl<'a> Reading<'a> {
 
     /// Names in a list, with commas.
     pub(super) fn names(&self, name: &str) -> String {
+        self.texts(name).collect::<Vec<_>>().join(", ")
+    }
+
+    /// The texts of a list.
+    pub(super) fn texts(&self, name: &str) -> impl Iterator<Item = &'a str> {
         let list = self.0.get(name).and_then(Value::as_array);
-        let names = list.into_iter().flatten().filter_map(Value::as_str);
-        names.collect::<Vec<_>>().join(", ")
+        list.into_iter().flatten().filter_map(Value::as_str)
     }
 
     /// A fault: `0x4B52: what it means`.

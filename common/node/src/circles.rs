@@ -1,0 +1,212 @@
+//! Circles over nodes: published axes that follow each other, so that each follows itself in the end.
+//!
+//! No frame says where its motion comes from, so a circle is found where the followers are known together: in the
+//! configs of several nodes, or in what running ones say of themselves.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fmt;
+
+use coaxle_wire::Channel;
+use coaxle_wire::keys::NodeName;
+
+/// An axis as others find it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AxisAddress {
+    /// The node that publishes it.
+    pub node: NodeName,
+    /// In which of its frames.
+    pub channel: Channel,
+    /// Its axis id there.
+    pub id: u32,
+}
+
+impl AxisAddress {
+    /// An address in text, `press/slaves/1`; none if it is none.
+    #[must_use]
+    pub fn read(text: &str) -> Option<Self> {
+        let mut parts = text.split('/');
+        let (node, channel, id) = (parts.next()?, parts.next()?, parts.next()?);
+        if parts.next().is_some() {
+            return None;
+        }
+        let channel = Channel::ALL
+            .into_iter()
+            .find(|known| known.name() == channel);
+        Some(Self {
+            node: NodeName::new(node).ok()?,
+            channel: channel?,
+            id: id.parse().ok()?,
+        })
+    }
+
+    fn key(&self) -> (&str, &str, u32) {
+        (self.node.as_str(), self.channel.name(), self.id)
+    }
+}
+
+impl fmt::Display for AxisAddress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (node, channel, id) = self.key();
+        write!(f, "{node}/{channel}/{id}")
+    }
+}
+
+/// A published axis with all that it follows, or can be told to follow.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Follower {
+    /// The axis.
+    pub axis: AxisAddress,
+    /// Its masters of other nodes, and those that stand by for them.
+    pub masters: Vec<AxisAddress>,
+}
+
+/// A circle: each axis follows the next one, and the last one the first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Circle(Vec<AxisAddress>);
+
+impl Circle {
+    /// Its axes.
+    #[must_use]
+    pub fn axes(&self) -> &[AxisAddress] {
+        &self.0
+    }
+}
+
+impl fmt::Display for Circle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for axis in &self.0 {
+            write!(f, "{axis} follows ")?;
+        }
+        match self.0.first() {
+            Some(first) => first.fmt(f),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The circles among these axes: of each axis that is in one the shortest, once.
+///
+/// Without any there is no circle at all: an axis that is in one lies on a shortest one.
+#[must_use]
+pub fn circles(followers: &[Follower]) -> Vec<Circle> {
+    let numbers: BTreeMap<_, _> = (followers.iter().enumerate())
+        .map(|(n, follower)| (follower.axis.key(), n))
+        .collect();
+    let masters: Vec<Vec<usize>> = (followers.iter())
+        .map(|follower| {
+            let masters = follower.masters.iter();
+            masters
+                .filter_map(|master| numbers.get(&master.key()).copied())
+                .collect()
+        })
+        .collect();
+    let mut is_told = vec![false; followers.len()];
+    let mut found = Vec::new();
+    for first in 0..followers.len() {
+        if is_told[first] {
+            continue;
+        }
+        let Some(circle) = shortest_through(first, &masters) else {
+            continue;
+        };
+        circle.iter().for_each(|n| is_told[*n] = true);
+        let axes = circle.iter().map(|n| followers[*n].axis.clone());
+        found.push(Circle(axes.collect()));
+    }
+    found
+}
+
+/// The shortest way from an axis over its masters back to itself.
+fn shortest_through(first: usize, masters: &[Vec<usize>]) -> Option<Vec<usize>> {
+    let mut reached_from = vec![None; masters.len()];
+    let mut due = VecDeque::from([first]);
+    while let Some(axis) = due.pop_front() {
+        for master in &masters[axis] {
+            if *master == first {
+                let mut circle = vec![axis];
+                let mut at = axis;
+                while let Some(before) = reached_from[at] {
+                    circle.push(before);
+                    at = before;
+                }
+                circle.reverse();
+                return Some(circle);
+            }
+            if reached_from[*master].is_none() {
+                reached_from[*master] = Some(axis);
+                due.push_back(*master);
+            }
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axis(name: &str) -> AxisAddress {
+        AxisAddress {
+            node: NodeName::new(name).unwrap(),
+            channel: Channel::Slaves,
+            id: 1,
+        }
+    }
+
+    fn texts(followers: &[(&str, &[&str])]) -> Vec<String> {
+        let follower = |(of, masters): &(&str, &[&str])| Follower {
+            axis: axis(of),
+            masters: masters.iter().map(|master| axis(master)).collect(),
+        };
+        let followers: Vec<_> = followers.iter().map(follower).collect();
+        circles(&followers).iter().map(Circle::to_string).collect()
+    }
+
+    #[test]
+    fn an_address_is_read_as_it_is_written() {
+        let address = axis("press.2");
+        assert_eq!(AxisAddress::read(&address.to_string()), Some(address));
+        for wrong in [
+            "",
+            "press",
+            "press/slaves",
+            "press/slaves/x",
+            "press/gears/1",
+            "a/slaves/1/2",
+        ] {
+            assert_eq!(AxisAddress::read(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn lines_and_trees_have_no_circle() {
+        let tree: [(&str, &[&str]); 4] = [
+            ("a", &["line"]),
+            ("b", &["a", "line"]),
+            ("c", &["a", "b"]),
+            ("d", &["c", "b", "a"]),
+        ];
+        assert_eq!(texts(&tree), [""; 0]);
+    }
+
+    #[test]
+    fn each_circle_is_found_once_however_long_it_is() {
+        let two: [(&str, &[&str]); 2] = [("a", &["b"]), ("b", &["a"])];
+        let text = "a/slaves/1 follows b/slaves/1 follows a/slaves/1";
+        assert_eq!(texts(&two), [text]);
+        assert_eq!(
+            texts(&[("a", &["line", "a"])]),
+            ["a/slaves/1 follows a/slaves/1"]
+        );
+        // A tail that leads into a circle of three is none itself.
+        let three: [(&str, &[&str]); 5] = [
+            ("tail", &["c"]),
+            ("c", &["line", "d"]),
+            ("d", &["e"]),
+            ("e", &["c"]),
+            ("other", &["line"]),
+        ];
+        let text = "c/slaves/1 follows d/slaves/1 follows e/slaves/1 follows c/slaves/1";
+        assert_eq!(texts(&three), [text]);
+    }
+}
