@@ -9,8 +9,10 @@
 //! [`Observer`] sees every cycle. After each one the [invariants](Violation) of the contract are
 //! checked: a node that breaks one ends the run.
 
+mod approach;
 mod error_stop;
 mod events;
+mod far_motion;
 mod far_time;
 mod hop;
 mod invariants;
@@ -20,11 +22,16 @@ mod observer;
 mod oracle;
 mod set_values;
 mod setup;
+mod told;
 mod traffic;
 mod true_time;
 mod world;
 
+pub use approach::{ApproachCheck, GoesAway};
 pub use error_stop::{ErrorStopCheck, TooFar};
+pub use far_motion::{
+    FarAxisMode, FarMotion, FarMotionBounds, FarMotionCheck, FarMotionFault, Received,
+};
 pub use far_time::{FarTimeCheck, FarTimeFault, LARGEST_RATE_ERROR};
 pub use hop::Load;
 pub use invariants::{Breach, Violation};
@@ -33,6 +40,7 @@ pub use observer::{CycleSeen, Observer};
 pub use oracle::{Oracle, Truth, TruthSample};
 pub use set_values::{Excess, SetValueBound, SetValueCheck, Shares};
 pub use setup::{Factory, LinkSetup, NodeSetup, RouterSetup};
+pub use told::{Told, ToldCheck, WronglyTold};
 pub use traffic::Traffic;
 pub use true_time::True;
 pub use world::World;
