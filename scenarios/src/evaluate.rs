@@ -17,14 +17,15 @@ use coaxle_receiver::signals::VirtualAxisSignals;
 use coaxle_receiver::{ReceiverConfig, SignalRow};
 use coaxle_sender::signals::{AxisSignals, SenderSignals};
 use coaxle_sim::{Oracle, TruthSample};
+use coaxle_source::config::SourceConfig;
 
 use crate::event::{Action, Event, Happening};
 use crate::invariants::InvariantViolation;
 use crate::row::{Reference, RowSink};
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, World};
-use crate::topology::Topology;
-use judge::{Judge, Source};
+use crate::topology::{Root, Topology};
+use judge::{Clocks, Judge, Source};
 use watch::ReceiverWatch;
 
 /// Where an axis of a sender truly was at the ideal start of a cycle, by its signals.
@@ -131,14 +132,18 @@ impl Evaluation {
                     clock,
                     gear: root.gear,
                     is_receiver: root.source >= senders,
+                    is_shown: !comes_through_encoder(scenario, root),
                 }
             });
             let sources = sources.collect();
             // Delays between processes are correlated, too.
             let says_its_error =
                 world == World::Virtual && !has_correlated_delays(scenario, config);
-            let jumps = says_its_error.then_some(&*clock_jumps);
-            judges.push(Judge::new(config, sources, view, jumps));
+            let clocks = says_its_error.then_some(Clocks {
+                jumps: &clock_jumps,
+                resolution_us: steady_resolution(scenario, config),
+            });
+            judges.push(Judge::new(config, sources, view, clocks));
         }
         let virtual_axes = |receiver: &ReceiverConfig| {
             let axes = receiver.virtual_axes.iter();
@@ -225,6 +230,7 @@ impl Evaluation {
                 judge.take_back(row.record);
             }
         }
+        self.watches.iter_mut().for_each(ReceiverWatch::end);
         let watches = &self.watches;
         let mut violations: Vec<_> = watches.iter().flat_map(ReceiverWatch::violations).collect();
         violations.extend(self.judges.iter().flat_map(Judge::violations));
@@ -242,6 +248,26 @@ fn has_correlated_delays(scenario: &Scenario, receiver: &ReceiverConfig) -> bool
     let links = receiver.far.iter().map(|far| &far.faults);
     let mut links = links.chain([&scenario.network]);
     links.any(|link| link.correlated.is_some())
+}
+
+/// What arrivals of a receiver are rounded to, µs; none where delays change for good on the way.
+fn steady_resolution(scenario: &Scenario, receiver: &ReceiverConfig) -> Option<f64> {
+    let links = receiver.far.iter().map(|far| &far.faults);
+    let mut links = links.chain([&scenario.network]);
+    let resolution = links.try_fold(0.0, |most, link| {
+        let changes = !link.delay_steps.is_empty() || !link.delay_terms_us.is_empty();
+        let is_steady = !changes && link.faults_until_s.is_none();
+        is_steady.then(|| f64::max(most, link.resolution_us.span().as_micros_f64()))
+    });
+    resolution.filter(|_| scenario.routers.is_empty())
+}
+
+/// Whether the axis at the root is a sender's that is seen through an encoder.
+fn comes_through_encoder(scenario: &Scenario, root: &Root) -> bool {
+    let sender = scenario.senders.get(root.node);
+    let mut axes = sender.into_iter().flat_map(|sender| sender.axes.iter());
+    let axis = axes.find(|axis| axis.id.get() == root.axis);
+    axis.is_some_and(|axis| matches!(axis.source, SourceConfig::Encoder(_)))
 }
 
 /// When clocks of nodes jump, or those of receivers begin anew, which others may follow, s after the start of the run.

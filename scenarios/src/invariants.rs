@@ -32,6 +32,7 @@ pub enum Invariant {
     FarRate,
     /// In virtual time and in sync with a measured delay, the corrected time is wrong by no more than it says. For 12 s after a clock has jumped, or a
     /// receiver that others may follow has begun anew, that is not judged; nor where delays are correlated.
+    /// With another delay, where none changes on the way, it goes away from where it was once settled by no more than 2 ms.
     FarError,
     /// Within a run of its node the count of the frame that is used never goes back.
     Count,
@@ -47,6 +48,24 @@ pub enum Invariant {
     Owner,
     /// Every message of a far node is accounted for, once.
     Messages,
+    /// A far axis goes no farther in a cycle, and where it follows is no farther from what was received, than its master's own motion
+    /// and its mode explain.
+    FarAxis,
+    /// In virtual time, in observer mode and in sync with a measured delay, a far axis is where its master is at that instant, to what
+    /// its time may be wrong by, times the velocity, and what a motion that changed since the newest frame makes of it. Judged when
+    /// `far-error` is, and not where the master is seen through an encoder.
+    FarPosition,
+    /// A slave whose coupling is in sync is where that has it, to what its acceleration, turned round in a cycle, makes of that.
+    InSync,
+    /// A slave that catches up with a target that goes on evenly does not go away from it faster and faster.
+    Approach,
+    /// The velocity that leaves beside a set position is that of the set positions, and keeps its limits.
+    ToldVelocity,
+    /// Likewise the acceleration.
+    ToldAcceleration,
+    /// When the run is over no slave is in error stop, or farther from where its coupling has it than its window, and no far axis
+    /// in error, or lost.
+    EndsWell,
 }
 
 impl Invariant {
@@ -69,6 +88,13 @@ impl Invariant {
             Self::SetValues => "set-values",
             Self::Owner => "owner",
             Self::Messages => "messages",
+            Self::FarAxis => "far-axis",
+            Self::FarPosition => "far-position",
+            Self::InSync => "in-sync",
+            Self::Approach => "approach",
+            Self::ToldVelocity => "told-velocity",
+            Self::ToldAcceleration => "told-acceleration",
+            Self::EndsWell => "ends-well",
         }
     }
 }
@@ -132,6 +158,9 @@ impl InvariantViolation {
             Invariant::FarTime => "later than the cycle before".to_owned(),
             Invariant::Cycles | Invariant::Messages => format!("{limit}"),
             Invariant::SetValues => "set values".to_owned(),
+            Invariant::EndsWell if *limit == 0.0 => {
+                "no error in the end, and none that is lost".to_owned()
+            }
             Invariant::Owner => format!("at least {limit}, as another one is followed"),
             _ => format!("at most {limit}"),
         };
@@ -145,7 +174,13 @@ impl InvariantViolation {
             slave: of.part.clone(),
             field: format!("{name} at {t_s:.3} s, cycle {cycle},"),
             expected,
-            received: json!(first.value),
+            received: match invariant {
+                // A code, as it is written elsewhere.
+                Invariant::EndsWell if *limit == 0.0 => {
+                    json!(format!("{:#06x}", first.value as u32))
+                }
+                _ => json!(first.value),
+            },
             met: false,
         }
     }

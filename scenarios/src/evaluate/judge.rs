@@ -14,7 +14,7 @@ use super::lag::Lag;
 use super::moments::Moments;
 use super::settling::{Settled, Settling};
 use super::slave::SlaveJudge;
-use super::watch::{FarErrorWatch, ReceiverWatch};
+use super::watch::{FarErrorWatch, FarPositionWatch, ReceiverWatch};
 use crate::followed::Followed;
 use crate::invariants::InvariantViolation;
 use crate::record::Record;
@@ -36,6 +36,17 @@ pub(super) struct Source {
     pub(super) gear: Option<GearConfig>,
     /// It is a receiver: of its runs nobody hears.
     pub(super) is_receiver: bool,
+    /// It is as it is shown: not seen through an encoder.
+    pub(super) is_shown: bool,
+}
+
+/// What is known of clocks and ways in virtual time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clocks<'a> {
+    /// When clocks jump, s after the start of the run.
+    pub(super) jumps: &'a [f64],
+    /// What arrivals are rounded to, µs; none where delays change for good.
+    pub(super) resolution_us: Option<f64>,
 }
 
 /// Judges one receiver.
@@ -66,6 +77,7 @@ pub(super) struct Judge {
     ripple: Settled,
     time_error: Settled,
     far_error: Option<FarErrorWatch>,
+    far_position: Option<FarPositionWatch>,
     lag: Lag,
     fastest_master: f64,
     drift: DriftTruth,
@@ -96,9 +108,13 @@ impl Judge {
         config: &ReceiverConfig,
         sources: Vec<Source>,
         view: &View,
-        clock_jumps: Option<&[f64]>,
+        clock_jumps: Option<Clocks<'_>>,
     ) -> Self {
         let followed = Followed::of(config, view);
+        // What comes by way of others, or in increments, is wrong by what those add.
+        let is_shown = sources
+            .iter()
+            .all(|source| source.is_shown && !source.is_receiver);
         Self {
             sources,
             gear: view.slaves.first().and_then(|n| config.gear_to(*n)),
@@ -114,7 +130,12 @@ impl Judge {
             settling: Settling::default(),
             ripple: Settled::default(),
             time_error: Settled::default(),
-            far_error: clock_jumps.and_then(|jumps| FarErrorWatch::new(config, view, jumps)),
+            far_error: clock_jumps.and_then(|clocks| {
+                FarErrorWatch::new(config, view, clocks.jumps, clocks.resolution_us)
+            }),
+            far_position: is_shown
+                .then(|| FarPositionWatch::new(config, view))
+                .flatten(),
             lag: Lag::default(),
             fastest_master: 0.0,
             drift: DriftTruth::default(),
@@ -201,6 +222,9 @@ impl Judge {
         };
         if let Some(watch) = &mut self.far_error {
             watch.push(&row);
+            if let Some(position) = &mut self.far_position {
+                position.push(&row, is_heard && !watch.has_jumped(row.t_s));
+            }
         }
         let record = &row.record;
         self.note_events(&row);
@@ -237,7 +261,9 @@ impl Judge {
 
     /// What did not hold of the corrected time.
     pub(super) fn violations(&self) -> impl Iterator<Item = InvariantViolation> + '_ {
-        (self.far_error.iter()).flat_map(FarErrorWatch::violations)
+        let of_time = self.far_error.iter().flat_map(FarErrorWatch::violations);
+        let of_position = self.far_position.iter();
+        of_time.chain(of_position.flat_map(FarPositionWatch::violations))
     }
 
     /// The rate of a position since the previous cycle.

@@ -3,9 +3,12 @@
 mod axis;
 mod far_error;
 mod far_node;
+mod far_position;
 mod found;
+mod motion;
 mod node;
 mod slave;
+mod target;
 
 use coaxle_receiver::{ReceiverConfig, SignalRow, SlaveConfig};
 use coaxle_sim::Shares;
@@ -16,6 +19,8 @@ use crate::summary::World;
 use axis::AxisWatch;
 pub(super) use far_error::FarErrorWatch;
 use far_node::FarNodeWatch;
+pub(super) use far_position::FarPositionWatch;
+use motion::MotionWatch;
 use node::NodeWatch;
 use slave::SlaveWatch;
 
@@ -34,7 +39,10 @@ impl ReceiverWatch {
     pub(super) fn new(config: &ReceiverConfig, events: &[Event], world: World) -> Self {
         let cycle_time = config.cycle_time_us.0.as_secs_f64();
         let slave = |slave: &SlaveConfig| SlaveWatch::new(slave, config, events);
-        let axis = |((far, _, _), name)| AxisWatch::new(name, config.numbers_of(far), cycle_time);
+        let axis = |((number, far, axis), name)| {
+            let motion = MotionWatch::new(far, axis, cycle_time);
+            AxisWatch::new(name, config.numbers_of(number), motion, cycle_time)
+        };
         let heard = config.heard_nodes().into_iter();
         let names = config.far_axis_names();
         Self {
@@ -58,6 +66,12 @@ impl ReceiverWatch {
         for (watch, axis) in self.axes.iter_mut().zip(&signals.axes) {
             watch.push(&cycle, signals, axis);
         }
+    }
+
+    /// The run is over.
+    pub(super) fn end(&mut self) {
+        self.slaves.iter_mut().for_each(SlaveWatch::end);
+        self.axes.iter_mut().for_each(AxisWatch::end);
     }
 
     /// What the set positions of the n-th slave had at most of its limits; none if there is no such slave.
@@ -88,6 +102,8 @@ mod tests {
     use coaxle_axis::AxisStatus;
     use coaxle_node::config::parse;
     use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
+    use coaxle_receiver::{ContinuityName, GuardStateName, StateName};
+    use coaxle_slave::CouplingPhase;
 
     const CONFIG: &str = "name = 'saw'\ncycle-time-us = 1000\nmaster = { node = 'belt' }\n[[slave]]\nname = 'x'\n\
                           limits = { velocity = 500, acceleration = 1000, jerk = 1e5 }\n";
@@ -317,5 +333,121 @@ mod tests {
         let mut some = with();
         some.slaves[0].velocity = None;
         assert_eq!(broken([some]), [Invariant::SetValues]);
+    }
+
+    /// A slave whose coupling says how far it is, so far from where that has it.
+    fn at_distance(phase: Option<CouplingPhase>, distance: f64) -> SignalRow {
+        let mut row = in_state(AxisStatus::SynchronizedMotion, 0.0, 0.0);
+        row.slaves[0].phase = phase;
+        row.slaves[0].distance = distance;
+        row
+    }
+
+    #[test]
+    fn in_sync_is_where_the_coupling_has_it() {
+        let (in_sync, led) = (
+            Some(CouplingPhase::InSync),
+            Some(CouplingPhase::Synchronizing),
+        );
+        assert_eq!(broken([at_distance(in_sync, 0.001)]), []);
+        assert_eq!(broken([at_distance(led, 30.6)]), []);
+        assert_eq!(broken([at_distance(in_sync, -30.6)]), [Invariant::InSync]);
+    }
+
+    #[test]
+    fn one_that_runs_away_from_its_target_does_not_approach_it() {
+        let on = (0..200).map(|cycle| {
+            let t = f64::from(cycle) * 1e-3;
+            let (position, velocity) = (0.5 * 1_000.0 * t * t, 1_000.0 * t);
+            let mut row = in_state(AxisStatus::DiscreteMotion, position, velocity);
+            row.slaves[0].acceleration = Some(1_000.0);
+            row.slaves[0].guard = GuardStateName::CatchingUp;
+            row.slaves[0].distance = position + 1.0;
+            row
+        });
+        assert_eq!(broken(on), [Invariant::Approach]);
+    }
+
+    #[test]
+    fn a_slave_that_stands_is_not_told_that_it_moves() {
+        let told = [(); 3].map(|()| in_state(AxisStatus::SynchronizedMotion, 7.0, 500.0));
+        assert_eq!(broken(told), [Invariant::ToldVelocity]);
+        let told = [(); 6].map(|()| {
+            let mut row = in_state(AxisStatus::SynchronizedMotion, 7.0, 0.0);
+            row.slaves[0].acceleration = Some(900.0);
+            row
+        });
+        assert_eq!(broken(told), [Invariant::ToldAcceleration]);
+    }
+
+    /// What is found of how a run ends.
+    fn ended(rows: impl IntoIterator<Item = SignalRow>) -> Vec<Invariant> {
+        let config: ReceiverConfig = parse("saw.toml", CONFIG).expect("a config");
+        let mut watch = ReceiverWatch::new(&config, &[], World::Virtual);
+        for (cycle, mut row) in (1..).zip(rows) {
+            row.node.cycle += cycle;
+            watch.push(cycle as f64 * 1e-3, &row);
+        }
+        watch.end();
+        watch.violations().map(|found| found.invariant).collect()
+    }
+
+    #[test]
+    fn a_run_ends_well_or_not() {
+        use ContinuityName::{Braking, Following, Rejoining};
+        let stopped = || in_state(AxisStatus::ErrorStop, 0.0, 0.0);
+        let well = || in_state(AxisStatus::Standstill, 0.0, 0.0);
+        assert_eq!(ended([stopped(), well()]), []);
+        assert_eq!(ended([well(), stopped()]), [Invariant::EndsWell]);
+        assert_eq!(ended([at_distance(None, 49.0)]), []);
+        assert_eq!(ended([at_distance(None, 51.0)]), [Invariant::EndsWell]);
+        let far = |error, synced, continuity| {
+            let mut row = well();
+            row.axes[0].error = error;
+            row.axes[0].synced = synced;
+            row.axes[0].continuity = continuity;
+            row
+        };
+        let synced = || far(0, true, Following);
+        assert_eq!(ended([synced(), synced()]), []);
+        assert_eq!(ended([synced(), far(0, false, Rejoining)]), []);
+        for last in [
+            far(0x4b52, true, Following),
+            far(0, false, Following),
+            far(0, false, Braking),
+        ] {
+            assert_eq!(ended([synced(), last]), [Invariant::EndsWell]);
+        }
+        // It never was in sync, and nobody says that it has to be by now.
+        assert_eq!(ended([far(0, false, Following)]), []);
+    }
+
+    #[test]
+    fn a_far_axis_that_steps_further_than_its_master_can_is_found() {
+        let found = |step: f64| {
+            let rows = (0..200).map(|cycle| {
+                let far = FarNodeSignals {
+                    cycle_time_us: Some(1_000.0),
+                    epoch: Some(1),
+                    count: Some(cycle),
+                    ..FarNodeSignals::default()
+                };
+                let mut row = row(SlaveSignals::default(), far);
+                let position = 0.5 * cycle as f64;
+                row.axes[0] = FarAxisSignals {
+                    state: Some(StateName::Observer),
+                    received_position: Some(position),
+                    received_velocity: Some(500.0),
+                    correction_us: Some(2_000.0),
+                    corrected_position: Some(position + if cycle == 100 { step } else { 1.0 }),
+                    corrected_velocity: Some(500.0),
+                    ..FarAxisSignals::default()
+                };
+                row
+            });
+            broken(rows)
+        };
+        assert_eq!(found(1.0), []);
+        assert_eq!(found(9.4), [Invariant::FarAxis]);
     }
 }

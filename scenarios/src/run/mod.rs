@@ -13,7 +13,7 @@ use coaxle_host::cli::Mistake;
 use crate::catalog::Source;
 use crate::curves::Drawn;
 use crate::finished::{Finished, Progress};
-use crate::invariants;
+use crate::invariants::{self, Invariant};
 use crate::report::print;
 use crate::report::{self, Report};
 use crate::results_folder::ResultsFolder;
@@ -140,7 +140,11 @@ pub(crate) fn judged(name: &str, scenario: &Scenario, world: World, finished: Fi
     summary.expectations.extend(finished.commands);
     summary.expectations.extend(finished.deaths);
     summary.interrupted_at_s = finished.interrupted_at_s;
-    let failed = invariants::judge(&scenario.exceptions, &finished.violations, world);
+    let mut violations = finished.violations;
+    // One that was ended on its way has no end of its own.
+    violations
+        .retain(|one| summary.interrupted_at_s.is_none() || one.invariant != Invariant::EndsWell);
+    let failed = invariants::judge(&scenario.exceptions, &violations, world);
     summary.expectations.extend(failed);
     summary
 }

@@ -6,6 +6,7 @@ use coaxle_receiver::{SignalRow, StateName};
 use coaxle_sim::{FarTimeCheck, FarTimeFault, LARGEST_RATE_ERROR};
 
 use super::found::{Found, WatchedCycle};
+use super::motion::MotionWatch;
 use crate::invariants::Invariant;
 use crate::topology::followed_of;
 
@@ -16,6 +17,9 @@ pub(super) struct AxisWatch {
     /// Its node, and the standbys of that, by their numbers.
     nodes: Vec<usize>,
     check: FarTimeCheck,
+    motion: MotionWatch,
+    /// The newest cycle, and what was shown in it.
+    last: Option<(WatchedCycle, FarAxisSignals)>,
     /// The mode that made its set values, how often its clock was started anew by an order, and which node it is
     /// read from.
     line: Option<(StateName, u32, usize)>,
@@ -28,11 +32,18 @@ pub(super) struct AxisWatch {
 
 impl AxisWatch {
     /// `nodes` are its node and the standbys of that, by their numbers; the receiver's cycle time is in s.
-    pub(super) fn new(name: String, nodes: Vec<usize>, cycle_time: f64) -> Self {
+    pub(super) fn new(
+        name: String,
+        nodes: Vec<usize>,
+        motion: MotionWatch,
+        cycle_time: f64,
+    ) -> Self {
         Self {
             name,
             nodes,
             check: FarTimeCheck::new(cycle_time),
+            motion,
+            last: None,
             line: None,
             used: None,
             owner: None,
@@ -56,6 +67,8 @@ impl AxisWatch {
         {
             self.found.add(cycle, Invariant::Finite, value, f64::MAX);
         }
+        self.last = Some((*cycle, *axis));
+        self.motion.push(cycle, (node, far), axis, &mut self.found);
         self.watch_owner(cycle, node, far.take_overs);
         let used = Used::of(node, far);
         let before = std::mem::replace(&mut self.used, used);
@@ -94,6 +107,13 @@ impl AxisWatch {
             Some(FarTimeFault::Rate(rate)) => (Invariant::FarRate, rate.abs(), LARGEST_RATE_ERROR),
         };
         self.found.add(cycle, invariant, value, limit);
+    }
+
+    /// The run is over.
+    pub(super) fn end(&mut self) {
+        if let Some((cycle, axis)) = &self.last {
+            self.motion.end(cycle, axis, &mut self.found);
+        }
     }
 
     fn watch_owner(&mut self, cycle: &WatchedCycle, node: usize, take_overs: u64) {

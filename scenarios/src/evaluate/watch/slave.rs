@@ -6,10 +6,11 @@ use coaxle_node::CommandOrder;
 use coaxle_receiver::signals::SlaveSignals;
 use coaxle_receiver::{ReceiverConfig, SlaveConfig, StepConfig};
 use coaxle_saw::SyncMask;
-use coaxle_sim::{ErrorStopCheck, SetValueBound, SetValueCheck, Shares, TooFar};
+use coaxle_sim::{ErrorStopCheck, SetValueBound, SetValueCheck, Shares, Told, ToldCheck, TooFar};
 use coaxle_slave::{Command, OnMasterLoss, SlaveError, SlaveParameters};
 
 use super::found::{Found, WatchedCycle};
+use super::target::TargetWatch;
 use crate::event::{Event, Happening};
 use crate::invariants::Invariant;
 
@@ -21,7 +22,11 @@ const ORDER_UNDER_WAY: f64 = 1.0;
 pub(super) struct SlaveWatch {
     pub(super) name: String,
     check: Option<SetValueCheck>,
+    told: Option<ToldCheck>,
+    target: Option<TargetWatch>,
     stop: Option<ErrorStopCheck>,
+    /// The newest cycle, and what was shown in it.
+    last: Option<(WatchedCycle, SlaveSignals)>,
     /// When an order resets it, s after the start of the run.
     resets: Vec<f64>,
     /// A lost master stops it whatever the jerk.
@@ -65,6 +70,9 @@ impl SlaveWatch {
         Self {
             name: config.name.to_string(),
             check: profile.map(check),
+            told: profile.map(|profile| ToldCheck::new(&profile, cycle_time)),
+            target: profile.map(|profile| TargetWatch::new(&limits, &profile, cycle_time)),
+            last: None,
             stop: profile.map(|profile| ErrorStopCheck::new(profile, cycle_time)),
             resets: resets_of(config, receiver, events),
             stops_quickly: limits.on_master_loss == OnMasterLoss::QuickStop,
@@ -87,13 +95,23 @@ impl SlaveWatch {
             self.found
                 .add(cycle, Invariant::SetValues, f64::NAN, f64::NAN);
         }
+        self.last = Some((*cycle, *slave));
+        if let Some(target) = &mut self.target {
+            target.push(cycle, slave, &mut self.found);
+        }
         self.watch_error_stop(cycle, &before, slave);
         let stops_now = self.stops_instantly && is_instant_stop(&before, slave);
+        let is_set_anew = slave.set_anew != before.set_anew || slave.state == AxisStatus::Disabled;
+        let begins_anew = is_set_anew || stops_now || cycle.since.is_none();
+        self.watch_positions(cycle, slave, begins_anew);
+        self.watch_told(cycle, slave, begins_anew);
+    }
+
+    fn watch_positions(&mut self, cycle: &WatchedCycle, slave: &SlaveSignals, begins_anew: bool) {
         let (Some(check), Some(position)) = (&mut self.check, slave.position) else {
             return;
         };
-        let is_set_anew = slave.set_anew != before.set_anew || slave.state == AxisStatus::Disabled;
-        if is_set_anew || stops_now || cycle.since.is_none() {
+        if begins_anew {
             check.restart();
         }
         if self.stops_quickly && is_quick_stop(slave) {
@@ -103,6 +121,33 @@ impl SlaveWatch {
         check.push(position, cycle.since.unwrap_or(1), |excess| {
             found.add(cycle, excess.bound.into(), excess.value, excess.limit);
         });
+    }
+
+    fn watch_told(&mut self, cycle: &WatchedCycle, slave: &SlaveSignals, begins_anew: bool) {
+        let (Some(check), Some(set)) = (&mut self.told, set_of(slave)) else {
+            return;
+        };
+        if begins_anew {
+            check.restart();
+        }
+        if self.stops_quickly && is_quick_stop(slave) {
+            check.free_jerk();
+        }
+        let wrong = check.push(&set, cycle.since.unwrap_or(1));
+        for wrong in wrong.into_iter().flatten() {
+            let invariant = match wrong.what {
+                Told::Velocity => Invariant::ToldVelocity,
+                Told::Acceleration => Invariant::ToldAcceleration,
+            };
+            self.found.add(cycle, invariant, wrong.value, wrong.limit);
+        }
+    }
+
+    /// The run is over.
+    pub(super) fn end(&mut self) {
+        if let (Some((cycle, slave)), Some(target)) = (&self.last, &self.target) {
+            target.end(cycle, slave, &mut self.found);
+        }
     }
 
     /// What its set positions had at most of its limits.
@@ -143,6 +188,15 @@ impl SlaveWatch {
             self.found.add(cycle, Invariant::StoppingWay, way, most);
         }
     }
+}
+
+/// Its set values; none before it has all of them.
+fn set_of(slave: &SlaveSignals) -> Option<Kinematics> {
+    Some(Kinematics {
+        position: slave.position?,
+        velocity: slave.velocity?,
+        acceleration: slave.acceleration?,
+    })
 }
 
 fn resets_of(slave: &SlaveConfig, receiver: &ReceiverConfig, events: &[Event]) -> Vec<f64> {

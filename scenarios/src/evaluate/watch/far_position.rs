@@ -1,0 +1,122 @@
+//! Where a far axis is, against where its master is at that instant.
+
+use std::collections::VecDeque;
+
+use coaxle_receiver::ReceiverConfig;
+
+use super::far_error::stated;
+use super::found::{Found, WatchedCycle};
+use crate::invariants::{Invariant, InvariantViolation, Watched};
+use crate::row::Row;
+use crate::topology::{View, Viewed};
+
+/// A change of mode is blended over, and where the axis is before that is over the mode does not say, s.
+const BLENDED: f64 = 0.2;
+/// Cycles by which the acceleration of the master may be seen late: it is taken from differences of its velocity.
+const LATE: f64 = 3.0;
+/// What rounding adds, relative to where it is.
+const ROUNDING: f64 = 1e-12;
+
+/// Watches the position of a far axis whose master is known.
+#[derive(Debug)]
+pub(in super::super) struct FarPositionWatch {
+    of: Watched,
+    cycle_time: f64,
+    /// Since when it is in sync without a break, s.
+    since: Option<f64>,
+    /// Where the master was in the cycle before, its velocity, and when.
+    before: Option<[f64; 3]>,
+    /// Its accelerations lately, by how far its positions are beside its velocities, and when.
+    lately: VecDeque<[f64; 3]>,
+    found: Found,
+}
+
+impl FarPositionWatch {
+    /// None of one of the receiver's own axes, or one that comes in increments.
+    pub(in super::super) fn new(config: &ReceiverConfig, view: &View) -> Option<Self> {
+        let Viewed::Far { axis, .. } = view.of else {
+            return None;
+        };
+        let is_smoothed = config.far_axes().nth(axis)?.2.encoder.is_some();
+        (!is_smoothed).then(|| Self {
+            of: Watched {
+                receiver: config.name.to_string(),
+                part: config.far_axis_names().into_iter().nth(axis),
+            },
+            cycle_time: config.cycle_time_us.0.as_secs_f64(),
+            since: None,
+            before: None,
+            lately: VecDeque::new(),
+            found: Found::default(),
+        })
+    }
+
+    /// The next cycle; `is_known` unless a clock has just jumped.
+    pub(in super::super) fn push(&mut self, row: &Row, is_known: bool) {
+        let Some((position, velocity)) = row.truth else {
+            self.before = None;
+            self.since = None;
+            return;
+        };
+        let acceleration = self.learn(row, [position, velocity]);
+        let axis = &row.record.axis;
+        let (Some(bound), Some(corrected), true) = (stated(row), axis.corrected_position, is_known)
+        else {
+            self.since = None;
+            return;
+        };
+        let since = *self.since.get_or_insert(row.t_s);
+        if row.t_s - since < BLENDED {
+            return;
+        }
+        let age = axis.correction_us.unwrap_or_default().abs() * 1e-6;
+        let (late, [changed, jumped]) = (bound * 1e-6, self.changed(row.t_s, age));
+        let by_time = (velocity.abs() + acceleration.abs() * late) * late;
+        let limit = by_time + 0.5 * changed * age * age + jumped;
+        let value = (corrected - position).abs();
+        if value > limit + ROUNDING * position.abs() {
+            let cycle = WatchedCycle {
+                number: row.record.node.cycle,
+                t_s: row.t_s,
+                since: None,
+            };
+            (self.found).add(&cycle, Invariant::FarPosition, value, limit);
+        }
+    }
+
+    /// What the master did since the cycle before: its acceleration.
+    fn learn(&mut self, row: &Row, [position, velocity]: [f64; 2]) -> f64 {
+        let before = self.before.replace([position, velocity, row.t_s]);
+        let [acceleration, beside] = before.map_or([0.0; 2], |[from, slower, t_s]| {
+            let passed = (row.t_s - t_s).max(self.cycle_time);
+            let way = 0.5 * (slower + velocity) * passed;
+            [(velocity - slower) / passed, (position - from - way).abs()]
+        });
+        self.lately.push_back([acceleration, beside, row.t_s]);
+        let oldest = row.t_s - LONGEST;
+        while (self.lately.front()).is_some_and(|[.., t_s]| *t_s < oldest) {
+            self.lately.pop_front();
+        }
+        acceleration
+    }
+
+    /// By how much the acceleration of the master has changed while the newest frame was under way, none at all counted among what
+    /// there was, as it may be unknown; and how far it jumped.
+    fn changed(&self, t_s: f64, age: f64) -> [f64; 2] {
+        let from = t_s - age - LATE * self.cycle_time;
+        let lately = self.lately.iter().rev();
+        let lately = lately.take_while(|[.., at]| *at >= from);
+        let none = (0.0_f64, 0.0_f64, 0.0_f64);
+        let (low, high, jumped) = lately.fold(none, |(low, high, jumped), [value, beside, _]| {
+            (low.min(*value), high.max(*value), jumped + beside)
+        });
+        [high - low, jumped]
+    }
+
+    pub(in super::super) fn violations(&self) -> impl Iterator<Item = InvariantViolation> {
+        self.found.violations(self.of.clone())
+    }
+}
+
+/// The oldest frame that counts, s.
+const LONGEST: f64 = 2.0;

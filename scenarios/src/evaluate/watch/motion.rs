@@ -1,0 +1,134 @@
+//! A far axis: its positions, against what its master can have done.
+
+use coaxle_receiver::config::{FarAxisConfig, FarConfig};
+use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals};
+use coaxle_receiver::{ContinuityName, StateName};
+use coaxle_sim::{FarAxisMode, FarMotion, FarMotionBounds, FarMotionCheck, Received};
+
+use super::found::{Found, WatchedCycle};
+use crate::invariants::Invariant;
+
+/// A beat of a block that bears any.
+const MOST_BEATS: f64 = 1_000.0;
+
+/// Watches the positions of a far axis.
+#[derive(Debug)]
+pub(super) struct MotionWatch {
+    check: FarMotionCheck,
+    /// The cycle of its node that the values of the axis are of, s, and how many frames without it there were before.
+    frame: Option<(f64, u64)>,
+    /// Whether it was in sync in this run of its receiver, and in its newest mode.
+    was_synced: bool,
+    synchronises: bool,
+}
+
+impl MotionWatch {
+    pub(super) fn new(far: &FarConfig, axis: &FarAxisConfig, cycle_time: f64) -> Self {
+        let limits = axis.limits.map(|limits| limits.get().velocity());
+        let of_encoder = axis.encoder.map(|encoder| 1.5 * encoder.max_speed);
+        let bounds = FarMotionBounds {
+            cycle_time,
+            blending_time: far.sync.extrapolate.blending_time.0,
+            filter_time: far.sync.extrapolate.t1_factor_pos * cycle_time,
+            pace_of_blocks: pace_of_blocks(far),
+            own_velocity: limits.into_iter().chain(of_encoder).reduce(f64::max),
+            is_smoothed: axis.encoder.is_some(),
+        };
+        Self {
+            check: FarMotionCheck::new(bounds),
+            frame: None,
+            was_synced: false,
+            synchronises: far.mode.synchronises(&far.sync),
+        }
+    }
+
+    /// The axis, and the node of this number that it is read from.
+    pub(super) fn push(
+        &mut self,
+        cycle: &WatchedCycle,
+        (node, far): (usize, &FarNodeSignals),
+        axis: &FarAxisSignals,
+        found: &mut Found,
+    ) {
+        if cycle.since.is_none() {
+            self.check.restart();
+            self.was_synced = false;
+        }
+        self.was_synced |= axis.synced;
+        let motion = self.received(node, far, axis).and_then(|received| {
+            Some(FarMotion {
+                position: axis.corrected_position?,
+                received,
+                correction: axis.correction_us.map(|correction| correction * 1e-6),
+                mode: mode_of(axis.state?),
+                follows: axis.continuity == ContinuityName::Following,
+                cycles: cycle.since.unwrap_or(1),
+            })
+        });
+        let Some(motion) = motion else {
+            self.check.restart();
+            return;
+        };
+        if let Some(fault) = self.check.push(&motion) {
+            found.add(cycle, Invariant::FarAxis, fault.value, fault.limit);
+        }
+    }
+
+    fn received(
+        &mut self,
+        node: usize,
+        far: &FarNodeSignals,
+        axis: &FarAxisSignals,
+    ) -> Option<Received> {
+        let cycle_time = far.cycle_time_us? * 1e-6;
+        let newest = far.count? as f64 * cycle_time;
+        let at = match self.frame {
+            // The newest frame is one without it.
+            Some((at, missing)) if missing != axis.missing => at,
+            _ => newest,
+        };
+        self.frame = Some((at, axis.missing));
+        Some(Received {
+            position: axis.received_position?,
+            velocity: axis.received_velocity?,
+            at,
+            cycle_time,
+            run: [node as u64, far.epoch?, far.restarts],
+        })
+    }
+
+    /// The run is over: this is how it ends.
+    pub(super) fn end(&self, cycle: &WatchedCycle, axis: &FarAxisSignals, found: &mut Found) {
+        let is_lost = axis.continuity == ContinuityName::Braking
+            || (self.synchronises
+                && self.was_synced
+                && !axis.synced
+                && axis.continuity == ContinuityName::Following);
+        if axis.error != 0 || is_lost {
+            found.add(cycle, Invariant::EndsWell, axis.error.into(), 0.0);
+        }
+    }
+}
+
+/// By how much the far time of TS5066's blocks may pass faster than time: they follow their slopes, and take away what a beat brings
+/// over their blending cycles, at most as much as they bear.
+fn pace_of_blocks(far: &FarConfig) -> f64 {
+    let parameters = &far.sync.time_sync;
+    let blending = parameters.time_mode_blending_cycles;
+    let blending = blending.min(parameters.new_drift_bending_cycles).max(1);
+    let beats = match parameters.max_cycle_index_difference {
+        0.0 => MOST_BEATS,
+        most => most,
+    };
+    let slope = parameters.slope1_numerator / parameters.slope1_denominator;
+    (beats + slope) / f64::from(blending)
+}
+
+const fn mode_of(state: StateName) -> FarAxisMode {
+    match state {
+        StateName::Bypass => FarAxisMode::Bypass,
+        StateName::Pt1 => FarAxisMode::Pt1,
+        StateName::Sync | StateName::Time => FarAxisMode::Blocks,
+        StateName::Observer => FarAxisMode::Observer,
+    }
+}

@@ -1,0 +1,84 @@
+//! A slave and its target: whether it is there when it says so, goes there when it can, and is there in the end.
+
+use coaxle_axis::AxisStatus;
+use coaxle_axis::set_value_guard::DistancePolicy;
+use coaxle_curve::profile::Limits;
+use coaxle_receiver::GuardStateName;
+use coaxle_receiver::signals::SlaveSignals;
+use coaxle_sim::ApproachCheck;
+use coaxle_slave::{CouplingPhase, SlaveParameters};
+
+use super::found::{Found, WatchedCycle};
+use crate::invariants::Invariant;
+
+/// A slave in sync is no farther from its target than its acceleration, turned round in a cycle, makes of that cycle: one that passes
+/// has no distance at all, and one that calls itself in sync within what its jerk makes of a cycle is nearer than that.
+const TURNED_ROUND: f64 = 2.0;
+/// What rounding adds to that, relative to where it is.
+const ROUNDING: f64 = 1e-12;
+/// What the guard's own window is by default: the way of so many seconds at the highest velocity.
+const GUARD_WINDOW: f64 = 0.1;
+
+/// Watches how far a slave is from where its coupling, or its motion, has it.
+#[derive(Debug)]
+pub(super) struct TargetWatch {
+    /// How far it may be in sync, u; none of a slave that may leave a distance as it is.
+    in_sync: Option<f64>,
+    /// How far it may be when the run is over, u; none if that is not watched.
+    at_end: Option<f64>,
+    approach: ApproachCheck,
+    set_anew: u32,
+}
+
+impl TargetWatch {
+    pub(super) fn new(parameters: &SlaveParameters, limits: &Limits, cycle_time: f64) -> Self {
+        let acceleration = limits.acceleration().max(limits.deceleration());
+        let is_to_be_there = parameters.distance.policy != DistancePolicy::VeloSync;
+        let window = parameters.distance.window;
+        let window = window.unwrap_or(GUARD_WINDOW * limits.velocity());
+        let in_sync = TURNED_ROUND * acceleration * cycle_time * cycle_time;
+        Self {
+            in_sync: is_to_be_there.then_some(in_sync),
+            at_end: (is_to_be_there && window > 0.0).then_some(window),
+            approach: ApproachCheck::new(limits, cycle_time),
+            set_anew: 0,
+        }
+    }
+
+    pub(super) fn push(&mut self, cycle: &WatchedCycle, slave: &SlaveSignals, found: &mut Found) {
+        let Some(position) = slave.position else {
+            self.approach.restart();
+            return;
+        };
+        let distance = slave.distance.abs();
+        if let Some(window) = self.in_sync
+            && slave.phase.is_some_and(CouplingPhase::is_in_sync)
+            && distance > window + ROUNDING * position.abs()
+        {
+            found.add(cycle, Invariant::InSync, distance, window);
+        }
+        let is_set_anew = std::mem::replace(&mut self.set_anew, slave.set_anew) != slave.set_anew;
+        let is_on_its_way = slave.guard == GuardStateName::CatchingUp
+            && slave.state != AxisStatus::ErrorStop
+            && cycle.since == Some(1)
+            && !is_set_anew;
+        if !is_on_its_way {
+            self.approach.restart();
+        } else if let Some(away) = self.approach.push(position, slave.distance) {
+            found.add(cycle, Invariant::Approach, away.distance, away.before);
+        }
+    }
+
+    /// The run is over: this is how it ends.
+    pub(super) fn end(&self, cycle: &WatchedCycle, slave: &SlaveSignals, found: &mut Found) {
+        if slave.state == AxisStatus::ErrorStop {
+            found.add(cycle, Invariant::EndsWell, slave.error.into(), 0.0);
+        }
+        let is_coupled = slave.state == AxisStatus::SynchronizedMotion;
+        if let Some(window) = self.at_end.filter(|_| is_coupled)
+            && slave.distance.abs() > window
+        {
+            found.add(cycle, Invariant::EndsWell, slave.distance.abs(), window);
+        }
+    }
+}
