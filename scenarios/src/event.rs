@@ -55,6 +55,8 @@ pub enum Action {
     Restart,
     /// It stands still, as in a debugger, and then goes on.
     Freeze,
+    /// The same, but what waited for it comes in pieces, as a mailbox is drained, and not at once. Processes do that in either case.
+    Stop,
     /// A second node of the same name and config starts beside it, as by a mistake, and dies afterwards.
     Twin,
 }

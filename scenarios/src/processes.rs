@@ -105,7 +105,7 @@ fn play(
                 What::Kill => deaths.extend(child.kill()?),
                 What::Start => child.start()?,
                 What::Stop => child.freeze()?,
-                What::Resume => child.resume()?,
+                What::Resume | What::ResumeInPieces => child.resume()?,
                 What::Command(event) => orders.send(&scenario.events[event])?,
             }
         }

@@ -37,6 +37,8 @@ pub(crate) enum What {
     Stop,
     /// It goes on.
     Resume,
+    /// It goes on, and what waited for it comes in pieces.
+    ResumeInPieces,
     /// One of its slaves is commanded, by the scenario's event with this number.
     Command(usize),
 }
@@ -58,6 +60,7 @@ pub(crate) fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<Change
                 let (whom, first, then) = match action {
                     Action::Restart => (whom, What::Kill, What::Start),
                     Action::Freeze => (whom, What::Stop, What::Resume),
+                    Action::Stop => (whom, What::Stop, What::ResumeInPieces),
                     Action::Twin => {
                         let twin = scenario.twin_of(&event.node).map(Whom::Node);
                         (twin.unwrap_or(whom), What::Start, What::Kill)

@@ -76,6 +76,7 @@ fn happen(world: &mut World<AnyNode>, scenario: &Scenario, node: usize, what: Wh
         What::Start => world.start(node),
         What::Stop => world.stop(node),
         What::Resume => world.resume(node),
+        What::ResumeInPieces => world.resume_in_pieces(node),
         What::Command(event) => {
             if let Happening::Command(commanded) = &scenario.events[event].what {
                 world.order(node, event, commanded.order.clone());
@@ -89,7 +90,7 @@ fn happen_to_router(world: &mut World<AnyNode>, router: usize, what: What) {
         What::Kill => world.kill_router(router),
         What::Start => world.start_router(router),
         What::Stop => world.stop_router(router),
-        What::Resume => world.resume_router(router),
+        What::Resume | What::ResumeInPieces => world.resume_router(router),
         // The scenario was refused.
         What::Command(_) => {}
     }

@@ -49,6 +49,8 @@ struct SimulatedNode<N> {
     run: u64,
     /// How often a cycle was scheduled: only the event of the last one counts.
     scheduled: u64,
+    /// Until when what waited for it comes, and what is sent meanwhile waits behind that.
+    drained_at: Instant<True>,
     watch: Watch,
 }
 
@@ -65,6 +67,11 @@ enum Event {
         scheduled: u64,
     },
     Deliver {
+        link: usize,
+        message: Box<KeptMessage>,
+    },
+    /// A message that waited for a node that was frozen.
+    Drain {
         link: usize,
         message: Box<KeptMessage>,
     },
@@ -113,6 +120,7 @@ impl<N: Node> World<N> {
             orders: Vec::new(),
             run: 0,
             scheduled: 0,
+            drained_at: Instant::EPOCH,
             watch: Watch::default(),
         });
         self.links_of.push(Vec::new());
@@ -244,6 +252,7 @@ impl<N: Node> World<N> {
             match event {
                 Event::Cycle { node, scheduled } => self.cycle(node, scheduled, observer)?,
                 Event::Deliver { link, message } => self.deliver(link, message),
+                Event::Drain { link, message } => self.give(link, message),
                 Event::Hop(transit) => self.hop(transit),
             }
         }
@@ -305,6 +314,26 @@ impl<N: Node> World<N> {
                 for (link, message) in waiting {
                     self.deliver(link, message);
                 }
+                self.schedule(node);
+            }
+            other => *state = other,
+        }
+    }
+
+    /// Lets a frozen node go on. What waited for it arrives in pieces, as a mailbox is drained, and what is sent meanwhile behind it.
+    pub fn resume_in_pieces(&mut self, node: usize) {
+        let state = &mut self.nodes[node].state;
+        match std::mem::replace(state, State::Dead) {
+            State::Stopped(frozen, waiting) => {
+                *state = State::Running(frozen);
+                let mut at = self.now;
+                for (n, (link, message)) in waiting.into_iter().enumerate() {
+                    if n > 0 && n % PIECE == 0 {
+                        at += BETWEEN_PIECES;
+                    }
+                    self.queue.add(at, Event::Drain { link, message });
+                }
+                self.nodes[node].drained_at = at;
                 self.schedule(node);
             }
             other => *state = other,
@@ -426,6 +455,15 @@ impl<N: Node> World<N> {
     }
 
     fn deliver(&mut self, link: usize, message: Box<KeptMessage>) {
+        let until = self.nodes[self.links[link].to].drained_at;
+        if self.now < until {
+            self.queue.add(until, Event::Drain { link, message });
+        } else {
+            self.give(link, message);
+        }
+    }
+
+    fn give(&mut self, link: usize, message: Box<KeptMessage>) {
         let now = self.now;
         let Link {
             to, subscription, ..
@@ -448,6 +486,10 @@ impl<N: Node> World<N> {
         }
     }
 }
+
+/// So many messages of a backlog arrive at once, and the next so much later: a second of a sender of 1 ms is there within 10 ms.
+const PIECE: usize = 100;
+const BETWEEN_PIECES: Span = Span::from_millis(1);
 
 /// Most messages that wait for a frozen node: no socket holds more, and what comes after them is lost.
 const MOST_WAITING: usize = 50_000;

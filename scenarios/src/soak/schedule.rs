@@ -2,12 +2,14 @@
 //! all from one seed, as the text of a scenario. For some seconds everything may go wrong; the rest is quiet.
 
 mod apart;
+mod wide;
 
 use std::fmt::Write as _;
 
 use coaxle_node::faults::Random;
 
 use apart::Apart;
+use wide::Wide;
 
 /// When the last fault is over, s.
 const QUIET_FROM: f64 = 8.0;
@@ -23,12 +25,17 @@ pub const DURATION_S: f64 = QUIET_FROM + QUIET_FOR;
 const PLATES: &str = "cams = [{ table-id = 10, course = 'cyclic', point = [{ master = 0, slave = 0, law = 'polynom5' }, \
      { master = 180, slave = 60, law = 'polynom5' }, { master = 360, slave = 0 }] }]\n";
 
+/// Parameters of the blocks of TS5066 that bear all that a schedule does.
+const TIME_SYNC: &str =
+    "{ age-of-data-limit = 500, max-cycle-index-difference = 500, automatic-re-init = true }";
+
 /// A scenario from a seed.
 #[must_use]
 pub fn of(seed: u64) -> String {
     let mut schedule = Schedule {
         random: Random::new(seed),
         apart: Apart::new(seed),
+        wide: Wide::new(seed),
         text: String::new(),
         events: String::new(),
     };
@@ -39,6 +46,7 @@ pub fn of(seed: u64) -> String {
 struct Schedule {
     random: Random,
     apart: Apart,
+    wide: Wide,
     text: String,
     /// Tables of their own, behind those of the nodes.
     events: String,
@@ -73,6 +81,10 @@ impl Schedule {
             let follows = if receiver > 0 && self.random.chance(0.4) {
                 Follows::Receiver { cycle: first }
             } else {
+                let cycle = self.wide.cycle_time_beside(cycle);
+                if receiver == 0 {
+                    first = cycle;
+                }
                 Follows::Sender { sender, cycle }
             };
             self.receiver(receiver, &follows);
@@ -84,7 +96,8 @@ impl Schedule {
     }
 
     fn cycle_time(&mut self) -> u64 {
-        *self.random.one_of(&[500, 1_000, 1_000, 1_000, 2_000])
+        let drawn = *self.random.one_of(&[500, 1_000, 1_000, 1_000, 2_000]);
+        self.wide.cycle_time(drawn)
     }
 
     fn sender(&mut self, sender: u64, cycle: u64) {
@@ -136,10 +149,18 @@ impl Schedule {
 
     /// A moment before `end`, not at the very start: s.
     fn moment(&mut self, end: f64) -> String {
-        format!("{:.3}", self.random.between(0.5, end))
+        let drawn = self.random.between(0.5, end);
+        format!("{:.3}", self.wide.moment(drawn, end))
     }
 
     fn axis(&mut self, id: u64) {
+        if let Some(axis) = self.wide.axis() {
+            let _ = write!(
+                self.text,
+                "\n[[sender.axis]]\nid = {id}\nname = 'axis {id}'\nunit = 'mm'\n{axis}"
+            );
+            return;
+        }
         let is_encoder = self.random.chance(0.3);
         let place = if is_encoder {
             "encoder.program"
@@ -196,7 +217,8 @@ impl Schedule {
             if !self.random.chance(0.3) {
                 continue;
             }
-            let at = self.random.between(1.0, QUIET_FROM - 3.0);
+            let drawn = self.random.between(1.0, QUIET_FROM - 3.0);
+            let at = self.wide.moment(drawn, QUIET_FROM - 3.0);
             let how_long = if self.random.chance(0.5) {
                 self.random.between(0.002, 0.2)
             } else {
@@ -214,8 +236,10 @@ impl Schedule {
         let (source, cycle) = match follows {
             Follows::Sender { sender, cycle } => (
                 format!(
-                    "{{ node = 'line{sender}', axis = {} }}",
-                    self.random.whole(1, 2)
+                    "{{ node = 'line{sender}', axis = {}{}{} }}",
+                    self.random.whole(1, 2),
+                    self.wide.modulo(),
+                    self.wide.far_limits(),
                 ),
                 *cycle,
             ),
@@ -227,6 +251,7 @@ impl Schedule {
         let mode = *self.random.one_of(&[
             "observer", "observer", "observer", "sync", "time", "bypass", "pt1",
         ]);
+        let mode = self.wide.mode(mode);
         let drift = match (self.random.between(-100.0, 100.0), follows) {
             (drift, Follows::Sender { .. }) => drift,
             // Far enough from the clock that it follows for a beat every few seconds.
@@ -244,16 +269,25 @@ impl Schedule {
             String::new()
         };
         let faults = self.faults();
+        let time_sync = self
+            .wide
+            .time_sync()
+            .unwrap_or_else(|| TIME_SYNC.to_owned());
         let _ = write!(
             self.text,
             "\n[[receiver]]\nname = '{name}'\ncycle-time-us = {cycle}\nmode = '{mode}'\nmaster = {source}\n{clock}{delay}{PLATES}\
-             sync.time-sync = {{ age-of-data-limit = 500, max-cycle-index-difference = 500, automatic-re-init = true \
-             }}\n{faults}"
+             sync.time-sync = {time_sync}\n{faults}"
         );
         for slave in 0..self.random.whole(1, 3) {
             self.slave(&name, slave);
         }
         self.life_of(&name, &["restart", "freeze"]);
+        for (at, how_long) in self.wide.stops() {
+            let _ = write!(
+                self.events,
+                "\n[[event]]\nat-s = {at:.3}\nnode = '{name}'\naction = 'stop'\nfor-s = {how_long:.3}\n"
+            );
+        }
         let far = match follows {
             Follows::Sender { sender, .. } => format!("line{sender}"),
             Follows::Receiver { .. } => "follower0".to_owned(),
@@ -392,6 +426,9 @@ impl Schedule {
         let jerk = self.random.between(30_000.0, 3e6);
         let mut limits =
             format!("velocity = {velocity:.1}, acceleration = {acceleration:.1}, jerk = {jerk:.1}");
+        if let Some(wide) = self.wide.slave_limits(ratio) {
+            limits = wide;
+        }
         if self.random.chance(0.2) {
             let _ = write!(
                 limits,
@@ -418,7 +455,8 @@ impl Schedule {
             self.add("couple = 'off'\n");
         }
         for _ in 0..self.random.whole(0, 14) {
-            let command = self.command();
+            let drawn = self.command();
+            let command = self.wide.command(drawn);
             let at = self.moment(QUIET_FROM + QUIET_FOR);
             let _ = write!(
                 self.events,
@@ -499,6 +537,8 @@ trait Draw {
     fn below(&mut self, count: u64) -> u64;
     fn whole(&mut self, low: u64, high: u64) -> u64;
     fn one_of<'a, T>(&mut self, all: &'a [T]) -> &'a T;
+    /// Of each decade as often as of the next.
+    fn decades(&mut self, low: f64, high: f64) -> f64;
 }
 
 impl Draw for Random {
@@ -517,5 +557,9 @@ impl Draw for Random {
     fn one_of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
         let chosen = self.below(all.len() as u64);
         &all[chosen as usize]
+    }
+
+    fn decades(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.uniform())
     }
 }

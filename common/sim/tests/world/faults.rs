@@ -91,6 +91,28 @@ fn messages_wait_for_a_frozen_node_and_arrive_when_it_goes_on() {
 }
 
 #[test]
+fn a_backlog_in_pieces_comes_a_hundred_at_a_time_and_what_is_sent_meanwhile_behind_it() {
+    let mut world = belt_and_saw("", "", &["latency-us = 100"]);
+    let mut memory = Memory::default();
+    run(&mut world, 2_500, &mut memory);
+    world.stop(SAW);
+    run(&mut world, 252_500, &mut memory);
+    world.resume_in_pieces(SAW);
+    run(&mut world, 256_000, &mut memory);
+    let received = world.node(SAW).unwrap().counts();
+    let counts: Vec<u64> = received.iter().map(|(_, count)| *count).collect();
+    assert_eq!(counts, (0..=255).collect::<Vec<_>>());
+    let at = |count: usize| received[count].0.as_nanos() / 1_000;
+    assert_eq!(
+        [at(3), at(102), at(103), at(203)],
+        [252_500, 252_500, 253_500, 254_500]
+    );
+    // Sent while the backlog came, and after it.
+    assert_eq!([at(253), at(254), at(255)], [254_500, 254_500, 255_100]);
+    assert_eq!(world.traffic().waiting, 0);
+}
+
+#[test]
 fn a_node_that_freezes_only_between_two_cycles_misses_none_and_has_none_twice() {
     let mut world = belt_and_saw("", "", &[]);
     let mut memory = Memory::default();
