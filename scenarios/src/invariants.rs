@@ -55,7 +55,7 @@ pub enum Invariant {
     /// its time may be wrong by, times the velocity, and what a motion that changed since the newest frame makes of it. Judged when
     /// `far-error` is, and not where the master is seen through an encoder.
     FarPosition,
-    /// A slave whose coupling is in sync is where that has it, to what its acceleration, turned round in a cycle, makes of that.
+    /// A slave whose coupling is in sync is where that has it, to its window (`distance.in-sync-window`).
     InSync,
     /// A slave that catches up with a target that goes on evenly does not go away from it faster and faster.
     Approach,

@@ -71,7 +71,8 @@ impl SlaveWatch {
             name: config.name.to_string(),
             check: profile.map(check),
             told: profile.map(|profile| ToldCheck::new(&profile, cycle_time)),
-            target: profile.map(|profile| TargetWatch::new(&limits, &profile, cycle_time)),
+            target: profile
+                .and_then(|profile| TargetWatch::new(&limits, &profile, receiver.cycle_time_us.0)),
             last: None,
             stop: profile.map(|profile| ErrorStopCheck::new(profile, cycle_time)),
             resets: resets_of(config, receiver, events),

@@ -2,6 +2,7 @@
 
 use coaxle_axis::AxisStatus;
 use coaxle_axis::set_value_guard::DistancePolicy;
+use coaxle_clock::CycleTime;
 use coaxle_curve::profile::Limits;
 use coaxle_receiver::GuardStateName;
 use coaxle_receiver::signals::SlaveSignals;
@@ -11,9 +12,6 @@ use coaxle_slave::{CouplingPhase, SlaveParameters};
 use super::found::{Found, WatchedCycle};
 use crate::invariants::Invariant;
 
-/// A slave in sync is no farther from its target than its acceleration, turned round in a cycle, makes of that cycle: one that passes
-/// has no distance at all, and one that calls itself in sync within what its jerk makes of a cycle is nearer than that.
-const TURNED_ROUND: f64 = 2.0;
 /// What rounding adds to that, relative to where it is.
 const ROUNDING: f64 = 1e-12;
 /// What the guard's own window is by default: the way of so many seconds at the highest velocity.
@@ -31,18 +29,22 @@ pub(super) struct TargetWatch {
 }
 
 impl TargetWatch {
-    pub(super) fn new(parameters: &SlaveParameters, limits: &Limits, cycle_time: f64) -> Self {
-        let acceleration = limits.acceleration().max(limits.deceleration());
+    /// None of a slave without a window: its parameters were refused.
+    pub(super) fn new(
+        parameters: &SlaveParameters,
+        limits: &Limits,
+        cycle_time: CycleTime,
+    ) -> Option<Self> {
         let is_to_be_there = parameters.distance.policy != DistancePolicy::VeloSync;
         let window = parameters.distance.window;
         let window = window.unwrap_or(GUARD_WINDOW * limits.velocity());
-        let in_sync = TURNED_ROUND * acceleration * cycle_time * cycle_time;
-        Self {
+        let in_sync = parameters.in_sync_window(cycle_time).ok()?;
+        Some(Self {
             in_sync: is_to_be_there.then_some(in_sync),
             at_end: (is_to_be_there && window > 0.0).then_some(window),
-            approach: ApproachCheck::new(limits, cycle_time),
+            approach: ApproachCheck::new(limits, cycle_time.as_secs_f64()),
             set_anew: 0,
-        }
+        })
     }
 
     pub(super) fn push(&mut self, cycle: &WatchedCycle, slave: &SlaveSignals, found: &mut Found) {
