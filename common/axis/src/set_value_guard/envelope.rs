@@ -133,19 +133,28 @@ impl Envelope {
             PACE * seen.velocity.abs(),
             2.0 * PACE * seen.acceleration.abs(),
         ];
-        velocity <= 0.5 * change * self.cycle_time * back * cycles + by_pace[0] + 4.0 * rounding
-            && acceleration <= change * back + by_pace[1] + 4.0 * rounding * self.rate
+        // Nor can it change by more than the largest acceleration makes of the skipped cycles.
+        let slower = 0.5 * change * self.cycle_time * back * cycles;
+        let slower = slower.min(most * self.cycle_time * cycles);
+        let weaker = (change * back).min(2.0 * most);
+        velocity <= slower + by_pace[0] + 4.0 * rounding
+            && acceleration <= weaker + by_pace[1] + 4.0 * rounding * self.rate
     }
 
-    /// Velocity and acceleration of a state that come no faster from those of the last one, so many cycles ago, than the
-    /// limits say. Positions within the limits have such a state near by: what is cut off is less than what the jerk does
+    /// Velocity and acceleration of a state that come no faster from those of the last one than the limits say, in these
+    /// cycles for each. Positions within the limits have such a state near by: what is cut off is less than what the jerk does
     /// in a cycle, and comes in the next.
-    pub(super) fn steady(&self, last: &Kinematics, wanted: &Kinematics, cycles: f64) -> Kinematics {
+    pub(super) fn steady(
+        &self,
+        last: &Kinematics,
+        wanted: &Kinematics,
+        cycles: [f64; 2],
+    ) -> Kinematics {
         let rounding = self.rounding(wanted.position, wanted.position) * self.rate;
-        let time = cycles * self.cycle_time * (1.0 + RELATIVE);
+        let times = cycles.map(|cycles| cycles * self.cycle_time * (1.0 + RELATIVE));
         let near = |last: f64, wanted: f64, most: f64| wanted.max(last - most).min(last + most);
-        let push = highest_acceleration(&self.limits) * time + 2.0 * rounding;
-        let change = self.limits.jerk() * time + 4.0 * rounding * self.rate;
+        let push = highest_acceleration(&self.limits) * times[0] + 2.0 * rounding;
+        let change = self.limits.jerk() * times[1] + 4.0 * rounding * self.rate;
         Kinematics {
             position: wanted.position,
             velocity: near(last.velocity, wanted.velocity, push),

@@ -83,8 +83,9 @@ pub struct SetValueGuard {
 pub struct GuardHistory {
     /// What has left it.
     set: Differences,
-    /// What was stated beside it.
+    /// What was stated beside it, and how many cycles were skipped before that, and before the one before.
     stated: Kinematics,
+    skipped: [f64; 2],
     target: Target,
     /// How far the positions to follow are from those of the target, u.
     offset: f64,
@@ -191,12 +192,21 @@ impl SetValueGuard {
         } else {
             self.stop(elapsed)
         };
-        self.history.stated = self.set_values(target, state, cycles);
+        let changed_in = self.cycles_of_change(cycles);
+        self.history.stated = self.set_values(target, state, changed_in);
         Guarded {
             set: self.history.stated,
             state,
             distance: self.history.set.position - self.history.target.last_position(),
         }
+    }
+
+    /// In how many cycles the velocity and the acceleration that are stated have changed: what they were at the end of
+    /// skipped cycles, positions say only one cycle later of the velocity, and two of the acceleration.
+    fn cycles_of_change(&mut self, cycles: f64) -> [f64; 2] {
+        let [last, before] = self.history.skipped;
+        self.history.skipped = [cycles - 1.0, last];
+        [cycles + last, cycles + last + before]
     }
 
     /// The set values that left last, as another motion takes them over: velocity and acceleration as they
@@ -317,8 +327,8 @@ impl SetValueGuard {
     }
 
     /// What leaves it. Drives feed velocity and acceleration forward: they are those that a target states as long as its
-    /// positions bear them out, else those of the positions, and change no faster than the limits say.
-    fn set_values(&self, target: &Kinematics, state: GuardState, cycles: f64) -> Kinematics {
+    /// positions bear them out, else those of the positions, and change no faster than the limits say, in as many cycles.
+    fn set_values(&self, target: &Kinematics, state: GuardState, cycles: [f64; 2]) -> Kinematics {
         let (envelope, set) = (&self.envelope, &self.history.set);
         let is_stated = state == GuardState::Tracking
             && envelope.allows_velocity(target.velocity)
@@ -342,6 +352,7 @@ impl GuardHistory {
         Self {
             set: Differences::up_to(here, cycle_time),
             stated: *here,
+            skipped: [0.0; 2],
             target: Target::at(here, cycle_time),
             offset: 0.0,
             passed: LANDED,

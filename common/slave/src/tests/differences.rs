@@ -77,16 +77,17 @@ impl Differences {
                 most,
                 2.0 * digits / (cycle * cycle),
             ),
-            // What is stated beside the positions keeps the limits as they do, and is theirs.
+            // What is stated beside the positions keeps the limits as they do, and is theirs. What was stated after skipped
+            // cycles could be all that the limits admit within those.
             (
                 "stated velocity, per second,",
-                (self.stated.velocity - before.velocity) / dt,
+                (self.stated.velocity - before.velocity) / (2.0 * dt - cycle),
                 most,
                 2.0 * digits / (cycle * cycle),
             ),
             (
                 "stated acceleration, per second,",
-                (self.stated.acceleration - before.acceleration) / dt,
+                (self.stated.acceleration - before.acceleration) / (3.0 * dt - 2.0 * cycle),
                 parameters.jerk,
                 4.0 * digits / (cycle * cycle * cycle),
             ),
