@@ -12,6 +12,8 @@ const SLEWED: f64 = 0.03;
 /// Where a target and what its limits have left of it follow each other, accelerations of two motions are compared, each beside its
 /// positions by what a cycle of the jerk makes.
 const MOTIONS: f64 = 2.0;
+/// What two velocities may be beside their positions by, in units of what the jerk of a cycle makes of a velocity.
+const VELOCITIES: f64 = 0.75;
 /// A position is calculated from numbers as large as the way of so long at the highest velocity, s.
 const WAY: f64 = 1.0;
 
@@ -19,9 +21,10 @@ const WAY: f64 = 1.0;
 ///
 /// A drive feeds both forward. With the time `t` since the cycle before, jerk limit `j` and acceleration limit `a`:
 ///
-/// * The mean of two velocities is the way between the positions over `t`, to `½·j·t²`: the trapezoidal rule is off by
-///   `j·t²/12` on a motion with that jerk, and the guard, which states what half a cycle adds to a difference, by `j·t²/4`. A master
-///   that is slewed adds three percent of the velocity.
+/// * The mean of two velocities is the way between the positions over `t`, to `¾·j·t²`: the trapezoidal rule is off by
+///   `j·t²/12` on a motion with that jerk, what half a cycle adds to a difference by `j·t²/4`, and a velocity may be beside that by
+///   `½·j·t²`. A master that is slewed adds three percent of the velocity. What was told after skipped cycles could be all that
+///   the limits admit within those.
 /// * An acceleration is the second difference to twice `j` times the time from there to the middle of the three positions, which is
 ///   `t` for equal cycles.
 /// * Both keep their limits, and the velocity its own from cycle to cycle: it changes by `a·t` at most, and by what the first
@@ -114,23 +117,25 @@ impl ToldCheck {
         let before = self.difference.replace(now);
         let rounding = self.rounding(set, &last) / time;
         let found = [
-            self.velocity(set, &last, now, rounding),
+            self.of_velocity(set, &last, (now, before), rounding),
             before.and_then(|before| self.of_acceleration(set, now, before, rounding)),
         ];
         self.since_free = (self.since_free + 1).min(4);
         found
     }
 
-    fn velocity(
+    fn of_velocity(
         &self,
         set: &Kinematics,
         last: &Kinematics,
-        now: Difference,
+        (now, before): (Difference, Option<Difference>),
         rounding: f64,
     ) -> Option<WronglyTold> {
-        let by_acceleration = self.acceleration * now.time;
+        let skipped = before.map_or(0.0, |before| before.time - self.cycle_time);
+        let time = now.time + skipped;
+        let by_acceleration = self.acceleration * time;
         let by_jerk = match self.has_jerk() {
-            true => by_acceleration.min(0.5 * self.jerk * now.time * now.time),
+            true => by_acceleration.min(VELOCITIES * self.jerk * time * time),
             false => by_acceleration,
         };
         let fastest = now
@@ -177,7 +182,8 @@ impl ToldCheck {
                 limit,
             })
         };
-        found((set.acceleration - second).abs(), beside, 0.0)
+        let slewed = 2.0 * SLEWED * second.abs();
+        found((set.acceleration - second).abs(), beside + slewed, 0.0)
             .or_else(|| found(set.acceleration.abs(), self.acceleration, beside))
     }
 
@@ -229,7 +235,7 @@ mod tests {
         let [velocity, acceleration] = found(&told);
         let velocity = velocity.expect("it stands");
         assert_eq!((velocity.what, velocity.value), (Told::Velocity, 500.0));
-        assert!((velocity.limit - 15.05).abs() < 1e-9);
+        assert!((velocity.limit - 15.075).abs() < 1e-9);
         assert_eq!(acceleration, None);
     }
 
