@@ -100,9 +100,9 @@ pub struct FarMotionFault {
 /// Two things hold of every cycle:
 ///
 /// * It goes no farther than the master's velocity has it, in the far time's pace, with what bringing it back, blending and its
-///   own limits add. `bypass` and `pt1` also show what comes at once after a gap.
-/// * Where it follows it is no farther from what was received than the correction moves it, with what a filter is behind and what
-///   a change of mode may have left.
+///   own limits add. `bypass` and `pt1` also show what comes at once after a gap, and so does a blend from them.
+/// * Where it follows, and no change of mode is blended over, it is no farther from what was received than the correction moves it,
+///   with what a filter is behind.
 #[derive(Clone, Copy, Debug)]
 pub struct FarMotionCheck {
     bounds: FarMotionBounds,
@@ -121,6 +121,9 @@ pub struct FarMotionCheck {
     received_steps: Recent,
     followed: u8,
     frames: u8,
+    /// For how long its mode has been the same, s, and how long ago it was one that shows what comes.
+    unchanged_for: f64,
+    shown_ago: f64,
 }
 
 impl FarMotionCheck {
@@ -141,6 +144,8 @@ impl FarMotionCheck {
             received_steps: Recent::default(),
             followed: 0,
             frames: 0,
+            unchanged_for: 0.0,
+            shown_ago: 0.0,
         }
     }
 
@@ -159,6 +164,7 @@ impl FarMotionCheck {
             false => 0,
         };
         let last = self.last.replace(*now);
+        self.learn_mode(now, last.as_ref(), passed);
         if !now.position.is_finite() {
             self.last = None;
         }
@@ -170,12 +176,32 @@ impl FarMotionCheck {
             value: (now.position - last.position).abs(),
             limit: self.way(now, passed),
         });
-        let beside = (self.followed > LANDED && !self.bounds.is_smoothed).then(|| FarMotionFault {
+        let is_settled = self.followed > LANDED && !self.is_blending();
+        let beside = (is_settled && !self.bounds.is_smoothed).then(|| FarMotionFault {
             value: (now.position - now.received.position).abs(),
             limit: self.leaves(),
         });
         let is_beyond = |fault: &FarMotionFault| fault.value > fault.limit + rounding;
         way.filter(is_beyond).or(beside.filter(is_beyond))
+    }
+
+    /// How it is made, and since when.
+    fn learn_mode(&mut self, now: &FarMotion, last: Option<&FarMotion>, passed: f64) {
+        let is_same = last.is_some_and(|last| last.mode == now.mode);
+        self.unchanged_for = if is_same {
+            self.unchanged_for + passed
+        } else {
+            0.0
+        };
+        self.shown_ago = match now.mode {
+            FarAxisMode::Bypass | FarAxisMode::Pt1 => 0.0,
+            FarAxisMode::Blocks | FarAxisMode::Observer => self.shown_ago + passed,
+        };
+    }
+
+    /// Whether a change of mode may still be blended over. Skipped cycles are none of a blend.
+    fn is_blending(&self) -> bool {
+        self.unchanged_for <= self.bounds.blending_time + 2.0 * self.bounds.cycle_time
     }
 
     /// What the newest frame says of the master.
@@ -245,9 +271,11 @@ impl FarMotionCheck {
             + STEEPEST * beside / LONGEST
             + blended / blending_time.max(cycle_time);
         let velocity = velocity.max(own_velocity.unwrap_or(0.0));
-        let at_once = match now.mode {
-            FarAxisMode::Bypass | FarAxisMode::Pt1 => self.received_steps.largest(),
-            FarAxisMode::Blocks | FarAxisMode::Observer => 0.0,
+        // A blend from a mode that shows what comes still shows a part of that.
+        let at_once = if self.shown_ago <= blending_time + 2.0 * cycle_time {
+            self.received_steps.largest()
+        } else {
+            0.0
         };
         velocity * passed + self.noise() + at_once
     }
