@@ -141,20 +141,26 @@ impl Envelope {
             && acceleration <= weaker + by_pace[1] + 4.0 * rounding * self.rate
     }
 
-    /// Velocity and acceleration of a state that come no faster from those of the last one than the limits say, in these
-    /// cycles for each. Positions within the limits have such a state near by: what is cut off is less than what the jerk does
+    /// Velocity and acceleration of a state that come no faster from those of the last one than the limits say, or than the
+    /// positions do where those began beyond the limits, in these cycles for each. Positions within the limits have such a state near by: what is cut off is less than what the jerk does
     /// in a cycle, and comes in the next.
     pub(super) fn steady(
         &self,
         last: &Kinematics,
         wanted: &Kinematics,
+        series: &Differences,
         cycles: [f64; 2],
     ) -> Kinematics {
         let rounding = self.rounding(wanted.position, wanted.position) * self.rate;
         let times = cycles.map(|cycles| cycles * self.cycle_time * (1.0 + RELATIVE));
         let near = |last: f64, wanted: f64, most: f64| wanted.max(last - most).min(last + most);
-        let push = highest_acceleration(&self.limits) * times[0] + 2.0 * rounding;
-        let change = self.limits.jerk() * times[1] + 4.0 * rounding * self.rate;
+        let (mut push, mut change) = (highest_acceleration(&self.limits), self.limits.jerk());
+        if series.acceleration.abs() > push * (1.0 + RELATIVE) + 4.0 * rounding * self.rate {
+            push = push.max(series.acceleration.abs());
+            change = change.max(series.jerk.abs());
+        }
+        let push = push * times[0] + 2.0 * rounding;
+        let change = change * times[1] + 4.0 * rounding * self.rate;
         Kinematics {
             position: wanted.position,
             velocity: near(last.velocity, wanted.velocity, push),

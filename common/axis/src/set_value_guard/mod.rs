@@ -342,7 +342,7 @@ impl SetValueGuard {
         } else {
             envelope.state_now(set)
         };
-        envelope.steady(&self.history.stated, &wanted, cycles)
+        envelope.steady(&self.history.stated, &wanted, set, cycles)
     }
 }
 
