@@ -128,9 +128,9 @@ impl Wide {
 
     /// How a receiver follows, for the mode that was drawn.
     pub(super) fn mode(&mut self, drawn: &'static str) -> &'static str {
-        const OF_BLOCKS: [&str; 4] = ["sync", "time", "sync", "observer"];
+        const MODES: [&str; 4] = ["sync", "time", "sync", "observer"];
         match self.is_on && self.random.chance(0.3) {
-            true => self.random.one_of(&OF_BLOCKS),
+            true => self.random.one_of::<&str>(&MODES),
             false => drawn,
         }
     }
