@@ -16,7 +16,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use anyhow::Context;
 use coaxle_host::machine;
 use coaxle_receiver::ContinuityName;
-use coaxle_receiver::config::Mode;
+use coaxle_receiver::ReceiverConfig;
+use coaxle_receiver::config::{FarConfig, Mode};
 
 use crate::catalog::Source;
 use crate::expect::receiver_of;
@@ -247,7 +248,7 @@ fn wrong_while(text: &str, goes_on: &dyn Fn() -> bool) -> Option<Vec<String>> {
             .figures()
             .iter()
             .filter(|(_, receiver)| synchronises(receiver.mode) && !is_back(receiver, duration))
-            .filter(|(name, _)| bears_the_network(&scenario, name))
+            .filter(|(name, _)| is_to_be_in_sync(&scenario, name))
             .map(|(name, receiver)| {
                 format!("{name} ({}) is not in sync at the end", receiver.mode)
             });
@@ -281,19 +282,31 @@ fn violations(finished: &Finished) -> impl Iterator<Item = String> {
 /// get in sync.
 const BORNE: f64 = 20.0;
 
-/// Whether a receiver follows by blocks that bear what is left of the network when it is quiet.
-fn bears_the_network(scenario: &Scenario, name: &str) -> bool {
-    let receiver = scenario
-        .receivers
-        .iter()
-        .find(|receiver| receiver.name.as_str() == receiver_of(name));
-    let mut blocks = receiver.into_iter().flat_map(|receiver| &receiver.far);
-    blocks.all(|far| {
-        let parameters = &far.sync.time_sync;
-        let least =
-            f64::from(parameters.age_of_data_limit).min(parameters.max_cycle_index_difference);
-        far.mode == Mode::Observer || least >= BORNE
+/// Whether a receiver has to be in sync once the network is quiet: by blocks that bear what is left of that, and with a master
+/// that is published.
+fn is_to_be_in_sync(scenario: &Scenario, name: &str) -> bool {
+    let named = |name: &str| {
+        let mut receivers = scenario.receivers.iter();
+        receivers.find(|receiver| receiver.name.as_str() == name)
+    };
+    let receiver = named(receiver_of(name));
+    let mut far = receiver.into_iter().flat_map(|receiver| &receiver.far);
+    far.all(|far| {
+        // Slaves of an axis that cannot keep up with its master wait for it with their power off, for as long as it likes.
+        let may_wait = named(far.node.as_str()).is_some_and(has_limits);
+        bears_the_network(far) && !may_wait
     })
+}
+
+fn bears_the_network(far: &FarConfig) -> bool {
+    let parameters = &far.sync.time_sync;
+    let least = f64::from(parameters.age_of_data_limit).min(parameters.max_cycle_index_difference);
+    far.mode == Mode::Observer || least >= BORNE
+}
+
+fn has_limits(receiver: &ReceiverConfig) -> bool {
+    let mut axes = receiver.far.iter().flat_map(|far| far.axes.iter());
+    axes.any(|axis| axis.limits.is_some())
 }
 
 /// A receiver that follows another one hears of it once that is back itself, and an observer may take so long to lock, s.
