@@ -21,6 +21,9 @@ const LONGEST: f64 = 30.0;
 const CONTRADICTION: f64 = 0.05;
 /// Positions so many cycles apart, or less, say the velocity: the mean over a pause of the node says nothing of its end.
 const SAID_OVER: u32 = 8;
+/// A way back that was planned when the master had gone no faster than this part of what it has gone by now is planned
+/// again: one that had just begun to move was brought back over a micrometre in 22 s.
+const OUTGROWN: f64 = 0.5;
 /// Largest slope of the curve that the way back is gone by, …
 const STEEPEST: f64 = 1.875;
 /// … and its largest curvature: 10/√3.
@@ -94,11 +97,11 @@ impl Continuity {
                 self.motion = Motion::Following;
                 *master
             }
-            (Motion::Rejoining(rejoin), _) => {
+            (Motion::Rejoining(rejoin), _) if rejoin.fastest >= OUTGROWN * self.fastest => {
                 rejoin.since += passed;
                 rejoin.over(master)
             }
-            (Motion::Braking { .. } | Motion::Returning, Some(_)) => {
+            (Motion::Braking { .. } | Motion::Returning | Motion::Rejoining(_), Some(_)) => {
                 let standing = self
                     .moving()
                     .map_or(*master, |last| moved_on(&last, passed));
@@ -179,8 +182,10 @@ impl Continuity {
             velocity: standing.velocity - master.velocity,
             acceleration: standing.acceleration - master.acceleration,
         };
-        let share = if self.fastest > 0.0 {
-            (ahead.velocity.abs() / self.fastest).min(1.0)
+        // What its acceleration takes as long to end as braking takes is no more than its velocity could be.
+        let velocity = self.fastest.max(self.hardest * BRAKING / BRAKED);
+        let share = if velocity > 0.0 {
+            (ahead.velocity.abs() / velocity).min(1.0)
         } else {
             1.0
         };
@@ -203,6 +208,7 @@ impl Continuity {
             way,
             length: for_way.max(slowing.length),
             since: 0.0,
+            fastest: self.fastest,
         }
     }
 }
@@ -216,6 +222,8 @@ struct Rejoin {
     /// s.
     length: f64,
     since: f64,
+    /// The greatest velocity of the master when it was planned, u/s.
+    fastest: f64,
 }
 
 impl Rejoin {
