@@ -27,6 +27,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "measuring-wheel",
     "jitter",
     "loss",
+    "master-in-motion",
     "drift-change",
     "sender-restart",
     "twin-sender",

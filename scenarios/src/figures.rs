@@ -224,6 +224,8 @@ const RECEIVER: &[Declared] = &[
     number_of("corrected_time_error_settled_max_us", "µs", U::Receiver),
     number_of("corrected_time_error_lock_in_max_us", "µs", U::Receiver),
     number_of("lag_us", "µs", U::Receiver),
+    number_of("far_position_error_max", "u", U::Receiver),
+    number_of("far_position_error_rms", "u", U::Receiver),
     number_of("lag_error_max", "u", U::Receiver),
     number_of("lag_error_max_us", "µs", U::Receiver),
     number_of("lag_error_rms_us", "µs", U::Receiver),

@@ -151,6 +151,11 @@ pub struct ReceiverSummary {
     pub corrected_time_error_lock_in_max_us: Option<f64>,
     /// How far the corrected far time lies behind the true one in the mean, µs.
     pub lag_us: Option<f64>,
+    /// Largest distance of the far axis from where its master is at the same true instant, in motion as at rest, u.
+    /// Taken over the time in which the receiver had been in sync for a second, as the lag errors are.
+    pub far_position_error_max: Option<f64>,
+    /// The same, root mean square, u.
+    pub far_position_error_rms: Option<f64>,
     /// Largest distance of the slave's set position from where the master is at the same true instant,
     /// in units of the master. This one and the next two are taken over the time in which the receiver
     /// had been in sync for a second.

@@ -240,7 +240,7 @@ struct Figure {
     text: fn(&ReceiverSummary) -> String,
 }
 
-const FIGURES: [Figure; 15] = [
+const FIGURES: [Figure; 16] = [
     Figure {
         label: "correction",
         text: |r| correction(r.mode).to_owned(),
@@ -280,6 +280,10 @@ const FIGURES: [Figure; 15] = [
     Figure {
         label: "… while locking in max, µs",
         text: |r| optional(r.corrected_time_error_lock_in_max_us, 1.0),
+    },
+    Figure {
+        label: "far axis off its master max, u",
+        text: |r| optional(r.far_position_error_max, 1.0),
     },
     Figure {
         label: "lag, ms",

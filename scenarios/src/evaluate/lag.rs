@@ -15,6 +15,7 @@ const SLOW: f64 = 0.1;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Lag {
     distance: Moments,
+    far_position: Moments,
     travel_us: Moments,
     far_time_us: Moments,
     /// Cycles with an uncertainty, and those in which it covered the error.
@@ -36,6 +37,10 @@ impl Lag {
                 self.travel_us.push(distance / velocity * 1e6);
             }
         }
+        if let (Some(corrected), Some((position, _))) = (record.axis.corrected_position, row.truth)
+        {
+            self.far_position.push(corrected - position);
+        }
         if let Some(error) = row.time_error_us {
             self.far_time_us.push(error);
             self.judge_uncertainty(record, error);
@@ -54,6 +59,10 @@ impl Lag {
     pub(super) fn conclude(&self, summary: &mut ReceiverSummary) {
         if self.distance.count > 0 {
             summary.lag_error_max = Some(self.distance.largest_magnitude());
+        }
+        if self.far_position.count > 0 {
+            summary.far_position_error_max = Some(self.far_position.largest_magnitude());
+            summary.far_position_error_rms = Some(self.far_position.root_mean_square());
         }
         if self.travel_us.count > 0 {
             summary.lag_error_max_us = Some(self.travel_us.largest_magnitude());

@@ -15,7 +15,7 @@ const BLENDED: f64 = 0.2;
 /// Cycles by which the acceleration of the master may be seen late: it is taken from differences of its velocity.
 const LATE: f64 = 3.0;
 /// What rounding adds, relative to where it is.
-const ROUNDING: f64 = 1e-12;
+const ROUNDING: f64 = 1e-11;
 
 /// Watches the position of a far axis whose master is known.
 #[derive(Debug)]
