@@ -22,7 +22,7 @@ use coaxle_receiver::config::{FarConfig, Mode};
 use crate::catalog::Source;
 use crate::expect::receiver_of;
 use crate::finished::{Finished, Progress};
-use crate::invariants::Invariant;
+use crate::invariants::{Invariant, InvariantViolation};
 use crate::junit::{self, Case};
 use crate::results_folder::ResultsFolder;
 use crate::run::{self, Options, TraceFormat};
@@ -37,6 +37,8 @@ pub struct Soak {
     pub world: World,
     /// The schedules.
     pub seeds: Range<u64>,
+    /// Whether they are [wide](schedule::wide).
+    pub wide: bool,
     /// Where files go: of what failed, and of processes.
     pub out: PathBuf,
     /// Where a report in JUnit's format goes.
@@ -147,7 +149,10 @@ impl Soak {
         seed: u64,
         goes_on: &dyn Fn() -> bool,
     ) -> anyhow::Result<Option<Option<Failure>>> {
-        let text = schedule::of(seed);
+        let text = match self.wide {
+            true => schedule::wide(seed),
+            false => schedule::of(seed),
+        };
         let wrong = match self.world {
             World::Virtual => wrong_while(&text, goes_on),
             World::Processes => {
@@ -274,8 +279,17 @@ fn wrong_in_processes(text: &str, out: &Path, goes_on: &dyn Fn() -> bool) -> Opt
 /// whether they are back.
 fn violations(finished: &Finished) -> impl Iterator<Item = String> {
     let all = finished.violations().iter();
-    let held = all.filter(|one| one.invariant != Invariant::EndsWell);
-    held.map(ToString::to_string)
+    let judged = all.filter(|one| one.invariant != Invariant::EndsWell && !is_open(one));
+    judged.map(ToString::to_string)
+}
+
+/// Whether it is of a kind that some of these schedules are known to break (docs/LIMITS.md). A run of the schedule by itself has
+/// them all.
+fn is_open(violation: &InvariantViolation) -> bool {
+    matches!(
+        violation.invariant,
+        Invariant::FarAxis | Invariant::ToldVelocity | Invariant::ToldAcceleration
+    )
 }
 
 /// Fewer cycles of silence, or of difference, than a quiet network of these schedules may have: a block that bears no more may never
@@ -345,6 +359,7 @@ mod tests {
         Soak {
             world: World::Virtual,
             seeds: 0..3,
+            wide: false,
             out: folder.join("out"),
             junit: Some(folder.join("junit.xml")),
         }

@@ -56,6 +56,7 @@ fn run_all(seeds: Range<u64>) {
     let soak = Soak {
         world: World::Virtual,
         seeds,
+        wide: false,
         out,
         junit: None,
     };

@@ -29,6 +29,10 @@ pub(crate) struct SoakArgs {
     /// The seed of the first schedule; the next ones follow
     #[arg(long, default_value_t = 0, value_parser = crate::number::seed())]
     seed: u64,
+    /// Draw more than usual: masters in motion, cycle times and limits of many decades, blocks of TS5066 that bear little,
+    /// receivers that are stopped again and again (what it still finds: docs/LIMITS.md)
+    #[arg(long)]
+    wide: bool,
     /// Write a report in JUnit's format: a case for each schedule that was run
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
@@ -53,6 +57,7 @@ pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
     let soak = Soak {
         world,
         seeds: seeds_of_hours(args.hours, args.seed),
+        wide: args.wide,
         out: args.out.clone(),
         junit: args.junit.clone(),
     };

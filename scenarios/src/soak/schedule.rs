@@ -32,10 +32,22 @@ const TIME_SYNC: &str =
 /// A scenario from a seed.
 #[must_use]
 pub fn of(seed: u64) -> String {
+    written(seed, Wide::none(seed))
+}
+
+/// A scenario from a seed that also draws masters in motion, cycle times and limits of many decades, blocks of TS5066 that
+/// bear little, receivers that are stopped again and again, several faults in one cycle, couplings with strategies, and cam
+/// plates with points and plates that wait.
+#[must_use]
+pub fn wide(seed: u64) -> String {
+    written(seed, Wide::all(seed))
+}
+
+fn written(seed: u64, wide: Wide) -> String {
     let mut schedule = Schedule {
         random: Random::new(seed),
         apart: Apart::new(seed),
-        wide: Wide::new(seed),
+        wide,
         text: String::new(),
         events: String::new(),
     };

@@ -1,6 +1,4 @@
-//! What half of all schedules draw, from a stream of its own: masters in motion, cycle times and limits of many decades, blocks of
-//! TS5066 that bear little, receivers that are stopped again and again, several faults in one cycle, couplings with strategies, and
-//! cam plates with points and plates that wait. The other half is as it was without them.
+//! What wide schedules draw beside all others, from a stream of its own. Without it a seed stands for the same schedule as ever.
 
 use std::fmt::Write as _;
 
@@ -20,9 +18,18 @@ pub(super) struct Wide {
 }
 
 impl Wide {
-    pub(super) fn new(seed: u64) -> Self {
+    /// All of it.
+    pub(super) fn all(seed: u64) -> Self {
+        Self::new(seed, true)
+    }
+
+    /// Nothing of it.
+    pub(super) fn none(seed: u64) -> Self {
+        Self::new(seed, false)
+    }
+
+    fn new(seed: u64, is_on: bool) -> Self {
         let mut random = Random::new(seed_of(seed, "wide"));
-        let is_on = random.chance(0.5);
         let at = random.between(1.0, QUIET_FROM - 1.0);
         let together = random.chance(0.5).then_some(at);
         let modulo = random.chance(0.3).then_some(360);
