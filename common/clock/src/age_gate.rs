@@ -3,6 +3,10 @@
 //! A receiver that was stopped finds thousands of messages in its mailbox, all just arrived and up
 //! to seconds old. The gate remembers how early a count can arrive at best, and so knows what a
 //! message's age is at any later instant.
+//!
+//! A mailbox that is emptied in pieces comes below the limit before it is empty. What is taken out then is still part of
+//! the backlog, and its counts pass faster than the sender's cycles do: a clock that starts with it learns a wrong
+//! pace. So it counts as stale until messages come at the sender's pace again.
 
 use crate::cycle::CycleTime;
 use crate::instant::{Instant, Local, Span};
@@ -17,6 +21,12 @@ const LONGEST_FORGETTING: Span = Span::from_millis(100);
 /// its regular pace.
 const PATIENCE: Span = Span::from_secs(1);
 
+/// A backlog is over once so many messages in a row came no less late than the least late one since it began. Pieces of
+/// a few messages that are read by bytes are uneven by one.
+const PACED: u8 = 4;
+/// Less late is what is so by more than this part of a cycle: less than that is jitter.
+const FALLEN: i64 = 8;
+
 /// Judges the age of one sender's messages.
 #[derive(Clone, Copy, Debug)]
 pub struct AgeGate {
@@ -24,6 +34,19 @@ pub struct AgeGate {
     limit: Span,
     best: Option<Arrival>,
     late_since: Option<Late>,
+    /// When the newest message arrived that was fresh.
+    fresh_at: Option<Instant<Local>>,
+    backlog: Option<Backlog>,
+}
+
+/// Messages that waited while nothing was fresh for longer than the limit.
+#[derive(Clone, Copy, Debug)]
+struct Backlog {
+    /// When count 0 would have arrived, by the least late of them: how late that is against the best arrival is not
+    /// asked, as that is forgotten while a large backlog is emptied.
+    least: Instant<Local>,
+    /// Messages in a row since then that were no less late.
+    paced: u8,
 }
 
 /// When count 0 would have arrived, by the earliest message known; and when that was found out.
@@ -58,6 +81,8 @@ impl AgeGate {
             limit,
             best: None,
             late_since: None,
+            fresh_at: None,
+            backlog: None,
         }
     }
 
@@ -66,9 +91,14 @@ impl AgeGate {
         let of_count_zero = arrived - self.cycle_time.span() * count as i64;
         let best = self.best_at(arrived, of_count_zero);
         let lateness = of_count_zero - best;
+        let is_backlog = self.is_backlog(arrived, of_count_zero, lateness > self.limit);
         let age = lateness + (now - arrived);
         if age <= self.limit {
             self.late_since = None;
+            if is_backlog {
+                return Age::Stale;
+            }
+            self.fresh_at = Some(arrived);
             return Age::Fresh;
         }
         if lateness > self.limit && self.is_regular(arrived, of_count_zero) {
@@ -97,6 +127,32 @@ impl AgeGate {
             known_at: arrived,
         });
         best
+    }
+
+    /// Whether it is part of what waited while nothing fresh came, and messages do not keep the sender's pace yet.
+    fn is_backlog(
+        &mut self,
+        arrived: Instant<Local>,
+        of_count_zero: Instant<Local>,
+        is_late: bool,
+    ) -> bool {
+        let was_silent = || (self.fresh_at).is_some_and(|fresh| arrived - fresh > self.limit);
+        if self.backlog.is_none() && !(is_late && was_silent()) {
+            return false;
+        }
+        let fallen = self.cycle_time.span() / FALLEN;
+        let backlog = match self.backlog {
+            Some(Backlog { least, paced }) if of_count_zero > least - fallen => Backlog {
+                least: least.min(of_count_zero),
+                paced: paced + 1,
+            },
+            _ => Backlog {
+                least: of_count_zero,
+                paced: 0,
+            },
+        };
+        self.backlog = Some(backlog).filter(|backlog| backlog.paced < PACED);
+        self.backlog.is_some()
     }
 
     /// Late messages that keep the sender's pace for long enough. A backlog comes far faster.
@@ -136,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn a_backlog_is_stale_but_for_its_newest() {
+    fn a_backlog_is_stale_until_messages_keep_pace_again() {
         let mut gate = gate();
         for count in 0..1_000 {
             let arrived = at_micros(1_000 * count);
@@ -149,7 +205,64 @@ mod tests {
                 gate.judge(*count as u64, arrived, arrived) == Age::Fresh
             })
             .count();
-        assert!((1..=8).contains(&fresh), "{fresh}");
+        assert_eq!(fresh, 0);
+        // Then they keep pace: of the first nobody knows that yet.
+        let fresh = (4_000..4_010).filter(|count| {
+            let arrived = at_micros(1_000 * count + 2_000);
+            gate.judge(*count as u64, arrived, arrived) == Age::Fresh
+        });
+        assert_eq!(fresh.min(), Some(4_003));
+    }
+
+    /// A receiver that stood for three seconds and takes so many messages per cycle out of its mailbox then: how many
+    /// messages are left in there when the first fresh one comes.
+    fn left_at_first_fresh(piece: u64, limit: Span) -> u64 {
+        let mut gate = AgeGate::new(CycleTime::new(Span::from_millis(1)).unwrap(), limit);
+        for count in 0..1_000 {
+            let arrived = at_micros(1_000 * count);
+            assert_eq!(gate.judge(count as u64, arrived, arrived), Age::Fresh);
+        }
+        let mut next = 1_000;
+        for cycle in 4_000_u64.. {
+            let arrived = at_micros(1_000 * cycle as i64);
+            for _ in 0..piece {
+                if next <= cycle {
+                    if gate.judge(next, arrived, arrived) == Age::Fresh {
+                        return cycle - next;
+                    }
+                    next += 1;
+                }
+            }
+        }
+        unreachable!("cycles go on for ever");
+    }
+
+    #[test]
+    fn nothing_of_a_backlog_that_is_emptied_in_pieces_is_fresh() {
+        for limit in [7, 100, 500].map(Span::from_millis) {
+            for piece in [2, 3, 5, 40, 400, 5_000] {
+                assert_eq!(left_at_first_fresh(piece, limit), 0, "{piece} {limit:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn messages_that_come_in_bunches_are_fresh_again_after_two_of_them() {
+        let mut gate = gate();
+        let mut fresh_from = None;
+        for count in 0..3_000_u64 {
+            // Four at a time; nothing for two seconds.
+            let bunch = count / 4 * 4 + 3;
+            let arrived = at_micros(1_000 * bunch.max(if count < 500 { 0 } else { 2_500 }) as i64);
+            match gate.judge(count, arrived, arrived) {
+                Age::Stale => fresh_from = None,
+                Age::Fresh => fresh_from = fresh_from.or(Some(count)),
+            }
+        }
+        assert!(
+            fresh_from.is_some_and(|from| (2_500..2_512).contains(&from)),
+            "{fresh_from:?}"
+        );
     }
 
     #[test]

@@ -39,6 +39,8 @@ pub(super) struct Axis {
     /// What it was seen to do, and what no mode explains.
     seen: SeenMotion,
     steps: StepWatch,
+    /// The observer led in the newest cycle.
+    leads: bool,
     /// More of its cycles are missing before the newest than a step of a mode without a clock can be.
     has_gap: bool,
     cycle_time: Span,
@@ -93,6 +95,7 @@ impl Axis {
             course: FarTimeCourse::default(),
             seen: SeenMotion::default(),
             steps: StepWatch::default(),
+            leads: false,
             has_gap: false,
             cycle_time: cycle_time.span(),
             sample: None,
@@ -254,8 +257,14 @@ impl Axis {
             };
             return None;
         };
+        if correction.mode == FilterState::Observer && !self.leads && !self.follows() {
+            // It is brought back anyway, along a curve: a blend would be a straight line on top of that.
+            self.begin_anew();
+            self.rejoin();
+        }
         let mut moved = self.block.update(&sample.set, correction, elapsed);
         self.condition(&sample, &mut moved, elapsed);
+        self.leads = moved.state == FilterState::Observer;
         let passed = self.cycle_time * i64::from(elapsed);
         let far_time = far_time(header, self.count, &moved);
         let known = far_time.filter(|_| !is_lost);

@@ -198,9 +198,17 @@ fn a_backlog_never_reaches_the_image() {
     }
     assert_eq!(count_of(image(&mut inbox, at(1_100_000))), Some(99));
     assert_eq!(inbox.counters().stale, 500);
-    // Then a fresh one.
-    store(&mut inbox, at(1_101_000), 1, 1_101);
-    assert_eq!(count_of(image(&mut inbox, at(1_101_000))), Some(1_101));
+    // Then they come in time: part of the backlog, for all that is known, until they keep pace.
+    for count in 1_101..1_105 {
+        assert_eq!(
+            count_of(cycle_with(&mut inbox, 1_000 * count, 1, count as u64)),
+            Some(99)
+        );
+    }
+    assert_eq!(
+        count_of(cycle_with(&mut inbox, 1_105_000, 1, 1_105)),
+        Some(1_105)
+    );
 }
 
 #[test]
