@@ -132,7 +132,8 @@ impl Evaluation {
                     clock,
                     gear: root.gear,
                     is_receiver: root.source >= senders,
-                    is_shown: !comes_through_encoder(scenario, root),
+                    is_shown: !comes_through_encoder(scenario, root)
+                        && !is_forged(scenario, config),
                 }
             });
             let sources = sources.collect();
@@ -260,6 +261,13 @@ fn steady_resolution(scenario: &Scenario, receiver: &ReceiverConfig) -> Option<f
         is_steady.then(|| f64::max(most, link.resolution_us.span().as_micros_f64()))
     });
     resolution.filter(|_| scenario.routers.is_empty())
+}
+
+/// Whether somebody forges messages on the way to a receiver: what they say of an axis is no truth.
+fn is_forged(scenario: &Scenario, receiver: &ReceiverConfig) -> bool {
+    let links = receiver.far.iter().map(|far| &far.faults);
+    let mut links = links.chain([&scenario.network]);
+    links.any(|link| !link.forgeries.is_empty())
 }
 
 /// Whether the axis at the root is a sender's that is seen through an encoder.

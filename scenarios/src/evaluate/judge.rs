@@ -36,7 +36,7 @@ pub(super) struct Source {
     pub(super) gear: Option<GearConfig>,
     /// It is a receiver: of its runs nobody hears.
     pub(super) is_receiver: bool,
-    /// It is as it is shown: not seen through an encoder.
+    /// It is as it is shown: not seen through an encoder, and not forged.
     pub(super) is_shown: bool,
 }
 
