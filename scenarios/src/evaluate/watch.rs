@@ -349,7 +349,7 @@ mod tests {
             Some(CouplingPhase::InSync),
             Some(CouplingPhase::Synchronizing),
         );
-        assert_eq!(broken([at_distance(in_sync, 0.001)]), []);
+        assert_eq!(broken([at_distance(in_sync, 0.0005)]), []);
         assert_eq!(broken([at_distance(led, 30.6)]), []);
         assert_eq!(broken([at_distance(in_sync, -30.6)]), [Invariant::InSync]);
     }
