@@ -54,7 +54,9 @@ impl MotionWatch {
             self.check.restart();
             self.was_synced = false;
         }
-        self.was_synced |= axis.synced;
+        // An order may have chosen another mode, or switched it off.
+        let is_to_be = matches!(far.mode, StateName::Observer | StateName::Sync) && far.enabled;
+        self.was_synced = is_to_be && (self.was_synced || axis.synced);
         let motion = self.received(node, far, axis).and_then(|received| {
             Some(FarMotion {
                 position: axis.corrected_position?,
