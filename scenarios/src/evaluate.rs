@@ -263,7 +263,7 @@ fn steady_resolution(scenario: &Scenario, receiver: &ReceiverConfig) -> Option<f
     resolution.filter(|_| scenario.routers.is_empty())
 }
 
-/// Whether somebody forges messages on the way to a receiver: what they say of an axis is no truth.
+/// Whether messages are forged on the way to a receiver: what they say of an axis is no truth.
 fn is_forged(scenario: &Scenario, receiver: &ReceiverConfig) -> bool {
     let links = receiver.far.iter().map(|far| &far.faults);
     let mut links = links.chain([&scenario.network]);

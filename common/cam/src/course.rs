@@ -11,10 +11,10 @@ use coaxle_curve::law::Quantity;
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::Course as Kind;
 
-/// At so many places of a cycle, and of a ramp, the course is looked at, beside those where a plate asks most.
+/// Places of a cycle, and of a ramp, at which the course is looked at, beside those where a plate asks most.
 const PLACES: u32 = 128;
 
-/// The peaks of another plate are looked at in so many of its cycles: one that is shorter than that is as narrow as a place.
+/// Cycles of another plate in which its peaks are looked at: one that is shorter than that is as narrow as a place.
 const CYCLES: f64 = 128.0;
 
 /// Slack for rounding, relative to the limit.

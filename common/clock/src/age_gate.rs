@@ -21,7 +21,7 @@ const LONGEST_FORGETTING: Span = Span::from_millis(100);
 /// its regular pace.
 const PATIENCE: Span = Span::from_secs(1);
 
-/// A backlog is over once so many messages in a row came no less late than the least late one since it began. Pieces of
+/// A backlog is over once this number of messages in a row came no less late than the least late one since it began. Pieces of
 /// a few messages that are read by bytes are uneven by one.
 const PACED: u8 = 4;
 /// Less late is what is so by more than this part of a cycle: less than that is jitter.
@@ -214,7 +214,7 @@ mod tests {
         assert_eq!(fresh.min(), Some(4_003));
     }
 
-    /// A receiver that stood for three seconds and takes so many messages per cycle out of its mailbox then: how many
+    /// A receiver that stood for three seconds and then takes this number of messages per cycle out of its mailbox: how many
     /// messages are left in there when the first fresh one comes.
     fn left_at_first_fresh(piece: u64, limit: Span) -> u64 {
         let mut gate = AgeGate::new(CycleTime::new(Span::from_millis(1)).unwrap(), limit);

@@ -19,7 +19,7 @@ const LONGEST: f64 = 30.0;
 /// Set values whose positions move otherwise than their velocity says, by so much of the greatest velocity so far,
 /// are taken by their positions: those of a mode that shows every beat, or that stand still without news.
 const CONTRADICTION: f64 = 0.05;
-/// Positions so many cycles apart, or less, say the velocity: the mean over a pause of the node says nothing of its end.
+/// Positions at most this number of cycles apart say the velocity: the mean over a pause of the node says nothing of its end.
 const SAID_OVER: u32 = 8;
 /// A way back that was planned when the master had gone no faster than this part of what it has gone by now is planned
 /// again: one that had just begun to move was brought back over a micrometre in 22 s.
@@ -29,7 +29,7 @@ const STEEPEST: f64 = 1.875;
 /// … and its largest curvature: 10/√3.
 const MOST_CURVED: f64 = 5.774;
 /// An axis that is brought back is accelerated as its master was at most, but never less than it takes to brake it:
-/// the quartic begins with at most so much of its velocity over its length.
+/// the quartic begins with at most this multiple of its velocity over its length.
 const BRAKED: f64 = 1.5;
 
 /// Keeps the set values of an axis continuous.

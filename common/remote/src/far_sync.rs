@@ -122,7 +122,7 @@ impl FarCorrection {
         }
     }
 
-    /// What becomes of it where the far node is not to be followed: its axes are as good as silent.
+    /// What it gives where the far node is not to be followed: its axes are as good as silent.
     pub fn refused(&self) -> Self {
         Self {
             synced: false,

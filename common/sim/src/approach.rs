@@ -17,10 +17,10 @@ const CYCLES: f64 = 6.0;
 #[derive(Clone, Copy, Debug)]
 pub struct ApproachCheck {
     acceleration: f64,
-    /// In so many cycles in a row it may accelerate away.
+    /// Cycles in a row in which it may accelerate away.
     most: u32,
     cycle_time: f64,
-    /// The last distances, and positions of the target, newest first, of which so many are known.
+    /// The last distances, and positions of the target, newest first, and how many of them are known.
     last: [[f64; 2]; 2],
     known: u8,
     /// Cycles in a row in which it accelerated away.

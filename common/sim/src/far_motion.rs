@@ -5,7 +5,7 @@ use crate::far_time::LARGEST_RATE_ERROR;
 /// What a mode may add to the velocity of the master while it brings an axis back, as a share of the greatest velocity so far
 /// (`coaxle_remote`'s `Continuity`).
 const REJOINING: f64 = 0.5;
-/// It is back after so many seconds however far away it was, by a curve whose steepest slope is so many times the mean.
+/// Seconds after which it is back however far away it was, by a curve whose steepest slope is this multiple of the mean.
 const LONGEST: f64 = 30.0;
 const STEEPEST: f64 = 1.875;
 /// A quartic that takes an acceleration to rest in half a second goes faster on the way by at most 4/27 of that.
@@ -14,9 +14,9 @@ const BRAKING: f64 = 0.5 * 4.0 / 27.0;
 const MEMORY: f64 = 1.0;
 /// Cycles after an event in which an axis that follows may still be on its way.
 const LANDED: u8 = 3;
-/// Frames are neighbours if they are less than so many cycles of the master apart: some are always lost.
+/// Frames are neighbours if they are less than this number of cycles of the master apart: some are always lost.
 const NEXT: f64 = 4.5;
-/// What the master can do is known after so many frames.
+/// Frames after which it is known what the master can do.
 const KNOWN: u8 = 16;
 /// What the positions are rounded by, relative.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;

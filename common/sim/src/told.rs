@@ -98,7 +98,7 @@ impl ToldCheck {
         self.since_free = 0;
     }
 
-    /// The next set values, so many cycles after those before. Gives what is wrong with each of the two that are told.
+    /// The next set values, a number of cycles after those before. Gives what is wrong with each of the two that are told.
     pub fn push(&mut self, set: &Kinematics, cycles: u32) -> [Option<WronglyTold>; 2] {
         let is_finite = [set.position, set.velocity, set.acceleration]
             .iter()

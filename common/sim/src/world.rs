@@ -487,7 +487,7 @@ impl<N: Node> World<N> {
     }
 }
 
-/// So many messages of a backlog arrive at once, and the next so much later: a second of a sender of 1 ms is there within 10 ms.
+/// Messages of a backlog that arrive at once, and how much later the next do: a second of a sender of 1 ms is there within 10 ms.
 const PIECE: usize = 100;
 const BETWEEN_PIECES: Span = Span::from_millis(1);
 

@@ -3,7 +3,7 @@
 use super::{ReceiverConfig, SlaveConfig};
 
 impl ReceiverConfig {
-    /// What is worth a word to whoever runs the node, though it can be run: a line each.
+    /// What the operator of a node should know of a config that can be run: a line each.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let mut notes = self.notes_on_encoders();

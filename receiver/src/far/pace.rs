@@ -7,7 +7,7 @@ use coaxle_clock::{CycleTime, Instant, Local, Span};
 pub(crate) const LARGEST_PPM: f64 = 2_500.0;
 /// The least delayed frames of one such span and of the next give the pace: 5 ms of other delay are 5 000 ppm, …
 const BLOCK: Span = Span::from_secs(1);
-/// … and so it is believed when so many blocks in a row agree.
+/// … and so it is believed when this number of blocks in a row agree.
 const BLOCKS: u32 = 4;
 
 /// Measures the pace of one run of a sender.
@@ -107,7 +107,7 @@ mod tests {
         Pace::starting(Instant::EPOCH, 0, cycle_time)
     }
 
-    /// Ten seconds of frames, each so many nanoseconds of the own clock after the one before.
+    /// Ten seconds of frames, each a number of nanoseconds of the own clock after the one before.
     fn run(nanos: i64, delay: impl Fn(i64) -> i64) -> Pace {
         let mut pace = pace();
         for count in 1..10_000 {

@@ -28,7 +28,7 @@ const SILENT_RIVAL: Span = Span::from_secs(1);
 /// A run that has ended, or another count in the epoch of the one that is followed, must have come for so long to be
 /// more than what was left of it on its way, or was recorded of it.
 const BACK: Span = Span::from_secs(1);
-/// Late frames that gain so much on the time, s, are a backlog being drained: they are no regular run until they have
+/// Late frames that gain this much on the time, s, are a backlog being drained: they are no regular run until they have
 /// kept pace for [`BACK`]. Twice the jitter of a link that still counts as regular, a fortieth of the shortest backlog
 /// that is beyond [`BEHIND`].
 const CATCHES_UP: f64 = 0.025;

@@ -2,7 +2,7 @@
 //!
 //! The blocks announce what they know of: a change of mode, a blend, data that stay away. Whatever else makes the set
 //! values jump is found here, from what leaves the blocks: an extrapolation over a silence that the master did not
-//! keep to, a position set anew, a clock that was wrong. It closes the loop: what is found is brought back along a
+//! keep to, a position that was set, a clock that was wrong. It closes the loop: what is found is brought back along a
 //! curve.
 
 use coaxle_clock::Span;
@@ -11,7 +11,7 @@ use coaxle_curve::profile::Kinematics;
 /// A share of the way per cycle that is never taken for a step: far more than a clock that is followed is slewed by,
 /// far less than the 2 % of a ripple that a drive shows.
 const EVENNESS: f64 = 1e-3;
-/// A step is more than so many times what is usual, …
+/// A step is more than this multiple of what is usual, …
 const UNUSUAL: f64 = 4.0;
 /// … which is the largest of late, forgotten within some 10 000 cycles, …
 const FORGETTING: f64 = 1e-4;
@@ -33,7 +33,7 @@ pub(super) struct SeenMotion {
 }
 
 impl SeenMotion {
-    /// Set values that came so many seconds after the ones before; none of the first.
+    /// Set values, and how many seconds after the ones before they came; none of the first.
     pub(super) fn take(&mut self, set: &Kinematics, before: Option<(&Kinematics, f64)>) {
         self.acceleration = self.acceleration.max(set.acceleration.abs());
         if let Some((before, passed)) = before

@@ -20,7 +20,7 @@ impl Turns {
         }
     }
 
-    /// Set values that came so many seconds after those before, made continuous.
+    /// Set values, made continuous, and how many seconds after those before they came.
     pub(super) fn unwrapped(&mut self, set: &Kinematics, passed: f64) -> Kinematics {
         let position = match &self.newest {
             None => set.position,
@@ -51,14 +51,14 @@ pub(super) struct Wraps {
     pub(super) length: Option<f64>,
 }
 
-/// A wrap is a jump of at least so many ways of a cycle, …
+/// A wrap is a jump of at least this number of ways of a cycle, …
 const FAR: f64 = 8.0;
 /// … against the velocity, from one end of a turn to the other: one end is 0, or the two are each other's opposite, to
-/// within so many ways.
+/// within this number of ways.
 const NEAR: f64 = 2.0;
 
 impl Wraps {
-    /// Set values that came so many seconds, and few cycles, after those before.
+    /// Set values, and how many seconds, and few cycles, after those before they came.
     pub(super) fn take(&mut self, last: &Kinematics, set: &Kinematics, passed: f64) {
         let way = mean_velocity(last, set) * passed;
         let jump = set.position - last.position - way;

@@ -120,9 +120,9 @@ pub(crate) struct Near {
     mailbox: VecDeque<(Nanos, KeptMessage)>,
     /// It is not woken before this.
     asleep_until: Nanos,
-    /// The network hands in so many messages per cycle of those that waited, and stamps them as it does.
+    /// Of the messages that waited the network hands in this number per cycle, and stamps them as it does.
     pub(crate) piece: Option<usize>,
-    /// So many messages wait for a receiver that stands still; those that come later are lost.
+    /// Messages that wait for a receiver that stands still; those that come later are lost.
     pub(crate) room: usize,
     pub(crate) tweak: Option<Tweak>,
     /// Its sender's index starts here instead of at 0.

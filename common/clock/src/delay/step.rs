@@ -14,9 +14,9 @@
 //!
 //! So where both ways are what they were, it was the sender.
 
-/// So many exchanges before the step, and after it, tell whose it was, …
+/// Exchanges before the step, and after it, that tell whose it was, …
 pub(super) const TELLING: usize = 8;
-/// … and where their jitter is too wide to tell by how much the ways differ now, so many: then the window is measured again.
+/// … and their number where the jitter is too wide to tell by how much the ways differ now: then the window is measured again.
 const MOST: usize = 16;
 /// Asymmetry is learnt from steps of at least this much, s: smaller ones come and go with correlated delays.
 const SMALLEST_ASYMMETRY: f64 = 50e-6;
@@ -24,7 +24,7 @@ const SMALLEST_ASYMMETRY: f64 = 50e-6;
 const PLAIN: f64 = 0.5e-3;
 /// A way changed as a row of the table says if it is off by at most this share of the step.
 const FITS: f64 = 0.25;
-/// The middle of n ways is known well enough if so many of its standard deviations are such a share: 1.25·σ/√n each (a median's
+/// The middle of n ways is known well enough if this number of its standard deviations is such a share: 1.25·σ/√n each (a median's
 /// of a normal variable, whose quartiles are 1.35·σ apart), of those after the step and of about as many before.
 const CERTAIN: f64 = 3.0;
 const OF_QUARTILES: f64 = 1.25 / 1.35 * core::f64::consts::SQRT_2;

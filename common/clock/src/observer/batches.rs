@@ -116,7 +116,7 @@ mod tests {
         }
     }
 
-    /// The counts that are used of 4000 messages that come in batches of so many.
+    /// The counts that are used of 4000 messages that come in batches of this length.
     fn used(batch: u64) -> std::vec::Vec<u64> {
         let mut batches = Batches::default();
         let mut used = std::vec::Vec::new();

@@ -143,7 +143,7 @@ mod tests {
         }
     }
 
-    /// Looks at a line for so many seconds.
+    /// Looks at a line for a number of seconds.
     fn looked_at(seconds: u32, off: impl Fn(f64) -> f64) -> Calibration {
         let mut calibration = Calibration::new();
         for n in 0..4 * seconds {

@@ -35,7 +35,7 @@ const SHIFTS_FORGOTTEN_AFTER: f64 = 30.0;
 const FOUND: f64 = 4.0;
 /// An edge that is as sure as this is not left, s.
 const GOOD_ENOUGH: f64 = 0.3e-6;
-/// From so many seconds on the lines are known well enough to go on where the other one was (drift_table, levels of the path
+/// From this time on, s, the lines are known well enough to go on where the other one was (drift_table, levels of the path
 /// from 15 s on: with 20 s far time was 9 µs off for good; observer_table, busy with correlated delays: 6.3 and 5.2 µs).
 const KNOWN_AFTER: f64 = 12.0;
 /// A jump of the delay leads back to the level of before if it misses that by less than this part of itself.

@@ -8,13 +8,13 @@
 //! The slope of first differences tells: 1 where arrivals echo, 0 where they do not. Its standard deviation is
 //! `√(var Δa / (n · var Δs))`.
 
-/// Differences count for so many messages.
+/// Messages over which differences count.
 const MEMORY: f64 = 4_096.0;
 /// Fewer tell nothing.
 const ENOUGH: f64 = 128.0;
-/// A slope so many standard deviations below one half is none, and above it is one.
+/// Standard deviations below one half at which a slope is none, and above it at which it is one.
 const CERTAIN: f64 = 4.0;
-/// A difference of more than so many times the usual is a spike or a tooth and no echo: teeth alone, now and then, echo on the mean.
+/// A difference of more than this multiple of the usual is a spike or a tooth and no echo: teeth alone, now and then, echo on the mean.
 const OUTLIER: f64 = 5.0;
 /// What senders that wake up more regularly say tells nothing, s².
 const LEAST_SQUARE: f64 = 1e-14;
@@ -79,7 +79,7 @@ mod tests {
     use super::super::tests::delays::Random;
     use super::*;
 
-    /// Of so many messages that were sent up to some 5 µs late, seen as `seen` has it.
+    /// Of a number of messages that were sent up to some 5 µs late, seen as `seen` has it.
     fn is_missing(messages: i64, mut seen: impl FnMut(f64, &mut Random) -> f64) -> Option<bool> {
         let mut random = Random::of_seed(3);
         let mut echo = Echo::default();

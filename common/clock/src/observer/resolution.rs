@@ -9,7 +9,7 @@ use crate::instant::{Instant, Local, Span};
 /// A finer resolution does not matter, ns.
 const COARSE: u64 = 5_000;
 
-/// What all differences are multiples of may be the sender's pace instead of a resolution, from so many tenths of a
+/// What all differences are multiples of may be the sender's pace instead of a resolution, from this number of tenths of a
 /// cycle on: arrivals without any jitter come exactly a cycle after each other.
 const PACE_IN_TENTHS: u64 = 9;
 

@@ -10,7 +10,7 @@ use super::filter::Estimate;
 use super::shift::Bounds;
 use crate::numbers::rounded;
 
-/// So many jumps of one size and sign, …
+/// Jumps of one size and sign, …
 const ALIKE: usize = 3;
 /// … within this part of it, are teeth; what lies between them takes equally long to such a part.
 const SIZE: f64 = 0.05;
@@ -33,7 +33,7 @@ const PRIOR: f64 = 4.0;
 const OUTLIER: f64 = 9.0;
 /// Not even a grid without any jitter has sharper corners, s².
 const LEAST: f64 = 1e-14;
-/// What is so many standard deviations outside of a cell is no tooth.
+/// What lies this number of standard deviations outside of a cell is no tooth.
 const BEYOND: f64 = 5.0;
 /// A drift that one tooth shows lies between none and twice the half of it, one that several show within this part.
 const OF_ONE: f64 = 0.5;

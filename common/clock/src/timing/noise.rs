@@ -64,7 +64,7 @@ impl Noise {
 #[derive(Clone, Debug)]
 pub(super) struct RoundTrip {
     kept: [f64; KEPT],
-    /// So many of them count.
+    /// The number of them that count.
     of: usize,
     next: usize,
     shortest: f64,
@@ -74,7 +74,7 @@ pub(super) struct RoundTrip {
 pub(crate) const KEPT: usize = 64;
 
 impl RoundTrip {
-    /// Of so many measurements, at most [`KEPT`].
+    /// Of a number of measurements, at most [`KEPT`].
     pub(super) fn new(of: usize) -> Self {
         Self {
             kept: [f64::INFINITY; KEPT],

@@ -22,7 +22,7 @@ impl Blend {
         }
     }
 
-    /// So many seconds later.
+    /// A time later, s.
     pub(super) fn go_on(&mut self, passed: f64) {
         self.left -= passed;
     }

@@ -35,9 +35,9 @@ pub(in super::super) struct FarErrorWatch {
 /// A time without a measured delay: it is wrong by a constant.
 #[derive(Clone, Copy, Debug)]
 struct Settled {
-    /// Since when nothing began anew, s.
+    /// Since when nothing has begun again, s.
     since: f64,
-    /// What began anew how often.
+    /// What has begun again how often.
     events: [u64; 5],
     /// How wrong it was once it had settled, µs.
     error: Option<f64>,

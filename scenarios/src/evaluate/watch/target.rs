@@ -14,7 +14,7 @@ use crate::invariants::Invariant;
 
 /// What rounding adds to that, relative to where it is.
 const ROUNDING: f64 = 1e-12;
-/// What the guard's own window is by default: the way of so many seconds at the highest velocity.
+/// What the guard's own window is by default: the way of this time, s, at the highest velocity.
 const GUARD_WINDOW: f64 = 0.1;
 
 /// Watches how far a slave is from where its coupling, or its motion, has it.
