@@ -126,7 +126,7 @@ signals! {
         /// is less.
         delay_uncertainty_us: Option<f64> ["µs"] last "… wrong by at most",
         /// What was stated of how unequal the ways are is more than both of them take together.
-        asymmetry_denied: bool [""],
+        asymmetry_denied: bool [""] last,
         /// The part of the error that jitter causes, standard deviation.
         delay_jitter_us: Option<f64> ["µs"],
         /// Standard deviation of the delay for ways as unequal as was stated, or equally long ones: by jitter and by the line.

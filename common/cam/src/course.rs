@@ -34,7 +34,7 @@ impl Course<'_> {
     /// Whether the slave can follow it ahead of a master that keeps its velocity: over a cycle of the
     /// plate that is new, and over the ramp, whose own jerk counts too.
     ///
-    /// What a plate asks for is largest at its [peaks](Plate::peaks), however narrow they are: with one plate, nothing lies
+    /// What a plate asks for is largest at its [peaks](coaxle_plate::Plate::peaks), however narrow they are: with one plate, nothing lies
     /// above what it asks for there. Of several, and of a ramp, the sum is looked at where each of them has its own, and at
     /// [`PLACES`] in between.
     pub(super) fn check(

@@ -406,6 +406,8 @@ mod tests {
             row.axes[0].error = error;
             row.axes[0].synced = synced;
             row.axes[0].continuity = continuity;
+            row.far[0].enabled = true;
+            row.far[0].mode = StateName::Observer;
             row
         };
         let synced = || far(0, true, Following);
@@ -418,6 +420,10 @@ mod tests {
         ] {
             assert_eq!(ended([synced(), last]), [Invariant::EndsWell]);
         }
+        // An order has chosen another mode.
+        let mut filtered = far(0, false, Following);
+        filtered.far[0].mode = StateName::Pt1;
+        assert_eq!(ended([synced(), filtered]), []);
         // It never was in sync, and nobody says that it has to be by now.
         assert_eq!(ended([far(0, false, Following)]), []);
     }
