@@ -13,6 +13,7 @@ mod watch;
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::ChangeMicros;
+use coaxle_node::config::LinkConfig;
 use coaxle_receiver::signals::VirtualAxisSignals;
 use coaxle_receiver::{ReceiverConfig, SignalRow};
 use coaxle_sender::signals::{AxisSignals, SenderSignals};
@@ -246,16 +247,12 @@ impl Evaluation {
 /// Whether delays are alike for seconds: a small change of the drift is then not told from them for as long, and nor is what it
 /// makes of the error (docs/OBSERVER-METHOD.md).
 fn has_correlated_delays(scenario: &Scenario, receiver: &ReceiverConfig) -> bool {
-    let links = receiver.far.iter().map(|far| &far.faults);
-    let mut links = links.chain([&scenario.network]);
-    links.any(|link| link.correlated.is_some())
+    links_to(scenario, receiver).any(|link| link.correlated.is_some())
 }
 
 /// What arrivals of a receiver are rounded to, µs; none where delays change for good on the way.
 fn steady_resolution(scenario: &Scenario, receiver: &ReceiverConfig) -> Option<f64> {
-    let links = receiver.far.iter().map(|far| &far.faults);
-    let mut links = links.chain([&scenario.network]);
-    let resolution = links.try_fold(0.0, |most, link| {
+    let resolution = links_to(scenario, receiver).try_fold(0.0, |most, link| {
         let changes = !link.delay_steps.is_empty() || !link.delay_terms_us.is_empty();
         let is_steady = !changes && link.faults_until_s.is_none();
         is_steady.then(|| f64::max(most, link.resolution_us.span().as_micros_f64()))
@@ -265,9 +262,16 @@ fn steady_resolution(scenario: &Scenario, receiver: &ReceiverConfig) -> Option<f
 
 /// Whether messages are forged on the way to a receiver: what they say of an axis is no truth.
 fn is_forged(scenario: &Scenario, receiver: &ReceiverConfig) -> bool {
-    let links = receiver.far.iter().map(|far| &far.faults);
-    let mut links = links.chain([&scenario.network]);
-    links.any(|link| !link.forgeries.is_empty())
+    links_to(scenario, receiver).any(|link| !link.forgeries.is_empty())
+}
+
+/// The faults of all links that messages of axes come to a receiver by.
+fn links_to<'a>(
+    scenario: &'a Scenario,
+    receiver: &'a ReceiverConfig,
+) -> impl Iterator<Item = &'a LinkConfig> {
+    let own = receiver.far.iter().map(|far| &far.faults);
+    own.chain([&scenario.network])
 }
 
 /// Whether the axis at the root is a sender's that is seen through an encoder.

@@ -3,7 +3,7 @@
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Limits;
 
-/// How well a slave knows when its master is where, s: the far time of a master is right to about a microsecond
+/// The time of a master, as a slave knows it, is wrong by this, s: far time is right to about a microsecond
 /// (docs/OBSERVER.md), so where the coupling has the slave is known no better than the way of that.
 const TIME_OF_MASTER: f64 = 1e-6;
 
@@ -43,8 +43,8 @@ impl CouplingPhase {
         matches!(self, Self::InSync | Self::InSyncBeforeSyncPosition)
     }
 
-    /// How far a slave with these limits may be from where its coupling has it and be in sync, u, unless it is said
-    /// otherwise: j·T³ + v·1 µs.
+    /// The default window of a slave with these limits, u: its distance from where its coupling has it, while it is in
+    /// sync. It is j·T³ + v·1 µs.
     ///
     /// A target that keeps the limits passes the guard as it is. One that misses them by its rounding, or by a jerk of
     /// twice the limit in a cycle, leaves the slave within j·T³ of it (j: no more than turns the acceleration round in a

@@ -201,7 +201,12 @@ impl FarMotionCheck {
 
     /// Whether a change of mode may still be blended over. Skipped cycles are none of a blend.
     fn is_blending(&self) -> bool {
-        self.unchanged_for <= self.bounds.blending_time + 2.0 * self.bounds.cycle_time
+        self.unchanged_for <= self.blended_for()
+    }
+
+    /// For how long a change of mode is blended over, s: it begins and ends within a cycle.
+    fn blended_for(&self) -> f64 {
+        self.bounds.blending_time + 2.0 * self.bounds.cycle_time
     }
 
     /// What the newest frame says of the master.
@@ -272,7 +277,7 @@ impl FarMotionCheck {
             + blended / blending_time.max(cycle_time);
         let velocity = velocity.max(own_velocity.unwrap_or(0.0));
         // A blend from a mode that shows what comes still shows a part of that.
-        let at_once = if self.shown_ago <= blending_time + 2.0 * cycle_time {
+        let at_once = if self.shown_ago <= self.blended_for() {
             self.received_steps.largest()
         } else {
             0.0

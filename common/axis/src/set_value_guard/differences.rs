@@ -74,7 +74,7 @@ impl Differences {
         }
     }
 
-    /// How many cycles the last difference spans, and how many the second one looks back: between them lies the middle of
+    /// The cycles that the last difference spans, and those that the second one looks back: between them lies the middle of
     /// what that is a weighted mean of.
     pub(super) fn looks_back(&self) -> (f64, f64) {
         (self.cycles, (2.0 * self.cycles + self.cycles_before) / 3.0)

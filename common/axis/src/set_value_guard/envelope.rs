@@ -31,9 +31,9 @@ const PACE: f64 = 0.03;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Envelope {
     limits: Limits,
-    /// Of them, what [binds](Limits::binding_in_cycles) positions one cycle apart.
+    /// The part of them that [binds](Limits::binding_in_cycles) positions one cycle apart.
     binding: Limits,
-    /// How much more jerk the limit admits than the units below are of: an acceleration beyond its limit
+    /// The jerk that the limit admits, in the units below, 1 where all of it binds: an acceleration beyond its limit
     /// comes back as fast as that.
     spare_jerk: f64,
     min: f64,

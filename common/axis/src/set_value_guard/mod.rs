@@ -83,7 +83,7 @@ pub struct SetValueGuard {
 pub struct GuardHistory {
     /// What has left it.
     set: Differences,
-    /// What was stated beside it, and how many cycles were skipped before that, and before the one before.
+    /// Velocity and acceleration that were stated beside it, and the cycles skipped before that, and before the one before.
     stated: Kinematics,
     skipped: [f64; 2],
     target: Target,

@@ -71,39 +71,34 @@ fn a_tooth_that_returns_is_no_shift() {
     }
 }
 
+/// Arrivals on a grid of a millisecond, of messages sent late by `late` ns in the mean, are followed.
+fn assert_followed_by_teeth(drift: f64, late: f64) -> ObserverOutput {
+    let Followed {
+        mean, rms, output, ..
+    } = followed(polled(1_000, drift, late));
+    assert!(
+        mean.abs() < 8e-6 && rms < 3e-6,
+        "{drift} ppm: {mean}, {rms}"
+    );
+    assert!(
+        (output.drift_ppm + drift).abs() < 0.4,
+        "{drift} ppm: {}",
+        output.drift_ppm
+    );
+    output
+}
+
 #[test]
 fn three_of_them_tell_where_nobody_says_how_late_he_sends() {
     for drift in [500.0, -500.0, 100.0, -100.0] {
-        let Followed {
-            mean, rms, output, ..
-        } = followed(polled(1_000, drift, 5e3));
-        assert!(
-            mean.abs() < 8e-6 && rms < 3e-6,
-            "{drift} ppm: {mean}, {rms}"
-        );
-        assert!(
-            (output.drift_ppm + drift).abs() < 0.4,
-            "{drift} ppm: {}",
-            output.drift_ppm
-        );
+        let _ = assert_followed_by_teeth(drift, 5e3);
     }
 }
 
 #[test]
 fn one_of_a_grid_that_is_a_whole_cycle_to_the_nanosecond_tells() {
     for drift in [500.0, -500.0, 100.0, -100.0] {
-        let Followed {
-            mean, rms, output, ..
-        } = followed(polled(1_000, drift, 0.0));
-        assert!(
-            mean.abs() < 8e-6 && rms < 3e-6,
-            "{drift} ppm: {mean}, {rms}"
-        );
-        assert!(
-            (output.drift_ppm + drift).abs() < 0.4,
-            "{drift} ppm: {}",
-            output.drift_ppm
-        );
+        let output = assert_followed_by_teeth(drift, 0.0);
         assert_eq!(output.shifts, 0);
     }
 }
