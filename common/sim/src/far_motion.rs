@@ -121,6 +121,8 @@ pub struct FarMotionCheck {
     received_steps: Recent,
     followed: u8,
     frames: u8,
+    /// How far it was from what was received at the most since it followed, u: the way back is as steep as that asks for.
+    farthest: f64,
     /// For how long its mode has been the same, s, and how long ago it was one that shows what comes.
     unchanged_for: f64,
     shown_ago: f64,
@@ -144,6 +146,7 @@ impl FarMotionCheck {
             received_steps: Recent::default(),
             followed: 0,
             frames: 0,
+            farthest: 0.0,
             unchanged_for: 0.0,
             shown_ago: 0.0,
         }
@@ -171,6 +174,11 @@ impl FarMotionCheck {
         if self.last.is_none() || self.frames < KNOWN {
             return None;
         }
+        let beside = (now.position - now.received.position).abs();
+        self.farthest = match self.followed > LANDED {
+            true => beside,
+            false => self.farthest.max(beside),
+        };
         let rounding = ROUNDING * now.position.abs().max(now.received.position.abs());
         let way = last.map(|last| FarMotionFault {
             value: (now.position - last.position).abs(),
@@ -264,7 +272,6 @@ impl FarMotionCheck {
         } = self.bounds;
         let correction = self.corrections.largest();
         let velocity = self.fastest + self.acceleration * correction;
-        let beside = (now.position - now.received.position).abs();
         let blended = velocity * (correction + filter_time + 3.0 * cycle_time);
         let pace = match now.mode {
             FarAxisMode::Bypass | FarAxisMode::Pt1 => 0.0,
@@ -273,7 +280,7 @@ impl FarMotionCheck {
         };
         let velocity = velocity * (1.0 + pace + REJOINING)
             + BRAKING * self.acceleration
-            + STEEPEST * beside / LONGEST
+            + STEEPEST * self.farthest / LONGEST
             + blended / blending_time.max(cycle_time);
         let velocity = velocity.max(own_velocity.unwrap_or(0.0));
         // A blend from a mode that shows what comes still shows a part of that.

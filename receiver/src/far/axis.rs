@@ -194,6 +194,7 @@ impl Axis {
             self.has_gap = before.is_some() && missed > LARGEST_BEAT;
             if let Some((before, passed)) = before.filter(|_| !self.has_gap) {
                 self.wraps.take(before, &sample.set, passed);
+                self.seen.compare(&sample.set, before, passed);
             }
             self.sample = Some(sample);
             self.count = count;

@@ -19,6 +19,15 @@ const FORGETTING: f64 = 1e-4;
 const DOUBLING: f64 = 2.0;
 /// Acceleration and jerk may be exceeded by a third: those seen are means over a cycle of the sender.
 const RESERVE: f64 = 4.0 / 3.0;
+/// Whatever was usual or may be explained, a jump by more than so many times the way of a cycle at the greatest
+/// velocity is a step. What is usual learns from corrections of wrong extrapolations too, and a jerk × age² explains
+/// any: the way to a master that is 150 ms off is not to be made up for in a cycle.
+const LARGEST_WAY: f64 = 2.0;
+/// Positions and velocities of the master that contradict each other, as those in increments do, jump by so much
+/// more: from the one end of what was seen to the other.
+const BOTH_ENDS: f64 = 2.0;
+/// The mean of two velocities is off by at most so much of acceleration × time² (the trapezoidal rule).
+const TRAPEZOID: f64 = 0.25;
 /// Rounding of the position, and of a far time in nanoseconds.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 const CLOCK_ROUNDING: f64 = 2e-9;
@@ -30,11 +39,16 @@ pub(super) struct SeenMotion {
     acceleration: f64,
     /// The greatest jerk by differences of the stated acceleration, u/s³.
     jerk: f64,
+    /// The greatest velocity, u/s.
+    velocity: f64,
+    /// How far positions are beside velocities, u, and velocities beside accelerations, u/s, from frame to frame.
+    beside: [f64; 2],
 }
 
 impl SeenMotion {
     /// Set values, and how many seconds after the ones before they came; none of the first.
     pub(super) fn take(&mut self, set: &Kinematics, before: Option<(&Kinematics, f64)>) {
+        self.velocity = self.velocity.max(set.velocity.abs());
         self.acceleration = self.acceleration.max(set.acceleration.abs());
         if let Some((before, passed)) = before
             && passed > 0.0
@@ -44,6 +58,30 @@ impl SeenMotion {
             self.acceleration = self.acceleration.max(by_velocity);
             self.jerk = self.jerk.max(rate(set.acceleration, before.acceleration));
         }
+    }
+
+    /// Set values that came few cycles, so many seconds, after the ones before: how they contradict each other.
+    pub(super) fn compare(&mut self, set: &Kinematics, before: &Kinematics, passed: f64) {
+        let explained = TRAPEZOID * passed * passed;
+        let mean = |one: f64, other: f64| 0.5 * (one + other) * passed;
+        let by_velocity = set.position - before.position - mean(set.velocity, before.velocity);
+        let by_acceleration =
+            set.velocity - before.velocity - mean(set.acceleration, before.acceleration);
+        let seen = [
+            by_velocity.abs() - self.acceleration * explained,
+            by_acceleration.abs() - self.jerk * explained,
+        ];
+        let least = [self.velocity * passed, self.velocity].map(|most| EVENNESS * most);
+        for ((beside, seen), least) in self.beside.iter_mut().zip(seen).zip(least) {
+            let most = DOUBLING * *beside + least;
+            *beside = (*beside * (1.0 - FORGETTING)).max(seen.min(most));
+        }
+    }
+
+    /// How far the axis moves in a cycle at the very most, u, with set values that are up to this old.
+    fn largest_way(&self, age: f64, passed: f64) -> f64 {
+        let [position, velocity] = self.beside;
+        LARGEST_WAY * self.velocity * passed + BOTH_ENDS * (position + velocity * age)
     }
 
     /// How far the axis may be from where set values of this age are moved on to, u: half of the jerk × age³, or the
@@ -67,6 +105,8 @@ impl SeenMotion {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct StepWatch {
     last: Option<Kinematics>,
+    /// How old its set values were, s.
+    last_age: f64,
     /// The largest departure of late, u.
     usual: f64,
 }
@@ -86,6 +126,8 @@ impl StepWatch {
     /// The set values of a cycle; whether they are a step.
     pub(super) fn is_step(&mut self, set: &Kinematics, course: Course, seen: &SeenMotion) -> bool {
         let last = self.last.replace(*set);
+        let age = course.age.abs();
+        let oldest = age.max(std::mem::replace(&mut self.last_age, age));
         let (Some(last), Some(far)) = (last, course.far) else {
             return false;
         };
@@ -96,7 +138,8 @@ impl StepWatch {
             + CLOCK_ROUNDING * last.velocity.abs()
             + ROUNDING * set.position.abs();
         let known = even + seen.explained(course.age, course.passed);
-        let is_step = departure > known + UNUSUAL * self.usual;
+        let most = even + seen.largest_way(oldest, course.passed);
+        let is_step = departure > (known + UNUSUAL * self.usual).min(most);
         let most = DOUBLING * self.usual + even;
         self.usual = (self.usual * (1.0 - FORGETTING)).max(departure.min(most));
         is_step
@@ -153,9 +196,53 @@ mod tests {
         assert_eq!(steps(&seen, small), [50]);
     }
 
+    /// A master that is between 100 and 800 u/s and is heard every 150 ms.
+    #[test]
+    fn a_wrong_extrapolation_is_a_step_however_usual_it_is() {
+        let mut seen = SeenMotion::default();
+        let mut watch = StepWatch::default();
+        let velocity = |t: f64| 450.0 + 350.0 * (4.0 * t).sin();
+        let position = |t: f64| 450.0 * t - 87.5 * (4.0 * t).cos();
+        let acceleration = |t: f64| 1_400.0 * (4.0 * t).cos();
+        let (mut frame, mut steps) = (steady(0.0), Vec::new());
+        let mut sent = 0.0;
+        for k in 0..5_000 {
+            let t = f64::from(k) * CYCLE;
+            if k % 150 == 0 {
+                let before = std::mem::replace(
+                    &mut frame,
+                    Kinematics {
+                        position: position(t),
+                        velocity: velocity(t),
+                        acceleration: acceleration(t),
+                    },
+                );
+                seen.take(&frame, Some((&before, t - sent)));
+                sent = t;
+            }
+            let age = t - sent;
+            let set = Kinematics {
+                position: frame.position + (frame.velocity + 0.5 * frame.acceleration * age) * age,
+                velocity: frame.velocity + frame.acceleration * age,
+                ..frame
+            };
+            let before = watch.last;
+            let is_step = watch.is_step(&set, Course { age, ..course() }, &seen);
+            let jump = before.map_or(0.0, |before| {
+                set.position - before.position - before.velocity * CYCLE
+            });
+            if k > 200 && jump.abs() > 1.7 {
+                steps.push((k, jump, is_step));
+            }
+        }
+        assert!(steps.len() > 5, "{steps:?}");
+        assert!(steps.iter().all(|(.., is_step)| *is_step), "{steps:?}");
+    }
+
     #[test]
     fn increments_are_usual_after_a_while_and_a_jump_beside_them_is_not() {
-        let seen = SeenMotion::default();
+        let mut seen = SeenMotion::default();
+        seen.take(&steady(0.0), None);
         let coarse = |k: u32| (0.523 * f64::from(k) / 0.01).floor() * 0.01;
         let found = steps(&seen, |k| coarse(k) - 0.023 * f64::from(k));
         assert!(found.iter().all(|k| *k < 20), "{found:?}");
