@@ -40,11 +40,17 @@ pub struct Continuity {
     shortest: f64,
     /// The newest set values, with what their positions say of the velocity.
     last: Option<(Kinematics, f64)>,
-    /// The greatest velocity of the master so far, u/s, …
-    fastest: f64,
-    /// … and its greatest acceleration, u/s².
-    hardest: f64,
+    reach: Reach,
     motion: Motion,
+}
+
+/// The most that a master was seen to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reach {
+    /// Its greatest velocity so far, u/s.
+    pub velocity: f64,
+    /// Its greatest acceleration so far, u/s².
+    pub acceleration: f64,
 }
 
 /// What the axis does.
@@ -79,10 +85,20 @@ impl Continuity {
             cycle_time: cycle_time.as_secs_f64(),
             shortest: shortest.0,
             last: None,
-            fastest: 0.0,
-            hardest: 0.0,
+            reach: Reach::default(),
             motion: Motion::Following,
         }
+    }
+
+    /// What the master was seen to do by now: as hard and as fast is the axis brought back.
+    pub const fn set_reach(&mut self, reach: Reach) {
+        self.reach = reach;
+    }
+
+    /// What the master was seen to do.
+    #[must_use]
+    pub const fn reach(&self) -> Reach {
+        self.reach
     }
 
     /// A cycle in which the master has set values: those of the axis.
@@ -90,14 +106,12 @@ impl Continuity {
     /// `elapsed` counts the own cycles since the previous call.
     pub fn follow(&mut self, master: &Kinematics, elapsed: u32) -> Kinematics {
         let passed = self.cycle_time * f64::from(elapsed);
-        self.fastest = self.fastest.max(master.velocity.abs());
-        self.hardest = self.hardest.max(master.acceleration.abs());
         let set = match (&mut self.motion, &self.last) {
             (Motion::Following, _) | (_, None) => {
                 self.motion = Motion::Following;
                 *master
             }
-            (Motion::Rejoining(rejoin), _) if rejoin.fastest >= OUTGROWN * self.fastest => {
+            (Motion::Rejoining(rejoin), _) if rejoin.fastest >= OUTGROWN * self.reach.velocity => {
                 rejoin.since += passed;
                 rejoin.over(master)
             }
@@ -105,9 +119,10 @@ impl Continuity {
                 let standing = self
                     .moving()
                     .map_or(*master, |last| moved_on(&last, passed));
-                let rejoin = self.rejoin_from(&standing, master);
+                let master = self.possible(master);
+                let rejoin = self.rejoin_from(&standing, &master);
                 self.motion = Motion::Rejoining(rejoin);
-                rejoin.over(master)
+                rejoin.over(&master)
             }
         };
         if let Motion::Rejoining(rejoin) = &self.motion
@@ -162,18 +177,37 @@ impl Continuity {
         self.last = Some((set, by_positions));
     }
 
-    /// How the axis really moves.
+    /// How the axis really moves: as it can at most.
     fn moving(&self) -> Option<Kinematics> {
         let (last, by_positions) = self.last?;
         let contradiction = (last.velocity - by_positions).abs();
-        if contradiction <= CONTRADICTION * self.fastest {
-            return Some(last);
-        }
-        Some(Kinematics {
-            velocity: by_positions,
-            acceleration: 0.0,
+        let is_true = contradiction <= CONTRADICTION * self.reach.velocity;
+        let (velocity, acceleration) = match is_true {
+            true => (last.velocity, last.acceleration),
+            false => (by_positions, 0.0),
+        };
+        Some(self.possible(&Kinematics {
+            velocity,
+            acceleration,
             ..last
-        })
+        }))
+    }
+
+    /// Set values with a velocity and an acceleration that the axis can have. A position that jumped says nothing of either: an axis
+    /// that took the jump for its velocity went on at 100 m/s.
+    fn possible(&self, set: &Kinematics) -> Kinematics {
+        let (fastest, hardest) = ((1.0 + FASTER) * self.reach.velocity, self.hardest());
+        Kinematics {
+            velocity: set.velocity.clamp(-fastest, fastest),
+            acceleration: set.acceleration.clamp(-hardest, hardest),
+            ..*set
+        }
+    }
+
+    /// The greatest acceleration of an axis that is braked or brought back, u/s².
+    fn hardest(&self) -> f64 {
+        let by_braking = BRAKED * (1.0 + FASTER) * self.reach.velocity / BRAKING;
+        self.reach.acceleration.max(by_braking)
     }
 
     fn rejoin_from(&self, standing: &Kinematics, master: &Kinematics) -> Rejoin {
@@ -183,7 +217,11 @@ impl Continuity {
             acceleration: standing.acceleration - master.acceleration,
         };
         // What its acceleration takes as long to end as braking takes is no more than its velocity could be.
-        let velocity = self.fastest.max(self.hardest * BRAKING / BRAKED);
+        let Reach {
+            velocity: fastest,
+            acceleration: hardest,
+        } = self.reach;
+        let velocity = fastest.max(hardest * BRAKING / BRAKED);
         let share = if velocity > 0.0 {
             (ahead.velocity.abs() / velocity).min(1.0)
         } else {
@@ -197,8 +235,8 @@ impl Continuity {
             length: (BRAKING * share).max(self.shortest),
         };
         let way = ahead.position + slowing.way();
-        let faster = (FASTER * self.fastest).max(STEEPEST * way.abs() / LONGEST);
-        let harder = self.hardest.max(BRAKED * self.fastest / BRAKING);
+        let faster = (FASTER * fastest).max(STEEPEST * way.abs() / LONGEST);
+        let harder = hardest.max(BRAKED * fastest / BRAKING);
         let by = |most: f64, length: f64| if most > 0.0 { length } else { 0.0 };
         let for_velocity = by(faster, STEEPEST * way.abs() / faster);
         let for_acceleration = by(harder, libm::sqrt(MOST_CURVED * way.abs() / harder));
@@ -208,7 +246,7 @@ impl Continuity {
             way,
             length: for_way.max(slowing.length),
             since: 0.0,
-            fastest: self.fastest,
+            fastest,
         }
     }
 }

@@ -87,7 +87,7 @@ mod pt1;
 
 pub use axis_sync::{AxisSync, AxisSyncDiagnostic, AxisSyncOutput};
 pub use changes::{AxisSyncChanges, ExtrapolateChanges, TimeSyncChanges};
-pub use continuity::{Continuity, ContinuityState};
+pub use continuity::{Continuity, ContinuityState, Reach};
 pub use encoder::{
     COARSE_INCREMENT_MM, CheckedEncoder, EncoderMaster, EncoderOutput, EncoderParameters,
     EncoderSample, Smoothing,
@@ -99,3 +99,4 @@ pub use extrapolate::{
 pub use far_axis::{FarAxis, FarAxisOutput};
 pub use far_sync::{FarCorrection, FarSync};
 pub use parameters::{AxisSyncParameters, CheckedParameters, FilterMode, FilterState, StartUpMode};
+pub use prediction::LASTING;

@@ -37,6 +37,14 @@ pub struct CheckedParameters {
     pub(super) time_sync: CheckedTimeSync,
 }
 
+impl CheckedParameters {
+    /// Those of the extrapolation.
+    #[must_use]
+    pub const fn extrapolate(&self) -> &ExtrapolateParameters {
+        &self.whole.extrapolate
+    }
+}
+
 impl AxisSyncParameters {
     /// Checks every parameter. `task_cycle_time` is the receiver's nominal cycle time.
     ///

@@ -12,12 +12,26 @@ const FULL: f64 = 0.02;
 /// never departs by more than 70 ms of acceleration, however long the silence.
 const FADING: f64 = 0.05;
 
-/// Where an axis is that had these set values `age` seconds ago. A negative age looks back.
+/// By how many seconds of its acceleration the velocity of a prediction departs from what was received, at the most.
+pub const LASTING: f64 = FULL + FADING;
+
+/// Where an axis is that had these set values `age` seconds ago. A negative age looks back, as far with its acceleration.
 pub(super) fn moved_on(set: &Kinematics, age: f64) -> Kinematics {
+    if age < 0.0 {
+        return turned_round(&moved_on(&turned_round(set), -age));
+    }
     let whole = age.min(FULL);
     let then = accelerated(set, whole);
     let rest = age - whole;
     if rest > 0.0 { faded(&then, rest) } else { then }
+}
+
+/// The motion seen with time running backwards.
+fn turned_round(set: &Kinematics) -> Kinematics {
+    Kinematics {
+        velocity: -set.velocity,
+        ..*set
+    }
 }
 
 fn accelerated(set: &Kinematics, passed: f64) -> Kinematics {
@@ -59,6 +73,17 @@ mod tests {
         for age in [-0.001, 0.0, 0.002, 0.02] {
             assert_eq!(moved_on(&SET, age), accelerated(&SET, age));
         }
+    }
+
+    /// Wide schedules 6619 and 6703: an axis that was moved back by a second went half a second of its acceleration backwards.
+    #[test]
+    fn looking_back_it_is_faded_as_well() {
+        let back = moved_on(&SET, -10.0);
+        assert!(
+            (back.velocity - (500.0 + 5_000.0 * LASTING)).abs() < 1e-9,
+            "{back:?}"
+        );
+        assert!(back.acceleration.abs() < 1e-9);
     }
 
     #[test]

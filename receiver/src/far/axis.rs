@@ -3,17 +3,19 @@
 use coaxle_axis::TravelDirection;
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Remote, Seconds, Span};
+use coaxle_curve::profile::Kinematics;
 use coaxle_node::{AxisSample, FrameHeader};
 use coaxle_remote::{
-    CheckedParameters, Continuity, ContinuityState, ExtrapolateDiagnostic, FarAxis, FarAxisOutput,
-    FarCorrection, FilterState,
+    CheckedParameters, Continuity, ContinuityState, ExtrapolateDiagnostic, ExtrapolateParameters,
+    FarAxis, FarAxisOutput, FarCorrection, FilterState, Reach,
 };
 
 use super::course::{Advance, FarTimeCourse};
 use super::encoder::Encoder;
 use super::limited::Limited;
 use super::micros;
-use super::steps::{Course, SeenMotion, StepWatch};
+use super::seen::SeenMotion;
+use super::steps::{Blending, Course, StepWatch, shows_what_comes};
 use super::turns::{Turns, Wraps};
 use crate::config::{FarAxisConfig, FarConfig, FarLimits, Positions};
 use crate::signals::FarAxisSignals;
@@ -39,6 +41,7 @@ pub(super) struct Axis {
     /// What it was seen to do, and what no mode explains.
     seen: SeenMotion,
     steps: StepWatch,
+    blending: Blending,
     /// The observer led in the newest cycle.
     leads: bool,
     /// More of its cycles are missing before the newest than a step of a mode without a clock can be.
@@ -95,6 +98,7 @@ impl Axis {
             course: FarTimeCourse::default(),
             seen: SeenMotion::default(),
             steps: StepWatch::default(),
+            blending: blending(&parameters.extrapolate, cycle_time.span()),
             leads: false,
             has_gap: false,
             cycle_time: cycle_time.span(),
@@ -173,6 +177,7 @@ impl Axis {
     /// Changes the parameters; the set values go on from where they are.
     pub(super) fn set_parameters(&mut self, parameters: &CheckedParameters) {
         self.block.set_parameters(parameters);
+        self.blending = blending(parameters.extrapolate(), self.cycle_time);
         self.course.forget();
     }
 
@@ -189,12 +194,12 @@ impl Axis {
             if let Some(encoder) = &mut self.encoder {
                 encoder.take(&sample.set, count);
             }
-            let before = self.sample.as_ref().map(|before| (&before.set, passed));
-            self.seen.take(&sample.set, before);
+            let before = self.sample.as_ref().map(|before| &before.set);
+            let neighbour = before.map(|before| (before, passed, missed));
+            self.seen.take(&sample.set, neighbour);
             self.has_gap = before.is_some() && missed > LARGEST_BEAT;
-            if let Some((before, passed)) = before.filter(|_| !self.has_gap) {
+            if let Some(before) = before.filter(|_| !self.has_gap) {
                 self.wraps.take(before, &sample.set, passed);
-                self.seen.compare(&sample.set, before, passed);
             }
             self.sample = Some(sample);
             self.count = count;
@@ -267,14 +272,21 @@ impl Axis {
         self.condition(&sample, &mut moved, elapsed);
         self.leads = moved.state == FilterState::Observer;
         let passed = self.cycle_time * i64::from(elapsed);
+        self.seen.pass(passed.as_secs_f64());
+        self.continuity.set_reach(self.reach(&moved.set));
         let far_time = far_time(header, self.count, &moved);
         let known = far_time.filter(|_| !is_lost);
         let advance = self.course.advance(moved.state, known, passed);
         let before = self.steps.position();
-        if self.is_step(&moved, advance, passed) {
+        let is_step = self.is_step(&sample.set, &moved, advance, passed);
+        if is_step {
+            if self.block.is_blending() {
+                // On top of the way back, it would be a straight line.
+                self.block.begin_anew();
+            }
             self.continuity.rejoin();
         }
-        self.stand_still(header, &mut moved, before, scan);
+        self.stand_still(header, &mut moved, before.filter(|_| !is_step), scan);
         let is_known = self.has_settled();
         let set = match is_known && !is_lost {
             true => Some(self.continuity.follow(&moved.set, elapsed)),
@@ -304,19 +316,44 @@ impl Axis {
     }
 
     /// Whether its set values do what neither their mode nor its master explains.
-    fn is_step(&mut self, moved: &FarAxisOutput, advance: Advance, passed: Span) -> bool {
+    fn is_step(
+        &mut self,
+        received: &Kinematics,
+        moved: &FarAxisOutput,
+        advance: Advance,
+        passed: Span,
+    ) -> bool {
         let far = match advance {
             Advance::By(far) => Some(far),
             Advance::Jump | Advance::Unknown => None,
         };
         let course = Course {
-            far: far.filter(|_| !self.block.is_blending()),
+            mode: moved.state,
+            is_blending: self.block.is_blending(),
+            far,
+            received: received.position,
             passed: passed.as_secs_f64(),
+            cycle_time: self.cycle_time.as_secs_f64(),
             age: moved.correction_time.map_or(0.0, |Seconds(age)| age),
         };
-        let is_step = self.steps.is_step(&moved.set, course, &self.seen);
+        let is_step = (self.steps).is_step(&moved.set, &course, &self.blending, &self.seen);
         // Increments have jumps of their own, and what smooths them leaves none.
         advance == Advance::Jump || (is_step && self.encoder.is_none())
+    }
+
+    /// What the master was seen to do: increments say it once they are smoothed.
+    fn reach(&self, set: &Kinematics) -> Reach {
+        if self.encoder.is_none() {
+            return self.seen.reach();
+        }
+        let Reach {
+            velocity,
+            acceleration,
+        } = self.continuity.reach();
+        Reach {
+            velocity: velocity.max(set.velocity.abs()),
+            acceleration: acceleration.max(set.acceleration.abs()),
+        }
     }
 
     /// How far the set values may be from the master, while it moves as it was seen to: by the time, and by what
@@ -325,7 +362,9 @@ impl Axis {
         let is_by_clock = moved.state == FilterState::Observer && self.follows();
         let Seconds(time) = time.filter(|_| is_by_clock && self.encoder.is_none())?;
         let Seconds(age) = moved.correction_time?;
-        Some(time * moved.set.velocity.abs() + self.seen.prediction_error(age))
+        // In the time that it may be off, it is accelerated too.
+        let velocity = moved.set.velocity.abs() + moved.set.acceleration.abs() * time;
+        Some(time * velocity + self.seen.prediction_error(age))
     }
 
     /// Where a mode shows what comes and nothing does, its positions stand: so do velocity and acceleration.
@@ -429,9 +468,11 @@ impl Axis {
     }
 }
 
-/// Whether a mode shows what comes when it comes, beats and all.
-const fn shows_what_comes(mode: FilterState) -> bool {
-    matches!(mode, FilterState::Bypass | FilterState::Pt1)
+fn blending(parameters: &ExtrapolateParameters, cycle_time: Span) -> Blending {
+    Blending {
+        time: parameters.blending_time.0,
+        filter_time: parameters.t1_factor_pos * cycle_time.as_secs_f64(),
+    }
 }
 
 /// The sender's ideal time that corrected set values stand for, received with this count.

@@ -14,6 +14,7 @@ mod limited;
 mod orders;
 mod pace;
 mod run;
+mod seen;
 mod sequence;
 mod steps;
 mod take_over;
@@ -329,6 +330,6 @@ mod tests {
         let kept = FRAMES * size_of::<Option<AxisSample>>();
         let shown = size_of::<FarAxisSignals>() + size_of::<Option<Master>>();
         let bytes = size_of::<Axis>() + kept + shown;
-        assert!(bytes <= 1152, "{bytes}");
+        assert!(bytes <= 1312, "{bytes}");
     }
 }
