@@ -10,7 +10,7 @@ use super::root::last_not_above;
 
 /// What rounding may add to a position, relative to the largest number on the way: of what is documented, a
 /// quarter is left for the rounding of the guard.
-const ROUNDING: f64 = 3.0 * f64::EPSILON;
+pub(super) const ROUNDING: f64 = 3.0 * f64::EPSILON;
 
 /// What rounding may add to a limit, relative.
 const RELATIVE: f64 = 1e-9;
@@ -25,7 +25,11 @@ const WALL_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// A master that is brought to another time states what it does in its own: the blocks of TS5066 take a beat of up to three
 /// cycles away over ninety, and positions are by that share faster or slower, relative.
-const PACE: f64 = 0.03;
+pub(super) const PACE: f64 = 0.03;
+
+/// An axis is quick that reaches its highest velocity within this number of cycles. Of 10 000 motions along all limits one did not
+/// pass to the bit with 4.
+const QUICK: f64 = 8.0;
 
 /// The limits of an axis at its cycle time, and the units of the closed forms.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,6 +114,12 @@ impl Envelope {
 
     pub(super) fn allows_acceleration(&self, acceleration: f64) -> bool {
         acceleration.abs() <= highest_acceleration(&self.limits) * (1.0 + RELATIVE)
+    }
+
+    /// Whether the axis may reach its highest velocity, and stand again, within a few cycles: of such a motion, positions a cycle apart
+    /// say little.
+    pub(super) fn is_quick(&self) -> bool {
+        self.limits.velocity() <= QUICK * highest_acceleration(&self.limits) * self.cycle_time
     }
 
     /// Whether a target may be taken to accelerate so.

@@ -333,6 +333,7 @@ impl SetValueGuard {
         let is_stated = state == GuardState::Tracking
             && envelope.allows_velocity(target.velocity)
             && envelope.allows_acceleration(target.acceleration)
+            && (envelope.is_quick() || self.history.target.is_consistent())
             && envelope.bears_out(set, target);
         let wanted = if is_stated {
             Kinematics {

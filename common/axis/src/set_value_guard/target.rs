@@ -3,7 +3,7 @@
 use coaxle_curve::profile::Kinematics;
 
 use super::differences::Differences;
-use super::envelope::Envelope;
+use super::envelope::{Envelope, PACE, ROUNDING};
 
 /// The positions of a target, and what it states of itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +13,8 @@ pub(super) struct Target {
     from: f64,
     gap: f64,
     stated: Kinematics,
+    /// Cycles in a row in which it did not go as it states.
+    beside: u8,
     last_position: f64,
 }
 
@@ -22,6 +24,15 @@ pub(super) struct Course {
     pub(super) velocity: f64,
     pub(super) acceleration: f64,
 }
+
+/// What the velocities of a target may be beside its positions by, in what its acceleration changes by in a cycle: an eighth, and four
+/// times that for what is stated beside an acceleration that begins within a cycle. Without it, a velocity passed that was 130 %
+/// beside its positions where the limits mean "none" (wide schedule 4128).
+const CHANGE: f64 = 0.5;
+
+/// A motion may begin and end within a cycle, and positions say little of that; those of one that states what it does not do are
+/// beside it again in the next.
+const BESIDE: u8 = 3;
 
 /// Over so many cycles differences still tell where a target is going.
 const MOST_MISSING: f64 = 4.0;
@@ -33,6 +44,7 @@ impl Target {
             from: state.position,
             gap: 1.0,
             stated: *state,
+            beside: 0,
             last_position: state.position,
         }
     }
@@ -45,13 +57,37 @@ impl Target {
         } else {
             self.last_position
         };
+        let series = self.series.then(next.position, cycles, rate);
+        let is_known = cycles == 1.0 && self.gap == 1.0;
         Self {
-            series: self.series.then(next.position, cycles, rate),
+            series,
             from: self.series.position,
             gap: cycles,
             stated: *next,
+            beside: match is_known && !self.goes_on(next, &series, rate) {
+                true => self.beside.saturating_add(1),
+                false => 0,
+            },
             last_position,
         }
+    }
+
+    /// Whether the way of a cycle is the mean of the velocities that are stated at its ends.
+    ///
+    /// It is, for what moves, to an eighth of what the acceleration changes by (the trapezoidal rule): by as much as is stated, or
+    /// as positions show. A far axis that is blended, or that jumps, states neither.
+    fn goes_on(&self, next: &Kinematics, series: &Differences, rate: f64) -> bool {
+        let mean = 0.5 * (self.stated.velocity + next.velocity);
+        let stated = (next.acceleration - self.stated.acceleration).abs();
+        let seen = series.jerk.abs().max(self.series.jerk.abs()) / rate;
+        let rounding = 2.0 * ROUNDING * series.position.abs() * rate;
+        let most = CHANGE * (stated + seen) / rate + PACE * series.velocity.abs() + rounding;
+        (series.velocity - mean).abs() <= most
+    }
+
+    /// Whether its newest positions are where the velocities that it states have it.
+    pub(super) const fn is_consistent(&self) -> bool {
+        self.beside < BESIDE
     }
 
     /// The last position that was a number, u.
