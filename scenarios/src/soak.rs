@@ -22,7 +22,7 @@ use coaxle_receiver::config::{FarConfig, Mode};
 use crate::catalog::Source;
 use crate::expect::receiver_of;
 use crate::finished::{Finished, Progress};
-use crate::invariants::{Invariant, InvariantViolation};
+use crate::invariants::Invariant;
 use crate::junit::{self, Case};
 use crate::results_folder::ResultsFolder;
 use crate::run::{self, Options, TraceFormat};
@@ -279,17 +279,8 @@ fn wrong_in_processes(text: &str, out: &Path, goes_on: &dyn Fn() -> bool) -> Opt
 /// whether they are back.
 fn violations(finished: &Finished) -> impl Iterator<Item = String> {
     let all = finished.violations().iter();
-    let judged = all.filter(|one| one.invariant != Invariant::EndsWell && !is_open(one));
+    let judged = all.filter(|one| one.invariant != Invariant::EndsWell);
     judged.map(ToString::to_string)
-}
-
-/// Whether it is of a kind that some of these schedules are known to break (docs/LIMITS.md). A run of the schedule by itself has
-/// them all.
-fn is_open(violation: &InvariantViolation) -> bool {
-    matches!(
-        violation.invariant,
-        Invariant::FarAxis | Invariant::ToldVelocity | Invariant::ToldAcceleration
-    )
 }
 
 /// Fewer cycles of silence, or of difference, than a quiet network of these schedules may have: a block that bears no more may never

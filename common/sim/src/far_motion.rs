@@ -179,7 +179,8 @@ impl FarMotionCheck {
             true => beside,
             false => self.farthest.max(beside),
         };
-        let rounding = ROUNDING * now.position.abs().max(now.received.position.abs());
+        let largest = now.position.abs().max(now.received.position.abs());
+        let rounding = ROUNDING * largest + f64::MIN_POSITIVE;
         let way = last.map(|last| FarMotionFault {
             value: (now.position - last.position).abs(),
             limit: self.way(now, passed),

@@ -13,7 +13,10 @@ const SLEWED: f64 = 0.03;
 /// positions by what a cycle of the jerk makes.
 const MOTIONS: f64 = 2.0;
 /// What two velocities may be beside their positions by, in units of what the jerk of a cycle makes of a velocity.
-const VELOCITIES: f64 = 0.75;
+const VELOCITIES: f64 = 1.0;
+/// The same of the acceleration where no jerk binds: it turns round from one cycle to the next, which makes the half of one a mean, and
+/// each velocity may be beside its positions by a whole one.
+const FREE: f64 = 1.5;
 /// A position is calculated from numbers as large as the way of so long at the highest velocity, s.
 const WAY: f64 = 1.0;
 
@@ -21,16 +24,17 @@ const WAY: f64 = 1.0;
 ///
 /// A drive feeds both forward. With the time `t` since the cycle before, jerk limit `j` and acceleration limit `a`:
 ///
-/// * The mean of two velocities is the way between the positions over `t`, to `¾·j·t²`: the trapezoidal rule is off by
+/// * The mean of two velocities is the way between the positions over `t`, to `j·t²`: the trapezoidal rule is off by
 ///   `j·t²/12` on a motion with that jerk, what half a cycle adds to a difference by `j·t²/4`, and a velocity may be beside that by
-///   `½·j·t²`. A master that is slewed adds three percent of the velocity. What was told after skipped cycles could be all that
-///   the limits admit within those.
+///   `½·j·t²`, or by as much more as the next one may not make up for while the acceleration grows. A master that is slewed adds three percent of the velocity. What was told after skipped cycles, and in the cycle
+///   after that, could be all that the limits admit within those: of three positions that lie that far apart none says where in
+///   between the axis was accelerated. A cycle later that is made up for as fast as the acceleration admits.
 /// * An acceleration is the second difference to twice `j` times the time from there to the middle of the three positions, which is
 ///   `t` for equal cycles.
 /// * Both keep their limits, and the velocity its own from cycle to cycle: it changes by `a·t` at most, and by what the first
 ///   point allows.
 ///
-/// While the jerk is free, and where it is so high that it means nothing, `a·t` and `2·a` take the place of what it allows.
+/// While the jerk is free, and where it is so high that it means nothing, `1½·a·t` and `2·a` take the place of what it allows.
 #[derive(Clone, Copy, Debug)]
 pub struct ToldCheck {
     velocity: f64,
@@ -40,6 +44,8 @@ pub struct ToldCheck {
     /// The newest set values, and the difference of their position to the one before.
     last: Option<Kinematics>,
     difference: Option<Difference>,
+    /// The times that were skipped before the newest differences, s.
+    skipped: [f64; 3],
     /// Positions since the jerk was free.
     since_free: u8,
 }
@@ -82,6 +88,7 @@ impl ToldCheck {
             cycle_time,
             last: None,
             difference: None,
+            skipped: [0.0; 3],
             since_free: 0,
         }
     }
@@ -90,6 +97,7 @@ impl ToldCheck {
     pub const fn restart(&mut self) {
         self.last = None;
         self.difference = None;
+        self.skipped = [0.0; 3];
         self.since_free = 0;
     }
 
@@ -115,9 +123,11 @@ impl ToldCheck {
             time,
         };
         let before = self.difference.replace(now);
+        let skipped = before.map_or(0.0, |before| before.time - self.cycle_time);
+        self.skipped = [skipped, self.skipped[0], self.skipped[1]];
         let rounding = self.rounding(set, &last) / time;
         let found = [
-            self.of_velocity(set, &last, (now, before), rounding),
+            self.of_velocity(set, &last, now, rounding),
             before.and_then(|before| self.of_acceleration(set, now, before, rounding)),
         ];
         self.since_free = (self.since_free + 1).min(4);
@@ -128,15 +138,15 @@ impl ToldCheck {
         &self,
         set: &Kinematics,
         last: &Kinematics,
-        (now, before): (Difference, Option<Difference>),
+        now: Difference,
         rounding: f64,
     ) -> Option<WronglyTold> {
-        let skipped = before.map_or(0.0, |before| before.time - self.cycle_time);
-        let time = now.time + skipped;
+        let time = now.time + self.skipped.into_iter().fold(0.0, f64::max);
         let by_acceleration = self.acceleration * time;
+        let free = FREE * by_acceleration;
         let by_jerk = match self.has_jerk() {
-            true => by_acceleration.min(VELOCITIES * self.jerk * time * time),
-            false => by_acceleration,
+            true => free.min(VELOCITIES * self.jerk * time * time),
+            false => free,
         };
         let fastest = now
             .velocity
@@ -235,7 +245,7 @@ mod tests {
         let [velocity, acceleration] = found(&told);
         let velocity = velocity.expect("it stands");
         assert_eq!((velocity.what, velocity.value), (Told::Velocity, 500.0));
-        assert!((velocity.limit - 15.075).abs() < 1e-9);
+        assert!((velocity.limit - 15.1).abs() < 1e-9);
         assert_eq!(acceleration, None);
     }
 

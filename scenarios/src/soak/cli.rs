@@ -30,7 +30,7 @@ pub(crate) struct SoakArgs {
     #[arg(long, default_value_t = 0, value_parser = crate::number::seed())]
     seed: u64,
     /// Draw more than usual: masters in motion, cycle times and limits of many decades, blocks of TS5066 that bear little,
-    /// receivers that are stopped again and again (what it still finds: docs/LIMITS.md)
+    /// receivers that are stopped again and again
     #[arg(long)]
     wide: bool,
     /// Write a report in JUnit's format: a case for each schedule that was run

@@ -58,7 +58,7 @@ impl FarPositionWatch {
             self.since = None;
             return;
         };
-        let acceleration = self.learn(row, [position, velocity]);
+        self.learn(row, [position, velocity]);
         let axis = &row.record.axis;
         let (Some(bound), Some(corrected), true) = (stated(row), axis.corrected_position, is_known)
         else {
@@ -70,9 +70,12 @@ impl FarPositionWatch {
             return;
         }
         let age = axis.correction_us.unwrap_or_default().abs() * 1e-6;
-        let (late, [changed, jumped]) = (bound * 1e-6, self.changed(row.t_s, age));
-        let by_time = (velocity.abs() + acceleration.abs() * late) * late;
-        let limit = by_time + 0.5 * changed * age * age + jumped;
+        let late = bound * 1e-6;
+        let [hardest, changed, jumped] = self.since(row.t_s - age - late);
+        let by_time = (velocity.abs() + hardest * late) * late;
+        // What changed within a cycle is a mean over that.
+        let over = age.max(self.cycle_time);
+        let limit = by_time + 0.5 * changed * over * over + jumped;
         let value = (corrected - position).abs();
         if value > limit + ROUNDING * position.abs() {
             let cycle = WatchedCycle {
@@ -84,8 +87,8 @@ impl FarPositionWatch {
         }
     }
 
-    /// What the master did since the cycle before: its acceleration.
-    fn learn(&mut self, row: &Row, [position, velocity]: [f64; 2]) -> f64 {
+    /// What the master did since the cycle before.
+    fn learn(&mut self, row: &Row, [position, velocity]: [f64; 2]) {
         let before = self.before.replace([position, velocity, row.t_s]);
         let [acceleration, beside] = before.map_or([0.0; 2], |[from, slower, t_s]| {
             let passed = (row.t_s - t_s).max(self.cycle_time);
@@ -97,20 +100,19 @@ impl FarPositionWatch {
         while (self.lately.front()).is_some_and(|[.., t_s]| *t_s < oldest) {
             self.lately.pop_front();
         }
-        acceleration
     }
 
-    /// By how much the acceleration of the master has changed while the newest frame was under way, none at all counted among what
-    /// there was, as it may be unknown; and how far it jumped.
-    fn changed(&self, t_s: f64, age: f64) -> [f64; 2] {
-        let from = t_s - age - LATE * self.cycle_time;
+    /// What the master did since then: its greatest acceleration, by how much that has changed, none at all counted among what there
+    /// was, as it may be unknown, and how far it jumped.
+    fn since(&self, t_s: f64) -> [f64; 3] {
+        let from = t_s - LATE * self.cycle_time;
         let lately = self.lately.iter().rev();
         let lately = lately.take_while(|[.., at]| *at >= from);
         let none = (0.0_f64, 0.0_f64, 0.0_f64);
         let (low, high, jumped) = lately.fold(none, |(low, high, jumped), [value, beside, _]| {
             (low.min(*value), high.max(*value), jumped + beside)
         });
-        [high - low, jumped]
+        [high.max(-low), high - low, jumped]
     }
 
     pub(in super::super) fn violations(&self) -> impl Iterator<Item = InvariantViolation> {
