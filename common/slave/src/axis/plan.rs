@@ -127,10 +127,12 @@ impl SlaveAxis {
     }
 
     fn plan_reset(&self) -> Result<Effect, Refusal> {
-        if self.status() == AxisStatus::ErrorStop && !self.is_at_rest() {
-            return Err(Refusal::NotAtRest {
-                velocity: self.set.velocity,
-            });
+        if self.status() == AxisStatus::ErrorStop && !self.stands() {
+            let velocity = match self.set.velocity {
+                0.0 => self.mean_velocity,
+                velocity => velocity,
+            };
+            return Err(Refusal::NotAtRest { velocity });
         }
         Ok(Effect::Reset)
     }

@@ -21,6 +21,7 @@ mod saw_rollback;
 mod saws;
 mod shared_cams;
 mod stops;
+mod stops_random;
 mod strategies;
 mod superimposed;
 mod sync_positions;
