@@ -25,7 +25,7 @@ impl SlaveAxis {
             self.check_state(command.name(), transition)?;
         }
         self.check_sync_positions(command)?;
-        let (effect, awaits) = self.effect_of(command)?;
+        let (effect, awaits) = self.effect_of(&self.placed_now(command)?)?;
         // What becomes of an axis that is released, its velocity says.
         let transition = match effect {
             Effect::Release => Some(self.released()),

@@ -1,5 +1,6 @@
 //! What a slave axis does, and what it never does.
 
+mod cam_in_turn;
 mod cam_limits;
 mod cam_select;
 mod cam_start_modes;
