@@ -58,8 +58,9 @@ impl AxisStatus {
 
     /// What becomes of the axis; none where the diagram has no such arrow.
     ///
-    /// Two deliberate deviations: an axis that loses its power while it moves is stopped first
-    /// (`Stopping`) and is disabled at rest, where PLCopen has it disabled at once; and `MC_Stop` can
+    /// Two deliberate deviations: an axis whose power is taken away while it moves is stopped first
+    /// (`Stopping`) and is disabled after a cycle at rest, where PLCopen has it disabled at once: others follow
+    /// its set values, which would jump to where the drive is; and `MC_Stop` can
     /// be given again while the axis stops, where PLCopen lets nothing but the loss of power abort it.
     /// Whether the second stop is harder than the first, the axis decides.
     #[must_use]

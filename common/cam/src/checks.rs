@@ -26,7 +26,18 @@ pub(super) fn check_activation(
     plate: &Plate,
     has_next_cycle: bool,
 ) -> Result<(), CouplingError> {
-    let Activation { mode, position } = *activation;
+    let Activation {
+        mode,
+        position,
+        in_turn,
+    } = *activation;
+    if let Some(received) = in_turn {
+        return Err(CouplingError::Parameter {
+            name: "activation.in-turn",
+            received,
+            expected: "none but of a coupling at a position of the master axis, and without a position",
+        });
+    }
     let (from, to) = match mode {
         ActivationMode::AtMasterCamPos => plate.master_range(),
         ActivationMode::AtMasterAxisPos

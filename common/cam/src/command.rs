@@ -46,22 +46,27 @@ pub struct Activation {
     /// axis, in u.
     #[doc(alias = "ActivationPosition")]
     pub position: f64,
+    /// Instead, for a mode that goes by the position of the master axis: where that passes this position within its turn the
+    /// next time, u. The axis that is coupled makes it a position of its master when the command is planned.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub in_turn: Option<f64>,
 }
 
 impl Activation {
     /// A mode that needs no position.
     #[must_use]
     pub const fn new(mode: ActivationMode) -> Self {
-        Self {
-            mode,
-            position: 0.0,
-        }
+        Self::at(mode, 0.0)
     }
 
     /// A mode and its position.
     #[must_use]
     pub const fn at(mode: ActivationMode, position: f64) -> Self {
-        Self { mode, position }
+        Self {
+            mode,
+            position,
+            in_turn: None,
+        }
     }
 }
 

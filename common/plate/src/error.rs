@@ -156,7 +156,8 @@ pub enum CamError {
         /// Where the spline or the table starts.
         start: Place,
     },
-    /// 0x4A02: a position table has too few rows.
+    /// 0x4B36: a position table has no rows. 0x4A02: it has too few.
+    #[doc(alias = "MC_ERROR_NUMROWS_INVALID")]
     #[error("{:#06x}: received {received} rows, expected at least {least}", self.code())]
     TooFewRows {
         /// How many there are.
@@ -191,6 +192,15 @@ pub enum CamError {
         received: f64,
         /// The distance it should cover.
         distance: f64,
+    },
+    /// 0x4B36: a reading of values has more rows than there is room for.
+    #[doc(alias = "MC_ERROR_NUMROWS_INVALID")]
+    #[error("{:#06x}: received {received} rows of values, expected at most {most}: read the rest by another order", self.code())]
+    TooManyValues {
+        /// How many rows it has.
+        received: usize,
+        /// How many there is room for.
+        most: usize,
     },
     /// 0x4B37: a selection of values with unknown bits, or none.
     #[doc(alias = "MC_ERROR_NUMCOLUMNS_INVALID")]
@@ -270,6 +280,7 @@ impl CamError {
             | Self::FourPoint
             | Self::NotAMotionFunction { .. }
             | Self::Increment { .. }
+            | Self::TooManyValues { .. }
             | Self::NoColumns { .. }
             | Self::Parameter { .. } => None,
         }
@@ -287,6 +298,7 @@ impl CamError {
                 0x42DB
             }
             Self::Law { error, .. } => error.code(),
+            Self::TooFewRows { received: 0, .. } | Self::TooManyValues { .. } => 0x4B36,
             Self::TooFewRows { .. } => 0x4A02,
             Self::StepSize { .. } => 0x4A04,
             Self::NotAscending { .. } => 0x4A06,

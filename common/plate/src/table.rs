@@ -89,7 +89,7 @@ impl PositionTable {
     /// four for splines.
     ///
     /// # Errors
-    /// 0x4A02 for too few rows, 0x4A06 if the master does not ascend, 0x4A08 for four-point
+    /// 0x4B36 without rows, 0x4A02 for too few, 0x4A06 if the master does not ascend, 0x4A08 for four-point
     /// interpolation, 0x4A1C for a number that is not finite, 0x4A20 for a spline without a
     /// solution.
     pub fn new(

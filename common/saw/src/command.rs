@@ -167,4 +167,7 @@ pub struct SyncLimits {
     /// Highest position, u.
     #[doc(alias = "PositionLimitMax")]
     pub max_position: Option<f64>,
+    /// How fast the master will be, u/s of the master, above 0, where it stands when it is planned and the slave does too:
+    /// everything is checked at that velocity then, and not at 0. Without a strategy.
+    pub master_velocity: Option<f64>,
 }

@@ -2,6 +2,8 @@
 
 use coaxle_clock::Seconds;
 
+use super::refusal::SawRefusal;
+
 use coaxle_curve::profile::{Kinematics, Limits};
 
 /// The two axes at the moment of coupling.
@@ -82,6 +84,38 @@ impl EncoderMaster {
 }
 
 impl CouplingMoment {
+    /// The moment as it is to be planned for: with a velocity that is given of a master that stands, beside a slave that does
+    /// too, in this direction. As long as the master stands, the slave has nothing to do: a profile over its position begins when
+    /// it goes.
+    ///
+    /// # Errors
+    /// [`SawRefusal::Limit`] for a velocity that is none.
+    pub(super) fn going(
+        &self,
+        master_velocity: Option<f64>,
+        direction: f64,
+    ) -> Result<Self, SawRefusal> {
+        let Some(received) = master_velocity else {
+            return Ok(*self);
+        };
+        if !(received > 0.0 && received.is_finite()) {
+            let field = "master-velocity";
+            return Err(SawRefusal::Limit { field, received });
+        }
+        let stands = |axis: &Kinematics| axis.velocity == 0.0 && axis.acceleration == 0.0;
+        if !(stands(&self.master) && stands(&self.slave)) || direction == 0.0 {
+            return Ok(*self);
+        }
+        let velocity = received.copysign(direction);
+        Ok(Self {
+            master: Kinematics {
+                velocity,
+                ..self.master
+            },
+            ..*self
+        })
+    }
+
     /// The master's acceleration as planning sees it.
     pub(super) fn master_acceleration(&self) -> f64 {
         let acceleration = self.master.acceleration;

@@ -32,10 +32,12 @@ impl GearInPos {
         if self.sync_mode.base == GearInSyncMode::TimeBased {
             return Err(SawRefusal::TimeBasedPosition);
         }
+        let ahead = self.master_sync_position - moment.master.position;
+        let moving = moment.going(self.limits.master_velocity, ahead)?;
         if let Some(strategy) = self.strategy {
             return self.plan_by(strategy, moment);
         }
-        let task = Task::new(&self.ratio, &self.sync_mode, &self.limits, moment)?;
+        let task = Task::new(&self.ratio, &self.sync_mode, &self.limits, &moving)?;
         task.check_master()?;
         let span = Span::new(&task, self)?;
         let (form, way) = span.best_way()?;

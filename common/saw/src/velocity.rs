@@ -25,7 +25,11 @@ impl GearInVelo {
     /// # Errors
     /// [`SawRefusal`].
     pub fn plan(&self, moment: &CouplingMoment) -> Result<SawPlan, SawRefusal> {
-        let task = Task::new(&self.ratio, &self.sync_mode, &self.limits, moment)?;
+        // A slave that stands beside its master is synchronous at once, but has to be as fast as that is going to be.
+        let moving = moment.going(self.limits.master_velocity, 1.0)?;
+        let task = |moment| Task::new(&self.ratio, &self.sync_mode, &self.limits, moment);
+        task(&moving)?;
+        let task = task(moment)?;
         task.check_master()?;
         match self.sync_mode.base {
             GearInSyncMode::PositionBased => over_master(&task),

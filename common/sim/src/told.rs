@@ -1,14 +1,12 @@
 //! Whether the velocity and the acceleration that leave an axis are those of the positions that leave it.
 
+use coaxle_axis::set_value_guard::PACE;
 use coaxle_curve::profile::{Kinematics, Limits};
 
 /// What a number of a calculated position may be rounded by, relative to the largest one on the way, and what rounding may add to
 /// a limit, relative: as of the set positions themselves.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 const RELATIVE: f64 = 1e-9;
-/// A master whose far time is slewed states the velocity that it has in its own time: the blocks of TS5066 take a beat of some cycles
-/// away over ninety, and the positions are by that share faster or slower.
-const SLEWED: f64 = 0.03;
 /// Where a target and what its limits have left of it follow each other, accelerations of two motions are compared, each beside its
 /// positions by what a cycle of the jerk makes.
 const MOTIONS: f64 = 2.0;
@@ -26,13 +24,17 @@ const WAY: f64 = 1.0;
 ///
 /// * The mean of two velocities is the way between the positions over `t`, to `j·t²`: the trapezoidal rule is off by
 ///   `j·t²/12` on a motion with that jerk, what half a cycle adds to a difference by `j·t²/4`, and a velocity may be beside that by
-///   `½·j·t²`, or by as much more as the next one may not make up for while the acceleration grows. A master that is slewed adds three percent of the velocity. What was told after skipped cycles, and in the cycle
-///   after that, could be all that the limits admit within those: of three positions that lie that far apart none says where in
-///   between the axis was accelerated. A cycle later that is made up for as fast as the acceleration admits.
+///   `½·j·t²`, or by as much more as the next one may not make up for while the acceleration grows. A master that is slewed adds its
+///   [pace](PACE) of the velocity. What was told after skipped cycles, and in the cycle after that, could be all that the limits admit
+///   within those: of three positions that lie that far apart none says where in between the axis was accelerated. A cycle later that
+///   is made up for as fast as the acceleration admits.
 /// * An acceleration is the second difference to twice `j` times the time from there to the middle of the three positions, which is
 ///   `t` for equal cycles.
 /// * Both keep their limits, and the velocity its own from cycle to cycle: it changes by `a·t` at most, and by what the first
 ///   point allows.
+///
+/// The pace is a fact of the master, which the guard of an axis assumes as well; of what the guard makes of its master nothing is
+/// assumed here.
 ///
 /// While the jerk is free, and where it is so high that it means nothing, `1½·a·t` and `2·a` take the place of what it allows.
 #[derive(Clone, Copy, Debug)]
@@ -153,7 +155,7 @@ impl ToldCheck {
             .abs()
             .max(set.velocity.abs())
             .max(last.velocity.abs());
-        let beside = by_jerk + SLEWED * fastest;
+        let beside = by_jerk + PACE * fastest;
         let found = |value: f64, limit: f64, more: f64| {
             let most = limit + more + RELATIVE * self.velocity + rounding;
             (value > most).then_some(WronglyTold {
@@ -192,7 +194,7 @@ impl ToldCheck {
                 limit,
             })
         };
-        let slewed = 2.0 * SLEWED * second.abs();
+        let slewed = 2.0 * PACE * second.abs();
         found((set.acceleration - second).abs(), beside + slewed, 0.0)
             .or_else(|| found(set.acceleration.abs(), self.acceleration, beside))
     }

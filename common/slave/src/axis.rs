@@ -63,6 +63,8 @@ pub struct SlaveAxis {
     /// `MC_Stop` is still executed: the axis stays in `Stopping`.
     stop_held: bool,
     set: Kinematics,
+    /// Its mean velocity in the newest cycle, u/s: a motion that has ended within that has not stood for a cycle yet.
+    mean_velocity: f64,
     motion: Motion,
     couplings: Couplings,
     /// What is added to the first master as the coupling sees it.
@@ -129,6 +131,7 @@ impl SlaveAxis {
             homed: false,
             stop_held: false,
             set: here,
+            mean_velocity: 0.0,
             motion: Motion::Own(Planned::rest(here.position, &guard)),
             couplings: Couplings::new(parameters.saw()?),
             phasing: Shift::NONE,
@@ -155,11 +158,13 @@ impl SlaveAxis {
         if !(elapsed.0 > 0.0 && elapsed.0.is_finite()) {
             return self.set;
         }
+        let (before, stood) = (self.set.position, self.stands());
         if let Err(error) = self.advance(elapsed) {
             self.fail(error);
             self.run_plan(elapsed);
         }
-        self.finish();
+        self.mean_velocity = (self.set.position - before) / elapsed.0;
+        self.finish(stood);
         self.move_drive(elapsed);
         self.wait_for_drive();
         self.set
@@ -411,10 +416,10 @@ impl SlaveAxis {
         }
     }
 
-    /// The state that another motion starts from.
+    /// The state that another motion starts from. The set values stay as they have left the axis.
     fn free(&self) -> Kinematics {
-        match self.motion {
-            Motion::Own(_) => self.set,
+        match &self.motion {
+            Motion::Own(planned) => planned.taken_over().unwrap_or(self.set),
             Motion::Coupled(_) => self.guard.taken_over(&self.last_stage.borne_out(&self.set)),
         }
     }
@@ -426,7 +431,13 @@ impl SlaveAxis {
             && !self.superimposed.is_under_way()
     }
 
-    fn is_at_rest(&self) -> bool {
-        self.set.velocity == 0.0 && self.set.acceleration == 0.0
+    /// Whether it has stood for a cycle: whoever sees nothing but positions would say so, too.
+    fn stands(&self) -> bool {
+        let Kinematics {
+            velocity,
+            acceleration,
+            ..
+        } = self.set;
+        [velocity, acceleration, self.mean_velocity] == [0.0; 3]
     }
 }

@@ -25,6 +25,8 @@ pub(super) enum Motion {
 pub(super) struct Planned {
     profile: Profile,
     since: Seconds,
+    /// What it has been planned from, before its first cycle: what a coupling left of the set values as they were stated.
+    taken_over: Option<Kinematics>,
 }
 
 impl Planned {
@@ -32,7 +34,21 @@ impl Planned {
         Self {
             profile,
             since: Seconds::ZERO,
+            taken_over: None,
         }
+    }
+
+    /// One that begins at this state.
+    pub(super) const fn from(self, start: Kinematics) -> Self {
+        Self {
+            taken_over: Some(start),
+            ..self
+        }
+    }
+
+    /// Where it begins; none after its first cycle.
+    pub(super) const fn taken_over(&self) -> Option<Kinematics> {
+        self.taken_over
     }
 
     /// Standing somewhere.
@@ -43,10 +59,11 @@ impl Planned {
     /// Keeping a velocity: an acceleration is led to zero within the jerk, and what the velocity changes
     /// meanwhile is made up for.
     pub(super) fn keep_velocity(from: &Kinematics, guard: &Guard) -> Self {
-        Self::new(to_velocity(from, from.velocity, guard.limits()))
+        Self::new(to_velocity(from, from.velocity, guard.limits())).from(*from)
     }
 
     pub(super) fn advance(&mut self, elapsed: Seconds) -> Kinematics {
+        self.taken_over = None;
         self.since = self.since + elapsed;
         self.profile.at(self.since)
     }

@@ -65,7 +65,8 @@ fn a_plate_is_what_a_cam_file_holds() {
         (SELECT.replace("\"law\":\"polynom5\",\"master\":180", "\"master\":180"), "point 2, law: received none"),
         (SELECT.replace("cyclic", "round"), "unknown variant `round`"),
         (SELECT.replace("\"course\"", "\"csv\":\"x\",\"course\""), "unknown field `csv`"),
-        (r#"{"cam-table-select":{"table":3,"plate":{}}}"#.to_owned(), "received neither point nor table"),
+        (r#"{"cam-table-select":{"table":3,"plate":{}}}"#.to_owned(), "0x4b35: received neither point nor table"),
+        (SELECT.replace("\"course\"", "\"table\":{\"rows\":[[0,0],[1,1]]},\"course\""), "0x4b35: received point and table"),
         (r#"{"cam-table-select":{"table":3}}"#.to_owned(), "missing field `plate`"),
         (r#"{"read-motion-function-values":{"table":1,"from":0,"to":1,"increment":1,"values":["snap"]}}"#.to_owned(), "received \"snap\""),
         (r#"{"cam-info":{"tabel":3}}"#.to_owned(), "unknown field `tabel`"),
@@ -103,6 +104,9 @@ fn what_makes_no_plate_comes_with_its_error_instead() {
     let huge = SELECT.replace("\"slave\":50", "\"slave\":1e16");
     let cargo = CommandOrder::from(cam(&huge)).cargo();
     assert!(matches!(cargo, OrderCargo::Wrong(error) if error.code() == 0x4A1C));
+    let empty = r#"{"cam-table-select":{"table":3,"plate":{"table":{"rows":[]}}}}"#;
+    let cargo = CommandOrder::from(cam(empty)).cargo();
+    assert!(matches!(cargo, OrderCargo::Wrong(error) if error.code() == 0x4B36));
 }
 
 const VIEW: SlaveView = SlaveView {
@@ -262,7 +266,7 @@ fn what_cannot_be_read_is_refused_with_its_code() {
         (r#"{"read-motion-function-values":{"table":3,"from":0,"to":9,"increment":1,"values":16}}"#.to_owned(), "0x4b37"),
         (
             format!(r#"{{"read-motion-function-values":{{"table":3,"from":0,"to":{MAX_VALUES_READ},"increment":1}}}}"#),
-            "0x4a1c",
+            "0x4b36",
         ),
         (r#"{"read-cam-table-characteristics":{"table":3,"master-velocity":0}}"#.to_owned(), "0x4a1c"),
         (r#"{"read-cam-table-master-position":{"table":3,"slave-position":1,"slave-scaling":0}}"#.to_owned(), "0x4a1c"),

@@ -23,9 +23,11 @@ const LARGEST_WAY: f64 = 1e6;
 /// How far a target may be beyond a wall, relative: the rounding of whoever calculates it.
 const WALL_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// A master that is brought to another time states what it does in its own: the blocks of TS5066 take a beat of up to three
-/// cycles away over ninety, and positions are by that share faster or slower, relative.
-pub(super) const PACE: f64 = 0.03;
+/// How much faster or slower the positions of a master are than the velocity that it states, relative. A master that is
+/// brought to another time states what it does in its own: the blocks of TS5066 take a beat of up to three cycles away over ninety.
+///
+/// That is a fact of the master and not of the guard: whoever judges what leaves a guard may use it too, and sees no less by it.
+pub const PACE: f64 = 0.03;
 
 /// An axis is quick that reaches its highest velocity within this number of cycles. Of 10 000 motions along all limits one did not
 /// pass to the bit with 4.

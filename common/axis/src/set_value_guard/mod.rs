@@ -63,6 +63,7 @@ mod tests;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{InvalidLimit, Kinematics, Limits};
 
+pub use self::envelope::PACE;
 pub use self::guarded::{DistancePolicy, GuardState, Guarded};
 
 use self::approach::{stopping, towards_position, towards_velocity};

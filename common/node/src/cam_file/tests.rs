@@ -144,7 +144,7 @@ fn points_may_be_in_a_csv_file_and_errors_name_its_lines() {
     let both = format!("{named}[table]\nrows = []\n");
     let message = written(&both, "").expect_err("refused").to_string();
     assert!(
-        message.contains("table: received points and a table"),
+        message.contains("table: 0x4b35: received points and a table"),
         "{message}"
     );
 }
@@ -194,8 +194,8 @@ fn errors_name_the_point_or_row_and_the_field() {
     let no_law = "[[point]]\nmaster = 0\nslave = 0\n[[point]]\nmaster = 1\nslave = 0";
     let both = "point = [{ master = 0, slave = 0 }]\n[table]\nrows = [[0, 0]]";
     for (text, expected) in [
-        ("", "point: received neither points nor a table"),
-        (both, "table: received points and a table"),
+        ("", "point: 0x4b35: received neither points nor a table"),
+        (both, "table: 0x4b35: received points and a table"),
         ("[table]", "table: received neither of rows and csv"),
         (
             "[table]\nrows = []\ncsv = 'x'",
@@ -256,6 +256,10 @@ fn errors_name_the_point_or_row_and_the_field() {
             "table.rows[1]: 0x4a04: row 1, master: received 1, expected 1.5",
         ),
         ("[table]\nrows = [[0, 0]]", "table: 0x4a02: received 1 rows"),
+        (
+            "[table]\nrows = []",
+            "table: 0x4b36: received 0 rows, expected at least 2",
+        ),
         (
             "[table]\nrows = [[0, 0], [1, 1]]\ninterpolation = 'four-point'",
             "table: 0x4a08: four-point interpolation is no longer supported",

@@ -106,13 +106,13 @@ impl CamText {
             (None, None, []) => Err(ConfigError::field(
                 file,
                 "point",
-                "received neither points nor a table, expected several [[point]], one [points] or one [table]",
+                "0x4b35: received neither points nor a table, expected several [[point]], one [points] or one [table]",
             )
             .into()),
             (Some(_), _, _) => Err(ConfigError::field(
                 file,
                 "table",
-                "received points and a table, expected either [[point]] or [table]",
+                "0x4b35: received points and a table, expected either [[point]] or [table]",
             )
             .into()),
             (None, Some(_), [_, ..]) => Err(ConfigError::field(

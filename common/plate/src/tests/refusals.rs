@@ -183,6 +183,11 @@ fn position_tables() {
         PositionTable::new(rows, interpolation, Course::Linear).unwrap_err()
     };
     assert_refused(
+        new(&[], Interpolation::Linear),
+        0x4B36,
+        "0x4b36: received 0 rows, expected at least 2",
+    );
+    assert_refused(
         new(&three[..1], Interpolation::Linear),
         0x4A02,
         "0x4a02: received 1 rows, expected at least 2",

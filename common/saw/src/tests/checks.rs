@@ -30,6 +30,7 @@ const fn case(check: Check, mask: SyncMask, speeds: (f64, f64), gear: f64, way: 
             jerk: None,
             min_position: None,
             max_position: None,
+            master_velocity: None,
         },
     }
 }

@@ -6,6 +6,7 @@ mod independent;
 mod properties;
 mod refusals;
 mod remedy;
+mod resting;
 mod steps;
 mod strategies;
 mod worked;

@@ -26,6 +26,7 @@ pub(super) fn limits() -> impl Strategy<Value = SyncLimits> {
         jerk: Some(j),
         min_position: Some(-low),
         max_position: Some(high),
+        master_velocity: None,
     })
 }
 

@@ -51,7 +51,7 @@ impl SlaveAxis {
             _ => self.jobs.number(command, origin),
         };
         self.carry_out(effect, job);
-        if let Some(transition) = transition.and_then(|arrow| self.with_drive(arrow)) {
+        if let Some(transition) = transition.and_then(|arrow| self.arrow_now(arrow)) {
             self.state.follow(transition);
         }
         match takes_over {
@@ -102,13 +102,17 @@ impl SlaveAxis {
         }
     }
 
-    /// The arrow that an axis takes by its drive: one that does not follow yet leaves it without power.
-    fn with_drive(&self, transition: Transition) -> Option<Transition> {
+    /// The arrow that an axis takes by its drive, one that does not follow yet leaves it without power, and by how long it has
+    /// stood: its power goes after a cycle of that.
+    fn arrow_now(&self, transition: Transition) -> Option<Transition> {
         let follows = self.drive.actual().state == DriveState::Following;
         match (self.status(), transition) {
             (AxisStatus::Disabled, Transition::PowerOn) if !follows => None,
             (AxisStatus::ErrorStop, Transition::Reset { powered: true }) if !follows => {
                 Some(Transition::Reset { powered: false })
+            }
+            (AxisStatus::Standstill, Transition::PowerOff) if !self.stands() => {
+                Some(Transition::Stop)
             }
             _ => Some(transition),
         }
@@ -120,7 +124,7 @@ impl SlaveAxis {
         let is_off = self.drive.actual().state == DriveState::Off;
         if before == AxisStatus::Disabled && on {
             self.switch_on();
-        } else if before == AxisStatus::Standstill && !on
+        } else if before == AxisStatus::Standstill && !on && self.stands()
             || before == AxisStatus::Disabled && !is_off
         {
             self.switch_off();
@@ -171,6 +175,7 @@ impl SlaveAxis {
 
     fn stand_at(&mut self, position: f64) {
         self.place(&Kinematics::at_rest(position));
+        self.mean_velocity = 0.0;
         self.set_anew = self.set_anew.wrapping_add(1);
         self.move_by(Motion::Own(Planned::rest(position, &self.guard)));
     }
@@ -178,8 +183,8 @@ impl SlaveAxis {
     pub(super) fn run(&mut self, profile: Profile) {
         // Whoever held the axis in `Stopping` did so for another motion.
         self.stop_held = false;
-        self.set = self.free();
-        self.move_by(Motion::Own(Planned::new(profile)));
+        let start = self.free();
+        self.move_by(Motion::Own(Planned::new(profile).from(start)));
     }
 
     /// From now on this coupling moves the axis, even where one of its kind did.
@@ -215,8 +220,7 @@ impl SlaveAxis {
 
     /// The axis is on its own, at the velocity that it has.
     fn keep_velocity(&mut self) {
-        self.set = self.free();
-        let keeps = Planned::keep_velocity(&self.set, &self.guard);
+        let keeps = Planned::keep_velocity(&self.free(), &self.guard);
         self.move_by(Motion::Own(keeps));
     }
 

@@ -218,11 +218,17 @@ impl SlaveAxis {
         self.jobs.set(failed);
     }
 
-    /// What follows from the motion having come to its end, and how far the command is.
-    pub(super) fn finish(&mut self) {
+    /// What follows from the motion having come to its end, and how far the command is. The power goes only after what has
+    /// left the axis says that it stands: the position is set to where the drive is then.
+    pub(super) fn finish(&mut self, stood: bool) {
         if self.own_motion_is_over() && self.status() != AxisStatus::ContinuousMotion {
             self.jobs.set(CommandState::Done);
-            if !(self.stop_held && self.powered) {
+            let is_held = if self.powered {
+                self.stop_held
+            } else {
+                !(stood && self.stands())
+            };
+            if !is_held {
                 self.finished();
             }
         }
@@ -234,8 +240,7 @@ impl SlaveAxis {
             powered: self.powered,
         };
         self.state.follow(finished);
-        let unpowered = !self.powered && self.is_at_rest();
-        if unpowered && self.drive.actual().state != DriveState::Off {
+        if !self.powered && self.drive.actual().state != DriveState::Off {
             self.switch_off();
         }
     }

@@ -25,7 +25,7 @@ impl SlaveAxis {
             self.check_state(command.name(), transition)?;
         }
         self.check_sync_positions(command)?;
-        let (effect, awaits) = self.effect_of(command)?;
+        let (effect, awaits) = self.effect_of(&self.placed_now(command)?)?;
         // What becomes of an axis that is released, its velocity says.
         let transition = match effect {
             Effect::Release => Some(self.released()),
@@ -127,10 +127,12 @@ impl SlaveAxis {
     }
 
     fn plan_reset(&self) -> Result<Effect, Refusal> {
-        if self.status() == AxisStatus::ErrorStop && !self.is_at_rest() {
-            return Err(Refusal::NotAtRest {
-                velocity: self.set.velocity,
-            });
+        if self.status() == AxisStatus::ErrorStop && !self.stands() {
+            let velocity = match self.set.velocity {
+                0.0 => self.mean_velocity,
+                velocity => velocity,
+            };
+            return Err(Refusal::NotAtRest { velocity });
         }
         Ok(Effect::Reset)
     }

@@ -68,6 +68,7 @@ impl SlaveAxis {
         self.powered = true;
         self.masters = masters;
         self.place(&self.startable(&set));
+        self.mean_velocity = set.velocity;
         self.set_anew = self.set_anew.wrapping_add(1);
         self.motion = Motion::Coupled(kind);
         self.state.follow(Transition::PowerOnCoupled);

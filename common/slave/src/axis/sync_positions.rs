@@ -1,6 +1,7 @@
 //! Commands to synchronise at positions that count from now: made positions of the axes here, once.
 
 use coaxle_axis::{Awaits, Modulo, NotPlanned, PlanInputs, Planned, TravelDirection};
+use coaxle_cam::{Activation, ActivationMode};
 use coaxle_curve::profile::Kinematics;
 use coaxle_gear::FlyingGearParameters;
 use coaxle_saw::{GearInPos, SawCommand};
@@ -61,8 +62,32 @@ impl SlaveAxis {
                     .check("slave-desync-position", own)?;
                 gear.slave_stop_position.check("slave-stop-position", own)
             }
-            _ => Ok(()),
+            _ => {
+                match activation_of(&mut { *command }).and_then(|activation| in_turn(activation)) {
+                    Some((position, _)) => position.check("activation.in-turn", master),
+                    None => Ok(()),
+                }
+            }
         }
+    }
+
+    /// The command with a position of its master where that counts from now: of an activation, where the master passes
+    /// a position within its turn the next time.
+    pub(super) fn placed_now(&self, command: &Command) -> Result<Command, Refusal> {
+        let mut command = *command;
+        if let Some(activation) = activation_of(&mut command)
+            && let Some((position, way)) = in_turn(activation)
+        {
+            let masters = self.seen_masters();
+            let master = masters.first().ok_or(Refusal::NoMaster)?;
+            let travel = Travel {
+                position: master.position,
+                ahead: way.unwrap_or_else(|| ahead_of(master, masters.travel(0))),
+                modulo: self.turns.master,
+            };
+            *activation = Activation::at(activation.mode, position.of(&travel, 0));
+        }
+        Ok(command)
     }
 
     /// The command to a flying saw that a command comes to now, the one that is tried first: of a command
@@ -132,6 +157,33 @@ impl SlaveAxis {
             },
         })
     }
+}
+
+/// When what a command changes of a cam takes effect.
+const fn activation_of(command: &mut Command) -> Option<&mut Activation> {
+    match command {
+        Command::CamIn(command) => Some(&mut command.activation),
+        Command::CamScaling(command) => Some(&mut command.activation),
+        Command::CamInV2(command) => Some(&mut command.activation),
+        Command::CamAdd(command) => Some(&mut command.activation),
+        Command::CamExchange(command) => Some(&mut command.activation),
+        Command::CamRemove(command) => Some(&mut command.activation),
+        Command::CamScalingV2(command) => Some(&mut command.activation),
+        _ => None,
+    }
+}
+
+/// The position within the turn of the master axis at which it is, and the way that the master has to go there, where the
+/// mode says so; none of an activation without. What does not go with one, the plates refuse.
+fn in_turn(activation: &Activation) -> Option<(SyncPosition, Option<TravelDirection>)> {
+    let way = match activation.mode {
+        ActivationMode::AtMasterAxisPos => None,
+        ActivationMode::AtMasterAxisPosPositiveDirection => Some(TravelDirection::Forward),
+        ActivationMode::AtMasterAxisPosNegativeDirection => Some(TravelDirection::Backward),
+        _ => return None,
+    };
+    let within = activation.in_turn.filter(|_| activation.position == 0.0)?;
+    Some((SyncPosition::InTurn(within), way))
 }
 
 /// Which way a master goes. Of one that is measured its increments say it; one at rest counts as going to

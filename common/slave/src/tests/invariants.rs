@@ -11,7 +11,7 @@ use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode, S
 
 /// What happens before a cycle.
 #[derive(Clone, Debug)]
-enum Event {
+pub(super) enum Event {
     Command(Command),
     /// A gear with the ratio of the present velocities.
     GearHere,
@@ -32,7 +32,7 @@ enum Event {
 }
 
 /// A number spread evenly over decades.
-fn decades(from: f64, to: f64) -> impl Strategy<Value = f64> {
+pub(super) fn decades(from: f64, to: f64) -> impl Strategy<Value = f64> {
     (from..to).prop_map(|exponent| libm::pow(10.0, exponent))
 }
 
@@ -73,7 +73,7 @@ fn dynamics(parameters: &SlaveParameters) -> impl Strategy<Value = Dynamics> + u
         })
 }
 
-fn commands(parameters: &SlaveParameters) -> impl Strategy<Value = Command> + use<> {
+pub(super) fn commands(parameters: &SlaveParameters) -> impl Strategy<Value = Command> + use<> {
     let most = parameters.velocity;
     let velocity = || proptest::option::of(most / 1_000.0..most);
     let dynamics = || dynamics(parameters);
@@ -140,7 +140,7 @@ fn gear_in_velo(parameters: &SlaveParameters) -> impl Strategy<Value = Event> + 
     })
 }
 
-fn gear_in_pos(parameters: &SlaveParameters) -> impl Strategy<Value = Event> + use<> {
+pub(super) fn gear_in_pos(parameters: &SlaveParameters) -> impl Strategy<Value = Event> + use<> {
     let ahead = (1.0..200.0, 0.1..1.5);
     let start = proptest::option::of(1.0..200.0);
     let strategy = proptest::option::of(prop::sample::select(SyncStrategy::ALL.as_slice()));
@@ -184,7 +184,7 @@ fn events(parameters: &SlaveParameters) -> impl Strategy<Value = (Event, u32)> +
 }
 
 /// A master with a drifting clock.
-struct Conveyor {
+pub(super) struct Conveyor {
     state: Kinematics,
     target: f64,
     push: f64,
@@ -192,7 +192,28 @@ struct Conveyor {
 }
 
 impl Conveyor {
-    fn step(&mut self, dt: f64) {
+    pub(super) fn at_rest() -> Self {
+        Self {
+            state: Kinematics::at_rest(0.0),
+            target: 0.0,
+            push: 1_000.0,
+            drift: 1.0,
+        }
+    }
+
+    pub(super) const fn state(&self) -> Kinematics {
+        self.state
+    }
+
+    pub(super) const fn head_for(&mut self, velocity: f64, push: f64) {
+        (self.target, self.push) = (velocity, push);
+    }
+
+    pub(super) fn jump(&mut self, by: f64) {
+        self.state.position += by;
+    }
+
+    pub(super) fn step(&mut self, dt: f64) {
         let dt = dt * self.drift;
         let missing = self.target - self.state.velocity;
         let change = missing.clamp(-self.push * dt, self.push * dt);
@@ -263,10 +284,8 @@ proptest! {
     ) {
         let mut axis = powered(&parameters);
         let mut master = Conveyor {
-            state: Kinematics::at_rest(0.0),
-            target: 0.0,
-            push: 1_000.0,
             drift: 1.0 + drift_ppm * 1e-6,
+            ..Conveyor::at_rest()
         };
         let dt = CYCLE.0 * f64::from(cycles_at_once);
         let mut differences = Differences::every(&axis, dt);
@@ -320,8 +339,8 @@ proptest! {
                     saw(&mut axis, Command::from(command), command.sync_mode.mask);
                 }
                 Event::Lost(count) => lost = count,
-                Event::Jump(by) => master.state.position += by,
-                Event::Head(velocity, push) => (master.target, master.push) = (velocity, push),
+                Event::Jump(by) => master.jump(by),
+                Event::Head(velocity, push) => master.head_for(velocity, push),
                 Event::Garbage => garbage = true,
             }
             if !matches!(axis.status(), AxisStatus::Homing | AxisStatus::Disabled) {

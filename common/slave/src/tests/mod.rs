@@ -1,5 +1,6 @@
 //! What a slave axis does, and what it never does.
 
+mod cam_in_turn;
 mod cam_limits;
 mod cam_select;
 mod cam_start_modes;
@@ -21,6 +22,7 @@ mod saw_rollback;
 mod saws;
 mod shared_cams;
 mod stops;
+mod stops_random;
 mod strategies;
 mod superimposed;
 mod sync_positions;

@@ -106,3 +106,100 @@ fn a_stop_that_is_held_does_not_hold_the_one_that_takes_over() {
     run(&mut axis, 2);
     assert_eq!(axis.status(), AxisStatus::Disabled);
 }
+
+/// The set positions of an axis, and how often they were set to where the drive is.
+fn traced(axis: &mut SlaveAxis, cycles: u32) -> std::vec::Vec<(AxisStatus, Kinematics, u32)> {
+    let mut cycle = |_| {
+        axis.update(None, CYCLE);
+        (axis.status(), axis.set(), axis.times_set_anew())
+    };
+    (0..cycles).map(&mut cycle).collect()
+}
+
+#[test]
+fn the_power_goes_after_a_cycle_at_rest() {
+    let mut axis = powered(&PARAMETERS);
+    start(&mut axis, &move_velocity(500.0));
+    let mut trace = traced(&mut axis, 500);
+    axis.command(&Command::Power(false)).unwrap();
+    trace.extend(traced(&mut axis, 300));
+    let off = trace
+        .iter()
+        .position(|(status, ..)| *status == AxisStatus::Disabled)
+        .expect("it stops");
+    let [.., (_, older, _), (_, last, before), (_, now, after)] = trace[..=off] else {
+        panic!("{off}");
+    };
+    assert_eq!(last, Kinematics::at_rest(older.position));
+    assert_eq!((now.velocity, now.acceleration), (0.0, 0.0));
+    assert_eq!(after, before + 1, "the step to where the drive is");
+    assert_eq!(now.position, axis.actual_position());
+    assert_eq!(trace.last(), Some(&(AxisStatus::Disabled, now, after)));
+}
+
+#[test]
+fn power_taken_away_as_a_motion_ends_goes_after_a_cycle_at_rest_too() {
+    let mut axis = powered(&PARAMETERS);
+    start(&mut axis, &move_absolute(10.0));
+    while axis.status() != AxisStatus::Standstill {
+        run(&mut axis, 1);
+    }
+    let (last, before) = (axis.set(), axis.times_set_anew());
+    axis.command(&Command::Power(false)).unwrap();
+    assert_eq!(axis.status(), AxisStatus::Stopping);
+    let trace = traced(&mut axis, 3);
+    assert_eq!(trace[0], (AxisStatus::Stopping, last, before));
+    assert_eq!((trace[2].0, trace[2].2), (AxisStatus::Disabled, before + 1));
+}
+
+#[test]
+fn a_reset_waits_until_the_axis_has_stood_for_a_cycle() {
+    let mut axis = powered(&PARAMETERS);
+    let mut master = Master::at(0.0, 300.0);
+    master.lead(&mut axis, 1);
+    start(&mut axis, &Command::GearIn(GearIn::of(1.0)));
+    master.lead(&mut axis, 300);
+    axis.update(None, CYCLE);
+    assert_eq!(axis.status(), AxisStatus::ErrorStop);
+    let mut before = axis.set();
+    loop {
+        run(&mut axis, 1);
+        let stands = axis.set() == Kinematics::at_rest(before.position);
+        match axis.command(&Command::Reset {}) {
+            Ok(_) => break assert!(stands),
+            Err(Refusal::NotAtRest { velocity }) => assert!(!stands && velocity > 0.0),
+            Err(refusal) => panic!("{refusal}"),
+        }
+        before = axis.set();
+    }
+    assert_eq!(axis.status(), AxisStatus::Standstill);
+}
+
+/// A gear that the axis cannot follow has it accelerate to its highest velocity; the drive fails meanwhile. What the stop is
+/// planned from has less acceleration, which would go beyond that velocity; what is stated has not.
+#[test]
+fn an_error_stop_goes_on_from_what_was_stated() {
+    let parameters = SlaveParameters {
+        deceleration: Some(28_161.352_748_847_23),
+        ..SlaveParameters::new(
+            9.759_458_247_201_72,
+            37_393.427_883_364_97,
+            14_753.620_576_664_2,
+        )
+    };
+    let drive = drive(0.002_314_739_848_554_424_8);
+    let mut axis = SlaveAxis::new(&parameters, drive, cycle_time()).expect("in range");
+    start(&mut axis, &Command::Power(true));
+    let mut master = Master::at(0.0, 0.0);
+    master.lead(&mut axis, 1);
+    start(
+        &mut axis,
+        &Command::GearIn(GearIn::of(-1.737_355_570_283_625_2)),
+    );
+    let mut differences = Differences::of(&axis);
+    for _ in 0..200 {
+        master.accelerate(&mut axis, -1_000.0, 1e6);
+        differences.keep(&axis, &parameters);
+    }
+    assert!(matches!(axis.error(), Some(crate::SlaveError::Drive(_))));
+}

@@ -190,17 +190,14 @@ fn values(
     selected: SelectedValues,
 ) -> Result<CamFigures, CamError> {
     let table = plate.values(from, to, increment, selected.0)?;
-    let rows: Vec<Vec<f64>> = table
-        .take(MAX_VALUES_READ + 1)
-        .map(|row| row.to_vec())
-        .collect();
-    if rows.len() > MAX_VALUES_READ {
-        return Err(CamError::Parameter {
-            name: "increment",
-            received: increment,
-            expected: "one that gives at most 4096 rows: read the rest by another order",
+    let (received, _) = table.size_hint();
+    if received > MAX_VALUES_READ {
+        return Err(CamError::TooManyValues {
+            received,
+            most: MAX_VALUES_READ,
         });
     }
+    let rows: Vec<Vec<f64>> = table.map(|row| row.to_vec()).collect();
     let columns = ["master"].into_iter().chain(selected.names());
     Ok(CamFigures::Values {
         columns: columns.map(str::to_owned).collect(),

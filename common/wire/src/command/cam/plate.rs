@@ -112,8 +112,8 @@ impl TryFrom<PlateOnWire> for PlateOrder {
                     )
                 })?)
             }
-            (None, []) => return Err("received neither point nor table, expected one of them".into()),
-            (Some(_), [_, ..]) => return Err("received point and table, expected one of them".into()),
+            (None, []) => return Err("0x4b35: received neither point nor table, expected one of them".into()),
+            (Some(_), [_, ..]) => return Err("0x4b35: received point and table, expected one of them".into()),
         };
         let course = plate.course;
         Ok(Self::new(PlateSource { course, rows }, plate.table_id))
