@@ -143,6 +143,8 @@ named! {
         DriveTripped = "drive-tripped",
         /// A slave is in error stop.
         SlaveFailed = "slave-failed",
+        /// An axis follows itself over other nodes.
+        Circle = "circle",
         /// What its config has a slave do was refused.
         CommandRefused = "command-refused",
         /// A slave's program waits for what cannot come, or has waited for too long.

@@ -5,6 +5,7 @@ use coaxle_clock::cycle::Tick;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
 use coaxle_node::beacon::{BEACON_CAPACITY, encode_beacon_request};
+use coaxle_node::circles::CircleChange;
 use coaxle_node::command::{FarName, MAX_KNOWN, NotTaken, OrderCargo, SlaveName};
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
 use coaxle_node::frame::{body_capacity, encode_body, sender_id};
@@ -372,6 +373,10 @@ impl Node for Receiver {
         self.next_asked = 0;
         self.show(now);
         self.tick
+    }
+
+    fn set_circle(&mut self, change: CircleChange) {
+        self.pipeline.set_circle(change);
     }
 
     fn set_subscribed(&mut self, channel: Channel, is_subscribed: bool) {

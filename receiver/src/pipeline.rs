@@ -5,8 +5,9 @@ use coaxle_clock::cycle::Tick;
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{Instant, Local, Seconds};
+use coaxle_node::circles::{CircleChange, CircleState};
 use coaxle_node::command::{CamOrder, FarOrder, OrderCargo, SlaveOrder};
-use coaxle_node::{Arrival, BeaconResponse, CommandOutcome, Frame, Rejection};
+use coaxle_node::{Arrival, BeaconResponse, Channel, CommandOutcome, Frame, Rejection};
 use coaxle_slave::{Command, Refusal};
 
 use crate::arrivals::ArrivalLog;
@@ -31,6 +32,8 @@ pub(crate) struct Pipeline {
     virtual_axes: VirtualAxes,
     slaves: Slaves,
     far_axes: PublishedFarAxes,
+    /// Whether each far axis that it publishes is in a circle over nodes.
+    far_axes_in_circles: Box<[bool]>,
     arrivals: ArrivalLog,
 }
 
@@ -63,6 +66,7 @@ impl Pipeline {
             virtual_axes,
             slaves,
             far_axes: PublishedFarAxes::new(config),
+            far_axes_in_circles: config.published_far_axes().iter().map(|_| false).collect(),
             arrivals: ArrivalLog::new(heard.len()),
             heard,
         })
@@ -187,7 +191,22 @@ impl Pipeline {
         self.far[far].execute(order)
     }
 
-    /// A slave's fault comes before all else, for it does not go away; then the worst of the far nodes, then a slave that is
+    /// Takes the circle over nodes that an axis is in.
+    pub(crate) fn set_circle(&mut self, CircleChange { channel, id, state }: CircleChange) {
+        match channel {
+            Channel::Slaves => self.slaves.set_circle(id, state),
+            // Their ids are their places, from 1.
+            Channel::FarAxes => {
+                let place = (id as usize).wrapping_sub(1);
+                if let Some(is_in_circle) = self.far_axes_in_circles.get_mut(place) {
+                    *is_in_circle = state != CircleState::None;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A slave's fault comes before all else, for it does not go away; then a circle over nodes, then the worst of the far nodes, then a slave that is
     /// behind: often for what is wrong there.
     fn health(&self, shown: &ReceiverSnapshot) -> Health {
         let worst = || {
@@ -196,7 +215,15 @@ impl Pipeline {
                 .copied()
                 .max_by_key(Health::severity)
         };
-        match self.slaves.fault().or_else(worst).unwrap_or(Health::Ok) {
+        let is_in_circle = self.far_axes_in_circles.contains(&true);
+        let circle = || is_in_circle.then_some(Health::Circle);
+        match self
+            .slaves
+            .fault()
+            .or_else(circle)
+            .or_else(worst)
+            .unwrap_or(Health::Ok)
+        {
             Health::Ok => self.slaves.behind().unwrap_or(Health::Ok),
             worse => worse,
         }

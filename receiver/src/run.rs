@@ -1,5 +1,7 @@
 //! The receiver in the real world: what `coaxle-receiver` and `coaxle receiver` do.
 
+#[cfg(test)]
+mod circle_tests;
 mod drives;
 mod fault;
 mod journal;

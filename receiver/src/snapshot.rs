@@ -281,6 +281,8 @@ pub enum Health {
         /// Its place in the config.
         slave: usize,
     },
+    /// An axis of the node follows itself over other nodes, or would if all between were coupled: 0x816f.
+    Circle,
     /// What its config has a slave do was refused.
     CommandRefused {
         /// Its place in the config.
@@ -316,6 +318,7 @@ impl Health {
             Self::PaceOutOfRange => HealthName::PaceOutOfRange,
             Self::DriveTripped => HealthName::DriveTripped,
             Self::SlaveFailed { .. } => HealthName::SlaveFailed,
+            Self::Circle => HealthName::Circle,
             Self::CommandRefused { .. } => HealthName::CommandRefused,
             Self::ProgramBlocked { .. } => HealthName::ProgramBlocked,
             Self::SlaveBehind { .. } => HealthName::SlaveBehind,
@@ -338,6 +341,7 @@ impl Health {
             Self::SlaveBehind { .. }
             | Self::ProgramBlocked { .. }
             | Self::CommandRefused { .. }
+            | Self::Circle
             | Self::SlaveFailed { .. }
             | Self::DriveTripped => 10,
         }

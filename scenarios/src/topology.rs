@@ -1,9 +1,10 @@
 //! Who follows whom: every axis that leads slaves, resolved to the node that its motion comes from in the
 //! end: a sender, or a receiver with a virtual axis.
 
+use coaxle_node::circles::{CIRCLE_CODE, circles};
 use coaxle_node::config::{ConfigError, did_you_mean};
 use coaxle_node::keys::NodeName;
-use coaxle_receiver::config::{FarAxisConfig, FarChannel, GearConfig, MasterRef};
+use coaxle_receiver::config::{FarAxisConfig, FarChannel, FarConfig, GearConfig, MasterRef};
 use coaxle_receiver::{ReceiverConfig, SignalRow};
 
 use crate::scenario::Scenario;
@@ -107,6 +108,7 @@ impl Topology {
                 });
             }
         }
+        check_circles(&scenario.receivers)?;
         let mut topology = Self {
             names,
             views: Vec::new(),
@@ -206,7 +208,6 @@ impl Topology {
                         let ids = (0..followed.slaves.len()).map(|n| followed.slave_id(n));
                         return Err(wrong("axes", not_among(*id, node_name, ids)));
                     };
-                    check_depth(scenario, &gears, node_name).map_err(|r| wrong("node", r))?;
                     gears.push(followed.gear_to(slave));
                     first_source.get_or_insert(node);
                     match followed.root_of(slave) {
@@ -229,7 +230,6 @@ impl Topology {
                         let ids = 1..=published.len() as u32;
                         return Err(wrong("axes", not_among(*id, node_name, ids)));
                     };
-                    check_depth(scenario, &gears, node_name).map_err(|r| wrong("node", r))?;
                     gears.push(Some(GearConfig::default()));
                     first_source.get_or_insert(node);
                     (at, axis) = (before, *followed);
@@ -301,18 +301,34 @@ fn virtual_root(
     }
 }
 
-/// No way to a sender is longer than there are receivers.
-fn check_depth(
-    scenario: &Scenario,
-    gears: &[Option<GearConfig>],
-    node: &NodeName,
-) -> Result<(), String> {
-    if gears.len() <= scenario.receivers.len() {
+/// Nodes that follow each other: a scenario knows all of them, so that none of a circle has to find it.
+fn check_circles(receivers: &[ReceiverConfig]) -> Result<(), WrongField> {
+    let followers: Vec<_> = receivers
+        .iter()
+        .flat_map(ReceiverConfig::followers)
+        .collect();
+    let circles = circles(&followers);
+    let Some(circle) = circles.first() else {
         return Ok(());
-    }
-    Err(format!(
-        "{node} follows itself in the end, expected a sender at the root"
-    ))
+    };
+    // The last one follows the first one again.
+    let (first, next) = match circle.axes() {
+        [] => return Ok(()),
+        [only] => (only, only),
+        [first, next, ..] => (first, next),
+    };
+    let receiver = receivers
+        .iter()
+        .position(|config| config.name == first.node);
+    let receiver = receiver.unwrap_or_default();
+    let leads = |far: &FarConfig| far.node == next.node || far.standby.contains(&next.node);
+    let far = receivers[receiver].far.iter().position(leads);
+    Err(WrongField {
+        field: format!("receiver[{receiver}].far[{}].node", far.unwrap_or_default()),
+        reason: format!(
+            "{CIRCLE_CODE:#06x}: received a circle: {circle}; expected a sender's axis or a virtual axis at the root"
+        ),
+    })
 }
 
 /// An axis that a node does not have, told with those it has.
@@ -365,3 +381,6 @@ impl View {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -8,9 +8,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::Node;
+use coaxle_node::circles::CircleChange;
 use coaxle_node::config::ClockConfig;
 use coaxle_node::faults::{CycleJitter, DeviatedClock, WrongTerm, seed_of};
-use rtrb::Producer;
+use rtrb::{Consumer, Producer};
 
 use crate::commands::OrderQueue;
 use crate::counters::{Counters, count};
@@ -37,6 +38,8 @@ pub(crate) struct Cycle<N: Node> {
     pub(crate) arrivals: Producer<ArrivalRecord>,
     /// Where its inputs go, if anybody wants them.
     pub(crate) inputs: Option<InputTap>,
+    /// What is found of circles over nodes.
+    pub(crate) circles: Consumer<CircleChange>,
     pub(crate) counters: Arc<Counters>,
 }
 
@@ -107,6 +110,7 @@ impl<N: Node> Cycle<N> {
             records,
             arrivals,
             inputs,
+            circles,
             counters,
         } = self;
         let clock = &mut clock.deviated;
@@ -119,6 +123,9 @@ impl<N: Node> Cycle<N> {
                 }
                 node.receive(at, subscription, message);
             });
+        }
+        while let Ok(change) = circles.pop() {
+            node.set_circle(change);
         }
         orders.execute_all(woke, |order, cargo| {
             if let Some(inputs) = inputs {
@@ -244,6 +251,7 @@ mod tests {
             records,
             arrivals,
             inputs: None,
+            circles: RingBuffer::new(1).1,
             counters: Arc::clone(&counters),
         };
         Bench {

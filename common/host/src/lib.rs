@@ -17,6 +17,7 @@
 //! `examples/drive_reader.rs` is such a process: `cargo run -p coaxle-host --example drive_reader`.
 
 mod arrivals;
+mod circles;
 pub mod cli;
 mod commander;
 mod commands;

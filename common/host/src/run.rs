@@ -12,6 +12,7 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use rtrb::RingBuffer;
 
+use crate::circles::CircleSearch;
 use crate::commands::commands;
 use crate::counters::{Counters, read};
 use crate::credentials::{Credentials, RENEW_WITHIN, TIMING_KEY_FILE, date, timing_secret};
@@ -204,6 +205,7 @@ where
     let (inputs, told) = setup.recorder.wants_inputs().then(inputs).unzip();
     telemetry.attach(told);
     let (mut orders, server, mut requests) = commands(&setup.name);
+    let circle_names = server.circles();
     let server = start_server(server, &panic_watch)?;
     orders.attach(server.thread().clone());
     requests.attach(server.thread().clone());
@@ -237,6 +239,12 @@ where
         session.watch_neighbours(&setup.name)?;
     }
     let session = Arc::new(session);
+    let (circle_search, circles) = CircleSearch::open(
+        &setup.name,
+        &setup.wiring.subscriptions,
+        circle_names,
+        &**session.transport(),
+    )?;
 
     let (beacon_sender, beacon_receiver) = timing.map(TimingChannel::ends).unzip();
     let beacons = beacon_receiver
@@ -258,6 +266,7 @@ where
         Arc::clone(&session),
         Arc::clone(&counters),
         Arc::clone(&granted),
+        circle_search,
         machine::now(),
     );
     let telemetry_thread = start_telemetry(telemetry, setup.recorder, reporter, &panic_watch)?;
@@ -271,6 +280,7 @@ where
         records,
         arrivals,
         inputs,
+        circles,
         counters: counted,
     };
     let wishes = Wishes {

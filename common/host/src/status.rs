@@ -7,6 +7,7 @@ use coaxle_clock::{Instant, Span};
 use coaxle_node::keys::NodeName;
 use serde_json::{Map, Value, json};
 
+use crate::circles::CircleSearch;
 use crate::counters::{Counters, read};
 use crate::health::{Evidence, Health, judge};
 use crate::hearing::Hearing;
@@ -49,6 +50,7 @@ pub(crate) struct Reporter {
     searches: Vec<Search>,
     inquiry: Inquiry,
     hearing: Hearing,
+    circles: CircleSearch,
     /// Why nobody hears the axes of this node, although somebody subscribes to them.
     unheard: Search,
 }
@@ -59,6 +61,7 @@ impl Reporter {
         session: Arc<Session>,
         counters: Arc<Counters>,
         granted: Arc<real_time::Outcome>,
+        circles: CircleSearch,
         started: Instant<Machine>,
     ) -> Self {
         Self {
@@ -75,12 +78,18 @@ impl Reporter {
             log: HealthLog::new(started),
             inquiry: Inquiry::default(),
             hearing: Hearing::default(),
+            circles,
             unheard: Search::default(),
         }
     }
 
     /// Publishes the status at `now`, with what the recorder adds to it, and gives it back: JSON.
-    pub(crate) fn report(&mut self, now: Instant<Machine>, details: Map<String, Value>) -> String {
+    pub(crate) fn report(
+        &mut self,
+        now: Instant<Machine>,
+        mut details: Map<String, Value>,
+    ) -> String {
+        self.look_for_circles(now, &mut details);
         self.look_for_missing(now);
         self.say_who_is_heard(now);
         self.look_for_hearers(now);
@@ -156,6 +165,17 @@ impl Reporter {
             self.hearing
                 .say(source, is_heard, &self.identity.name, transport);
         }
+    }
+
+    fn look_for_circles(&mut self, now: Instant<Machine>, details: &mut Map<String, Value>) {
+        let (sources, contacts) = (&self.identity.sources, self.session.contacts());
+        self.circles.look(now, details, |node| {
+            let mut of_node = sources
+                .iter()
+                .zip(contacts)
+                .filter(|((of, _), _)| of == node);
+            of_node.any(|(_, contact)| judge(evidence_of(contact, now)) == Health::Ok)
+        });
     }
 
     /// Elsewhere than in a secure network everything passes, and who only listens need not say so.

@@ -23,6 +23,7 @@ use coaxle_wire::command::{CommandOrder, CommandOutcome, OrderCargo};
 pub use coaxle_wire::{Channel, Message, Outgoing};
 
 use crate::arrival::Arrival;
+use crate::circles::CircleChange;
 
 /// A node: one PLC scan per cycle of its own clock, no I/O.
 pub trait Node {
@@ -56,6 +57,11 @@ pub trait Node {
     /// does. What nobody takes need not be encoded.
     fn set_subscribed(&mut self, channel: Channel, is_subscribed: bool) {
         let _ = (channel, is_subscribed);
+    }
+
+    /// Reports the circle that one of the axes it publishes is in, over other nodes. Until it is reported there is none.
+    fn set_circle(&mut self, change: CircleChange) {
+        let _ = change;
     }
 
     /// The next thing to send after a cycle, until there is nothing left.

@@ -22,6 +22,7 @@ use coaxle_axis::{
 use coaxle_curve::profile::Kinematics;
 use coaxle_saw::{CouplingMoment, SawPlan};
 
+use super::circle::CircleState;
 use super::couplings::{Couplings, Kind};
 use super::error::SlaveError;
 use super::job::{EndedJob, JobError, JobState, Jobs};
@@ -81,6 +82,8 @@ pub struct SlaveAxis {
     /// The [`Tables::selections`](coaxle_cam::Tables::selections) that its flying saw knows of.
     selections: Option<u32>,
     error: Option<SlaveError>,
+    /// The circle that it and its masters form.
+    circle: CircleState,
     /// How often the set position was set anew.
     set_anew: u32,
     /// Counts whatever happens to the axis, so that no change is applied that was planned before.
@@ -142,6 +145,7 @@ impl SlaveAxis {
             axis_id: 0,
             selections: None,
             error: None,
+            circle: CircleState::None,
             set_anew: 0,
             revision: 0,
         })
@@ -168,6 +172,27 @@ impl SlaveAxis {
         self.move_drive(elapsed);
         self.wait_for_drive();
         self.set
+    }
+
+    /// Reports the circle that the axis and its masters form over other nodes. One that is known refuses couplings; one
+    /// that is closed brings a coupled axis to an error stop.
+    pub const fn set_circle(&mut self, circle: CircleState) {
+        self.circle = circle;
+        self.revision = self.revision.wrapping_add(1);
+    }
+
+    /// The circle that the axis and its masters form, as it was reported last.
+    #[must_use]
+    pub const fn circle(&self) -> CircleState {
+        self.circle
+    }
+
+    /// Refuses what would couple an axis to a master that follows it.
+    fn check_circle(&self, command: &'static str) -> Result<(), Refusal> {
+        match self.circle {
+            CircleState::None => Ok(()),
+            CircleState::Open | CircleState::Closed => Err(Refusal::FollowsItself { command }),
+        }
     }
 
     /// Keeps an axis that `MC_Stop` has stopped in `Stopping` for as long as that is executed.

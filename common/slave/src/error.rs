@@ -3,6 +3,7 @@
 use coaxle_axis::drive::DriveFault;
 use coaxle_axis::guard::GuardFault;
 
+use super::circle::CIRCLE_CODE;
 use super::couplings::CouplingFault;
 
 /// Why a slave axis is in error stop.
@@ -14,6 +15,9 @@ pub enum SlaveError {
     /// The axis was coupled and its master was lost or in error.
     #[error("{:#06x}: the master of the coupled axis was lost or in error", self.code())]
     MasterLost,
+    /// The coupled axis follows itself over other nodes.
+    #[error("{:#06x}: the coupled axis follows itself over other nodes: the circle was closed while it was coupled", self.code())]
+    FollowsItself,
     /// The set values would have left the limits of the axis.
     #[error(transparent)]
     Guard(GuardFault),
@@ -29,6 +33,7 @@ impl SlaveError {
         match self {
             Self::Drive(fault) => fault.code(),
             Self::MasterLost => 0x42a0,
+            Self::FollowsItself => CIRCLE_CODE,
             Self::Guard(fault) => fault.code(),
             Self::Coupling(fault) => fault.code(),
         }

@@ -5,6 +5,7 @@ use core::fmt;
 use coaxle_axis::guard::GuardRefusal;
 use coaxle_axis::{AxisStatus, CouplingPhase, NotPlanned, Transition};
 
+use super::circle::CIRCLE_CODE;
 use super::couplings::CouplingRefusal;
 use super::sync_position::WrongSyncPosition;
 
@@ -45,6 +46,15 @@ pub enum Refusal {
     /// There is no master to couple to, or it is in error.
     #[error("{:#06x}: no master to couple to", self.code())]
     NoMaster,
+    /// The axis would follow itself over other nodes.
+    #[error(
+        "{:#06x}: {command}: the axis would follow itself over other nodes, expected a master that does not follow it",
+        self.code()
+    )]
+    FollowsItself {
+        /// The command, by its PLC name.
+        command: &'static str,
+    },
     /// The coupling, or the change to it, is not possible.
     #[error("{0}")]
     Coupling(CouplingRefusal),
@@ -122,6 +132,7 @@ impl Refusal {
             Self::NotAtRest { .. } => 0x425a,
             Self::Guard(refusal) => refusal.code(),
             Self::NoMaster | Self::DriveElsewhere { .. } | Self::CutNotInSync { .. } => 0x4b09,
+            Self::FollowsItself { .. } => CIRCLE_CODE,
             Self::Coupling(refusal) => refusal.code(),
             Self::NotGiven { .. } => 0x4b06,
             Self::SyncPosition(wrong) => wrong.code(),

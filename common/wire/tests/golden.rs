@@ -303,6 +303,9 @@ fn refusals() -> Vec<Refusal> {
         }
         .into(),
         Refusal::NoMaster,
+        Refusal::FollowsItself {
+            command: "MC_GearIn",
+        },
         coupling(RatioZero {
             ratio: 0.0,
             offset: 0.0,
@@ -352,6 +355,7 @@ fn faults() {
         }
         .into(),
         SlaveError::MasterLost,
+        SlaveError::FollowsItself,
         GuardFault::SoftwareLimit {
             reached: 1200.0,
             limit: 1000.0,

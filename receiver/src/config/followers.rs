@@ -13,11 +13,13 @@ impl ReceiverConfig {
         let slaves = (0..self.slaves.len()).map(|n| Follower {
             axis: self.published(Channel::Slaves, self.slave_id(n)),
             masters: self.far_masters_of_slave(n),
+            is_coupled: true,
         });
         let far_axes = self.published_far_axes().into_iter().zip(1..);
         let far_axes = far_axes.map(|(axis, id)| Follower {
             axis: self.published(Channel::FarAxes, id),
             masters: self.addresses_of(axis),
+            is_coupled: true,
         });
         slaves.chain(far_axes).collect()
     }

@@ -5,7 +5,7 @@ use std::fmt;
 use coaxle_axis::drive::DriveFault;
 use coaxle_clock::CycleTime;
 use coaxle_clock::time_sync::{SyncError, SyncWarning};
-use coaxle_slave::SlaveError;
+use coaxle_slave::{CIRCLE_CODE, SlaveError};
 use serde::Serialize;
 
 use crate::far::LARGEST_PPM;
@@ -27,6 +27,7 @@ impl Fault {
         match snapshot.health {
             Health::DriveTripped => Self::tripped(snapshot),
             Health::SlaveFailed { slave } => Self::of_slave(&snapshot.faults[slave]),
+            Health::Circle => Some(Self::circle()),
             Health::CommandRefused { slave } => Self::of_refusal(&snapshot.faults[slave]),
             Health::ProgramBlocked { slave } => Self::of_program(&snapshot.faults[slave]),
             worst => {
@@ -54,6 +55,13 @@ impl Fault {
         let code = snapshot.signals.far[far].warning;
         let warning = SyncWarning::DriftChangedSignificantly;
         (warning.code() == code).then(|| warning.into())
+    }
+
+    /// Whose axes are in the circle, the host finds: it adds that to the status.
+    fn circle() -> Self {
+        let text = "an axis of this node follows itself over other nodes, or would if each axis between were coupled: \
+                    the status names the circle";
+        Self::new(CIRCLE_CODE, text)
     }
 
     fn tripped(snapshot: &ReceiverSnapshot) -> Option<Self> {

@@ -239,6 +239,7 @@ const fn is_of_a_slave(health: Health) -> bool {
         health,
         Health::DriveTripped
             | Health::SlaveFailed { .. }
+            | Health::Circle
             | Health::CommandRefused { .. }
             | Health::ProgramBlocked { .. }
             | Health::SlaveBehind { .. }

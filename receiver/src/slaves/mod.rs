@@ -13,6 +13,7 @@ use coaxle_cam::Tables;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::CommandOutcome;
+use coaxle_node::circles::CircleState;
 use coaxle_node::command::{CamCommand, CamOrder, OrderCargo, SlaveOrder};
 use coaxle_slave::{Command, Refusal, SlaveError};
 
@@ -165,14 +166,26 @@ impl Slaves {
         }
     }
 
-    /// What keeps a slave from its work: an error of any before what was refused, and that before what waits in vain.
+    /// Takes the circle over nodes that the slave with this id is in.
+    pub(crate) fn set_circle(&mut self, id: u32, circle: CircleState) {
+        let slave = self.slaves.iter_mut().find(|slave| slave.id() == id);
+        if let Some(slave) = slave {
+            slave.axis.set_circle(circle);
+        }
+    }
+
+    /// What keeps a slave from its work: an error of any before a circle, that before what was refused, and that before what
+    /// waits in vain.
     pub(crate) fn fault(&self) -> Option<Health> {
-        let (mut refused, mut blocked) = (None, None);
+        let (mut circle, mut refused, mut blocked) = (None, None, None);
         for (n, slave) in self.slaves.iter().enumerate() {
             match slave.error() {
                 Some(SlaveError::Drive(_)) => return Some(Health::DriveTripped),
                 Some(_) => return Some(Health::SlaveFailed { slave: n }),
                 None => {}
+            }
+            if slave.axis.circle() != CircleState::None {
+                circle = Some(Health::Circle);
             }
             if slave.is_refused() {
                 refused = refused.or(Some(Health::CommandRefused { slave: n }));
@@ -181,7 +194,7 @@ impl Slaves {
                 blocked = blocked.or(Some(Health::ProgramBlocked { slave: n }));
             }
         }
-        refused.or(blocked)
+        circle.or(refused).or(blocked)
     }
 
     /// A slave that its limits have left away from where its coupling has it.

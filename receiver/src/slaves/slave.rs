@@ -206,6 +206,11 @@ impl Slave {
         !self.start_refused
     }
 
+    /// Its axis id.
+    pub(super) const fn id(&self) -> u32 {
+        self.id
+    }
+
     pub(super) const fn sources(&self) -> &[MasterRef] {
         &self.sources
     }

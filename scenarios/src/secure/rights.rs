@@ -1,5 +1,6 @@
 //! Who may do what at whom. What no right allows is denied.
 
+use coaxle_node::Channel;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription};
 use serde::Serialize;
@@ -90,6 +91,12 @@ fn hearing(speaker: &Member, hearer: &Member, of: &NodeName, flow: Flow) -> Vec<
             let key = heard.node.alive_key();
             rights.push(right(of, flow, ANNOUNCE, &key));
             rights.push(right(of, back, WATCH, &key));
+            // Who follows others may follow its follower: circles are found by its status.
+            if heard.channel != Channel::Axes {
+                let key = heard.node.status_key();
+                rights.push(right(of, flow, PUBLISH, &key));
+                rights.push(right(of, back, HEAR, &key));
+            }
             let says_so = heard.node.seen_by_key(&hearer.name);
             rights.push(right(of, back, ANNOUNCE, &says_so));
             rights.push(right(of, flow, WATCH, &heard.node.seen_by_keys()));
@@ -207,6 +214,36 @@ mod tests {
         let mut at_saw: Vec<_> = listed("saw", "line").into_iter().map(mirrored).collect();
         at_saw.sort();
         assert_eq!(at_saw, at_line);
+    }
+
+    #[test]
+    fn who_follows_a_follower_hears_its_status() {
+        let relay = "name = 'relay'\ncycle-time-us = 1000\n\
+                     master = { node = 'saw', channel = 'slaves', axis = 1 }\n\
+                     [transport]\nconnect = ['tls/10.0.0.2:7448']";
+        let nodes = vec![member(LINE), member(SAW), member(relay)];
+        let network = Network::new(nodes, Vec::new(), &[]).unwrap();
+        let heard = |at: &str, of: &str, flow, key: &str| {
+            let rights = network.rights(&name(at)).unwrap();
+            let is_it =
+                |right: &&Right| right.of.as_str() == of && right.key == key && right.flow == flow;
+            rights
+                .iter()
+                .filter(is_it)
+                .flat_map(|right| right.messages)
+                .copied()
+                .collect::<Vec<_>>()
+        };
+        let status = "coaxle/saw/status";
+        assert_eq!(heard("relay", "saw", Flow::Ingress, status), PUBLISH);
+        assert_eq!(heard("relay", "saw", Flow::Egress, status), HEAR);
+        assert_eq!(heard("saw", "relay", Flow::Egress, status), PUBLISH);
+        assert_eq!(heard("saw", "relay", Flow::Ingress, status), HEAR);
+        // What a sender publishes follows nothing.
+        assert_eq!(
+            heard("saw", "line", Flow::Ingress, "coaxle/line/status"),
+            [""; 0]
+        );
     }
 
     #[test]

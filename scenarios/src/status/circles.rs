@@ -1,43 +1,20 @@
 //! Circles over running nodes, by what they say of themselves.
 
 use coaxle_host::SeenNode;
-use coaxle_node::Channel;
-use coaxle_node::circles::{AxisAddress, Circle, Follower, circles};
-
-use super::reading;
-use super::reading::Reading;
+use coaxle_node::circles::{self, Circle, Follower};
 
 /// The circles among the axes of these nodes.
 pub(super) fn among(seen: &[SeenNode]) -> Vec<Circle> {
     let alive = seen.iter().filter(|node| node.is_alive);
     let followers: Vec<_> = alive.flat_map(followers_of).collect();
-    circles(&followers)
+    circles::circles(&followers)
 }
 
 fn followers_of(node: &SeenNode) -> Vec<Follower> {
-    let Some(status) = reading(node) else {
-        return Vec::new();
-    };
-    let follower = |channel, id: f64, axis: Reading<'_>| Follower {
-        axis: AxisAddress {
-            node: node.name.clone(),
-            channel,
-            id: id as u32,
-        },
-        masters: axis
-            .texts("follows")
-            .filter_map(AxisAddress::read)
-            .collect(),
-    };
-    let slaves = status.parts("slaves").filter_map(|(_, slave)| {
-        let id = slave.number("id")?;
-        Some(follower(Channel::Slaves, id, slave))
-    });
-    let axes = status.parts("axes").filter_map(|(_, axis)| {
-        let id = axis.number("published_id")?;
-        Some(follower(Channel::FarAxes, id, axis))
-    });
-    slaves.chain(axes).collect()
+    let status = node.status.as_ref();
+    status.map_or_else(Vec::new, |(_, status)| {
+        circles::followers_of(&node.name, status)
+    })
 }
 
 #[cfg(test)]

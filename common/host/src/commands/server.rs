@@ -5,13 +5,15 @@ use std::thread::Thread;
 use std::time::Duration;
 
 use coaxle_clock::{Instant, Span};
-use coaxle_node::command::{CommandAnswer, CommandOrder, NotTaken};
+use coaxle_node::circles::CIRCLE_CODE;
+use coaxle_node::command::{CommandAnswer, CommandOrder, CommandVerdict, NotTaken};
 use coaxle_node::keys::NodeName;
 use rtrb::{Consumer, Producer};
 
 use super::MAX_WAITING;
 use super::journal;
 use super::queue::{QueuedOrder, ReturnedOrder};
+use crate::circles::CircleNames;
 use crate::machine::{self, Machine};
 use crate::transport::Request;
 
@@ -86,6 +88,7 @@ pub(crate) struct CommandServer {
     outcomes: Consumer<ReturnedOrder>,
     waiting: Vec<Waiting>,
     taken: u64,
+    circles: CircleNames,
 }
 
 /// A request whose order is with the cycle.
@@ -110,7 +113,13 @@ impl CommandServer {
             outcomes,
             waiting: Vec::with_capacity(MAX_WAITING),
             taken: 0,
+            circles: CircleNames::default(),
         }
+    }
+
+    /// Where it finds the circles of slaves.
+    pub(crate) fn circles(&self) -> CircleNames {
+        self.circles.clone()
     }
 
     /// Works until the cycle has ended.
@@ -160,9 +169,22 @@ impl CommandServer {
         if let Some(place) = self.waiting.iter().position(is_it) {
             let Waiting { request, by, .. } = self.waiting.remove(place);
             let order = &queued.order;
-            let outcome = CommandAnswer::with_cargo(order, outcome, &queued.cargo);
+            let mut outcome = CommandAnswer::with_cargo(order, outcome, &queued.cargo);
+            self.name_circle(order, &mut outcome);
             answer(&*request, &outcome);
             journal::log(&self.node, by.as_ref(), order, &outcome);
+        }
+    }
+
+    /// The cycle knows that there is a circle, and not whose axes are in it.
+    fn name_circle(&self, order: &CommandOrder, answer: &mut CommandAnswer) {
+        if let (CommandOrder::Slave(order), CommandVerdict::Refused { code, text, .. }) =
+            (order, &mut answer.verdict)
+            && *code == format!("{CIRCLE_CODE:#06x}")
+            && let Some(circle) = self.circles.of(order.slave.as_str())
+        {
+            text.push_str(": ");
+            text.push_str(&circle);
         }
     }
 

@@ -14,6 +14,7 @@ use rtrb::RingBuffer;
 use serde_json::{Map, Value};
 
 use super::{AXIS, body, following, name, order};
+use crate::circles::CircleSearch;
 use crate::commands::{CommandServer, commands};
 use crate::counters::{Counters, count};
 use crate::cycle::{Cycle, NodeClock};
@@ -114,6 +115,8 @@ impl Stepped {
         session.take_orders(&node, requests).unwrap();
         session.watch_hearers(&node).unwrap();
         let session = Arc::new(session);
+        let (circle_search, circles) =
+            CircleSearch::open(&node, subscriptions, server.circles(), &network.transport).unwrap();
         let (outbox, frames) = outbox(4096);
         let (arrivals, arrived) = RingBuffer::new(1);
         let clock = ClockConfig::default();
@@ -153,6 +156,7 @@ impl Stepped {
                 records,
                 arrivals,
                 inputs: None,
+                circles,
                 counters: Arc::clone(&counters),
             },
             frames,
@@ -164,6 +168,7 @@ impl Stepped {
                 Arc::clone(&session),
                 Arc::clone(&counters),
                 Arc::default(),
+                circle_search,
                 Instant::EPOCH,
             ),
             session,

@@ -9,6 +9,7 @@ use coaxle_axis::{AxisStatus, CommandState, CouplingPhase, Scan, Step, Transitio
 use coaxle_curve::profile::{Kinematics, to_velocity};
 
 use super::SlaveAxis;
+use crate::circle::CircleState;
 use crate::couplings::Kind;
 use crate::error::SlaveError;
 use crate::job::{JobError, JobState};
@@ -32,6 +33,9 @@ impl SlaveAxis {
                 }
                 self.move_to(&self.guard.confined(here.position, &next), elapsed);
                 Ok(())
+            }
+            Motion::Coupled(_) if self.circle == CircleState::Closed => {
+                Err(SlaveError::FollowsItself)
             }
             Motion::Coupled(kind) => {
                 let kind = *kind;
@@ -197,7 +201,10 @@ impl SlaveAxis {
     pub(super) fn fail(&mut self, error: SlaveError) {
         let quick = matches!(
             (error, self.on_master_loss),
-            (SlaveError::MasterLost, OnMasterLoss::QuickStop)
+            (
+                SlaveError::MasterLost | SlaveError::FollowsItself,
+                OnMasterLoss::QuickStop
+            )
         );
         let limits = if quick {
             self.guard.without_jerk_limit(self.cycle_time)

@@ -1,7 +1,7 @@
 //! What a command would come to. Nothing changes here.
 
 use coaxle_axis::guard::{ROUNDING, check_number};
-use coaxle_axis::{Awaits, AxisStatus, Dynamics, NotPlanned, PlanInputs, Planned};
+use coaxle_axis::{Awaits, AxisStatus, Dynamics, NotPlanned, PlanInputs, Planned, Transition};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Limits, Profile, ProfileExtremes, to_position, to_velocity};
 use coaxle_saw::SawCommand;
@@ -23,6 +23,9 @@ impl SlaveAxis {
         let transition = command.transition(self.powered);
         if let Some(transition) = transition {
             self.check_state(command.name(), transition)?;
+            if transition == Transition::Couple {
+                self.check_circle(command.name())?;
+            }
         }
         self.check_sync_positions(command)?;
         let (effect, awaits) = self.effect_of(&self.placed_now(command)?)?;

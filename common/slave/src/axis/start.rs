@@ -36,6 +36,7 @@ impl SlaveAxis {
         let masters = masters.into();
         let master = masters.first().ok_or(Refusal::NoMaster)?;
         self.check_state("MC_Power", Transition::PowerOnCoupled)?;
+        self.check_circle("MC_Power")?;
         let couplings = &mut self.couplings;
         let (job, kind, set) = match start {
             CoupledStart::Gear(gear) => {

@@ -5,6 +5,7 @@ mod cam_limits;
 mod cam_select;
 mod cam_start_modes;
 mod cams;
+mod circle;
 mod coupled;
 mod decades;
 mod differences;

@@ -1,7 +1,14 @@
 //! Circles over nodes: published axes that follow each other, so that each follows itself in the end.
 //!
 //! No frame says where its motion comes from, so a circle is found where the followers are known together: in the
-//! configs of several nodes, or in what running ones say of themselves.
+//! configs of several nodes, or in what running ones say of themselves ([`CircleWatch`]).
+
+mod reading;
+mod watch;
+
+pub use coaxle_slave::{CIRCLE_CODE, CircleState};
+pub use reading::followers_of;
+pub use watch::{CircleChange, CircleFinding, CircleWatch};
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -58,6 +65,8 @@ pub struct Follower {
     pub axis: AxisAddress,
     /// Its masters of other nodes, and those that stand by for them.
     pub masters: Vec<AxisAddress>,
+    /// Whether it moves with them now; one of a config can.
+    pub is_coupled: bool,
 }
 
 /// A circle: each axis follows the next one, and the last one the first.
@@ -89,6 +98,11 @@ impl fmt::Display for Circle {
 /// Without any there is no circle at all: an axis that is in one lies on a shortest one.
 #[must_use]
 pub fn circles(followers: &[Follower]) -> Vec<Circle> {
+    circles_through(followers, followers.len())
+}
+
+/// The circles that the first `count` of these axes are in: of each the shortest, once.
+fn circles_through(followers: &[Follower], count: usize) -> Vec<Circle> {
     let numbers: BTreeMap<_, _> = (followers.iter().enumerate())
         .map(|(n, follower)| (follower.axis.key(), n))
         .collect();
@@ -102,7 +116,7 @@ pub fn circles(followers: &[Follower]) -> Vec<Circle> {
         .collect();
     let mut is_told = vec![false; followers.len()];
     let mut found = Vec::new();
-    for first in 0..followers.len() {
+    for first in 0..count {
         if is_told[first] {
             continue;
         }
@@ -157,6 +171,7 @@ mod tests {
         let follower = |(of, masters): &(&str, &[&str])| Follower {
             axis: axis(of),
             masters: masters.iter().map(|master| axis(master)).collect(),
+            is_coupled: true,
         };
         let followers: Vec<_> = followers.iter().map(follower).collect();
         circles(&followers).iter().map(Circle::to_string).collect()

@@ -1,0 +1,140 @@
+//! Two receivers that follow each other, as processes over Zenoh: `far-axis/circle-a.toml` and `circle-b.toml`.
+//!
+//! What is judged is what the nodes report and traced: a busy machine changes how long that takes, and nothing of it.
+
+use std::net::TcpListener;
+use std::path::Path;
+use std::process::Command;
+
+use coaxle_clock::Span;
+use coaxle_gear::GearIn;
+use coaxle_host::{Commander, SeenNode, Watcher};
+use coaxle_node::command::{CommandVerdict, SlaveName, SlaveOrder};
+use coaxle_node::config::{TransportConfig, parse};
+use coaxle_node::keys::NodeName;
+use coaxle_test_process::{PATIENCE, Process};
+use serde_json::Value;
+
+/// A node with a slave `loop` that can follow that of the other one.
+fn config(node: &str, other: &str, [own, others]: [u16; 2]) -> String {
+    format!(
+        "name = '{node}'\ncycle-time-us = 2000\n\
+         [transport]\nlisten = ['tcp/127.0.0.1:{own}']\nconnect = ['tcp/127.0.0.1:{others}']\n\
+         [[far]]\nnode = '{other}'\nchannel = 'slaves'\naxes = [{{ id = 1, name = 'far' }}]\n\
+         sync.time-sync = {{ age-of-data-limit = 250, max-cycle-index-difference = 250 }}\n\
+         [[virtual-axis]]\nid = 1\nname = 'shaft'\n[virtual-axis.program]\n\
+         limits = {{ velocity = 100, acceleration = 100, jerk = 1000 }}\n\
+         steps = [{{ enable = true }}, {{ velocity = {{ value = 10 }} }}]\n\
+         [[slave]]\nname = 'loop'\nid = 1\nmaster = 'far'\ncouple = 'off'\n\
+         limits = {{ velocity = 1000, acceleration = 5000, jerk = 100000 }}\n\
+         [[slave]]\nname = 'other'\nid = 2\nmaster = 'shaft'\n\
+         limits = {{ velocity = 1000, acceleration = 5000, jerk = 100000 }}\n"
+    )
+}
+
+fn start(folder: &Path, node: &str, other: &str, ports: [u16; 2]) -> Process {
+    let file = folder.join(format!("{node}.toml"));
+    std::fs::write(&file, config(node, other, ports)).expect("the folder can be written");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-receiver"));
+    command
+        .arg(&file)
+        .arg("--trace")
+        .arg(folder.join(format!("{node}.csv")));
+    Process::start(node, &mut command, &folder.join(format!("{node}.log")))
+}
+
+/// The largest velocity of the slave `loop` in a trace, either way, u/s.
+fn fastest(trace: &Path) -> f64 {
+    let mut reader = csv::Reader::from_path(trace).expect("a trace");
+    let head = reader.headers().expect("a head line");
+    let place = head
+        .iter()
+        .position(|name| name == "loop.velocity")
+        .expect("the column");
+    let velocities = reader
+        .records()
+        .map(|row| row.expect("a row")[place].parse::<f64>());
+    velocities
+        .map(|velocity| velocity.unwrap_or(0.0).abs())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn orders_at_both_ends_are_refused_and_the_circle_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Both are held until both are found, so that they differ.
+    let held = [(); 2].map(|()| TcpListener::bind("127.0.0.1:0").expect("a port"));
+    let [a, b] = held.map(|listener| listener.local_addr().expect("an address").port());
+    let nodes = [
+        start(folder.path(), "a", "b", [a, b]),
+        start(folder.path(), "b", "a", [b, a]),
+    ];
+    let text = format!("connect = ['tcp/127.0.0.1:{a}', 'tcp/127.0.0.1:{b}']");
+    let transport: TransportConfig = parse("test", &text).expect("a transport");
+    let names = ["a", "b"].map(|name| NodeName::new(name).expect("a name"));
+    let watcher = Watcher::open(&transport, &names).expect("a session");
+    let commander = Commander::open(&transport).expect("a session");
+    let order = |node: &NodeName, command| {
+        let order = SlaveOrder {
+            slave: SlaveName::new("loop").expect("a name"),
+            command,
+            dry_run: false,
+        };
+        commander.send(node, &order.into()).expect("an answer")
+    };
+    let until = |what: &str, is_so: &dyn Fn(&Value) -> bool| {
+        let both = |seen: &[SeenNode]| {
+            let status = |node: &SeenNode| {
+                node.status
+                    .as_ref()
+                    .map(|(_, status)| Value::Object(status.clone()))
+            };
+            seen.len() == 2
+                && seen
+                    .iter()
+                    .all(|node| status(node).as_ref().is_some_and(is_so))
+        };
+        let seen = watcher.wait_for(Span::from_secs(PATIENCE.as_secs() as i64), both);
+        coaxle_test_process::assert_alive(what);
+        assert!(both(&seen), "{what}: {seen:#?}");
+    };
+    until("the circle is found", &|status| {
+        status["circles"]["found"]
+            .as_array()
+            .is_some_and(|found| found.len() == 1)
+    });
+    for name in &names {
+        assert!(order(name, coaxle_slave::Command::Power(true)).is_accepted());
+    }
+    until("each far axis is followed", &|status| {
+        status["slaves"]["loop"]["state"] == "standstill" && status["axes"]["far"]["synced"] == true
+    });
+    // What goes round in a circle that is closed: 30 % more each time.
+    let moving = coaxle_slave::Command::MoveVelocity {
+        velocity: 10.0,
+        dynamics: coaxle_slave::Dynamics::default(),
+    };
+    assert!(order(&names[0], moving).is_accepted());
+    for (name, circle) in names.iter().zip([
+        "a/slaves/1 follows b/slaves/1 follows a/slaves/1",
+        "b/slaves/1 follows a/slaves/1 follows b/slaves/1",
+    ]) {
+        let answer = order(name, coaxle_slave::Command::GearIn(GearIn::of(1.3)));
+        let CommandVerdict::Refused { code, text, .. } = &answer.verdict else {
+            panic!("{answer:?}");
+        };
+        assert_eq!(code, "0x816f");
+        assert!(text.contains(circle), "{text}");
+    }
+    until("it is said", &|status| {
+        status["health"] == "circle" && status["slaves"]["loop"]["refusal"]["code"] == "0x816f"
+    });
+    for node in nodes {
+        assert!(node.logged("0x816f: a circle: "), "{}", node.log());
+        node.signal("TERM");
+        assert!(node.wait().success());
+    }
+    // What was commanded, and nothing of what would have come round.
+    assert!(fastest(&folder.path().join("a.csv")) <= 10.0 + 1e-9);
+    assert_eq!(fastest(&folder.path().join("b.csv")), 0.0);
+}
