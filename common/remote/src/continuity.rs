@@ -19,7 +19,8 @@ const LONGEST: f64 = 30.0;
 /// Set values whose positions move otherwise than their velocity says, by so much of the greatest velocity so far,
 /// are taken by their positions: those of a mode that shows every beat, or that stand still without news.
 const CONTRADICTION: f64 = 0.05;
-/// Positions at most this number of cycles apart say the velocity: the mean over a pause of the node says nothing of its end.
+/// Positions say the velocity as a mean over this number of cycles, which beats are even over; of positions that are farther apart
+/// none is taken: the mean over a pause of the node says nothing of its end.
 const SAID_OVER: u32 = 8;
 /// A way back that was planned when the master had gone no faster than this part of what it has gone by now is planned
 /// again: one that had just begun to move was brought back over a micrometre in 22 s.
@@ -38,7 +39,7 @@ pub struct Continuity {
     cycle_time: f64,
     /// Seconds that bringing back takes at least.
     shortest: f64,
-    /// The newest set values, with what their positions say of the velocity.
+    /// The newest set values, and by how much their positions are faster than they say, u/s.
     last: Option<(Kinematics, f64)>,
     reach: Reach,
     motion: Motion,
@@ -168,23 +169,24 @@ impl Continuity {
 
     fn keep(&mut self, set: Kinematics, elapsed: u32) {
         let passed = self.cycle_time * f64::from(elapsed);
-        let by_positions = match &self.last {
-            Some((last, _)) if (1..=SAID_OVER).contains(&elapsed) => {
-                (set.position - last.position) / passed
+        let beside = match &self.last {
+            Some((last, before)) if (1..=SAID_OVER).contains(&elapsed) => {
+                let stated = 0.5 * (last.velocity + set.velocity);
+                let newest = (set.position - last.position) / passed - stated;
+                before + (newest - before) * f64::from(elapsed) / f64::from(SAID_OVER)
             }
-            _ => set.velocity,
+            _ => 0.0,
         };
-        self.last = Some((set, by_positions));
+        self.last = Some((set, beside));
     }
 
     /// How the axis really moves: as it can at most.
     fn moving(&self) -> Option<Kinematics> {
-        let (last, by_positions) = self.last?;
-        let contradiction = (last.velocity - by_positions).abs();
-        let is_true = contradiction <= CONTRADICTION * self.reach.velocity;
+        let (last, beside) = self.last?;
+        let is_true = beside.abs() <= CONTRADICTION * self.reach.velocity;
         let (velocity, acceleration) = match is_true {
             true => (last.velocity, last.acceleration),
-            false => (by_positions, 0.0),
+            false => (last.velocity + beside, 0.0),
         };
         Some(self.possible(&Kinematics {
             velocity,

@@ -286,14 +286,28 @@ impl Axis {
             }
             self.continuity.rejoin();
         }
-        self.stand_still(header, &mut moved, before.filter(|_| !is_step), scan);
+        let silence = cycles_of_silence(header, self.cycle_time, scan.age);
+        let shows = shows_what_comes(moved.state) && self.encoder.is_none();
+        let way = before
+            .filter(|_| !is_step)
+            .map_or(0.0, |before| moved.set.position - before);
         let is_known = self.has_settled();
-        let set = match is_known && !is_lost {
+        // Between two beats it stands, and on the whole goes as its master does. On its way back it is braked as soon as it is no
+        // beat: relative to a master that stands and jumps, it came to twice its velocity.
+        let is_silent = shows && silence > LARGEST_BEAT && !self.follows();
+        let set = match is_known && !is_lost && !is_silent {
             true => Some(self.continuity.follow(&moved.set, elapsed)),
             false => self.continuity.brake(elapsed),
         };
         // One that was never known stands where it was received, unless that is noise.
-        let set = set.or(is_known.then_some(moved.set));
+        let mut set = set.or(is_known.then_some(moved.set));
+        if let Some(set) = &mut set
+            && shows
+            && silence > 1
+            && self.continuity.state() == ContinuityState::Following
+        {
+            stand_still(set, way, passed);
+        }
         let set = match &mut self.limited {
             Some(limited) => set.map(|set| limited.keep(&set, elapsed)),
             None => set,
@@ -365,25 +379,6 @@ impl Axis {
         // In the time that it may be off, it is accelerated too.
         let velocity = moved.set.velocity.abs() + moved.set.acceleration.abs() * time;
         Some(time * velocity + self.seen.prediction_error(age))
-    }
-
-    /// Where a mode shows what comes and nothing does, its positions stand: so do velocity and acceleration.
-    fn stand_still(
-        &self,
-        header: &FrameHeader,
-        moved: &mut FarAxisOutput,
-        before: Option<f64>,
-        scan: AxisScan,
-    ) {
-        let in_cycle = header.cycle_time.span().as_nanos() / self.cycle_time.as_nanos().max(1);
-        let beat = u64::from(scan.age) < 2 * in_cycle.max(1) as u64;
-        if beat || !shows_what_comes(moved.state) || self.encoder.is_some() {
-            return;
-        }
-        let passed = self.cycle_time.as_secs_f64() * f64::from(scan.elapsed);
-        let way = before.map_or(0.0, |before| moved.set.position - before);
-        moved.set.velocity = if passed > 0.0 { way / passed } else { 0.0 };
-        moved.set.acceleration = 0.0;
     }
 
     /// Set values of an axis that is only measured come from its increments, moved by the same correction.
@@ -473,6 +468,19 @@ fn blending(parameters: &ExtrapolateParameters, cycle_time: Span) -> Blending {
         time: parameters.blending_time.0,
         filter_time: parameters.t1_factor_pos * cycle_time.as_secs_f64(),
     }
+}
+
+/// The whole cycles of the sender since the newest frame.
+fn cycles_of_silence(header: &FrameHeader, cycle_time: Span, age: u32) -> u64 {
+    let in_cycle = header.cycle_time.span().as_nanos() / cycle_time.as_nanos().max(1);
+    u64::from(age) / in_cycle.max(1) as u64
+}
+
+/// Where a mode shows what comes and nothing does, positions stand: so do velocity and acceleration.
+fn stand_still(set: &mut Kinematics, way: f64, passed: Span) {
+    let passed = passed.as_secs_f64();
+    set.velocity = if passed > 0.0 { way / passed } else { 0.0 };
+    set.acceleration = 0.0;
 }
 
 /// The sender's ideal time that corrected set values stand for, received with this count.
