@@ -14,7 +14,7 @@ use super::course::{Advance, FarTimeCourse};
 use super::encoder::Encoder;
 use super::limited::Limited;
 use super::micros;
-use super::seen::SeenMotion;
+use super::seen::{LARGEST_BEAT, SeenMotion};
 use super::steps::{Blending, Course, StepWatch, shows_what_comes};
 use super::turns::{Turns, Wraps};
 use crate::config::{FarAxisConfig, FarConfig, FarLimits, Positions};
@@ -69,10 +69,6 @@ pub(super) struct AxisScan {
     /// The standard deviation of the far time, s, where it is known.
     pub(super) time_sigma: Option<Seconds>,
 }
-
-/// The cycles of the sender by which a mode that shows what comes may step at once: those of a beat, and of the
-/// silence that is borne by default (`age-of-data-limit`).
-const LARGEST_BEAT: u64 = 8;
 
 impl Axis {
     pub(super) fn new(

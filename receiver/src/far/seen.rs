@@ -8,6 +8,9 @@ const RESERVE: f64 = 4.0 / 3.0;
 /// Frames are neighbours up to this number of cycles of the sender apart: some are always lost. Over more the master may have done
 /// anything.
 const NEXT: u64 = 4;
+/// The cycles of the sender by which a mode that shows what comes may step at once: those of a beat, and of the
+/// silence that is borne by default (`age-of-data-limit`).
+pub(super) const LARGEST_BEAT: u64 = 8;
 /// The mean of two velocities is off by at most this multiple of acceleration × time² (the trapezoidal rule).
 const TRAPEZOID: f64 = 0.25;
 /// Positions beside the velocities may be off to both sides.
@@ -25,7 +28,7 @@ pub(super) struct SeenMotion {
     /// The rate of the velocity between the newest frames, u/s², where they were neighbours.
     rate: Option<f64>,
     noise: Noise,
-    /// The ways from frame to frame, u.
+    /// The ways from frame to frame, u, over no more than a beat.
     received_ways: Recent,
 }
 
@@ -57,7 +60,9 @@ impl SeenMotion {
         let way = set.position - before.position;
         let mean = 0.5 * (set.velocity + before.velocity);
         let explained = TRAPEZOID * self.reach.acceleration * time * time;
-        self.received_ways.see(way.abs());
+        if cycles <= LARGEST_BEAT {
+            self.received_ways.see(way.abs());
+        }
         self.noise
             .position
             .see((way - mean * time).abs() - explained);

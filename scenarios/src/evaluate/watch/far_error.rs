@@ -94,7 +94,7 @@ impl FarErrorWatch {
         }
     }
 
-    /// How far the time is from where it was once it had settled, µs.
+    /// How far the time is from where it was once it had settled, µs, but for what is still to be made up.
     fn beside_settled(&mut self, row: &Row) -> Option<f64> {
         let (far, error) = (&row.record.far, row.time_error_us);
         let is_led = far.mode == StateName::Observer && row.record.axis.synced;
@@ -102,6 +102,7 @@ impl FarErrorWatch {
             self.settled = None;
             return None;
         };
+        let error = error + far.slew_remaining_us.unwrap_or_default();
         let events = [
             far.shifts.into(),
             far.relocks.into(),
