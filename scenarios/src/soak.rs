@@ -15,6 +15,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use anyhow::Context;
 use coaxle_host::machine;
+use coaxle_node::config::{ClockConfig, CycleMicros};
 use coaxle_receiver::ContinuityName;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_receiver::config::{FarConfig, Mode};
@@ -298,9 +299,37 @@ fn is_to_be_in_sync(scenario: &Scenario, name: &str) -> bool {
     let mut far = receiver.into_iter().flat_map(|receiver| &receiver.far);
     far.all(|far| {
         // Slaves of an axis that cannot keep up with its master wait for it with their power off, for as long as it likes.
-        let may_wait = named(far.node.as_str()).is_some_and(has_limits);
-        bears_the_network(far) && !may_wait
+        let master = named(far.node.as_str());
+        let may_wait = master.is_some_and(has_limits);
+        let is_published =
+            master.is_none_or(|master| is_to_be_in_sync(scenario, master.name.as_str()));
+        let has_beats = far.mode == Mode::Observer
+            || receiver.is_some_and(|receiver| has_beats(scenario, receiver, far));
+        bears_the_network(far) && has_beats && is_published && !may_wait
     })
+}
+
+/// Cycles this short are shorter than the jitter of these schedules, in which TS5066 finds no beat, s.
+const SHORTEST_CYCLE: f64 = 0.4e-3;
+/// Seconds between two beats, at the most, of which it learns the drift before a schedule is over.
+const BETWEEN_BEATS: f64 = 10.0;
+
+/// Whether a block of TS5066 sees beats from which it can learn the drift.
+fn has_beats(scenario: &Scenario, receiver: &ReceiverConfig, far: &FarConfig) -> bool {
+    let of = |name: &str, cycle: CycleMicros, clock: &ClockConfig| {
+        (name == far.node.as_str()).then(|| (cycle.0.as_secs_f64(), clock.drift_ppm.get()))
+    };
+    let mut senders = scenario.senders.iter();
+    let mut receivers = scenario.receivers.iter();
+    let master = senders
+        .find_map(|one| of(one.name.as_str(), one.cycle_time_us, &one.clock))
+        .or_else(|| receivers.find_map(|one| of(one.name.as_str(), one.cycle_time_us, &one.clock)));
+    let Some((cycle, drift)) = master else {
+        return true;
+    };
+    let own = receiver.cycle_time_us.0.as_secs_f64();
+    let drift = (drift - receiver.clock.drift_ppm.get()).abs() * 1e-6;
+    cycle.min(own) >= SHORTEST_CYCLE && cycle.max(own) <= BETWEEN_BEATS * drift
 }
 
 fn bears_the_network(far: &FarConfig) -> bool {

@@ -19,8 +19,7 @@ const LONGEST: f64 = 30.0;
 /// Set values whose positions move otherwise than their velocity says, by so much of the greatest velocity so far,
 /// are taken by their positions: those of a mode that shows every beat, or that stand still without news.
 const CONTRADICTION: f64 = 0.05;
-/// Positions say the velocity as a mean over this number of cycles, which beats are even over; of positions that are farther apart
-/// none is taken: the mean over a pause of the node says nothing of its end.
+/// Positions at most this number of cycles apart say the velocity: the mean over a pause of the node says nothing of its end.
 const SAID_OVER: u32 = 8;
 /// A way back that was planned when the master had gone no faster than this part of what it has gone by now is planned
 /// again: one that had just begun to move was brought back over a micrometre in 22 s.
@@ -42,6 +41,8 @@ pub struct Continuity {
     /// The newest set values, and by how much their positions are faster than they say, u/s.
     last: Option<(Kinematics, f64)>,
     reach: Reach,
+    /// Positions come in beats, and say nothing of the velocity.
+    shows_beats: bool,
     motion: Motion,
 }
 
@@ -87,6 +88,7 @@ impl Continuity {
             shortest: shortest.0,
             last: None,
             reach: Reach::default(),
+            shows_beats: false,
             motion: Motion::Following,
         }
     }
@@ -94,6 +96,12 @@ impl Continuity {
     /// What the master was seen to do by now: as hard and as fast is the axis brought back.
     pub const fn set_reach(&mut self, reach: Reach) {
         self.reach = reach;
+    }
+
+    /// Whether positions come in beats from now on, as those of mode bypass do: the velocity that is stated beside them is that of
+    /// the axis.
+    pub const fn show_beats(&mut self, shows_beats: bool) {
+        self.shows_beats = shows_beats;
     }
 
     /// What the master was seen to do.
@@ -170,10 +178,8 @@ impl Continuity {
     fn keep(&mut self, set: Kinematics, elapsed: u32) {
         let passed = self.cycle_time * f64::from(elapsed);
         let beside = match &self.last {
-            Some((last, before)) if (1..=SAID_OVER).contains(&elapsed) => {
-                let stated = 0.5 * (last.velocity + set.velocity);
-                let newest = (set.position - last.position) / passed - stated;
-                before + (newest - before) * f64::from(elapsed) / f64::from(SAID_OVER)
+            Some((last, _)) if (1..=SAID_OVER).contains(&elapsed) && !self.shows_beats => {
+                (set.position - last.position) / passed - set.velocity
             }
             _ => 0.0,
         };

@@ -456,8 +456,9 @@ impl SlaveAxis {
             && !self.superimposed.is_under_way()
     }
 
-    /// Whether it has stood for a cycle: whoever sees nothing but positions would say so, too.
-    fn stands(&self) -> bool {
+    /// Whether it has stood for a cycle, as its positions say, too.
+    #[must_use]
+    pub fn stands(&self) -> bool {
         let Kinematics {
             velocity,
             acceleration,

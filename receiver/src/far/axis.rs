@@ -1,5 +1,7 @@
 //! One far axis: its newest values, moved in time by what the clock of its node says.
 
+mod shown;
+
 use coaxle_axis::TravelDirection;
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Remote, Seconds, Span};
@@ -10,10 +12,10 @@ use coaxle_remote::{
     FarAxis, FarAxisOutput, FarCorrection, FilterState, Reach,
 };
 
+use self::shown::far_time;
 use super::course::{Advance, FarTimeCourse};
 use super::encoder::Encoder;
 use super::limited::Limited;
-use super::micros;
 use super::seen::{LARGEST_BEAT, SeenMotion};
 use super::steps::{Blending, Course, StepWatch, shows_what_comes};
 use super::turns::{Turns, Wraps};
@@ -55,6 +57,19 @@ pub(super) struct Axis {
     missing_cycles: u32,
     missing: u64,
     error: Option<SyncError>,
+}
+
+/// How the set values of an axis go on in a cycle.
+#[derive(Clone, Copy, Debug)]
+struct Going {
+    /// Own cycles since the one before.
+    elapsed: u32,
+    /// By their positions, u/s.
+    velocity: f64,
+    /// Cycles of the sender without news, in a mode that shows what comes.
+    silence: u64,
+    /// Nobody knows where they are.
+    is_lost: bool,
 }
 
 /// A cycle of an axis.
@@ -272,42 +287,21 @@ impl Axis {
         self.continuity.set_reach(self.reach(&moved.set));
         let far_time = far_time(header, self.count, &moved);
         let known = far_time.filter(|_| !is_lost);
-        let advance = self.course.advance(moved.state, known, passed);
-        let before = self.steps.position();
-        let is_step = self.is_step(&sample.set, &moved, advance, passed);
-        if is_step {
-            if self.block.is_blending() {
-                // On top of the way back, it would be a straight line.
-                self.block.begin_anew();
-            }
-            self.continuity.rejoin();
-        }
-        let silence = cycles_of_silence(header, self.cycle_time, scan.age);
+        let way = self.way_without_step(&sample.set, &moved, known, passed);
         let shows = shows_what_comes(moved.state) && self.encoder.is_none();
-        let way = before
-            .filter(|_| !is_step)
-            .map_or(0.0, |before| moved.set.position - before);
+        let silence = cycles_of_silence(header, self.cycle_time, scan.age);
+        let going = Going {
+            elapsed,
+            velocity: if elapsed == 0 {
+                0.0
+            } else {
+                way / passed.as_secs_f64()
+            },
+            silence: if shows { silence } else { 0 },
+            is_lost,
+        };
         let is_known = self.has_settled();
-        // Between two beats it stands, and on the whole goes as its master does. On its way back it is braked as soon as it is no
-        // beat: relative to a master that stands and jumps, it came to twice its velocity.
-        let is_silent = shows && silence > LARGEST_BEAT && !self.follows();
-        let set = match is_known && !is_lost && !is_silent {
-            true => Some(self.continuity.follow(&moved.set, elapsed)),
-            false => self.continuity.brake(elapsed),
-        };
-        // One that was never known stands where it was received, unless that is noise.
-        let mut set = set.or(is_known.then_some(moved.set));
-        if let Some(set) = &mut set
-            && shows
-            && silence > 1
-            && self.continuity.state() == ContinuityState::Following
-        {
-            stand_still(set, way, passed);
-        }
-        let set = match &mut self.limited {
-            Some(limited) => set.map(|set| limited.keep(&set, elapsed)),
-            None => set,
-        };
+        let set = self.carried_on(&moved, is_known, &going);
         moved.set = set.unwrap_or(moved.set);
         moved.synced &= is_known && self.follows();
         self.error = moved.error;
@@ -322,6 +316,57 @@ impl Axis {
             is_sound: error_code == 0,
             is_ready: false,
             error_code: error,
+        })
+    }
+
+    /// How far the set values went, u: nowhere in a step that neither their mode nor the master explains, from which the axis is
+    /// brought back.
+    fn way_without_step(
+        &mut self,
+        received: &Kinematics,
+        moved: &FarAxisOutput,
+        known: Option<Instant<Remote>>,
+        passed: Span,
+    ) -> f64 {
+        let advance = self.course.advance(moved.state, known, passed);
+        let before = self.steps.position();
+        if !self.is_step(received, moved, advance, passed) {
+            return before.map_or(0.0, |before| moved.set.position - before);
+        }
+        if self.block.is_blending() {
+            // On top of the way back, it would be a straight line.
+            self.block.begin_anew();
+        }
+        self.continuity.rejoin();
+        0.0
+    }
+
+    /// The set values without steps and within limits; none before any are known.
+    fn carried_on(
+        &mut self,
+        moved: &FarAxisOutput,
+        is_known: bool,
+        going: &Going,
+    ) -> Option<Kinematics> {
+        self.continuity
+            .show_beats(moved.state == FilterState::Bypass);
+        // Between two beats it stands, and on the whole goes as its master does. On its way back it is braked as soon as it is no
+        // beat: relative to a master that stands and jumps, it came to twice its velocity.
+        let is_silent = going.silence > LARGEST_BEAT && !self.follows();
+        let set = match is_known && !going.is_lost && !is_silent {
+            true => Some(self.continuity.follow(&moved.set, going.elapsed)),
+            false => self.continuity.brake(going.elapsed),
+        };
+        // One that was never known stands where it was received, unless that is noise.
+        let mut set = set.or(is_known.then_some(moved.set))?;
+        if going.silence > 1 && self.continuity.state() == ContinuityState::Following {
+            // Its positions stand: so do velocity and acceleration.
+            set.velocity = going.velocity;
+            set.acceleration = 0.0;
+        }
+        Some(match &mut self.limited {
+            Some(limited) => limited.keep(&set, going.elapsed),
+            None => set,
         })
     }
 
@@ -425,38 +470,6 @@ impl Axis {
     pub(super) const fn error(&self) -> Option<SyncError> {
         self.error
     }
-
-    fn show(
-        &self,
-        sample: &AxisSample,
-        moved: &FarAxisOutput,
-        far_time: Option<Instant<Remote>>,
-    ) -> FarAxisSignals {
-        let mut signals = FarAxisSignals {
-            state: Some(moved.state.into()),
-            continuity: self.state().into(),
-            synced: moved.synced,
-            error: moved.error.map_or(0, |error| error.code()),
-            age_cycles: 0,
-            missing: self.missing,
-            wraps: self.wraps.count,
-            wrap_length: self.wraps.length,
-            received_error: sample.error_code,
-            received_position: Some(sample.set.position),
-            received_velocity: Some(sample.set.velocity),
-            corrected_position: Some(moved.set.position),
-            corrected_velocity: Some(moved.set.velocity),
-            position_diff: Some(moved.diagnostic.position_diff),
-            velocity_diff: Some(moved.diagnostic.velocity_diff),
-            correction_us: micros(moved.correction_time),
-            far_time_ns: far_time.filter(|_| self.follows()).map(Instant::as_nanos),
-            ..FarAxisSignals::default()
-        };
-        if let Some(encoder) = &self.encoder {
-            encoder.show(&mut signals);
-        }
-        signals
-    }
 }
 
 fn blending(parameters: &ExtrapolateParameters, cycle_time: Span) -> Blending {
@@ -470,23 +483,4 @@ fn blending(parameters: &ExtrapolateParameters, cycle_time: Span) -> Blending {
 fn cycles_of_silence(header: &FrameHeader, cycle_time: Span, age: u32) -> u64 {
     let in_cycle = header.cycle_time.span().as_nanos() / cycle_time.as_nanos().max(1);
     u64::from(age) / in_cycle.max(1) as u64
-}
-
-/// Where a mode shows what comes and nothing does, positions stand: so do velocity and acceleration.
-fn stand_still(set: &mut Kinematics, way: f64, passed: Span) {
-    let passed = passed.as_secs_f64();
-    set.velocity = if passed > 0.0 { way / passed } else { 0.0 };
-    set.acceleration = 0.0;
-}
-
-/// The sender's ideal time that corrected set values stand for, received with this count.
-fn far_time(header: &FrameHeader, count: u64, moved: &FarAxisOutput) -> Option<Instant<Remote>> {
-    let sent = Instant::EPOCH + header.cycle_time.span() * count as i64;
-    match moved.state {
-        FilterState::Bypass => Some(sent),
-        FilterState::Pt1 => None,
-        FilterState::Sync | FilterState::Time | FilterState::Observer => {
-            Some(sent + moved.correction_time?.to_span())
-        }
-    }
 }

@@ -15,6 +15,8 @@ pub(crate) struct Situation {
     pub(crate) status: AxisStatus,
     pub(crate) phase: Option<CouplingPhase>,
     pub(crate) set: Kinematics,
+    /// Whether it has stood for a cycle.
+    pub(crate) stands: bool,
     /// What becomes of the set values if nobody commands anything.
     pub(crate) outlook: Outlook,
     /// The job that moves the slave, or did so last.
@@ -86,7 +88,6 @@ impl When {
         passed: &Passed,
     ) -> impl Iterator<Item = Part> + use<> {
         let in_sync = now.phase == Some(CouplingPhase::InSync);
-        let standstill = now.set.velocity == 0.0 && now.set.acceleration == 0.0;
         let error_stop = now.status == AxisStatus::ErrorStop;
         let master = now.master.unwrap_or(f64::NAN);
         let position = now.set.position;
@@ -104,7 +105,7 @@ impl When {
                 .and_then(|time| lacks(passed.since_step.0 >= time.get(), Part::After)),
             differs(self.mark_seen, passed.mark_seen).map(Part::MarkSeen),
             differs(self.in_sync, in_sync).map(Part::InSync),
-            differs(self.standstill, standstill).map(Part::Standstill),
+            differs(self.standstill, now.stands).map(Part::Standstill),
             differs(self.master_ready, now.master_ready).map(Part::MasterReady),
             self.master_above
                 .and_then(|limit| lacks(master > limit.get(), Part::MasterAbove)),

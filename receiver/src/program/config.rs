@@ -134,7 +134,7 @@ pub struct When {
     /// The slave moves with its master, or does not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub in_sync: Option<bool>,
-    /// The slave stands, or does not.
+    /// The slave has stood for a cycle, or has not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standstill: Option<bool>,
     /// The master is there, without error and in a mode that synchronises in sync, or is not.

@@ -32,6 +32,7 @@ const NOW: Situation = Situation {
         velocity: 0.0,
         acceleration: 0.0,
     },
+    stands: true,
     outlook: Outlook::AtRest,
     motion: None,
     starts_coupled: false,
@@ -82,10 +83,21 @@ fn every_part_of_a_condition_has_to_hold() {
                 ..NOW
             },
         ),
-        ("standstill = true", Situation { set: moving, ..NOW }),
+        (
+            "standstill = true",
+            Situation {
+                set: moving,
+                stands: false,
+                ..NOW
+            },
+        ),
         (
             "standstill = true, position-above = 4",
-            Situation { set: moving, ..NOW },
+            Situation {
+                set: moving,
+                stands: false,
+                ..NOW
+            },
         ),
         (
             "master-ready = false",
@@ -131,7 +143,11 @@ fn every_part_of_a_condition_has_to_hold() {
         ),
         (
             "standstill = true, in-sync = false",
-            Situation { set: moving, ..NOW },
+            Situation {
+                set: moving,
+                stands: false,
+                ..NOW
+            },
         ),
     ];
     for (when, not_yet) in cases {

@@ -18,6 +18,7 @@ pub(super) fn situation(
         status,
         phase: axis.coupling_phase(),
         set: axis.set(),
+        stands: axis.stands(),
         outlook: axis.outlook(),
         motion: axis.job().0,
         starts_coupled,

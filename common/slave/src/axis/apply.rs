@@ -140,7 +140,7 @@ impl SlaveAxis {
         if self.status() != AxisStatus::ErrorStop {
             return;
         }
-        if self.drive.actual().state != DriveState::Following || !self.powered {
+        if self.is_set_anew_by_reset() {
             self.switch_off();
         }
         if self.powered && self.drive.actual().state == DriveState::Off {
@@ -148,6 +148,11 @@ impl SlaveAxis {
         }
         self.error = None;
         self.couplings.end_all();
+    }
+
+    /// Whether a reset sets the position to where the drive is.
+    pub(super) fn is_set_anew_by_reset(&self) -> bool {
+        self.drive.actual().state != DriveState::Following || !self.powered
     }
 
     fn switch_on(&mut self) {

@@ -130,10 +130,18 @@ impl SlaveAxis {
     }
 
     fn plan_reset(&self) -> Result<Effect, Refusal> {
-        if self.status() == AxisStatus::ErrorStop && !self.stands() {
-            let velocity = match self.set.velocity {
-                0.0 => self.mean_velocity,
-                velocity => velocity,
+        let set = &self.set;
+        let is_at_rest = [set.velocity, set.acceleration] == [0.0; 2];
+        // Where the position is set to that of the drive, that is no step of a motion: it has stood for a cycle.
+        let may_go_on = match self.is_set_anew_by_reset() {
+            true => self.stands(),
+            false => is_at_rest,
+        };
+        if self.status() == AxisStatus::ErrorStop && !may_go_on {
+            let velocity = if is_at_rest {
+                self.mean_velocity
+            } else {
+                set.velocity
             };
             return Err(Refusal::NotAtRest { velocity });
         }

@@ -152,29 +152,6 @@ fn power_taken_away_as_a_motion_ends_goes_after_a_cycle_at_rest_too() {
     assert_eq!((trace[2].0, trace[2].2), (AxisStatus::Disabled, before + 1));
 }
 
-#[test]
-fn a_reset_waits_until_the_axis_has_stood_for_a_cycle() {
-    let mut axis = powered(&PARAMETERS);
-    let mut master = Master::at(0.0, 300.0);
-    master.lead(&mut axis, 1);
-    start(&mut axis, &Command::GearIn(GearIn::of(1.0)));
-    master.lead(&mut axis, 300);
-    axis.update(None, CYCLE);
-    assert_eq!(axis.status(), AxisStatus::ErrorStop);
-    let mut before = axis.set();
-    loop {
-        run(&mut axis, 1);
-        let stands = axis.set() == Kinematics::at_rest(before.position);
-        match axis.command(&Command::Reset {}) {
-            Ok(_) => break assert!(stands),
-            Err(Refusal::NotAtRest { velocity }) => assert!(!stands && velocity > 0.0),
-            Err(refusal) => panic!("{refusal}"),
-        }
-        before = axis.set();
-    }
-    assert_eq!(axis.status(), AxisStatus::Standstill);
-}
-
 /// A gear that the axis cannot follow has it accelerate to its highest velocity; the drive fails meanwhile. What the stop is
 /// planned from has less acceleration, which would go beyond that velocity; what is stated has not.
 #[test]

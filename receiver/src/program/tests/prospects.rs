@@ -12,6 +12,7 @@ const fn keeping(velocity: f64) -> Situation {
             velocity,
             acceleration: 0.0,
         },
+        stands: velocity == 0.0,
         ..NOW
     }
 }

@@ -1,0 +1,60 @@
+//! What is shown of an axis.
+
+use coaxle_clock::{Instant, Remote};
+use coaxle_node::{AxisSample, FrameHeader};
+use coaxle_remote::{FarAxisOutput, FilterState};
+
+use super::super::micros;
+use super::Axis;
+use crate::signals::FarAxisSignals;
+
+impl Axis {
+    /// Its signals of a cycle.
+    pub(super) fn show(
+        &self,
+        sample: &AxisSample,
+        moved: &FarAxisOutput,
+        far_time: Option<Instant<Remote>>,
+    ) -> FarAxisSignals {
+        let mut signals = FarAxisSignals {
+            state: Some(moved.state.into()),
+            continuity: self.state().into(),
+            synced: moved.synced,
+            error: moved.error.map_or(0, |error| error.code()),
+            age_cycles: 0,
+            missing: self.missing,
+            wraps: self.wraps.count,
+            wrap_length: self.wraps.length,
+            received_error: sample.error_code,
+            received_position: Some(sample.set.position),
+            received_velocity: Some(sample.set.velocity),
+            corrected_position: Some(moved.set.position),
+            corrected_velocity: Some(moved.set.velocity),
+            position_diff: Some(moved.diagnostic.position_diff),
+            velocity_diff: Some(moved.diagnostic.velocity_diff),
+            correction_us: micros(moved.correction_time),
+            far_time_ns: far_time.filter(|_| self.follows()).map(Instant::as_nanos),
+            ..FarAxisSignals::default()
+        };
+        if let Some(encoder) = &self.encoder {
+            encoder.show(&mut signals);
+        }
+        signals
+    }
+}
+
+/// The sender's ideal time that corrected set values stand for, received with this count.
+pub(super) fn far_time(
+    header: &FrameHeader,
+    count: u64,
+    moved: &FarAxisOutput,
+) -> Option<Instant<Remote>> {
+    let sent = Instant::EPOCH + header.cycle_time.span() * count as i64;
+    match moved.state {
+        FilterState::Bypass => Some(sent),
+        FilterState::Pt1 => None,
+        FilterState::Sync | FilterState::Time | FilterState::Observer => {
+            Some(sent + moved.correction_time?.to_span())
+        }
+    }
+}
