@@ -183,7 +183,8 @@ impl Wide {
     fn limits(&mut self, ratio: f64) -> String {
         let velocity = ratio * self.random.decades(100.0, 20_000.0);
         let acceleration = ratio * self.random.decades(100.0, 1e7);
-        let jerk = acceleration * self.random.decades(1.0, 1e8);
+        // A config admits no more.
+        let jerk = (acceleration * self.random.decades(1.0, 1e8)).min(1e15);
         format!("velocity = {velocity:.3}, acceleration = {acceleration:.3}, jerk = {jerk:.3}")
     }
 
