@@ -93,13 +93,13 @@ impl Continuity {
         }
     }
 
-    /// What the master was seen to do by now: as hard and as fast is the axis brought back.
+    /// Sets what the master was seen to do by now, which bounds how hard and how fast the axis is brought back.
     pub const fn set_reach(&mut self, reach: Reach) {
         self.reach = reach;
     }
 
-    /// Whether positions come in beats from now on, as those of mode bypass do: the velocity that is stated beside them is that of
-    /// the axis.
+    /// Says that positions come in beats from now on, as those of mode bypass do. The velocity that is stated beside them is then that
+    /// of the axis.
     pub const fn show_beats(&mut self, shows_beats: bool) {
         self.shows_beats = shows_beats;
     }
@@ -186,7 +186,7 @@ impl Continuity {
         self.last = Some((set, beside));
     }
 
-    /// How the axis really moves: as it can at most.
+    /// The motion of the axis by its positions, within what it can do.
     fn moving(&self) -> Option<Kinematics> {
         let (last, beside) = self.last?;
         let is_true = beside.abs() <= CONTRADICTION * self.reach.velocity;

@@ -12,8 +12,8 @@ const RELATIVE: f64 = 1e-9;
 const MOTIONS: f64 = 2.0;
 /// What two velocities may be beside their positions by, in units of what the jerk of a cycle makes of a velocity.
 const VELOCITIES: f64 = 1.0;
-/// The same of the acceleration where no jerk binds: it turns round from one cycle to the next, which makes the half of one a mean, and
-/// each velocity may be beside its positions by a whole one.
+/// The same in units of what the acceleration limit makes of a velocity in a cycle, where no jerk binds. An acceleration that turns round
+/// from one cycle to the next puts the mean of two velocities off by ½, and each velocity may be beside its positions by 1.
 const FREE: f64 = 1.5;
 /// A position is calculated from numbers as large as the way of so long at the highest velocity, s.
 const WAY: f64 = 1.0;

@@ -23,10 +23,10 @@ const LARGEST_WAY: f64 = 1e6;
 /// How far a target may be beyond a wall, relative: the rounding of whoever calculates it.
 const WALL_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// How much faster or slower the positions of a master are than the velocity that it states, relative. A master that is
+/// The share by which positions of a master are faster or slower than the velocity that it states. A master that is
 /// brought to another time states what it does in its own: the blocks of TS5066 take a beat of up to three cycles away over ninety.
 ///
-/// That is a fact of the master and not of the guard: whoever judges what leaves a guard may use it too, and sees no less by it.
+/// It is a fact of the master and not of the guard: a check of what leaves a guard may use it too, and sees no less by it.
 pub const PACE: f64 = 0.03;
 
 /// An axis is quick that reaches its highest velocity within this number of cycles. Of 10 000 motions along all limits one did not
@@ -118,8 +118,8 @@ impl Envelope {
         acceleration.abs() <= highest_acceleration(&self.limits) * (1.0 + RELATIVE)
     }
 
-    /// Whether the axis may reach its highest velocity, and stand again, within a few cycles: of such a motion, positions a cycle apart
-    /// say little.
+    /// Tells an axis that may reach its highest velocity, and stand again, within a few cycles. Positions a cycle apart say little of
+    /// such a motion.
     pub(super) fn is_quick(&self) -> bool {
         self.limits.velocity() <= QUICK * highest_acceleration(&self.limits) * self.cycle_time
     }

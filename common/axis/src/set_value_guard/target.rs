@@ -25,8 +25,8 @@ pub(super) struct Course {
     pub(super) acceleration: f64,
 }
 
-/// What the velocities of a target may be beside its positions by, in what its acceleration changes by in a cycle: an eighth, and four
-/// times that for what is stated beside an acceleration that begins within a cycle. Without it, a velocity passed that was 130 %
+/// The most by which velocities of a target are beside its positions, as a share of the change of its acceleration in a cycle: an eighth,
+/// and four times that for what is stated beside an acceleration that begins within a cycle. Without it, a velocity passed that was 130 %
 /// beside its positions where the limits mean "none" (wide schedule 4128).
 const CHANGE: f64 = 0.5;
 
@@ -72,9 +72,9 @@ impl Target {
         }
     }
 
-    /// Whether the way of a cycle is the mean of the velocities that are stated at its ends.
+    /// Tells a target whose way in a cycle is the mean of the velocities that are stated at its ends.
     ///
-    /// It is, for what moves, to an eighth of what the acceleration changes by (the trapezoidal rule): by as much as is stated, or
+    /// That holds of a motion to an eighth of what the acceleration changes by (the trapezoidal rule): by as much as is stated, or
     /// as positions show. A far axis that is blended, or that jumps, states neither.
     fn goes_on(&self, next: &Kinematics, series: &Differences, rate: f64) -> bool {
         let mean = 0.5 * (self.stated.velocity + next.velocity);
@@ -85,7 +85,7 @@ impl Target {
         (series.velocity - mean).abs() <= most
     }
 
-    /// Whether its newest positions are where the velocities that it states have it.
+    /// Tells a target whose newest positions are where its stated velocities have it.
     pub(super) const fn is_consistent(&self) -> bool {
         self.beside < BESIDE
     }
