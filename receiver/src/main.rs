@@ -3,7 +3,8 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use coaxle_host::cli::{EXIT_CODES, LogArgs, exit_code, tune_transport};
+use coaxle_host::cli::{LogArgs, exit_code, tune_transport};
+use coaxle_os::exit::EXIT_CODES;
 use coaxle_receiver::run::{Args, run};
 
 /// Receiver node: makes a far axis local and smooth, and drives a slave with it

@@ -11,10 +11,9 @@ mod status;
 use std::path::PathBuf;
 
 use coaxle_clock::{Instant, Local};
-use coaxle_host::cli::Exit;
-use coaxle_host::{
-    ArrivalsTrace, Beside, BuildNode, Ended, NodeArgs, Recorder, Rows, Setup, arrivals_beside,
-};
+use coaxle_host::{Beside, BuildNode, NodeArgs, Recorder, Rows, Setup};
+use coaxle_os::exit::Exit;
+use coaxle_os::{ArrivalsTrace, Ended, arrivals_beside};
 
 use crate::config::ReceiverConfig;
 use crate::drives::Drives;

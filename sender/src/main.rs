@@ -3,7 +3,8 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use coaxle_host::cli::{EXIT_CODES, LogArgs, exit_code, tune_transport};
+use coaxle_host::cli::{LogArgs, exit_code, tune_transport};
+use coaxle_os::exit::EXIT_CODES;
 use coaxle_sender::run::{Args, run};
 
 /// Sender node: publishes axes once per cycle of its own clock

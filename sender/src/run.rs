@@ -3,9 +3,9 @@
 mod recorder;
 
 use coaxle_clock::{Instant, Local};
-use coaxle_host::cli::Exit;
 use coaxle_host::{Beside, BuildNode, NodeArgs, Recorder, Rows, Setup};
 use coaxle_node::Node;
+use coaxle_os::exit::Exit;
 
 use crate::config::SenderConfig;
 use crate::node::Sender;

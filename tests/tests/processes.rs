@@ -70,7 +70,7 @@ fn is_rare(receiver: &Value, field: &str) -> bool {
 #[ignore = "a quarter of an hour"]
 fn every_fault_as_processes() {
     let _alone = alone();
-    let failed = coaxle::catalog::FAULTS.iter().filter_map(|(fault, _)| {
+    let failed = coaxle_lab::catalog::FAULTS.iter().filter_map(|(fault, _)| {
         let out = tempfile::tempdir().expect("a scratch folder");
         let out = out.path().to_str().expect("a plain path");
         let output = coaxle(&["run", fault, "--processes", "--no-trace", "--out", out]);

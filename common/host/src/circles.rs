@@ -9,10 +9,10 @@ use coaxle_node::Channel;
 use coaxle_node::circles::{AxisAddress, CircleChange, CircleFinding, CircleState, CircleWatch};
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::Subscription;
+use coaxle_os::machine::Machine;
 use rtrb::{Consumer, Producer, RingBuffer};
 use serde_json::{Map, Value, json};
 
-use crate::machine::Machine;
 use crate::transport::{Declared, Transport};
 
 /// The longest status that is taken, bytes: that of a node with thousands of axes.

@@ -1,17 +1,14 @@
-//! What the binaries share: the log, durations on the command line, errors and exit codes.
+//! What the binaries share: the log, durations on the command line, the last words.
 
 use std::io::{IsTerminal, Write};
 use std::process::{Command, ExitCode};
 
 use coaxle_clock::Span;
-use coaxle_node::cam_file::CamFileError;
-use coaxle_node::config::ConfigError;
-use coaxle_node::one_line;
-use coaxle_node::text_file::{Unreadable, remedy};
+use coaxle_os::exit::{Exit, exit_of, lines_of};
+use coaxle_os::{Os, System};
 use tracing_appender::non_blocking::WorkerGuard;
 use tracing_subscriber::EnvFilter;
 
-use crate::os::{Os, System};
 use crate::transport::ZENOH_RUNTIME;
 
 /// How much a program logs; flatten it into its arguments.
@@ -63,41 +60,6 @@ impl LogArgs {
     }
 }
 
-/// How a program ended, as its exit code says it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Exit {
-    /// As it should.
-    Done = 0,
-    /// It could not do its work: the network, a port, a disk, a thread. So do errors.
-    Failed = 1,
-    /// The command line is wrong. What clap finds wrong itself ends so, too.
-    WrongCommandLine = 2,
-    /// It did its work, and an expectation was not met.
-    NotMet = 3,
-    /// What it was to do was refused, and nothing moved.
-    Refused = 4,
-    /// A node's time was up, and nothing had come of any node it follows.
-    NoData = 5,
-    /// A config, or another file that it was to read, is wrong or not there: it is the next time, too, so that nobody need
-    /// start it again. `EX_CONFIG` of sysexits.h, as service managers know it.
-    WrongConfig = 78,
-    /// Ctrl-C or SIGTERM came before it was done: what it left is of the time before.
-    Interrupted = 130,
-}
-
-/// The exit codes, for `--help`.
-pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 could not (network, port, disk); 2 wrong command line; \
-    3 an expectation was not met; 4 refused; 5 no data came; 78 a config or file is wrong or missing; 130 interrupted";
-
-impl Exit {
-    /// This one where something did not go as it should.
-    #[must_use]
-    pub const fn unless(self, good: bool) -> Self {
-        if good { Self::Done } else { self }
-    }
-}
-
 /// Prints an error as one line, from the outermost context to the cause, and gives the exit code. What was logged comes
 /// before it. Of a config every mistake has a line.
 #[must_use]
@@ -111,86 +73,6 @@ pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
         exit_of(&error)
     });
     ExitCode::from(exit as u8)
-}
-
-/// How a program ends that ended with this error.
-#[must_use]
-pub fn exit_of(error: &anyhow::Error) -> Exit {
-    let is = |test: fn(&(dyn std::error::Error + 'static)) -> bool| error.chain().any(test);
-    let mistake = (error.chain()).find_map(|cause| cause.downcast_ref::<Mistake>());
-    if let Some(mistake) = mistake {
-        mistake.exit
-    } else if error.downcast_ref::<NotThere>().is_some() {
-        Exit::NoData
-    } else if is(|cause| {
-        cause.is::<ConfigError>() || cause.is::<Unreadable>() || cause.is::<CamFileError>()
-    }) {
-        Exit::WrongConfig
-    } else {
-        Exit::Failed
-    }
-}
-
-/// A node that was asked for is not there: who is, or why not.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct NotThere(pub String);
-
-/// Something that a user gave and that nothing can be done with: what was received, and what is expected.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{text}")]
-pub struct Mistake {
-    text: String,
-    exit: Exit,
-}
-
-impl Mistake {
-    /// In an argument of the command line.
-    #[must_use]
-    pub fn in_argument(text: impl Into<String>) -> Self {
-        let exit = Exit::WrongCommandLine;
-        let text = text.into();
-        Self { text, exit }
-    }
-
-    /// In a file that is read.
-    #[must_use]
-    pub fn in_file(text: impl Into<String>) -> Self {
-        let exit = Exit::WrongConfig;
-        let text = text.into();
-        Self { text, exit }
-    }
-}
-
-/// A [`Mistake::in_argument`].
-///
-/// # Errors
-/// Always.
-pub fn wrong_argument<T>(text: impl Into<String>) -> anyhow::Result<T> {
-    Err(Mistake::in_argument(text).into())
-}
-
-/// A [`Mistake::in_file`].
-///
-/// # Errors
-/// Always.
-pub fn wrong_file<T>(text: impl Into<String>) -> anyhow::Result<T> {
-    Err(Mistake::in_file(text).into())
-}
-
-/// What is wrong: a line for each mistake in a config, otherwise one with all of the causes.
-#[must_use]
-pub fn lines_of(error: &anyhow::Error) -> Vec<String> {
-    match error.downcast_ref::<ConfigError>() {
-        Some(config) => config.lines(),
-        None => {
-            let by_system = error.chain().find_map(|cause| cause.downcast_ref());
-            vec![one_line(&format!(
-                "{error:#}{}",
-                by_system.map_or("", remedy)
-            ))]
-        }
-    }
 }
 
 /// Starts the calling program anew with Zenoh's threads shared out as [`ZENOH_RUNTIME`] says,
@@ -257,6 +139,8 @@ pub struct BadDuration {
 mod tests {
     use super::*;
     use clap::Parser;
+    use coaxle_node::config::ConfigError;
+    use coaxle_os::exit::NotThere;
 
     #[derive(Parser)]
     struct Args {

@@ -10,9 +10,9 @@ use coaxle_node::config::TransportConfig;
 use coaxle_node::guess::did_you_mean;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
+use coaxle_os::machine;
 
 use crate::credentials::{BadCredentials, Credentials};
-use crate::machine;
 use crate::transport::{Client, OverZenoh, Transport};
 use crate::watcher::Watcher;
 

@@ -11,12 +11,12 @@ use coaxle_node::Node;
 use coaxle_node::circles::CircleChange;
 use coaxle_node::config::ClockConfig;
 use coaxle_node::faults::{CycleJitter, DeviatedClock, WrongTerm, seed_of};
+use coaxle_os::machine::{self, Machine};
 use rtrb::{Consumer, Producer};
 
 use crate::commands::OrderQueue;
 use crate::counters::{Counters, count};
 use crate::inputs::InputTap;
-use crate::machine::{self, Machine};
 use crate::mailbox::Mailbox;
 use crate::outbox::{Outbox, OutgoingFrame};
 use crate::telemetry::{ArrivalRecord, Records};

@@ -5,8 +5,7 @@ use coaxle_node::Channel;
 use coaxle_node::config::LinkConfig;
 use coaxle_node::faults::{Deliveries, LinkModel, Tampering, WrongTerm};
 use coaxle_node::wiring::far_link_seed;
-
-use crate::machine::{self, Machine};
+use coaxle_os::machine::{self, Machine};
 
 /// What is laid over the frames of one channel.
 pub(crate) struct Faults {

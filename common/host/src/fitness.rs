@@ -3,9 +3,9 @@
 use anyhow::Context;
 use coaxle_clock::Span;
 use coaxle_node::config::RealTimeConfig;
+use coaxle_os::machine;
+use coaxle_os::{Facts, Firewall, Os, System};
 
-use crate::machine;
-use crate::os::{Facts, Firewall, Os, System};
 use crate::real_time::{self, Denied};
 
 /// Something about this PC.

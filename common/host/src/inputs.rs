@@ -6,9 +6,8 @@ use coaxle_clock::{Instant, Local};
 use coaxle_node::command::CommandOrder;
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::{AxisSample, KeptMessage, Message, Received, Scan};
+use coaxle_os::machine::Machine;
 use rtrb::{Consumer, Producer, RingBuffer};
-
-use crate::machine::Machine;
 
 /// Scans and messages that telemetry may lag behind: a second's worth of a few nodes at 1 kHz.
 const ENTRIES: usize = 16_384;

@@ -10,13 +10,12 @@
 //! ```
 //!
 //! Each arrow into or out of the cycle thread is a bounded, wait-free ring: the cycle thread never
-//! waits for the network, a disk or a log, and what does not fit is counted. Only [`os`] knows the operating system.
+//! waits for the network, a disk or a log, and what does not fit is counted. Only [`coaxle_os`] knows the operating system.
 //! Only the module behind [`OverZenoh`] knows Zenoh.
 //!
 //! The set values of a slave reach drive code in another process by [`shared_memory`];
 //! `examples/drive_reader.rs` is such a process: `cargo run -p coaxle-host --example drive_reader`.
 
-mod arrivals;
 mod circles;
 pub mod cli;
 mod commander;
@@ -24,7 +23,6 @@ mod commands;
 mod counters;
 pub mod credentials;
 mod cycle;
-mod ended;
 #[cfg(test)]
 mod example;
 mod faults;
@@ -32,12 +30,10 @@ pub mod fitness;
 mod health;
 mod hearing;
 mod inputs;
-mod interrupt;
-pub mod machine;
 pub mod mailbox;
+mod network;
 mod new_file;
 mod node_args;
-pub mod os;
 mod outbox;
 mod panics;
 mod publisher;
@@ -59,19 +55,15 @@ mod threads;
 mod timing;
 #[cfg(test)]
 mod toy;
-mod trace;
 pub mod transport;
 mod unseen;
 mod waiting;
 mod watcher;
 
-pub use arrivals::{ArrivalsTrace, arrivals_beside, exchanges_beside};
 pub use commander::Commander;
-pub use ended::Ended;
 pub use health::Health;
 pub use inputs::InputRecord;
-pub use interrupt::Interrupt;
-pub use machine::Machine;
+pub use network::NetworkArgs;
 pub use new_file::{create_new, create_next};
 pub use node_args::NodeArgs;
 pub use recording::{Attached, Recording};
@@ -79,7 +71,6 @@ pub use rows::Rows;
 pub use run::{Beside, BuildNode, Outcome, Setup, run, run_over};
 pub use shared_memory::SharedMemoryDrive;
 pub use synced_file::SyncedFile;
-pub use telemetry::{ArrivalRecord, Record, Recorder, fields_of};
-pub use trace::Trace;
+pub use telemetry::{ArrivalRecord, Record, Recorder};
 pub use transport::{Exposure, InProcess, OverZenoh, Transport, ZENOH_RUNTIME, zenoh_config};
 pub use watcher::{SeenNode, Watcher};

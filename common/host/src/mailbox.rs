@@ -9,9 +9,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use coaxle_clock::Instant;
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::{AxisSample, Message};
+use coaxle_os::machine::Machine;
 use rtrb::{Consumer, Producer, RingBuffer};
-
-use crate::machine::Machine;
 
 /// A message with its arrival; how many of the next axes are its own.
 #[derive(Clone, Copy, Debug)]

@@ -3,28 +3,32 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use coaxle_host::transport::endpoint;
 use coaxle_node::config::{ConfigError, TransportConfig, TransportMode, from_table, parse_table};
+use coaxle_node::keys::NodeName;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
+
+use crate::credentials::known_nodes;
+use crate::transport::endpoint;
+use crate::watcher::Watcher;
 
 /// Where the examples' nodes listen.
 const DEFAULT: [&str; 2] = ["tcp/127.0.0.1:7447", "tcp/127.0.0.1:7448"];
 
 /// What a command that reaches running nodes is told of the network.
 #[derive(Clone, Debug, Default, Args)]
-pub(crate) struct NetworkArgs {
+pub struct NetworkArgs {
     /// Look for nodes here, such as tcp/192.168.1.10:7448; may be given several times [default:
     /// this machine, ports 7447 and 7448]
     #[arg(long, global = true, value_name = "ENDPOINT", value_parser = endpoint)]
-    pub(crate) connect: Vec<String>,
+    pub connect: Vec<String>,
     /// Look for nodes where this config file of one of them says: where it listens, and where it
     /// connects to
     #[arg(long, global = true, value_name = "FILE", conflicts_with = "connect")]
-    pub(crate) config: Option<PathBuf>,
+    pub config: Option<PathBuf>,
     /// The operator's folder of the secure profile, as `coaxle secure init` wrote it: nodes are looked for where
     /// that says, and orders bear the operator's name
     #[arg(long, global = true, value_name = "DIR")]
-    pub(crate) secure: Option<PathBuf>,
+    pub secure: Option<PathBuf>,
 }
 
 impl NetworkArgs {
@@ -33,7 +37,7 @@ impl NetworkArgs {
     ///
     /// # Errors
     /// A config file that cannot be read, or whose transport section is wrong.
-    pub(crate) fn transport(&self) -> Result<TransportConfig, ConfigError> {
+    pub fn transport(&self) -> Result<TransportConfig, ConfigError> {
         let Self {
             connect,
             config,
@@ -56,6 +60,22 @@ impl NetworkArgs {
             transport.connect = DEFAULT.map(str::to_owned).to_vec();
         }
         Ok(transport)
+    }
+}
+
+impl NetworkArgs {
+    /// Watches these nodes; where everybody may, all that there are, to say who is there instead of one that is not.
+    ///
+    /// # Errors
+    /// A wrong network section, or a network that cannot be joined.
+    pub fn watch(&self, nodes: &[NodeName]) -> anyhow::Result<Watcher> {
+        let transport = self.transport()?;
+        let known = match (&self.secure, nodes) {
+            (None, _) => Vec::new(),
+            (Some(folder), []) => known_nodes(folder)?,
+            (Some(_), nodes) => nodes.to_vec(),
+        };
+        Watcher::open(&transport, &known)
     }
 }
 

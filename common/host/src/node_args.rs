@@ -9,17 +9,17 @@ use coaxle_node::config::{ConfigError, TransportConfig, load};
 use coaxle_node::keys::NodeName;
 use coaxle_node::signal::Instance;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
+use coaxle_os::Trace;
+use coaxle_os::machine;
+use coaxle_os::{Os, System};
 use coaxle_recording::{Facts, Growth, Table};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
 use crate::cli::parse_duration;
 use crate::credentials::{Credentials, CredentialsFault};
-use crate::machine;
-use crate::os::{Os, System};
 use crate::recording::{Attached, Recording};
 use crate::rows::Rows;
-use crate::trace::Trace;
 use crate::transport::{endpoint, zenoh_config};
 
 /// The arguments of a node; flatten them into those of a program.

@@ -6,9 +6,8 @@ use std::thread::Thread;
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
+use coaxle_os::machine::Machine;
 use rtrb::{Consumer, Producer, RingBuffer};
-
-use crate::machine::Machine;
 
 /// Bytes before each body: channel, ideal start, rate, length, far node.
 const HEADER: usize = 1 + 8 + 8 + 4 + 2;

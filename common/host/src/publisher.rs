@@ -7,10 +7,10 @@ use std::time::Duration;
 use coaxle_clock::Instant;
 use coaxle_node::Channel;
 use coaxle_node::frame::KeySeal;
+use coaxle_os::machine::{self, Machine};
 
 use crate::counters::{Counters, count};
 use crate::faults::Faults;
-use crate::machine::{self, Machine};
 use crate::outbox::{OutgoingFrame, OutgoingFrames};
 use crate::timing::{BeaconSender, Socket};
 use crate::transport::Publisher;

@@ -4,8 +4,7 @@ use std::fmt;
 use std::sync::OnceLock;
 
 use coaxle_node::config::RealTimeConfig;
-
-use crate::os::{Os, System};
+use coaxle_os::{Os, System};
 
 /// A wish the operating system did not grant.
 #[derive(Clone, Debug, PartialEq, Eq)]

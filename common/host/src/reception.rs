@@ -7,10 +7,10 @@ use coaxle_clock::{Instant, Span};
 use coaxle_node::faults::WrongTerm;
 use coaxle_node::wiring::Subscription;
 use coaxle_node::{Message, Reader, Rejection};
+use coaxle_os::machine::Machine;
 
 use crate::counters::{Counters, count};
 use crate::faults::Faults;
-use crate::machine::Machine;
 use crate::mailbox::Inbox;
 
 /// What is known of a source, written by the transport's threads.

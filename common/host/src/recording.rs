@@ -6,11 +6,11 @@ use std::thread::JoinHandle;
 
 use anyhow::{Context, anyhow};
 use coaxle_clock::Instant;
+use coaxle_os::machine::{self, Machine};
 use coaxle_recording::{EncodedRow, Facts, LogLine, RowEncoder, RowError, Table, Writer};
 use serde::Serialize;
 
 use crate::inputs::InputRecord;
-use crate::machine::{self, Machine};
 use crate::new_file::create_next;
 use crate::synced_file::SyncedFile;
 

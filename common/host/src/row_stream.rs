@@ -1,10 +1,10 @@
 //! The rows of a node for those who look on.
 
 use coaxle_clock::{Instant, Span};
+use coaxle_os::machine::Machine;
 use coaxle_recording::{LogLine, Pieces, RowEncoder, Table, WriteError};
 use serde::Serialize;
 
-use crate::machine::Machine;
 use crate::transport::Publisher;
 
 /// As long as a piece is: twenty a second look like motion, and what each needs besides its rows stays small.

@@ -1,15 +1,15 @@
 //! What becomes of the rows of a node: a trace, a recording, and what those see who look on.
 
 use coaxle_clock::Instant;
+use coaxle_os::Trace;
+use coaxle_os::machine::{self, Machine};
 use coaxle_recording::{Facts, Level, LogLine, Pieces, Table};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use crate::inputs::InputRecord;
-use crate::machine::{self, Machine};
 use crate::recording::Recording;
 use crate::row_stream::RowStream;
-use crate::trace::Trace;
 use crate::transport::Publisher;
 
 /// The rows of a node, with its log and its status, on their way to wherever they are wanted.

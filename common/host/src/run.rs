@@ -10,6 +10,9 @@ use coaxle_node::config::{ClockConfig, RealTimeConfig, TimingEndpoints, Transpor
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
+use coaxle_os::Ended;
+use coaxle_os::machine;
+use coaxle_os::{EndSignals, Os, System};
 use rtrb::RingBuffer;
 
 use crate::circles::CircleSearch;
@@ -17,11 +20,8 @@ use crate::commands::commands;
 use crate::counters::{Counters, read};
 use crate::credentials::{Credentials, RENEW_WITHIN, TIMING_KEY_FILE, date, timing_secret};
 use crate::cycle::{Cycle, NodeClock};
-use crate::ended::Ended;
 use crate::inputs::inputs;
-use crate::machine;
 use crate::mailbox::{Inbox, Mailbox, mailbox};
-use crate::os::{EndSignals, Os, System};
 use crate::outbox::outbox;
 use crate::panics::panics;
 use crate::real_time;

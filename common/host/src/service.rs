@@ -4,8 +4,9 @@ use std::convert::Infallible;
 use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
+use coaxle_os::{Os, ServiceState, System};
+
 use crate::counters::read;
-use crate::os::{Os, ServiceState, System};
 
 /// A watchdog is fed so many times in its time.
 const MEALS: u32 = 3;

@@ -10,11 +10,11 @@ use coaxle_node::command::BadOrder;
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::{ANY_ALIVE_KEY, NodeName};
 use coaxle_node::wiring::{Publication, Subscription};
+use coaxle_os::machine::Machine;
 
 use crate::commands::{RequestSender, answer};
 use crate::counters::Counters;
 use crate::faults::Faults;
-use crate::machine::Machine;
 use crate::mailbox::Inbox;
 use crate::panics::PanicWatch;
 use crate::publisher::PublishedChannel;

@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::keys::NodeName;
+use coaxle_os::machine::Machine;
+use coaxle_os::{Os, System};
 use serde_json::{Map, Value, json};
 
 use crate::circles::CircleSearch;
 use crate::counters::{Counters, read};
 use crate::health::{Evidence, Health, judge};
 use crate::hearing::Hearing;
-use crate::machine::Machine;
-use crate::os::{Os, System};
 use crate::real_time;
 use crate::reception::Contact;
 use crate::session::Session;

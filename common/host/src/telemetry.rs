@@ -5,12 +5,11 @@ use std::time::Duration;
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Arrival;
+use coaxle_os::machine::{self, Machine};
 use rtrb::{Consumer, Producer, RingBuffer};
-use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::inputs::{InputRecord, Inputs};
-use crate::machine::{self, Machine};
 use crate::status::Reporter;
 use crate::transport::Publisher;
 
@@ -81,15 +80,6 @@ pub trait Recorder<S>: Send {
     /// Whatever was recorded could not be kept.
     fn finish(&mut self) -> anyhow::Result<()> {
         Ok(())
-    }
-}
-
-/// The fields of a structure, as a recorder adds them to the status; none of anything else.
-#[must_use]
-pub fn fields_of(structure: &impl Serialize) -> Map<String, Value> {
-    match serde_json::to_value(structure) {
-        Ok(Value::Object(fields)) => fields,
-        _ => Map::new(),
     }
 }
 

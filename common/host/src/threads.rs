@@ -10,12 +10,12 @@ use anyhow::{Context, anyhow, bail};
 use coaxle_clock::Span;
 use coaxle_node::Node;
 use coaxle_node::config::RealTimeConfig;
+use coaxle_os::machine;
 use tokio::sync::oneshot;
 
 use crate::commands::CommandServer;
 use crate::counters::Counters;
 use crate::cycle::{Cycle, Limits, NodeClock};
-use crate::machine;
 use crate::outbox::OutgoingFrames;
 use crate::panics::PanicWatch;
 use crate::publisher::{PublishedChannel, publish};

@@ -6,8 +6,8 @@ use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::keys::NodeName;
+use coaxle_os::machine::Machine;
 
-use crate::machine::Machine;
 use crate::transport::{Transport, Unseen};
 
 /// A node that is missing for so long is asked for. Most are there sooner.

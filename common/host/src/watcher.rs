@@ -7,9 +7,9 @@ use std::time::Duration;
 use coaxle_clock::{Instant, Span};
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::{ANY_ALIVE_KEY, ANY_STATUS_KEY, NodeName};
+use coaxle_os::machine::{self, Machine};
 use serde_json::{Map, Value};
 
-use crate::machine::{self, Machine};
 use crate::transport::{Declared, OverZenoh, Transport, Unseen};
 
 /// The longest status that is taken, bytes: that of a node with thousands of axes.

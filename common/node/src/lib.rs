@@ -10,6 +10,7 @@ pub mod circles;
 pub mod config;
 pub mod contract;
 pub mod faults;
+mod fields;
 pub mod gear_file;
 pub mod guess;
 pub mod point_table;
@@ -28,3 +29,4 @@ pub use coaxle_wire::{
     one_line, time_server,
 };
 pub use contract::{Channel, Message, Node, Outgoing};
+pub use fields::fields_of;

@@ -7,7 +7,7 @@ use coaxle_clock::{Domain, Instant};
 use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
 use coaxle_node::{Arrival, Arrived};
 
-use crate::trace::Trace;
+use crate::Trace;
 
 /// What a receiver took in of the followed clock, as CSV: a line per message in one file, a line per
 /// time exchange in another.

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 
-use crate::cli::Exit;
-use crate::os::{EndSignals, Os, System};
+use crate::exit::Exit;
+use crate::{EndSignals, Os, System};
 
 /// Whether Ctrl-C, SIGTERM or SIGHUP has come.
 #[derive(Clone, Debug, Default)]

@@ -5,7 +5,7 @@ use std::time::SystemTime;
 
 use coaxle_clock::{Domain, Instant, Local, Span};
 
-use crate::os::{Os, System};
+use crate::{Os, System};
 
 /// The operating system's monotonic clock: `CLOCK_MONOTONIC` of Linux.
 ///
@@ -59,7 +59,7 @@ pub fn cycle_start() -> Instant<Machine> {
 }
 
 /// From now on this thread is in the cycle that ideally started then.
-pub(crate) fn begin_cycle(ideal_start: Instant<Machine>) {
+pub fn begin_cycle(ideal_start: Instant<Machine>) {
     CYCLE_START.set(Some(ideal_start));
 }
 

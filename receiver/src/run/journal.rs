@@ -6,8 +6,8 @@ mod wraps;
 
 use coaxle_clock::time_sync::SyncWarning;
 use coaxle_clock::{Instant, Span};
-use coaxle_host::Machine;
 use coaxle_node::keys::NodeName;
+use coaxle_os::Machine;
 
 use super::fault::Fault;
 use crate::config::ReceiverConfig;

@@ -2,7 +2,8 @@
 
 use coaxle_clock::Instant;
 use coaxle_host::transport::Publisher;
-use coaxle_host::{ArrivalRecord, ArrivalsTrace, InputRecord, Machine, Record, Recorder, Rows};
+use coaxle_host::{ArrivalRecord, InputRecord, Record, Recorder, Rows};
+use coaxle_os::{ArrivalsTrace, Machine};
 use serde_json::{Map, Value, json};
 
 use super::journal::{Journal, Level};

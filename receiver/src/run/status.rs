@@ -1,8 +1,8 @@
 //! What a receiver adds to its status: its signals, nested by what they are about, and what is wrong in
 //! words. `docs/WIRE.md` describes it.
 
-use coaxle_host::fields_of;
 use coaxle_node::circles::AxisAddress;
+use coaxle_node::fields_of;
 use coaxle_node::signal::{Group, Instance};
 use serde::Serialize;
 use serde_json::{Map, Value, json};

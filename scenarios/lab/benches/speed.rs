@@ -1,11 +1,11 @@
-//! What a frame, a cycle and a virtual second cost: `cargo bench -p coaxle`.
+//! What a frame, a cycle and a virtual second cost: `cargo bench -p coaxle-lab`.
 
 use std::hint::black_box;
 use std::time::Duration;
 
-use coaxle::virtual_time;
 use coaxle_clock::observer::{ObserverParameters, PhaseObserver};
 use coaxle_clock::{CycleTime, Instant, Local, Span};
+use coaxle_lab::virtual_time;
 use coaxle_node::config::parse;
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::NodeName;
@@ -130,7 +130,7 @@ fn observer(c: &mut Criterion) {
 }
 
 fn virtual_time(c: &mut Criterion) {
-    let mut scenario = coaxle::catalog::find("beat")
+    let mut scenario = coaxle_lab::catalog::find("beat")
         .and_then(|source| source.read(&["duration-s=10".to_owned()]))
         .expect("a scenario of the catalogue");
     scenario

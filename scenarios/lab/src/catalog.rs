@@ -3,16 +3,16 @@
 use std::path::Path;
 
 use anyhow::Context;
-use coaxle_host::cli::wrong_argument;
 use coaxle_node::config::{ConfigError, did_you_mean, parse_table};
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
+use coaxle_os::exit::wrong_argument;
 
 use crate::scenario::Scenario;
 use crate::{overrides, read};
 
 macro_rules! catalogue {
     ($($name:literal,)*) => {
-        &[$(($name, include_str!(concat!("../catalog/", $name, ".toml"))),)*]
+        &[$(($name, include_str!(concat!("../../catalog/", $name, ".toml"))),)*]
     };
 }
 

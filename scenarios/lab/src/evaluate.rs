@@ -30,11 +30,7 @@ use judge::{Clocks, Judge, Source};
 use watch::ReceiverWatch;
 
 /// Where an axis of a sender truly was at the ideal start of a cycle, by its signals.
-pub(crate) fn truth_of(
-    at_ns: i64,
-    node: &SenderSignals,
-    axis: &AxisSignals,
-) -> TruthSample<Reference> {
+pub fn truth_of(at_ns: i64, node: &SenderSignals, axis: &AxisSignals) -> TruthSample<Reference> {
     TruthSample {
         at: Instant::from_nanos(at_ns),
         epoch: node.run,
@@ -68,11 +64,11 @@ pub struct Evaluation {
 
 /// What an evaluation comes to.
 #[derive(Debug)]
-pub(crate) struct Evaluated {
+pub struct Evaluated {
     /// Each receiver, by each of its far or virtual axes.
-    pub(crate) receivers: Vec<(String, ReceiverSummary)>,
+    pub receivers: Vec<(String, ReceiverSummary)>,
     /// What did not hold in every cycle.
-    pub(crate) violations: Vec<InvariantViolation>,
+    pub violations: Vec<InvariantViolation>,
 }
 
 /// A sender's axis that somebody follows, a receiver's virtual axis, or a receiver that somebody follows:
@@ -103,7 +99,7 @@ const CLOCK_ONLY: u32 = 0;
 impl Evaluation {
     /// Nothing evaluated yet; the run starts at `start`.
     #[must_use]
-    pub(crate) fn new(
+    pub fn new(
         scenario: &Scenario,
         topology: &Topology,
         world: World,
@@ -170,12 +166,12 @@ impl Evaluation {
     }
 
     /// A cycle of a sender: where one of its axes truly was.
-    pub(crate) fn master_was(&mut self, sender: usize, axis: u32, sample: TruthSample<Reference>) {
+    pub fn master_was(&mut self, sender: usize, axis: u32, sample: TruthSample<Reference>) {
         push(&mut self.masters, sender, axis, sample);
     }
 
     /// A cycle of a receiver.
-    pub(crate) fn receiver_did(
+    pub fn receiver_did(
         &mut self,
         receiver: usize,
         at_ns: i64,
@@ -224,7 +220,7 @@ impl Evaluation {
     }
 
     /// The run is over: what still waits for the master is judged without it.
-    pub(crate) fn finish(mut self, sink: &mut impl RowSink) -> Evaluated {
+    pub fn finish(mut self, sink: &mut impl RowSink) -> Evaluated {
         for (n, judge) in self.judges.iter_mut().enumerate() {
             while let Some(record) = judge.waiting.pop_front() {
                 let row = judge.judge(record, &self.masters, self.start);

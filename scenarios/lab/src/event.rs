@@ -72,7 +72,7 @@ pub struct Commanded {
 
 impl Commanded {
     /// Whether the answer is the expected one; none if none came. A scenario fails otherwise.
-    pub(crate) fn judge(&self, event: &Event, answer: Option<&CommandAnswer>) -> Verdict {
+    pub fn judge(&self, event: &Event, answer: Option<&CommandAnswer>) -> Verdict {
         let expected = match self.expect_refusal {
             None => "accepted".to_owned(),
             Some(code) => format!("refused, {code:#06x}"),

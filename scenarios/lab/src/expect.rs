@@ -1,6 +1,6 @@
 //! What a scenario expects of its outcome.
 
-use coaxle_host::fields_of;
+use coaxle_node::fields_of;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

@@ -2,8 +2,8 @@
 //!
 //! Signals bring all of that from their declaration. What is evaluated besides is declared here, a line each.
 
-use coaxle_host::fields_of;
 use coaxle_node::config::Unit;
+use coaxle_node::fields_of;
 use coaxle_node::signal::{Kind, Signal, Signals};
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
 use coaxle_recording::Value;

@@ -25,21 +25,24 @@ impl Progress for () {
 /// What either world hands back.
 #[derive(Debug)]
 pub struct Finished {
-    pub(crate) figures: BTreeMap<String, ReceiverSummary>,
+    /// Each receiver's figures, by its name.
+    pub figures: BTreeMap<String, ReceiverSummary>,
     /// Whether the commands to slaves had the answers that were expected.
-    pub(crate) commands: Vec<Verdict>,
+    pub commands: Vec<Verdict>,
     /// What did not hold in every cycle.
-    pub(crate) violations: Vec<InvariantViolation>,
+    pub violations: Vec<InvariantViolation>,
     /// Nodes that a signal killed although the scenario did not order it; of processes alone.
-    pub(crate) deaths: Vec<Verdict>,
+    pub deaths: Vec<Verdict>,
     /// What each router did.
-    pub(crate) routers: Vec<RouterTraffic>,
+    pub routers: Vec<RouterTraffic>,
     /// When it was ended before its time, s after its start.
-    pub(crate) interrupted_at_s: Option<f64>,
+    pub interrupted_at_s: Option<f64>,
 }
 
 impl Finished {
-    pub(crate) fn new(evaluated: Evaluated) -> Self {
+    /// A whole run, of which no more is known than what was evaluated.
+    #[must_use]
+    pub fn new(evaluated: Evaluated) -> Self {
         Self {
             figures: evaluated.receivers.into_iter().collect(),
             commands: Vec::new(),
@@ -50,22 +53,30 @@ impl Finished {
         }
     }
 
-    pub(crate) fn interrupted_at(self, interrupted_at_s: Option<f64>) -> Self {
+    /// With when it was ended before its time, s after its start.
+    #[must_use]
+    pub fn interrupted_at(self, interrupted_at_s: Option<f64>) -> Self {
         Self {
             interrupted_at_s,
             ..self
         }
     }
 
-    pub(crate) fn with_commands(self, commands: Vec<Verdict>) -> Self {
+    /// With what the commands to slaves came to.
+    #[must_use]
+    pub fn with_commands(self, commands: Vec<Verdict>) -> Self {
         Self { commands, ..self }
     }
 
-    pub(crate) fn with_deaths(self, deaths: Vec<Verdict>) -> Self {
+    /// With the nodes that a signal killed.
+    #[must_use]
+    pub fn with_deaths(self, deaths: Vec<Verdict>) -> Self {
         Self { deaths, ..self }
     }
 
-    pub(crate) fn with_routers(self, routers: Vec<RouterTraffic>) -> Self {
+    /// With what each router did.
+    #[must_use]
+    pub fn with_routers(self, routers: Vec<RouterTraffic>) -> Self {
         Self { routers, ..self }
     }
 

@@ -4,29 +4,31 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Context;
-use coaxle_host::cli::lines_of;
+use coaxle_os::exit::lines_of;
 
 /// Something that was judged.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Case {
-    pub(crate) name: String,
-    pub(crate) failure: Option<Failure>,
+pub struct Case {
+    /// What it is called.
+    pub name: String,
+    /// Why it is not as it should be; none where it is.
+    pub failure: Option<Failure>,
 }
 
 /// Why it is not as it should be.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Failure {
+pub struct Failure {
     /// In a line.
-    pub(crate) message: String,
+    pub message: String,
     /// In full.
-    pub(crate) text: String,
+    pub text: String,
 }
 
 /// Writes the report of all cases of a suite, which took so many seconds.
 ///
 /// # Errors
 /// Names the file that cannot be written.
-pub(crate) fn write(
+pub fn write(
     path: &Path,
     suite: &str,
     took_s: f64,
@@ -40,11 +42,7 @@ pub(crate) fn write(
 ///
 /// # Errors
 /// What kept it from being run.
-pub(crate) fn told_of<T>(
-    path: Option<&Path>,
-    suite: &str,
-    run: anyhow::Result<T>,
-) -> anyhow::Result<T> {
+pub fn told_of<T>(path: Option<&Path>, suite: &str, run: anyhow::Result<T>) -> anyhow::Result<T> {
     if let (Some(path), Err(error)) = (path, &run) {
         // What kept it from running says more than why there is no report of that.
         let _ = std::fs::write(path, not_run(suite, &lines_of(error)));

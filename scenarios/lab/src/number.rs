@@ -1,14 +1,7 @@
 //! Numbers as people read and write them.
 
-use clap::builder::RangedU64ValueParser;
-
-/// A seed on the command line: one that a scenario file can hold.
-pub(crate) fn seed() -> RangedU64ValueParser {
-    clap::value_parser!(u64).range(..=i64::MAX as u64)
-}
-
 /// So many significant digits, in plain notation where that stays short.
-pub(crate) fn significant(value: f64, digits: i32) -> String {
+pub fn significant(value: f64, digits: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
     }
@@ -26,7 +19,7 @@ pub(crate) fn significant(value: f64, digits: i32) -> String {
 
 /// What this share of sorted values is not above, at least one of them; between two as on a straight line from one to the
 /// other.
-pub(crate) fn quantile(sorted: &[f64], share: f64) -> f64 {
+pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = share * (sorted.len() - 1) as f64;
     let (below, above) = (sorted[place as usize], sorted[place.ceil() as usize]);
     if below == above {

@@ -1,8 +1,8 @@
 //! `--set path.to.field=value`.
 
 use anyhow::Context;
-use coaxle_host::cli::{Mistake, wrong_argument};
 use coaxle_node::config::did_you_mean;
+use coaxle_os::exit::{Mistake, wrong_argument};
 use toml::{Table, Value};
 
 /// Most keys of a path.

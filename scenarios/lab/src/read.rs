@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::num::NonZeroU32;
 use std::path::Path;
 
-use coaxle_host::fields_of;
 use coaxle_node::CommandOrder;
 use coaxle_node::config::{ConfigError, Unit, did_you_mean, from_table};
 use coaxle_node::faults::{WrongTerm, check_link};
+use coaxle_node::fields_of;
 use coaxle_node::keys::NodeName;
 use coaxle_receiver::{Drives, ReceiverConfig, SlaveConfig};
 use coaxle_sender::config::ShownAxes;
@@ -26,7 +26,7 @@ use crate::topology::{Root, Topology, Viewed};
 ///
 /// # Errors
 /// [`ConfigError`] names the file, the field, what was received and what is expected.
-pub(crate) fn scenario(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> {
+pub fn scenario(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> {
     let mut table = table;
     let origins = group::expand(file, &mut table)?;
     written_out(file, table).map_err(|error| origins.in_file(error))

@@ -67,7 +67,7 @@ fn as_far_axis(axis: &VirtualAxisSignals) -> FarAxisSignals {
 
 impl Record {
     /// Takes in a cycle; what was in it before is forgotten.
-    pub(crate) fn fill(&mut self, at_ns: i64, woke_ns: i64, signals: &SignalRow, view: &View) {
+    pub fn fill(&mut self, at_ns: i64, woke_ns: i64, signals: &SignalRow, view: &View) {
         self.at_ns = at_ns;
         self.woke_ns = woke_ns;
         self.node = signals.node;

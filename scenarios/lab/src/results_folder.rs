@@ -4,11 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use coaxle_host::os::{HeldFolder, Os, System};
+use coaxle_os::{HeldFolder, Os, System};
 
 /// The folder, held until this is dropped.
 #[derive(Debug)]
-pub(crate) struct ResultsFolder {
+pub struct ResultsFolder {
     path: PathBuf,
     _held: HeldFolder,
 }
@@ -18,7 +18,7 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// Names the folder that cannot be made, or that another run writes to.
-    pub(crate) fn hold(path: &Path) -> anyhow::Result<Self> {
+    pub fn hold(path: &Path) -> anyhow::Result<Self> {
         let cannot = || format!("cannot make the folder {}", path.display());
         fs::create_dir_all(path).with_context(cannot)?;
         let Some(held) = Os::hold_folder(path).with_context(cannot)? else {
@@ -34,7 +34,8 @@ impl ResultsFolder {
     }
 
     /// A file in it.
-    pub(crate) fn file(&self, name: &str) -> PathBuf {
+    #[must_use]
+    pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 }

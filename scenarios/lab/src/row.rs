@@ -66,6 +66,16 @@ impl RowSink for () {
     fn row(&mut self, _view: usize, _row: &Row) {}
 }
 
+impl<S: RowSink + ?Sized> RowSink for &mut S {
+    fn row(&mut self, view: usize, row: &Row) {
+        (**self).row(view, row);
+    }
+
+    fn arrived(&mut self, receiver: usize, at: Instant<True>, tick: &Tick, arrival: &Arrival) {
+        (**self).arrived(receiver, at, tick, arrival);
+    }
+}
+
 impl<S: RowSink> RowSink for Option<S> {
     fn row(&mut self, view: usize, row: &Row) {
         if let Some(sink) = self {

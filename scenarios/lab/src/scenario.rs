@@ -101,7 +101,7 @@ impl Scenario {
     }
 
     /// What every node publishes and hears: senders first, then receivers, then twins.
-    pub(crate) fn wirings(&self) -> Vec<Wiring> {
+    pub fn wirings(&self) -> Vec<Wiring> {
         let senders = self.senders.iter().map(SenderConfig::wiring);
         let receivers = self.receivers.iter().map(ReceiverConfig::wiring);
         let mut wirings: Vec<_> = senders.chain(receivers).collect();
@@ -113,7 +113,7 @@ impl Scenario {
     }
 
     /// The nodes that a second one of the same name comes beside, in the order of the events.
-    pub(crate) fn twins(&self) -> Vec<&NodeName> {
+    pub fn twins(&self) -> Vec<&NodeName> {
         let mut twins = Vec::new();
         for event in &self.events {
             let is_twin = matches!(

@@ -3,7 +3,6 @@
 //! A schedule is a scenario made from a seed. In virtual time a day of them takes minutes; what fails is made smaller for as
 //! long as it fails, and left as a scenario file that repeats it.
 
-pub(crate) mod cli;
 pub mod schedule;
 mod shrink;
 
@@ -14,8 +13,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use anyhow::Context;
-use coaxle_host::machine;
 use coaxle_node::config::{ClockConfig, CycleMicros};
+use coaxle_os::machine;
 use coaxle_receiver::ContinuityName;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_receiver::config::{FarConfig, Mode};
@@ -26,16 +25,17 @@ use crate::finished::{Finished, Progress};
 use crate::invariants::Invariant;
 use crate::junit::{self, Case};
 use crate::results_folder::ResultsFolder;
-use crate::run::{self, Options, TraceFormat};
+use crate::run::{Options, TraceFormat};
 use crate::scenario::Scenario;
+use crate::stage::Stage;
 use crate::summary::{ReceiverSummary, World};
-use crate::{processes, virtual_time};
+use crate::virtual_time;
 
 /// What to run.
-#[derive(Clone, Debug)]
-pub struct Soak {
-    /// In which world. Processes run one schedule after the other, virtual time as many as there are processors.
-    pub world: World,
+#[derive(Clone)]
+pub struct Soak<'a> {
+    /// In virtual time, or as processes: these run one schedule after the other, virtual time as many as there are processors.
+    pub stage: &'a dyn Stage,
     /// The schedules.
     pub seeds: Range<u64>,
     /// Whether they are [wide](schedule::wide).
@@ -44,7 +44,12 @@ pub struct Soak {
     pub out: PathBuf,
     /// Where a report in JUnit's format goes.
     pub junit: Option<PathBuf>,
+    /// Runs what failed once more, beside its file, and leaves what there is to see of it.
+    pub leave: &'a Leave,
 }
+
+/// Runs a scenario with these options, which this command repeats, and leaves the results.
+pub type Leave = dyn Fn(&Source, &Options, &str) -> anyhow::Result<()> + Sync;
 
 /// What came out.
 #[derive(Clone, Debug)]
@@ -79,7 +84,7 @@ pub fn seeds_of_hours(hours: f64, first: u64) -> Range<u64> {
     first..first.saturating_add(count as u64)
 }
 
-impl Soak {
+impl Soak<'_> {
     /// Runs all of it, for as long as `goes_on` says so; `progress` hears of every schedule that is over, with those and the
     /// failed ones so far.
     ///
@@ -111,7 +116,7 @@ impl Soak {
                 progress(done.len() as u64, failures.len());
             }
         };
-        let workers = match self.world {
+        let workers = match self.stage.world() {
             World::Virtual => std::thread::available_parallelism().map_or(1, usize::from),
             World::Processes => 1,
         };
@@ -140,8 +145,9 @@ impl Soak {
     }
 
     /// What the report calls it.
-    pub(crate) fn suite(&self) -> String {
-        format!("soak {}", self.world.name())
+    #[must_use]
+    pub fn suite(&self) -> String {
+        format!("soak {}", self.stage.world().name())
     }
 
     /// What failed, if anything did; none if it was ended before its time.
@@ -154,11 +160,11 @@ impl Soak {
             true => schedule::wide(seed),
             false => schedule::of(seed),
         };
-        let wrong = match self.world {
+        let wrong = match self.stage.world() {
             World::Virtual => wrong_while(&text, goes_on),
             World::Processes => {
                 let out = self.out.join(format!("seed-{seed}-processes"));
-                wrong_in_processes(&text, &out, goes_on)
+                wrong_on(self.stage, &text, &out, goes_on)
             }
         };
         let Some(wrong) = wrong else {
@@ -167,13 +173,13 @@ impl Soak {
         if wrong.is_empty() {
             return Ok(Some(None));
         }
-        let (text, wrong) = match self.world {
+        let (text, wrong) = match self.stage.world() {
             World::Virtual => shrink::shrunk(text, wrong, goes_on),
             World::Processes => (text, wrong),
         };
         let file = self.out.join(format!("seed-{seed}.toml"));
         write(&file, &text)?;
-        if self.world == World::Virtual {
+        if self.stage.world() == World::Virtual {
             self.leave_rows(&file, text)?;
         }
         Ok(Some(Some(Failure { seed, wrong, file })))
@@ -183,19 +189,14 @@ impl Soak {
     fn leave_rows(&self, file: &Path, text: String) -> anyhow::Result<()> {
         let out = file.with_extension("");
         let options = Options {
-            world: World::Virtual,
             seed: None,
             overrides: Vec::new(),
             receivers: Vec::new(),
             out,
-            figures: None,
             trace: Some(TraceFormat::Mcap),
-            command: format!("coaxle run {}", file.display()),
         };
-        let source = source(text);
-        let scenario = run::prepare(&source, &options)?;
-        run::run(&source.name, &scenario, &options, &mut ())?;
-        Ok(())
+        let command = format!("coaxle run {}", file.display());
+        (self.leave)(&source(text), &options, &command)
     }
 }
 
@@ -265,10 +266,15 @@ fn wrong_while(text: &str, goes_on: &dyn Fn() -> bool) -> Option<Vec<String>> {
 
 /// Of processes only what holds on a busy machine too: the invariants, and that every node runs to the end and is not killed by
 /// a signal.
-fn wrong_in_processes(text: &str, out: &Path, goes_on: &dyn Fn() -> bool) -> Option<Vec<String>> {
+fn wrong_on(
+    stage: &dyn Stage,
+    text: &str,
+    out: &Path,
+    goes_on: &dyn Fn() -> bool,
+) -> Option<Vec<String>> {
     let run = || {
         let scenario = source(text.to_owned()).read(&[])?;
-        let finished = processes::run(&scenario, out, &mut (), &mut While(goes_on))?;
+        let finished = stage.play(&scenario, out, &mut (), &mut While(goes_on))?;
         let is_whole = finished.interrupted_at_s.is_none();
         let deaths = finished.deaths.iter().map(ToString::to_string);
         anyhow::Ok(is_whole.then(|| deaths.chain(violations(&finished)).collect()))
@@ -374,14 +380,16 @@ fn synchronises(mode: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stage::VirtualTime;
 
-    fn soak(folder: &Path) -> Soak {
+    fn soak(folder: &Path) -> Soak<'static> {
         Soak {
-            world: World::Virtual,
+            stage: &VirtualTime,
             seeds: 0..3,
             wide: false,
             out: folder.join("out"),
             junit: Some(folder.join("junit.xml")),
+            leave: &|_, _, _| Ok(()),
         }
     }
 

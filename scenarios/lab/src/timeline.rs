@@ -8,18 +8,18 @@ use crate::topology::Topology;
 
 /// Something that happens to a node or a router.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Change {
+pub struct Change {
     /// When, since the start.
-    pub(crate) at: Span,
+    pub at: Span,
     /// To whom.
-    pub(crate) whom: Whom,
+    pub whom: Whom,
     /// What.
-    pub(crate) what: What,
+    pub what: What,
 }
 
 /// To whom something happens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Whom {
+pub enum Whom {
     /// A node, by its number; twins come after all others.
     Node(usize),
     /// A router, by its number among routers; real processes have none.
@@ -28,7 +28,7 @@ pub(crate) enum Whom {
 
 /// What can happen to a node, or a router.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum What {
+pub enum What {
     /// It dies at once.
     Kill,
     /// It starts, anew if it was there before.
@@ -44,7 +44,7 @@ pub(crate) enum What {
 }
 
 /// Every event of the scenario. A node that goes away comes back, and a twin goes away.
-pub(crate) fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<Change> {
+pub fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<Change> {
     let mut changes = Vec::new();
     for (number, event) in scenario.events.iter().enumerate() {
         let node = topology.node(&event.node).map(Whom::Node);

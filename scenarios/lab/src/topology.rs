@@ -11,7 +11,7 @@ use crate::scenario::Scenario;
 
 /// Nodes are numbered: senders first, then receivers, each in the order of the file.
 #[derive(Debug)]
-pub(crate) struct Topology {
+pub struct Topology {
     names: Vec<NodeName>,
     views: Vec<View>,
 }
@@ -19,31 +19,32 @@ pub(crate) struct Topology {
 /// A far or a virtual axis of a receiver, and where its motion comes from in the end. A receiver is judged
 /// by each of them.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct View {
+pub struct View {
     /// What it is called: as the receiver, where that follows but one axis.
-    pub(crate) name: String,
+    pub name: String,
     /// The receiver, counted among the receivers.
-    pub(crate) receiver: usize,
+    pub receiver: usize,
     /// Which of its axes.
-    pub(crate) of: Viewed,
+    pub of: Viewed,
     /// The receiver's slaves that follow it in the end.
-    pub(crate) slaves: Vec<usize>,
-    pub(crate) root: Root,
+    pub slaves: Vec<usize>,
+    /// The axis that truly leads it.
+    pub root: Root,
     /// Of a far axis: where its motion comes from while a standby is followed.
-    pub(crate) standbys: Vec<Root>,
+    pub standbys: Vec<Root>,
     /// The numbers of the nodes that it is read from, among all that the receiver hears: none of a virtual axis.
-    pub(crate) nodes: Vec<usize>,
+    pub nodes: Vec<usize>,
 }
 
 /// Which of these nodes is followed; the first, before the first cycle.
-pub(crate) fn followed_of(nodes: &[usize], signals: &SignalRow) -> usize {
+pub fn followed_of(nodes: &[usize], signals: &SignalRow) -> usize {
     let mut followed = nodes.iter().map(|node| signals.far[*node].followed);
     followed.position(|followed| followed).unwrap_or(0)
 }
 
 /// Which of a receiver's axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Viewed {
+pub enum Viewed {
     /// A far axis.
     Far {
         /// Which of the far nodes.
@@ -57,40 +58,48 @@ pub(crate) enum Viewed {
 
 /// Where an axis's motion comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Root {
+pub struct Root {
     /// Number of the node that is followed; of a virtual axis its own.
-    pub(crate) source: usize,
+    pub source: usize,
     /// Number of the node at the root: a sender, or a receiver with a virtual axis.
-    pub(crate) node: usize,
+    pub node: usize,
     /// The axis of that node.
-    pub(crate) axis: u32,
+    pub axis: u32,
     /// What is received, as a function of that axis: the gears before it in one. None where
     /// something else than gears moves a slave before it: then nobody knows.
-    pub(crate) gear: Option<GearConfig>,
+    pub gear: Option<GearConfig>,
 }
 
 /// A field that is wrong, and why.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) struct WrongField {
+pub struct WrongField {
     field: String,
     reason: String,
 }
 
 impl WrongField {
-    pub(crate) fn new(field: impl Into<String>, reason: impl Into<String>) -> Self {
+    /// A field, and what is wrong with it.
+    #[must_use]
+    pub fn new(field: impl Into<String>, reason: impl Into<String>) -> Self {
         Self {
             field: field.into(),
             reason: reason.into(),
         }
     }
 
-    pub(crate) fn in_file(self, file: &str) -> ConfigError {
+    /// The error of a file with this field.
+    #[must_use]
+    pub fn in_file(self, file: &str) -> ConfigError {
         ConfigError::field(file, self.field, self.reason)
     }
 }
 
 impl Topology {
-    pub(crate) fn of(scenario: &Scenario) -> Result<Self, WrongField> {
+    /// Of a scenario.
+    ///
+    /// # Errors
+    /// Names the field that leads nowhere.
+    pub fn of(scenario: &Scenario) -> Result<Self, WrongField> {
         let names: Vec<NodeName> = scenario
             .senders
             .iter()
@@ -151,16 +160,18 @@ impl Topology {
     }
 
     /// The number of a node.
-    pub(crate) fn node(&self, name: &NodeName) -> Option<usize> {
+    pub fn node(&self, name: &NodeName) -> Option<usize> {
         self.names.iter().position(|known| known == name)
     }
 
-    pub(crate) fn names(&self) -> &[NodeName] {
+    /// The name of each node, senders first.
+    #[must_use]
+    pub fn names(&self) -> &[NodeName] {
         &self.names
     }
 
     /// Every far axis of every receiver, receiver after receiver.
-    pub(crate) fn views(&self) -> &[View] {
+    pub fn views(&self) -> &[View] {
         &self.views
     }
 
@@ -364,7 +375,7 @@ fn field_of(scenario: &Scenario, node: usize, field: &str) -> String {
 #[cfg(test)]
 impl View {
     /// A receiver called `r` with one far axis, which so many slaves follow.
-    pub(crate) fn of_first_axis(slaves: usize) -> Self {
+    pub fn of_first_axis(slaves: usize) -> Self {
         Self {
             name: "r".to_owned(),
             receiver: 0,

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
-use coaxle_host::machine;
 use coaxle_node::signal::Instance;
+use coaxle_os::machine;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
 use coaxle_recording::{EncodedRow, Facts, RowEncoder, RowError, Table, Writer};

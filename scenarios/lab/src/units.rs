@@ -3,7 +3,7 @@
 use coaxle_node::config::Unit;
 
 /// The unit that all of these have; `u` where they differ, or where there is none.
-pub(crate) fn common<'a>(units: impl IntoIterator<Item = &'a Unit>) -> Unit {
+pub fn common<'a>(units: impl IntoIterator<Item = &'a Unit>) -> Unit {
     let mut units = units.into_iter();
     let first = units.next().cloned().unwrap_or_default();
     if units.all(|unit| *unit == first) {
@@ -15,15 +15,15 @@ pub(crate) fn common<'a>(units: impl IntoIterator<Item = &'a Unit>) -> Unit {
 
 /// What small lengths are shown in.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Fine {
+pub struct Fine {
     /// So many of them are a unit of the axis.
-    pub(crate) factor: f64,
+    pub factor: f64,
     /// What they are called.
-    pub(crate) unit: String,
+    pub unit: String,
 }
 
 /// Millimetres and metres have a thousandth with a name of its own; other units stay.
-pub(crate) fn fine(unit: &Unit) -> Fine {
+pub fn fine(unit: &Unit) -> Fine {
     let (factor, unit) = match unit.as_str() {
         "mm" => (1e3, "µm"),
         "m" => (1e3, "mm"),

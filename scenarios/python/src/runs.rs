@@ -3,11 +3,13 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use coaxle::catalog;
-use coaxle::finished::Progress;
-use coaxle::run::{Options, TraceFormat, prepare};
-use coaxle::summary::World;
-use coaxle::sweep as grid;
+use coaxle_lab::catalog;
+use coaxle_lab::finished::Progress;
+use coaxle_lab::run::{Options, TraceFormat, prepare};
+use coaxle_lab::stage::VirtualTime;
+use coaxle_lab::sweep as grid;
+use coaxle_report::reported::{self, Presentation};
+use coaxle_report::sweep as reported_sweep;
 use pyo3::prelude::*;
 
 use crate::error::told;
@@ -39,19 +41,27 @@ pub(crate) fn run(
 ) -> PyResult<String> {
     let source = catalog::find(scenario).map_err(told)?;
     let options = Options {
-        world: World::Virtual,
         seed,
         overrides,
         receivers,
         out,
-        figures: None,
         trace: trace.then_some(TraceFormat::Mcap),
+    };
+    let presentation = Presentation {
         command: format!("coaxle.run({scenario:?})"),
+        figures: None,
     };
     let mut interrupted = Interrupted(None);
     let outcome = py.detach(|| {
         let scenario = prepare(&source, &options)?;
-        let outcome = coaxle::run::run(&source.name, &scenario, &options, &mut interrupted)?;
+        let outcome = reported::run(
+            &source.name,
+            &scenario,
+            &options,
+            &presentation,
+            &VirtualTime,
+            &mut interrupted,
+        )?;
         Ok(serde_json::to_string(&outcome.summary)?)
     });
     match interrupted.0 {
@@ -96,12 +106,17 @@ pub(crate) fn sweep(
         out,
         is_fresh: fresh,
         figure: None,
-        command: format!("coaxle.sweep({scenario:?})"),
     };
+    let command = format!("coaxle.sweep({scenario:?})");
     let outcome = py.detach(|| {
         let source = catalog::find(scenario)?;
         let goes_on = |_: &grid::SoFar| Python::attach(|py| py.check_signals()).is_ok();
-        grid::prepare(&source, &setup)?.run(&options, &goes_on)
+        reported_sweep::run(
+            &grid::prepare(&source, &setup)?,
+            &options,
+            &command,
+            &goes_on,
+        )
     });
     py.check_signals()?;
     Ok(outcome.map_err(told)?.runs)

@@ -6,15 +6,14 @@ mod routers;
 
 use std::fmt::Write as _;
 
+use coaxle_lab::number::significant;
+use coaxle_lab::summary::{ReceiverSummary, Summary};
+use coaxle_lab::units;
+use coaxle_lab::verdict::Verdict;
 use coaxle_node::config::Unit;
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use comfy_table::{Cell, CellAlignment, Table};
 use serde_json::Value;
-
-use crate::number::significant;
-use crate::summary::{ReceiverSummary, Summary};
-use crate::units;
-use crate::verdict::Verdict;
 
 pub use routers::routers;
 

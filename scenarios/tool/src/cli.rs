@@ -6,40 +6,43 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
-use coaxle_host::cli::{EXIT_CODES, Exit, LogArgs, exit_code, lines_of};
-use coaxle_host::{NodeArgs, machine};
+use coaxle_host::NodeArgs;
+use coaxle_host::cli::{LogArgs, exit_code};
+use coaxle_lab::catalog;
+use coaxle_lab::junit::{self, Case};
+use coaxle_lab::run::{self, Options, TraceFormat};
+use coaxle_lab::stage::{Stage, VirtualTime};
+use coaxle_lab::summary::World;
+use coaxle_lab::sweep::{self, Setup};
+use coaxle_lab::verdict::Verdict;
+use coaxle_os::exit::{EXIT_CODES, Exit, lines_of};
+use coaxle_os::machine;
+use coaxle_report::inspect;
+use coaxle_report::reported::{self, Outcome, Presentation};
+use coaxle_report::run::print::COLUMN_MM;
+use coaxle_report::table;
+use coaxle_trials::Bar;
+use coaxle_trials::bench::{self, BenchArgs, PeerArgs};
+use coaxle_trials::conform::{self, ConformArgs};
+use coaxle_trials::processes::Processes;
+use coaxle_trials::recording;
+use coaxle_trials::scale::{self, ScaleArgs};
 
-use crate::bar::Bar;
-use crate::bench::{self, BenchArgs, PeerArgs};
 use crate::cam::{self, CamCommand};
-use crate::catalog;
 use crate::command::{self, CommandArgs};
-use crate::conform::{self, ConformArgs};
 use crate::doctor::{self, DoctorArgs};
 use crate::examples;
 use crate::gateway;
 use crate::gear::{self, GearCommand};
-use crate::inspect;
-use crate::junit::{self, Case};
-use crate::number;
 use crate::recorded::{self, ExportArgs, InfoArgs, RecordArgs, RecoverArgs, ReplayArgs};
-use crate::recording;
-use crate::report::print::COLUMN_MM;
 use crate::ros2::{self, Ros2Args};
-use crate::run::{self, Options, Outcome, TraceFormat};
 use crate::saw::{self, SawCommand};
-use crate::scale::{self, ScaleArgs};
 use crate::schema::{self, SchemaArgs};
 use crate::scope::{self, OwnPageArgs, ScopeArgs};
 use crate::secure::cli::SecureCommand;
-use crate::soak;
-use crate::soak::cli::SoakArgs;
+use crate::soak::SoakArgs;
 use crate::status::{self, NodesArgs, StatusArgs, WaitArgs};
-use crate::summary::World;
-use crate::sweep::cli::SweepArgs;
-use crate::sweep::{self, Setup};
-use crate::table;
-use crate::verdict::Verdict;
+use crate::sweep::SweepArgs;
 
 /// Distributed axes: motion axes on different PCs that move as one, although every PC has its own
 /// clock.
@@ -186,7 +189,7 @@ struct RunArgs {
     #[arg(long)]
     processes: bool,
     /// Another seed than the scenario's
-    #[arg(long, value_parser = number::seed())]
+    #[arg(long, value_parser = crate::seed::parser())]
     seed: Option<u64>,
     /// Set a field of the scenario: path.to.field=value, e.g. sender.master.clock.drift-ppm=50
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -255,8 +258,8 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
     let (good, otherwise) = match command {
         None => return run_scenario(&demonstration()),
         Some(Command::Run(args)) => return run_scenario(&args),
-        Some(Command::Sweep(args)) => return sweep::cli::run(&args),
-        Some(Command::Soak(args)) => return soak::cli::run(&args),
+        Some(Command::Sweep(args)) => return crate::sweep::run(&args),
+        Some(Command::Soak(args)) => return crate::soak::run(&args),
         Some(Command::Scale(args)) => return scale::scale(&args),
         Some(Command::List) => (list()?, Exit::Failed),
         Some(Command::Check { scenarios }) => (check(&scenarios)?, Exit::Failed),
@@ -353,21 +356,23 @@ fn run_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
 
 fn try_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
     let source = catalog::find(&args.scenario)?;
-    let world = if args.processes {
-        World::Processes
+    let stage: &dyn Stage = if args.processes {
+        &Processes
     } else {
-        World::Virtual
+        &VirtualTime
     };
+    let world = stage.world();
     let default_out = || PathBuf::from("out").join(format!("{}-{}", source.name, world.name()));
     let options = Options {
-        world,
         seed: args.seed,
         overrides: args.overrides.clone(),
         receivers: args.receivers.clone(),
         out: args.out.clone().unwrap_or_else(default_out),
-        figures: (args.figures.clone()).map(|folder| (folder, args.figure_width)),
         trace: (!args.no_trace).then_some(args.trace),
+    };
+    let presentation = Presentation {
         command: command_of(args),
+        figures: (args.figures.clone()).map(|folder| (folder, args.figure_width)),
     };
     let scenario = run::prepare(&source, &options)?;
     if !args.json {
@@ -382,7 +387,14 @@ fn try_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
     }
     let mut bar = Bar::new(format!("of {} s", scenario.duration_s.get()))?;
     let begin = machine::now();
-    let outcome = run::run(&source.name, &scenario, &options, &mut bar);
+    let outcome = reported::run(
+        &source.name,
+        &scenario,
+        &options,
+        &presentation,
+        stage,
+        &mut bar,
+    );
     bar.clear();
     let outcome = outcome?;
     if let Some(path) = &args.junit {

@@ -10,15 +10,16 @@ use std::time::SystemTime;
 
 use clap::Args;
 use coaxle_clock::Span;
+use coaxle_host::Exposure;
 use coaxle_host::cli::parse_duration;
 use coaxle_host::credentials::{Credentials, KEY_FILE, PROFILE_FILE, RENEW_WITHIN, date};
 use coaxle_host::fitness::{self, Finding, Weight};
-use coaxle_host::os::{Firewall, Os, System};
 use coaxle_host::transport::is_local;
-use coaxle_host::{Exposure, machine};
 use coaxle_node::keys::NodeName;
+use coaxle_os::machine;
+use coaxle_os::{Firewall, Os, System};
+use coaxle_report::inspect;
 
-use crate::inspect;
 use crate::node_config::NodeConfig;
 use crate::secure::{AUTHORITY_FOLDER, AUTHORITY_KEY_FILE};
 use ports::of_ports;
@@ -300,8 +301,9 @@ fn of_credentials(node: &NodeName, credentials: &Credentials, now: SystemTime) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::secure::{Authority, Validity, write_role};
-    use coaxle_host::os::Readers;
+    use crate::secure::write_role;
+    use coaxle_host::credentials::{Authority, Validity};
+    use coaxle_os::Readers;
     use std::time::Duration;
 
     const DAY: Duration = Duration::from_secs(24 * 60 * 60);

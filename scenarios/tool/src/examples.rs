@@ -1,55 +1,54 @@
 //! `coaxle example`: configs of nodes to start from, carried in the tool.
 
-use coaxle_host::cli::wrong_argument;
-
-use crate::inspect;
+use coaxle_os::exit::wrong_argument;
+use coaxle_report::inspect;
 
 /// Whose config it is, its name, and its text.
 const EXAMPLES: [(&str, &str, &str); 9] = [
     (
         "sender",
         "conveyor",
-        include_str!("../../sender/configs/conveyor.toml"),
+        include_str!("../../../sender/configs/conveyor.toml"),
     ),
     (
         "receiver",
         "saw",
-        include_str!("../../receiver/configs/saw.toml"),
+        include_str!("../../../receiver/configs/saw.toml"),
     ),
     (
         "receiver",
         "line",
-        include_str!("../../receiver/configs/line.toml"),
+        include_str!("../../../receiver/configs/line.toml"),
     ),
     (
         "receiver",
         "carriage",
-        include_str!("../../receiver/configs/carriage.toml"),
+        include_str!("../../../receiver/configs/carriage.toml"),
     ),
     (
         "receiver",
         "chained",
-        include_str!("../../receiver/configs/chained.toml"),
+        include_str!("../../../receiver/configs/chained.toml"),
     ),
     (
         "receiver",
         "drive",
-        include_str!("../../receiver/configs/drive.toml"),
+        include_str!("../../../receiver/configs/drive.toml"),
     ),
     (
         "receiver",
         "shaft",
-        include_str!("../../receiver/configs/shaft.toml"),
+        include_str!("../../../receiver/configs/shaft.toml"),
     ),
     (
         "gateway",
         "plc",
-        include_str!("../../common/gateway/configs/plc.toml"),
+        include_str!("../../../common/gateway/configs/plc.toml"),
     ),
     (
         "gateway",
         "plc-udp",
-        include_str!("../../common/gateway/configs/plc-udp.toml"),
+        include_str!("../../../common/gateway/configs/plc-udp.toml"),
     ),
 ];
 
@@ -109,7 +108,7 @@ mod tests {
             ("receiver", "receiver"),
             ("gateway", "common/gateway"),
         ] {
-            let folder = format!("{}/../{place}/configs", env!("CARGO_MANIFEST_DIR"));
+            let folder = format!("{}/../../{place}/configs", env!("CARGO_MANIFEST_DIR"));
             for file in std::fs::read_dir(folder).unwrap() {
                 let path = file.unwrap().path();
                 let name = path.file_stem().unwrap().to_str().unwrap();

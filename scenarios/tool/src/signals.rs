@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::Path;
 
 use coaxle_node::signal::{Instance, Signal};
+use coaxle_report::inspect;
 
-use crate::inspect;
 use crate::node_config::NodeConfig;
 
 /// Prints every signal of the node of a config: as which column of its trace, unit, meaning.

@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::Args;
-use coaxle_host::cli::Exit;
-use coaxle_host::{Interrupt, machine};
-
-use super::schedule::DURATION_S;
-use super::{Soak, Soaked, seeds_of_hours};
-use crate::inspect;
-use crate::junit;
-use crate::summary::World;
+use coaxle_lab::junit;
+use coaxle_lab::soak::schedule::DURATION_S;
+use coaxle_lab::soak::{Soak, Soaked, seeds_of_hours};
+use coaxle_lab::stage::{Stage, VirtualTime};
+use coaxle_os::exit::Exit;
+use coaxle_os::{Interrupt, machine};
+use coaxle_report::{inspect, reported};
+use coaxle_trials::processes::Processes;
 
 /// What to soak in.
 #[derive(Debug, Args)]
@@ -27,7 +27,7 @@ pub(crate) struct SoakArgs {
     #[arg(long)]
     processes: bool,
     /// The seed of the first schedule; the next ones follow
-    #[arg(long, default_value_t = 0, value_parser = crate::number::seed())]
+    #[arg(long, default_value_t = 0, value_parser = crate::seed::parser())]
     seed: u64,
     /// Draw more than usual: masters in motion, cycle times and limits of many decades, blocks of TS5066 that bear little,
     /// receivers that are stopped again and again
@@ -49,20 +49,21 @@ fn hours(text: &str) -> Result<f64, String> {
 
 /// Soaks, until all is run or Ctrl-C comes; what was run by then is told.
 pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
-    let world = if args.processes {
-        World::Processes
+    let stage: &dyn Stage = if args.processes {
+        &Processes
     } else {
-        World::Virtual
+        &VirtualTime
     };
     let soak = Soak {
-        world,
+        stage,
         seeds: seeds_of_hours(args.hours, args.seed),
         wide: args.wide,
         out: args.out.clone(),
         junit: args.junit.clone(),
+        leave: &reported::leave,
     };
     let all = soak.seeds.end - soak.seeds.start;
-    let (seeds, name) = (&soak.seeds, world.name());
+    let (seeds, name) = (&soak.seeds, stage.world().name());
     say(&format!(
         "{all} random schedules of {DURATION_S} s, seeds {} to {}, {name}",
         seeds.start,

@@ -7,16 +7,15 @@ use std::sync::{Mutex, PoisonError};
 
 use clap::Args;
 use coaxle_clock::Instant;
-use coaxle_host::cli::Exit;
-use coaxle_host::machine::{self, Machine};
-
-use super::grid::MOST_RUNS;
-use super::{Axis, Options, Outcome, Prepared, Setup, SoFar, prepare};
-use crate::bar::Bar;
-use crate::catalog;
-use crate::finished::Progress;
-use crate::inspect::print_text;
-use crate::junit::{self, Case};
+use coaxle_lab::catalog;
+use coaxle_lab::finished::Progress;
+use coaxle_lab::junit::{self, Case};
+use coaxle_lab::sweep::{Axis, MOST_RUNS, Options, Prepared, Setup, SoFar, prepare};
+use coaxle_os::exit::Exit;
+use coaxle_os::machine::{self, Machine};
+use coaxle_report::inspect::print_text;
+use coaxle_report::sweep::{self, Outcome};
+use coaxle_trials::Bar;
 
 /// What to sweep over.
 #[derive(Debug, Args)]
@@ -74,10 +73,9 @@ fn sweep(args: &SweepArgs) -> anyhow::Result<Exit> {
         out: args.out.clone().unwrap_or_else(default_out),
         is_fresh: args.fresh,
         figure: args.figure.clone(),
-        command: args.command(),
     };
     let begin = machine::now();
-    let outcome = run_with_progress(&prepared, &options)?;
+    let outcome = run_with_progress(&prepared, &options, &args.command())?;
     if let Some(path) = &args.junit {
         let suite = format!("sweep {}", source.name);
         let took = machine::now() - begin;
@@ -185,11 +183,15 @@ fn expectations(outcome: &Outcome) -> String {
     text
 }
 
-fn run_with_progress(prepared: &Prepared, options: &Options) -> anyhow::Result<Outcome> {
+fn run_with_progress(
+    prepared: &Prepared,
+    options: &Options,
+    command: &str,
+) -> anyhow::Result<Outcome> {
     let bar = Mutex::new(Bar::new("of the grid".to_owned())?);
     let is_terminal = std::io::stderr().is_terminal();
     let lines = Mutex::new(Lines::new());
-    let outcome = prepared.run(options, &|so_far| {
+    let outcome = sweep::run(prepared, options, command, &|so_far| {
         if !is_terminal {
             let line = (lines.lock().unwrap_or_else(PoisonError::into_inner)).of(so_far);
             // Nobody minds where it cannot be written.

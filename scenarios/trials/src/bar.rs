@@ -2,13 +2,12 @@
 
 use std::io::{self, IsTerminal};
 
-use coaxle_host::Interrupt;
+use coaxle_lab::finished::Progress;
+use coaxle_os::Interrupt;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::finished::Progress;
-
 /// A progress bar, on a terminal only; and Ctrl-C, which ends what it shows.
-pub(crate) struct Bar {
+pub struct Bar {
     bar: ProgressBar,
     interrupt: Interrupt,
 }
@@ -21,7 +20,7 @@ impl Bar {
     ///
     /// # Errors
     /// Signals that cannot be listened to.
-    pub(crate) fn new(message: String) -> anyhow::Result<Self> {
+    pub fn new(message: String) -> anyhow::Result<Self> {
         let bar = match io::stderr().is_terminal() {
             true => ProgressBar::new(STEPS),
             false => ProgressBar::hidden(),
@@ -35,7 +34,7 @@ impl Bar {
     }
 
     /// Takes it off the screen.
-    pub(crate) fn clear(&self) {
+    pub fn clear(&self) {
         self.bar.finish_and_clear();
     }
 }

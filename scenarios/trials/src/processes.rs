@@ -15,20 +15,40 @@ use std::path::Path;
 use std::time::Duration;
 
 use coaxle_clock::{Instant, Span};
-use coaxle_host::{Machine, machine};
+use coaxle_lab::finished::{Finished, Progress};
+use coaxle_lab::row::RowSink;
+use coaxle_lab::run::NODES_FOLDER;
+use coaxle_lab::scenario::Scenario;
+use coaxle_lab::stage::Stage;
+use coaxle_lab::summary::World;
+use coaxle_lab::timeline::{What, Whom, changes_of};
+use coaxle_lab::topology::Topology;
+use coaxle_os::{Machine, machine};
 
-use crate::finished::{Finished, Progress};
-use crate::row::RowSink;
-use crate::scenario::Scenario;
-use crate::timeline::{What, Whom, changes_of};
-use crate::topology::Topology;
 pub(crate) use child::{Child, NodeOutput};
 pub(crate) use death::Death;
 pub(crate) use nodes::{Nodes, Protocol};
 use orders::Orders;
 
-/// The folder, among the results of a run, of the files that nodes leave.
-pub const FOLDER: &str = "nodes";
+/// Real processes of this machine, in real time.
+#[derive(Clone, Copy, Debug)]
+pub struct Processes;
+
+impl Stage for Processes {
+    fn world(&self) -> World {
+        World::Processes
+    }
+
+    fn play(
+        &self,
+        scenario: &Scenario,
+        out: &Path,
+        mut sink: &mut dyn RowSink,
+        progress: &mut dyn Progress,
+    ) -> anyhow::Result<Finished> {
+        run(scenario, out, &mut sink, progress)
+    }
+}
 
 /// Runs a checked scenario as processes. Their configs, logs, traces and raw arrivals are left in
 /// `out/nodes`.
@@ -44,7 +64,7 @@ pub fn run(
     progress: &mut dyn Progress,
 ) -> anyhow::Result<Finished> {
     let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
-    let folder = out.join(FOLDER);
+    let folder = out.join(NODES_FOLDER);
     let Nodes {
         mut children,
         endpoints,

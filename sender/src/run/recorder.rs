@@ -2,8 +2,10 @@
 
 use coaxle_clock::Instant;
 use coaxle_host::transport::Publisher;
-use coaxle_host::{Machine, Record, Recorder, Rows, fields_of};
+use coaxle_host::{Record, Recorder, Rows};
+use coaxle_node::fields_of;
 use coaxle_node::signal::{Group, Instance};
+use coaxle_os::Machine;
 use serde_json::{Map, Value, json};
 
 use crate::config::SenderConfig;

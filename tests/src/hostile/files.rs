@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use coaxle::catalog::Source;
 use coaxle_clock::{Instant, Span};
+use coaxle_lab::catalog::Source;
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::{TransportConfig, parse};
 use coaxle_node::gear_file::GearFile;
@@ -64,7 +64,7 @@ pub(super) fn scenario(data: &[u8]) -> Outcome {
             .to_string(),
         text: text(data)?.to_owned(),
     };
-    let prepared = coaxle::sweep::prepare(&source, &coaxle::sweep::Setup::default());
+    let prepared = coaxle_lab::sweep::prepare(&source, &coaxle_lab::sweep::Setup::default());
     // As the tool prints it.
     let prepared = prepared.map_err(|error| one_line(&format!("{error:#}")))?;
     let notes = prepared.notes();

@@ -4,7 +4,7 @@ use std::process::Output;
 
 use coaxle_axis::{ImageLayout, NcToPlcAxis};
 use coaxle_clock::{Instant, Span};
-use coaxle_host::{Machine, machine};
+use coaxle_os::{Machine, machine};
 use coaxle_test_process::{assert_alive, output, until};
 
 use crate::server::{CYCLE_S, Plc};

@@ -8,7 +8,7 @@ use coaxle_axis::{ImageLayout, NcToPlcAxis, StateWord};
 use coaxle_clock::{Instant, Span};
 use coaxle_gateway::config::ImageKind;
 use coaxle_gateway::record::{read_record, record_len, write_image};
-use coaxle_host::{Machine, machine};
+use coaxle_os::{Machine, machine};
 use coaxle_test_process::{Process, assert_alive, until};
 
 use crate::{command, free_tcp, node};

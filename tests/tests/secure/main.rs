@@ -8,7 +8,8 @@
 mod network;
 mod processes;
 
-use coaxle::secure::{Authority, MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
+use coaxle::secure::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
+use coaxle_host::credentials::Authority;
 use coaxle_test_process::until;
 use network::{Lab, Session, expired, year};
 

@@ -7,11 +7,13 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
-use coaxle::secure::{Authority, Member, Network, Validity, profile, write_role};
+use coaxle::secure::{Member, Network, profile, write_role};
+use coaxle_host::credentials::{Authority, Validity};
 use coaxle_host::transport::{Declared, Publisher, Request, Urgency};
-use coaxle_host::{OverZenoh, Transport, machine};
+use coaxle_host::{OverZenoh, Transport};
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
+use coaxle_os::machine;
 
 /// The configs of two senders and a receiver that follows both, and two operators: anna may command all nodes, bert
 /// the first sender alone.

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use coaxle_host::machine;
+use coaxle_os::machine;
 use coaxle_test_process::{Process, until};
 
 use crate::browser::Browser;

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use coaxle::catalog;
-use coaxle::run::{self, Options};
-use coaxle::summary::World;
+use coaxle_lab::catalog;
+use coaxle_lab::run::{self, Options};
+use coaxle_lab::stage::VirtualTime;
 
-const CASES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/corpus/cases");
+const CASES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../corpus/cases");
 
 /// What they come from.
 const FOLDERS: [&str; 4] = ["far-axis", "slaves", "cams", "field"];
@@ -65,19 +65,16 @@ fn gather(folder: &str, to: &Path) -> Vec<String> {
 fn run_case(path: &Path) -> Vec<String> {
     let out = path.with_extension("out");
     let options = Options {
-        world: World::Virtual,
         seed: None,
         overrides: Vec::new(),
         receivers: Vec::new(),
         out,
-        figures: None,
         trace: None,
-        command: String::new(),
     };
     let ran = || {
         let source = catalog::find(&path.to_string_lossy())?;
         let scenario = run::prepare(&source, &options)?;
-        run::run(&source.name, &scenario, &options, &mut ())
+        run::run(&source.name, &scenario, &options, &VirtualTime, &mut ())
     };
     match ran() {
         Ok(outcome) => outcome.summary.failed().map(ToString::to_string).collect(),

@@ -6,8 +6,9 @@
 
 use std::ops::Range;
 
-use coaxle::soak::Soak;
-use coaxle::summary::World;
+use coaxle_lab::soak::Soak;
+use coaxle_lab::stage::VirtualTime;
+use coaxle_report::reported;
 
 /// Seeds that once failed, and why.
 const REGRESSIONS: &[(u64, &str)] = &[
@@ -54,11 +55,12 @@ fn asked_for() -> Option<Range<u64>> {
 fn run_all(seeds: Range<u64>) {
     let out = std::env::temp_dir().join("random-schedules");
     let soak = Soak {
-        world: World::Virtual,
+        stage: &VirtualTime,
         seeds,
         wide: false,
         out,
         junit: None,
+        leave: &reported::leave,
     };
     let soaked = soak.run(&|| true, &|_, _| {}).expect("a scratch folder");
     let lines = soaked.failures.iter().map(|failure| {

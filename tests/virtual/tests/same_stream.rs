@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 use std::hash::{DefaultHasher, Hasher};
 
-use coaxle::catalog::Source;
-use coaxle::row::{Row, RowSink};
-use coaxle::soak::schedule;
-use coaxle::virtual_time;
+use coaxle_lab::catalog::Source;
+use coaxle_lab::row::{Row, RowSink};
+use coaxle_lab::soak::schedule;
+use coaxle_lab::virtual_time;
 use toml::Table;
 
 /// Those of every test run.

@@ -4,9 +4,8 @@ use std::thread::Thread;
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::command::{CommandOrder, CommandOutcome, OrderCargo};
+use coaxle_os::machine::Machine;
 use rtrb::{Consumer, Producer};
-
-use crate::machine::Machine;
 
 /// An order that is older is not executed: who sent it is told at that time, or a moment later, that
 /// it will not be.

@@ -8,13 +8,13 @@ use coaxle_clock::{Instant, Span};
 use coaxle_node::circles::CIRCLE_CODE;
 use coaxle_node::command::{CommandAnswer, CommandOrder, CommandVerdict, NotTaken};
 use coaxle_node::keys::NodeName;
+use coaxle_os::machine::{self, Machine};
 use rtrb::{Consumer, Producer};
 
 use super::MAX_WAITING;
 use super::journal;
 use super::queue::{QueuedOrder, ReturnedOrder};
 use crate::circles::CircleNames;
-use crate::machine::{self, Machine};
 use crate::transport::Request;
 
 /// Within this time an order has its answer, whatever the cycle does.

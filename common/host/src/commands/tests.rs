@@ -6,10 +6,10 @@ use coaxle_clock::{Instant, Span};
 use coaxle_node::command::{CommandVerdict, SlaveName, SlaveOrder};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
+use coaxle_os::machine::Machine;
 use coaxle_slave::Command;
 
 use super::*;
-use crate::machine::Machine;
 use crate::transport::Request;
 
 /// A request that keeps its answers.

@@ -3,13 +3,14 @@
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context;
-use coaxle_host::credentials::common_name_in_pem;
 use coaxle_node::keys::NodeName;
 use rcgen::{
     BasicConstraints, CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, IsCa,
     Issuer, KeyPair, KeyUsagePurpose, PKCS_ECDSA_P256_SHA256, SanType,
 };
 use time::OffsetDateTime;
+
+use super::certificate::common_name_in_pem;
 
 /// Signs certificates.
 pub struct Authority {
@@ -169,37 +170,4 @@ fn alternative(host: &str) -> anyhow::Result<SanType> {
     let name =
         name.with_context(|| format!("received {host:?}, expected an address or a host name"))?;
     Ok(SanType::DnsName(name))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::secure::folder::write_role;
-    use coaxle_host::credentials::{Credentials, CredentialsFault};
-    use coaxle_host::machine;
-
-    #[test]
-    fn what_it_signs_is_believed_by_those_who_believe_it() {
-        let now = machine::wall_clock();
-        let year = Validity::days(now, 365);
-        let (ours, theirs) = (Authority::new(year).unwrap(), Authority::new(year).unwrap());
-        let again = Authority::read(ours.certificate(), &ours.key()).unwrap();
-        let saw = NodeName::new("saw").unwrap();
-        let scratch = tempfile::tempdir().unwrap();
-        for (by, beside, expected) in [
-            (&ours, &ours, Ok(())),
-            (&again, &ours, Ok(())),
-            (&theirs, &ours, Err(CredentialsFault::OtherAuthority)),
-        ] {
-            let hosts = ["10.0.0.1".to_owned(), "saw.local".to_owned()];
-            let issued = by.issue(&saw, &hosts, year).unwrap();
-            write_role(scratch.path(), beside, &issued, "{}").unwrap();
-            let credentials = Credentials::open(scratch.path()).unwrap();
-            assert_eq!(*credentials.name(), saw);
-            assert_eq!(credentials.check(now), expected);
-        }
-        assert!(Authority::read("nothing", &ours.key()).is_err());
-        let wrong = ours.issue(&saw, &["ä".to_owned()], year).err().unwrap();
-        assert!(wrong.to_string().contains("\"ä\""), "{wrong}");
-    }
 }

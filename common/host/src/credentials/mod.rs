@@ -1,16 +1,19 @@
 //! A folder of the secure profile, as `coaxle secure init` writes it: who a node or an operator is, and whom it
 //! believes.
 
+mod authority;
 mod certificate;
 mod error;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use coaxle_node::beacon::BeaconSecret;
 use coaxle_node::keys::NodeName;
-use coaxle_node::text_file;
+use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
+use coaxle_os::exit::wrong_file;
 use rustls::client::ClientConfig;
 use rustls::crypto::{CryptoProvider, ring};
 use rustls::pki_types::pem::PemObject;
@@ -19,6 +22,7 @@ use rustls::server::WebPkiClientVerifier;
 use rustls::sign::CertifiedKey;
 use rustls::{CertificateError, RootCertStore};
 
+pub use authority::{Authority, Issued, Validity};
 pub(crate) use certificate::common_name;
 pub use certificate::{common_name_in_pem, date};
 pub use error::{BadCredentials, CredentialsFault};
@@ -55,6 +59,24 @@ pub fn timing_secret(folder: &Path) -> Result<Option<BeaconSecret>, BadCredentia
     secret
         .map(Some)
         .map_err(|error| BadCredentials::new(file, error))
+}
+
+/// The nodes whose status the holder of a folder may hear: those of whose rights its profile speaks.
+///
+/// # Errors
+/// A profile that cannot be read, or that speaks of no node.
+pub fn known_nodes(folder: &Path) -> anyhow::Result<Vec<NodeName>> {
+    let file = folder.join(PROFILE_FILE);
+    let text = text_file::read(&file, MOST_CONFIG_BYTES)?;
+    let quoted = text.split('"').filter(|word| word.ends_with("/status"));
+    let nodes: BTreeSet<_> = quoted.filter_map(NodeName::of_key).collect();
+    if nodes.is_empty() {
+        return wrong_file(format!(
+            "{}: received a profile that may hear the status of no node, expected that of an operator",
+            file.display()
+        ));
+    }
+    Ok(nodes.into_iter().collect())
 }
 
 /// A longer file is none.

@@ -6,11 +6,12 @@ use std::fs::File;
 use std::io::{Error, ErrorKind, Read};
 use std::path::Path;
 
+use coaxle_os::{Os, SharedLock, System};
+
 use super::error::{Reason, SharedMemoryError};
 use super::layout::{
     ACTUAL_PID, MAGIC, MAGIC_FIELD, NODE_PID, SIZE, SIZE_FIELD, VERSION, VERSION_FIELD,
 };
-use crate::os::{Os, SharedLock, System};
 
 /// The file of a node: a new one, or the one that a node before left behind.
 pub(super) fn create(path: &Path) -> Result<File, SharedMemoryError> {

@@ -10,6 +10,8 @@ use coaxle_axis::drive::{
 };
 use coaxle_clock::{CycleTime, Seconds};
 use coaxle_curve::profile::Kinematics;
+use coaxle_os::machine;
+use coaxle_os::{Os, System};
 
 use super::block;
 use super::error::{Reason, SharedMemoryError};
@@ -17,8 +19,6 @@ use super::file;
 use super::layout as at;
 use super::layout::Field;
 use super::mapping::Mapping;
-use crate::machine;
-use crate::os::{Os, System};
 
 /// What the memory says of the node and the slave.
 #[derive(Clone, Copy, Debug)]

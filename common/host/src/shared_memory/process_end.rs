@@ -6,13 +6,13 @@ use std::sync::atomic::Ordering;
 
 use coaxle_axis::drive::ProcessState;
 use coaxle_clock::{Instant, Span};
+use coaxle_os::machine::Machine;
 
 use super::block;
 use super::error::{Reason, SharedMemoryError};
 use super::file;
 use super::layout as at;
 use super::mapping::Mapping;
-use crate::machine::Machine;
 
 /// What a drive process is attached by: it reads set values, and answers with actual values.
 ///

@@ -78,7 +78,7 @@ fn what_one_end_writes_the_other_reads() {
         (set.position, set.velocity, set.acceleration),
         (1.5, 2.0, 3.0)
     );
-    assert!((crate::machine::now() - set.ideal_start).abs() < Span::from_secs(60));
+    assert!((coaxle_os::machine::now() - set.ideal_start).abs() < Span::from_secs(60));
 
     drive.power_on(1.5, 0.0);
     for _ in 0..3 {

@@ -1,11 +1,12 @@
 //! Whole nodes, with all their threads, within this process.
 
 use coaxle_node::config::TransportConfig;
+use coaxle_os::Ended;
 use serde_json::{Map, Value};
 
 use super::{AXIS, Memory, following, setup};
 use crate::toy::ToySnapshot;
-use crate::{Ended, InProcess, Record, Recorder, run_over};
+use crate::{InProcess, Record, Recorder, run_over};
 
 /// Bounds in numbers are wide: the machine may be busy.
 #[test]

@@ -5,13 +5,14 @@ use std::net::TcpListener;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::CommandVerdict;
 use coaxle_node::config::{TransportConfig, parse};
+use coaxle_os::Ended;
 use coaxle_slave::Command;
 use serde_json::Value;
 use zenoh::Wait;
 
 use super::{AXIS, Memory, following, name, order, setup};
 use crate::toy::Toy;
-use crate::{Commander, Ended, Outcome, Setup, run, zenoh_config};
+use crate::{Commander, Outcome, Setup, run, zenoh_config};
 
 /// An endpoint that is free now.
 fn endpoint() -> String {

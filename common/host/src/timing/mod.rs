@@ -16,11 +16,11 @@ use coaxle_node::config::TimingEndpoints;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription};
 use coaxle_node::{Channel, Reader, Stamps};
+use coaxle_os::{Os, StampedSocket, System};
 
 use crate::counters::Counters;
 use crate::faults::Faults;
 use crate::mailbox::Inbox;
-use crate::os::{Os, StampedSocket, System};
 use crate::reception::{Contact, Reception};
 use receiver::Way;
 use sender::BeaconChannel;

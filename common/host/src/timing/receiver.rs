@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
 use coaxle_node::beacon::BeaconLabel;
+use coaxle_os::machine;
+use coaxle_os::stamped_socket::{Came, StampedSocket};
 
 use super::{LONGEST_BEACON, Peers};
-use crate::machine;
-use crate::os::stamped_socket::{Came, StampedSocket};
 use crate::reception::Reception;
 
 /// After a datagram that could not be received.

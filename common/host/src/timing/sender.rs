@@ -5,11 +5,11 @@ use std::net::SocketAddr;
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
 use coaxle_node::beacon::{BeaconLabel, BeaconSeal, Departure};
+use coaxle_os::machine::{self, Machine};
+use coaxle_os::stamped_socket::StampedSocket;
 
 use super::Peers;
 use crate::faults::Faults;
-use crate::machine::{self, Machine};
-use crate::os::stamped_socket::StampedSocket;
 use crate::outbox::OutgoingFrame;
 
 /// A channel of beacons that this node sends.

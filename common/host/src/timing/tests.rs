@@ -15,15 +15,15 @@ use coaxle_node::frame::sender_id;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Subscription, Wiring};
 use coaxle_node::{BeaconRequest, Channel, Message, Stamps};
+use coaxle_os::machine;
+use coaxle_os::stamped_socket::{Came, StampedSocket};
 
 use super::receiver::{BeaconReceiver, Way};
 use super::sender::{BeaconChannel, BeaconSender};
 use super::{Peers, Socket};
 use crate::counters::Counters;
 use crate::faults::Faults;
-use crate::machine;
 use crate::mailbox::{Mailbox, mailbox};
-use crate::os::stamped_socket::{Came, StampedSocket};
 use crate::outbox::OutgoingFrame;
 use crate::reception::{Contact, Reception};
 

@@ -7,12 +7,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use coaxle_clock::Instant;
+use coaxle_os::machine::{self, Machine};
 
 use super::{
     BytesHandler, Client, Declared, PresenceHandler, Publisher, Request, RequestHandler, Transport,
     Urgency,
 };
-use crate::machine::{self, Machine};
 
 /// Joins all that hold a clone of it. Whatever is published is handed over at once, on the thread
 /// that publishes; nothing is lost.

@@ -14,13 +14,12 @@ use std::time::Duration;
 
 use coaxle_clock::Instant;
 
+use coaxle_os::machine::Machine;
 pub use in_process::InProcess;
 pub use over_zenoh::{
     Exposure, OverZenoh, ZENOH_RUNTIME, endpoint, host_and_port, is_local, is_over_udp,
     zenoh_config,
 };
-
-use crate::machine::Machine;
 
 /// A way to other nodes.
 pub trait Transport: Send + Sync {

@@ -27,7 +27,8 @@ pub use linux::Linux;
 pub use portable::Portable;
 pub use stamped_socket::StampedSocket;
 
-use crate::ended::Ended;
+#[cfg(feature = "signals")]
+use crate::Ended;
 
 /// The system this was built for.
 #[cfg(target_os = "linux")]
@@ -39,6 +40,7 @@ pub type Os = Portable;
 /// What a node and the tool want of an operating system.
 pub trait System {
     /// Listens for what ends a program.
+    #[cfg(feature = "signals")]
     type EndSignals: EndSignals;
 
     /// A socket of a timing channel.
@@ -97,6 +99,7 @@ pub trait System {
     ///
     /// # Errors
     /// The system refuses.
+    #[cfg(feature = "signals")]
     fn end_signals() -> io::Result<Self::EndSignals>;
 
     /// Puts another program into the place of this one, with its process id and open files. Returns only if that cannot be.
@@ -196,6 +199,7 @@ pub trait System {
 }
 
 /// The signals that end a program.
+#[cfg(feature = "signals")]
 pub trait EndSignals: Send {
     /// The next one.
     fn next(&mut self) -> impl Future<Output = Ended> + Send;

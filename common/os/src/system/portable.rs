@@ -12,12 +12,14 @@ use std::time::{Duration, Instant, SystemTime};
 
 use coaxle_node::Stamps;
 
+#[cfg(feature = "signals")]
+use super::EndSignals;
 use super::stamped_socket::{Came, StampedSocket};
 use super::{
-    ChildSignal, EndSignals, Facts, Firewall, HeldFolder, Others, Readers, ServiceState,
-    SharedLock, System,
+    ChildSignal, Facts, Firewall, HeldFolder, Others, Readers, ServiceState, SharedLock, System,
 };
-use crate::ended::Ended;
+#[cfg(feature = "signals")]
+use crate::Ended;
 
 /// A system of which nothing more is known.
 ///
@@ -57,6 +59,7 @@ fn clocks() -> (Instant, SystemTime) {
 }
 
 impl System for Portable {
+    #[cfg(feature = "signals")]
     type EndSignals = CtrlC;
     type StampedSocket = ProgramStamped;
 
@@ -108,6 +111,7 @@ impl System for Portable {
         unknown("how to read the rules of the firewall")
     }
 
+    #[cfg(feature = "signals")]
     fn end_signals() -> io::Result<Self::EndSignals> {
         Ok(CtrlC)
     }
@@ -205,9 +209,11 @@ impl System for Portable {
 }
 
 /// Ctrl-C, all that every system has.
+#[cfg(feature = "signals")]
 #[derive(Clone, Copy, Debug)]
 pub struct CtrlC;
 
+#[cfg(feature = "signals")]
 impl EndSignals for CtrlC {
     async fn next(&mut self) -> Ended {
         match tokio::signal::ctrl_c().await {

@@ -2,7 +2,7 @@
 
 use coaxle_clock::delay::DelayState;
 use coaxle_clock::{Instant, Span};
-use coaxle_host::Machine;
+use coaxle_os::Machine;
 
 use super::{Level, Note};
 use crate::signals::FarNodeSignals;

@@ -10,7 +10,7 @@ use coaxle_receiver::StateName;
 use crate::record::Record;
 use crate::row::Row;
 pub(crate) use drawn::Drawn;
-pub(crate) use series::joined;
+pub use series::joined;
 pub use series::{Series, Stretch};
 use windows::Watch;
 pub use windows::{Happened, Window};

@@ -102,7 +102,7 @@ impl Series {
 }
 
 /// Neighbours as one stretch; none if there are none.
-pub(crate) fn joined(stretches: &[Stretch]) -> Option<Stretch> {
+pub fn joined(stretches: &[Stretch]) -> Option<Stretch> {
     let (first, others) = stretches.split_first()?;
     Some(others.iter().fold(*first, |all, one| Stretch {
         low: all.low.min(one.low),

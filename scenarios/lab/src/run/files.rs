@@ -7,11 +7,10 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use coaxle_clock::Instant;
 use coaxle_clock::cycle::Tick;
-use coaxle_host::{ArrivalsTrace, arrivals_beside};
 use coaxle_node::Arrival;
+use coaxle_os::{ArrivalsTrace, arrivals_beside};
 use coaxle_sim::True;
 
-use crate::processes;
 use crate::row::{Row, RowSink};
 use crate::scenario::Scenario;
 use crate::summary::World;
@@ -19,7 +18,7 @@ use crate::topology::Topology;
 use crate::trace::TraceWriter;
 use crate::trace_recording::TraceRecording;
 
-use super::TraceFormat;
+use super::{NODES_FOLDER, TraceFormat};
 
 /// The files, open.
 pub(super) struct Files {
@@ -47,7 +46,7 @@ impl Files {
     ) -> anyhow::Result<Self> {
         let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
         let arrivals = match world {
-            World::Virtual => create_arrivals(scenario, &out.join(processes::FOLDER))?,
+            World::Virtual => create_arrivals(scenario, &out.join(NODES_FOLDER))?,
             World::Processes => Vec::new(),
         };
         let trace = match format {

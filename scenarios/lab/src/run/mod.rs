@@ -8,43 +8,38 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use coaxle_host::cli::Mistake;
+use coaxle_os::exit::Mistake;
 
 use crate::catalog::Source;
-use crate::curves::Drawn;
+use crate::curves::{Curves, Drawn};
 use crate::finished::{Finished, Progress};
 use crate::invariants::{self, Invariant};
-use crate::report::print;
-use crate::report::{self, Report};
 use crate::results_folder::ResultsFolder;
 use crate::scenario::Scenario;
+use crate::stage::Stage;
 use crate::summary::{ReceiverSummary, RouterSummary, Summary, World};
 use crate::topology::Topology;
-use crate::{processes, virtual_time};
 use files::Files;
 
 pub use size::warning as trace_warning;
 
+/// The folder, among the results of a run, of the files that nodes leave.
+pub const NODES_FOLDER: &str = "nodes";
+
 /// How to run a scenario.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Where.
-    pub world: World,
     /// Another seed than the scenario's.
     pub seed: Option<u64>,
     /// Fields to set, each `path.to.field=value`.
     pub overrides: Vec<String>,
     /// Only these receivers; all if empty.
     pub receivers: Vec<String>,
-    /// Where to leave `summary.json`, the trace, `report.html`, and `cuts.csv` if a slave cuts.
+    /// Where to leave `summary.json`, the trace, and `cuts.csv` if a slave cuts.
     pub out: PathBuf,
-    /// Where to leave each figure of the report as SVG and PDF, and how wide, mm; nowhere if none.
-    pub figures: Option<(PathBuf, f64)>,
     /// As what to write the trace, a row per receiver cycle, with the raw arrivals of each receiver:
     /// `nodes/RECEIVER-arrivals.csv`, `nodes/RECEIVER-exchanges.csv`; none of them if none.
     pub trace: Option<TraceFormat>,
-    /// The command that repeats the run, for the report.
-    pub command: String,
 }
 
 /// As what a run leaves its trace.
@@ -57,16 +52,18 @@ pub enum TraceFormat {
     Csv,
 }
 
-/// What a run came to, and where the rest of it lies.
-#[derive(Clone, Debug)]
-pub struct Outcome {
+/// What a run came to.
+#[derive(Debug)]
+pub struct Ran {
     /// The figures.
     pub summary: Summary,
-    /// The report.
-    pub report: PathBuf,
+    /// What a report draws.
+    pub curves: Vec<Curves>,
+    /// The folder with its files: whoever leaves more there keeps it until then.
+    pub folder: ResultsFolder,
 }
 
-/// Runs a scenario as [`prepare`] gave it, under a name, and writes its files.
+/// Plays a scenario as [`prepare`] gave it, under a name, and writes its files.
 ///
 /// # Errors
 /// A node that does not start, a file that cannot be written. Failed expectations are no error:
@@ -75,41 +72,28 @@ pub fn run(
     name: &str,
     scenario: &Scenario,
     options: &Options,
+    stage: &dyn Stage,
     progress: &mut dyn Progress,
-) -> anyhow::Result<Outcome> {
+) -> anyhow::Result<Ran> {
     let out = &options.out;
     let folder = ResultsFolder::hold(out)?;
-    let files = create_files(name, scenario, options)?;
+    let files = create_files(name, scenario, options, stage.world())?;
     let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
     let mut sinks = (files, Drawn::new(scenario, &topology));
-    let finished = match options.world {
-        World::Virtual => virtual_time::run(scenario, &mut sinks, progress)?,
-        World::Processes => processes::run(scenario, out, &mut sinks, progress)?,
-    };
+    let finished = stage.play(scenario, out, &mut sinks, progress)?;
     let (files, drawn) = sinks;
     if let Some(files) = files {
         files.finish()?;
     }
     let curves = drawn.into_curves();
-    let summary = judged(name, scenario, options.world, finished);
+    let summary = judged(name, scenario, stage.world(), finished);
     write_summary(&folder.file("summary.json"), &summary)?;
     cuts::write(&folder.file("cuts.csv"), &summary)?;
-    let report = folder.file("report.html");
-    let scenario_toml =
-        toml::to_string_pretty(scenario).context("cannot write the scenario as TOML")?;
-    report::write(
-        &report,
-        &Report {
-            summary: &summary,
-            scenario_toml: &scenario_toml,
-            curves: &curves,
-            command: &options.command,
-        },
-    )?;
-    if let Some((folder, width_mm)) = &options.figures {
-        print::write(folder, &summary, &curves, *width_mm)?;
-    }
-    Ok(Outcome { summary, report })
+    Ok(Ran {
+        summary,
+        curves,
+        folder,
+    })
 }
 
 /// The scenario as it is to be run.
@@ -186,54 +170,10 @@ fn create_files(
     name: &str,
     scenario: &Scenario,
     options: &Options,
+    world: World,
 ) -> anyhow::Result<Option<Files>> {
     let Some(format) = options.trace else {
         return Ok(None);
     };
-    Files::create(name, scenario, options.world, format, &options.out).map(Some)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::catalog;
-
-    /// Somebody who has seen enough.
-    struct Until(f64);
-
-    impl Progress for Until {
-        fn at(&mut self, share: f64) -> bool {
-            share < self.0
-        }
-    }
-
-    #[test]
-    fn a_run_that_is_ended_leaves_what_there_is_and_says_of_which_time() {
-        let scratch = tempfile::tempdir().unwrap();
-        let source = catalog::find("beat").unwrap();
-        let options = Options {
-            world: World::Virtual,
-            seed: None,
-            overrides: vec!["duration-s=20".to_owned()],
-            receivers: Vec::new(),
-            out: scratch.path().to_owned(),
-            figures: None,
-            trace: Some(TraceFormat::Csv),
-            command: String::new(),
-        };
-        let scenario = prepare(&source, &options).unwrap();
-        for (until, at) in [(0.5, Some(10.0)), (2.0, None)] {
-            let outcome = run("beat", &scenario, &options, &mut Until(until)).unwrap();
-            assert_eq!(outcome.summary.interrupted_at_s, at);
-            let trace = std::fs::read_to_string(scratch.path().join("trace.csv")).unwrap();
-            let last = trace.lines().last().unwrap();
-            let ended: f64 = last.split(',').nth(1).unwrap().parse().unwrap();
-            let expected = at.unwrap_or(20.0);
-            assert!(
-                (expected - 0.1..=expected + 0.1).contains(&ended),
-                "{ended}"
-            );
-            assert!(outcome.report.exists());
-        }
-    }
+    Files::create(name, scenario, world, format, &options.out).map(Some)
 }

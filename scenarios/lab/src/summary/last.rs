@@ -1,6 +1,6 @@
 //! What signals said last, as far as their declaration keeps it for the summary.
 
-use coaxle_host::fields_of;
+use coaxle_node::fields_of;
 use coaxle_node::signal::{Signal, Signals};
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals};
 use serde::{Serialize, Serializer};
@@ -19,7 +19,7 @@ pub struct LastSignals {
 
 impl LastSignals {
     /// Every signal that the summary has, with its value, in the order of the declarations.
-    pub(crate) fn values(&self) -> impl Iterator<Item = (&'static Signal, Value)> {
+    pub fn values(&self) -> impl Iterator<Item = (&'static Signal, Value)> {
         values(&self.node)
             .chain(values(&self.far))
             .chain(values(&self.axis))

@@ -1,6 +1,6 @@
 //! A field and its values, and the points that several of them span.
 
-use coaxle_host::cli::wrong_argument;
+use coaxle_os::exit::wrong_argument;
 
 use crate::scenario::GridAxis;
 
@@ -76,7 +76,7 @@ fn split_values(text: &str) -> Vec<String> {
 }
 
 /// Runs of a sweep at most, points times seeds: more is a mistake.
-pub(super) const MOST_RUNS: usize = 10_000;
+pub const MOST_RUNS: usize = 10_000;
 
 /// All combinations, the last axis running fastest; each is to be run with so many seeds.
 ///

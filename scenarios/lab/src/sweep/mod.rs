@@ -1,20 +1,17 @@
 //! One scenario over a grid of values, with one seed or several, in virtual time, on all cores.
 //!
 //! [`prepare`] checks the scenario at every point, [`Prepared::run`] runs those that the folder does not have yet, and leaves
-//! tables, a plot and a report there. A sweep that is ended goes on where it was.
+//! tables there. A sweep that is ended goes on where it was.
 
-pub(crate) mod cli;
 mod grid;
 mod group;
 mod outcome;
-mod plot;
+pub mod plot;
 mod record;
-mod report;
 mod results;
-mod shown;
-mod statistics;
+pub mod shown;
+pub mod statistics;
 mod store;
-mod svg;
 mod tables;
 mod work;
 
@@ -22,11 +19,11 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use anyhow::Context;
-use coaxle_host::cli::{Mistake, wrong_file};
 use coaxle_node::config::parse_table;
+use coaxle_os::exit::{Mistake, wrong_file};
 
-pub use self::grid::Axis;
-pub use self::outcome::{Outcome, PointOutcome};
+pub use self::grid::{Axis, MOST_RUNS};
+pub use self::outcome::{PointOutcome, Swept};
 pub use self::work::SoFar;
 use crate::catalog::Source;
 use crate::figures::Figure;
@@ -68,8 +65,6 @@ pub struct Options {
     pub is_fresh: bool,
     /// The figure that is plotted, by its name in the tables; one that suits the scenario if none.
     pub figure: Option<String>,
-    /// The command that repeats the sweep, for the report.
-    pub command: String,
 }
 
 /// Bytes that the scenario may have at all points together: each is read.
@@ -186,6 +181,36 @@ fn scenario_at(
 }
 
 impl Prepared {
+    /// The name of the scenario.
+    #[must_use]
+    pub fn scenario(&self) -> &str {
+        &self.identity.scenario
+    }
+
+    /// The title of the scenario.
+    #[must_use]
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// The axes of the grid.
+    #[must_use]
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// The number of points of the grid.
+    #[must_use]
+    pub const fn points(&self) -> usize {
+        self.points.len()
+    }
+
+    /// With how many seeds each point is run.
+    #[must_use]
+    pub const fn seeds(&self) -> NonZeroUsize {
+        self.seeds
+    }
+
     /// What is worth a word of its receivers, at the first point of the grid: a line each.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
@@ -210,14 +235,14 @@ impl Prepared {
         &self,
         options: &Options,
         hear: &(dyn Fn(&SoFar) -> bool + Sync),
-    ) -> anyhow::Result<Outcome> {
+    ) -> anyhow::Result<Swept> {
         let figures = Figure::all();
         plot::check_figure(options.figure.as_deref(), &figures)?;
         let folder = ResultsFolder::hold(&options.out)?;
         let store = Store::open(&folder, &self.identity, options.is_fresh)?;
         let runs = self.runs(&store)?;
         work::run_missing(&self.identity.scenario, &self.points, &runs, &figures, hear)?;
-        results::write(self, &runs, &figures, &folder, options)
+        results::write(self, &runs, &figures, folder, options)
     }
 
     /// Each point with each seed, in their order.
@@ -236,6 +261,3 @@ impl Prepared {
         runs.collect()
     }
 }
-
-#[cfg(test)]
-mod tests;

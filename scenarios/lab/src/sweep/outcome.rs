@@ -2,36 +2,25 @@
 
 use std::path::PathBuf;
 
-/// What a sweep came to, and where it lies.
-#[derive(Clone, Debug)]
-pub struct Outcome {
-    /// The figures of most interest, a row for each point and receiver: of several seeds the medians.
-    pub table: String,
+use crate::results_folder::ResultsFolder;
+use crate::sweep::plot::Plot;
+use crate::sweep::shown::ShownRows;
+
+/// What a sweep came to.
+#[derive(Debug)]
+pub struct Swept {
     /// The runs that are over, and all that there are.
     pub runs: (usize, usize),
     /// The points that were run, in their order, and what was not as expected there.
     pub points: Vec<PointOutcome>,
     /// `points.csv`, `points.parquet`, `summary.csv`.
     pub tables: Vec<PathBuf>,
-    /// The plot; none where no axis has two values, or no run has the figure.
-    pub plot: Option<PathBuf>,
-    /// The report.
-    pub report: PathBuf,
-}
-
-impl Outcome {
-    /// Whether all runs are over: none was ended before.
-    #[must_use]
-    pub const fn is_whole(&self) -> bool {
-        self.runs.0 == self.runs.1
-    }
-
-    /// The points at which something was not as expected.
-    pub fn failed(&self) -> impl Iterator<Item = &PointOutcome> {
-        self.points
-            .iter()
-            .filter(|point| !point.failures.is_empty())
-    }
+    /// The figures of most interest.
+    pub shown: ShownRows,
+    /// What is plotted, the most interesting figure first.
+    pub plots: Vec<Plot>,
+    /// The folder: whoever leaves more there keeps it until then.
+    pub folder: ResultsFolder,
 }
 
 /// What was not as expected at a point.

@@ -3,8 +3,8 @@
 //! Over one axis it is a curve for each receiver or slave, over two a map for each; axes beyond the second have a map for each of
 //! their values. Axes with a single value are none.
 
-use coaxle_host::cli::wrong_argument;
 use coaxle_node::signal::Kind;
+use coaxle_os::exit::wrong_argument;
 
 use super::grid::Axis;
 use super::group::Group;
@@ -18,36 +18,40 @@ const CUTTING: &str = "slave.cut_length_error_max";
 const TIME_ERROR: &str = "corrected_time_error_rms_us";
 
 /// A figure over the grid.
-pub(super) struct Plot {
+#[derive(Clone, Debug)]
+pub struct Plot {
     /// The figure with its unit.
-    pub(super) heading: String,
+    pub heading: String,
     /// What lies from left to right.
-    pub(super) across: Along,
+    pub across: Along,
     /// What lies from the bottom to the top of a map; none: it is a plot of curves.
-    pub(super) up: Option<Along>,
+    pub up: Option<Along>,
     /// The curves or maps.
-    pub(super) panels: Vec<Panel>,
+    pub panels: Vec<Panel>,
     /// So many more there would be.
-    pub(super) more: usize,
+    pub more: usize,
 }
 
 /// A field along which a plot goes.
-pub(super) struct Along {
-    pub(super) field: String,
+#[derive(Clone, Debug)]
+pub struct Along {
+    /// Its path.
+    pub field: String,
     /// Its values, numbers in their order.
-    pub(super) values: Vec<String>,
+    pub values: Vec<String>,
     /// As numbers, if they are.
-    pub(super) numbers: Option<Vec<f64>>,
+    pub numbers: Option<Vec<f64>>,
     /// Each one's place among the values of the axis.
     order: Vec<usize>,
 }
 
 /// A curve or a map.
-pub(super) struct Panel {
+#[derive(Clone, Debug)]
+pub struct Panel {
     /// The receiver, its slave, and the values of further axes.
-    pub(super) title: String,
+    pub title: String,
     /// The figure at each value across, row by row upwards.
-    pub(super) cells: Vec<Option<Statistics>>,
+    pub cells: Vec<Option<Statistics>>,
 }
 
 /// Most curves or maps of a plot.
@@ -227,7 +231,9 @@ fn index(axes: &[Axis], point: &[usize]) -> usize {
 }
 
 impl Along {
-    pub(super) fn of(axis: &Axis) -> Self {
+    /// Along an axis of the grid.
+    #[must_use]
+    pub fn of(axis: &Axis) -> Self {
         let mut order: Vec<usize> = (0..axis.values.len()).collect();
         let numbers = axis.numbers();
         if let Some(numbers) = &numbers {
@@ -242,7 +248,8 @@ impl Along {
     }
 
     /// Where the values lie: at their numbers, or one beside the other.
-    pub(super) fn places(&self) -> Vec<f64> {
+    #[must_use]
+    pub fn places(&self) -> Vec<f64> {
         let beside = || (0..self.values.len()).map(|n| n as f64).collect();
         self.numbers.clone().unwrap_or_else(beside)
     }
@@ -250,7 +257,8 @@ impl Along {
 
 impl Plot {
     /// The least and the largest median of all panels; none where there is none.
-    pub(super) fn range(&self) -> Option<(f64, f64)> {
+    #[must_use]
+    pub fn range(&self) -> Option<(f64, f64)> {
         let cells = self.panels.iter().flat_map(|panel| &panel.cells);
         let medians = cells.flatten().map(|cell| cell.median);
         medians.fold(None, |range, median| {
@@ -261,7 +269,8 @@ impl Plot {
 }
 
 /// Whether values are better told apart by their logarithms: all above zero, over more than this factor.
-pub(super) fn is_logarithmic(values: impl Iterator<Item = f64>) -> bool {
+#[must_use]
+pub fn is_logarithmic(values: impl Iterator<Item = f64>) -> bool {
     const FACTOR: f64 = 30.0;
     let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), value| {
         (low.min(value), high.max(value))

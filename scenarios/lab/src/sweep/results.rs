@@ -1,18 +1,17 @@
 //! What a sweep leaves in its folder, of as many runs as there are.
 
 use super::group::groups;
-use super::outcome::{Outcome, PointOutcome};
+use super::outcome::{PointOutcome, Swept};
 use super::plot::{self, Plots};
 use super::record::RunRecord;
-use super::report;
 use super::shown::Shown;
 use super::tables::Tables;
 use super::work::Run;
-use super::{Options, Point, Prepared, store, svg};
+use super::{Options, Point, Prepared, store};
 use crate::figures::{Figure, Units};
 use crate::results_folder::ResultsFolder;
 
-/// Writes tables, plot and report of the runs that are over. One point after the other is in memory.
+/// Writes the tables of the runs that are over, and gathers what is shown of them. One point after the other is in memory.
 ///
 /// # Errors
 /// Names the file that cannot be written.
@@ -20,16 +19,16 @@ pub(super) fn write(
     sweep: &Prepared,
     runs: &[Run],
     figures: &[Figure],
-    folder: &ResultsFolder,
+    folder: ResultsFolder,
     options: &Options,
-) -> anyhow::Result<Outcome> {
+) -> anyhow::Result<Swept> {
     let (axes, name) = (sweep.axes.as_slice(), sweep.identity.scenario.as_str());
     let units = common_units(runs);
     let facts = [
         ("scenario", name.to_owned()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
     ];
-    let mut tables = Tables::create(folder, axes, figures, &units, facts)?;
+    let mut tables = Tables::create(&folder, axes, figures, &units, facts)?;
     let mut shown = Shown::new(axes, figures);
     let mut plots = Plots::new(axes, figures, options.figure.as_deref());
     let (mut points, mut over) = (Vec::new(), 0);
@@ -50,21 +49,16 @@ pub(super) fn write(
         points.extend(outcome_of(sweep, point, &records));
     }
     tables.finish()?;
-    let plots = plots.finish(&units);
-    let plot = folder.file("plot.svg");
-    let plot = svg::write(&plot, name, &plots)?.then_some(plot);
-    let outcome = Outcome {
-        table: shown.table(),
+    Ok(Swept {
         runs: (over, runs.len()),
         points,
         tables: ["points.csv", "points.parquet", "summary.csv"]
             .map(|file| folder.file(file))
             .into(),
-        plot,
-        report: folder.file("report.html"),
-    };
-    report::write(sweep, &shown, &plots, &outcome, &options.command)?;
-    Ok(outcome)
+        shown: shown.finish(),
+        plots: plots.finish(&units),
+        folder,
+    })
 }
 
 /// Those of these runs that are over, with their seeds.

@@ -1,7 +1,5 @@
 //! The figures of most interest, as people read them.
 
-use comfy_table::{Cell, CellAlignment, Table, presets};
-
 use super::grid::Axis;
 use super::group::Group;
 use super::statistics::Statistics;
@@ -22,11 +20,19 @@ pub(super) const COLUMNS: [(&str, &str); 8] = [
 
 /// A row for each point and receiver.
 pub(super) struct Shown<'a> {
-    /// Columns that are no figures.
-    words: usize,
-    pub(super) header: Vec<String>,
     figures: Vec<&'a Figure>,
-    pub(super) rows: Vec<Vec<String>>,
+    shown: ShownRows,
+}
+
+/// The figures of most interest as words: a row for each point and receiver.
+#[derive(Clone, Debug)]
+pub struct ShownRows {
+    /// Columns that are no figures: those on the left.
+    pub words: usize,
+    /// What each column is called.
+    pub header: Vec<String>,
+    /// The rows, of several seeds with the medians.
+    pub rows: Vec<Vec<String>>,
 }
 
 impl<'a> Shown<'a> {
@@ -36,12 +42,14 @@ impl<'a> Shown<'a> {
         let header = fields.chain(["receiver"]).chain(headings);
         let named = |name| figures.iter().find(|figure| figure.name == name);
         Self {
-            words: axes.len() + 1,
-            header: header.map(str::to_owned).collect(),
             figures: (COLUMNS.iter())
                 .filter_map(|(_, name)| named(*name))
                 .collect(),
-            rows: Vec::new(),
+            shown: ShownRows {
+                words: axes.len() + 1,
+                header: header.map(str::to_owned).collect(),
+                rows: Vec::new(),
+            },
         }
     }
 
@@ -56,25 +64,11 @@ impl<'a> Shown<'a> {
             known.map_or_else(|| "–".to_owned(), |known| significant(known.median, 4))
         });
         let row = words.map(str::to_owned).chain(figures);
-        self.rows.push(row.collect());
+        self.shown.rows.push(row.collect());
     }
 
-    /// As a table for a terminal.
-    pub(super) fn table(&self) -> String {
-        let mut table = Table::new();
-        table.load_style(presets::ASCII_MARKDOWN);
-        table.set_header(&self.header);
-        for row in &self.rows {
-            let cells = row.iter().enumerate().map(|(n, text)| {
-                let alignment = if n < self.words {
-                    CellAlignment::Left
-                } else {
-                    CellAlignment::Right
-                };
-                Cell::new(text).set_alignment(alignment)
-            });
-            table.add_row(cells);
-        }
-        table.trim_fmt()
+    /// All rows.
+    pub(super) fn finish(self) -> ShownRows {
+        self.shown
     }
 }

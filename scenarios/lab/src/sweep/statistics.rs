@@ -6,17 +6,17 @@ use crate::number::quantile;
 
 /// What a figure of a point was, over its seeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Statistics {
+pub struct Statistics {
     /// In how many runs there was one.
-    pub(super) known: usize,
+    pub known: usize,
     /// The middle one, or the mean of the two middle ones.
-    pub(super) median: f64,
+    pub median: f64,
     /// What one in twenty is below; between two runs as on a straight line from one to the other.
-    pub(super) low: f64,
+    pub low: f64,
     /// What one in twenty is above, likewise.
-    pub(super) high: f64,
+    pub high: f64,
     /// The one farthest from zero; where more is better, the least.
-    pub(super) worst: f64,
+    pub worst: f64,
 }
 
 impl Statistics {

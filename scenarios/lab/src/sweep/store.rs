@@ -9,8 +9,8 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use coaxle_host::cli::wrong_argument;
-use coaxle_host::os::{Os, System};
+use coaxle_os::exit::wrong_argument;
+use coaxle_os::{Os, System};
 use serde::{Deserialize, Serialize};
 
 use super::record::RunRecord;

@@ -8,34 +8,34 @@ use crate::page::{axis_name, band, escaped, layout, vertical};
 use crate::plotting::NEUTRAL;
 
 /// Four charts over one axis.
-pub(crate) struct Charts {
+pub struct Charts {
     /// What lies along the axis, with its unit.
-    pub(crate) along: String,
+    pub along: String,
     /// The quantities with their units.
-    pub(crate) headings: [String; 4],
+    pub headings: [String; 4],
     /// The curves.
-    pub(crate) course: Sampled,
+    pub course: Sampled,
     /// Places on them to point out.
-    pub(crate) marks: Sampled,
+    pub marks: Sampled,
     /// What they are.
-    pub(crate) labels: Vec<String>,
+    pub labels: Vec<String>,
     /// Levels to compare the curves with.
-    pub(crate) lines: [Vec<Line>; 4],
+    pub lines: [Vec<Line>; 4],
 }
 
 /// A level in a chart.
-pub(crate) struct Line {
+pub struct Line {
     /// What it is.
-    pub(crate) name: &'static str,
+    pub name: &'static str,
     /// Where it is.
-    pub(crate) value: f64,
+    pub value: f64,
     /// Whether it binds: otherwise it is only dotted.
-    pub(crate) binds: bool,
+    pub binds: bool,
 }
 
 /// Places along the axis, and what the slave does there.
 #[derive(Default)]
-pub(crate) struct Sampled {
+pub struct Sampled {
     along: Vec<f64>,
     values: [Vec<f64>; 4],
 }
@@ -45,7 +45,7 @@ const COLOURS: [&str; 4] = ["#2f86d6", "#0b9c78", "#d99a00", "#d9541e"];
 
 impl Sampled {
     /// Appends a place.
-    pub(crate) fn push(&mut self, along: f64, motion: Motion) {
+    pub fn push(&mut self, along: f64, motion: Motion) {
         let Motion {
             position,
             velocity,
@@ -62,14 +62,14 @@ impl Sampled {
 
 impl Sampled {
     /// Where the places are, and the position, velocity, acceleration and jerk there.
-    pub(crate) const fn columns(&self) -> (&Vec<f64>, &[Vec<f64>; 4]) {
+    pub const fn columns(&self) -> (&Vec<f64>, &[Vec<f64>; 4]) {
         (&self.along, &self.values)
     }
 }
 
 impl Charts {
     /// The figure, as the plotting library takes it.
-    pub(crate) fn figure(&self) -> Value {
+    pub fn figure(&self) -> Value {
         let mut layout = layout(&escaped(&self.along));
         let mut data = Vec::new();
         for (n, heading) in self.headings.iter().enumerate() {

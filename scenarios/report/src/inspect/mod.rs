@@ -1,8 +1,6 @@
 //! What commands share that look into a file: answers, names, numbers, tables and charts.
 
 mod charts;
-#[cfg(test)]
-pub(crate) mod samples;
 mod tables;
 mod text;
 
@@ -10,20 +8,18 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 
 use anyhow::Context;
-use coaxle_host::cli::wrong_argument;
+use coaxle_os::exit::wrong_argument;
 
-pub(crate) use charts::{Charts, Line, Sampled};
-pub(crate) use tables::{cells, right, table};
-pub(crate) use text::{QUANTITIES, name, shown};
+pub use charts::{Charts, Line, Sampled};
+pub use tables::{cells, right, table};
+pub use text::{QUANTITIES, name, shown};
 
 /// Prints the answer that `run` writes and returns what it returns. A reader that has seen enough,
 /// as `head` has, is no error.
 ///
 /// # Errors
 /// What `run` fails with; standard output that cannot be written.
-pub(crate) fn print(
-    run: impl FnOnce(&mut dyn Write) -> anyhow::Result<bool>,
-) -> anyhow::Result<bool> {
+pub fn print(run: impl FnOnce(&mut dyn Write) -> anyhow::Result<bool>) -> anyhow::Result<bool> {
     let mut out = io::BufWriter::new(io::stdout().lock());
     let done = run(&mut out).and_then(|good| {
         out.flush()?;
@@ -39,7 +35,7 @@ pub(crate) fn print(
 ///
 /// # Errors
 /// Standard output cannot be written.
-pub(crate) fn print_text(text: &str) -> anyhow::Result<()> {
+pub fn print_text(text: &str) -> anyhow::Result<()> {
     let printed = print(|out| {
         writeln!(out, "{text}")?;
         Ok(true)
@@ -59,7 +55,7 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 ///
 /// # Errors
 /// A page that cannot be written, or would take the place of something else.
-pub(crate) fn write_plot(path: &Path, page: &str, out: &mut dyn Write) -> anyhow::Result<()> {
+pub fn write_plot(path: &Path, page: &str, out: &mut dyn Write) -> anyhow::Result<()> {
     if is_something_else(path) {
         return wrong_argument(format!(
             "{}: received a file that is no page, expected one of before, or a name that is not taken",

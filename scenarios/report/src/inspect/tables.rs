@@ -6,7 +6,7 @@ use comfy_table::{Cell, CellAlignment, Table};
 use super::shown;
 
 /// A table with only a header, its columns aligned to the right.
-pub(crate) fn table<const N: usize>(header: [&str; N]) -> Table {
+pub fn table<const N: usize>(header: [&str; N]) -> Table {
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
     table.set_header(header.map(right));
@@ -15,12 +15,12 @@ pub(crate) fn table<const N: usize>(header: [&str; N]) -> Table {
 }
 
 /// A row: a name, and numbers.
-pub(crate) fn cells(name: &str, values: &[f64]) -> Vec<Cell> {
+pub fn cells(name: &str, values: &[f64]) -> Vec<Cell> {
     let values = values.iter().map(|value| right(&shown(*value)));
     std::iter::once(Cell::new(name)).chain(values).collect()
 }
 
 /// A cell aligned to the right.
-pub(crate) fn right(text: &str) -> Cell {
+pub fn right(text: &str) -> Cell {
     Cell::new(text).set_alignment(CellAlignment::Right)
 }

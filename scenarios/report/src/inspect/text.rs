@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 /// What a slave does, in the order of columns and charts.
-pub(crate) const QUANTITIES: [&str; 4] = ["position", "velocity", "acceleration", "jerk"];
+pub const QUANTITIES: [&str; 4] = ["position", "velocity", "acceleration", "jerk"];
 
 /// A number in at most ten digits, for people.
-pub(crate) fn shown(value: f64) -> String {
+pub fn shown(value: f64) -> String {
     let rounded: f64 = format!("{value:.9e}").parse().unwrap_or(value);
     if rounded == 0.0 {
         "0".to_owned()
@@ -18,7 +18,7 @@ pub(crate) fn shown(value: f64) -> String {
 }
 
 /// A value's name in files.
-pub(crate) fn name(value: &impl Serialize) -> String {
+pub fn name(value: &impl Serialize) -> String {
     let name = serde_json::to_value(value).ok();
     name.and_then(|name| name.as_str().map(str::to_owned))
         .unwrap_or_default()

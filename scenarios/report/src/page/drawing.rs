@@ -6,20 +6,21 @@ use super::html::{escaped, script_json};
 
 /// A plot with its words.
 #[derive(Clone, Debug)]
-pub(crate) struct Drawing<'a> {
+pub struct Drawing<'a> {
     /// Name within the page.
-    pub(crate) id: &'a str,
-    pub(crate) title: &'a str,
+    pub id: &'a str,
+    /// What it shows, in a line.
+    pub title: &'a str,
     /// What to look at.
-    pub(crate) caption: &'a str,
+    pub caption: &'a str,
     /// Pixels.
-    pub(crate) height: usize,
+    pub height: usize,
     /// `data` and `layout`.
-    pub(crate) figure: Value,
+    pub figure: Value,
 }
 
 /// The figure with its words.
-pub(crate) fn figure_element(drawing: &Drawing<'_>) -> String {
+pub fn figure_element(drawing: &Drawing<'_>) -> String {
     let Drawing { id, height, .. } = drawing;
     let title = escaped(drawing.title);
     let caption = escaped(drawing.caption);
@@ -32,7 +33,7 @@ pub(crate) fn figure_element(drawing: &Drawing<'_>) -> String {
 }
 
 /// The layout all plots share.
-pub(crate) fn layout(x_title: &str) -> Value {
+pub fn layout(x_title: &str) -> Value {
     json!({
         "margin": { "l": 70, "r": 20, "t": 40, "b": 50 },
         "hovermode": "closest",
@@ -42,7 +43,7 @@ pub(crate) fn layout(x_title: &str) -> Value {
 }
 
 /// A vertical axis.
-pub(crate) fn vertical(title: &str, range: Option<(f64, f64)>) -> Value {
+pub fn vertical(title: &str, range: Option<(f64, f64)>) -> Value {
     let mut axis = json!({ "title": { "text": title }, "zeroline": false });
     if let Some((low, high)) = range {
         axis["range"] = json!([low, high]);
@@ -51,7 +52,7 @@ pub(crate) fn vertical(title: &str, range: Option<(f64, f64)>) -> Value {
 }
 
 /// `y`, `y2`, `y3` …
-pub(crate) fn axis_name(n: usize) -> String {
+pub fn axis_name(n: usize) -> String {
     match n {
         0 => "y".to_owned(),
         n => format!("y{}", n + 1),
@@ -59,7 +60,7 @@ pub(crate) fn axis_name(n: usize) -> String {
 }
 
 /// The share of the plot's height that belongs to the n-th of so many, from the top.
-pub(crate) fn band(n: usize, count: usize) -> Value {
+pub fn band(n: usize, count: usize) -> Value {
     let each = 1.0 / count.max(1) as f64;
     let top = 1.0 - each * n as f64;
     // The gap holds the title.

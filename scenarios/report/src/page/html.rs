@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 /// Text for an element or an attribute.
-pub(crate) fn escaped(text: &str) -> String {
+pub fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -19,7 +19,7 @@ pub(crate) fn escaped(text: &str) -> String {
 }
 
 /// JSON inside a script element, which ends at the first `</script` whatever stands around it.
-pub(crate) fn script_json(value: &Value) -> String {
+pub fn script_json(value: &Value) -> String {
     // In JSON `<` occurs only within strings, where this escape means the same.
     value.to_string().replace('<', "\\u003c")
 }

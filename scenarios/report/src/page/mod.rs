@@ -6,24 +6,24 @@ mod html;
 use anyhow::Context;
 use plotly::Plot;
 
-pub(crate) use drawing::{Drawing, axis_name, band, figure_element, layout, vertical};
-pub(crate) use html::{escaped, script_json};
+pub use drawing::{Drawing, axis_name, band, figure_element, layout, vertical};
+pub use html::{escaped, script_json};
 
 /// How a page looks.
-pub(crate) const CSS: &str = include_str!("page.css");
+pub const CSS: &str = include_str!("page.css");
 
 /// A page that opens without a network, drawing its figures in the browser's own colours.
 ///
 /// # Errors
 /// The plotting library is not what it was.
-pub(crate) fn document(title: &str, body: &str) -> anyhow::Result<String> {
+pub fn document(title: &str, body: &str) -> anyhow::Result<String> {
     let js = include_str!("page.js");
     let scripts = format!("<script>\n{js}</script>\n");
     Ok(framed(title, body, &plotting_script()?, &scripts))
 }
 
 /// A page: what stands in its head besides the usual, its body, and its scripts.
-pub(crate) fn framed(title: &str, body: &str, head: &str, scripts: &str) -> String {
+pub fn framed(title: &str, body: &str, head: &str, scripts: &str) -> String {
     let title = escaped(title);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

@@ -6,10 +6,10 @@ const CHOSEN: [&str; 7] = [
 ];
 
 /// What is no receiver's: the drive, the truth.
-pub(crate) const NEUTRAL: &str = "#8a8a8a";
+pub const NEUTRAL: &str = "#8a8a8a";
 
 /// The n-th curve's, `#rrggbb`: the chosen ones, then others as far apart as can be.
-pub(crate) fn colour(n: usize) -> String {
+pub fn colour(n: usize) -> String {
     match CHOSEN.get(n) {
         Some(chosen) => (*chosen).to_owned(),
         None => further(n - CHOSEN.len()),
@@ -17,7 +17,7 @@ pub(crate) fn colour(n: usize) -> String {
 }
 
 /// The parts of a colour `#rrggbb`.
-pub(crate) fn rgb(colour: &str) -> (u8, u8, u8) {
+pub fn rgb(colour: &str) -> (u8, u8, u8) {
     let part = |at: usize| {
         let hex = colour.get(at..at + 2);
         hex.and_then(|hex| u8::from_str_radix(hex, 16).ok())

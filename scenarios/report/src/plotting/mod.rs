@@ -2,13 +2,13 @@
 
 mod colours;
 
-pub(crate) use colours::{NEUTRAL, colour, rgb};
+pub use colours::{NEUTRAL, colour, rgb};
 
 /// Ticks, numbers, axes and cursors, for any page that draws on a canvas.
-pub(crate) const AXES_JS: &str = include_str!("axes.js");
+pub const AXES_JS: &str = include_str!("axes.js");
 
 /// So many digits, without the zeros behind them.
-pub(crate) fn short(value: f64, digits: usize) -> String {
+pub fn short(value: f64, digits: usize) -> String {
     let rounded: f64 = format!("{value:.*e}", digits.saturating_sub(1))
         .parse()
         .unwrap_or(value);

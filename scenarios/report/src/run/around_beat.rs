@@ -2,8 +2,8 @@
 
 use super::figure::{Across, Curve, Data, Figure, Look, Panel};
 use super::shown::Shown;
-use crate::row::Row;
-use crate::units;
+use coaxle_lab::row::Row;
+use coaxle_lab::units;
 
 /// Positions, velocity and acceleration around the beat of a receiver without correction, and of the best cured one.
 pub(super) fn figure(receivers: &[Shown<'_>]) -> Figure {

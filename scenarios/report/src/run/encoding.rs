@@ -4,10 +4,10 @@
 //! differences of those where that is shorter (the first character says which, `1` or `2`), each with its sign as the lowest
 //! bit, five bits a character, the lowest first, and 32 added to all but the last.
 
+use coaxle_lab::curves::Stretch;
 use serde_json::{Value, json};
 
 use super::figure::{Curve, Data, Figure, Panel};
-use crate::curves::Stretch;
 
 /// A figure for the page's script.
 pub(super) fn figure(figure: &Figure) -> Value {

@@ -1,7 +1,7 @@
 //! A figure of a run, however it is drawn: panels one above the other over one axis.
 
-use crate::curves::{Series, Stretch, joined};
 use crate::plotting::NEUTRAL;
+use coaxle_lab::curves::{Series, Stretch, joined};
 
 /// A figure with its words.
 #[derive(Clone, Debug)]

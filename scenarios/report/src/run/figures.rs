@@ -1,14 +1,14 @@
 //! The figures of a run, in the order of the page.
 
+use coaxle_lab::curves::{Curves, Series};
+use coaxle_lab::summary::{ReceiverSummary, Summary};
 use coaxle_receiver::StateName;
 
 use super::around_beat;
 use super::figure::{Across, Curve, Data, Figure, Look, Panel, Room};
 use super::shown::{Shown, coloured};
 use super::slaves;
-use crate::curves::{Curves, Series};
 use crate::plotting::NEUTRAL;
-use crate::summary::{ReceiverSummary, Summary};
 
 /// All figures of a run, those without any curve among them.
 pub(super) fn all(summary: &Summary, curves: &[Curves]) -> Vec<Figure> {

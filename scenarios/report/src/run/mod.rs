@@ -5,7 +5,7 @@ mod encoding;
 mod figure;
 mod figures;
 mod places;
-pub(crate) mod print;
+pub mod print;
 mod results;
 mod shown;
 mod slaves;
@@ -14,13 +14,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Context;
+use coaxle_lab::curves::Curves;
+use coaxle_lab::summary::{Summary, World};
 
 use self::figure::Figure;
 use self::results::{expectations, results};
-use crate::curves::Curves;
 use crate::page::{escaped, framed, script_json};
 use crate::plotting::AXES_JS;
-use crate::summary::{Summary, World};
 use crate::table;
 
 /// What the report shows.

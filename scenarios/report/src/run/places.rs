@@ -1,6 +1,6 @@
 //! Where a run is kept cycle by cycle, of all receivers together.
 
-use crate::curves::{Curves, Window};
+use coaxle_lab::curves::{Curves, Window};
 
 /// A part of the run, and what happened there.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +37,7 @@ pub(super) fn of(curves: &[Curves]) -> Vec<Place> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::curves::Happened;
+    use coaxle_lab::curves::Happened;
     use coaxle_node::config::Unit;
 
     #[test]

@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
+use coaxle_lab::summary::{ReceiverSummary, Summary};
+use coaxle_lab::verdict::Verdict;
+
 use crate::page::escaped;
-use crate::summary::{ReceiverSummary, Summary};
 use crate::table;
-use crate::verdict::Verdict;
 
 /// The figures of every receiver: of the whole run, and apart of the time once settled and of that of locking in.
 pub(super) fn results(summary: &Summary) -> String {

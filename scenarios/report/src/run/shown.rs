@@ -1,8 +1,8 @@
 //! The receivers as plots show them.
 
-use crate::curves::Curves;
 use crate::plotting::colour;
 use crate::table;
+use coaxle_lab::curves::Curves;
 
 /// A receiver as plots show it.
 #[derive(Clone, Debug)]

@@ -3,8 +3,8 @@
 use super::figure::{Across, Curve, Data, Figure, Look, Panel, Room};
 use super::shown::Shown;
 use crate::plotting::colour;
-use crate::summary::{Cut, Summary};
-use crate::units;
+use coaxle_lab::summary::{Cut, Summary};
+use coaxle_lab::units;
 
 /// The error of every cut, by receiver.
 pub(super) fn cuts(summary: &Summary, receivers: &[Shown<'_>]) -> Figure {

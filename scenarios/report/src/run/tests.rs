@@ -3,11 +3,13 @@ use std::collections::BTreeMap;
 use coaxle_receiver::StateName;
 use serde_json::Value;
 
+use crate::reported::Presentation;
+use coaxle_lab::stage::VirtualTime;
+use coaxle_lab::summary::{Cut, ReceiverSummary, SlaveSummary};
+use coaxle_lab::verdict::Verdict;
 use coaxle_node::config::Unit;
 
 use super::*;
-use crate::summary::{Cut, ReceiverSummary, SlaveSummary};
-use crate::verdict::Verdict;
 
 const NASTY: &str = "</script><script>alert('x')</script>";
 
@@ -258,19 +260,24 @@ fn a_spike_of_a_single_cycle_is_seen_at_every_zoom() {
 /// A report of a built-in scenario.
 fn report_of(name: &str, duration_s: &str) -> String {
     let scratch = tempfile::tempdir().unwrap();
-    let source = crate::catalog::find(name).unwrap();
-    let options = crate::run::Options {
-        world: World::Virtual,
+    let source = coaxle_lab::catalog::find(name).unwrap();
+    let options = coaxle_lab::run::Options {
         seed: None,
         overrides: vec![format!("duration-s={duration_s}")],
         receivers: Vec::new(),
         out: scratch.path().to_owned(),
-        figures: None,
         trace: None,
-        command: String::new(),
     };
-    let scenario = crate::run::prepare(&source, &options).unwrap();
-    let outcome = crate::run::run(name, &scenario, &options, &mut ()).unwrap();
+    let scenario = coaxle_lab::run::prepare(&source, &options).unwrap();
+    let outcome = crate::reported::run(
+        name,
+        &scenario,
+        &options,
+        &Presentation::default(),
+        &VirtualTime,
+        &mut (),
+    )
+    .unwrap();
     std::fs::read_to_string(outcome.report).unwrap()
 }
 

@@ -3,14 +3,14 @@
 use std::fmt::Write as _;
 
 use anyhow::Context;
+use coaxle_lab::number::significant;
+use coaxle_lab::sweep::plot::{Panel, Plot, is_logarithmic};
+use coaxle_lab::sweep::shown::ShownRows;
+use coaxle_lab::sweep::statistics::Statistics;
+use coaxle_lab::sweep::{PointOutcome, Prepared};
 use serde_json::{Value, json};
 
-use super::Prepared;
-use super::outcome::{Outcome, PointOutcome};
-use super::plot::{Panel, Plot, is_logarithmic};
-use super::shown::Shown;
-use super::statistics::Statistics;
-use crate::number::significant;
+use super::outcome::Outcome;
 use crate::page::{Drawing, document, escaped, figure_element, layout, vertical};
 use crate::plotting::colour;
 
@@ -20,7 +20,7 @@ use crate::plotting::colour;
 /// Names the file that cannot be written.
 pub(super) fn write(
     sweep: &Prepared,
-    shown: &Shown<'_>,
+    shown: &ShownRows,
     plots: &[Plot],
     outcome: &Outcome,
     command: &str,
@@ -41,15 +41,15 @@ pub(super) fn write(
         "<h2>Run it again</h2>\n<pre><code>{}</code></pre>",
         escaped(command)
     );
-    let page = document(&sweep.title, &body)?;
+    let page = document(sweep.title(), &body)?;
     let path = &outcome.report;
     std::fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))
 }
 
 fn introduction(sweep: &Prepared, outcome: &Outcome) -> String {
     let (over, all) = outcome.runs;
-    let (points, seeds) = (sweep.points.len(), sweep.seeds);
-    let axes: Vec<_> = (sweep.axes.iter())
+    let (points, seeds) = (sweep.points(), sweep.seeds());
+    let axes: Vec<_> = (sweep.axes().iter())
         .map(|axis| format!("{}: {}", axis.field, axis.values.join(", ")))
         .collect();
     let ended = match outcome.is_whole() {
@@ -59,8 +59,8 @@ fn introduction(sweep: &Prepared, outcome: &Outcome) -> String {
     format!(
         "<header>\n<h1>{}</h1>\n<p class=\"facts\">Sweep of <b>{}</b> · virtual time · points: {points} · seeds: \
          {seeds}{ended}</p>\n<p class=\"facts\">{}</p>\n</header>\n",
-        escaped(&sweep.title),
-        escaped(&sweep.identity.scenario),
+        escaped(sweep.title()),
+        escaped(sweep.scenario()),
         escaped(&axes.join(" · ")),
     )
 }
@@ -100,7 +100,7 @@ fn left_out(all: usize) -> String {
     }
 }
 
-fn table(sweep: &Prepared, shown: &Shown<'_>) -> String {
+fn table(sweep: &Prepared, shown: &ShownRows) -> String {
     let cells = |tag: &str, cells: &[String]| {
         let cells = cells.iter();
         let cells: String = cells
@@ -110,7 +110,7 @@ fn table(sweep: &Prepared, shown: &Shown<'_>) -> String {
     };
     let rows = shown.rows.iter().take(MOST_LINES);
     let rows: String = rows.map(|row| cells("td", row)).collect();
-    let medians = match sweep.seeds.get() {
+    let medians = match sweep.seeds().get() {
         1 => String::new(),
         seeds => format!("<p class=\"hint\">Medians of {seeds} seeds.</p>\n"),
     };

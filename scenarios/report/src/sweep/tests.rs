@@ -3,8 +3,11 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use coaxle_lab::catalog;
+
+use coaxle_lab::sweep::{Setup, prepare};
+
 use super::*;
-use crate::catalog;
 
 /// A short scenario with two axes, a grid of four points.
 fn setup(axes: &[&str]) -> Setup {
@@ -32,7 +35,7 @@ fn options(out: &Path) -> Options {
 }
 
 fn run(setup: &Setup, out: &Path) -> Outcome {
-    prepared(setup).run(&options(out), &|_| true).unwrap()
+    super::run(&prepared(setup), &options(out), "", &|_| true).unwrap()
 }
 
 /// The rows of a file in CSV, by the names of its columns.
@@ -97,7 +100,7 @@ fn a_sweep_that_is_ended_goes_on_and_leaves_what_one_in_one_go_does() {
     let (ended, whole) = (scratch.path().join("ended"), scratch.path().join("whole"));
     let setup = setup(&[DRIFT, LOSS]);
     let until_one = |so_far: &SoFar| so_far.done < 1;
-    let first = prepared(&setup).run(&options(&ended), &until_one).unwrap();
+    let first = super::run(&prepared(&setup), &options(&ended), "", &until_one).unwrap();
     assert!(!first.is_whole() && first.runs.0 >= 1, "{:?}", first.runs);
     assert_eq!(rows(&ended.join("points.csv")).len(), first.runs.0);
     assert!(first.report.exists());
@@ -107,7 +110,7 @@ fn a_sweep_that_is_ended_goes_on_and_leaves_what_one_in_one_go_does() {
         kept.store(so_far.kept, Ordering::Relaxed);
         true
     };
-    let second = prepared(&setup).run(&options(&ended), &hear).unwrap();
+    let second = super::run(&prepared(&setup), &options(&ended), "", &hear).unwrap();
     assert!(second.is_whole());
     assert_eq!(kept.into_inner(), first.runs.0);
 
@@ -138,12 +141,10 @@ fn a_larger_grid_takes_over_what_there_is_and_another_sweep_is_refused() {
         seeds: seeds(2),
         ..setup(&[LOSS])
     };
-    let outcome = prepared(&larger)
-        .run(&options(scratch.path()), &hear)
-        .unwrap();
+    let outcome = super::run(&prepared(&larger), &options(scratch.path()), "", &hear).unwrap();
     assert_eq!((outcome.runs, kept.into_inner()), ((4, 4), 1));
     let other = prepared(&setup(&[DRIFT]));
-    let refused = other.run(&options(scratch.path()), &|_| true).unwrap_err();
+    let refused = super::run(&other, &options(scratch.path()), "", &|_| true).unwrap_err();
     let refused = refused.to_string();
     assert!(
         refused.contains("over the fields network.loss"),
@@ -153,7 +154,11 @@ fn a_larger_grid_takes_over_what_there_is_and_another_sweep_is_refused() {
         is_fresh: true,
         ..options(scratch.path())
     };
-    assert!(other.run(&fresh, &|_| true).unwrap().is_whole());
+    assert!(
+        super::run(&other, &fresh, "", &|_| true)
+            .unwrap()
+            .is_whole()
+    );
 }
 
 #[test]
@@ -185,7 +190,7 @@ fn what_cuts_has_its_cuts_for_each_slave_and_is_plotted_by_them() {
         ..Setup::default()
     };
     let outcome = prepare(&source, &setup).unwrap();
-    let outcome = outcome.run(&options(scratch.path()), &|_| true).unwrap();
+    let outcome = super::run(&outcome, &options(scratch.path()), "", &|_| true).unwrap();
     let points = rows(&scratch.path().join("points.csv"));
     let cutting = points
         .iter()
@@ -204,17 +209,17 @@ fn a_figure_may_be_chosen_and_must_be_there() {
         ..options(scratch.path())
     };
     let sweep = prepared(&setup(&[LOSS]));
-    let outcome = sweep.run(&with("messages_lost"), &|_| true).unwrap_err();
+    let outcome = super::run(&sweep, &with("messages_lost"), "", &|_| true).unwrap_err();
     assert!(
         outcome
             .to_string()
             .contains("--figure: received \"messages_lost\"")
     );
-    let outcome = sweep.run(&with("lost"), &|_| true).unwrap();
+    let outcome = super::run(&sweep, &with("lost"), "", &|_| true).unwrap();
     let plot = fs::read_to_string(outcome.plot.unwrap()).unwrap();
     assert!(plot.contains("observer-sweep: lost"));
     let single = prepared(&setup(&["network.loss=0.1"]));
-    let outcome = single.run(&with("lost"), &|_| true).unwrap();
+    let outcome = super::run(&single, &with("lost"), "", &|_| true).unwrap();
     assert_eq!(outcome.plot, None);
     assert!(!scratch.path().join("plot.svg").exists());
 }
@@ -222,9 +227,9 @@ fn a_figure_may_be_chosen_and_must_be_there() {
 #[test]
 fn a_scenario_brings_its_own_grid() {
     let sweep = prepared(&Setup::default());
-    assert_eq!((sweep.axes.len(), sweep.points.len()), (3, 36));
+    assert_eq!((sweep.axes().len(), sweep.points()), (3, 36));
     let sweep = prepared(&setup(&["seed=1,2"]));
-    assert_eq!(sweep.axes[0].field, "seed");
+    assert_eq!(sweep.axes()[0].field, "seed");
 }
 
 #[test]
@@ -243,6 +248,6 @@ fn a_value_that_does_not_fit_is_named_before_anything_runs() {
     };
     let scratch = tempfile::tempdir().unwrap();
     let last = prepare(&source, &last).unwrap();
-    let error = last.run(&options(scratch.path()), &|_| true).unwrap_err();
+    let error = super::run(&last, &options(scratch.path()), "", &|_| true).unwrap_err();
     assert!(error.to_string().contains("seed: received"), "{error}");
 }

@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
+use coaxle_lab::number::significant;
+use coaxle_lab::summary::{CutsSummary, ReceiverSummary, Summary};
+use coaxle_lab::units::{self, Fine};
+
 use super::{CORRECTIONS, NOTHING, optional, roughly};
-use crate::number::significant;
-use crate::summary::{CutsSummary, ReceiverSummary, Summary};
-use crate::units::{self, Fine};
 
 /// How far off the lengths of the pieces are, a line per way of correction. None where the scenario
 /// cuts nothing without correction to compare with.

@@ -1,11 +1,11 @@
 //! The figures of more receivers than have room beside each other.
 
+use coaxle_lab::number::significant;
+use coaxle_lab::summary::ReceiverSummary;
 use comfy_table::Table;
 
 use super::rows;
 use crate::inspect::{right, table};
-use crate::number::significant;
-use crate::summary::ReceiverSummary;
 
 /// The least, the middle and the largest of each figure, and how many have it.
 pub(super) fn ranges(receivers: &[(&str, &ReceiverSummary)]) -> Table {

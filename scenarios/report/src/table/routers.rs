@@ -1,11 +1,11 @@
 //! The table of routers.
 
+use coaxle_lab::number::significant;
+use coaxle_lab::summary::Summary;
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use comfy_table::{Cell, Table};
 
 use super::right;
-use crate::number::significant;
-use crate::summary::Summary;
 
 /// What went over each router and each link from one to another, a second; empty without routers.
 #[must_use]

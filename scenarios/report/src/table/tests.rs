@@ -1,7 +1,8 @@
 use std::collections::BTreeMap;
 
+use coaxle_lab::summary::{CutsSummary, SlaveSummary, World};
+
 use super::*;
-use crate::summary::{CutsSummary, SlaveSummary, World};
 
 fn summary(receivers: Vec<(&str, ReceiverSummary)>) -> Summary {
     let receivers: BTreeMap<_, _> = receivers

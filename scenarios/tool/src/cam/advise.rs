@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use coaxle_node::cam_file::CamFile;
 use coaxle_plate::{Demand, LawAdvice, LawLimits, LawQuestion};
+use coaxle_report::inspect::{cells, name, right, shown, table};
 use serde_json::{Value, json};
 
 use super::load_unchecked;
 use super::text::parse_finite;
-use crate::inspect::{cells, name, right, shown, table};
 
 /// Which segment, and what the slave can do.
 #[derive(Debug, Args)]

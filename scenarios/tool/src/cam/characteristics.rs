@@ -7,11 +7,11 @@ use clap::Args;
 use coaxle_curve::law::{Extreme, MinMax};
 use coaxle_node::cam_file::CamFile;
 use coaxle_plate::{Characteristics, PlateEnd};
+use coaxle_report::inspect::{QUANTITIES, cells, shown, table};
 use serde_json::{Value, json};
 
 use super::load;
 use super::text::{description, parse_finite, velocity_steps};
-use crate::inspect::{QUANTITIES, cells, shown, table};
 
 /// What the plate is judged at.
 #[derive(Debug, Args)]

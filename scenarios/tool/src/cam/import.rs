@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use coaxle_host::cli::wrong_argument;
 use coaxle_node::cam_file::{CamFile, MOST_BYTES};
 use coaxle_node::point_table::PointTable;
+use coaxle_os::exit::wrong_argument;
 use coaxle_plate::{Course, WrittenPoint};
+use coaxle_report::inspect::name;
 
 use super::format::FormatArg;
 use super::new_file;
-use crate::inspect::name;
 
 /// What to read, and what a point table does not say.
 #[derive(Debug, Args)]

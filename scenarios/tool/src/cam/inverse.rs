@@ -4,10 +4,10 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use coaxle_report::inspect::shown;
 
 use super::load;
 use super::text::parse_finite;
-use crate::inspect::shown;
 
 /// What to look for.
 #[derive(Debug, Args)]

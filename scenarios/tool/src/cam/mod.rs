@@ -16,11 +16,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use coaxle_host::cli::lines_of;
 use coaxle_node::cam_file::{CamFile, CamFileError};
+use coaxle_os::exit::lines_of;
 use coaxle_plate::Plate;
-
-use crate::inspect;
+use coaxle_report::inspect;
 
 /// What can be done with a cam file.
 #[derive(Debug, Subcommand)]

@@ -5,7 +5,7 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 use anyhow::Context;
-use coaxle_host::cli::wrong_argument;
+use coaxle_os::exit::wrong_argument;
 
 /// Writes a file that is not there yet, or the text to standard output without one.
 ///

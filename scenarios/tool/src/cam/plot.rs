@@ -2,10 +2,10 @@
 
 use coaxle_node::cam_file::{CamFile, Shape};
 use coaxle_plate::{MotionPoint, Plate, PointType};
+use coaxle_report::inspect::{Charts, Sampled, name};
+use coaxle_report::page::{Drawing, document, escaped, figure_element};
 
 use super::text::{description, heading, master_heading};
-use crate::inspect::{Charts, Sampled, name};
-use crate::page::{Drawing, document, escaped, figure_element};
 
 /// The page.
 ///

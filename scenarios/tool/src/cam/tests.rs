@@ -6,7 +6,7 @@ use coaxle_node::cam_file::Shape;
 use serde_json::Value;
 
 use super::*;
-use crate::inspect::samples::{self, examples_of, figure_of, stands_alone};
+use crate::samples::{self, examples_of, figure_of, stands_alone};
 
 #[derive(Parser)]
 struct Cli {
@@ -305,9 +305,9 @@ fn points_come_back_from_both_formats() {
             let (table, again) = (path(ending), path(&format!("{ending}.toml")));
             let name = file.display().to_string();
             told(&["export", &name, "-o", &table]).unwrap();
-            let course = crate::inspect::name(&cam.course);
+            let course = coaxle_report::inspect::name(&cam.course);
             let mut words = vec!["import", &table, "-o", &again, "--course", &course];
-            let interpolation = crate::inspect::name(&plate.interpolation());
+            let interpolation = coaxle_report::inspect::name(&plate.interpolation());
             words.extend(["--interpolation", &interpolation]);
             if plate.table_type() == coaxle_plate::TableType::Equidistant {
                 words.push("--equidistant");

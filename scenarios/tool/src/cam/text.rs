@@ -2,8 +2,7 @@
 
 use coaxle_node::cam_file::CamFile;
 use coaxle_plate::{Course, Plate, TableType};
-
-use crate::inspect::{QUANTITIES, shown};
+use coaxle_report::inspect::{QUANTITIES, shown};
 
 /// The unit of one of the [`QUANTITIES`].
 fn unit(cam: &CamFile, quantity: usize) -> String {

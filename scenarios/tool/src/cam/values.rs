@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use clap::Args;
 use coaxle_node::cam_file::CamFile;
 use coaxle_plate::{Plate, ValueSelect};
+use coaxle_report::inspect::{QUANTITIES, shown};
 
 use super::load;
 use super::text::{heading, master_heading, parse_finite};
-use crate::inspect::{QUANTITIES, shown};
 
 /// Which values to print.
 #[derive(Debug, Args)]

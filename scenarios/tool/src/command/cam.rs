@@ -6,11 +6,11 @@ use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::command::{CamFigures, PlateOrder};
+use coaxle_report::inspect::shown;
 use serde_json::{Map, Value, json};
 
 use super::cam_blocks::cam_blocks;
 use super::options::{fields_of, subcommand};
-use crate::inspect::shown;
 
 const SELECT: &str = "cam-table-select";
 

@@ -11,18 +11,18 @@ mod spelled;
 use clap::Args;
 use coaxle_axis::SyncPositions;
 use coaxle_host::Commander;
-use coaxle_host::cli::wrong_argument;
+use coaxle_host::NetworkArgs;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::{
     CamCommand, CamOrder, CommandAnswer, CommandVerdict, FarCommand, FarDelay, FarName, FarOrder,
     FarView, SlaveName, SlaveOrder, SlaveView,
 };
 use coaxle_node::keys::NodeName;
+use coaxle_os::exit::wrong_argument;
 use coaxle_receiver::Mode;
+use coaxle_report::inspect::{self, shown};
 use serde::de::DeserializeOwned;
 
-use crate::inspect::{self, shown};
-use crate::network::NetworkArgs;
 use spelled::Spelled;
 
 /// Who is told what.

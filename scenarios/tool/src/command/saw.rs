@@ -1,8 +1,8 @@
 //! What an answer says of a flying saw, for people.
 
 use coaxle_node::command::{SawFigures, SawRefused};
+use coaxle_report::inspect::{name, shown};
 
-use crate::inspect::{name, shown};
 use crate::sync_flags::any_of;
 
 /// What it comes to.

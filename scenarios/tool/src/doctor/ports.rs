@@ -1,7 +1,7 @@
 //! Whether a firewall keeps others from where a config listens.
 
-use coaxle_host::os::Firewall;
 use coaxle_host::transport::{host_and_port, is_over_udp};
+use coaxle_os::Firewall;
 
 use super::{Opening, note, shut};
 
@@ -47,7 +47,7 @@ pub(super) fn of_ports(listens: &[String], firewall: &Result<Firewall, String>) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use coaxle_host::os::Admitted;
+    use coaxle_os::Admitted;
 
     #[test]
     fn a_port_that_no_rule_lets_in_is_shut() {

@@ -13,11 +13,11 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
-use coaxle_host::Interrupt;
-use coaxle_host::cli::Exit;
+use coaxle_os::Interrupt;
+use coaxle_os::exit::Exit;
+use coaxle_report::inspect;
 use serde_json::Value;
 
-use crate::inspect;
 use crate::web::Served;
 use file::EditedFile;
 pub(crate) use server::Parts;

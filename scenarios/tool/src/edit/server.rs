@@ -7,13 +7,13 @@ use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::Response;
 use axum::routing::{get, post};
+use coaxle_report::plotting::AXES_JS;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::Design;
 use super::file::EditedFile;
 use super::history::History;
-use crate::plotting::AXES_JS;
 use crate::web::{BASE_CSS, as_json, file, wrong};
 
 /// What is particular to a page.

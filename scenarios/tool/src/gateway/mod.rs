@@ -13,10 +13,10 @@ use std::thread::JoinHandle;
 use anyhow::Context;
 use coaxle_gateway::Gateway;
 use coaxle_gateway::config::GatewayConfig;
-use coaxle_host::cli::Exit;
 use coaxle_host::{Beside, NodeArgs, Setup};
 use coaxle_node::config::TimingEndpoints;
 use coaxle_node::faults::check_clock;
+use coaxle_os::exit::Exit;
 
 use port::{PlcEnd, RingPort, Stop};
 use recorder::GatewayRecorder;

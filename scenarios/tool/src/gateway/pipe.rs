@@ -8,7 +8,7 @@ use coaxle_gateway::config::{GatewayConfig, OutputAxisConfig, PipeConfig, PipeFo
 use coaxle_gateway::record::{read_record, record_len};
 use coaxle_gateway::record_line::{head_line, read_line, write_line};
 use coaxle_gateway::{PlcOutput, PlcSample};
-use coaxle_host::machine;
+use coaxle_os::machine;
 
 use super::port::{Link, OutputSlot, Outputs, PlcEnd, Samples, Stop};
 use super::thread;

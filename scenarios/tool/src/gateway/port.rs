@@ -9,7 +9,7 @@ use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, Instant, Local, Span};
 use coaxle_gateway::config::GatewayConfig;
 use coaxle_gateway::{LinkState, PlcOutput, PlcSample, Port};
-use coaxle_host::{Machine, machine};
+use coaxle_os::{Machine, machine};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 /// Samples that can wait for the node, and outputs for the PLC.

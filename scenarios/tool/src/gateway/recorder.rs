@@ -5,7 +5,9 @@ use coaxle_gateway::GatewaySnapshot;
 use coaxle_gateway::config::{GatewayConfig, PlcAxisConfig};
 use coaxle_gateway::signals::{GatewaySignals, PlcAxisSignals};
 use coaxle_host::transport::Publisher;
-use coaxle_host::{Machine, Record, Recorder, Rows, fields_of};
+use coaxle_host::{Record, Recorder, Rows};
+use coaxle_node::fields_of;
+use coaxle_os::Machine;
 use serde_json::{Map, Value, json};
 
 /// What a gateway is, in status and recordings.

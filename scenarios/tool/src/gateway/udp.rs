@@ -11,7 +11,7 @@ use coaxle_axis::ImageLayout;
 use coaxle_clock::{Instant, Span};
 use coaxle_gateway::config::{GatewayConfig, HostPort, OutputAxisConfig, UdpConfig};
 use coaxle_gateway::record::{RecordLengthError, read_record, record_len, write_image};
-use coaxle_host::{Machine, machine};
+use coaxle_os::{Machine, machine};
 
 use super::port::{Link, OutputSlot, Outputs, PlcEnd, Samples, Stop};
 use super::thread;

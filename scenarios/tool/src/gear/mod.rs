@@ -10,9 +10,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use coaxle_gear::FlyingGearError;
 use coaxle_node::gear_file::GearFile;
+use coaxle_report::inspect;
 use serde_json::{Value, json};
-
-use crate::inspect;
 
 /// What can be asked of a gear file.
 #[derive(Debug, Subcommand)]

@@ -2,9 +2,8 @@
 
 use coaxle_gear::{FlyingGear, FlyingGearStretch};
 use coaxle_node::gear_file::GearFile;
+use coaxle_report::inspect::{cells, shown, table};
 use serde_json::{Value, json};
-
-use crate::inspect::{cells, shown, table};
 
 /// The plan for people.
 pub(super) fn in_words(file: &GearFile, gear: &FlyingGear) -> String {

@@ -2,11 +2,11 @@
 
 use coaxle_gear::FlyingGear;
 use coaxle_node::gear_file::GearFile;
+use coaxle_report::inspect::{Charts, Line, QUANTITIES, Sampled};
+use coaxle_report::page::{Drawing, document, escaped, figure_element};
 
 use super::course::course;
 use super::plan::outline;
-use crate::inspect::{Charts, Line, QUANTITIES, Sampled};
-use crate::page::{Drawing, document, escaped, figure_element};
 
 /// The page.
 ///

@@ -1,5 +1,5 @@
 use super::*;
-use crate::inspect::samples::{examples_of, figure_of, folder, shipped, stands_alone};
+use crate::samples::{examples_of, figure_of, folder, shipped, stands_alone};
 
 fn gear(name: &str) -> (GearFile, coaxle_gear::FlyingGear) {
     let file = GearFile::load(&folder("gears").join(name)).unwrap();

@@ -9,15 +9,17 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use clap::Args;
 use coaxle_clock::{Instant, Span};
-use coaxle_host::cli::{Exit, parse_duration};
-use coaxle_host::machine::{self, Machine};
+use coaxle_host::NetworkArgs;
+use coaxle_host::cli::parse_duration;
 use coaxle_host::transport::{Declared, Transport};
-use coaxle_host::{Interrupt, SyncedFile, create_new, create_next};
+use coaxle_host::{SyncedFile, create_new, create_next};
 use coaxle_node::keys::NodeName;
+use coaxle_os::Interrupt;
+use coaxle_os::exit::Exit;
+use coaxle_os::machine::{self, Machine};
 use coaxle_recording::{Growth, Join, JoinError, JoinedNode};
+use coaxle_report::inspect;
 
-use crate::inspect;
-use crate::network::NetworkArgs;
 use crate::status;
 
 /// Whose rows, and where they go.
@@ -47,7 +49,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// A network that cannot be joined, a node that is not there, or a file that is there already or cannot be written.
 pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<Exit> {
     let interrupt = Interrupt::listen()?;
-    let watcher = status::watch(&args.network, &args.nodes)?;
+    let watcher = args.network.watch(&args.nodes)?;
     let recorded = status::gather(&watcher, &args.nodes).and_then(|seen| {
         let nodes: Vec<_> = seen.into_iter().map(|node| node.name).collect();
         let (pieces, declared) = subscribe(&**watcher.transport(), &nodes)?;

@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use coaxle_host::cli::{wrong_argument, wrong_file};
 use coaxle_host::create_new;
 use coaxle_node::text_file;
+use coaxle_os::exit::{wrong_argument, wrong_file};
 use coaxle_recording::export::{Exported, Format};
 use coaxle_recording::{Damage, Recovered};
 
@@ -229,8 +229,8 @@ fn cannot_write(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use coaxle_host::cli::lines_of;
     use coaxle_node::signal::Instance;
+    use coaxle_os::exit::lines_of;
     use coaxle_receiver::signals::NodeSignals;
     use coaxle_recording::{Facts, RowEncoder, Table, Writer};
 

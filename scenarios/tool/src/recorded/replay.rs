@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use coaxle_host::cli::{Exit, Mistake, wrong_file};
-use coaxle_host::machine;
 use coaxle_node::Scan;
 use coaxle_node::config::parse;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
+use coaxle_os::exit::{Exit, Mistake, wrong_file};
+use coaxle_os::machine;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_recording::{Facts, Item, Reader};
+use coaxle_report::inspect;
 
 use super::{beside, create, open};
-use crate::inspect;
 use compare::compare;
 use node::Replayed;
 

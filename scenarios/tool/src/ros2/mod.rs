@@ -13,20 +13,20 @@ use std::time::Duration;
 
 use clap::Args;
 use coaxle_clock::{Instant, Span};
-use coaxle_host::cli::{Exit, wrong_argument};
-use coaxle_host::machine::local;
+use coaxle_host::NetworkArgs;
 use coaxle_host::transport::{Transport, endpoint};
-use coaxle_host::{Commander, Interrupt, Machine, OverZenoh, machine};
+use coaxle_host::{Commander, OverZenoh};
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
+use coaxle_os::exit::{Exit, wrong_argument};
+use coaxle_os::machine::local;
+use coaxle_os::{Interrupt, Machine, machine};
 use coaxle_ros::entity::{Domain, Namespace, RosName, RosNode};
 use coaxle_ros::message::JointTrajectory;
 use coaxle_ros::moves::Moves;
 use coaxle_ros::source::Values;
 use coaxle_ros::trajectory::plan;
 
-use crate::network::NetworkArgs;
-use crate::status;
 use nodes::Nodes;
 use orders::Orders;
 use topics::Topics;
@@ -87,7 +87,7 @@ const LONGEST_WAIT: Span = Span::from_millis(10);
 pub(crate) fn ros2(args: &Ros2Args) -> anyhow::Result<Exit> {
     let interrupt = Interrupt::listen()?;
     let own_network = args.own_network()?;
-    let watcher = status::watch(&args.network, &args.nodes)?;
+    let watcher = args.network.watch(&args.nodes)?;
     let transport = Arc::clone(watcher.transport());
     let ros: Arc<dyn Transport> = match own_network {
         Some(network) => Arc::new(OverZenoh::open_and_wait(&network)?),

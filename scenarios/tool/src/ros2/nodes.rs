@@ -5,9 +5,10 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Duration;
 
 use coaxle_clock::{Instant, Local, Span};
+use coaxle_host::Watcher;
 use coaxle_host::transport::{Declared, Transport};
-use coaxle_host::{Machine, Watcher};
 use coaxle_node::keys::NodeName;
+use coaxle_os::Machine;
 use coaxle_ros::message::JointState;
 use coaxle_ros::source::{SlaveMotion, Values};
 use coaxle_ros::trajectory::Address;

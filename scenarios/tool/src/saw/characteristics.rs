@@ -1,19 +1,19 @@
 //! The characteristic values by name.
 
 use coaxle_node::saw_file::SawFile;
+use coaxle_report::inspect::{name, right, shown, table};
 use coaxle_saw::{FlyingSawCharacteristics, SawTable};
 use comfy_table::Cell;
 use serde_json::{Value, json};
 
 use super::text::unit;
-use crate::inspect::{name, right, shown, table};
 
 /// What a value is measured in.
 #[derive(Clone, Copy)]
 enum Unit {
     MasterVelocity,
     Master,
-    /// One of the [`QUANTITIES`](crate::inspect::QUANTITIES) of the slave.
+    /// One of the [`QUANTITIES`](coaxle_report::inspect::QUANTITIES) of the slave.
     Slave(usize),
     /// Velocity times acceleration.
     Moment,

@@ -2,9 +2,8 @@
 
 use coaxle_clock::Seconds;
 use coaxle_curve::law::Motion;
+use coaxle_report::inspect::name;
 use coaxle_saw::SawPlan;
-
-use crate::inspect::name;
 
 /// The slave's course along what it depends on: the master's position, or the time since the
 /// coupling moment.

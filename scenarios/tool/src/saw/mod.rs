@@ -13,8 +13,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use coaxle_node::saw_file::SawFile;
-
-use crate::inspect;
+use coaxle_report::inspect;
 
 /// What can be asked of a saw file.
 #[derive(Debug, Subcommand)]

@@ -2,13 +2,13 @@
 
 use coaxle_curve::law::Motion;
 use coaxle_node::saw_file::SawFile;
+use coaxle_report::inspect::{cells, shown, table};
 use coaxle_saw::{SawForm, SawPlan};
 use serde_json::{Value, json};
 
 use super::characteristics;
 use super::course::Course;
 use super::text::{command_name, description, heading};
-use crate::inspect::{cells, shown, table};
 
 /// The plan for people.
 pub(super) fn in_words(saw: &SawFile, plan: &SawPlan) -> String {

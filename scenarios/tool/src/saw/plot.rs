@@ -1,13 +1,13 @@
 //! `coaxle saw plot`: the course of a synchronisation as a page for a browser.
 
 use coaxle_node::saw_file::SawFile;
+use coaxle_report::inspect::{Charts, Line, Sampled};
+use coaxle_report::page::{Drawing, document, escaped, figure_element};
 use coaxle_saw::{SawCommand, SawPlan, SyncLimits, SyncMask};
 
 use super::course::{Course, Phase};
 use super::plan::outline;
 use super::text::{description, heading, sync_mode};
-use crate::inspect::{Charts, Line, Sampled};
-use crate::page::{Drawing, document, escaped, figure_element};
 
 /// The page.
 ///

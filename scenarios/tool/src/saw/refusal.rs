@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use coaxle_node::saw_file::SawFile;
+use coaxle_report::inspect::{QUANTITIES, name, shown};
 use coaxle_saw::{Check, SawCommand, SawRefusal, SyncMask, SyncStrategy, Violation};
 use serde_json::{Value, json};
 
 use super::text::{command_name, sync_mode, unit};
-use crate::inspect::{QUANTITIES, name, shown};
 use crate::sync_flags::{any_of, flag_name};
 
 /// The refusal for people: what and where, and what would have passed.

@@ -2,7 +2,7 @@ use serde_json::Value;
 
 use super::course::Course;
 use super::*;
-use crate::inspect::samples::{examples_of, figure_of, folder, shipped, stands_alone};
+use crate::samples::{examples_of, figure_of, folder, shipped, stands_alone};
 
 /// These show a refusal.
 const REFUSED: [&str; 2] = ["saw-position-2-checked.toml", "too-close.toml"];
@@ -218,7 +218,7 @@ fn a_plot_loads_nothing_and_runs_nothing_from_the_file() {
 
 #[test]
 fn the_scenario_of_diagonal_saws_has_the_ratios_of_their_angles() {
-    let source = crate::catalog::find("diagonal-saw").unwrap();
+    let source = coaxle_lab::catalog::find("diagonal-saw").unwrap();
     let scenario = source.read(&[]).unwrap();
     let [receiver] = scenario.receivers.as_slice() else {
         panic!("one receiver");

@@ -1,9 +1,8 @@
 //! Units and commands in words.
 
 use coaxle_node::saw_file::SawFile;
+use coaxle_report::inspect::QUANTITIES;
 use coaxle_saw::{GearInSyncMode, SawCommand, SyncMode};
-
-use crate::inspect::QUANTITIES;
 
 /// What one of the [`QUANTITIES`] is measured in.
 pub(super) fn unit(saw: &SawFile, quantity: usize) -> String {

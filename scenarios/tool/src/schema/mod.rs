@@ -10,18 +10,17 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use coaxle_gateway::config::GatewayConfig;
+use coaxle_lab::scenario::Scenario;
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::schema::schema_of;
 use coaxle_node::gear_file::GearFile;
 use coaxle_node::saw_file::SawFile;
 use coaxle_receiver::ReceiverConfig;
+use coaxle_report::inspect::print_text;
 use coaxle_sender::config::SenderConfig;
 use schemars::Schema;
 use schemars::transform::{RecursiveTransform, Transform};
 use serde_json::Value;
-
-use crate::inspect::print_text;
-use crate::scenario::Scenario;
 
 /// Which schemas, and where to.
 #[derive(Debug, Args)]

@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use coaxle_gateway::config::GatewayConfig;
+use coaxle_lab::scenario::Scenario;
+use coaxle_lab::summary::{ReceiverSummary, SlaveSummary};
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::schema::{alternatives, kind, resolved, schema_of};
 use coaxle_node::gear_file::GearFile;
@@ -15,8 +17,6 @@ use schemars::JsonSchema;
 use serde_json::Value;
 
 use super::figures;
-use crate::scenario::Scenario;
-use crate::summary::{ReceiverSummary, SlaveSummary};
 
 /// All files together, so that what several of them hold is described once.
 #[derive(JsonSchema)]

@@ -5,7 +5,7 @@ use super::*;
 /// To write it anew after a change: `UPDATE_DOCS=1 cargo test -p coaxle reference`.
 #[test]
 fn the_reference_is_what_the_types_say() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/REFERENCE.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/REFERENCE.md");
     let page = reference::page();
     if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(&path, &page).unwrap();
@@ -18,7 +18,7 @@ fn the_reference_is_what_the_types_say() {
 }
 
 fn folder(path: &str) -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
     let files = std::fs::read_dir(&folder)
         .unwrap()
         .map(|file| file.unwrap().path());

@@ -16,14 +16,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
-use coaxle_host::cli::Exit;
+use coaxle_host::NetworkArgs;
 use coaxle_host::transport::Transport;
-use coaxle_host::{Beside, Commander, Interrupt, Watcher};
+use coaxle_host::{Beside, Commander, Watcher};
 use coaxle_node::keys::NodeName;
+use coaxle_os::Interrupt;
+use coaxle_os::exit::Exit;
+use coaxle_report::inspect;
 
-use crate::inspect;
-use crate::network::NetworkArgs;
-use crate::status;
 use crate::web::Served;
 
 /// Where the page is, and of whom.
@@ -84,7 +84,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// A network that cannot be joined, or an address that is not to be had.
 pub(crate) fn scope(args: &ScopeArgs) -> anyhow::Result<Exit> {
     let interrupt = Interrupt::listen()?;
-    let watcher = status::watch(&args.network, &args.nodes)?;
+    let watcher = args.network.watch(&args.nodes)?;
     let secure = args.network.transport()?.secure;
     let scope = Scope::open(watcher, secure.as_deref(), &args.page)?;
     inspect::print_text(&format!("the page is at http://{}", scope.address()))?;

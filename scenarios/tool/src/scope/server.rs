@@ -11,15 +11,16 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use coaxle_host::transport::{Declared, Transport};
-use coaxle_host::{Commander, SeenNode, Watcher, machine};
+use coaxle_host::{Commander, SeenNode, Watcher};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
+use coaxle_os::machine;
+use coaxle_report::plotting::AXES_JS;
 use serde::Deserialize;
 use serde_json::json;
 use tokio::sync::mpsc;
 
 use super::stream::{Blocks, channels};
-use crate::plotting::AXES_JS;
 use crate::status;
 use crate::web::{BASE_CSS, as_json, file, wrong};
 

@@ -159,13 +159,13 @@ impl Shown {
 
     /// Asks until the answer has this in it.
     fn until(&self, path: &str, what: &str) -> String {
-        let end = coaxle_host::machine::now() + Span::from_secs(60);
+        let end = coaxle_os::machine::now() + Span::from_secs(60);
         loop {
             let (_, body) = self.get(path);
             if body.contains(what) {
                 return body;
             }
-            assert!(coaxle_host::machine::now() < end, "{path}: {body}");
+            assert!(coaxle_os::machine::now() < end, "{path}: {body}");
         }
     }
 }

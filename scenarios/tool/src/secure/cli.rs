@@ -6,19 +6,19 @@ use std::str::FromStr;
 
 use anyhow::Context;
 use clap::{Args, Subcommand};
-use coaxle_host::cli::wrong_argument;
-use coaxle_host::machine;
 use coaxle_host::transport::{host_and_port, is_local};
 use coaxle_node::keys::NodeName;
+use coaxle_os::exit::wrong_argument;
+use coaxle_os::machine;
+use coaxle_report::inspect;
 
-use super::authority::{Authority, Validity};
 use super::folder::{
     AUTHORITY_FOLDER, read_authority, timing_key, write_authority, write_role, write_timing_key,
 };
 use super::member::{Member, Operator};
 use super::network::Network;
 use super::profile::profile;
-use crate::inspect;
+use coaxle_host::credentials::{Authority, Validity};
 
 /// What is done.
 #[derive(Debug, Subcommand)]

@@ -5,14 +5,14 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use coaxle_host::cli::wrong_file;
 use coaxle_host::credentials::{
     AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE, PROFILE_FILE, TIMING_KEY_FILE,
 };
-use coaxle_host::os::{Os, Readers, System};
 use coaxle_node::beacon::{BeaconSecret, SECRET_LEN};
+use coaxle_os::exit::wrong_file;
+use coaxle_os::{Os, Readers, System};
 
-use super::authority::{Authority, Issued};
+use coaxle_host::credentials::{Authority, Issued};
 
 /// The authority's folder.
 pub const AUTHORITY_FOLDER: &str = "authority";
@@ -127,4 +127,37 @@ fn write(file: &Path, text: &str, readers: Readers) -> anyhow::Result<()> {
         fs::rename(&new, file)
     })();
     written.with_context(|| format!("cannot write {}", file.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_host::credentials::{Credentials, CredentialsFault, Validity};
+    use coaxle_node::keys::NodeName;
+    use coaxle_os::machine;
+
+    #[test]
+    fn what_it_signs_is_believed_by_those_who_believe_it() {
+        let now = machine::wall_clock();
+        let year = Validity::days(now, 365);
+        let (ours, theirs) = (Authority::new(year).unwrap(), Authority::new(year).unwrap());
+        let again = Authority::read(ours.certificate(), &ours.key()).unwrap();
+        let saw = NodeName::new("saw").unwrap();
+        let scratch = tempfile::tempdir().unwrap();
+        for (by, beside, expected) in [
+            (&ours, &ours, Ok(())),
+            (&again, &ours, Ok(())),
+            (&theirs, &ours, Err(CredentialsFault::OtherAuthority)),
+        ] {
+            let hosts = ["10.0.0.1".to_owned(), "saw.local".to_owned()];
+            let issued = by.issue(&saw, &hosts, year).unwrap();
+            write_role(scratch.path(), beside, &issued, "{}").unwrap();
+            let credentials = Credentials::open(scratch.path()).unwrap();
+            assert_eq!(*credentials.name(), saw);
+            assert_eq!(credentials.check(now), expected);
+        }
+        assert!(Authority::read("nothing", &ours.key()).is_err());
+        let wrong = ours.issue(&saw, &["ä".to_owned()], year).err().unwrap();
+        assert!(wrong.to_string().contains("\"ä\""), "{wrong}");
+    }
 }

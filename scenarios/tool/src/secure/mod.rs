@@ -4,7 +4,6 @@
 //! do at each, and [`profile()`] writes it as a Zenoh config. [`Authority`] signs a certificate for every node and
 //! every operator. `docs/SECURE.md` says what this protects from, and what not.
 
-mod authority;
 pub mod cli;
 mod folder;
 mod hosts;
@@ -15,10 +14,10 @@ mod rights;
 #[cfg(test)]
 mod samples;
 
-pub use authority::{Authority, Issued, Validity};
+pub use coaxle_host::credentials::{Authority, Issued, Validity};
 pub use folder::{AUTHORITY_FOLDER, AUTHORITY_KEY_FILE, write_authority, write_role};
 pub use hosts::{Addresses, WrongAddress};
 pub use member::{Member, Operator};
 pub use network::{Network, WrongNetwork};
-pub use profile::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, known_nodes, profile};
+pub use profile::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, profile};
 pub use rights::{Flow, Right};

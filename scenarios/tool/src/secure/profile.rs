@@ -1,15 +1,10 @@
 //! The Zenoh config of one node or operator of a secure network.
 
-use std::collections::BTreeSet;
 use std::fmt::Write;
-use std::path::Path;
 
-use coaxle_host::cli::wrong_file;
-use coaxle_host::credentials::PROFILE_FILE;
 use coaxle_node::command::MAX_ORDER_BYTES;
 use coaxle_node::frame::{MAX_AXES, frame_capacity};
 use coaxle_node::keys::NodeName;
-use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 use serde_json::json;
 
 use super::network::Network;
@@ -53,24 +48,6 @@ pub fn profile(network: &Network, of: &NodeName) -> Option<String> {
         policies: policies(&rights),
     };
     Some(text(of, operator, &connect, most_sessions(network), &lists))
-}
-
-/// The nodes whose status the holder of a folder may hear: those of whose rights its profile speaks.
-///
-/// # Errors
-/// A profile that cannot be read, or that speaks of no node.
-pub fn known_nodes(folder: &Path) -> anyhow::Result<Vec<NodeName>> {
-    let file = folder.join(PROFILE_FILE);
-    let text = text_file::read(&file, MOST_CONFIG_BYTES)?;
-    let quoted = text.split('"').filter(|word| word.ends_with("/status"));
-    let nodes: BTreeSet<_> = quoted.filter_map(NodeName::of_key).collect();
-    if nodes.is_empty() {
-        return wrong_file(format!(
-            "{}: received a profile that may hear the status of no node, expected that of an operator",
-            file.display()
-        ));
-    }
-    Ok(nodes.into_iter().collect())
 }
 
 /// Whoever has a certificate may have a session; some more than there are members, so that none that is about to

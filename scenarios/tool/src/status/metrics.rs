@@ -213,7 +213,7 @@ mod tests {
 
     #[test]
     fn the_dashboard_asks_for_metrics_that_there_are() {
-        let dashboard = include_str!("../../../docs/grafana-dashboard.json");
+        let dashboard = include_str!("../../../../docs/grafana-dashboard.json");
         let is_of_a_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
         let names = dashboard.split(|c| !is_of_a_name(c));
         let names = names.filter_map(|name| name.strip_prefix("coaxle_"));

@@ -16,15 +16,15 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use coaxle_clock::Span;
-use coaxle_host::cli::{Exit, NotThere};
-use coaxle_host::{SeenNode, Watcher, machine};
+use coaxle_host::NetworkArgs;
+use coaxle_host::{SeenNode, Watcher};
 use coaxle_node::guess::did_you_mean;
 use coaxle_node::keys::NodeName;
+use coaxle_os::exit::{Exit, NotThere};
+use coaxle_os::machine;
+use coaxle_report::inspect;
 use serde_json::Value;
 
-use crate::inspect;
-use crate::network::NetworkArgs;
-use crate::secure;
 pub use nodes::{NodesArgs, nodes};
 use reading::Reading;
 pub use wait::{WaitArgs, wait};
@@ -64,7 +64,7 @@ enum Format {
 /// # Errors
 /// A wrong network section, a network that cannot be joined, or a node that does not turn up: says who is there.
 pub fn status(args: &StatusArgs) -> anyhow::Result<Exit> {
-    let watcher = watch(&args.network, &args.nodes)?;
+    let watcher = args.network.watch(&args.nodes)?;
     let shown = show(args, &watcher);
     watcher.close();
     shown
@@ -109,20 +109,6 @@ fn json(seen: &[SeenNode], lines: bool) -> String {
         return lines.join("\n");
     }
     format!("{:#}", all.collect::<Value>())
-}
-
-/// Watches these nodes; where everybody may, all that there are, to say who is there instead of one that is not.
-///
-/// # Errors
-/// A wrong network section, or a network that cannot be joined.
-pub(crate) fn watch(network: &NetworkArgs, nodes: &[NodeName]) -> anyhow::Result<Watcher> {
-    let transport = network.transport()?;
-    let known = match (&network.secure, nodes) {
-        (None, _) => Vec::new(),
-        (Some(folder), []) => secure::known_nodes(folder)?,
-        (Some(_), nodes) => nodes.to_vec(),
-    };
-    Watcher::open(&transport, &known)
 }
 
 /// Waits until all of these nodes, or all that are there, have told their status.

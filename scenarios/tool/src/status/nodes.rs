@@ -4,17 +4,17 @@ use std::collections::BTreeMap;
 
 use clap::Args;
 
+use coaxle_host::NetworkArgs;
 use coaxle_host::SeenNode;
-use coaxle_host::cli::Exit;
+use coaxle_os::exit::Exit;
+use coaxle_report::inspect::{self, right, table};
 use comfy_table::Cell;
 use serde_json::json;
 
 use super::circles;
 use super::reading::Reading;
 use super::words::{UNKNOWN, or_unknown, seconds};
-use super::{PATIENCE, ROUND, reading, watch};
-use crate::inspect::{self, right, table};
-use crate::network::NetworkArgs;
+use super::{PATIENCE, ROUND, reading};
 
 /// Where, and how it is shown.
 #[derive(Debug, Args)]
@@ -31,7 +31,7 @@ pub struct NodesArgs {
 /// # Errors
 /// A wrong network section, or a network that cannot be joined.
 pub fn nodes(args: &NodesArgs) -> anyhow::Result<Exit> {
-    let watcher = watch(&args.network, &[])?;
+    let watcher = args.network.watch(&[])?;
     let _ = watcher.wait_for(PATIENCE, |seen| !seen.is_empty());
     let seen = watcher.wait_for(ROUND, |_| false);
     let place = watcher.whereabouts().to_owned();

@@ -2,12 +2,13 @@
 //! each slave does.
 
 use coaxle_clock::Instant;
-use coaxle_host::{Machine, SeenNode};
+use coaxle_host::SeenNode;
+use coaxle_os::Machine;
+use coaxle_report::inspect::{right, shown, table};
 use comfy_table::{Cell, Table};
 
 use super::reading::Reading;
 use super::words::{UNKNOWN, beat_period, drift, micros, or_unknown, seconds};
-use crate::inspect::{right, shown, table};
 
 /// The uncertainty of a delay that is not measured covers so many standard deviations of the line.
 const COVERED: f64 = 3.0;

@@ -2,17 +2,18 @@
 
 use clap::Args;
 use coaxle_clock::Span;
+use coaxle_host::NetworkArgs;
 use coaxle_host::SeenNode;
-use coaxle_host::cli::{Exit, parse_duration};
-use coaxle_host::machine;
+use coaxle_host::cli::parse_duration;
 use coaxle_node::keys::NodeName;
+use coaxle_os::exit::Exit;
+use coaxle_os::machine;
+use coaxle_report::inspect;
 
 use super::plain::{largest_error, state};
 use super::reading::Reading;
 use super::words::{UNKNOWN, micros, or_unknown, seconds};
-use super::{absent, reading, watch};
-use crate::inspect;
-use crate::network::NetworkArgs;
+use super::{absent, reading};
 
 /// Who is waited for, how well, and for how long.
 #[derive(Debug, Args)]
@@ -38,7 +39,7 @@ pub struct WaitArgs {
 /// # Errors
 /// A wrong network section, a network that cannot be joined, or a node that follows nobody of that name.
 pub fn wait(args: &WaitArgs) -> anyhow::Result<Exit> {
-    let watcher = watch(&args.network, std::slice::from_ref(&args.node))?;
+    let watcher = args.network.watch(std::slice::from_ref(&args.node))?;
     let began = machine::now();
     let own = |seen: &[SeenNode]| seen.iter().position(|node| node.name == args.node);
     let met = |seen: &[SeenNode]| {

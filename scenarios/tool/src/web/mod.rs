@@ -1,7 +1,7 @@
 //! Pages that the tool gives out on this PC: who may ask, what the answers are like, and how long it lasts.
 //!
 //! What a page shows and what it may be told are those of the command that gives it out. All of them draw with the same
-//! [axes](crate::plotting).
+//! [axes](coaxle_report::plotting).
 
 mod answers;
 mod guard;

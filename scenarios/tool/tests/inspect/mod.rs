@@ -35,7 +35,9 @@ impl Tool {
     }
 
     pub(crate) fn shipped(&self, name: &str) -> String {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(self.files);
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("..")
+            .join(self.files);
         let path = folder.join(name);
         path.to_str().expect("a plain path").to_owned()
     }

@@ -22,13 +22,14 @@ mod wake_up;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use coaxle_clock::Span;
-use coaxle_host::cli::{Exit, parse_duration};
-use coaxle_host::os::{Os, System};
+use coaxle_host::cli::parse_duration;
 use coaxle_node::config::{CycleMicros, RealTimeConfig};
+use coaxle_os::exit::Exit;
+use coaxle_os::{Os, System};
+use coaxle_report::inspect;
 use serde::Serialize;
 
-use crate::bar::Bar;
-use crate::inspect;
+use crate::Bar;
 use end_to_end::EndToEnd;
 use load::Load;
 use settings::Settings;
@@ -36,12 +37,12 @@ use transports::Transports;
 use turns::{Interrupted, Turns};
 use wake_up::WakeUp;
 
-pub(crate) use peer::{PeerArgs, run as run_peer};
-pub(crate) use plan::PEER;
+pub use peer::{PeerArgs, run as run_peer};
+pub use plan::PEER;
 
 /// What is measured.
 #[derive(Debug, Args)]
-pub(crate) struct BenchArgs {
+pub struct BenchArgs {
     /// Which parts [default: wake-up, end-to-end, load]
     #[arg(value_enum)]
     parts: Vec<Part>,
@@ -127,7 +128,7 @@ struct Found {
 ///
 /// # Errors
 /// A thread or process that cannot be started or fails.
-pub(crate) fn bench(args: &BenchArgs) -> anyhow::Result<Exit> {
+pub fn bench(args: &BenchArgs) -> anyhow::Result<Exit> {
     let mut bar = Bar::new("of the measurement".to_owned())?;
     let found = measure(args, &mut Turns::new(&mut bar));
     bar.clear();

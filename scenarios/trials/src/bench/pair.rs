@@ -1,7 +1,7 @@
 //! Two processes, one that sends and one that receives, over a while that is measured.
 
 use coaxle_clock::Span;
-use coaxle_host::machine;
+use coaxle_os::machine;
 
 use super::plan::{Plan, Told};
 use super::process::Process;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub(super) const READY: &str = "ready";
 
 /// The command, not shown in the help, that makes this program one of them.
-pub(crate) const PEER: &str = "bench-peer";
+pub const PEER: &str = "bench-peer";
 
 /// What a process does until it is asked to end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

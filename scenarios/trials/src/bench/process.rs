@@ -6,7 +6,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use anyhow::{Context, bail};
 use coaxle_clock::Span;
 use coaxle_host::ZENOH_RUNTIME;
-use coaxle_host::os::{ChildSignal, Os, System};
+use coaxle_os::{ChildSignal, Os, System};
 
 use super::plan::{PEER, Plan, READY, Told};
 

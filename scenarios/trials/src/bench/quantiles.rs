@@ -1,8 +1,7 @@
 //! What is usual, what is rare and what was worst.
 
+use coaxle_lab::number::quantile;
 use serde::{Deserialize, Serialize};
-
-use crate::number::quantile;
 
 /// Quantiles of times, µs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

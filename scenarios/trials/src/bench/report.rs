@@ -1,5 +1,7 @@
 //! The figures for people.
 
+use coaxle_lab::number::significant;
+use coaxle_report::inspect::{right, table};
 use comfy_table::Table;
 
 use super::end_to_end::EndToEnd;
@@ -7,8 +9,6 @@ use super::load::{Load, Sides};
 use super::quantiles::{Quantiles, Ratio};
 use super::transports::{Row, Transports};
 use super::wake_up::WakeUp;
-use crate::inspect::{right, table};
-use crate::number::significant;
 
 pub(super) fn wake_up(found: &WakeUp) -> String {
     let mut rows = times("wake-up late by, µs");

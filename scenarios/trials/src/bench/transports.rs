@@ -5,9 +5,10 @@ use std::path::Path;
 
 use anyhow::Context;
 use coaxle_clock::Span;
-use coaxle_host::machine;
+use coaxle_host::credentials::{Authority, Validity};
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
+use coaxle_os::machine;
 use serde::Serialize;
 
 use super::namespace::{HERE, Namespace, THERE};
@@ -16,7 +17,6 @@ use super::plan::Plan;
 use super::quantiles::Quantiles;
 use super::settings::{Settings, connecting, free_address, listening};
 use super::turns::Turns;
-use crate::secure::{Authority, Validity};
 
 /// All transports, at each loss.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -255,7 +255,7 @@ const KEY: &str = "key.pem";
 
 impl Scratch {
     fn new() -> anyhow::Result<Self> {
-        use coaxle_host::os::{Os, Readers, System};
+        use coaxle_os::{Os, Readers, System};
         use std::io::Write;
         let folder = std::env::temp_dir().join(format!("coaxle-bench-{}", std::process::id()));
         let scratch = Self { folder };

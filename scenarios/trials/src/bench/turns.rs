@@ -3,9 +3,8 @@
 use std::time::Duration;
 
 use coaxle_clock::Span;
-use coaxle_host::machine;
-
-use crate::finished::Progress;
+use coaxle_lab::finished::Progress;
+use coaxle_os::machine;
 
 /// How often the progress is shown.
 const LOOK: Duration = Duration::from_millis(20);

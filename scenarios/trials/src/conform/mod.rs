@@ -11,12 +11,12 @@ mod sender;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use coaxle_host::cli::Exit;
-use coaxle_host::machine;
+use coaxle_lab::junit;
 use coaxle_node::keys::NodeName;
+use coaxle_os::exit::Exit;
+use coaxle_os::machine;
+use coaxle_report::inspect;
 
-use crate::inspect;
-use crate::junit;
 use heard::Heard;
 use receiver::ReceiverArgs;
 use report::Format;
@@ -24,7 +24,7 @@ use sender::SenderArgs;
 
 /// Who is tried.
 #[derive(Debug, Args)]
-pub(crate) struct ConformArgs {
+pub struct ConformArgs {
     #[command(subcommand)]
     tried: Tried,
     /// A line for each rule, or JSON
@@ -58,7 +58,7 @@ impl Tried {
 /// # Errors
 /// A wrong network section, a network that cannot be joined, a node that cannot be tried, or a report that cannot be
 /// written.
-pub(crate) fn conform(args: &ConformArgs) -> anyhow::Result<Exit> {
+pub fn conform(args: &ConformArgs) -> anyhow::Result<Exit> {
     let began = machine::now();
     let (kind, heard) = match &args.tried {
         Tried::Sender(args) => ("sender", sender::judge(args)?),

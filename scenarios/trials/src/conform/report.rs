@@ -1,12 +1,12 @@
 //! What was found, for people, as JSON, and as continuous integration reads it.
 
 use clap::ValueEnum;
-use coaxle_host::cli::Exit;
+use coaxle_lab::junit::{Case, Failure};
 use coaxle_node::one_line;
+use coaxle_os::exit::Exit;
 use serde_json::{Value, json};
 
 use super::rule::{Finding, Outcome};
-use crate::junit::{Case, Failure};
 
 /// How it is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

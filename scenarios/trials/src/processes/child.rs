@@ -7,8 +7,9 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use coaxle_clock::Span;
-use coaxle_host::os::{ChildSignal, Os, System};
-use coaxle_host::{ZENOH_RUNTIME, machine};
+use coaxle_host::ZENOH_RUNTIME;
+use coaxle_os::machine;
+use coaxle_os::{ChildSignal, Os, System};
 
 use super::death::Death;
 use super::memory::MemoryWatch;

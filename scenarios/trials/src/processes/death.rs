@@ -4,10 +4,9 @@ use std::fmt;
 use std::process::ExitStatus;
 
 use coaxle_clock::Instant;
-use coaxle_host::Machine;
+use coaxle_lab::verdict::Verdict;
+use coaxle_os::Machine;
 use serde_json::json;
-
-use crate::verdict::Verdict;
 
 /// The death of a node by a signal: a crash, or somebody outside of the run. Nodes handle the signals that ask them to end, so
 /// none of them kills one.

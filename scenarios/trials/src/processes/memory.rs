@@ -2,7 +2,7 @@
 
 use anyhow::ensure;
 use coaxle_clock::{Instant, Span};
-use coaxle_host::machine::Machine;
+use coaxle_os::machine::Machine;
 
 /// A node has what it needs when it has run for so long.
 const SETTLED: Span = Span::from_secs(10);

@@ -5,13 +5,13 @@ use std::net::{TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use coaxle_lab::scenario::Scenario;
+use coaxle_lab::topology::Topology;
 use coaxle_node::config::TransportConfig;
 use coaxle_node::wiring;
 use serde::Serialize;
 
 use super::child::{Child, NodeOutput, Role};
-use crate::scenario::Scenario;
-use crate::topology::Topology;
 
 /// What nodes talk over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

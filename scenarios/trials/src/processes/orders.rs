@@ -6,12 +6,11 @@ use std::thread::JoinHandle;
 
 use anyhow::Context;
 use coaxle_host::Commander;
+use coaxle_lab::event::{Commanded, Event, Happening};
+use coaxle_lab::verdict::Verdict;
 use coaxle_node::CommandAnswer;
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
-
-use crate::event::{Commanded, Event, Happening};
-use crate::verdict::Verdict;
 
 /// The orders of a run. None of them holds the runner up: each waits for its answer elsewhere.
 pub(super) struct Orders {

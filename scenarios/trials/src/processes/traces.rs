@@ -5,8 +5,14 @@ use std::path::Path;
 
 use anyhow::Context;
 use coaxle_clock::Instant;
-use coaxle_host::Machine;
+use coaxle_lab::evaluate::{Evaluation, truth_of};
+use coaxle_lab::finished::Finished;
+use coaxle_lab::row::RowSink;
+use coaxle_lab::scenario::Scenario;
+use coaxle_lab::summary::World;
+use coaxle_lab::topology::Topology;
 use coaxle_node::signal::Signals;
+use coaxle_os::Machine;
 use coaxle_receiver::{ReceiverConfig, SignalRow};
 use coaxle_sender::SenderRow;
 use coaxle_sender::config::SenderConfig;
@@ -14,12 +20,6 @@ use csv::StringRecord;
 use serde::de::DeserializeOwned;
 
 use super::child::Child;
-use crate::evaluate::{Evaluation, truth_of};
-use crate::finished::Finished;
-use crate::row::RowSink;
-use crate::scenario::Scenario;
-use crate::summary::World;
-use crate::topology::Topology;
 
 /// Judges every receiver cycle of all traces, in the order of time.
 pub(super) fn evaluate(

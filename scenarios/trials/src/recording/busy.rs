@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::Context;
 
 /// The command, not shown in the help, that makes this program one of them.
-pub(crate) const COMMAND: &str = "keep-busy";
+pub const COMMAND: &str = "keep-busy";
 
 /// Running busy processes. They end with this value, and with this program even if it is killed: the
 /// pipe to their standard input closes.
@@ -49,7 +49,7 @@ impl Drop for Busy {
 ///
 /// # Errors
 /// Standard input cannot be watched.
-pub(crate) fn keep_busy() -> anyhow::Result<()> {
+pub fn keep_busy() -> anyhow::Result<()> {
     static ENDED: AtomicBool = AtomicBool::new(false);
     std::thread::Builder::new()
         .name("stdin".to_owned())

@@ -5,16 +5,16 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use coaxle_clock::{Instant, Span};
-use coaxle_host::{Machine, machine};
+use coaxle_lab::finished::Progress;
+use coaxle_lab::read;
+use coaxle_lab::scenario::Scenario;
+use coaxle_lab::topology::Topology;
+use coaxle_os::{Machine, machine};
 
 use super::busy::Busy;
 use super::convert::TimeScale;
 use super::raw::{Raw, rows};
-use crate::finished::Progress;
 use crate::processes::{Child, Death, NodeOutput, Nodes, Protocol};
-use crate::read;
-use crate::scenario::Scenario;
-use crate::topology::Topology;
 
 /// What to record.
 #[derive(Clone, Debug)]

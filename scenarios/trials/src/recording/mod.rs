@@ -15,9 +15,9 @@ use clap::Args;
 use coaxle_clock::Span;
 use coaxle_node::config::{CycleMicros, DurationSeconds};
 
-pub(crate) use busy::{COMMAND as KEEP_BUSY, keep_busy};
+pub use busy::{COMMAND as KEEP_BUSY, keep_busy};
+use coaxle_lab::finished::Progress;
 
-use crate::finished::Progress;
 use crate::processes::Protocol;
 use convert::{TimeScale, convert};
 use format::{Files, Recording};
@@ -28,7 +28,7 @@ use summary::{Origin, Summary};
 /// What is recorded, and where to.
 #[derive(Debug, Args)]
 #[command(after_long_help = FORMAT)]
-pub(crate) struct RecordArgs {
+pub struct RecordArgs {
     /// The recording: DIR/NAME gives DIR/NAME.i32, DIR/NAME-exchanges.csv and DIR/NAME.json
     #[arg(long, value_name = "DIR/NAME")]
     out: PathBuf,
@@ -91,7 +91,7 @@ fn cycle_micros(text: &str) -> Result<CycleMicros, String> {
 
 impl RecordArgs {
     /// How long it will take, s; none if nothing is recorded.
-    pub(crate) fn seconds(&self) -> Option<f64> {
+    pub fn seconds(&self) -> Option<f64> {
         self.from.is_none().then(|| self.seconds.get())
     }
 }
@@ -100,7 +100,7 @@ impl RecordArgs {
 ///
 /// # Errors
 /// A node that does not start or ends badly, a file that cannot be read or written.
-pub(crate) fn run(args: &RecordArgs, progress: &mut dyn Progress) -> anyhow::Result<String> {
+pub fn run(args: &RecordArgs, progress: &mut dyn Progress) -> anyhow::Result<String> {
     let files = Files::of(&args.out);
     make_folder_of(&files.messages)?;
     let (recording, summary) = match &args.from {

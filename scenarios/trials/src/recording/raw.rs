@@ -6,10 +6,10 @@ use std::io::{self, Read, Seek, SeekFrom, Take};
 use std::path::Path;
 
 use anyhow::Context;
-use coaxle_host::cli::{Mistake, wrong_file};
-use coaxle_host::exchanges_beside;
 use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
 use coaxle_node::text_file::{self, ShortLines};
+use coaxle_os::exchanges_beside;
+use coaxle_os::exit::{Mistake, wrong_file};
 use serde::de::DeserializeOwned;
 
 /// The longest run of the sender in a file of arrivals, with the exchanges beside it. There is at

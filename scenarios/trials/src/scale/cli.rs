@@ -5,19 +5,19 @@ use std::process::Command;
 
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
-use coaxle_host::cli::Exit;
+use coaxle_lab::number::significant;
+use coaxle_lab::results_folder::ResultsFolder;
+use coaxle_os::exit::Exit;
+use coaxle_report::inspect::{print_text, right, table};
 use comfy_table::Table;
 
 use super::cost::Cost;
 use super::plot;
 use super::size::{Series, Size};
-use crate::inspect::{print_text, right, table};
-use crate::number::significant;
-use crate::results_folder::ResultsFolder;
 
 /// What to measure.
 #[derive(Debug, Args)]
-pub(crate) struct ScaleArgs {
+pub struct ScaleArgs {
     /// Only these series [default: all]
     #[arg(long, value_enum, value_delimiter = ',', value_name = "SERIES")]
     series: Vec<Series>,
@@ -48,7 +48,7 @@ enum Format {
 ///
 /// # Errors
 /// A size that cannot be measured, a file that cannot be written.
-pub(crate) fn scale(args: &ScaleArgs) -> anyhow::Result<Exit> {
+pub fn scale(args: &ScaleArgs) -> anyhow::Result<Exit> {
     if let Some(size) = args.size {
         print_text(&serde_json::to_string(&Cost::of(size)?)?)?;
         return Ok(Exit::Done);

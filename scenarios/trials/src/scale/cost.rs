@@ -1,7 +1,7 @@
 //! What a size costs.
 
 use coaxle_clock::Span;
-use coaxle_host::os::{Os, System};
+use coaxle_os::{Os, System};
 use serde::{Deserialize, Serialize};
 
 use super::lockstep::{Lockstep, Took};

@@ -1,10 +1,10 @@
 //! Nodes in virtual time, all in the same cycle: who publishes first, then who follows, with a clock beside them.
 
 use coaxle_clock::{Instant, Local, Span};
-use coaxle_host::machine;
 use coaxle_node::frame::KeySeal;
 use coaxle_node::wiring::{self, Way, Wiring};
 use coaxle_node::{Channel, Node, Outgoing, Reader};
+use coaxle_os::machine;
 use coaxle_receiver::{Drives, Receiver, ReceiverConfig};
 use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;

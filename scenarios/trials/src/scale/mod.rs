@@ -9,4 +9,4 @@ mod lockstep;
 mod plot;
 mod size;
 
-pub(crate) use cli::{ScaleArgs, scale};
+pub use cli::{ScaleArgs, scale};

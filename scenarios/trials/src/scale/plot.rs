@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
+use coaxle_report::plotting::{colour, rgb};
 use plotters::prelude::*;
 
 use super::cost::Cost;
 use super::size::Series;
-use crate::plotting::{colour, rgb};
 
 const SIZE: (u32, u32) = (860, 560);
 const FONT: &str = "sans-serif";

@@ -1,4 +1,5 @@
-//! The structure of the code itself: no circle between the modules of a crate, and one place for the operating system.
+//! The structure of the code itself: no circle between the modules of a crate, one place for the operating system, and no Zenoh
+//! where a change is to be tried in seconds.
 //!
 //! That crates have none, the compiler sees to. Within a crate, the modules beside each other, each
 //! with all that is below it, use one another in one direction only; a module and its own parent may
@@ -7,13 +8,14 @@
 mod circles;
 mod modules;
 mod system;
+mod transport;
 
 use std::path::{Path, PathBuf};
 
 use modules::Crate;
 
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 /// The folders of the workspace's members, as the manifest has them.
@@ -44,9 +46,12 @@ fn no_crate_has_a_circle_between_its_modules() {
 #[test]
 fn one_module_alone_knows_the_operating_system() {
     let mut found = Vec::new();
-    for member in members().iter().filter(|member| *member != "tests") {
+    for member in members()
+        .iter()
+        .filter(|member| !member.starts_with("tests"))
+    {
         let source = root().join(member).join("src");
-        found.extend(system::lines_that_name_it(&source, "common/host/src/os"));
+        found.extend(system::lines_that_name_it(&source, "common/os/src/system"));
     }
     assert!(found.is_empty(), "outside of it:\n{}", found.join("\n"));
 }

@@ -1,6 +1,7 @@
 //! What TS5066's method reaches, in virtual time, against what the master truly did.
 
-use coaxle::sweep::{self, Options, Setup};
+use coaxle_lab::sweep::{Options, Setup, prepare};
+use coaxle_report::sweep;
 
 use crate::common::{figures, run};
 
@@ -94,14 +95,14 @@ fn sweep_over_drift_and_jitter() {
 /// Lock and accuracy of the phase observer over drift, jitter and loss, as one table to review.
 #[test]
 fn sweep_of_the_observer() {
-    let source = coaxle::catalog::find("observer-sweep").expect("a scenario of the catalogue");
-    let prepared = sweep::prepare(&source, &Setup::default()).expect("the grid is right");
+    let source = coaxle_lab::catalog::find("observer-sweep").expect("a scenario of the catalogue");
+    let prepared = prepare(&source, &Setup::default()).expect("the grid is right");
     let scratch = tempfile::tempdir().expect("a folder");
     let options = Options {
         out: scratch.path().to_owned(),
         ..Options::default()
     };
-    let swept = prepared.run(&options, &|_| true).expect("every point runs");
+    let swept = sweep::run(&prepared, &options, "", &|_| true).expect("every point runs");
     assert!(swept.is_whole());
     insta::assert_snapshot!(swept.table);
 }

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::LazyLock;
 
-use coaxle::catalog::{self, CATALOG};
-use coaxle::summary::{ReceiverSummary, RouterSummary, SlaveSummary, Summary};
+use coaxle_lab::catalog::{self, CATALOG};
+use coaxle_lab::summary::{ReceiverSummary, RouterSummary, SlaveSummary, Summary};
 
 /// Every scenario's run, in the order of the catalogue: some take seconds, so they run but once.
 static RUNS: LazyLock<Vec<Summary>> = LazyLock::new(|| {
@@ -247,7 +247,7 @@ const fn mark(synced: bool) -> &'static str {
 /// What a line of a trace holds: tools of others read it.
 #[test]
 fn the_columns_of_a_trace() {
-    let source = coaxle::catalog::find("rotary-knife").expect("a scenario of the catalogue");
+    let source = coaxle_lab::catalog::find("rotary-knife").expect("a scenario of the catalogue");
     let out = tempfile::tempdir().expect("a scratch folder");
     let sets = ["duration-s=0.1", "expect=[]"];
     crate::common::run_into(&source, &sets, Some(1), out.path());
@@ -267,7 +267,7 @@ fn the_shipped_files_and_the_catalogue_are_the_same() {
 
 /// The scenarios in a folder of the catalogue's, as they are called.
 fn files_of(folder: &str) -> Vec<String> {
-    let catalogue = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/catalog/");
+    let catalogue = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/catalog/");
     std::fs::read_dir(format!("{catalogue}{folder}"))
         .expect("the catalogue's folder")
         .map(|entry| entry.expect("an entry").path())

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use coaxle::catalog::{self, Source};
-use coaxle::run::{self, Options, TraceFormat};
-use coaxle::summary::{ReceiverSummary, Summary, World};
+use coaxle_lab::catalog::{self, Source};
+use coaxle_lab::run::{self, Options, TraceFormat};
+use coaxle_lab::stage::VirtualTime;
+use coaxle_lab::summary::{ReceiverSummary, Summary};
+use coaxle_report::reported::{self, Presentation};
 
 /// A scenario of the catalogue with some fields set.
 pub(crate) fn run(name: &str, overrides: &[&str]) -> Summary {
@@ -40,22 +42,26 @@ pub(crate) fn run_into(
 
 fn options(overrides: &[&str], seed: Option<u64>, out: &Path) -> Options {
     Options {
-        world: World::Virtual,
         seed,
         overrides: overrides.iter().map(|&set| set.to_owned()).collect(),
         receivers: Vec::new(),
         out: out.to_owned(),
-        figures: None,
         trace: seed.map(|_| TraceFormat::Csv),
-        command: String::new(),
     }
 }
 
 fn run_with(source: &Source, options: &Options) -> Summary {
     let scenario = run::prepare(source, options).expect("the scenario is right");
-    run::run(&source.name, &scenario, options, &mut ())
-        .expect("the scenario runs")
-        .summary
+    reported::run(
+        &source.name,
+        &scenario,
+        options,
+        &Presentation::default(),
+        &VirtualTime,
+        &mut (),
+    )
+    .expect("the scenario runs")
+    .summary
 }
 
 /// One receiver's figures.

@@ -1,6 +1,6 @@
 //! The same scenario and seed give the same run, byte for byte.
 
-use coaxle::catalog;
+use coaxle_lab::catalog;
 
 const FILES: [&str; 4] = [
     "summary.json",

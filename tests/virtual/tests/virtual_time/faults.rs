@@ -8,9 +8,9 @@ use std::ops::RangeInclusive;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use coaxle::catalog::FAULTS;
-use coaxle::summary::Summary;
-use coaxle::verdict::Verdict;
+use coaxle_lab::catalog::FAULTS;
+use coaxle_lab::summary::Summary;
+use coaxle_lab::verdict::Verdict;
 
 /// Those of every test run, after the first, which makes the table.
 const FEW: RangeInclusive<u64> = 2..=3;
@@ -20,7 +20,7 @@ const MANY: RangeInclusive<u64> = 1..=200;
 /// To write it anew after a change: `UPDATE_DOCS=1 cargo test --workspace --test virtual_time faults`.
 #[test]
 fn the_table_of_faults_is_what_was_seen() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/FAULTS.md");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/FAULTS.md");
     let runs = FAULTS.iter().map(|(name, _)| crate::common::run(name, &[]));
     let runs: Vec<_> = runs.collect();
     for run in &runs {

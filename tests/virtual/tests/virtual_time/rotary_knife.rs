@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use coaxle::catalog;
-use coaxle::summary::SlaveSummary;
+use coaxle_lab::catalog;
+use coaxle_lab::summary::SlaveSummary;
 
 use crate::common::{figures, run, run_into};
 

@@ -1,7 +1,7 @@
 //! The delay measured by requests and responses, over seeds that nothing was tuned with.
 
-use coaxle::summary::ReceiverSummary;
 use coaxle_clock::delay::DelayState;
+use coaxle_lab::summary::ReceiverSummary;
 
 use crate::common::{figures, run};
 

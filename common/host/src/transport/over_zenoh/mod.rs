@@ -23,6 +23,7 @@ use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{Querier, Query};
 use zenoh::sample::{Sample, SampleKind};
 
+use coaxle_os::machine;
 use config::described;
 pub use config::{ZENOH_RUNTIME, zenoh_config};
 pub use endpoint::{endpoint, host_and_port, is_local, is_over_udp};
@@ -34,7 +35,6 @@ use super::{
     BytesHandler, Client, Declared, Delivery, PresenceHandler, Publisher, Request, RequestHandler,
     SampleHandler, Transport, Unseen, Urgency,
 };
-use crate::machine;
 
 /// How long leaving the network may take.
 const CLOSING: Duration = Duration::from_secs(3);

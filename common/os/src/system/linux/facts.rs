@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rustix::process::{Resource, getrlimit};
 
-use crate::os::Facts;
+use crate::Facts;
 
 pub(super) fn read() -> Facts {
     let version = line("/proc/sys/kernel/version");

@@ -10,7 +10,7 @@ use rustix::fs::{
 };
 use rustix::io::Errno;
 
-use crate::os::{HeldFolder, Others, Readers, SharedLock};
+use crate::{HeldFolder, Others, Readers, SharedLock};
 
 pub(super) fn hold_folder(path: &Path) -> io::Result<Option<HeldFolder>> {
     let folder = File::open(path)?;

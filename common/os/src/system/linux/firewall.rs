@@ -4,7 +4,7 @@ use std::io;
 use std::ops::RangeInclusive;
 use std::process::{Command, Stdio};
 
-use crate::os::{Admitted, Firewall};
+use crate::{Admitted, Firewall};
 
 /// A program that lists rules, what it is told, and what its words mean.
 type List = (&'static str, &'static [&'static str], fn(&str) -> Firewall);

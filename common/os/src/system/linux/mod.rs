@@ -4,6 +4,7 @@ mod facts;
 mod files;
 mod firewall;
 mod processes;
+#[cfg(feature = "signals")]
 mod signals;
 mod stamped_socket;
 mod threads;
@@ -26,6 +27,7 @@ use super::{
 pub enum Linux {}
 
 impl System for Linux {
+    #[cfg(feature = "signals")]
     type EndSignals = signals::Signals;
     type StampedSocket = stamped_socket::KernelStamped;
 
@@ -71,6 +73,7 @@ impl System for Linux {
         firewall::read()
     }
 
+    #[cfg(feature = "signals")]
     fn end_signals() -> io::Result<Self::EndSignals> {
         signals::Signals::listen()
     }

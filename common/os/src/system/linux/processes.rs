@@ -7,7 +7,7 @@ use std::time::Duration;
 use rustix::process::{Pid, Signal, getppid, kill_process, set_parent_process_death_signal};
 use sd_notify::NotifyState;
 
-use crate::os::{ChildSignal, ServiceState};
+use crate::{ChildSignal, ServiceState};
 
 pub(super) fn die_with(parent: i32) -> io::Result<()> {
     set_parent_process_death_signal(Some(Signal::KILL))?;

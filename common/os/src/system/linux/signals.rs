@@ -4,8 +4,8 @@ use std::io;
 
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
-use crate::ended::Ended;
-use crate::os::EndSignals;
+use crate::EndSignals;
+use crate::Ended;
 
 /// Those that end a program.
 #[derive(Debug)]

@@ -16,7 +16,7 @@ use nix::sys::time::TimeSpec;
 use rustix::time::{ClockId, clock_gettime};
 
 use super::threads::NANOS_PER_SEC;
-use crate::os::stamped_socket::{Came, ClockOffset, StampedSocket};
+use crate::stamped_socket::{Came, ClockOffset, StampedSocket};
 
 /// How long it waits for a datagram.
 const PATIENCE: Duration = Duration::from_millis(100);

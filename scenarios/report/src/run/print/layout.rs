@@ -1,9 +1,9 @@
 //! Where everything of a figure lies on paper.
 
 use super::picture::{Anchor, Colour, MM, Picture, Point, Shape, width_of};
-use crate::curves::Stretch;
 use crate::plotting::{NEUTRAL, rgb, short};
-use crate::report::figure::{Curve, Data, Figure, Look, Panel};
+use crate::run::figure::{Curve, Data, Figure, Look, Panel};
+use coaxle_lab::curves::Stretch;
 
 /// Letters, points.
 const SIZE: f64 = 7.0;
@@ -186,7 +186,7 @@ impl Drawing {
                 let each = (stretches.len() as f64 / columns).ceil().max(1.0) as usize;
                 let joined: Vec<_> = stretches
                     .chunks(each)
-                    .filter_map(crate::curves::joined)
+                    .filter_map(coaxle_lab::curves::joined)
                     .collect();
                 self.band(&joined, colour, frame);
             }

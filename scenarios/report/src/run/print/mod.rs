@@ -8,14 +8,14 @@ mod svg;
 use std::path::Path;
 
 use anyhow::Context;
+use coaxle_lab::curves::Curves;
+use coaxle_lab::summary::Summary;
 
 use super::figure::Figure;
 use super::figures;
-use crate::curves::Curves;
-use crate::summary::Summary;
 
 /// How wide a column of a paper is, mm.
-pub(crate) const COLUMN_MM: f64 = 85.0;
+pub const COLUMN_MM: f64 = 85.0;
 
 /// Writes each figure of a run that has anything in it as `NAME.svg` and `NAME.pdf`, so many millimetres wide.
 ///

@@ -1,5 +1,5 @@
 use super::*;
-use crate::report::figure::{Across, Curve, Data, Look, Panel};
+use crate::run::figure::{Across, Curve, Data, Look, Panel};
 
 fn figure() -> Figure {
     let sine = |n: i32| (f64::from(n), 100.0 * (0.1 * f64::from(n)).sin());
@@ -62,7 +62,7 @@ fn an_svg_is_whole_and_as_wide_as_a_column() {
 #[test]
 fn figures_of_a_run_are_files() {
     let folder = tempfile::tempdir().unwrap();
-    let (summary, curves) = crate::report::tests::a_run();
+    let (summary, curves) = crate::run::tests::a_run();
     let path = folder.path().join("figures");
     write(&path, &summary, &curves, COLUMN_MM).unwrap();
     let names = std::fs::read_dir(&path).unwrap();

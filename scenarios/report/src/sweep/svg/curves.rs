@@ -1,5 +1,7 @@
 //! A figure over one axis: a curve for each receiver or slave.
 
+use coaxle_lab::sweep::plot::{Along, Plot};
+use coaxle_lab::sweep::statistics::Statistics;
 use plotters::chart::ChartContext;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -7,8 +9,6 @@ use plotters::prelude::*;
 use super::scale::Scale;
 use super::{Area, DrawError, FONT};
 use crate::plotting::{colour, rgb};
-use crate::sweep::plot::{Along, Plot};
-use crate::sweep::statistics::Statistics;
 
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
@@ -77,7 +77,7 @@ fn mesh(
     let along = &plot.across;
     let across = |place: &f64| match along.numbers {
         Some(_) => scales.across.label(*place),
-        None => along.word_at(*place),
+        None => word_at(along, *place),
     };
     let up = |place: &f64| scales.up.label(*place);
     let mut mesh = chart.configure_mesh();
@@ -114,13 +114,11 @@ fn curve(
     Ok(())
 }
 
-impl Along {
-    /// The word that lies there; none between two.
-    fn word_at(&self, place: f64) -> String {
-        let is_at_one = (place - place.round()).abs() < 1e-6 && place > -0.5;
-        let word = self.values.get(place.round().max(0.0) as usize);
-        word.filter(|_| is_at_one).cloned().unwrap_or_default()
-    }
+/// The word that lies there; none between two.
+fn word_at(along: &Along, place: f64) -> String {
+    let is_at_one = (place - place.round()).abs() < 1e-6 && place > -0.5;
+    let word = along.values.get(place.round().max(0.0) as usize);
+    word.filter(|_| is_at_one).cloned().unwrap_or_default()
 }
 
 /// The cells that there are, in stretches without a gap.

@@ -1,13 +1,13 @@
 //! A figure over two axes: a map for each receiver or slave, and each value of further axes.
 
+use coaxle_lab::number::significant;
+use coaxle_lab::sweep::plot::{Along, Panel, Plot};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::scale::Scale;
 use super::{Area, DrawError, FONT};
-use crate::number::significant;
 use crate::plotting::short;
-use crate::sweep::plot::{Along, Panel, Plot};
 
 /// Cells of a map up to which each shows its number.
 const MOST_NUMBERS: i32 = 150;
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(every(4, 18), 1);
         assert_eq!(every(100, 8), 13);
         assert_eq!(every(3, 0), 3);
-        let axis: crate::sweep::Axis = "a=1,2,3".parse().unwrap();
+        let axis: coaxle_lab::sweep::Axis = "a=1,2,3".parse().unwrap();
         let along = Along::of(&axis);
         let words = [0, 1, 2, 3].map(|n| word(&along, &SegmentValue::CenterOf(n), 2));
         assert_eq!(words, ["1", "", "3", ""]);

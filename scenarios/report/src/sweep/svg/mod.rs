@@ -7,10 +7,9 @@ mod scale;
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
+use coaxle_lab::sweep::plot::Plot;
 use plotters::coord::Shift;
 use plotters::prelude::*;
-
-use super::plot::Plot;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 

@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
+use coaxle_lab::sweep::plot::is_logarithmic;
+
 use crate::plotting::short;
-use crate::sweep::plot::is_logarithmic;
 
 /// Numbers along a line, by themselves or by their logarithms.
 #[derive(Clone, Copy)]

@@ -12,8 +12,8 @@ mod view;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use coaxle_host::cli::Exit;
 use coaxle_node::cam_file::{CamFile, MOST_BYTES};
+use coaxle_os::exit::Exit;
 use coaxle_plate::Plate;
 use serde_json::Value;
 

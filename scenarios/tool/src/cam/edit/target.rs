@@ -2,6 +2,7 @@
 
 use clap::Args;
 use coaxle_host::Commander;
+use coaxle_host::NetworkArgs;
 use coaxle_node::CommandOrder;
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::command::{PlateOrder, SlaveName};
@@ -9,7 +10,6 @@ use coaxle_node::keys::NodeName;
 use serde_json::{Value, json};
 
 use crate::command::in_words;
-use crate::network::NetworkArgs;
 
 /// Which slave of which node.
 #[derive(Debug, Args)]

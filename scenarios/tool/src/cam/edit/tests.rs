@@ -1,7 +1,7 @@
 use serde_json::json;
 
 use super::*;
-use crate::inspect::samples::{folder, shipped};
+use crate::samples::{folder, shipped};
 
 fn design() -> CamDesign {
     CamDesign {

@@ -3,6 +3,8 @@
 use coaxle_curve::law::{MinMax, MotionLaw};
 use coaxle_node::cam_file::{CamFile, Shape};
 use coaxle_plate::{Characteristics, Demand, Joint, LawAdvice, MotionPoint, Plate, PointType};
+use coaxle_report::inspect::{QUANTITIES, name};
+use coaxle_report::plotting::short;
 use serde_json::{Value, json};
 
 use super::asked::Asked;
@@ -10,8 +12,6 @@ use super::curves::curve;
 use super::{CamDesign, Compared};
 use crate::cam::advise::{json_of, remarks};
 use crate::cam::text::{description, heading, master_heading, velocity_steps};
-use crate::inspect::{QUANTITIES, name};
-use crate::plotting::short;
 
 /// Longer tables are drawn without their rows.
 const MOST_ROWS: usize = 2_000;

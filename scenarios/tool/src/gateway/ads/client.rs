@@ -10,7 +10,7 @@ use coaxle_gateway::ams::{
     REQUEST, VALUE_BY_HANDLE, WRITE, take_packet,
 };
 use coaxle_gateway::config::AdsConfig;
-use coaxle_host::{Machine, machine};
+use coaxle_os::{Machine, machine};
 
 use super::wire::{Tcp, Wire};
 

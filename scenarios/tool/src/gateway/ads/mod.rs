@@ -11,7 +11,7 @@ use std::thread::JoinHandle;
 use coaxle_clock::{Instant, Span};
 use coaxle_gateway::Retry;
 use coaxle_gateway::config::{AdsConfig, GatewayConfig, ReadMode};
-use coaxle_host::machine;
+use coaxle_os::machine;
 
 use super::port::{NewestSlots, PlcEnd};
 use super::thread;
@@ -168,6 +168,6 @@ fn look(state: u16, end: &PlcEnd) {
 }
 
 /// Sleeps until so long after an instant.
-fn pause(from: Instant<coaxle_host::Machine>, span: Span) {
+fn pause(from: Instant<coaxle_os::Machine>, span: Span) {
     machine::sleep_until(from + span);
 }

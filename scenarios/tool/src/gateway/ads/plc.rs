@@ -8,7 +8,7 @@ use coaxle_gateway::assembly::Assembly;
 use coaxle_gateway::config::{GatewayConfig, ImageKind, OutputConfig};
 use coaxle_gateway::polled::{PlcMemory, PollPauses, Polled, poll};
 use coaxle_gateway::record::write_image;
-use coaxle_host::{Machine, machine};
+use coaxle_os::{Machine, machine};
 
 use super::client::{AdsClient, AdsError, Notified};
 use crate::gateway::port::{OutputSlot, PlcEnd};

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use coaxle_lab::number::significant;
 use coaxle_recording::{Item, ReadTable, Reader, Row, Value};
 
 use super::super::open;
-use crate::number::significant;
 
 /// As many signals are named.
 const MOST_LINES: usize = 10;

@@ -8,9 +8,9 @@ mod view;
 use std::path::PathBuf;
 
 use clap::Args;
-use coaxle_host::cli::Exit;
 use coaxle_node::saw_file::SawFile;
 use coaxle_node::text_file::MOST_CONFIG_BYTES;
+use coaxle_os::exit::Exit;
 use coaxle_saw::SyncMask;
 use serde::Deserialize;
 use serde_json::Value;

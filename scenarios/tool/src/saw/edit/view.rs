@@ -1,6 +1,7 @@
 //! Everything that the page shows of a saw.
 
 use coaxle_node::saw_file::SawFile;
+use coaxle_report::inspect::Line;
 use coaxle_saw::{SawCommand, SyncMask};
 use serde_json::{Value, json};
 
@@ -12,7 +13,6 @@ use super::super::text::{command_name, description, heading, sync_mode};
 use super::SawDesign;
 use super::fields::sliders;
 use crate::edit::toml_text::document;
-use crate::inspect::Line;
 use crate::sync_flags::flag_name;
 
 pub(super) fn view(design: &mut SawDesign, text: &str) -> Value {

@@ -8,14 +8,15 @@ use std::io::Write;
 use anyhow::Context;
 use clap::Args;
 use coaxle_clock::Span;
-use coaxle_host::cli::{Exit, parse_duration};
-use coaxle_host::os::{Os, System};
+use coaxle_host::cli::parse_duration;
+use coaxle_os::exit::Exit;
+use coaxle_os::{Os, System};
 
 use super::plan::{Plan, Told};
 
 /// What such a process is told.
 #[derive(Debug, Args)]
-pub(crate) struct PeerArgs {
+pub struct PeerArgs {
     /// What to do, as JSON
     plan: String,
     /// Die with this process, which started this one
@@ -30,7 +31,7 @@ pub(crate) struct PeerArgs {
 ///
 /// # Errors
 /// A wrong plan, or a part that cannot be played.
-pub(crate) fn run(args: &PeerArgs) -> anyhow::Result<Exit> {
+pub fn run(args: &PeerArgs) -> anyhow::Result<Exit> {
     Os::die_with(args.parent).context("cannot be tied to the process that started it")?;
     let plan: Plan = serde_json::from_str(&args.plan).context("the plan of a process")?;
     let told = perform(plan, args.limit)?;

@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_host::transport::Publisher;
-use coaxle_host::{ArrivalRecord, InProcess, Machine, Record, Recorder, Setup, machine, run_over};
+use coaxle_host::{ArrivalRecord, InProcess, Record, Recorder, Setup, run_over};
 use coaxle_node::{Arrived, Message, Node, Outgoing};
+use coaxle_os::{Machine, machine};
 use coaxle_receiver::ReceiverSnapshot;
 use coaxle_sender::{Sender, SenderSnapshot};
 

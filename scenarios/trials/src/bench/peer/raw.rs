@@ -9,8 +9,9 @@ use std::time::Duration;
 use anyhow::{Context, anyhow};
 use coaxle_clock::{Instant, Span};
 use coaxle_host::transport::{Transport, Urgency};
-use coaxle_host::{Interrupt, Machine, OverZenoh, machine, real_time};
+use coaxle_host::{OverZenoh, real_time};
 use coaxle_node::config::{RealTimeConfig, TransportConfig};
+use coaxle_os::{Interrupt, Machine, machine};
 
 use super::say_ready;
 use crate::bench::plan::{Look, MessageCame, Pace, Told};

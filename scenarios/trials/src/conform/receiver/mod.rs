@@ -14,13 +14,13 @@ mod tests;
 use anyhow::bail;
 use clap::Args;
 use coaxle_clock::{CycleTime, Span};
+use coaxle_host::NetworkArgs;
 use coaxle_host::cli::parse_duration;
-use coaxle_host::{Interrupt, SeenNode, Watcher};
+use coaxle_host::{SeenNode, Watcher};
 use coaxle_node::keys::NodeName;
+use coaxle_os::Interrupt;
 
 use super::heard::Heard;
-use crate::network::NetworkArgs;
-use crate::status;
 use cast::{Wishes, part};
 
 /// Whom to play to.
@@ -52,7 +52,7 @@ const PATIENCE: Span = Span::from_secs(5);
 /// A wrong network section, a network that cannot be joined, a receiver that follows nobody who can be played.
 pub(super) fn judge(args: &ReceiverArgs) -> anyhow::Result<Heard> {
     let interrupt = Interrupt::listen()?;
-    let watcher = status::watch(&args.network, std::slice::from_ref(&args.node))?;
+    let watcher = args.network.watch(std::slice::from_ref(&args.node))?;
     let heard = play(args, &watcher, &interrupt);
     watcher.close();
     heard

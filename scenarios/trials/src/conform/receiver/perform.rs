@@ -5,8 +5,8 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use coaxle_clock::Instant;
 use coaxle_host::transport::{Declared, Publisher, Transport, Urgency};
-use coaxle_host::{Interrupt, Machine, machine};
 use coaxle_node::Channel;
+use coaxle_os::{Interrupt, Machine, machine};
 use serde_json::{Map, Value};
 
 use super::player::{Part, Player};

@@ -3,9 +3,9 @@
 
 use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
-use coaxle_host::Machine;
 use coaxle_node::Channel;
 use coaxle_node::keys::NodeName;
+use coaxle_os::Machine;
 use serde_json::{Map, Value};
 
 use super::frames::{Content, Writer};

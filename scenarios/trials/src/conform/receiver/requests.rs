@@ -1,13 +1,13 @@
 //! The time requests of the receiver, and the responses of the node that is played.
 
 use coaxle_clock::{CycleTime, Instant, Span};
-use coaxle_host::Machine;
 use coaxle_node::exchange::{
     MAX_TIME_RESPONSES, Reply, TIME_RESPONSES_CAPACITY, TimeResponsesHeader, encode_time_responses,
 };
 use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, TimeRequest};
+use coaxle_os::Machine;
 
 use super::rules::REQUESTS;
 use crate::conform::rule::{Finding, Outcome, Tally};

@@ -1,12 +1,12 @@
 //! The script, played to a receiver as it should be, and to one that is wrong in one thing.
 
 use coaxle_clock::{CycleTime, Instant, Span};
-use coaxle_host::Machine;
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
 use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::intake::RejectionCounters;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, FrameHeader, Intake, Message, Reader};
+use coaxle_os::Machine;
 use serde_json::{Map, Value, json};
 
 use super::player::{Part, Player};
@@ -117,7 +117,7 @@ impl Toy {
         let mut body = [0; TIME_REQUEST_CAPACITY];
         self.asked += 1;
         self.open.push(self.asked);
-        let ideal = coaxle_host::machine::local(at);
+        let ideal = coaxle_os::machine::local(at);
         let length =
             encode_time_request(sender_id(&self.name), EPOCH, self.asked, ideal, &mut body);
         let mut sealed = Vec::new();

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use coaxle_clock::{CycleTime, Instant, Span};
-use coaxle_host::Machine;
 use coaxle_node::exchange::{Reply, TimeResponsesHeader};
 use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, TimeRequest};
+use coaxle_os::Machine;
 
 use super::rules::{ANSWER_ECHO, ANSWER_FRAME, ANSWER_ONCE, ANSWER_STAMPS, ANSWER_TIME};
 use crate::conform::rule::{Finding, Outcome, Tally};

@@ -2,10 +2,10 @@
 //! arrival.
 
 use coaxle_clock::Instant;
-use coaxle_host::Machine;
 use coaxle_host::transport::Delivery;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, FrameHeader, TimeRequest};
+use coaxle_os::Machine;
 
 use super::axes::Axes;
 use super::exchange::{Exchange, FrameClock};

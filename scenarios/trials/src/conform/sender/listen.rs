@@ -7,11 +7,11 @@ use std::time::Duration;
 use anyhow::bail;
 use coaxle_clock::{Instant, Span};
 use coaxle_host::transport::{Declared, Delivery, Publisher, Transport, Urgency};
-use coaxle_host::{Interrupt, Machine, machine};
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, TimeRequest};
+use coaxle_os::{Interrupt, Machine, machine};
 
 use super::judge::{Judge, Requester};
 

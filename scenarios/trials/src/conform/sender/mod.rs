@@ -16,14 +16,15 @@ mod tests;
 
 use clap::{Args, ValueEnum};
 use coaxle_clock::Span;
+use coaxle_host::NetworkArgs;
 use coaxle_host::cli::parse_duration;
-use coaxle_host::{Interrupt, OverZenoh, Transport, machine};
+use coaxle_host::{OverZenoh, Transport};
 use coaxle_node::Channel;
 use coaxle_node::frame::sender_id;
 use coaxle_node::keys::NodeName;
+use coaxle_os::{Interrupt, machine};
 
 use super::heard::Heard;
-use crate::network::NetworkArgs;
 use judge::{Judge, Requester};
 use listen::{Ended, Listener};
 

@@ -1,8 +1,8 @@
 //! How regularly frames come: the pace of the counts, missing ones, bursts.
 
 use coaxle_clock::{Instant, Span};
-use coaxle_host::Machine;
 use coaxle_node::FrameHeader;
+use coaxle_os::Machine;
 
 use super::rules::{EVERY_CYCLE, NO_BURSTS, PACE};
 use super::runs::Step;

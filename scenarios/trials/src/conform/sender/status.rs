@@ -1,8 +1,8 @@
 //! The status that a node publishes.
 
 use coaxle_clock::{Instant, Span};
-use coaxle_host::Machine;
 use coaxle_node::keys::NodeName;
+use coaxle_os::Machine;
 use serde_json::{Map, Value};
 
 use super::exchange::FrameClock;

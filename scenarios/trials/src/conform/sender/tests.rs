@@ -2,7 +2,6 @@
 
 use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
-use coaxle_host::Machine;
 use coaxle_host::transport::Delivery;
 use coaxle_node::exchange::{
     Reply, TIME_RESPONSES_CAPACITY, TimeResponsesHeader, encode_time_responses,
@@ -10,6 +9,7 @@ use coaxle_node::exchange::{
 use coaxle_node::frame::{KeySeal, body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, FrameHeader, TimeRequest};
+use coaxle_os::Machine;
 use serde_json::{Value, json};
 
 use super::judge::{Judge, Requester};

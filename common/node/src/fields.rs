@@ -1,0 +1,13 @@
+//! The fields of a structure, by their names.
+
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+/// The fields of a structure, as a status or a summary has them; none of anything else.
+#[must_use]
+pub fn fields_of(structure: &impl Serialize) -> Map<String, Value> {
+    match serde_json::to_value(structure) {
+        Ok(Value::Object(fields)) => fields,
+        _ => Map::new(),
+    }
+}

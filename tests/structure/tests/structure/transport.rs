@@ -1,0 +1,37 @@
+//! What is built without Zenoh.
+
+use std::process::Command;
+
+/// These and all that they need, tests included.
+const WITHOUT: [&str; 4] = [
+    "coaxle-os",
+    "coaxle-lab",
+    "coaxle-report",
+    "coaxle-virtual-tests",
+];
+
+/// What a server or a transport brings.
+const NOT_THERE: [&str; 2] = ["zenoh", "axum"];
+
+/// Each crate that needs one of them, by what cargo would build.
+#[test]
+fn the_lab_the_report_and_the_tests_of_virtual_time_need_no_zenoh() {
+    let mut found = Vec::new();
+    for package in WITHOUT {
+        let mut tree = Command::new(env!("CARGO"));
+        tree.current_dir(super::root());
+        tree.args(["tree", "--offline", "--prefix", "none", "-e", "all"]);
+        let tree = tree.args(["-p", package]).output().expect("cargo");
+        let (text, error) = (
+            String::from_utf8_lossy(&tree.stdout),
+            String::from_utf8_lossy(&tree.stderr),
+        );
+        assert!(text.starts_with(package), "{package}: {error}");
+        let needed = text.lines().filter(|line| {
+            let name = line.split([' ', '-']).next().unwrap_or_default();
+            NOT_THERE.contains(&name)
+        });
+        found.extend(needed.map(|line| format!("{package}: {line}")));
+    }
+    assert!(found.is_empty(), "needed:\n{}", found.join("\n"));
+}
