@@ -6,7 +6,7 @@
 //! [`DriveProcess`] is the other one. `docs/DRIVE.md` describes every byte, for processes in other languages.
 //!
 //! ```no_run
-//! use crate::shared_memory::{DriveProcess, ProcessValues};
+//! use coaxle_host::shared_memory::{DriveProcess, ProcessValues};
 //!
 //! let mut drive = DriveProcess::attach("/dev/shm/coaxle-carriage".as_ref())?;
 //! loop {
@@ -15,7 +15,7 @@
 //!     drive.answer(&ProcessValues::following(set.position, set.velocity).of(&set));
 //!     # break;
 //! }
-//! # Ok::<(), crate::shared_memory::SharedMemoryError>(())
+//! # Ok::<(), coaxle_host::shared_memory::SharedMemoryError>(())
 //! ```
 
 mod block;
