@@ -21,8 +21,8 @@ picture "$out/cam.html" cam 1100,1230
 cargo run --release -- saw plot scenarios/saws/saw-position-1.toml -o "$out/saw.html"
 picture "$out/saw.html" saw 1100,1280
 # The scope's is what its test sees; that needs chromium-driver too.
-cargo test -p coaxle-tests --test watched a_beat_is_found
+cargo test -p coaxle-tests --test processes watched::page::a_beat_is_found
 cp target/tmp/scope.png docs/pictures/scope.png
 # The designer's and the saw's as their tests see them.
-cargo test -p coaxle-tests --test watched designer::
+cargo test -p coaxle-tests --test processes watched::designer::
 cp target/tmp/designer.png target/tmp/saw-editor.png docs/pictures/

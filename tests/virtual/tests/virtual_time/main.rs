@@ -2,11 +2,14 @@
 
 mod accuracy;
 mod arrivals;
+mod cases;
 mod catalogue;
 mod common;
 mod cuts;
 mod determinism;
 mod faults;
 mod hot_standby;
+mod random_schedules;
 mod rotary_knife;
+mod same_stream;
 mod zero_lag;

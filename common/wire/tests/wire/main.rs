@@ -1,0 +1,18 @@
+//! Tests of the wire format: frames, commands and time requests, by the document and by the code.
+
+mod beacon;
+mod cam_orders;
+mod command;
+mod document;
+mod exchange;
+mod frame;
+mod golden;
+mod intake;
+mod no_alloc;
+mod wire_example;
+mod wire_exchange;
+
+use assert_no_alloc::AllocDisabler;
+
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;

@@ -1,0 +1,32 @@
+//! Tests of the receiver without a network: nodes, clocks and links are values that a test steps.
+
+mod bench;
+mod cam_orders;
+mod cam_steps;
+mod commanded;
+mod continuity;
+mod delay_steps;
+mod encoder;
+mod far;
+mod far_axes;
+mod far_motion;
+mod far_orders;
+mod faults;
+mod limits;
+mod masters;
+mod modes;
+mod no_alloc;
+mod nodes;
+mod own_drive;
+mod paths;
+mod programs;
+mod slave;
+mod slaves;
+mod standby;
+mod two_senders;
+mod virtual_axes;
+
+use assert_no_alloc::AllocDisabler;
+
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;

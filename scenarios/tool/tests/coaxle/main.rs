@@ -1,0 +1,11 @@
+//! Tests of the command line `coaxle`, as a user starts it.
+
+mod bench;
+mod cam;
+mod cams_live;
+mod command;
+mod inspect;
+mod mistakes;
+mod saw;
+mod secure;
+mod shared;

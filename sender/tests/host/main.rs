@@ -1,0 +1,3 @@
+//! Tests of the sender as a program.
+
+mod command;

@@ -1,0 +1,81 @@
+//! Random schedules in virtual time: whatever goes wrong, no slave leaves its limits, no far time goes back, and
+//! when it is quiet again everybody is in sync.
+//!
+//! Some run with every test run; `coaxle soak --hours 10` runs more. `SCHEDULES=1234 cargo test -p
+//! coaxle-virtual-tests random_schedules::` runs one seed alone, `SCHEDULES=1000..2000` a range.
+
+use std::ops::Range;
+
+use coaxle_lab::soak::Soak;
+use coaxle_lab::stage::VirtualTime;
+use coaxle_report::reported;
+
+/// Seeds that once failed, and why.
+const REGRESSIONS: &[(u64, &str)] = &[
+    (
+        15,
+        "the first frame, repeated while no other came, was followed",
+    ),
+    (44, "likewise"),
+    (
+        1_080_801,
+        "against a line that began anew, a delay that all exchanges denied was taken for sure",
+    ),
+    (1_160_823, "likewise"),
+    (
+        20_112_407,
+        "one that another run of its master had begun 2 s before the end was to be in sync",
+    ),
+];
+
+/// Those of every test run.
+const FEW: Range<u64> = 0..100;
+
+#[test]
+fn some_random_schedules() {
+    run_all(asked_for().unwrap_or(FEW));
+    for (seed, _) in REGRESSIONS {
+        run_all(*seed..*seed + 1);
+    }
+}
+
+/// `SCHEDULES`, a seed or a range of them.
+fn asked_for() -> Option<Range<u64>> {
+    let asked = std::env::var("SCHEDULES").ok()?;
+    let number = |text: &str| {
+        text.parse()
+            .expect("SCHEDULES: expected a seed, or FROM..TO")
+    };
+    Some(match asked.split_once("..") {
+        Some((from, to)) => number(from)..number(to),
+        None => number(&asked)..number(&asked) + 1,
+    })
+}
+
+fn run_all(seeds: Range<u64>) {
+    let out = std::env::temp_dir().join("random-schedules");
+    let soak = Soak {
+        stage: &VirtualTime,
+        seeds,
+        wide: false,
+        out,
+        junit: None,
+        leave: &reported::leave,
+    };
+    let soaked = soak.run(&|| true, &|_, _| {}).expect("a scratch folder");
+    let lines = soaked.failures.iter().map(|failure| {
+        let wrong = failure.wrong.join("\n  ");
+        format!(
+            "seed {}, as {}:\n  {wrong}",
+            failure.seed,
+            failure.file.display()
+        )
+    });
+    let lines: Vec<_> = lines.collect();
+    assert!(
+        lines.is_empty(),
+        "{} failed\n{}",
+        lines.len(),
+        lines.join("\n")
+    );
+}
