@@ -92,7 +92,7 @@ impl<'s> Page<'s> {
         let mut next = 0;
         while let Some(name) = self.named.get(next).cloned() {
             let schema = &self.root["$defs"][&name];
-            self.section(3, &name, schema);
+            self.section(3, shown(&name), schema);
             next += 1;
         }
     }
@@ -182,7 +182,7 @@ impl<'s> Page<'s> {
     fn kind(&mut self, schema: &Value) -> String {
         if schema.get("$ref").is_some() {
             let name = name_of(schema);
-            let link = format!("[{name}](#{})", self.anchor(&name));
+            let link = format!("[{}](#{})", shown(&name), self.anchor(&name));
             if self.seen.insert(name.clone()) {
                 self.named.push(name);
             }
@@ -204,7 +204,7 @@ impl<'s> Page<'s> {
         let properties = &self.root["properties"];
         let mut files = FILES.iter();
         let file = files.find(|(property, _)| name_of(&properties[property]) == name);
-        let heading = file.map_or(name, |(_, heading)| heading);
+        let heading = file.map_or(shown(name), |(_, heading)| heading);
         heading.to_lowercase().replace(' ', "-")
     }
 
@@ -228,6 +228,11 @@ impl<'s> Page<'s> {
 fn name_of(schema: &Value) -> String {
     let target = schema["$ref"].as_str().unwrap_or_default();
     target.rsplit('/').next().unwrap_or_default().to_owned()
+}
+
+/// Heading of a definition. Commands have their positions as a type parameter, which schemas name; plain numbers go without.
+fn shown(definition: &str) -> &str {
+    definition.strip_suffix("Atdouble").unwrap_or(definition)
 }
 
 /// A text in a cell of a table.

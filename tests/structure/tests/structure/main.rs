@@ -6,12 +6,14 @@
 //! use each other.
 
 mod circles;
+mod language;
 mod modules;
 mod system;
 mod transport;
 
 use std::path::{Path, PathBuf};
 
+use language::Figures;
 use modules::Crate;
 
 fn root() -> PathBuf {
@@ -54,4 +56,121 @@ fn one_module_alone_knows_the_operating_system() {
         found.extend(system::lines_that_name_it(&source, "common/os/src/system"));
     }
     assert!(found.is_empty(), "outside of it:\n{}", found.join("\n"));
+}
+
+/// A figure of the language of the code, and the most that it may be.
+struct Bound<'a> {
+    what: &'static str,
+    figure: f64,
+    most: f64,
+    places: &'a [String],
+}
+
+impl Bound<'_> {
+    /// The figure, and the last places of those that it counts: new ones are mostly among them.
+    fn report(&self) -> String {
+        let last = &self.places[self.places.len().saturating_sub(20)..];
+        let Self {
+            what, figure, most, ..
+        } = self;
+        format!(
+            "{what}: {figure:.2} of at most {most}, among them\n{}",
+            last.join("\n")
+        )
+    }
+}
+
+#[test]
+fn the_language_is_plain() {
+    let mut sources = Vec::new();
+    for member in members()
+        .iter()
+        .filter(|member| !member.starts_with("tests"))
+    {
+        language::sources_below(&root().join(member), &root(), &mut sources);
+    }
+    let figures = Figures::of(&sources);
+    let bounds = bounds(&figures);
+    println!(
+        "{} files, {} lines of code, {} doc comments",
+        figures.files, figures.code_lines, figures.doc_comments
+    );
+    for bound in &bounds {
+        println!(
+            "{:>8.2} of at most {:>6.1}  {}",
+            bound.figure, bound.most, bound.what
+        );
+    }
+    let reasons = 100.0 * figures.reasons as f64 / figures.code_lines as f64;
+    println!("{reasons:>8.2}                   comments beside 100 lines of code");
+    let beyond = bounds.iter().filter(|bound| bound.figure > bound.most);
+    let beyond: Vec<_> = beyond.map(Bound::report).collect();
+    assert!(beyond.is_empty(), "{}", beyond.join("\n"));
+}
+
+fn bounds(figures: &Figures) -> [Bound<'_>; 6] {
+    let bound = |what, figure, most, places| Bound {
+        what,
+        figure,
+        most,
+        places,
+    };
+    let percent = |places| figures.percent(places);
+    let number = |places: &[String]| places.len() as f64;
+    [
+        bound(
+            "% of doc comments open with a clause (\"What …\", \"Whether …\")",
+            percent(&figures.clauses),
+            26.0,
+            &figures.clauses,
+        ),
+        bound(
+            "% of doc comments open with a pronoun (\"It …\", \"One …\")",
+            percent(&figures.pronouns),
+            9.0,
+            &figures.pronouns,
+        ),
+        bound(
+            "doc comments open with \"The same\"",
+            number(&figures.repetitions),
+            160.0,
+            &figures.repetitions,
+        ),
+        bound(
+            "comments have a word that the glossary replaces",
+            number(&figures.replaced),
+            760.0,
+            &figures.replaced,
+        ),
+        bound(
+            "names in 10 000 lines are bound twice to hand an error on",
+            figures.per_ten_thousand(figures.rebound.len()),
+            12.0,
+            &figures.rebound,
+        ),
+        bound(
+            "% of files have more than 400 lines",
+            100.0 * figures.long.len() as f64 / figures.files as f64,
+            13.0,
+            &figures.long,
+        ),
+    ]
+}
+
+/// Names that a generator puts together: `GearInPosAtdouble` is no word of a reader.
+#[test]
+fn pages_have_no_generated_names() {
+    let docs = std::fs::read_dir(root().join("docs")).expect("the docs");
+    let mut paths: Vec<_> = docs.map(|entry| entry.expect("a file").path()).collect();
+    paths.push(root().join("README.md"));
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "md"));
+    assert!(paths.len() > 10, "{}", paths.len());
+    for path in paths {
+        let text = std::fs::read_to_string(&path).expect("a page");
+        let found: Vec<_> = text
+            .lines()
+            .filter(|line| language::has_generated_name(line))
+            .collect();
+        assert!(found.is_empty(), "{}: {found:#?}", path.display());
+    }
 }
