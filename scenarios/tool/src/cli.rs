@@ -68,7 +68,7 @@ enum Command {
     Sweep(SweepArgs),
     /// Run random schedules of faults and commands, and check every cycle of them
     Soak(SoakArgs),
-    /// Measure what more receivers, senders, axes and slaves cost: processor time and memory; docs/SCALE.md
+    /// Measure the cost of more receivers, senders, axes and slaves: processor time and memory; docs/SCALE.md
     Scale(ScaleArgs),
     /// Check scenario files without running them; all built-in ones if none is named
     Check {
@@ -82,7 +82,7 @@ enum Command {
     },
     /// Print a config of a node to start from; without a name, list those that there are
     Example {
-        /// Its name
+        /// Name of the config
         name: Option<String>,
     },
     /// List the signals of a node: the columns of its trace, with unit and meaning
@@ -99,43 +99,43 @@ enum Command {
     /// Plan and draw a flying gear: docs/GEARS.md
     #[command(subcommand)]
     Gear(GearCommand),
-    /// Tell a slave of a running node what to do
+    /// Send a command to a slave of a running node
     #[command(name = "command")]
     Order(Box<CommandArgs>),
-    /// Who is there
+    /// List the nodes of a network
     Nodes(NodesArgs),
-    /// What running nodes say of themselves: clocks, messages, axes, slaves
+    /// Show the status of running nodes: clocks, messages, axes, slaves
     Status(StatusArgs),
     /// Wait until a receiver knows the clocks that it follows
     WaitSync(WaitArgs),
-    /// Say which rules of docs/WIRE.md a node keeps, whoever wrote it: docs/CONFORM.md
+    /// Check which rules of docs/WIRE.md a node keeps, in any implementation: docs/CONFORM.md
     Conform(ConformArgs),
-    /// Make a network secure: certificates, and who may do what; docs/SECURE.md
+    /// Make a network secure: certificates, and the rights of each node; docs/SECURE.md
     #[command(subcommand)]
     Secure(SecureCommand),
-    /// Say how fit this PC is for cycles; or what the configs of nodes leave open to others, and what closes it
+    /// Examine this PC's fitness for cycles; or what the configs of nodes leave open to others, and how to close it
     Doctor(DoctorArgs),
-    /// Measure the real path on this machine: how late cycles wake, how long a sample is on its way between two nodes, and what
-    /// that costs, beside what the machine does without us: docs/SPEED.md
+    /// Measure the real path on this machine: lateness of cycles, travel time of samples between two nodes, and their
+    /// cost, beside the machine without coaxle: docs/SPEED.md
     Bench(BenchArgs),
-    /// Write what files may hold as JSON Schema, for editors: docs/REFERENCE.md
+    /// Write the formats of files as JSON Schema, for editors: docs/REFERENCE.md
     Schema(SchemaArgs),
     /// Record how messages between real nodes arrive, to judge estimators of a far clock by
     RecordArrivals(recording::RecordArgs),
-    /// Give out a page that shows what running nodes do: plots, clocks, slaves; docs/SCOPE.md
+    /// Serve a page with the plots, clocks and slaves of running nodes; docs/SCOPE.md
     Scope(ScopeArgs),
-    /// Be a node of ROS 2 that tells the axes of running nodes as joint states, and takes trajectories; over Zenoh, as
+    /// Run a ROS 2 node that publishes the axes of running nodes as joint states, and takes trajectories; over Zenoh, as
     /// rmw_zenoh: docs/ROS2.md
     Ros2(Ros2Args),
-    /// Record what running nodes show of every cycle, from outside: docs/RECORDING.md
+    /// Record every cycle of running nodes, from outside: docs/RECORDING.md
     Record(RecordArgs),
     /// Replay the recording of a receiver in virtual time, with its config or another one, and compare: docs/RECORDING.md
     Replay(ReplayArgs),
-    /// Make a recording whole that nobody ended, or that is damaged: docs/RECORDING.md
+    /// Repair a recording that was not ended, or is damaged: docs/RECORDING.md
     Recover(RecoverArgs),
     /// Write the rows of a recording as tables for other programs
     Export(ExportArgs),
-    /// Say what is in a recording
+    /// Show the content of a recording
     Info(InfoArgs),
     /// Print completions for a shell: coaxle completions bash > /etc/bash_completion.d/coaxle
     Completions {
@@ -203,10 +203,10 @@ struct RunArgs {
     /// Write each figure of the report into this folder as SVG and PDF, for papers: docs/REPORTS.md
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
-    /// How wide those are, mm: a column of a paper, unless another width is given
+    /// Width of the figures, mm: a column of a paper, unless another width is given
     #[arg(long, value_name = "MM", default_value_t = COLUMN_MM, value_parser = millimetres, requires = "figures")]
     figure_width: f64,
-    /// As what to write the trace, a row per receiver cycle: trace.mcap (docs/RECORDING.md) or trace.csv
+    /// Format of the trace, a row per receiver cycle: trace.mcap (docs/RECORDING.md) or trace.csv
     #[arg(long, value_enum, default_value_t, conflicts_with = "no_trace")]
     trace: TraceFormat,
     /// Do not write the trace (gigabytes for a day), nor the raw arrivals of each receiver
@@ -227,7 +227,7 @@ fn millimetres(text: &str) -> Result<f64, String> {
     width.ok_or_else(|| "expected a width from 40 to 500 mm".to_owned())
 }
 
-/// What the demonstration runs: pieces cut to length, with real processes.
+/// The run of the demonstration: pieces cut to length, with real processes.
 fn demonstration() -> RunArgs {
     RunArgs {
         scenario: "cut-to-length".to_owned(),

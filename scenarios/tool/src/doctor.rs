@@ -1,5 +1,5 @@
-//! `coaxle doctor`: how fit a PC is for cycles; what the configs of nodes leave open to others, and what closes it; and
-//! whether nodes follow each other in a circle.
+//! `coaxle doctor`: fitness of a PC for cycles, openings in the configs of nodes with their remedies, and circles
+//! of nodes that follow each other.
 
 mod circles;
 mod ports;
@@ -24,14 +24,14 @@ use crate::node_config::NodeConfig;
 use crate::secure::{AUTHORITY_FOLDER, AUTHORITY_KEY_FILE};
 use ports::of_ports;
 
-/// What is looked at.
+/// Arguments of `coaxle doctor`.
 #[derive(Debug, Args)]
 pub struct DoctorArgs {
     /// Config files of senders and receivers: what they leave open to others, and whether they follow each other in a
     /// circle [default: this PC, and how late it wakes a thread]
     #[arg(value_name = "CONFIG")]
     configs: Vec<PathBuf>,
-    /// Wake a thread for so long
+    /// Wake a thread for this time
     #[arg(long, value_name = "DURATION", default_value = "5s", value_parser = parse_duration, conflicts_with = "configs")]
     measure: Span,
     /// … with this cycle …
@@ -42,11 +42,11 @@ pub struct DoctorArgs {
     priority: u8,
 }
 
-/// Longer messages than this are nothing that a node has to say.
+/// Longer messages than any that a node sends.
 const LONG_MESSAGE: u64 = 16 << 20;
 
-/// Prints what stands against nodes on this PC; or what is open in each config, what others do not reach, and the circles
-/// over these nodes. False if there is anything of it.
+/// Prints this PC's obstacles to nodes. With configs: what is open in each of them, what others do not reach, and the
+/// circles over these nodes. False if any is found.
 ///
 /// # Errors
 /// A config that no node would start with.
@@ -113,7 +113,7 @@ fn tell_finding(finding: &Finding, out: &mut dyn Write) -> anyhow::Result<()> {
         .map_or(Ok(()), |remedy| writeln!(out, "    {remedy}"))?)
 }
 
-/// Something that whoever runs a node ought to know.
+/// A finding about a config, for the operator of the node.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Opening {
     way: Way,
@@ -121,14 +121,14 @@ struct Opening {
     remedy: &'static str,
 }
 
-/// What is with it.
+/// Kind of an opening.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Way {
-    /// It lets somebody in, or keeps the node itself out.
+    /// Lets others in, or keeps the node itself out.
     Open,
-    /// Those that are to come in do not.
+    /// Keeps out those that are to come in.
     Shut,
-    /// It need not be changed.
+    /// Needs no change.
     Noted,
 }
 
@@ -188,7 +188,7 @@ fn examine(
             listens.extend(beacons.filter(|endpoint| !is_local(endpoint)));
             findings.extend(of_ports(&listens, firewall));
         }
-        // What is wrong with the folder is told already.
+        // The fault of the folder is among the findings already.
         Err(_) if findings.iter().any(Opening::is_bad) => {}
         Err(error) => return Err(error.context(file.display().to_string())),
     }

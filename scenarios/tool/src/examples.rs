@@ -3,7 +3,7 @@
 use coaxle_os::exit::wrong_argument;
 use coaxle_report::inspect;
 
-/// Whose config it is, its name, and its text.
+/// Role of the node, name and text of each config.
 const EXAMPLES: [(&str, &str, &str); 9] = [
     (
         "sender",
@@ -52,10 +52,10 @@ const EXAMPLES: [(&str, &str, &str); 9] = [
     ),
 ];
 
-/// Prints one, or without a name what there is.
+/// Prints a config, or without a name the list of them.
 ///
 /// # Errors
-/// There is none of this name: says which there are.
+/// No config has this name. The error lists those that exist.
 pub(crate) fn print(name: Option<&str>) -> anyhow::Result<bool> {
     let text = match name {
         Some(name) => text(name)?.to_owned(),
@@ -84,7 +84,7 @@ fn list() -> String {
     lines.join("\n")
 }
 
-/// The first line of a config says what it is.
+/// Role and name of a config, with its first line, which describes it.
 fn line((role, name, text): &(&str, &str, &str)) -> String {
     let about = text.lines().next().unwrap_or_default();
     format!(

@@ -5,7 +5,7 @@
 //! * scenarios: `soak` and `sweep` beside `cli`, over the lab, the report and the trials;
 //! * running nodes: `status`, `command`, `scope`, `recorded`, `ros2`, `doctor`, and the `gateway` that is one itself;
 //! * files: `cam`, `saw` and `gear`, with pages to design them on (`edit`); `schema`, `signals`, `examples`, `node_config`;
-//! * [`secure`]: who may do what in a network, and the certificates for it.
+//! * [`secure`]: rights in a network, and the certificates for them.
 
 pub mod cam;
 pub mod cli;

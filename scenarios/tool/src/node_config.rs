@@ -11,7 +11,7 @@ use coaxle_node::wiring::Wiring;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::SenderConfig;
 
-/// What a config file turned out to be.
+/// The config of a node, by its kind.
 #[derive(Clone, Debug)]
 pub enum NodeConfig {
     /// A sender.
@@ -23,7 +23,7 @@ pub enum NodeConfig {
 }
 
 impl NodeConfig {
-    /// Reads a config file. A gateway is known by its way to a PLC, a sender by its axes: a receiver follows those of others.
+    /// Reads a config file. A gateway has a connection to a PLC and a sender has axes. A receiver follows axes of others.
     ///
     /// # Errors
     /// Names the file, the field, what was received and what is expected.
@@ -56,7 +56,7 @@ impl NodeConfig {
         }
     }
 
-    /// How it reaches the others.
+    /// The node's transport.
     #[must_use]
     pub fn transport(&self) -> &TransportConfig {
         match self {
@@ -66,7 +66,7 @@ impl NodeConfig {
         }
     }
 
-    /// Where it answers beacons, if it does.
+    /// Address at which a sender answers beacons, if it does.
     #[must_use]
     pub fn timing_listen(&self) -> Option<SocketAddr> {
         match self {
@@ -75,7 +75,7 @@ impl NodeConfig {
         }
     }
 
-    /// What it publishes and hears.
+    /// Channels that the node publishes and subscribes to.
     #[must_use]
     pub fn wiring(&self) -> Wiring {
         match self {

@@ -1,4 +1,4 @@
-//! What the tests of such commands look at.
+//! Samples and checks for the tests of commands.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! `coaxle signals CONFIG`: what a node shows of itself.
+//! `coaxle signals CONFIG`: the signals of a node.
 
 use std::io::Write;
 use std::path::Path;
@@ -8,7 +8,7 @@ use coaxle_report::inspect;
 
 use crate::node_config::NodeConfig;
 
-/// Prints every signal of the node of a config: as which column of its trace, unit, meaning.
+/// Prints every signal of the node of a config: its column of the trace, unit and meaning.
 pub(crate) fn signals(file: &Path) -> anyhow::Result<bool> {
     let instances = instances_of(file)?;
     inspect::print(|out| {
@@ -72,7 +72,7 @@ mod tests {
             Some(velocity)
         );
         let listed = text.lines().filter(|line| line.starts_with("  ")).count();
-        // But for the two columns that say when.
+        // Without the two columns of time.
         assert_eq!(listed, config.columns().len() - 2);
     }
 }

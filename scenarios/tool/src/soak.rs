@@ -14,10 +14,10 @@ use coaxle_os::{Interrupt, machine};
 use coaxle_report::{inspect, reported};
 use coaxle_trials::processes::Processes;
 
-/// What to soak in.
+/// Arguments of a soak.
 #[derive(Debug, Args)]
 pub(crate) struct SoakArgs {
-    /// So many hours of schedules, 40 s each: of virtual time, or with --processes of yours
+    /// Hours of schedules, 40 s each: of virtual time, or with --processes of real time
     #[arg(long, default_value_t = 1.0, value_parser = hours)]
     hours: f64,
     /// In virtual time, as fast as it goes (the default)
@@ -36,7 +36,7 @@ pub(crate) struct SoakArgs {
     /// Write a report in JUnit's format: a case for each schedule that was run
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Folder for what failed
+    /// Folder for the failed schedules
     #[arg(long, value_name = "DIR", default_value = "out/soak")]
     out: PathBuf,
 }
@@ -47,7 +47,7 @@ fn hours(text: &str) -> Result<f64, String> {
     hours.ok_or_else(|| format!("received {text}, expected hours above 0, at most 100000"))
 }
 
-/// Soaks, until all is run or Ctrl-C comes; what was run by then is told.
+/// Soaks until all schedules have run or Ctrl-C comes, and prints the results up to then.
 pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
     let stage: &dyn Stage = if args.processes {
         &Processes
@@ -96,7 +96,7 @@ pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
     Ok(Exit::NotMet.unless(soaked.failures.is_empty()))
 }
 
-/// A line of progress; nobody minds where it cannot be written.
+/// Prints a line of progress. A failure to write it is ignored.
 fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -17,7 +17,7 @@ use coaxle_report::inspect::print_text;
 use coaxle_report::sweep::{self, Outcome};
 use coaxle_trials::Bar;
 
-/// What to sweep over.
+/// Arguments of a sweep.
 #[derive(Debug, Args)]
 pub(crate) struct SweepArgs {
     /// Name of a built-in scenario, or path of a TOML file
@@ -39,10 +39,10 @@ pub(crate) struct SweepArgs {
     /// or the next best]
     #[arg(long, value_name = "NAME")]
     figure: Option<String>,
-    /// Folder for the results; what is there of the same sweep is not run again [default: out/SCENARIO-sweep]
+    /// Folder for the results; points there of this very sweep are not run again [default: out/SCENARIO-sweep]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Run everything anew, whichever sweep the folder has
+    /// Run everything again, even if the folder holds another sweep
     #[arg(long)]
     fresh: bool,
     /// Write a report in JUnit's format: a case for each point
@@ -59,7 +59,7 @@ fn seeds(text: &str) -> Result<NonZeroUsize, String> {
 /// Sweeps, prints the table and says where the rest is.
 ///
 /// # Errors
-/// What [`prepare`] and [`Prepared::run`] say, and a report that cannot be written.
+/// Those of [`prepare`] and [`Prepared::run`], and a report that cannot be written.
 pub(crate) fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     let suite = format!("sweep {}", args.scenario);
     junit::told_of(args.junit.as_deref(), &suite, sweep(args))
@@ -123,7 +123,7 @@ impl SweepArgs {
     }
 }
 
-/// Each point that was run, for the report.
+/// A case of the report for each point that was run.
 fn cases(outcome: &Outcome) -> impl Iterator<Item = Case> {
     outcome.points.iter().map(|point| {
         let lines: Vec<_> = (point.failures.iter())
@@ -139,7 +139,7 @@ fn cases(outcome: &Outcome) -> impl Iterator<Item = Case> {
     })
 }
 
-/// Most lines of what was not as expected.
+/// Greatest number of lines printed of unexpected results.
 const MOST_LINES: usize = 20;
 
 /// The results for a person.
@@ -194,7 +194,7 @@ fn run_with_progress(
     let outcome = sweep::run(prepared, options, command, &|so_far| {
         if !is_terminal {
             let line = (lines.lock().unwrap_or_else(PoisonError::into_inner)).of(so_far);
-            // Nobody minds where it cannot be written.
+            // A failure to write it is ignored.
             let _ = line.map(|line| writeln!(std::io::stderr(), "{line}"));
         }
         (bar.lock().unwrap_or_else(PoisonError::into_inner)).at(so_far.share)
@@ -208,7 +208,7 @@ fn run_with_progress(
 /// Lines of progress, where there is no terminal.
 struct Lines {
     begin: Instant<Machine>,
-    /// The last one that was told, of twenty parts of what is to be run.
+    /// Last part printed, in twentieths of the runs.
     part: Option<usize>,
 }
 

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::load_unchecked;
 use super::text::parse_finite;
 
-/// Which segment, and what the slave can do.
+/// Arguments of `coaxle cam advise`.
 #[derive(Debug, Args)]
 pub struct AdviseArgs {
     /// Cam file, TOML; it need not make a plate yet
@@ -20,7 +20,7 @@ pub struct AdviseArgs {
     /// The segment, by the number of the point that it begins at, from 1
     #[arg(long, value_name = "POINT")]
     segment: u32,
-    /// What shall be least
+    /// Quantity to minimise
     #[arg(long, value_enum, default_value = "acceleration")]
     least: Least,
     /// Velocity of the master, in master units per second
@@ -33,19 +33,19 @@ pub struct AdviseArgs {
     json: bool,
 }
 
-/// What the slave can do.
+/// Limits of the slave.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(super) struct LimitArgs {
     /// The slave's highest velocity, per second
     #[arg(long, value_name = "V", value_parser = parse_finite)]
     max_velocity: Option<f64>,
-    /// Its highest acceleration, per second²
+    /// The slave's highest acceleration, per second²
     #[arg(long, value_name = "A", value_parser = parse_finite)]
     max_acceleration: Option<f64>,
-    /// Its highest jerk, per second³
+    /// The slave's highest jerk, per second³
     #[arg(long, value_name = "J", value_parser = parse_finite)]
     max_jerk: Option<f64>,
-    /// Its highest product of velocity and acceleration, per second³: what its torque comes to
+    /// The slave's highest product of velocity and acceleration, per second³: a measure of its torque
     #[arg(long, value_name = "VA", value_parser = parse_finite)]
     max_torque: Option<f64>,
 }
@@ -144,7 +144,7 @@ impl AdviseArgs {
     }
 }
 
-/// What speaks against a law.
+/// Reasons against a law.
 pub(super) fn remarks(cam: &CamFile, advice: &LawAdvice, limits: &LawLimits) -> Vec<String> {
     let unit = &cam.slave_unit;
     let mut remarks = Vec::new();

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::load;
 use super::text::{description, parse_finite, velocity_steps};
 
-/// What the plate is judged at.
+/// Arguments of `coaxle cam characteristics`.
 #[derive(Debug, Args)]
 pub struct CharacteristicsArgs {
     /// Cam file, TOML

@@ -11,18 +11,18 @@ use super::format::FormatArg;
 use super::text::parse_finite;
 use super::{load, new_file};
 
-/// What to write, and as what.
+/// Arguments of `coaxle cam export`.
 #[derive(Debug, Args)]
 pub struct ExportArgs {
     /// Cam file, TOML
     file: PathBuf,
-    /// As what [default: by the ending of the output's name, CSV without one]
+    /// Format [default: by the ending of the output's name, CSV without one]
     #[arg(long, value_enum)]
     format: Option<FormatArg>,
     /// The name of the array in structured text
     #[arg(long, value_name = "NAME", default_value = "CamTable", value_parser = identifier)]
     array: String,
-    /// Positions at so many master units apart, whatever the plate is made of, instead of its own points
+    /// Positions at this distance in master units, for any plate, instead of its own points
     #[arg(long, value_parser = parse_finite, allow_negative_numbers = true)]
     increment: Option<f64>,
     /// The table to write; it must not be there yet [default: standard output]

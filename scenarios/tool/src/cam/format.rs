@@ -1,4 +1,4 @@
-//! As what point tables are written.
+//! Formats of point tables.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ impl FormatArg {
         }
     }
 
-    /// What a file is by its name: CSV unless the ending is one that PLC projects have.
+    /// Format of a file by its name: CSV unless the ending is one that PLC projects have.
     pub(super) fn of(path: &Path) -> Self {
         let ending = path.extension().and_then(|ending| ending.to_str());
         let is_plc = |ending: &str| {

@@ -15,24 +15,24 @@ use coaxle_report::inspect::name;
 use super::format::FormatArg;
 use super::new_file;
 
-/// What to read, and what a point table does not say.
+/// The table to read, and the facts that it lacks.
 #[derive(Debug, Args)]
 pub struct ImportArgs {
     /// Point table: CSV, or structured text of a PLC
     table: PathBuf,
-    /// What the table is [default: by the ending of its name; .st, .exp, .TcGVL and .TcPOU are a PLC's]
+    /// Format of the table [default: by the ending of its name; .st, .exp, .TcGVL and .TcPOU are a PLC's]
     #[arg(long, value_enum)]
     format: Option<FormatArg>,
-    /// Which array of the structured text, if there are several
+    /// Name of the array in the structured text, if there are several
     #[arg(long, value_name = "NAME")]
     array: Option<String>,
     /// The cam file to write; it must not be there yet [default: standard output]
     #[arg(short, long, value_name = "TOML")]
     output: Option<PathBuf>,
-    /// Its title
+    /// Title of the plate
     #[arg(long, default_value = "")]
     title: String,
-    /// Whether the plate is passed once, or repeated
+    /// Course of the plate: passed once, or repeated
     #[arg(long, value_enum, default_value = "linear")]
     course: CourseArg,
     /// The number of the plate
@@ -44,7 +44,7 @@ pub struct ImportArgs {
     /// Unit of the slave
     #[arg(long, default_value = "u")]
     slave_unit: String,
-    /// How the slave moves between the rows of a position table
+    /// Interpolation between the rows of a position table
     #[arg(long, value_enum, default_value = "linear")]
     interpolation: InterpolationArg,
     /// The steps of a position table are equal
@@ -70,7 +70,7 @@ impl ImportArgs {
         let format = self.format.unwrap_or_else(|| FormatArg::of(&self.table));
         let table = PointTable::load(&self.table, format.format(), self.array.as_deref())?;
         let text = self.text(&table, None);
-        // Errors name the table, as nobody has the other file yet.
+        // Errors name the table, as the user has no other file yet.
         let (file, folder) = (self.table.display().to_string(), Path::new(""));
         let parsed = text.parse().context("the cam file cannot be written")?;
         CamFile::from_table(&file, folder, parsed)?.plate()?;
@@ -102,7 +102,7 @@ impl ImportArgs {
             new_file::write(Some(&beside), &table.to_csv(), out)?;
         }
         new_file::write(Some(output), &self.text(table, Some(&name)), out)?;
-        // What was written may be larger than it was, and is read to the end.
+        // The written file may be larger than the table, and is read to the end.
         CamFile::load(output)?;
         Ok(())
     }
@@ -158,7 +158,7 @@ impl ImportArgs {
     }
 }
 
-/// Whether two names are of one file that is there.
+/// True if both names are of one existing file.
 fn is_same(one: &Path, other: &Path) -> bool {
     match (one.canonicalize(), other.canonicalize()) {
         (Ok(one), Ok(other)) => one == other,
@@ -166,7 +166,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
     }
 }
 
-/// What can be left out is.
+/// Appends a point, without the fields that can be left out.
 fn push_point(text: &mut String, row: usize, is_last: bool, point: &WrittenPoint) {
     text.push_str("\n[[point]]\n");
     if let Some(index) = point.index.filter(|index| *index as usize != row + 1) {

@@ -9,7 +9,7 @@ use coaxle_report::inspect::shown;
 use super::load;
 use super::text::parse_finite;
 
-/// What to look for.
+/// Arguments of `coaxle cam inverse`.
 #[derive(Debug, Args)]
 pub struct InverseArgs {
     /// Cam file, TOML

@@ -1,4 +1,4 @@
-//! `coaxle cam`: looks into a cam file.
+//! `coaxle cam`: examines, designs and converts cam files.
 
 mod advise;
 mod characteristics;
@@ -21,7 +21,7 @@ use coaxle_os::exit::lines_of;
 use coaxle_plate::Plate;
 use coaxle_report::inspect;
 
-/// What can be done with a cam file.
+/// Commands on a cam file.
 #[derive(Debug, Subcommand)]
 pub enum CamCommand {
     /// Check cam files
@@ -32,7 +32,7 @@ pub enum CamCommand {
     },
     /// Print position, velocity, acceleration and jerk of the slave over the master
     Values(values::ValuesArgs),
-    /// Print the extremes, mean and effective values, and what is at the ends
+    /// Print the extremes, mean and effective values, and the values at the ends
     Characteristics(characteristics::CharacteristicsArgs),
     /// Find the master positions at which the slave is somewhere
     Inverse(inverse::InverseArgs),
@@ -40,7 +40,7 @@ pub enum CamCommand {
     Plot(PlotArgs),
     /// Design a plate on a page in the browser, on this PC: docs/CAMS.md
     Edit(Box<edit::CamEditArgs>),
-    /// Say which law meets the slave's limits with the least velocity, acceleration, jerk or torque
+    /// Advise the law that meets the slave's limits with the least velocity, acceleration, jerk or torque
     Advise(advise::AdviseArgs),
     /// Make a cam file of a point table: CSV, or an array in the structured text of a PLC
     Import(import::ImportArgs),
@@ -48,7 +48,7 @@ pub enum CamCommand {
     Export(export::ExportArgs),
 }
 
-/// What `plot` draws, and where to.
+/// Arguments of `coaxle cam plot`.
 #[derive(Debug, Args)]
 pub struct PlotArgs {
     /// Cam file, TOML
@@ -58,12 +58,12 @@ pub struct PlotArgs {
     output: PathBuf,
 }
 
-/// Runs a command and prints its answer; false if a checked file is not in order, or no law passes. A reader that
-/// has seen enough, as `head` has, is no error.
+/// Runs a command and prints its result; false if a checked file is not in order, or no law passes. A reader that
+/// stops early, as `head` does, is no error.
 ///
 /// # Errors
-/// A cam file that makes no plate, naming file, point or row, and field; a question with no answer;
-/// an output that cannot be written.
+/// A cam file that makes no plate, naming file, point or row, and field; an inverse without a solution; an output
+/// that cannot be written.
 pub fn print(command: &CamCommand) -> anyhow::Result<bool> {
     match command {
         CamCommand::Edit(args) => edit::run(args).map(|_| true),
@@ -71,7 +71,7 @@ pub fn print(command: &CamCommand) -> anyhow::Result<bool> {
     }
 }
 
-/// Runs a command and writes its answer.
+/// Runs a command and writes its result.
 ///
 /// # Errors
 /// As [`print()`].
@@ -86,7 +86,7 @@ pub fn run(command: &CamCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
             inspect::write_plot(&args.output, &plot::page(&cam, &plate)?, out)?;
         }
         CamCommand::Advise(args) => return args.run(out),
-        // A page is no answer: `print` gives it out.
+        // A page is not written: `print` serves it.
         CamCommand::Edit(_) => {}
         CamCommand::Import(args) => args.run(out)?,
         CamCommand::Export(args) => args.run(out)?,

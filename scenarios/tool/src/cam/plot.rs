@@ -10,7 +10,7 @@ use super::text::{description, heading, master_heading};
 /// The page.
 ///
 /// # Errors
-/// The plotting library is not what it was.
+/// The plotting library is not the expected one.
 pub(super) fn page(cam: &CamFile, plate: &Plate) -> anyhow::Result<String> {
     let title = if cam.title.is_empty() {
         "Cam plate"

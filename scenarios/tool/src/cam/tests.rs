@@ -22,7 +22,7 @@ fn shipped() -> Vec<PathBuf> {
     samples::shipped("cams")
 }
 
-/// What `coaxle cam` answers to `words` about a shipped file.
+/// Output of `coaxle cam` for `words` about a shipped file.
 fn answer(command: &str, file: &str, words: &str) -> Result<String, String> {
     let file = folder().join(file);
     let mut arguments = vec!["cam", command, file.to_str().expect("a plain path")];
@@ -280,7 +280,7 @@ fn a_plot_of_a_long_table_stays_small() {
     assert_eq!(masters.last().unwrap().as_f64(), Some(49_999.0));
 }
 
-/// What `coaxle cam` does with these words, whatever they name.
+/// Result of `coaxle cam` with these words.
 fn told(words: &[&str]) -> Result<(bool, String), String> {
     let cli = Cli::try_parse_from([&["cam"], words].concat()).map_err(|error| error.to_string())?;
     let mut out = Vec::new();
@@ -288,7 +288,7 @@ fn told(words: &[&str]) -> Result<(bool, String), String> {
     Ok((good, String::from_utf8(out).expect("text")))
 }
 
-/// Each shipped plate, out and in again by both formats, is the same plate to the last bit.
+/// Exports each shipped plate and imports it again, in both formats: equal to the last bit.
 #[test]
 fn points_come_back_from_both_formats() {
     let scratch = tempfile::tempdir().unwrap();

@@ -50,7 +50,7 @@ pub(super) fn description(cam: &CamFile, plate: &Plate) -> String {
     }
 }
 
-/// Where the velocity of the slave steps, of how many places the largest; none if it never does.
+/// Place of the largest velocity step of the slave and the number of steps; none without steps.
 pub(super) fn velocity_steps(cam: &CamFile, plate: &Plate) -> Option<String> {
     let largest = plate.largest_velocity_step()?;
     let number = plate.velocity_steps().count();

@@ -11,7 +11,7 @@ use coaxle_report::inspect::{QUANTITIES, shown};
 use super::load;
 use super::text::{heading, master_heading, parse_finite};
 
-/// Which values to print.
+/// Arguments of `coaxle cam values`.
 #[derive(Debug, Args)]
 pub struct ValuesArgs {
     /// Cam file, TOML

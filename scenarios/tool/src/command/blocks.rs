@@ -11,7 +11,7 @@ pub(super) struct Block {
 #[derive(Clone, Copy)]
 pub(super) struct Field {
     pub(super) name: &'static str,
-    /// Where it is in the command, with dots.
+    /// Path in the command, with dots.
     pub(super) path: &'static str,
     pub(super) help: &'static str,
     pub(super) required: bool,
@@ -22,7 +22,7 @@ pub(super) const fn must(name: &'static str, help: &'static str) -> Field {
     needed(name, name, help)
 }
 
-/// A field of a part of the command, or one that is called otherwise there, which must be given.
+/// A field of a part of the command, or with another name there, which must be given.
 const fn needed(name: &'static str, path: &'static str, help: &'static str) -> Field {
     Field {
         name,

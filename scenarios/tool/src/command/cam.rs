@@ -1,4 +1,4 @@
-//! Orders about cam plates on the command line, and their answers in words.
+//! Orders about cam plates on the command line, and their responses in words.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ use super::options::{fields_of, subcommand};
 
 const SELECT: &str = "cam-table-select";
 
-/// All of them with their options.
+/// Every cam order with its options.
 pub(super) fn subcommands() -> impl Iterator<Item = Command> {
     let select = Command::new(SELECT)
         .about("MC_CamTableSelect: load a plate from a cam file, or put it in the place of another")
@@ -61,7 +61,7 @@ fn select(options: &ArgMatches) -> Result<Value, clap::Error> {
         return Err(clap::Error::new(ErrorKind::MissingRequiredArgument));
     };
     let cam = CamFile::load(file).map_err(|error| refused(error.to_string()))?;
-    // What makes no plate is told with its line in the file, and need not be sent.
+    // A file that makes no plate is reported with its line, and need not be sent.
     cam.plate().map_err(|error| refused(error.to_string()))?;
     let id = cam.table_id.map(|id| u32::from(id.get()));
     let plate = serde_json::to_value(PlateOrder::new(cam.source(), id));
@@ -77,7 +77,7 @@ fn select(options: &ArgMatches) -> Result<Value, clap::Error> {
     Ok(Value::Object(fields))
 }
 
-/// What was read, in a line or as a table.
+/// The figures read, in a line or as a table.
 pub(super) fn read(figures: &CamFigures) -> String {
     match figures {
         CamFigures::Points {

@@ -2,7 +2,7 @@
 
 use super::blocks::{Block, Field, TABLE, block, may, must};
 
-/// All of them but `cam-table-select`, whose plate comes from a file.
+/// Every cam order but `cam-table-select`, whose plate comes from a file.
 pub(super) fn cam_blocks() -> Vec<Block> {
     vec![
         block("cam-table-delete", "Take a plate out", &[&[TABLE]]),

@@ -11,7 +11,7 @@ const FILTER_MODE: &str = "filter-mode";
 const SET_DELAY: &str = "set-delay";
 const SET_PARAMETERS: &str = "set-parameters";
 
-/// Those without options.
+/// Commands without options.
 const PLAIN: [(&str, &str); 3] = [
     (
         "enable",
@@ -27,12 +27,12 @@ const PLAIN: [(&str, &str); 3] = [
     ),
 ];
 
-/// Whether a command is about a far node.
+/// True if the name is a command about a far node.
 pub(super) fn has(name: &str) -> bool {
     FarCommand::NAMES.contains(&name)
 }
 
-/// All of them.
+/// Every command about a far node.
 pub(super) fn subcommands() -> Vec<Command> {
     let mode = Command::new(FILTER_MODE)
         .about("With --far: eFilterMode, how the set values are calculated")

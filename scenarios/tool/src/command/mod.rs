@@ -1,4 +1,4 @@
-//! `coaxle command`: tells a slave of a running node what to do, or the node about one that it follows.
+//! `coaxle command`: sends a command to a slave of a running node, or about a node that it follows.
 
 mod blocks;
 mod cam;
@@ -25,17 +25,17 @@ use serde::de::DeserializeOwned;
 
 use spelled::Spelled;
 
-/// Who is told what.
+/// Addressee and command.
 #[derive(Debug, Args)]
 #[command(
     subcommand_value_name = "COMMAND",
     subcommand_help_heading = "Commands"
 )]
 pub struct CommandArgs {
-    /// The node that is told
+    /// The node that receives the command
     #[arg(value_parser = |name: &str| NodeName::new(name))]
     node: NodeName,
-    /// Its slave
+    /// Slave of that node
     #[arg(required_unless_present = "far", conflicts_with = "far")]
     slave: Option<SlaveName>,
     /// Instead of a slave: a node that it follows, by its name
@@ -46,20 +46,20 @@ pub struct CommandArgs {
     /// The command as JSON, as the network has it: '{ "halt": {} }'
     #[arg(long, value_name = "JSON")]
     order: Option<String>,
-    /// Only ask what would come of it
+    /// Only plan the command and print its result
     #[arg(long, global = true)]
     dry_run: bool,
-    /// Print the node's answer as JSON
+    /// Print the node's response as JSON
     #[arg(long, global = true)]
     json: bool,
     #[command(flatten)]
     network: NetworkArgs,
 }
 
-/// Sends the command and prints the answer; false if it is not accepted.
+/// Sends the command and prints the response; false if it is not accepted.
 ///
 /// # Errors
-/// No command, or more than one; the node does not turn up or does not answer.
+/// No command, or more than one; the node does not turn up or does not respond.
 pub fn print(args: &CommandArgs) -> anyhow::Result<bool> {
     let order = args.order()?;
     let commander = Commander::open(&args.network.transport()?)?;
@@ -122,7 +122,7 @@ impl CommandArgs {
         })
     }
 
-    /// Whether the JSON is about a cam plate.
+    /// True if the JSON is about a cam plate.
     fn is_cam_order(&self) -> bool {
         let json = self.order.as_deref().unwrap_or_default();
         let command: serde_json::Map<String, serde_json::Value> =
@@ -143,7 +143,7 @@ impl CommandArgs {
         ))
     }
 
-    /// None where it is given as JSON.
+    /// Absent where the command is given as JSON.
     fn spelled(&self) -> anyhow::Result<Option<&Spelled>> {
         match (&self.spelled, &self.order) {
             (None, None) => {
@@ -164,7 +164,7 @@ impl CommandArgs {
     }
 }
 
-/// What became of an order.
+/// Result of an order.
 pub(crate) fn in_words(answer: &CommandAnswer) -> String {
     let (verdict, state, saw) = match &answer.verdict {
         CommandVerdict::Accepted {
@@ -214,7 +214,7 @@ pub(crate) fn in_words(answer: &CommandAnswer) -> String {
     format!("{verdict}{state}{saw}")
 }
 
-/// Where a flying gear is fully engaged.
+/// Positions where a flying gear is fully engaged.
 fn synchronous(at: &SyncPositions) -> String {
     format!(
         "; synchronous with the master at {}, the slave at {}",
@@ -223,7 +223,7 @@ fn synchronous(at: &SyncPositions) -> String {
     )
 }
 
-/// What the order was about, as it is now.
+/// State of the slave or far node that the order was about.
 fn state_of(axis: Option<&SlaveView>, far: Option<&FarView>) -> String {
     let slave = axis.map(|axis| {
         format!(

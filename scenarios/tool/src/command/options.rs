@@ -19,7 +19,7 @@ pub(super) fn subcommand(block: Block) -> Command {
         .args(block.options.into_iter().map(argument))
 }
 
-/// The fields of one that the options set.
+/// The fields of a command that the options set.
 pub(super) fn fields_of(block: &Block, options: &ArgMatches) -> Value {
     let mut fields = Map::new();
     for field in &block.options {
@@ -30,7 +30,7 @@ pub(super) fn fields_of(block: &Block, options: &ArgMatches) -> Value {
     Value::Object(fields)
 }
 
-/// Numbers, lists and the like as they are; `in-turn=90` is what counts from something; everything else is a word.
+/// Numbers, lists and the like as they are; `in-turn=90` has a reference and a number; everything else is a word.
 pub(super) fn value(text: &str) -> Value {
     if let Ok(json) = serde_json::from_str(text) {
         return json;

@@ -1,11 +1,11 @@
-//! What an answer says of a flying saw, for people.
+//! A response's figures of a flying saw, for people.
 
 use coaxle_node::command::{SawFigures, SawRefused};
 use coaxle_report::inspect::{name, shown};
 
 use crate::sync_flags::any_of;
 
-/// What it comes to.
+/// Figures of an accepted synchronisation.
 pub(super) fn accepted(saw: &SawFigures) -> String {
     let duration = saw.duration.map_or_else(
         || "for as long as the master stands".to_owned(),
@@ -36,7 +36,7 @@ pub(super) fn accepted(saw: &SawFigures) -> String {
     words
 }
 
-/// What would pass.
+/// Values that would pass.
 pub(super) fn refused(saw: &SawRefused) -> String {
     let distance = saw.remedy.master_distance.map(|distance| {
         format!(

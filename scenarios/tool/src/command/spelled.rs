@@ -122,7 +122,7 @@ mod tests {
     fn every_option_is_a_field_of_its_command() {
         for block in blocks() {
             for field in &block.options {
-                // Something of the wrong type: its field must be the one that is complained about.
+                // A value of the wrong type: the error must name its field.
                 let mut line = vec![block.name.to_owned()];
                 for other in &block.options {
                     if other.required || other.name == field.name {

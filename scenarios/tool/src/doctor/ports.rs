@@ -1,11 +1,11 @@
-//! Whether a firewall keeps others from where a config listens.
+//! Firewalls that keep others from the endpoints of a config.
 
 use coaxle_host::transport::{host_and_port, is_over_udp};
 use coaxle_os::Firewall;
 
 use super::{Opening, note, shut};
 
-/// Whether others get as far as the ports that it listens on.
+/// Findings about the ports in `listens`: closed by the firewall, or a note if the firewall cannot be read.
 pub(super) fn of_ports(listens: &[String], firewall: &Result<Firewall, String>) -> Vec<Opening> {
     let ports = listens.iter().filter_map(|endpoint| {
         let (_, port) = host_and_port(endpoint)?;

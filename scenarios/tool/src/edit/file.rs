@@ -1,4 +1,4 @@
-//! A file that is edited, and what it was when it was read or written last.
+//! A file that is edited, and its text when it was last read or written.
 
 use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
@@ -9,16 +9,16 @@ use coaxle_node::text_file;
 /// A file that may not be there yet.
 pub(super) struct EditedFile {
     path: PathBuf,
-    /// None as long as there is none.
+    /// Absent as long as the file is.
     known: Option<String>,
     most: u64,
 }
 
 impl EditedFile {
-    /// Reads it, if it is there.
+    /// Reads the file, if there is one.
     ///
     /// # Errors
-    /// It is there and cannot be read.
+    /// The file exists and cannot be read.
     pub(super) fn open(path: &Path, most: u64) -> anyhow::Result<Self> {
         let is_there = fs::symlink_metadata(path).is_ok();
         let known = is_there.then(|| text_file::read(path, most)).transpose()?;
@@ -33,15 +33,15 @@ impl EditedFile {
         self.path.display().to_string()
     }
 
-    /// What is in it, as far as is known.
+    /// The text as it was last read or written.
     pub(super) fn known(&self) -> Option<&str> {
         self.known.as_deref()
     }
 
-    /// Writes a text, unless somebody else has written the file meanwhile.
+    /// Writes a text, unless another program has written the file meanwhile.
     ///
     /// # Errors
-    /// Why it is not written.
+    /// The reason why it is not written.
     pub(super) fn save(&mut self, text: &str) -> Result<(), String> {
         let name = self.name();
         if text.len() as u64 > self.most {
@@ -84,7 +84,7 @@ impl EditedFile {
         })
     }
 
-    /// All or nothing: what is written half is another file.
+    /// Replaces the file as a whole: half a text is another file.
     fn replace(&self, text: &str) -> std::io::Result<()> {
         let path = fs::canonicalize(&self.path)?;
         let mut new = path.clone().into_os_string();

@@ -1,14 +1,14 @@
 //! Texts, one after the other, back and forth.
 
-/// So many steps back.
+/// Greatest number of steps.
 const MOST_STEPS: usize = 500;
 
-/// The text as it is, and what it was.
+/// The present text, and the former ones.
 pub(super) struct History {
     now: String,
     past: Vec<String>,
     future: Vec<String>,
-    /// What goes on: all of it is one step.
+    /// The gesture under way: all of it is one step.
     gesture: Option<u64>,
 }
 

@@ -1,7 +1,7 @@
 //! Editors: a TOML file on a page in a browser, drawn and changed there, and written back with its comments.
 //!
-//! What a file means is a [`Design`]'s: it says what the page shows of a text, and makes another text of a change. Texts, undoing
-//! and saving are the same for all of them. Everything is computed here; the page draws it.
+//! A [`Design`] knows the meaning of a file: it makes the view of a text for the page, and another text of a change.
+//! Texts, undoing and saving are common to all of them. Everything is computed here; the page draws it.
 
 mod file;
 mod history;
@@ -22,12 +22,12 @@ use crate::web::Served;
 use file::EditedFile;
 pub(crate) use server::Parts;
 
-/// Which file, and where its page is.
+/// The file, and the address of its page.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct EditArgs {
     /// The file, TOML; it need not be there yet
     pub(crate) file: PathBuf,
-    /// Give out the page here; port 0 is any that is free
+    /// Serve the page here; port 0 is any that is free
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7481")]
     pub(crate) page: SocketAddr,
 }
@@ -37,38 +37,38 @@ pub(crate) trait Design: Send + 'static {
     /// Most bytes of a file.
     const MOST_BYTES: u64;
 
-    /// What a new file begins as.
+    /// Text of a new file.
     fn template(&self) -> String;
 
-    /// What the page shows of a text, in the way that it asks for.
+    /// The view of a text, in the page's settings.
     fn view(&mut self, text: &str, asked: &Value) -> Value;
 
     /// The text with a change.
     ///
     /// # Errors
-    /// Why it stays as it is.
+    /// The reason why the text stays as it is.
     fn changed(&mut self, text: &str, change: &Value, asked: &Value) -> Result<String, String>;
 
-    /// That the text can be saved.
+    /// Checks that the text can be saved.
     ///
     /// # Errors
-    /// What is wrong in it.
+    /// The first fault of the text.
     fn check(&self, text: &str) -> Result<(), String>;
 
-    /// Does something else that the page wants, and says what came of it.
+    /// Does something else that the page wants, and returns the result in words.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason why it is not done.
     fn act(&mut self, text: &str, wanted: &Value) -> Result<String, String>;
 }
 
-/// How often it looks whether it is to end.
+/// Polling interval of the interrupt.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Gives out the page of a file until Ctrl-C.
+/// Serves the page of a file until Ctrl-C.
 ///
 /// # Errors
-/// A file that cannot be read, or an address that is not to be had.
+/// A file that cannot be read, or an address that is not available.
 pub(crate) fn edit(args: &EditArgs, design: impl Design, parts: Parts) -> anyhow::Result<Exit> {
     let interrupt = Interrupt::listen()?;
     let served = open(args, design, parts)?;
@@ -79,10 +79,10 @@ pub(crate) fn edit(args: &EditArgs, design: impl Design, parts: Parts) -> anyhow
     Ok(Exit::Done)
 }
 
-/// Gives out the page of a file.
+/// Serves the page of a file.
 ///
 /// # Errors
-/// A file that cannot be read, or an address that is not to be had.
+/// A file that cannot be read, or an address that is not available.
 pub(crate) fn open<D: Design>(args: &EditArgs, design: D, parts: Parts) -> anyhow::Result<Served> {
     if !args.page.ip().is_loopback() {
         tracing::warn!("whoever reaches {} changes the file", args.page);

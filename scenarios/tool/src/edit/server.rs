@@ -1,4 +1,4 @@
-//! What the page of an editor asks for, and its answers.
+//! Requests of an editor's page, and their responses.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -16,12 +16,12 @@ use super::file::EditedFile;
 use super::history::History;
 use crate::web::{BASE_CSS, as_json, file, wrong};
 
-/// What is particular to a page.
+/// Parts of a page that differ between editors.
 #[derive(Clone, Copy)]
 pub(crate) struct Parts {
     /// The document.
     pub(crate) html: &'static str,
-    /// Its script.
+    /// The page's script.
     pub(crate) js: &'static str,
 }
 
@@ -31,17 +31,17 @@ struct Editor<D> {
     design: D,
 }
 
-/// What the page says.
+/// Body of a request from the page.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Said {
-    /// How it wants to see the text.
+    /// The page's view settings.
     #[serde(default)]
     asked: Value,
     /// A change of the text, or something else to do.
     #[serde(default)]
     change: Value,
-    /// What the change is a part of, such as one drag of the mouse.
+    /// Number of the gesture that the change is part of, such as one drag of the mouse.
     gesture: Option<u64>,
 }
 
@@ -82,7 +82,7 @@ async fn said<D: Design>(
         Ok(said) => said,
         Err(error) => return wrong(StatusCode::BAD_REQUEST, error.to_string()),
     };
-    // Computing takes its time, and so does a node that is asked.
+    // Computing takes its time, and so does a node's response.
     let answered = tokio::task::spawn_blocking(move || {
         let mut editor = editor.lock().unwrap_or_else(PoisonError::into_inner);
         editor.answer(&what, &said)

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::*;
 
-/// A text that is changed by words behind it.
+/// A text that changes append words to.
 struct Words;
 
 impl Design for Words {
@@ -50,7 +50,7 @@ fn page(file: &Path) -> Served {
     open(&args, Words, parts).unwrap()
 }
 
-/// The answer to a request, with its head.
+/// The response to a request, with its head.
 fn asked(address: SocketAddr, request: &str, headers: &str, body: &str) -> String {
     let mut stream = TcpStream::connect(address).unwrap();
     stream

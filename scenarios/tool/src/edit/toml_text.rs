@@ -25,10 +25,10 @@ pub(crate) fn number(value: f64) -> Value {
     }
 }
 
-/// A value of the page: a number, a word, or whether.
+/// A value of the page: a number, a word, or a boolean.
 ///
 /// # Errors
-/// It is something else.
+/// The value is of another kind.
 pub(crate) fn value_of(json: &serde_json::Value) -> Result<Value, String> {
     match json {
         serde_json::Value::Number(given) => {

@@ -1,5 +1,5 @@
-//! `coaxle gateway CONFIG`: a PLC as a node. What decides is in [`coaxle_gateway`]; here are the threads that wait for the
-//! PLC, and what ties them to the node's cycle.
+//! `coaxle gateway CONFIG`: a PLC as a node. Decisions are in [`coaxle_gateway`]. Here are the threads that wait for the
+//! PLC, and their connection to the node's cycle.
 
 mod ads;
 mod pipe;
@@ -25,7 +25,7 @@ use recorder::GatewayRecorder;
 ///
 /// # Errors
 /// The config names a wrong value (file, field, received, expected), the trace file, a socket or the endpoints cannot be
-/// opened, or the trace could not be kept. A PLC that is not there is no error: it is waited for.
+/// opened, or the trace could not be kept. A PLC that is not there is no error: the gateway waits for it.
 pub(crate) fn run(args: &NodeArgs, beside: Option<Beside>) -> anyhow::Result<Exit> {
     let config = load(args)?;
     if args.check {
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &NodeArgs, beside: Option<Beside>) -> anyhow::Result<Exi
     let outcome = coaxle_host::run(setup(args, config, port, beside)?);
     stop.set();
     for thread in threads {
-        // One that panicked has said so.
+        // A thread that panicked has reported it.
         let _ = thread.join();
     }
     let outcome = outcome?;
@@ -60,7 +60,7 @@ fn load(args: &NodeArgs) -> anyhow::Result<GatewayConfig> {
     Ok(config)
 }
 
-/// The threads that wait for the PLC; those that can be ended.
+/// Starts the threads that wait for the PLC. Returns those that can be ended.
 fn start(config: &GatewayConfig, end: PlcEnd) -> anyhow::Result<Vec<JoinHandle<()>>> {
     if let Some(ads) = &config.ads {
         return ads::start(config, ads, end);

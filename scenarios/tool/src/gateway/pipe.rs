@@ -17,8 +17,8 @@ use super::udp::write_record;
 /// A line that is longer is none.
 const MOST_LINE_BYTES: u64 = 64 * 1024;
 
-/// Starts to read and to write. The thread that reads is not among those that can be ended: it waits for standard input, and
-/// goes with the process.
+/// Starts to read and to write. The reading thread is not among those that can be ended: it waits for standard input,
+/// and ends with the process.
 pub(super) fn start(config: &GatewayConfig, end: PlcEnd) -> anyhow::Result<Vec<JoinHandle<()>>> {
     let PlcEnd {
         samples,

@@ -14,7 +14,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 /// Samples that can wait for the node, and outputs for the PLC.
 const RING: usize = 64;
-/// Whoever waits looks so often whether it is to end.
+/// Interval at which waiting threads check for the end.
 const GLANCE: Duration = Duration::from_millis(50);
 
 /// Ends the threads.
@@ -40,7 +40,7 @@ impl Stop {
     }
 }
 
-/// How it stands with the PLC, as the threads know it.
+/// State of the connection to the PLC, as the threads know it.
 #[derive(Debug, Default)]
 pub(super) struct Link {
     is_up: AtomicBool,
@@ -51,7 +51,7 @@ pub(super) struct Link {
 }
 
 impl Link {
-    /// The PLC is there; the number of the connection.
+    /// Marks the PLC as connected. Returns the number of the connection.
     pub(super) fn up(&self) -> u32 {
         let before = self.connections.fetch_add(1, Ordering::Relaxed);
         self.is_up.store(true, Ordering::Relaxed);
@@ -63,7 +63,7 @@ impl Link {
         self.is_stopped.store(false, Ordering::Relaxed);
     }
 
-    /// What the PLC says of its runtime; whether that is something new.
+    /// Stores whether the PLC's runtime is stopped. True if that has changed.
     pub(super) fn says_stopped(&self, is_stopped: bool) -> bool {
         self.is_stopped.swap(is_stopped, Ordering::Relaxed) != is_stopped
     }
@@ -72,7 +72,7 @@ impl Link {
         self.torn.fetch_add(samples, Ordering::Relaxed);
     }
 
-    /// Something came that is no sample; whether it is the first one.
+    /// Counts a received message that is no sample. True for the first one.
     pub(super) fn refused(&self) -> bool {
         self.refused.fetch_add(1, Ordering::Relaxed) == 0
     }
@@ -85,7 +85,7 @@ pub(super) struct RingPort {
     outputs: Producer<OutputSlot>,
     returned: Consumer<OutputSlot>,
     link: Arc<Link>,
-    /// Sleeps until there is something for the PLC.
+    /// Thread that sleeps until there is an output for the PLC.
     writer: Arc<std::sync::OnceLock<Thread>>,
 }
 
@@ -104,7 +104,7 @@ pub(super) struct Samples {
     spare: Option<Stamped>,
 }
 
-/// What is for the PLC.
+/// Outputs for the PLC.
 pub(super) struct Outputs {
     full: Consumer<OutputSlot>,
     empty: Producer<OutputSlot>,
@@ -120,7 +120,7 @@ struct Stamped {
 /// Axes for the PLC.
 #[derive(Clone, Debug)]
 pub(super) struct OutputSlot {
-    /// Which output of the config it is.
+    /// Index of the output in the config.
     pub(super) number: usize,
     pub(super) index: CycleIndex,
     pub(super) axes: Box<[Option<NcToPlcAxis>]>,
@@ -212,8 +212,8 @@ impl Port for RingPort {
 }
 
 impl Samples {
-    /// Sends the sample that `fill` writes, which was there at `at`. What the node has no room for is dropped: it has stood
-    /// still, and newer ones follow.
+    /// Sends the sample that `fill` writes, which was there at `at`. A sample without room at the node is dropped: the node
+    /// has stood still, and newer ones follow.
     pub(super) fn send<E>(
         &mut self,
         at: Instant<Machine>,
@@ -233,7 +233,7 @@ impl Samples {
 }
 
 impl Outputs {
-    /// This thread is woken when there is something.
+    /// Registers this thread to be woken when there is an output.
     pub(super) fn attach(&self) {
         let _ = self.writer.set(std::thread::current());
     }
@@ -294,7 +294,7 @@ impl NewestSlots {
         }
     }
 
-    /// Those that are new since they were taken.
+    /// The slots that are new since they were taken.
     pub(super) fn take(&mut self) -> impl Iterator<Item = &OutputSlot> {
         let new = self.newest.iter_mut();
         new.filter_map(|(slot, is_new)| std::mem::take(is_new).then_some(&*slot))

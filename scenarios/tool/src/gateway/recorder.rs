@@ -1,4 +1,4 @@
-//! What becomes of a gateway's cycles: trace, recording, status, and a line in the log when something changes.
+//! Records of a gateway's cycles: trace, recording, status, and a log line for each change.
 
 use coaxle_clock::Instant;
 use coaxle_gateway::GatewaySnapshot;
@@ -10,10 +10,10 @@ use coaxle_node::fields_of;
 use coaxle_os::Machine;
 use serde_json::{Map, Value, json};
 
-/// What a gateway is, in status and recordings.
+/// Role of a gateway in status and recordings.
 pub(super) const ROLE: &str = "gateway";
 
-/// Keeps the newest cycle for the status, and what is wanted in files.
+/// Keeps the newest cycle for the status, and writes the requested files.
 pub(super) struct GatewayRecorder {
     config: GatewayConfig,
     rows: Rows,
@@ -21,7 +21,7 @@ pub(super) struct GatewayRecorder {
     said: Said,
 }
 
-/// What the log said last.
+/// State as last logged.
 #[derive(Clone, Copy, Default)]
 struct Said {
     is_synced: bool,
@@ -38,7 +38,7 @@ impl GatewayRecorder {
         }
     }
 
-    /// Says what changed since.
+    /// Logs changes since the last cycle.
     fn tell(&mut self, signals: &GatewaySignals) {
         let node = &self.config.name;
         if signals.plc_runs > self.said.runs {
@@ -96,11 +96,11 @@ impl Recorder<GatewaySnapshot> for GatewayRecorder {
     }
 }
 
-/// What a gateway adds to its status: its signals, and how it thinks that it goes.
+/// A gateway's part of its status: its signals and its health.
 fn status_of(config: &GatewayConfig, snapshot: &GatewaySnapshot) -> Map<String, Value> {
     let node = &snapshot.signals.node;
     let mut status = fields_of(node);
-    // The host says it, as text.
+    // The host adds it, as text.
     status.remove("run");
     status.insert("health".to_owned(), json!(health(config, node)));
     let cycle_time = config.cycle_time_us.0.span().as_micros_f64();
@@ -116,7 +116,7 @@ fn status_of(config: &GatewayConfig, snapshot: &GatewaySnapshot) -> Map<String, 
     status
 }
 
-/// What it thinks of itself, in the order of what is to be done first.
+/// Health of the gateway: the first condition that needs attention.
 fn health(config: &GatewayConfig, node: &GatewaySignals) -> &'static str {
     if !node.plc_is_up {
         "plc-away"

@@ -16,9 +16,9 @@ use coaxle_os::{Machine, machine};
 use super::port::{Link, OutputSlot, Outputs, PlcEnd, Samples, Stop};
 use super::thread;
 
-/// A PLC that is silent for so long is away.
+/// Silence after which a PLC is away.
 const SILENCE: Span = Span::from_secs(1);
-/// How long it is waited for a datagram before looking whether to end.
+/// Longest wait for a datagram between checks for the end.
 const GLANCE: Duration = Duration::from_millis(100);
 
 /// Starts to listen and to send.
@@ -49,7 +49,7 @@ pub(super) fn start(
             .work(&stop);
         })?);
     } else {
-        // Nothing tells whether somebody takes what is sent.
+        // Without received datagrams, nothing shows whether the PLC is there.
         let _ = link.up();
     }
     if let Some(send_to) = &udp.send_to {
@@ -122,8 +122,8 @@ impl Receiving {
         }
     }
 
-    /// Whether it was a record. All are of one connection: a PLC that was silent goes on, or shows by its index that it began
-    /// anew.
+    /// Takes a datagram; true if it was a record. All are of one connection: a PLC that was silent continues, or shows by
+    /// its index that it has restarted.
     fn take(&mut self, at: Instant<Machine>, bytes: &[u8]) -> bool {
         let layout = self.layout;
         let taken = self.samples.send(at, |sample| {
@@ -158,7 +158,7 @@ fn send(config: &GatewayConfig, socket: &UdpSocket, mut outputs: Outputs, stop: 
     let (layout, mut record) = (config.layout.into(), Vec::new());
     while !stop.is_set() {
         if outputs.next_into(&mut slot) && write_record(&slot, &axes, layout, &mut record) {
-            // Nobody there is no reason to stop: the next one may be heard.
+            // A missing peer is no reason to stop: the next datagram may arrive.
             if let Err(error) = socket.send(&record) {
                 tracing::debug!(%error, "a datagram was not sent");
             }
@@ -166,7 +166,7 @@ fn send(config: &GatewayConfig, socket: &UdpSocket, mut outputs: Outputs, stop: 
     }
 }
 
-/// Replaces what is in `record` by that of a slot; false if an axis is missing.
+/// Replaces the content of `record` by a slot's; false if an axis is missing.
 pub(super) fn write_record(
     slot: &OutputSlot,
     axes: &[&OutputAxisConfig],

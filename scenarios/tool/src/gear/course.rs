@@ -8,7 +8,7 @@ use coaxle_node::gear_file::GearFile;
 /// Places on each leg of the way.
 const SAMPLES: usize = 2_000;
 
-/// Where the master turns round, if it has to, and where its way begins and ends.
+/// Ends of the master's way, with its turning point between them if it has one.
 pub(super) struct Way {
     pub(super) turns: Vec<f64>,
 }
@@ -32,7 +32,7 @@ impl Way {
         let room = ((last - first) * 0.15).max(f64::MIN_POSITIVE);
         let at = |ahead: f64| ahead * gear.master_direction();
         let turns = match gear.returns() {
-            // Beyond what is coupled there is nothing to see but a straight line.
+            // Past the coupled stretch there is only a straight line.
             true => vec![at(first - room), at(last + 3.0 * room), at(first - room)],
             false => vec![at(first - room), at(last + room)],
         };
@@ -40,7 +40,7 @@ impl Way {
     }
 }
 
-/// Each place of the way, with the slave there over time; where a stretch begins or ends, both sides.
+/// Every place of the way, with the slave there over time; where a stretch begins or ends, both sides.
 pub(super) fn course(
     file: &GearFile,
     gear: &FlyingGear,

@@ -13,16 +13,16 @@ use coaxle_node::gear_file::GearFile;
 use coaxle_report::inspect;
 use serde_json::{Value, json};
 
-/// What can be asked of a gear file.
+/// Commands on a gear file.
 #[derive(Debug, Subcommand)]
 pub enum GearCommand {
-    /// Print where the gear is engaged and released and what that asks of the slave, or why it is refused
+    /// Print where the gear engages and releases and the load on the slave, or why it is refused
     Plan(PlanArgs),
     /// Draw position, velocity, acceleration and jerk of the slave, as a page for a browser
     Plot(PlotArgs),
 }
 
-/// What `plan` prints.
+/// Arguments of `coaxle gear plan`.
 #[derive(Debug, Args)]
 pub struct PlanArgs {
     /// Gear file, TOML
@@ -32,7 +32,7 @@ pub struct PlanArgs {
     json: bool,
 }
 
-/// What `plot` draws, and where to.
+/// Arguments of `coaxle gear plot`.
 #[derive(Debug, Args)]
 pub struct PlotArgs {
     /// Gear file, TOML
@@ -42,7 +42,7 @@ pub struct PlotArgs {
     output: PathBuf,
 }
 
-/// Runs a command and prints its answer; false if the gear is refused. A reader that has seen enough, as `head` has, is no
+/// Runs a command and prints its result; false if the gear is refused. A reader that stops early, as `head` does, is no
 /// error.
 ///
 /// # Errors
@@ -51,7 +51,7 @@ pub fn print(command: &GearCommand) -> anyhow::Result<bool> {
     inspect::print(|out| run(command, out))
 }
 
-/// Runs a command and writes its answer.
+/// Runs a command and writes its result.
 ///
 /// # Errors
 /// As [`print()`].

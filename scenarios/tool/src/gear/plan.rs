@@ -66,10 +66,10 @@ pub(super) fn in_words(file: &GearFile, gear: &FlyingGear) -> String {
     parts.join("\n\n")
 }
 
-/// A figure of what a stretch asks of the slave.
+/// A figure of the load that a stretch puts on the slave.
 type Demand = fn(&FlyingGearStretch) -> f64;
 
-/// What the gear does, in a line.
+/// The gear in a line.
 pub(super) fn outline(file: &GearFile, gear: &FlyingGear) -> String {
     let [engaging, releasing] = gear.stretches(file.master.velocity, file.cycle.0);
     let length = |stretch: &FlyingGearStretch| (stretch.master_coupled - stretch.master_free).abs();
@@ -87,7 +87,7 @@ pub(super) fn outline(file: &GearFile, gear: &FlyingGear) -> String {
     )
 }
 
-/// In the order in which the master passes them: what begins, and where master and slave are.
+/// Beginnings of the phases, in the order in which the master passes them, with the positions of master and slave.
 fn steps(stretches: &[FlyingGearStretch; 2]) -> [(&'static str, f64, f64); 4] {
     let [engaging, releasing] = stretches;
     [

@@ -11,7 +11,7 @@ use super::plan::outline;
 /// The page.
 ///
 /// # Errors
-/// The plotting library is not what it was.
+/// The plotting library is not the expected one.
 pub(super) fn page(file: &GearFile, gear: &FlyingGear) -> anyhow::Result<String> {
     let title = if file.title.is_empty() {
         "Flying gear"

@@ -57,7 +57,7 @@ fn a_refusal_says_how_fast_the_master_may_be() {
     assert!(file.gear().is_err());
 }
 
-/// Velocity, acceleration and jerk are the derivatives of what is drawn, and keep the demands that are told.
+/// Velocity, acceleration and jerk are the derivatives of the drawn positions, and keep the printed demands.
 #[test]
 fn what_is_drawn_is_a_motion() {
     for name in [

@@ -1,4 +1,4 @@
-//! `coaxle info`: what is in a recording.
+//! `coaxle info`: content of a recording.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -9,14 +9,14 @@ use coaxle_recording::{Damage, Facts, Item, ReadTable, Reader, Row};
 
 use super::{damage, open};
 
-/// What to look into.
+/// Arguments of `coaxle info`.
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
     /// The recording
     pub(super) file: PathBuf,
 }
 
-/// What has been read of it.
+/// Content read so far.
 #[derive(Default)]
 struct Content {
     facts: Facts,
@@ -35,7 +35,7 @@ struct Rows {
     end_ns: i64,
 }
 
-/// Says what is in a recording: what is known of it, its files, its tables, its log.
+/// Describes the content of a recording: its facts, files, tables and log.
 ///
 /// # Errors
 /// Names the file that cannot be read.

@@ -1,4 +1,4 @@
-//! `coaxle record`: what running nodes show of themselves, into a recording.
+//! `coaxle record`: the rows of running nodes, into a recording.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ use coaxle_report::inspect;
 
 use crate::status;
 
-/// Whose rows, and where they go.
+/// The nodes, and the recording.
 #[derive(Debug, Args)]
 pub(crate) struct RecordArgs {
     /// The nodes [default: all that are there]
@@ -31,19 +31,19 @@ pub(crate) struct RecordArgs {
     /// The recording to write, which must not be there yet [default: NODE.mcap, of several nodes nodes.mcap]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Record for so long, such as 10s, 500ms, 2m, 1h; without it, until Ctrl-C
+    /// Record for this time, such as 10s, 500ms, 2m, 1h; without it, until Ctrl-C
     #[arg(long = "for", value_name = "DURATION", value_parser = parse_duration)]
     record_for: Option<Span>,
     #[command(flatten)]
     network: NetworkArgs,
 }
 
-/// As many pieces wait to be written: a few seconds of ten nodes. What comes when it is full is missing, and counted.
+/// Most pieces that wait to be written: a few seconds of ten nodes. Pieces beyond it are dropped and counted.
 const MOST_PIECES: usize = 1024;
-/// How often it looks whether it is to end.
+/// Polling interval of the interrupt.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Records what the nodes show from now on.
+/// Records the rows of the nodes from now on.
 ///
 /// # Errors
 /// A network that cannot be joined, a node that is not there, or a file that is there already or cannot be written.
@@ -75,7 +75,7 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<Exit> {
     Ok(exit)
 }
 
-/// Whose piece it is, by its place among the nodes, and the piece.
+/// Index of the node, and its piece.
 type Pieces = Receiver<(usize, Vec<u8>)>;
 
 fn subscribe(
@@ -87,7 +87,7 @@ fn subscribe(
     let subscribed = nodes.iter().enumerate().map(|(n, node)| {
         let queue = Arc::clone(&queue);
         let take = move |_, piece: &[u8]| {
-            // What finds no room shows as missing rows.
+            // A piece that finds no room shows as missing rows.
             let _ = queue.try_send((n, piece.to_vec()));
         };
         transport.subscribe(&node.rows_key(), Box::new(take))
@@ -96,7 +96,7 @@ fn subscribe(
     Ok((pieces, subscribed?))
 }
 
-/// Writes pieces until it is to end.
+/// Writes pieces until the end of the recording.
 fn take(
     args: &RecordArgs,
     interrupt: &Interrupt,
@@ -109,7 +109,7 @@ fn take(
     loop {
         watch.look(machine::now(), &files.path);
         if interrupt.is_asked() {
-            // Without a time it is how a recording ends.
+            // Without a time limit, an interrupt is the usual end.
             let is_early = end.is_some();
             return Ok(Exit::Interrupted.unless(!is_early));
         }
@@ -124,15 +124,15 @@ fn take(
     }
 }
 
-/// How long what came is watched, after a second in which the file begins.
+/// Time over which growth is measured, after a second in which the file begins.
 const WATCHED: Span = Span::from_secs(3);
 const BEGINNING: Span = Span::from_secs(1);
 
-/// Says once how fast the recording grows, as soon as that can be told.
+/// Logs once how fast the recording grows, as soon as it is known.
 #[derive(Default)]
 struct GrowthWatch {
     started: Option<Instant<Machine>>,
-    /// When the watch began, and how long the file was; none again once it is said.
+    /// Beginning of the measurement and the file's length then; absent again once logged.
     from: Option<(Instant<Machine>, u64)>,
 }
 
@@ -164,7 +164,7 @@ struct Files {
     path: PathBuf,
     of_many: bool,
     join: Option<Join<SyncedFile>>,
-    /// Pieces that were none.
+    /// Number of malformed pieces.
     refused: u64,
     finished: Vec<(PathBuf, Vec<JoinedNode>)>,
 }
@@ -234,7 +234,7 @@ impl Files {
         all.any(|joined| joined.name == node.as_str() && joined.rows > 0)
     }
 
-    /// What is in them.
+    /// A line for each node of each file.
     fn lines(&self) -> Vec<String> {
         let mut lines = Vec::new();
         for (path, nodes) in &self.finished {

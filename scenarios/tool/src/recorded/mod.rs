@@ -1,5 +1,5 @@
-//! `coaxle record`, `coaxle recover`, `coaxle export`, `coaxle info`, `coaxle replay`: recordings of running nodes, and what
-//! becomes of them.
+//! `coaxle record`, `coaxle recover`, `coaxle export`, `coaxle info`, `coaxle replay`: recordings of running nodes and
+//! their use.
 
 mod info;
 mod live;
@@ -21,25 +21,25 @@ pub(crate) use info::{InfoArgs, info};
 pub(crate) use live::{RecordArgs, record};
 pub(crate) use replay::{ReplayArgs, replay};
 
-/// What to recover.
+/// Arguments of `coaxle recover`.
 #[derive(Debug, Args)]
 pub(crate) struct RecoverArgs {
     /// The recording: of a node that was killed, or a file that is damaged
     file: PathBuf,
-    /// Where to write what is whole of it, a file that is not there yet [default: beside it, FILE-recovered.mcap]
+    /// The file to write the intact part to, which must not be there yet [default: beside it, FILE-recovered.mcap]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
-/// What to export.
+/// Arguments of `coaxle export`.
 #[derive(Debug, Args)]
 pub(crate) struct ExportArgs {
-    /// As what: csv, as a trace has it, or parquet
+    /// Format: csv, as a trace has it, or parquet
     #[arg(value_enum)]
     format: TableFormat,
     /// The recording
     file: PathBuf,
-    /// Where to write the table, a file that is not there yet [default: beside it]. Of several tables each gets its name behind that of the file
+    /// The file to write the table to, which must not be there yet [default: beside it]. Of several tables each gets its name behind that of the file
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -50,13 +50,13 @@ enum TableFormat {
     Parquet,
 }
 
-/// What every MCAP file begins with.
+/// First bytes of every MCAP file.
 const MAGIC: &[u8] = b"\x89MCAP";
 
-/// As much damage is told line by line.
+/// Greatest number of damaged pieces listed.
 const MOST_LINES: usize = 10;
 
-/// Writes what is whole of a recording, and says what that is.
+/// Writes the intact part of a recording, and describes it.
 ///
 /// # Errors
 /// Names the file that cannot be read or written.
@@ -93,7 +93,7 @@ fn kept(recovered: &Recovered) -> String {
     }
 }
 
-/// Writes the rows of a recording as tables, and says which.
+/// Writes the rows of a recording as tables, and lists them.
 ///
 /// # Errors
 /// Names the file that cannot be read or written.
@@ -119,7 +119,7 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
         written.push(path);
         Ok(file)
     });
-    // It says more than the export, which only hears of it.
+    // This error says more than the export's, which wraps it.
     if let Some(error) = not_created {
         return Err(error);
     }
@@ -164,7 +164,7 @@ fn told(exported: &Exported, written: &[PathBuf]) -> String {
     lines.join("\n")
 }
 
-/// Where a table of so many goes: if it is the only one, where it is said.
+/// Path of a table: the only one is at the path given.
 fn path_of(one: &Path, tables: usize, name: &str) -> PathBuf {
     if tables == 1 {
         return one.to_owned();
@@ -178,13 +178,13 @@ fn path_of(one: &Path, tables: usize, name: &str) -> PathBuf {
     beside(one, &format!("-{name}"), &ending)
 }
 
-/// The same path with something behind its stem.
+/// The path with a suffix behind its stem.
 fn beside(path: &Path, behind: &str, ending: &str) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!("{stem}{behind}.{ending}"))
 }
 
-/// One line for each piece that is damaged.
+/// A line for each damaged piece.
 fn damage(damage: &[Damage], more: u64) -> impl Iterator<Item = String> {
     let hidden = damage.len().saturating_sub(MOST_LINES) as u64 + more;
     let more = (hidden > 0).then(|| format!("and {hidden} more"));
@@ -193,7 +193,7 @@ fn damage(damage: &[Damage], more: u64) -> impl Iterator<Item = String> {
 }
 
 fn open(path: &Path) -> anyhow::Result<BufReader<File>> {
-    // It is read bit by bit: it may be of any length.
+    // The file is read piece by piece: it may be of any length.
     let mut file = BufReader::new(text_file::open(path, u64::MAX)?);
     let begins = file
         .fill_buf()
@@ -207,7 +207,7 @@ fn open(path: &Path) -> anyhow::Result<BufReader<File>> {
     Ok(file)
 }
 
-/// Never what is being read, nor anything else that is there.
+/// Creates a new file, never over the one being read or any other.
 fn create(from: &Path, to: &Path) -> anyhow::Result<File> {
     let is_same = match (from.canonicalize(), to.canonicalize()) {
         (Ok(from), Ok(to)) => from == to,
@@ -234,7 +234,7 @@ mod tests {
     use coaxle_receiver::signals::NodeSignals;
     use coaxle_recording::{Facts, RowEncoder, Table, Writer};
 
-    /// A recording of so many cycles of a millisecond, of two receivers.
+    /// A recording of this many cycles of a millisecond, of two receivers.
     fn recording(folder: &Path, rows: i64) -> PathBuf {
         let table = |name: &str| Table {
             name: name.to_owned(),

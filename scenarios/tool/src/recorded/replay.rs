@@ -1,4 +1,4 @@
-//! `coaxle replay`: a receiver in virtual time, told what a real one was told.
+//! `coaxle replay`: a receiver in virtual time, given the inputs of a real one.
 
 mod compare;
 mod node;
@@ -21,7 +21,7 @@ use super::{beside, create, open};
 use compare::compare;
 use node::Replayed;
 
-/// What to replay.
+/// Arguments of `coaxle replay`.
 #[derive(Debug, Args)]
 pub(crate) struct ReplayArgs {
     /// The recording of a receiver, as `coaxle receiver --record` writes it
@@ -29,15 +29,15 @@ pub(crate) struct ReplayArgs {
     /// Another config than the one that is in the recording: other parameters, other slaves. It follows the same axes
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Where to write the recording of the replay, a file that is not there yet [default: beside it, FILE-replayed.mcap]
+    /// The file to write the recording of the replay to, which must not be there yet [default: beside it, FILE-replayed.mcap]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
-/// Tells a receiver what the recorded one was told, writes what becomes of it, and compares both.
+/// Runs a receiver with the inputs of the recorded one, writes its rows, and compares both.
 ///
 /// # Errors
-/// Names the file that cannot be read or written, and what keeps it from being replayed.
+/// Names the file that cannot be read or written, and the reason why it cannot be replayed.
 pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<Exit> {
     let out = match &args.out {
         Some(out) => out.clone(),
@@ -61,15 +61,15 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<Exit> {
     Ok(Exit::NotMet.unless(is_as_it_was))
 }
 
-/// What was replayed.
+/// Result of a replay.
 struct Outcome {
     cycles: u64,
     seconds: f64,
-    /// What whoever compares ought to know.
+    /// Reservations about the comparison.
     notes: Vec<String>,
 }
 
-/// What is known of a recording before its first scan.
+/// Content of a recording before its first scan.
 #[derive(Default)]
 struct Known {
     facts: Facts,
@@ -108,7 +108,7 @@ fn run(args: &ReplayArgs, out: &Path) -> anyhow::Result<Outcome> {
                 node.scan(at_ns, woke_ns, &scan)?;
             }
             Ok(Item::Row(_) | Item::Log(_) | Item::Status { .. }) => {}
-            // The end of a file that nobody ended: it is replayed as far as it goes.
+            // The end of a file that was not ended properly: it is replayed up to here.
             Err(damage) => broken = Some(damage),
         }
     }
@@ -182,7 +182,7 @@ fn read_config(path: &Path) -> anyhow::Result<ReceiverConfig> {
     Ok(config)
 }
 
-/// What the recorded receiver did not hear cannot be replayed.
+/// Refuses a config that needs messages which the recorded receiver did not receive.
 fn check_follows_the_same(
     path: &Path,
     config: &ReceiverConfig,

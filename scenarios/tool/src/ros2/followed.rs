@@ -1,4 +1,4 @@
-//! A node of Coaxle that is followed: its frames on all channels that carry axes, and what its axes are called.
+//! A node of Coaxle that is followed: its frames on all channels that carry axes, and the names of its axes.
 
 use std::collections::BTreeSet;
 
@@ -19,12 +19,12 @@ const SLAVES: usize = 1;
 /// A slave whose newest frame is older takes no orders from here.
 const OLDEST: Span = Span::from_secs(1);
 
-/// What is known of a node.
+/// State of a followed node.
 pub(super) struct Followed {
     pub(super) name: NodeName,
     catalog: Catalog,
     sources: [Source; 3],
-    /// What was said of it once.
+    /// Warnings already logged.
     told: BTreeSet<String>,
 }
 
@@ -38,7 +38,7 @@ impl Followed {
         }
     }
 
-    /// Reads what its status says of its axes.
+    /// Reads the axes from its status.
     pub(super) fn look(&mut self, seen: &SeenNode) {
         let Some((_, status)) = &seen.status else {
             return;
@@ -70,7 +70,7 @@ impl Followed {
         }
     }
 
-    /// What has come since the last time.
+    /// Joint states received since the last call.
     pub(super) fn joint_states(
         &mut self,
         now: Instant<Local>,
@@ -82,7 +82,7 @@ impl Followed {
         sources.filter_map(move |source| source.joint_state(now, catalog, values, unix))
     }
 
-    /// Its slaves that are heard.
+    /// Addresses of its slaves with recent frames.
     pub(super) fn addresses(&self, now: Instant<Local>) -> impl Iterator<Item = Address> {
         self.catalog.slaves().filter_map(move |(axis_id, joint)| {
             self.motion(axis_id, now)?;
@@ -96,7 +96,7 @@ impl Followed {
         })
     }
 
-    /// How a slave moves, if it is heard.
+    /// Motion of a slave, if its frames are recent.
     pub(super) fn motion(&self, axis_id: u32, now: Instant<Local>) -> Option<SlaveMotion> {
         let (came, motion) = self.sources[SLAVES].motion(axis_id)?;
         (now - came <= OLDEST).then_some(motion)

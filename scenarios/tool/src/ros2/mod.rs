@@ -1,7 +1,7 @@
-//! `coaxle ros2`: a node of ROS 2 over Zenoh, as rmw_zenoh has them. It tells the axes of Coaxle's nodes as joint states, and
-//! takes trajectories for the slaves of receivers.
+//! `coaxle ros2`: a node of ROS 2 over Zenoh, compatible with rmw_zenoh. It publishes the axes of Coaxle's nodes as joint
+//! states, and takes trajectories for the slaves of receivers.
 //!
-//! What is said and what is made of what comes is in [`coaxle_ros`]; here are the two networks, and the pace.
+//! Conversion of messages is in [`coaxle_ros`]; here are the two networks, and the timing.
 
 mod followed;
 mod nodes;
@@ -31,7 +31,7 @@ use nodes::Nodes;
 use orders::Orders;
 use topics::Topics;
 
-/// Which nodes, and what they are in ROS.
+/// The nodes, and their representation in ROS.
 #[derive(Debug, Args)]
 pub(crate) struct Ros2Args {
     /// The nodes [default: all that are there]
@@ -43,13 +43,13 @@ pub(crate) struct Ros2Args {
     /// The namespace of node and topics
     #[arg(long, value_name = "NAMESPACE", default_value = "/", value_parser = Namespace::new)]
     namespace: Namespace,
-    /// What the ROS node is called
+    /// Name of the ROS node
     #[arg(long, value_name = "NAME", default_value = "coaxle", value_parser = RosName::new)]
     node_name: RosName,
-    /// Tell the axes so often a second at most, 0.1 to 1000
+    /// Publish the axes at most at this rate, in Hz, 0.1 to 1000
     #[arg(long, value_name = "HZ", default_value = "100", value_parser = period)]
     rate: Span,
-    /// Tell actual positions and velocities instead of set ones
+    /// Publish actual positions and velocities instead of set ones
     #[arg(long)]
     actual: bool,
     /// Take trajectories for slaves. Who reaches the topic commands them
@@ -66,21 +66,21 @@ pub(crate) struct Ros2Args {
     network: NetworkArgs,
 }
 
-/// The time between two times that the axes are told.
+/// Parses a rate of publication in Hz into its period.
 fn period(text: &str) -> Result<Span, String> {
     let rate = text.parse().ok().filter(|hz| (0.1..=1000.0).contains(hz));
     rate.map(|hz: f64| Span::from_secs_f64(1.0 / hz))
         .ok_or_else(|| "expected a number from 0.1 to 1000".to_owned())
 }
 
-/// How often it looks for nodes, and reads what they are.
+/// Interval of looking for nodes and reading their statuses.
 const LOOK: Span = Span::from_millis(250);
-/// Who does not turn up in this time is missed aloud.
+/// Time after which missing nodes are logged.
 const PATIENCE: Span = Span::from_secs(5);
-/// It looks so often at least whether it is to end, or whether a trajectory came.
+/// Longest wait between checks for the end and for trajectories.
 const LONGEST_WAIT: Span = Span::from_millis(10);
 
-/// Is a ROS node until Ctrl-C.
+/// Runs a ROS node until Ctrl-C.
 ///
 /// # Errors
 /// A wrong network section, or a network that cannot be joined.
@@ -142,7 +142,7 @@ impl Ros2Args {
     }
 }
 
-/// What lies between the two networks.
+/// Bridge between the two networks.
 struct Bridge {
     nodes: Nodes,
     topics: Topics,
@@ -176,7 +176,7 @@ impl Bridge {
         }
     }
 
-    /// How long nothing is to be done.
+    /// Time until something is due.
     fn wait(&self, now: Instant<Machine>, next: Instant<Machine>) -> Duration {
         let due = self
             .moves
@@ -186,7 +186,7 @@ impl Bridge {
         Duration::from_nanos(wait.max(Span::ZERO).as_nanos().unsigned_abs())
     }
 
-    /// Tells what has come of the axes since the last time.
+    /// Publishes the joint states received since the last call.
     fn tell(&mut self, now: Instant<Machine>) {
         let unix = unix_offset();
         for state in self.nodes.joint_states(local(now), self.values, unix) {
@@ -237,8 +237,8 @@ impl Bridge {
     }
 }
 
-/// What CLOCK_REALTIME shows when this machine's clock shows 0. Whoever is interrupted between the two readings reads too
-/// little, so the largest of some counts.
+/// Reading of CLOCK_REALTIME when this machine's clock shows 0. An interruption between the two readings makes it too
+/// small, so the largest of several counts.
 fn unix_offset() -> Span {
     let readings = [(); 3].map(|()| machine::wall_clock_offset_ns());
     Span::from_nanos(readings.into_iter().max().unwrap_or_default())

@@ -16,12 +16,12 @@ use coaxle_ros::trajectory::Address;
 use super::followed::{CHANNELS, Followed};
 use super::local;
 
-/// So many frames wait at most: what finds no room is missing, and the next one is newer.
+/// Most frames that wait: one without room is dropped, and the next one is newer.
 const MOST_WAITING: usize = 1024;
-/// So many nodes are followed at most: whoever may publish could invent more.
+/// Most nodes followed: a publisher could invent more.
 const MOST_NODES: usize = 1000;
 
-/// A frame, and whose it is.
+/// A received frame with its node.
 struct Heard {
     node: usize,
     channel: usize,
@@ -52,7 +52,7 @@ impl Nodes {
         }
     }
 
-    /// Follows whoever tells a status, and reads it.
+    /// Follows each node that publishes a status, and reads it.
     pub(super) fn look(&mut self) {
         for seen in self.watcher.seen() {
             if seen.status.is_none() {
@@ -65,7 +65,7 @@ impl Nodes {
         }
     }
 
-    /// Says so if nobody is there.
+    /// Logs that no node is there.
     pub(super) fn miss(&self, patience: Span) {
         if self.followed.is_empty() {
             let place = self.watcher.whereabouts();
@@ -73,7 +73,7 @@ impl Nodes {
         }
     }
 
-    /// Takes the frames that have come; waits so long for the first one.
+    /// Takes the received frames; waits up to `wait` for the first one.
     pub(super) fn hear(&mut self, wait: Duration) {
         let first = self.heard.recv_timeout(wait).ok();
         let rest = self.heard.try_iter().take(MOST_WAITING);
@@ -83,7 +83,7 @@ impl Nodes {
         }
     }
 
-    /// What has come of all axes since the last time.
+    /// Joint states of all axes received since the last call.
     pub(super) fn joint_states(
         &mut self,
         now: Instant<Local>,
@@ -100,7 +100,7 @@ impl Nodes {
         nodes.flat_map(|node| node.addresses(now)).collect()
     }
 
-    /// How a slave moves, if it is heard.
+    /// Motion of a slave, if its frames are recent.
     pub(super) fn motion(&self, address: &Address, now: Instant<Local>) -> Option<SlaveMotion> {
         let node = self
             .followed
@@ -109,7 +109,7 @@ impl Nodes {
         node.motion(address.axis_id, now)
     }
 
-    /// Follows a node; gives its place.
+    /// Follows a node. Returns its index.
     fn follow(&mut self, name: &NodeName) -> Option<usize> {
         if self.followed.len() == MOST_NODES {
             if !std::mem::replace(&mut self.is_full, true) {

@@ -1,4 +1,4 @@
-//! Orders to slaves, on a thread of their own: a node may take its time to answer.
+//! Orders to slaves, on a thread of their own: a node may take its time to respond.
 
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 
@@ -8,10 +8,10 @@ use coaxle_node::CommandOrder;
 use coaxle_node::command::CommandVerdict;
 use coaxle_ros::moves::Due;
 
-/// So many orders wait at most.
+/// Most orders that wait.
 const MOST_WAITING: usize = 1024;
 
-/// Gives orders, one after the other.
+/// Sends orders, one after the other.
 pub(super) struct Orders {
     queue: SyncSender<Due>,
     refused: Receiver<u64>,
@@ -30,7 +30,7 @@ impl Orders {
         Ok(Self { queue, refused })
     }
 
-    /// Gives an order; false if too many wait.
+    /// Queues an order; false if the queue is full.
     pub(super) fn give(&self, due: Due) -> bool {
         self.queue.try_send(due).is_ok()
     }
@@ -41,7 +41,7 @@ impl Orders {
     }
 }
 
-/// Until nobody has orders any more.
+/// Sends orders until the queue is closed.
 fn give_all(commander: &Commander, due: &Receiver<Due>, refusals: &Sender<u64>) {
     let mut dropped = 0;
     for due in due {

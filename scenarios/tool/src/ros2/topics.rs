@@ -10,7 +10,7 @@ use coaxle_ros::message::{JOINT_STATE, JOINT_TRAJECTORY, JointState};
 /// The topics, in the namespace.
 const JOINT_STATES: &str = "joint_states";
 const TRAJECTORIES: &str = "joint_trajectory";
-/// So many trajectories wait at most, and none is longer, bytes: a hundred thousand positions.
+/// Most trajectories that wait, and greatest length of one, bytes: a hundred thousand positions.
 const MOST_WAITING: usize = 16;
 const LONGEST: usize = 1 << 20;
 
@@ -59,12 +59,12 @@ impl Topics {
         })
     }
 
-    /// What it does, for messages.
+    /// Names of node, domain and topics, for messages.
     pub(super) fn described(&self) -> &str {
         &self.described
     }
 
-    /// Publishes states of joints. `unix_now` is what CLOCK_REALTIME shows, ns.
+    /// Publishes states of joints. `unix_now` is the reading of CLOCK_REALTIME, ns.
     pub(super) fn publish(&mut self, state: &JointState, unix_now: i64) {
         self.published += 1;
         let attachment = Attachment {

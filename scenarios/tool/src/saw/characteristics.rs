@@ -8,12 +8,12 @@ use serde_json::{Value, json};
 
 use super::text::unit;
 
-/// What a value is measured in.
+/// Unit of a value.
 #[derive(Clone, Copy)]
 enum Unit {
     MasterVelocity,
     Master,
-    /// One of the [`QUANTITIES`](coaxle_report::inspect::QUANTITIES) of the slave.
+    /// Unit of one of the [`QUANTITIES`](coaxle_report::inspect::QUANTITIES) of the slave.
     Slave(usize),
     /// Velocity times acceleration.
     Moment,

@@ -5,11 +5,11 @@ use coaxle_curve::law::Motion;
 use coaxle_report::inspect::name;
 use coaxle_saw::SawPlan;
 
-/// The slave's course along what it depends on: the master's position, or the time since the
+/// The slave's course along its variable: the master's position, or the time since the
 /// coupling moment.
 pub(super) struct Course<'a> {
     plan: &'a SawPlan,
-    /// One after the other; none if the slave is synchronous already.
+    /// Successive phases; none if the slave is synchronous already.
     pub(super) phases: Vec<Phase>,
 }
 
@@ -39,12 +39,12 @@ impl<'a> Course<'a> {
         Self { plan, phases }
     }
 
-    /// Whether it depends on time.
+    /// True if the course depends on time, not on the master.
     pub(super) fn is_over_time(&self) -> bool {
         self.plan.time_profile().is_some()
     }
 
-    /// Where it begins.
+    /// Beginning of the course.
     pub(super) fn start(&self) -> f64 {
         if self.is_over_time() {
             0.0
@@ -53,7 +53,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Where it ends.
+    /// End of the course.
     pub(super) fn end(&self) -> f64 {
         if self.is_over_time() {
             self.plan.duration().0

@@ -15,7 +15,7 @@ use clap::{Args, Subcommand};
 use coaxle_node::saw_file::SawFile;
 use coaxle_report::inspect;
 
-/// What can be asked of a saw file.
+/// Commands on a saw file.
 #[derive(Debug, Subcommand)]
 pub enum SawCommand {
     /// Print the profile and its characteristic values, or why it is refused
@@ -26,7 +26,7 @@ pub enum SawCommand {
     Edit(edit::SawEditArgs),
 }
 
-/// What `plan` prints.
+/// Arguments of `coaxle saw plan`.
 #[derive(Debug, Args)]
 pub struct PlanArgs {
     /// Saw file, TOML
@@ -36,7 +36,7 @@ pub struct PlanArgs {
     json: bool,
 }
 
-/// What `plot` draws, and where to.
+/// Arguments of `coaxle saw plot`.
 #[derive(Debug, Args)]
 pub struct PlotArgs {
     /// Saw file, TOML
@@ -46,8 +46,8 @@ pub struct PlotArgs {
     output: PathBuf,
 }
 
-/// Runs a command and prints its answer; false if the synchronisation is refused. A reader that has
-/// seen enough, as `head` has, is no error.
+/// Runs a command and prints its result; false if the synchronisation is refused. A reader that
+/// stops early, as `head` does, is no error.
 ///
 /// # Errors
 /// A saw file that cannot be read, naming file and field; an output that cannot be written.
@@ -58,7 +58,7 @@ pub fn print(command: &SawCommand) -> anyhow::Result<bool> {
     }
 }
 
-/// Runs a command and writes its answer.
+/// Runs a command and writes its result.
 ///
 /// # Errors
 /// As [`print()`].
@@ -87,7 +87,7 @@ pub fn run(command: &SawCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
             }
             Ok(true)
         }
-        // A page is no answer: `print` gives it out.
+        // A page is not written: `print` serves it.
         SawCommand::Edit(_) => Ok(true),
     }
 }

@@ -26,7 +26,7 @@ pub(super) fn in_words(saw: &SawFile, plan: &SawPlan) -> String {
     parts.join("\n\n")
 }
 
-/// What the profile is made of and how long it is.
+/// Form and length of the profile.
 pub(super) fn outline(saw: &SawFile, plan: &SawPlan) -> String {
     let form = match plan.form() {
         SawForm::Quintic => "P5",
@@ -50,7 +50,7 @@ pub(super) fn outline(saw: &SawFile, plan: &SawPlan) -> String {
     )
 }
 
-/// Where the phases begin, and the end of the last one.
+/// Beginnings of the phases, and the end of the last one.
 fn phases(saw: &SawFile, plan: &SawPlan) -> String {
     let course = Course::of(plan);
     let master = format!("master ({})", saw.master_unit);

@@ -12,7 +12,7 @@ use super::text::{description, heading, sync_mode};
 /// The page.
 ///
 /// # Errors
-/// The plotting library is not what it was.
+/// The plotting library is not the expected one.
 pub(super) fn page(saw: &SawFile, plan: &SawPlan) -> anyhow::Result<String> {
     let title = if saw.title.is_empty() {
         "Flying saw"
@@ -68,7 +68,7 @@ pub(super) fn charts(saw: &SawFile, course: &Course<'_>) -> Charts {
 
 /// Places drawn of each phase.
 const SAMPLES: usize = 1_000;
-/// How far the synchronous phase is drawn, as a part of what comes before it.
+/// Length of the synchronous phase in the drawing, as a part of what comes before it.
 const TAIL: f64 = 0.15;
 
 /// The synchronisation and the beginning of the synchronous phase.

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::text::{command_name, sync_mode, unit};
 use crate::sync_flags::{any_of, flag_name};
 
-/// The refusal for people: what and where, and what would have passed.
+/// The refusal for people: check and place, and values that would have passed.
 pub(super) fn in_words(file: &Path, saw: &SawFile, refusal: &SawRefusal) -> String {
     let mut lines = vec![format!("{}: refused: {refusal}", file.display())];
     lines.extend(refusal.violation().map(|violation| details(saw, violation)));
@@ -78,9 +78,9 @@ pub(super) fn json_of(saw: &SawFile, refusal: &SawRefusal) -> Value {
     })
 }
 
-/// What would have passed, beside what was given.
+/// Values that would have passed, beside the given ones.
 struct Remedy {
-    /// How far the master's synchronisation position is ahead of it; below 0 if it is behind.
+    /// Distance from the master to its synchronisation position; below 0 if it is behind.
     given_distance: Option<f64>,
     master_distance: Option<f64>,
     master_speed: Option<f64>,
@@ -105,7 +105,7 @@ impl Remedy {
         }
     }
 
-    /// Whether something was looked for in vain.
+    /// True if a remedy was looked for in vain.
     fn is_missing(&self, saw: &SawFile) -> bool {
         saw.command.looks_for_a_remedy()
             && self.master_distance.is_none()
@@ -148,7 +148,7 @@ impl Remedy {
     }
 }
 
-/// What would make it pass, each in words and as changes of fields of the file, by their paths.
+/// Remedies, each in words and as changes of fields of the file, by their paths.
 pub(super) fn remedies(saw: &SawFile) -> Vec<(String, Vec<(String, Value)>)> {
     let remedy = Remedy::of(saw);
     let command = command_name(&saw.command);
@@ -201,7 +201,7 @@ fn rounded(value: f64, to_passing_side: fn(f64) -> f64) -> String {
     shown(to_passing_side(value * scale) / scale)
 }
 
-/// Which of the [`QUANTITIES`] a check is about.
+/// Index of the [`QUANTITIES`] that a check is about.
 fn quantity(check: Check) -> usize {
     let is_it = |quantity: &&str| *quantity == check.quantity();
     QUANTITIES.iter().position(is_it).unwrap_or_default()

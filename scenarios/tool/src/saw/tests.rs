@@ -4,7 +4,7 @@ use super::course::Course;
 use super::*;
 use crate::samples::{examples_of, figure_of, folder, shipped, stands_alone};
 
-/// These show a refusal.
+/// Files that show a refusal.
 const REFUSED: [&str; 2] = ["saw-position-2-checked.toml", "too-close.toml"];
 
 fn example(name: &str) -> SawFile {

@@ -4,12 +4,12 @@ use coaxle_node::saw_file::SawFile;
 use coaxle_report::inspect::QUANTITIES;
 use coaxle_saw::{GearInSyncMode, SawCommand, SyncMode};
 
-/// What one of the [`QUANTITIES`] is measured in.
+/// Unit of one of the [`QUANTITIES`].
 pub(super) fn unit(saw: &SawFile, quantity: usize) -> String {
     format!("{}{}", saw.slave_unit, ["", "/s", "/s²", "/s³"][quantity])
 }
 
-/// One of the [`QUANTITIES`] with its unit.
+/// Name of one of the [`QUANTITIES`] with its unit.
 pub(super) fn heading(saw: &SawFile, quantity: usize) -> String {
     format!("{} ({})", QUANTITIES[quantity], unit(saw, quantity))
 }
@@ -22,7 +22,7 @@ pub(super) const fn command_name(command: &SawCommand) -> &'static str {
     }
 }
 
-/// Its sync mode.
+/// Sync mode of the command.
 pub(super) const fn sync_mode(command: &SawCommand) -> SyncMode {
     match command {
         SawCommand::GearInPos(command) => command.sync_mode,
@@ -30,7 +30,7 @@ pub(super) const fn sync_mode(command: &SawCommand) -> SyncMode {
     }
 }
 
-/// What the command is and what its profile depends on.
+/// The command and the variable of its profile.
 pub(super) fn description(saw: &SawFile) -> String {
     let command = command_name(&saw.command);
     match sync_mode(&saw.command).base {

@@ -6,12 +6,12 @@ use std::fmt::Write;
 use coaxle_node::signal::Signals;
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
 
-/// Those of a receiver.
+/// The figures of a receiver.
 pub(super) fn of_receiver() -> String {
     rows::<NodeSignals>() + &rows::<FarNodeSignals>() + &rows::<FarAxisSignals>()
 }
 
-/// Those of a slave.
+/// The figures of a slave.
 pub(super) fn of_slave() -> String {
     rows::<SlaveSignals>()
 }

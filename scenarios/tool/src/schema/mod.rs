@@ -1,4 +1,4 @@
-//! `coaxle schema`: what files may hold, for editors and checks, as JSON Schema made from the types that read them.
+//! `coaxle schema`: JSON Schema of each kind of file, for editors and checks, made from the types that read it.
 
 mod figures;
 mod reference;
@@ -22,7 +22,7 @@ use schemars::Schema;
 use schemars::transform::{RecursiveTransform, Transform};
 use serde_json::Value;
 
-/// Which schemas, and where to.
+/// Choice of schemas, and their destination.
 #[derive(Debug, Args)]
 pub struct SchemaArgs {
     /// The kind of file [default: all of them, with --out]
@@ -36,7 +36,7 @@ pub struct SchemaArgs {
 /// A kind of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FileKind {
-    /// An experiment: senders, receivers, what happens and what is expected
+    /// An experiment: senders, receivers, events and expectations
     Scenario,
     /// The config of a sender
     Sender,
@@ -67,7 +67,7 @@ impl FileKind {
         }
     }
 
-    /// Its schema.
+    /// The schema of this kind.
     #[must_use]
     pub fn schema(self) -> Value {
         let mut schema = match self {

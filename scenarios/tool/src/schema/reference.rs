@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use super::figures;
 
-/// All files together, so that what several of them hold is described once.
+/// Schema over all files together, so that a definition in several of them is described once.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its schema is used")]
 struct All {
@@ -86,7 +86,7 @@ impl<'s> Page<'s> {
         resolved(self.root, &self.root["properties"][name])
     }
 
-    /// What the files above name, and what that names.
+    /// Writes the definitions that the files above name, and those named by these.
     fn definitions(&mut self) {
         self.text += "\n## What these are made of\n";
         let mut next = 0;
@@ -178,7 +178,7 @@ impl<'s> Page<'s> {
         rows.push(format!("| {name} | {what} | {default} | {meaning} |"));
     }
 
-    /// What a value is: with a link to what has a section of its own.
+    /// Kind of a value, with a link to the section of a named definition.
     fn kind(&mut self, schema: &Value) -> String {
         if schema.get("$ref").is_some() {
             let name = name_of(schema);
@@ -199,7 +199,7 @@ impl<'s> Page<'s> {
         }
     }
 
-    /// Where a definition is: a file's is under the heading of the file.
+    /// Anchor of a definition. A file's definition is under the heading of the file.
     fn anchor(&self, name: &str) -> String {
         let properties = &self.root["properties"];
         let mut files = FILES.iter();

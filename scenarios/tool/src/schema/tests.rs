@@ -2,7 +2,7 @@ use std::path::Path;
 
 use super::*;
 
-/// To write it anew after a change: `UPDATE_DOCS=1 cargo test -p coaxle reference`.
+/// Update after a change: `UPDATE_DOCS=1 cargo test -p coaxle reference`.
 #[test]
 fn the_reference_is_what_the_types_say() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/REFERENCE.md");

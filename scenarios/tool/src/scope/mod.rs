@@ -1,9 +1,9 @@
 //! `coaxle scope`: a page on this PC that shows the rows of running nodes as they come, their status, and their slaves with
-//! what may be told them.
+//! the commands for them.
 //!
-//! The page is three files in this folder that the tool carries with it; it loads nothing else. [`server`] gives it out and
-//! answers it, [`stream`] makes of the pieces that a node publishes what the page draws. Nothing of a node changes by being
-//! looked at, but that it publishes its rows.
+//! The page is three files in this folder that the tool carries with it; it loads nothing else. [`server`] serves it and
+//! its requests, [`stream`] turns the pieces that a node publishes into the page's drawing data. A node's only change by
+//! being watched is that it publishes its rows.
 
 mod server;
 mod stream;
@@ -26,7 +26,7 @@ use coaxle_report::inspect;
 
 use crate::web::Served;
 
-/// Where the page is, and of whom.
+/// The nodes, and the page.
 #[derive(Debug, Args)]
 pub(crate) struct ScopeArgs {
     /// The nodes [default: all that are there]
@@ -38,10 +38,10 @@ pub(crate) struct ScopeArgs {
     network: NetworkArgs,
 }
 
-/// Where the page is.
+/// Address of the page, and its commands.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct PageArgs {
-    /// Give out the page here; port 0 is any that is free
+    /// Serve the page here; port 0 is any that is free
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7480")]
     pub(crate) page: SocketAddr,
     /// Give the page buttons that command slaves. Who reaches the page can use them
@@ -49,10 +49,10 @@ pub(crate) struct PageArgs {
     pub(crate) commands: bool,
 }
 
-/// The page that a node gives out of itself, and of those that it sees.
+/// The page that a node serves of itself, and of the nodes that it sees.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct OwnPageArgs {
-    /// Give out a page here that shows what the node does, such as 127.0.0.1:7480: docs/SCOPE.md
+    /// Serve a page here that shows the node's state, such as 127.0.0.1:7480: docs/SCOPE.md
     #[arg(long, value_name = "ADDRESS", conflicts_with = "check")]
     page: Option<SocketAddr>,
     /// Give that page buttons that command slaves. Who reaches the page can use them
@@ -61,7 +61,7 @@ pub(crate) struct OwnPageArgs {
 }
 
 impl OwnPageArgs {
-    /// What runs beside the node on its transport, if it has a page.
+    /// Page that runs beside the node on its transport, if it has one.
     pub(crate) fn beside(&self) -> Option<Beside> {
         let page = PageArgs {
             page: self.page?,
@@ -75,13 +75,13 @@ impl OwnPageArgs {
     }
 }
 
-/// How often it looks whether it is to end.
+/// Polling interval of the interrupt.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Gives out the page until Ctrl-C.
+/// Serves the page until Ctrl-C.
 ///
 /// # Errors
-/// A network that cannot be joined, or an address that is not to be had.
+/// A network that cannot be joined, or an address that is not available.
 pub(crate) fn scope(args: &ScopeArgs) -> anyhow::Result<Exit> {
     let interrupt = Interrupt::listen()?;
     let watcher = args.network.watch(&args.nodes)?;
@@ -95,17 +95,17 @@ pub(crate) fn scope(args: &ScopeArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// A page that is given out.
+/// A page that is served.
 pub(crate) struct Scope {
     watcher: Arc<Watcher>,
     served: Served,
 }
 
 impl Scope {
-    /// Gives out a page of the nodes that are watched; its commands bear the name of the operator with this folder.
+    /// Serves a page of the watched nodes; its commands bear the name of the operator with this folder.
     ///
     /// # Errors
-    /// The address is not to be had, or certificates cannot be read.
+    /// The address is not available, or certificates cannot be read.
     pub(crate) fn open(
         watcher: Watcher,
         secure: Option<&Path>,
@@ -133,7 +133,7 @@ impl Scope {
         Ok(Self { watcher, served })
     }
 
-    /// Where it is.
+    /// Address of the page.
     pub(crate) const fn address(&self) -> SocketAddr {
         self.served.address()
     }

@@ -1,4 +1,4 @@
-//! What the page asks for, and its answers.
+//! Requests of the page, and their responses.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use super::stream::{Blocks, channels};
 use crate::status;
 use crate::web::{BASE_CSS, as_json, file, wrong};
 
-/// The page, and the answers to it; without a commander nobody commands.
+/// The page and the routes of its requests; without a commander, commands are refused.
 pub(super) fn routes(watcher: Arc<Watcher>, commander: Option<Commander>) -> Router {
     with_state(Shared {
         watcher,
@@ -35,7 +35,7 @@ pub(super) fn routes(watcher: Arc<Watcher>, commander: Option<Commander>) -> Rou
 #[derive(Clone)]
 struct Shared {
     watcher: Arc<Watcher>,
-    /// None where nobody may command.
+    /// Absent where commands are off.
     commander: Option<Arc<Commander>>,
 }
 
@@ -68,7 +68,7 @@ fn with_state(state: Shared) -> Router {
         .with_state(state)
 }
 
-/// Who is there, with what each says of itself.
+/// The nodes with their statuses.
 async fn nodes(State(shared): State<Shared>) -> Response {
     let now = machine::now();
     let one = |node: &SeenNode| {
@@ -90,12 +90,12 @@ async fn metrics(State(shared): State<Shared>) -> Response {
     (headers, text + "\n").into_response()
 }
 
-/// The first piece may take so long: the node learns of the subscription, and makes one.
+/// Timeout of the first piece: the node learns of the subscription, and makes one.
 const FIRST_PIECE: Duration = Duration::from_secs(3);
-/// As many pieces wait for a browser: those of three seconds.
+/// Most pieces that wait for a browser: those of three seconds.
 const MOST_PIECES: usize = 64;
 
-/// Which signals a node has.
+/// Signals of a node.
 async fn signals(State(shared): State<Shared>, Path(node): Path<String>) -> Response {
     let (mut pieces, _declared) = match subscribe(&shared, node) {
         Ok(subscribed) => subscribed,
@@ -109,11 +109,11 @@ async fn signals(State(shared): State<Shared>, Path(node): Path<String>) -> Resp
 
 #[derive(Deserialize)]
 struct Wanted {
-    /// With commas.
+    /// Names of signals, with commas.
     signals: String,
 }
 
-/// A page may ask for so many signals of a node at once.
+/// Most signals of a node per request.
 const MOST_SIGNALS: usize = 1000;
 
 /// The rows of a node from now on, in blocks.
@@ -174,7 +174,7 @@ fn subscribe(
     Ok((pieces, declared))
 }
 
-/// Sends an order, and gives the node's answer.
+/// Sends an order, and returns the node's response.
 async fn order(State(shared): State<Shared>, Path(node): Path<String>, body: String) -> Response {
     let Some(commander) = shared.commander else {
         let why = "commands are off: start it with --commands";

@@ -1,4 +1,4 @@
-//! What the page draws: of the pieces that a node publishes, the signals that it asks for.
+//! Drawing data of the page: its wanted signals, out of the pieces that a node publishes.
 //!
 //! A block is a head in JSON and then numbers, all little-endian: the length of the head (u32), the head, padding to a multiple
 //! of eight bytes, the time of each row (f64, s since 1970), and for each signal its value in each row (f64, NaN where it is not
@@ -32,7 +32,7 @@ impl Channel {
     }
 }
 
-/// The signals that a piece has; none of what is no piece.
+/// The signals of a piece; none of a malformed one.
 pub(super) fn channels(piece: &[u8]) -> Vec<Channel> {
     let mut reader = Reader::new(piece);
     reader.by_ref().for_each(drop);
@@ -45,7 +45,7 @@ pub(super) fn channels(piece: &[u8]) -> Vec<Channel> {
 #[derive(Default)]
 pub(super) struct Blocks {
     wanted: Vec<String>,
-    /// The words of each wanted signal so far, and how many the page knows.
+    /// Distinct words of each wanted signal so far, and how many of them the page knows.
     words: Vec<Vec<String>>,
     told: Vec<usize>,
     epoch: String,
@@ -74,7 +74,7 @@ struct Line {
     text: String,
 }
 
-/// Words of a signal that are told apart: states have some ten.
+/// Greatest number of distinct words of a signal: states have some ten.
 const MOST_WORDS: usize = 1000;
 const NANOS: f64 = 1e9;
 
@@ -89,7 +89,7 @@ impl Blocks {
         }
     }
 
-    /// The block of a piece; none of what is no piece, or has nothing.
+    /// The block of a piece; none of a malformed or empty one.
     pub(super) fn block(&mut self, piece: &[u8]) -> Option<Vec<u8>> {
         let mut reader = Reader::new(piece);
         let mut places: Option<Vec<Option<usize>>> = None;
@@ -165,7 +165,7 @@ impl Blocks {
         block
     }
 
-    /// Where in a row each wanted signal is.
+    /// Column of each wanted signal in a row.
     fn places(&self, tables: &[ReadTable]) -> Vec<Option<usize>> {
         let columns = tables.first().map_or(&[][..], |table| &table.columns);
         let names: Vec<_> = columns.iter().map(Column::name).collect();

@@ -1,4 +1,4 @@
-//! The page's answers, as a browser gets them.
+//! Responses to the page, as a browser gets them.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -25,7 +25,7 @@ fn table() -> Table {
     }
 }
 
-/// A piece with so many rows of an axis that moves by 1 from row to row.
+/// A piece with rows `from` to `to` of an axis that moves by 1 from row to row.
 fn piece(pieces: &mut Pieces, from: i64, to: i64) -> Vec<u8> {
     let mut encoder = RowEncoder::of(&table());
     for k in from..to {
@@ -131,7 +131,7 @@ impl Shown {
         self.scope.as_ref().unwrap().address()
     }
 
-    /// The answer to a request, as far as it has come when it ends or is long enough: its head and its body.
+    /// The response to a request, until it ends or is long enough: its head and its body.
     fn ask(&self, request: &str, headers: &str, body: &str) -> (String, Vec<u8>) {
         let mut stream = TcpStream::connect(self.address()).unwrap();
         stream
@@ -157,7 +157,7 @@ impl Shown {
         (head, String::from_utf8_lossy(&body).into_owned())
     }
 
-    /// Asks until the answer has this in it.
+    /// Repeats the request until the response contains this text.
     fn until(&self, path: &str, what: &str) -> String {
         let end = coaxle_os::machine::now() + Span::from_secs(60);
         loop {

@@ -20,37 +20,37 @@ use super::network::Network;
 use super::profile::profile;
 use coaxle_host::credentials::{Authority, Validity};
 
-/// What is done.
+/// Commands of `coaxle secure`.
 #[derive(Debug, Subcommand)]
 pub enum SecureCommand {
     /// Make a new authority, and a folder with certificate, key and rights for each node and operator
     Init(SecureArgs),
-    /// Write the folders anew with the authority that is there: before certificates expire, for a new node or
+    /// Write the folders again with the authority that is there: before certificates expire, for a new node or
     /// operator, or after a node follows another one
     Renew(RenewArgs),
 }
 
-/// A network, and where its folders are.
+/// A network, and the destination of its folders.
 #[derive(Debug, Args)]
 pub struct SecureArgs {
-    /// The config files of all nodes: they say who hears whom, and where. Rights are derived from them
+    /// The config files of all nodes: subscriptions and addresses. Rights are derived from them
     #[arg(required = true, value_name = "CONFIG")]
     configs: Vec<PathBuf>,
-    /// Where the folders go: `authority`, which stays there, and one to copy to each PC
+    /// Destination of the folders: `authority`, which stays there, and one to copy to each PC
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Who may command nodes: a name, or a name and the nodes, as in anna=saw,press; may be given several times
+    /// An operator who may command nodes: a name, or a name and the nodes, as in anna=saw,press; may be given several times
     #[arg(long = "operator", value_name = "NAME[=NODES]", value_parser = Operator::from_str)]
     operators: Vec<Operator>,
-    /// Where a node is reached if the configs do not say it: conveyor=192.168.1.10; may be given several times
+    /// Address of a node if the configs do not have it: conveyor=192.168.1.10; may be given several times
     #[arg(long = "at", value_name = "NODE=HOST", value_parser = at)]
     addresses: Vec<(NodeName, String)>,
-    /// How long the certificates hold, in days
+    /// Validity of the certificates, in days
     #[arg(long, value_name = "N", default_value_t = 365, value_parser = clap::value_parser!(u16).range(1..=3650))]
     valid_days: u16,
 }
 
-/// The same, for some of them.
+/// A network to renew, or some of its members.
 #[derive(Debug, Args)]
 pub struct RenewArgs {
     #[command(flatten)]
@@ -60,10 +60,10 @@ pub struct RenewArgs {
     only: Vec<NodeName>,
 }
 
-/// The authority outlives what it signs: all folders are to be copied anew when it ends.
+/// Validity of the authority. It outlives what it signs: all folders are to be copied again when it ends.
 const AUTHORITY_DAYS: u16 = 20 * 365;
 
-/// Writes the folders, and says what is to be done with them.
+/// Writes the folders, and prints the steps that follow.
 ///
 /// # Errors
 /// A wrong config, members that make no network, folders that are there already or cannot be written.

@@ -87,7 +87,7 @@ pub(super) fn read_authority(out: &Path) -> anyhow::Result<Authority> {
         .or_else(|wrong| wrong_file(format!("{}: {wrong:#}", folder.display())))
 }
 
-/// Writes the folder of a node or an operator: what it needs, and nothing of anybody else.
+/// Writes the folder of a node or an operator: its own files, and no one else's.
 ///
 /// # Errors
 /// Names the file that cannot be written.

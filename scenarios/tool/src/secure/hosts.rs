@@ -1,5 +1,4 @@
-//! Under which addresses nodes are reached: a certificate must name them, or who connects believes it is somebody
-//! else's.
+//! Addresses of nodes. A certificate must name them, or a connecting node takes it for another node's.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{IpAddr, Ipv6Addr};
@@ -13,48 +12,48 @@ use super::member::Member;
 #[derive(Clone, Debug, Default)]
 pub struct Addresses(BTreeMap<NodeName, BTreeSet<String>>);
 
-/// Where a node is reached cannot be told.
+/// The address of a node cannot be determined.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WrongAddress {
-    /// An address of nobody.
+    /// An address of an unknown node.
     #[error("--at: received the node {node:?}, expected one whose config is given")]
     UnknownNode {
-        /// Who was named.
+        /// Name of that node.
         node: String,
     },
-    /// Somebody connects to where nobody listens.
+    /// A connection to an endpoint that no node listens on.
     #[error(
         "node {node:?} connects to {endpoint:?}, and no config that is given listens on that port, \
          expected it among them"
     )]
     Nobody {
-        /// Who connects.
+        /// The connecting node.
         node: String,
-        /// Where to.
+        /// Endpoint of the connection.
         endpoint: String,
     },
-    /// More than one node may be meant.
+    /// A connection to an endpoint of more than one possible node.
     #[error(
         "node {node:?} connects to {endpoint:?}, where any of {candidates} may listen, expected --at \
          NODE={host} for the one that does"
     )]
     Ambiguous {
-        /// Who connects.
+        /// The connecting node.
         node: String,
-        /// Where to.
+        /// Endpoint of the connection.
         endpoint: String,
-        /// The host of it.
+        /// Host of the endpoint.
         host: String,
-        /// Who may be meant.
+        /// Possible nodes.
         candidates: String,
     },
 }
 
-/// How a program on the same PC reaches a node.
+/// Addresses of a node for programs on its own PC.
 const HERE: [&str; 2] = ["127.0.0.1", "localhost"];
 
 impl Addresses {
-    /// Those that are given, those where nodes listen, and those that others connect to.
+    /// Collects the given addresses, those where nodes listen, and those that others connect to.
     pub(super) fn of(nodes: &[Member], given: &[(NodeName, String)]) -> Result<Self, WrongAddress> {
         let mut hosts = Self::default();
         for (name, host) in given {
@@ -78,7 +77,7 @@ impl Addresses {
         Ok(hosts)
     }
 
-    /// What the certificate of a node names: its addresses, and this PC for those who are on it, too.
+    /// Names in the certificate of a node: its addresses, and this PC for the nodes on it, too.
     #[must_use]
     pub fn in_certificate(&self, node: &NodeName) -> Vec<String> {
         let here = HERE.into_iter().map(str::to_owned);
@@ -93,7 +92,7 @@ impl Addresses {
         known.filter(|host| !is_own_pc(host)).cloned().collect()
     }
 
-    /// Where to connect to a node from elsewhere, or from its own PC if it is known nowhere else.
+    /// Endpoints of a node for others; its own PC if no other address is known.
     #[must_use]
     pub fn endpoints(&self, node: &Member) -> Vec<String> {
         let mut hosts = self.beyond_its_pc(&node.name);

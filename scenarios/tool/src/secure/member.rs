@@ -1,4 +1,4 @@
-//! Those who are in a network.
+//! Members of a network.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -11,22 +11,22 @@ use crate::node_config::NodeConfig;
 /// A node.
 #[derive(Clone, Debug)]
 pub struct Member {
-    /// Its name, which its certificate bears.
+    /// Name, which the certificate bears.
     pub name: NodeName,
-    /// Where it listens.
+    /// Endpoints that it listens on.
     pub listen: Vec<String>,
-    /// Where it connects to.
+    /// Endpoints that it connects to.
     pub connect: Vec<String>,
-    /// What it publishes and hears.
+    /// Channels that it publishes and subscribes to.
     pub wiring: Wiring,
 }
 
-/// Somebody who gives orders.
+/// An operator, who sends orders.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Operator {
     /// The name, which the certificate bears.
     pub name: NodeName,
-    /// The nodes that take orders from there; none named: all.
+    /// The nodes that take orders from this operator; none named: all.
     pub nodes: Vec<NodeName>,
 }
 
@@ -53,7 +53,7 @@ impl Member {
 }
 
 impl Operator {
-    /// Whether this node takes orders from there.
+    /// True if this node takes orders from this operator.
     #[must_use]
     pub fn commands(&self, node: &NodeName) -> bool {
         self.nodes.is_empty() || self.nodes.contains(node)

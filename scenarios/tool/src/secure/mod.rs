@@ -1,8 +1,8 @@
-//! A secure network: an authority, certificates, and who may do what.
+//! A secure network: an authority, certificates and rights.
 //!
-//! [`Network`] knows from the nodes' own configs who hears whom; [`Network::rights`] derives from that what each may
-//! do at each, and [`profile()`] writes it as a Zenoh config. [`Authority`] signs a certificate for every node and
-//! every operator. `docs/SECURE.md` says what this protects from, and what not.
+//! [`Network`] knows from the nodes' own configs which node follows which; [`Network::rights`] derives from that the
+//! rights of each at each, and [`profile()`] writes them as a Zenoh config. [`Authority`] signs a certificate for every node
+//! and every operator. `docs/SECURE.md` describes the protection and its limits.
 
 pub mod cli;
 mod folder;

@@ -1,4 +1,4 @@
-//! Who is in a network.
+//! Network of nodes and operators.
 
 use coaxle_node::keys::NodeName;
 
@@ -20,17 +20,17 @@ pub enum WrongNetwork {
     /// Two members share a name.
     #[error("received the name {0:?} twice, expected one of its own for each node and operator")]
     Twice(String),
-    /// A name that is taken for something else.
+    /// A reserved name.
     #[error(
         "received the name {AUTHORITY_FOLDER:?}, expected another: the folder of that name is the authority's"
     )]
     Reserved,
-    /// A node hears one whose config is missing.
+    /// A node follows one whose config is missing.
     #[error("node {hears:?} hears node {heard:?}, expected its config among those given")]
     Missing {
-        /// Who hears.
+        /// The follower.
         hears: String,
-        /// Whom.
+        /// The followed node.
         heard: String,
     },
     /// An operator of a node that is not there.
@@ -38,21 +38,21 @@ pub enum WrongNetwork {
     UnknownNode {
         /// The operator.
         operator: String,
-        /// What was there.
+        /// Name of that node.
         node: String,
-        /// Those that are.
+        /// Known nodes.
         known: String,
     },
-    /// Where a node is reached.
+    /// An address cannot be determined.
     #[error(transparent)]
     Address(#[from] WrongAddress),
 }
 
 impl Network {
-    /// Puts a network together; `given` are addresses that nodes are reached under besides those of the configs.
+    /// Puts a network together; `given` are addresses of nodes besides those of the configs.
     ///
     /// # Errors
-    /// [`WrongNetwork`]: who or what is missing or there twice.
+    /// [`WrongNetwork`]: the member that is missing or there twice.
     pub fn new(
         nodes: Vec<Member>,
         operators: Vec<Operator>,
@@ -77,19 +77,19 @@ impl Network {
         })
     }
 
-    /// Its nodes.
+    /// Nodes of the network.
     #[must_use]
     pub fn nodes(&self) -> &[Member] {
         &self.nodes
     }
 
-    /// Its operators.
+    /// Operators of the network.
     #[must_use]
     pub fn operators(&self) -> &[Operator] {
         &self.operators
     }
 
-    /// Where its nodes are reached.
+    /// Addresses of the nodes.
     #[must_use]
     pub const fn addresses(&self) -> &Addresses {
         &self.addresses

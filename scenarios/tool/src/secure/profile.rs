@@ -14,17 +14,17 @@ use super::rights::Right;
 pub const MAX_FRAME_BYTES: usize = frame_capacity(MAX_AXES).next_multiple_of(4096);
 /// The longest message that is put together at all: the status of a node with many axes is the longest one.
 pub const MAX_MESSAGE_BYTES: usize = 1 << 20;
-/// The longest answer to an order.
+/// The longest response to an order.
 const MAX_ANSWER_BYTES: usize = 1 << 16;
 
-/// Orders per second and operator. Any two are so far apart, or the second one is dropped.
+/// Orders per second and operator. An order that follows another one sooner is dropped.
 const ORDERS_PER_S: f64 = 100.0;
 /// Time requests per second of each neighbour: some ten are sent.
 const TIME_REQUESTS_PER_S: f64 = 200.0;
 /// Statuses per second of each node: four are sent.
 const STATUSES_PER_S: f64 = 50.0;
 
-/// Writes the config; none if there is nobody of that name. Files of certificates are not named: whoever loads it
+/// Writes the config; none if no member has that name. Files of certificates are not named: the program that loads it
 /// adds those beside it.
 #[must_use]
 pub fn profile(network: &Network, of: &NodeName) -> Option<String> {
@@ -50,8 +50,8 @@ pub fn profile(network: &Network, of: &NodeName) -> Option<String> {
     Some(text(of, operator, &connect, most_sessions(network), &lists))
 }
 
-/// Whoever has a certificate may have a session; some more than there are members, so that none that is about to
-/// close keeps another one out.
+/// Greatest number of sessions. A certificate allows a session. There are more than members, so that sessions about
+/// to close keep no other out.
 fn most_sessions(network: &Network) -> usize {
     2 * (network.nodes().len() + network.operators().len()) + 8
 }
@@ -84,8 +84,8 @@ fn limits() -> Vec<String> {
     ]
 }
 
-/// Only what comes in: a rate is the shortest time between two messages of a neighbour, so it is nothing for frames
-/// of axes, which the network may bunch.
+/// Rates of incoming messages only. A rate is the shortest time between two messages of a neighbour, so it does not suit
+/// frames of axes, which the network may bunch.
 fn rates(of: &NodeName, operator: bool) -> Vec<String> {
     let rate = |id: &str, message: &str, key: &str, hertz: f64| {
         json!({ "id": id, "flows": ["ingress"], "messages": [message], "rules": [{ "key_expr": key, "freq": hertz }] })
@@ -115,7 +115,7 @@ fn id(n: usize) -> String {
     format!("r{}", n + 1)
 }
 
-/// Those who have any right, each once.
+/// Members with any right, without repetition.
 fn others(rights: &[Right]) -> Vec<&NodeName> {
     let mut others: Vec<_> = rights.iter().map(|right| &right.of).collect();
     others.sort();
@@ -174,7 +174,7 @@ fn text(
     }},
     shared_memory: {{ enabled: false }},
   }},
-  // Access control does not hold for what comes by multicast, and nobody introduces others.
+  // Access control does not apply to multicast, and no node introduces others.
   scouting: {{ multicast: {{ enabled: false }}, gossip: {{ enabled: false }} }},
   adminspace: {{ enabled: false }},
   // Bytes.

@@ -1,4 +1,4 @@
-//! Who may do what at whom. What no right allows is denied.
+//! Rights of each member at each other. A message without a right is denied.
 
 use coaxle_node::Channel;
 use coaxle_node::keys::NodeName;
@@ -8,22 +8,22 @@ use serde::Serialize;
 use super::member::{Member, Operator};
 use super::network::Network;
 
-/// The way of a message, as seen from the session that looks at it.
+/// Direction of a message, as seen from the session that checks it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Flow {
-    /// It comes from the other one.
+    /// From the other member.
     Ingress,
-    /// It goes to the other one.
+    /// To the other member.
     Egress,
 }
 
 /// Messages that one session lets pass from or to one other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Right {
-    /// The other one: what its certificate says.
+    /// The other member: the common name of its certificate.
     pub of: NodeName,
-    /// Which way.
+    /// Direction of the messages.
     pub flow: Flow,
     /// Kinds of messages, as Zenoh calls them.
     pub messages: &'static [&'static str],
@@ -31,19 +31,19 @@ pub struct Right {
     pub key: String,
 }
 
-/// Something that is published: who hears it declares that, and gets it.
+/// Published data: a subscriber declares itself, and receives it.
 const HEAR: &[&str] = &["declare_subscriber"];
 const PUBLISH: &[&str] = &["put"];
-/// Something that is announced: who watches it declares or asks that, and is told.
+/// Liveliness: a watcher subscribes or queries, and is notified.
 const WATCH: &[&str] = &["declare_liveliness_subscriber", "liveliness_query"];
 const ANNOUNCE: &[&str] = &["liveliness_token"];
-/// Orders: who takes them declares that; they are queries, and get replies.
+/// Orders: a receiver of orders declares itself; they are queries, and get replies.
 const SERVE: &[&str] = &["declare_queryable"];
 const ORDER: &[&str] = &["query"];
 const REPLY: &[&str] = &["reply"];
 
 impl Network {
-    /// What a node or an operator lets pass. None if there is nobody of that name.
+    /// Rights that a node or an operator grants and needs; none if no member has that name.
     #[must_use]
     pub fn rights(&self, of: &NodeName) -> Option<Vec<Right>> {
         if let Some(node) = self.nodes.iter().find(|node| node.name == *of) {
@@ -69,7 +69,7 @@ impl Network {
     }
 }
 
-/// What one node hears of another, seen from the end where it comes in or goes out.
+/// Rights for the messages from one node to another, seen from the end where they come in or go out.
 fn hearing(speaker: &Member, hearer: &Member, of: &NodeName, flow: Flow) -> Vec<Right> {
     let mut rights = Vec::new();
     let back = opposite(flow);
@@ -91,7 +91,7 @@ fn hearing(speaker: &Member, hearer: &Member, of: &NodeName, flow: Flow) -> Vec<
             let key = heard.node.alive_key();
             rights.push(right(of, flow, ANNOUNCE, &key));
             rights.push(right(of, back, WATCH, &key));
-            // Who follows others may follow its follower: circles are found by its status.
+            // A node that follows others may follow its follower: circles are found by its status.
             if heard.channel != Channel::Axes {
                 let key = heard.node.status_key();
                 rights.push(right(of, flow, PUBLISH, &key));
@@ -105,7 +105,7 @@ fn hearing(speaker: &Member, hearer: &Member, of: &NodeName, flow: Flow) -> Vec<
     rights
 }
 
-/// Orders, and what an operator sees of a node; `orders` is the way that orders take.
+/// Orders, and an operator's view of a node; `orders` is the direction of the orders.
 fn both_ways(node: &Member, operator: &Operator, orders: Flow) -> Vec<Right> {
     let of = match orders {
         Flow::Ingress => &operator.name,
@@ -128,7 +128,7 @@ fn both_ways(node: &Member, operator: &Operator, orders: Flow) -> Vec<Right> {
     ]
 }
 
-/// A second run of a node is told from the first one by these, where they meet.
+/// Rights of the tokens by which two runs of a node detect each other.
 fn namesakes(node: &Member) -> Vec<Right> {
     let key = node.name.runs_key();
     let each_way = |flow| {
@@ -205,7 +205,7 @@ mod tests {
                 "Ingress put coaxle/line/time-requests",
             ]
         );
-        // What one end lets out, the other lets in.
+        // A message that one end lets out, the other lets in.
         let mirrored = |right: String| match right.split_once(' ') {
             Some(("Ingress", rest)) => format!("Egress {rest}"),
             Some((_, rest)) => format!("Ingress {rest}"),
@@ -239,7 +239,7 @@ mod tests {
         assert_eq!(heard("relay", "saw", Flow::Egress, status), HEAR);
         assert_eq!(heard("saw", "relay", Flow::Egress, status), PUBLISH);
         assert_eq!(heard("saw", "relay", Flow::Ingress, status), HEAR);
-        // What a sender publishes follows nothing.
+        // A sender follows no node.
         assert_eq!(
             heard("saw", "line", Flow::Ingress, "coaxle/line/status"),
             [""; 0]

@@ -1,4 +1,4 @@
-//! Circles over running nodes, by what they say of themselves.
+//! Circles over running nodes, by their statuses.
 
 use coaxle_host::SeenNode;
 use coaxle_node::circles::{self, Circle, Follower};

@@ -1,7 +1,7 @@
 //! The status as metrics, in the text format that Prometheus scrapes.
 //!
-//! Numbers are values of `coaxle_<what>_<signal>`; of words there is `coaxle_<what>_<signal>{…, is="synced"} 1`. What is
-//! not known is not there. Help and unit come from the declarations of the signals.
+//! Numbers are values of `coaxle_<what>_<signal>`; of words there is `coaxle_<what>_<signal>{…, is="synced"} 1`.
+//! Unknown values are left out. Help and unit come from the declarations of the signals.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -15,7 +15,7 @@ use serde_json::Value;
 use super::reading;
 use super::reading::Reading;
 
-/// One metric: its help, and a line for each that has it.
+/// A metric: its help, and a line for each sample.
 struct Metric {
     help: String,
     samples: Vec<String>,
@@ -38,7 +38,7 @@ pub(super) fn of(seen: &[SeenNode]) -> String {
 #[derive(Default)]
 struct Metrics(BTreeMap<String, Metric>);
 
-/// What the parts of a status are, and what their metrics are called.
+/// Parts of a status: name, metric, label.
 const PARTS: [(&str, &str, &str); 4] = [
     ("far", "far", "far"),
     ("axes", "axis", "axis"),
@@ -55,7 +55,7 @@ impl Metrics {
                 let unit =
                     unit.map_or_else(String::new, |unit| format!(",{}", label("unit", unit)));
                 let labels = format!("{labels},{}{unit}", label(labelled, name));
-                // A far axis says whose it is; a sender's is its own.
+                // A far axis names its node; a sender's axis does not.
                 let metric = match fields.text("node") {
                     Some(_) if part == "axes" => "far_axis",
                     _ => metric,
@@ -123,7 +123,7 @@ fn label(name: &str, value: &str) -> String {
     format!("{name}=\"{}\"", value.replace('\n', "\\n"))
 }
 
-/// What a signal means, and its unit; of what is none, where to look.
+/// Meaning and unit of a signal; for other fields, where to look.
 fn help(of: &str, name: &str) -> String {
     let declared = declared(of);
     let signal = declared.iter().find(|signal| signal.name == name);
@@ -227,7 +227,7 @@ mod tests {
                 signal.is_some_and(|signal| declared(of).iter().any(|known| known.name == signal))
             };
             let is_known = ["node", "far", "slave"].into_iter().any(is_declared);
-            // Those two are of the host, and of this tool.
+            // Metrics of the host, and of this tool.
             assert!(
                 is_known || ["source_frame_age_ms", "up"].contains(&name),
                 "{name}"

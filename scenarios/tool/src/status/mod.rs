@@ -1,6 +1,6 @@
-//! What running nodes say of themselves: `coaxle status`, `coaxle nodes` and `coaxle wait-sync`.
+//! Statuses of running nodes: `coaxle status`, `coaxle nodes` and `coaxle wait-sync`.
 //!
-//! All of it is made from the status that nodes publish (docs/WIRE.md); this tool knows no node but by that.
+//! Their only source is the status that nodes publish (docs/WIRE.md).
 
 mod circles;
 mod metrics;
@@ -29,20 +29,20 @@ pub use nodes::{NodesArgs, nodes};
 use reading::Reading;
 pub use wait::{WaitArgs, wait};
 
-/// A node may take so long to turn up.
+/// Startup time allowed for a node to appear.
 const PATIENCE: Span = Span::from_secs(5);
-/// Nodes speak four times a second: after so long all that are there have.
+/// Nodes publish a status four times a second: within this time, every node there has.
 const ROUND: Span = Span::from_millis(600);
-/// How often `--watch` shows it again.
+/// Interval of `--watch`.
 const AGAIN: Duration = Duration::from_secs(1);
 
-/// Whose status, and how it is shown.
+/// The nodes, and the format of their status.
 #[derive(Debug, Args)]
 pub struct StatusArgs {
     /// The nodes [default: all that are there]
     #[arg(value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
     nodes: Vec<NodeName>,
-    /// For people; as JSON, as the nodes say it; or as metrics for Prometheus
+    /// For people; as JSON, as the nodes publish it; or as metrics for Prometheus
     #[arg(short, long, value_enum, default_value_t = Format::Plain)]
     format: Format,
     /// Show it again every second, until Ctrl-C
@@ -62,7 +62,7 @@ enum Format {
 /// Prints the status.
 ///
 /// # Errors
-/// A wrong network section, a network that cannot be joined, or a node that does not turn up: says who is there.
+/// A wrong network section, a network that cannot be joined, or a node that does not turn up: names those that are there.
 pub fn status(args: &StatusArgs) -> anyhow::Result<Exit> {
     let watcher = args.network.watch(&args.nodes)?;
     let shown = show(args, &watcher);
@@ -79,7 +79,7 @@ fn show(args: &StatusArgs, watcher: &Watcher) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Whether anybody still reads it.
+/// Prints the statuses; false if the output is closed.
 fn print(args: &StatusArgs, seen: &[SeenNode]) -> anyhow::Result<bool> {
     let text = match args.format {
         Format::Plain => plain::all(seen, machine::now()),
@@ -100,7 +100,7 @@ fn print(args: &StatusArgs, seen: &[SeenNode]) -> anyhow::Result<bool> {
     Ok(is_read)
 }
 
-/// As the nodes said it: a list, or a line for each node.
+/// Statuses as published: a list, or a line for each node.
 fn json(seen: &[SeenNode], lines: bool) -> String {
     let all = seen.iter().filter_map(|node| node.status.as_ref());
     let all = all.map(|(_, status)| Value::Object(status.clone()));
@@ -111,10 +111,10 @@ fn json(seen: &[SeenNode], lines: bool) -> String {
     format!("{:#}", all.collect::<Value>())
 }
 
-/// Waits until all of these nodes, or all that are there, have told their status.
+/// Waits until all of these nodes, or all that are there, have published their status.
 ///
 /// # Errors
-/// [`NotThere`]: one does not turn up; says who does.
+/// [`NotThere`]: a node does not turn up; names those that do.
 pub(crate) fn gather(watcher: &Watcher, nodes: &[NodeName]) -> anyhow::Result<Vec<SeenNode>> {
     let told = |node: &SeenNode| node.status.is_some();
     if nodes.is_empty() {
@@ -138,13 +138,13 @@ pub(crate) fn gather(watcher: &Watcher, nodes: &[NodeName]) -> anyhow::Result<Ve
     }
 }
 
-/// Those of these names, or all if there are none.
+/// The nodes of these names, or all if no names are given.
 fn chosen(mut seen: Vec<SeenNode>, nodes: &[NodeName]) -> Vec<SeenNode> {
     seen.retain(|node| nodes.is_empty() || nodes.contains(&node.name));
     seen
 }
 
-/// Why a node's status is not to be had, as far as can be told: who is there instead, or why nobody is.
+/// The reason why a node's status is missing, as far as known: other nodes are there, or why none is.
 fn absent(watcher: &Watcher, name: &NodeName) -> String {
     let others: Vec<_> = watcher
         .seen()
@@ -168,7 +168,7 @@ pub(crate) fn metrics(seen: &[SeenNode]) -> String {
     metrics::of(seen)
 }
 
-/// The status of a node, if it has told one.
+/// The status of a node, if it has published one.
 fn reading(node: &SeenNode) -> Option<Reading<'_>> {
     node.status.as_ref().map(|(_, status)| Reading::of(status))
 }

@@ -1,4 +1,4 @@
-//! `coaxle nodes`: who is there.
+//! `coaxle nodes`: the nodes of a network.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use super::reading::Reading;
 use super::words::{UNKNOWN, or_unknown, seconds};
 use super::{PATIENCE, ROUND, reading};
 
-/// Where, and how it is shown.
+/// Arguments of `coaxle nodes`.
 #[derive(Debug, Args)]
 pub struct NodesArgs {
     /// Print a JSON list
@@ -26,7 +26,7 @@ pub struct NodesArgs {
     network: NetworkArgs,
 }
 
-/// Prints who is there; without anybody, or with axes that follow each other in a circle, that is no success.
+/// Prints the nodes. Without any node, or with axes that follow each other in a circle, that is no success.
 ///
 /// # Errors
 /// A wrong network section, or a network that cannot be joined.
@@ -89,7 +89,7 @@ fn as_table(seen: &[SeenNode]) -> String {
     }
 }
 
-/// `conveyor (1), belt (2)`: what others can follow, by the ids that they need for it.
+/// `conveyor (1), belt (2)`: axes for others to follow, with the ids that they need for it.
 fn axes(status: &Reading<'_>) -> String {
     let mut by_id = BTreeMap::new();
     for (name, axis) in status.parts("axes") {

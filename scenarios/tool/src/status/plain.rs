@@ -1,5 +1,4 @@
-//! The status for people: how each far clock runs and what is known of it, what became of its messages, and what
-//! each slave does.
+//! The status for people: each far clock and its accuracy, the counts of its messages, and the state of each slave.
 
 use coaxle_clock::Instant;
 use coaxle_host::SeenNode;
@@ -10,12 +9,12 @@ use comfy_table::{Cell, Table};
 use super::reading::Reading;
 use super::words::{UNKNOWN, beat_period, drift, micros, or_unknown, seconds};
 
-/// The uncertainty of a delay that is not measured covers so many standard deviations of the line.
+/// Standard deviations of the line that the error of far time may reach, where no larger uncertainty of the delay is known.
 const COVERED: f64 = 3.0;
 /// A status that is older than this was the last one, s.
 const OLD: f64 = 2.0;
 
-/// All nodes, one after the other.
+/// Every node, one after the other.
 pub(super) fn all(seen: &[SeenNode], now: Instant<Machine>) -> String {
     let one = |node: &SeenNode| match &node.status {
         Some((at, status)) => of(&Reading::of(status), (now - *at).as_secs_f64()),
@@ -24,7 +23,7 @@ pub(super) fn all(seen: &[SeenNode], now: Instant<Machine>) -> String {
     seen.iter().map(one).collect::<Vec<_>>().join("\n\n")
 }
 
-/// One node, whose status is so many seconds old.
+/// Text of a node with a status of this age, s.
 fn of(status: &Reading<'_>, age: f64) -> String {
     let mut parts = vec![head(status, age)];
     if let Some(error) = status.fault("error") {
@@ -69,7 +68,7 @@ fn head(status: &Reading<'_>, age: f64) -> String {
     head
 }
 
-/// How the clock of each far node runs, and how well that is known.
+/// The clock of each far node, and its accuracy.
 fn clocks(status: &Reading<'_>) -> Option<Table> {
     let mut table = table([
         "far node",
@@ -105,7 +104,7 @@ fn clocks(status: &Reading<'_>) -> Option<Table> {
     filled(table)
 }
 
-/// What far time is wrong by at most, as far as the node knows, µs.
+/// Largest error of far time, as far as the node knows, µs.
 pub(super) fn largest_error(far: &Reading<'_>) -> Option<f64> {
     let sigma = far.number("offset_sigma_us")?;
     let known = match far.number("delay_uncertainty_us") {
@@ -151,7 +150,7 @@ fn delay(far: &Reading<'_>) -> String {
     }
 }
 
-/// What became of the messages of each far node.
+/// Counts of the messages of each far node.
 fn messages(status: &Reading<'_>) -> Option<Table> {
     let mut table = table([
         "messages of",
@@ -209,7 +208,7 @@ fn jitter(far: &Reading<'_>) -> String {
     or_unknown(parts.map(|(normal, late)| normal.hypot(late)), micros)
 }
 
-/// Far axes as they came, and as they are corrected.
+/// Far axes as received, and as corrected.
 fn far_axes(status: &Reading<'_>) -> Option<Table> {
     let mut table = table(["far axis", "of", "state", "received", "corrected", "unit"]);
     for (name, axis) in status.parts("axes") {
@@ -249,7 +248,7 @@ fn own_axes(status: &Reading<'_>) -> Option<Table> {
     filled(table)
 }
 
-/// What slaves do, and what their programs wait for.
+/// States of the slaves, and the conditions that their programs wait for.
 fn slaves(status: &Reading<'_>) -> Option<Table> {
     let mut table = table([
         "slave",

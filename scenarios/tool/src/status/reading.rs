@@ -1,4 +1,4 @@
-//! A status, or a part of it, as JSON has it: what is missing is not known.
+//! A status, or a part of it, as JSON: a missing field is unknown.
 
 use serde_json::{Map, Value};
 

@@ -1,4 +1,4 @@
-//! What nodes say of themselves, for tests.
+//! Statuses of nodes, for tests.
 
 use serde_json::{Map, Value};
 

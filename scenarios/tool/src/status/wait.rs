@@ -15,7 +15,7 @@ use super::reading::Reading;
 use super::words::{UNKNOWN, micros, or_unknown, seconds};
 use super::{absent, reading};
 
-/// Who is waited for, how well, and for how long.
+/// The receiver, its far node, the accuracy and the timeout.
 #[derive(Debug, Args)]
 pub struct WaitArgs {
     /// The receiver
@@ -27,17 +27,17 @@ pub struct WaitArgs {
     /// Give up after this time
     #[arg(long, value_name = "DURATION", default_value = "60s", value_parser = parse_duration)]
     timeout: Span,
-    /// Far time is to be known that well besides: 200us, 1ms … It counts what the receiver says that it may be wrong by
+    /// Wait also for this accuracy of far time: 200us, 1ms … Counted is the largest error that the receiver reports
     #[arg(long, value_name = "DURATION", value_parser = parse_duration)]
     max_error: Option<Span>,
     #[command(flatten)]
     network: NetworkArgs,
 }
 
-/// Waits, and says how it is then: not met if it is not so in time, no data if the node says nothing.
+/// Waits, and prints the state then: not met if the timeout passes, no data if the node publishes no status.
 ///
 /// # Errors
-/// A wrong network section, a network that cannot be joined, or a node that follows nobody of that name.
+/// A wrong network section, a network that cannot be joined, or a node that follows no node of that name.
 pub fn wait(args: &WaitArgs) -> anyhow::Result<Exit> {
     let watcher = args.network.watch(std::slice::from_ref(&args.node))?;
     let began = machine::now();
@@ -62,7 +62,7 @@ pub fn wait(args: &WaitArgs) -> anyhow::Result<Exit> {
 }
 
 impl WaitArgs {
-    /// What is waited for of a node: those far nodes that it follows, or the one that is named.
+    /// The far nodes that are waited for: those followed, or the one that is named.
     fn far<'a>(&self, status: &Reading<'a>) -> Vec<(&'a str, Reading<'a>)> {
         let is_wanted = |(name, far): &(&str, Reading<'_>)| match &self.far {
             Some(wanted) => *name == wanted.as_str(),

@@ -1,6 +1,6 @@
 //! Numbers of a status in words.
 
-/// What is not known.
+/// Text of an unknown value.
 pub(super) const UNKNOWN: &str = "–";
 
 /// `12.41 ± 0.08 ppm slow`: how a clock runs beside the own one.
@@ -15,7 +15,7 @@ pub(super) fn drift(ppm: f64, sigma: Option<f64>) -> String {
     }
 }
 
-/// Digits behind the point for something that is known so well.
+/// Number of decimals for a value with this standard deviation.
 fn digits_for(sigma: f64) -> usize {
     match sigma {
         _ if sigma >= 10.0 => 0,
@@ -25,13 +25,13 @@ fn digits_for(sigma: f64) -> usize {
     }
 }
 
-/// After how long a cycle is missed or read twice, where nothing is done about it, s; none of clocks that run alike.
+/// Period after which a cycle is missed or read twice without correction, s; none if the clocks run at the same rate.
 pub(super) fn beat_period(cycle_time_us: f64, drift_ppm: f64) -> Option<f64> {
     let period = cycle_time_us / drift_ppm.abs();
     period.is_finite().then_some(period)
 }
 
-/// A time of so many microseconds.
+/// A time in microseconds, with a fitting unit.
 pub(super) fn micros(us: f64) -> String {
     match us.abs() {
         0.0..1e3 => format!("{us:.1} µs"),
@@ -40,7 +40,7 @@ pub(super) fn micros(us: f64) -> String {
     }
 }
 
-/// A time of so many seconds.
+/// A time in seconds, with a fitting unit.
 pub(super) fn seconds(s: f64) -> String {
     match s.abs() {
         0.0..1e-3 => format!("{:.1} µs", s * 1e6),
@@ -52,7 +52,7 @@ pub(super) fn seconds(s: f64) -> String {
     }
 }
 
-/// The same of something that may not be known.
+/// The text of a value, or of an unknown one.
 pub(super) fn or_unknown(value: Option<f64>, shown: impl Fn(f64) -> String) -> String {
     value.map_or_else(|| UNKNOWN.to_owned(), shown)
 }

@@ -1,10 +1,10 @@
-//! Answers of a page.
+//! Responses of a page.
 
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::Value;
 
-/// What it may load and what may show it: nothing of others, and nobody else.
+/// Content security policy: the page loads nothing from elsewhere, and no other page frames it.
 const POLICY: &str = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'";
 
 /// A part of the page, of this kind.
@@ -23,7 +23,7 @@ pub(crate) fn as_json(value: &Value) -> Response {
     (headers, value.to_string()).into_response()
 }
 
-/// Why not.
+/// A response with the reason of a failure.
 pub(crate) fn wrong(status: StatusCode, why: impl Into<String>) -> Response {
     (status, why.into()).into_response()
 }

@@ -1,4 +1,4 @@
-//! Who may ask. A page of somebody else that is open in the same browser can reach this one; it must neither read what is
+//! Admission of requests. Another site's page, open in this browser, can reach this one. It must neither read what is
 //! shown nor change anything.
 
 use std::net::IpAddr;
@@ -8,11 +8,11 @@ use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
-/// What the page says in front of everything that changes anything: no other page may say it without asking first, and nobody
-/// answers that.
+/// Header of the page's own requests that change anything. Another site's page cannot send it without a preflight, which
+/// is not answered.
 const OWN_HEADER: &str = "x-coaxle-page";
 
-/// Refuses a change that another page may have sent: a form needs nobody's leave.
+/// Refuses a change that another site's page may have sent: a form needs no preflight.
 pub(super) async fn own_changes(request: Request, next: Next) -> Response {
     if request.method() == Method::POST && !request.headers().contains_key(OWN_HEADER) {
         let why = format!("expected the header {OWN_HEADER}");
@@ -21,7 +21,7 @@ pub(super) async fn own_changes(request: Request, next: Next) -> Response {
     next.run(request).await
 }
 
-/// Refuses whoever asks for a host by a name that is not ours: a name that somebody else owns may point here.
+/// Refuses a request whose host is any name but ours: a name owned by others may point here.
 pub(super) async fn own_host(request: Request, next: Next) -> Response {
     match check_host(request.headers()) {
         Ok(()) => next.run(request).await,

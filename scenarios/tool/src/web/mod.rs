@@ -1,6 +1,6 @@
-//! Pages that the tool gives out on this PC: who may ask, what the answers are like, and how long it lasts.
+//! Pages that the tool serves on this PC: admission of requests, responses, and lifetime of the server.
 //!
-//! What a page shows and what it may be told are those of the command that gives it out. All of them draw with the same
+//! A command defines what its page shows and which requests it takes. All pages draw with the same
 //! [axes](coaxle_report::plotting).
 
 mod answers;
@@ -16,19 +16,19 @@ pub(crate) use answers::{as_json, file, wrong};
 /// Colours, type, buttons and tables of every page.
 pub(crate) const BASE_CSS: &str = include_str!("base.css");
 
-/// A page that is given out, until it is dropped.
+/// A page, served until dropped.
 pub(crate) struct Served {
     address: SocketAddr,
-    /// None when it is over.
+    /// Absent once shut down.
     runtime: Option<tokio::runtime::Runtime>,
 }
 
 impl Served {
-    /// Gives out what is at these routes, to whoever asks for this host by its address or as `localhost`; what changes
-    /// anything, to the page itself alone.
+    /// Serves these routes to requests that name the host by its address or as `localhost`. Changes are accepted from the
+    /// page itself only.
     ///
     /// # Errors
-    /// The address is not to be had.
+    /// The address is not available.
     pub(crate) fn open(at: SocketAddr, routes: Router) -> anyhow::Result<Self> {
         let listener =
             listen(at).with_context(|| format!("--page: cannot give out a page at {at}"))?;
@@ -50,14 +50,14 @@ impl Served {
         })
     }
 
-    /// Where it is.
+    /// Address of the page.
     pub(crate) const fn address(&self) -> SocketAddr {
         self.address
     }
 }
 
 impl Drop for Served {
-    /// Whoever drops it may be in a runtime itself, where nobody may wait.
+    /// Shuts down in the background: a drop inside a runtime must not block.
     fn drop(&mut self) {
         if let Some(runtime) = self.runtime.take() {
             runtime.shutdown_background();

@@ -1,6 +1,6 @@
 //! Every block of TF5050 used from another process: orders over Zenoh to a receiver that runs.
 //!
-//! The clock on the wall decides nothing: what is waited for is asked for until it is there.
+//! The clock on the wall decides nothing: each wait polls until its condition is met.
 
 use std::net::TcpListener;
 use std::path::Path;
@@ -20,7 +20,7 @@ const RECEIVER: &str = "name = 'cutter'\ncycle-time-us = 2000\n\
     steps = [{ enable = true }, { velocity = { value = 720 } }]\n\
     [[slave]]\nname = 'knife'\ncouple = 'off'\nlimits = { velocity = 2000, acceleration = 40000, jerk = 2e6 }\n";
 
-/// What the differences of the set positions may be: velocity, acceleration, jerk.
+/// Limits of the differences of the set positions: velocity, acceleration, jerk.
 const LIMITS: [f64; 3] = [2_000.0, 40_000.0, 2e6];
 
 fn endpoint() -> String {
@@ -34,7 +34,7 @@ fn coaxle(arguments: &[&str]) -> Command {
     command
 }
 
-/// A receiver in a process of its own, and somebody who commands it.
+/// A receiver in a process of its own, and a client that commands it.
 struct Live {
     node: Process,
     commander: Option<Commander>,
@@ -96,7 +96,7 @@ impl Live {
         self.accepted(json!({ "cam-info": { "table": table } }))["cam"]["info"].take()
     }
 
-    /// Asks until the answer is right.
+    /// Repeats the command until its response meets the condition.
     fn wait(&self, what: &str, command: &Value, is_so: impl Fn(&Value) -> bool) -> Value {
         let mut answer = Value::Null;
         until(what, || {
@@ -119,7 +119,7 @@ impl Live {
     }
 
     fn wait_standstill(&self) {
-        // A dry run of what changes nothing says how the slave is.
+        // A dry run of a reading command returns the slave's state.
         let ask = json!({ "read-motion-function": { "table": 3 } });
         self.wait("standstill", &ask, |answer| {
             answer["axis"]["status"] == "standstill"
@@ -154,7 +154,7 @@ fn plate(points: &[(f64, f64)]) -> Value {
     json!({ "course": "cyclic", "point": points.iter().map(point).collect::<Vec<_>>() })
 }
 
-/// Up by so much and down again in one turn of the shaft.
+/// A plate up to `top` and down again in one turn of the shaft.
 fn up_and_down(top: f64) -> Value {
     plate(&[(0.0, 0.0), (180.0, top), (360.0, 0.0)])
 }
@@ -238,7 +238,7 @@ fn single(live: &Live) {
     live.wait_standstill();
 }
 
-/// The reading half: its answers are those of the plate.
+/// The reading blocks: their responses match the plate.
 fn read(live: &Live) {
     let all = live.accepted(json!({ "read-motion-function": { "table": 3 } }));
     assert_eq!(all["cam"]["points"]["number-of-rows"], 3);
@@ -301,7 +301,7 @@ fn unload(live: &Live) {
     live.refused(json!({ "read-motion-function": { "table": 3 } }), "0x4216");
 }
 
-/// What the drive got: wherever four cycles follow each other, the differences of the set positions keep the limits.
+/// Checks the drive's set positions: over any four successive cycles their differences keep the limits.
 fn check_trace(file: &Path) {
     let trace = std::fs::read_to_string(file).expect("a trace");
     let mut lines = trace.lines();

@@ -20,7 +20,7 @@ fn endpoint() -> String {
     format!("tcp/{}", address.expect("a free port"))
 }
 
-/// What the tool says, and its exit code.
+/// Output of the tool, and its exit code.
 fn said(arguments: &[&str]) -> (String, Option<i32>) {
     let output = output(&mut coaxle(arguments));
     let said = text(&output.stdout) + &text(&output.stderr);

@@ -1,11 +1,11 @@
-//! Commands that look into files.
+//! Commands that examine files.
 
 use std::path::Path;
 use std::process::{Command, Output};
 
 use crate::shared::text;
 
-/// A command of the tool that looks into files.
+/// A command of the tool that examines files.
 pub(crate) struct Tool {
     pub(crate) command: &'static str,
     /// The folder of its examples.
@@ -23,12 +23,12 @@ impl Tool {
         self.started(arguments).output().expect("the tool starts")
     }
 
-    /// The command fails with one line that says so.
+    /// Checks that the command fails with one line that has this text.
     pub(crate) fn refused(&self, arguments: &[&str], expected: &str) {
         let output = self.run(arguments);
         let said = text(&output.stdout) + &text(&output.stderr);
         let code = output.status.code();
-        // What is no file at all fails; what a block refuses is refused.
+        // A malformed file fails; a request that a block refuses is refused.
         assert!(matches!(code, Some(1 | 4 | 78)), "{arguments:?}: {said}");
         assert_eq!(said.lines().count(), 1, "{arguments:?}: {said}");
         assert!(said.contains(expected), "{arguments:?}: {said}");

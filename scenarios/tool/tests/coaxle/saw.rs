@@ -34,7 +34,7 @@ fn peak(plan: &Value, names: [&str; 2]) -> f64 {
     low.max(high)
 }
 
-/// All digits of the manual's number are those of the value.
+/// Checks all digits of the manual's number against the value.
 fn printed(value: f64, expected: &str) {
     let decimals = expected.split_once('.').map_or(0, |(_, d)| d.len());
     assert_eq!(format!("{value:.decimals$}"), expected);

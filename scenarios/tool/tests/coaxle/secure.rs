@@ -12,7 +12,7 @@ const LINE: &str = "name = 'line'\ncycle-time-us = 1000\n[[axis]]\nid = 1\nname 
 const SAW: &str = "name = 'saw'\ncycle-time-us = 1000\nmaster = { node = 'line' }\n\
     [transport]\nconnect = ['tcp/10.0.0.1:7447']\n";
 
-/// What the tool says in a folder with the configs of both nodes, and its exit code.
+/// Output of the tool in a folder with the configs of both nodes, and its exit code.
 fn said(folder: &Path, arguments: &str) -> (String, Option<i32>) {
     written(folder, "line.toml", LINE.as_bytes());
     written(folder, "saw.toml", SAW.as_bytes());

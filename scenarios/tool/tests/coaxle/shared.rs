@@ -1,4 +1,4 @@
-//! What the tests of the tool share.
+//! Helpers of the tool's tests.
 
 use std::path::{Path, PathBuf};
 

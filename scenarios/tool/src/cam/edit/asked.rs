@@ -1,10 +1,10 @@
-//! In what way the page wants to see a plate.
+//! View settings of the page.
 
 use coaxle_plate::{Course, Demand, LawLimits, LawQuestion, Plate};
 use serde::Deserialize;
 use serde_json::Value;
 
-/// What the page chooses; nothing of it is in the file.
+/// The page's choices; none of them is in the file.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct Asked {
@@ -12,13 +12,13 @@ pub(super) struct Asked {
     pub(super) master_velocity: f64,
     /// Over time, in seconds and derivatives over time; otherwise over the master.
     pub(super) over_time: bool,
-    /// How many turns are drawn.
+    /// Number of turns drawn.
     pub(super) turns: u32,
     velocity: Option<f64>,
     acceleration: Option<f64>,
     jerk: Option<f64>,
     torque: Option<f64>,
-    /// What the advised law shall have least.
+    /// Quantity that the advised law minimises.
     least: Demand,
     /// The point that is selected, from 0; advice is about the segment that begins there.
     pub(super) selected: Option<usize>,
@@ -40,12 +40,12 @@ impl Default for Asked {
     }
 }
 
-/// More turns than this are a stripe.
+/// Most turns drawn: more are a stripe.
 const MOST_TURNS: u32 = 20;
 
 impl Asked {
     /// # Errors
-    /// What is wrong in it.
+    /// The first field that is wrong.
     pub(super) fn of(json: &Value) -> Result<Self, String> {
         let asked = match json {
             Value::Null => Self::default(),
@@ -83,7 +83,7 @@ impl Asked {
         }
     }
 
-    /// How many turns there are of a plate: a linear one is passed once.
+    /// Number of turns drawn of a plate: a linear one is passed once.
     pub(super) fn turns_of(&self, plate: &Plate) -> u32 {
         match plate.course() {
             Course::Linear => 1,
@@ -91,7 +91,7 @@ impl Asked {
         }
     }
 
-    /// What a derivative with respect to the master is multiplied by to be shown.
+    /// Factor from a derivative with respect to the master to the one shown.
     pub(super) fn factor(&self, quantity: usize) -> f64 {
         match self.over_time {
             true => self.master_velocity.powi(quantity as i32),
@@ -99,7 +99,7 @@ impl Asked {
         }
     }
 
-    /// Where a master position is shown, on an axis that begins at `start`.
+    /// Place of a master position on an axis that begins at `start`.
     pub(super) fn along(&self, start: f64, master: f64) -> f64 {
         match self.over_time {
             true => (master - start) / self.master_velocity,

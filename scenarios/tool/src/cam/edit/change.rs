@@ -11,7 +11,7 @@ use super::asked::Asked;
 use super::points::{count, insert_behind, point, remove, rows};
 use crate::edit::toml_text::{document, number, put, put_at, value_of};
 
-/// What the page wants to change.
+/// A change from the page.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 enum Change {
@@ -21,7 +21,7 @@ enum Change {
         quantity: usize,
         along: f64,
         value: f64,
-        /// How much a dot of the screen is, along and up: finer than this nobody meant it.
+        /// Size of a pixel, horizontally and vertically: finer than this is not intended.
         grain: [f64; 2],
     },
     /// A field of a point, or of a row: `master` or `slave`. Null takes it out.
@@ -211,7 +211,7 @@ fn set_cell(row: &mut Array, column: usize, mut value: Value) -> Result<(), Stri
     Ok(())
 }
 
-/// A kind of point that its own values contradict is what they say.
+/// Removes the type of a point if its own values contradict it.
 fn forget_wrong_type(point: &mut dyn toml_edit::TableLike, field: &str) {
     let kind = point.get("type").and_then(|item| item.as_str());
     let kind = PointType::ALL

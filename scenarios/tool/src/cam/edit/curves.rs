@@ -1,4 +1,4 @@
-//! What is drawn of a plate.
+//! Curves of a plate.
 
 use coaxle_curve::law::Motion;
 use coaxle_plate::Plate;
@@ -13,7 +13,7 @@ const MOST: usize = 12_000;
 /// Most joints at which both sides are drawn.
 const MOST_JOINTS: usize = 400;
 
-/// Position, velocity, acceleration and jerk, as they are asked for.
+/// Position, velocity, acceleration and jerk, in the page's view settings.
 pub(super) fn curve(plate: &Plate, name: &str, asked: &Asked) -> Value {
     let mut along = Vec::new();
     let mut values: [Vec<f64>; 4] = Default::default();
@@ -39,7 +39,7 @@ pub(super) fn curve(plate: &Plate, name: &str, asked: &Asked) -> Value {
     json!({ "name": name, "along": along, "values": values })
 }
 
-/// One turn; at each joint the values of both sides, so that jumps are upright.
+/// A turn; at each joint the values of both sides, so that jumps are upright.
 fn places(plate: &Plate, samples: usize) -> Vec<(f64, Motion)> {
     let (start, end) = plate.master_range();
     let mut marks: Vec<f64> = plate.joints().map(|joint| joint.master).collect();

@@ -22,7 +22,7 @@ use self::target::{Target, TargetArgs};
 use super::load;
 use crate::edit::{Design, EditArgs, Parts, edit};
 
-/// Which plate, what it is compared with, and where it is loaded into.
+/// The plate, the file it is compared with, and the slave it is loaded into.
 #[derive(Debug, Args)]
 pub struct CamEditArgs {
     #[command(flatten)]
@@ -39,10 +39,10 @@ const PARTS: Parts = Parts {
     js: include_str!("page.js"),
 };
 
-/// Gives out the page until Ctrl-C.
+/// Serves the page until Ctrl-C.
 ///
 /// # Errors
-/// A file that cannot be read, a network that cannot be joined, or an address that is not to be had.
+/// A file that cannot be read, a network that cannot be joined, or an address that is not available.
 pub(crate) fn run(args: &CamEditArgs) -> anyhow::Result<Exit> {
     let compared = args.compare.as_deref().map(Compared::load).transpose()?;
     let design = CamDesign {
@@ -77,7 +77,7 @@ impl Compared {
 
 /// A plate on a page.
 struct CamDesign {
-    /// What errors call the file, and beside what CSV files are looked for.
+    /// Name of the file in errors. CSV files are read from its folder.
     path: PathBuf,
     compared: Option<Compared>,
     /// A running receiver, if there is one to load the plate into.

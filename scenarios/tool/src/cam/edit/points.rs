@@ -4,7 +4,7 @@ use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Tab
 
 use crate::edit::toml_text::{number, put};
 
-/// How many points the text has, whichever way they are written.
+/// Number of points in the text, in either notation.
 pub(super) fn count(document: &DocumentMut) -> usize {
     match document.get("point") {
         Some(Item::ArrayOfTables(tables)) => tables.len(),
@@ -131,7 +131,7 @@ fn in_order(tables: &mut ArrayOfTables) {
     }
 }
 
-/// Where numbers are written, they are those of the places.
+/// Sets numbers that are written to the points' places.
 fn renumber(document: &mut DocumentMut) {
     for n in 0..count(document) {
         if let Some(point) = point(document, n)

@@ -11,14 +11,14 @@ use serde_json::{Value, json};
 
 use crate::command::in_words;
 
-/// Which slave of which node.
+/// The node and its slave.
 #[derive(Debug, Args)]
 pub(super) struct TargetArgs {
-    /// A running receiver: gives the page buttons that load the plate into it and couple its slave. Who reaches the page
-    /// can use them
+    /// A running receiver: gives the page buttons that load the plate into it and couple its slave. Anyone who reaches the
+    /// page can use them
     #[arg(long, requires = "slave", value_parser = |name: &str| NodeName::new(name))]
     node: Option<NodeName>,
-    /// Its slave
+    /// Slave of that node
     #[arg(long, requires = "node")]
     slave: Option<SlaveName>,
     /// The number of the plate there [default: the file's table-id, or 1]
@@ -42,7 +42,7 @@ impl TargetArgs {
     }
 }
 
-/// A slave, and how it is told.
+/// A slave, and the client that commands it.
 pub(super) struct Target {
     commander: Commander,
     node: NodeName,
@@ -51,7 +51,7 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// For people.
+    /// Name for people.
     pub(super) fn name(&self) -> String {
         format!("{}/{}", self.node, self.slave.as_str().unwrap_or_default())
     }
@@ -62,10 +62,10 @@ impl Target {
         self.table.or_else(of_file).unwrap_or(1)
     }
 
-    /// Tells the slave what the page wants, and gives its answer.
+    /// Sends the page's command to the slave, and returns the response.
     ///
     /// # Errors
-    /// The node is not there, does not answer, or refuses.
+    /// The node is not there, does not respond, or refuses.
     pub(super) fn act(&self, cam: &CamFile, wanted: &Value) -> Result<String, String> {
         let table = self.table(cam);
         let activation = match &wanted["activation"] {
@@ -102,7 +102,7 @@ impl Target {
             if !is_accepted {
                 return Err(words);
             }
-            // Of several, the first is what was wanted.
+            // The first of several responses is the one to the page's command.
             if told.is_empty() {
                 told = words;
             }

@@ -109,7 +109,7 @@ fn every_shipped_file_comes_back_as_it_is_and_has_a_view() {
     }
 }
 
-/// What is drawn is what the plate does, with the speed of the master and with its lift.
+/// Drawn curves are the plate's, with the speed of the master and with its lift.
 #[test]
 fn curves_are_the_plate_over_time_and_turns() {
     let text = std::fs::read_to_string(folder("cams").join("lift.toml")).unwrap();

@@ -16,7 +16,7 @@ use crate::cam::text::{description, heading, master_heading, velocity_steps};
 /// Longer tables are drawn without their rows.
 const MOST_ROWS: usize = 2_000;
 
-/// Six digits: what people compare by the eye.
+/// Six digits: enough to compare by eye.
 fn shown(value: f64) -> String {
     short(value, 6)
 }
@@ -65,7 +65,7 @@ pub(super) fn view(design: &CamDesign, text: &str, asked: &Asked) -> Value {
     view
 }
 
-/// What was a plate before the text was none.
+/// The last text that made a plate, while the present one makes none.
 fn faint(design: &CamDesign, asked: &Asked) -> Value {
     let last = design
         .last
@@ -124,7 +124,7 @@ fn limits(asked: &Asked) -> Value {
     ])
 }
 
-/// Points or rows, each with where it is drawn and what goes on there.
+/// Points or rows, each with its place in the charts and its joint.
 fn points(cam: &CamFile, plate: Option<&Plate>, asked: &Asked) -> Value {
     let joints: Vec<Joint> = plate
         .map(|plate| plate.joints().collect())
@@ -180,7 +180,7 @@ fn point_json(point: &MotionPoint, is_last: bool) -> Value {
     })
 }
 
-/// What the slave does on both sides, and whether each derivative goes on.
+/// The slave's motion on both sides, and whether each derivative is continuous.
 fn joint_json(cam: &CamFile, joint: &Joint, asked: &Asked) -> Value {
     let steps = joint.steps();
     let sides = |quantity: usize| {
@@ -298,7 +298,7 @@ fn range_json(range: &MinMax) -> Value {
     })
 }
 
-/// Of the segment that begins at the selected point.
+/// Advice about the segment that begins at the selected point.
 fn advice(cam: &CamFile, asked: &Asked) -> Value {
     let Some(n) = asked.selected else {
         return Value::Null;

@@ -14,33 +14,33 @@ use coaxle_os::{Machine, machine};
 
 use super::wire::{Tcp, Wire};
 
-/// An answer that has not come by then does not come.
+/// Timeout of a response.
 const PATIENCE: Span = Span::from_secs(1);
 /// Notifications that wait to be taken; older ones are left out.
 const MOST_WAITING: usize = 256;
 
-/// A connection. After an error it is of no use: an answer may still come, and be taken for that to another request.
+/// A connection. After an error it is of no use: a late response could be taken for that to another request.
 pub(super) struct AdsClient {
     wire: Box<dyn Wire>,
     own: AmsAddress,
     plc: AmsAddress,
     invoke: u32,
-    /// What has come and was not taken yet, and when the newest of it came.
+    /// Received bytes that were not taken yet, and the time of the newest of them.
     received: Vec<u8>,
     received_at: Instant<Machine>,
     sent: Vec<u8>,
     notifications: VecDeque<Notified>,
-    /// Of values and of notifications, to give them back.
+    /// Handles of values and of notifications, to release them.
     handles: Vec<(u16, u32)>,
 }
 
-/// A notification, and when it came.
+/// A notification, and its time of reception.
 pub(super) struct Notified {
     pub(super) at: Instant<Machine>,
     pub(super) data: Vec<u8>,
 }
 
-/// Why a connection ended.
+/// Reason for the end of a connection.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum AdsError {
     #[error("{address}: {reason}")]
@@ -116,7 +116,7 @@ impl AdsClient {
         }
     }
 
-    /// What the PLC is doing: 5 is running, 6 stopped.
+    /// State of the PLC: 5 is running, 6 stopped.
     pub(super) fn state(&mut self) -> Result<u16, AdsError> {
         let request = "the request for its state";
         let reply = self.ask(READ_STATE, &[], request)?;
@@ -142,7 +142,7 @@ impl AdsClient {
         Ok(handle)
     }
 
-    /// Reads the value of a handle; when the answer came.
+    /// Reads the value of a handle. Returns the time at which the response was received.
     pub(super) fn read(
         &mut self,
         handle: u32,
@@ -158,7 +158,7 @@ impl AdsClient {
         self.ask(WRITE, &data, "writing a variable").map(drop)
     }
 
-    /// Has the value of a handle sent each cycle; the handle of the notification.
+    /// Subscribes to the value of a handle in each cycle. Returns the handle of the notification.
     pub(super) fn notify(&mut self, handle: u32, length: usize) -> Result<u32, AdsError> {
         let request = "the request for notifications";
         let data = ams::add_notification(VALUE_BY_HANDLE, handle, length as u32);
@@ -181,14 +181,14 @@ impl AdsClient {
                 return Ok(Some(notified));
             }
             match self.packet(until)? {
-                // Nobody has asked for anything.
+                // A reply to no request of ours.
                 Some(_) => {}
                 None => return Ok(self.notifications.pop_front()),
             }
         }
     }
 
-    /// Gives back what the PLC keeps for this connection, as far as it still answers.
+    /// Releases the handles that the PLC keeps for this connection, as long as it responds.
     pub(super) fn leave(mut self) {
         let handles = std::mem::take(&mut self.handles);
         // Notifications first: they are of the values.
@@ -224,7 +224,7 @@ impl AdsClient {
         Ok(at)
     }
 
-    /// Sends a request and waits for the reply; what is behind its result.
+    /// Sends a request and waits for the reply. Returns the data behind its result.
     fn ask(&mut self, command: u16, data: &[u8], request: &str) -> Result<Vec<u8>, AdsError> {
         self.invoke = self.invoke.wrapping_add(1);
         let invoke = self.invoke;
@@ -290,7 +290,7 @@ impl AdsClient {
         }
     }
 
-    /// Takes what comes, if something does in that time.
+    /// Takes the bytes that come within this time, if any.
     fn receive(&mut self, patience: Span) -> Result<(), AdsError> {
         let mut bytes = [0; 4096];
         let length = self.wire.receive(&mut bytes, patience)?;
@@ -302,7 +302,7 @@ impl AdsClient {
     }
 }
 
-/// A reply, taken out of what was received.
+/// A reply, taken out of the received bytes.
 struct Reply {
     command: u16,
     invoke: u32,
@@ -327,7 +327,7 @@ impl Reply {
     }
 }
 
-/// What a packet is to a client; none if it is nothing.
+/// Classifies a packet for a client; none for other kinds.
 fn arrived(packet: &Packet<'_>) -> Option<Arrived> {
     let data = packet.data.to_vec();
     match (packet.command, packet.flags) {

@@ -18,9 +18,9 @@ use super::thread;
 use client::{AdsClient, AdsError};
 use plc::{Notifications, Polling, Writing};
 
-/// So often the PLC is asked for its state, whatever else is asked: that tells one in stop, and a connection that has ended.
+/// Period of requests for the PLC's state, beside all others: they detect a PLC in stop, and a connection that has ended.
 const GLANCE: Span = Span::from_millis(500);
-/// What the state of a running PLC is.
+/// State of a running PLC.
 const RUN: u16 = 5;
 
 /// Starts the thread.
@@ -34,7 +34,7 @@ pub(super) fn start(
     Ok(vec![link])
 }
 
-/// Connects, and connects anew whenever that ends.
+/// Connects, and connects again after each end of the connection.
 fn work(config: &GatewayConfig, ads: &AdsConfig, mut end: PlcEnd) {
     let mut retry = Retry::default();
     let plc = String::from(ads.address.clone());
@@ -84,7 +84,7 @@ fn converse(
     ended
 }
 
-/// How its axes are read.
+/// Mode of reading its axes.
 enum Reading {
     Polling(Polling),
     Notifications(Notifications),
@@ -146,7 +146,7 @@ fn exchange(
                 let part = polling.pauses.next_part();
                 pause(asked, Span::from_secs_f64(period.as_secs_f64() * part));
             }
-            // It has waited.
+            // Waiting for the notification was the pause.
             Reading::Notifications(_) => {}
             Reading::Nothing => pause(machine::now(), period),
         }
@@ -154,7 +154,7 @@ fn exchange(
     Ok(())
 }
 
-/// Says when the runtime of the PLC stops, and when it goes on.
+/// Logs that the runtime of the PLC stops, or runs again.
 fn look(state: u16, end: &PlcEnd) {
     let is_stopped = state != RUN;
     if !end.link.says_stopped(is_stopped) {
@@ -167,7 +167,7 @@ fn look(state: u16, end: &PlcEnd) {
     }
 }
 
-/// Sleeps until so long after an instant.
+/// Sleeps until this span after an instant.
 fn pause(from: Instant<coaxle_os::Machine>, span: Span) {
     machine::sleep_until(from + span);
 }

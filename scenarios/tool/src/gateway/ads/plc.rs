@@ -1,4 +1,4 @@
-//! What is read from the PLC and written to it.
+//! Reading from the PLC and writing to it.
 
 use coaxle_axis::{IMAGE_LEN, ImageLayout, NcToPlcAxis};
 use coaxle_clock::{CycleIndex, Instant, Span};
@@ -15,7 +15,7 @@ use crate::gateway::port::{OutputSlot, PlcEnd};
 
 /// Bytes of the cycle index.
 const INDEX_LEN: usize = 2;
-/// Notifications that do not come for so long do not come any more.
+/// Timeout of notifications.
 const SILENCE: Span = Span::from_secs(1);
 
 /// Reads the index again and again, and the axes whenever it is new.
@@ -81,9 +81,9 @@ struct Memory<'a> {
     index: u32,
     axes: &'a [u32],
     images: &'a mut [[u8; IMAGE_LEN]],
-    /// When the newest index came.
+    /// Time of reception of the newest index.
     at: Instant<Machine>,
-    /// When the index came that the images belong to.
+    /// Time of reception of the index that the images belong to.
     kept: Instant<Machine>,
 }
 
@@ -108,7 +108,7 @@ impl PlcMemory for Memory<'_> {
     }
 }
 
-/// Takes what the PLC sends each cycle.
+/// Receives the notifications that the PLC sends each cycle.
 pub(super) struct Notifications {
     /// The handles of the notifications: of the index, then of the axes.
     parts: Vec<u32>,
@@ -138,8 +138,8 @@ impl Notifications {
         })
     }
 
-    /// Waits for a notification for so long, and sends what becomes whole with it and with those that wait behind it: none
-    /// of them grows old while something is written.
+    /// Waits up to `patience` for a notification, and sends the samples completed by it and by those that wait behind it:
+    /// none of them grows old while a value is written.
     pub(super) fn take(
         &mut self,
         client: &mut AdsClient,
@@ -158,7 +158,7 @@ impl Notifications {
         Ok(())
     }
 
-    /// Sends what becomes whole with a notification.
+    /// Sends the samples that a notification completes.
     fn send(
         &mut self,
         notification: &Notified,
@@ -244,7 +244,7 @@ pub(super) struct Writing {
 }
 
 impl Writing {
-    /// One for each output.
+    /// Prepares the writing of each output.
     pub(super) fn prepare(
         client: &mut AdsClient,
         config: &GatewayConfig,
@@ -277,7 +277,7 @@ impl Writing {
         })
     }
 
-    /// Writes the axes that are there, and then the index: a PLC that sees a new one finds the axes of it.
+    /// Writes the axes that are there, and then the index: a PLC that sees a new one finds its axes.
     pub(super) fn write(
         &mut self,
         client: &mut AdsClient,

@@ -1,5 +1,5 @@
-//! A connection to somebody else's server, as it was recorded (`tests/gateway/record_ads.py`), once more without a network: the
-//! gateway sends what it sent then, byte for byte, and finds in the answers what the server held.
+//! A recorded connection to a third-party server (`tests/gateway/record_ads.py`), replayed without a network: the gateway
+//! sends what it sent then, byte for byte, and receives the recorded responses of the server.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
@@ -17,7 +17,7 @@ use crate::gateway::port::{OutputSlot, Stop, rings};
 
 const RECORDED: &str = include_str!("recorded.txt");
 
-/// That of the recording, but for where the PLC is.
+/// Config of the recording, except for the PLC's address.
 const CONFIG: &str = "
     name = 'plc'
     cycle-time-us = 100000
@@ -42,7 +42,7 @@ const CONFIG: &str = "
     image = 'external-set-values'
 ";
 
-/// The velocities of the axis in the server and of the slave, mm/s, and how far the axis goes in a cycle, mm.
+/// The velocities of the axis in the server and of the slave, mm/s, and the distance of the axis per cycle, mm.
 const VELOCITY: f64 = 500.0;
 const SLAVE_VELOCITY: f64 = 250.0;
 const STEP: f64 = 50.0;
@@ -67,7 +67,7 @@ fn recorded() -> VecDeque<Recorded> {
     lines.map(packet).collect()
 }
 
-/// What is left of the recording.
+/// Rest of the recording.
 #[derive(Clone)]
 struct Tape(Arc<Mutex<VecDeque<Recorded>>>);
 
@@ -76,7 +76,7 @@ impl Tape {
         self.0.lock().unwrap().pop_front()
     }
 
-    /// What the gateway sent next, so many requests ahead: command, index group and offset, data behind the length.
+    /// The gateway's request at this place of the rest: command, index group and offset, data behind the length.
     fn request(&self, ahead: usize) -> Option<(u16, [u32; 2], Vec<u8>)> {
         let left = self.0.lock().unwrap();
         let sent = left
@@ -118,13 +118,13 @@ impl Wire for Tape {
     }
 }
 
-/// Whose the recording is: the first packet says it.
+/// Address of the gateway in the recording, which the first packet has.
 fn address_of_gateway(tape: &VecDeque<Recorded>) -> AmsAddress {
     let (packet, _) = take_packet(&tape[0].bytes).unwrap().unwrap();
     packet.unwrap().source
 }
 
-/// What is written next: the slaves of one cycle of the receiver, the first as a structure, the second as set values.
+/// Next values written: the slaves of one cycle of the receiver, the first as a structure, the second as set values.
 fn written(tape: &Tape) -> Option<OutputSlot> {
     let (WRITE, [VALUE_BY_HANDLE, _], image) = tape.request(0)? else {
         return None;

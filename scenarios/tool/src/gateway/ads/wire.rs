@@ -1,4 +1,4 @@
-//! What the bytes of an ADS connection come and go over: a TCP connection, or a recorded one.
+//! Byte streams of an ADS connection: a TCP connection, or a recorded one.
 
 use std::io::{ErrorKind, Read, Result, Write};
 use std::net::{IpAddr, TcpStream, ToSocketAddrs};
@@ -8,13 +8,13 @@ use coaxle_clock::Span;
 
 /// A connection as bytes.
 pub(super) trait Wire: Send {
-    /// Sends all of it.
+    /// Sends all bytes.
     ///
     /// # Errors
     /// The connection has ended.
     fn send(&mut self, bytes: &[u8]) -> Result<()>;
 
-    /// Takes what comes within `patience`: how many bytes, 0 if nothing came.
+    /// Takes bytes that come within `patience`. Returns their number, 0 if none came.
     ///
     /// # Errors
     /// The connection has ended.
@@ -25,10 +25,10 @@ pub(super) trait Wire: Send {
 pub(super) struct Tcp(TcpStream);
 
 impl Tcp {
-    /// Connects to the first address of the host that answers within `patience`.
+    /// Connects to the first address of the host that accepts within `patience`.
     ///
     /// # Errors
-    /// None does.
+    /// No address does.
     pub(super) fn reach(host: &str, port: u16, patience: Span) -> Result<Self> {
         let patience = duration(patience);
         let mut failed = ErrorKind::AddrNotAvailable.into();

@@ -7,15 +7,15 @@ use coaxle_recording::{Item, ReadTable, Reader, Row, Value};
 
 use super::super::open;
 
-/// As many signals are named.
+/// Greatest number of signals listed.
 const MOST_LINES: usize = 10;
 
-/// How rows differ from those that were recorded.
+/// Differences of the rows from those recorded.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Comparison {
     /// Rows that are in both.
     rows: u64,
-    /// Of those, rows in which something differs.
+    /// Number of these rows in which something differs.
     differing: u64,
     /// Signals that both have.
     signals: usize,
@@ -23,19 +23,19 @@ pub(super) struct Comparison {
     begin_ns: Option<i64>,
     /// Rows that are in one of both only.
     alone: u64,
-    /// What differs, by signal, in the order of the recording.
+    /// Differences by signal, in the order of the recording.
     differences: Vec<Difference>,
 }
 
-/// How a signal differs.
+/// Differences of a signal.
 #[derive(Clone, Debug, PartialEq)]
 struct Difference {
     name: String,
     unit: String,
     rows: u64,
-    /// When it does first, s after the first row.
+    /// Time of the first difference, s after the first row.
     first_s: f64,
-    /// Of numbers.
+    /// Largest difference of numbers.
     largest: Option<f64>,
 }
 
@@ -74,7 +74,7 @@ pub(super) fn compare(recorded: &Path, replayed: &Path) -> anyhow::Result<Compar
 }
 
 impl Comparison {
-    /// Whether all rows that are in both are the same, and there are any.
+    /// True if both have rows in common and all of these are equal.
     pub(super) const fn is_same(&self) -> bool {
         self.rows > 0 && self.differing == 0
     }
@@ -158,7 +158,7 @@ impl Difference {
     }
 }
 
-/// To the last bit: a number that is none is itself.
+/// Equality to the last bit: NaN equals NaN.
 fn is_same(was: Option<&Value>, is: Option<&Value>) -> bool {
     match (was, is) {
         (Some(Value::Number(was)), Some(Value::Number(is))) => was.to_bits() == is.to_bits(),
@@ -226,7 +226,7 @@ impl Rows {
         Ok(Self(Reader::new(open(path)?)))
     }
 
-    /// Of which there is a row.
+    /// The table, once a row of it was read.
     fn table(&self) -> &ReadTable {
         &self.0.tables()[0]
     }

@@ -1,4 +1,4 @@
-//! The receiver that is told once more.
+//! The receiver that is run again.
 
 use std::io::Write;
 
@@ -14,13 +14,13 @@ pub(super) struct Replayed<W: Write> {
     encoder: RowEncoder,
     writer: Writer<W>,
     cycles: u64,
-    /// Of the first and the newest cycle, ns of the recorded machine.
+    /// Times of the first and the newest cycle, ns of the recorded machine.
     span_ns: Option<(i64, i64)>,
     notes: Vec<String>,
 }
 
 impl<W: Write> Replayed<W> {
-    /// Before its first cycle.
+    /// The receiver before its first cycle.
     pub(super) fn start(
         config: &ReceiverConfig,
         epoch: u64,
@@ -49,12 +49,12 @@ impl<W: Write> Replayed<W> {
         })
     }
 
-    /// What whoever compares ought to know.
+    /// Reservations about the comparison.
     pub(super) fn notes(&self) -> Vec<String> {
         self.notes.clone()
     }
 
-    /// Tells it what the recorded one was told before a scan, and runs that.
+    /// Gives the receiver the recorded inputs of a scan, and runs the scan.
     pub(super) fn scan(&mut self, at_ns: i64, woke_ns: i64, scan: &Scan) -> anyhow::Result<()> {
         let receiver = &mut self.receiver;
         for received in &scan.received {
@@ -75,7 +75,7 @@ impl<W: Write> Replayed<W> {
         Ok(())
     }
 
-    /// How many cycles it was, and how many seconds.
+    /// Number of cycles, and their time in seconds.
     pub(super) fn finish(self) -> anyhow::Result<(u64, f64)> {
         self.writer.finish().context("the replay")?;
         let seconds = |(first, last): (i64, i64)| last.saturating_sub(first) as f64 * 1e-9;
@@ -83,7 +83,7 @@ impl<W: Write> Replayed<W> {
     }
 }
 
-/// What a drive in another process said is in no recording.
+/// Notes on drives in other processes, whose responses are in no recording.
 fn notes(config: &ReceiverConfig) -> Vec<String> {
     let slaves = config.slaves.iter();
     let is_outside = |drive: &DriveConfig| matches!(drive, DriveConfig::SharedMemory(_));

@@ -4,7 +4,7 @@ use toml_edit::DocumentMut;
 
 use serde_json::{Value, json};
 
-/// What a number is measured in.
+/// Unit of a number.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Measure {
     Position,
@@ -19,9 +19,9 @@ struct Field {
     path: &'static str,
     label: &'static str,
     measure: Measure,
-    /// Whether it can be below zero.
+    /// True if values below zero are allowed.
     is_signed: bool,
-    /// Whether it may be left out.
+    /// True if the field may be left out.
     is_optional: bool,
 }
 
@@ -41,7 +41,7 @@ const fn field(
     }
 }
 
-/// Those outside of the command.
+/// Fields outside of the command.
 const MOMENT: [Field; 11] = [
     field(
         "master.position",
@@ -116,7 +116,7 @@ const MOMENT: [Field; 11] = [
     ),
 ];
 
-/// Those of either command, behind its name.
+/// Fields of either command, behind its name.
 const COMMAND: [Field; 7] = [
     field("ratio.numerator", "Ratio", Measure::Plain, true, false),
     field(
@@ -157,7 +157,7 @@ const COMMAND: [Field; 7] = [
     ),
 ];
 
-/// Those of a synchronisation to positions.
+/// Fields of a synchronisation to positions.
 const TO_POSITIONS: [Field; 3] = [
     field(
         "master-sync-position",
@@ -187,7 +187,7 @@ const WORDS: [&str; 3] = ["title", "master-unit", "slave-unit"];
 const COMMAND_WORDS: [&str; 3] = ["sync-mode.mask", "sync-mode.base", "strategy"];
 const COMMANDS: [&str; 2] = ["gear-in-pos", "gear-in-velo"];
 
-/// Whether the page may change it.
+/// True if the page may change the field.
 pub(super) fn is_known(path: &str) -> bool {
     let in_command = COMMANDS
         .iter()
@@ -201,7 +201,7 @@ pub(super) fn is_known(path: &str) -> bool {
     }
 }
 
-/// Each with its value and how far its slider goes.
+/// Every field with its value and the range of its slider.
 pub(super) fn sliders(document: &DocumentMut, command: &str) -> Value {
     let to_positions: &[Field] = if command == "gear-in-pos" {
         &TO_POSITIONS
@@ -221,7 +221,7 @@ pub(super) fn sliders(document: &DocumentMut, command: &str) -> Value {
         })
         .collect();
     let sliders = all.iter().map(|(path, field, value)| {
-        // One that is not there or zero goes as far as the others of its kind.
+        // A field that is missing or zero takes the largest range of its measure.
         let alike = all
             .iter()
             .filter(|(_, other, _)| other.measure == field.measure);

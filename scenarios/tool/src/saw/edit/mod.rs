@@ -22,7 +22,7 @@ use crate::edit::toml_text::{document, put_at, value_of};
 use crate::edit::{Design, EditArgs, Parts, edit};
 use crate::sync_flags::flag_name;
 
-/// Which saw.
+/// Arguments of `coaxle saw edit`.
 #[derive(Debug, Args)]
 pub struct SawEditArgs {
     #[command(flatten)]
@@ -34,10 +34,10 @@ const PARTS: Parts = Parts {
     js: include_str!("page.js"),
 };
 
-/// Gives out the page until Ctrl-C.
+/// Serves the page until Ctrl-C.
 ///
 /// # Errors
-/// A file that cannot be read, or an address that is not to be had.
+/// A file that cannot be read, or an address that is not available.
 pub(crate) fn run(args: &SawEditArgs) -> anyhow::Result<Exit> {
     let design = SawDesign {
         path: args.edit.file.clone(),
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &SawEditArgs) -> anyhow::Result<Exit> {
 
 /// A saw on a page.
 struct SawDesign {
-    /// What errors call the file.
+    /// Name of the file in errors.
     path: PathBuf,
     /// The last text that could be planned: it is drawn faint while another one is refused.
     last: Option<String>,
@@ -61,7 +61,7 @@ const TEMPLATE: &str = "title = \"\"\nmaster-unit = \"mm\"\nslave-unit = \"mm\"\
     [gear-in-pos]\nratio = { numerator = 1 }\nmaster-sync-position = 500\nslave-sync-position = 250\n\
     sync-mode.mask = [\"min-pos\", \"max-pos\", \"max-velo\", \"max-acc\", \"max-dec\", \"max-jerk\"]\n";
 
-/// What the page wants to change.
+/// A change from the page.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 enum Change {
@@ -121,7 +121,7 @@ impl Design for SawDesign {
     }
 
     fn check(&self, text: &str) -> Result<(), String> {
-        // What is refused can be saved: it is a file in order.
+        // A refused synchronisation can be saved: its file is in order.
         self.saw(text).map(drop)
     }
 

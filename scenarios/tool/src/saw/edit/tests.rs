@@ -28,7 +28,7 @@ fn every_shipped_saw_has_a_view_with_its_plan_or_what_refuses_it() {
             "{}",
             file.display()
         );
-        // What is refused is drawn faint, as it would be if nothing were checked.
+        // A refused course is drawn faint, as it would be if nothing were checked.
         let curve = &view["curves"][0];
         assert_eq!(curve["is_faint"], planned.is_err(), "{}", file.display());
         for slider in view["sliders"].as_array().unwrap() {
@@ -45,7 +45,7 @@ fn every_shipped_saw_has_a_view_with_its_plan_or_what_refuses_it() {
     assert!(design().view(&text, &Value::Null)["plan"].is_object());
 }
 
-/// Each remedy of a refusal is taken as the page would take it.
+/// Applies each remedy of a refusal as the page would.
 #[test]
 fn what_is_said_to_pass_passes() {
     let text = shipped_text("too-close.toml");

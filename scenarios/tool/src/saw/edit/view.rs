@@ -74,7 +74,7 @@ fn curve(saw: &SawFile, course: &Course<'_>, is_faint: bool) -> Value {
     json!({ "name": "the slave", "along": along, "values": values, "is_faint": is_faint })
 }
 
-/// Where its phases begin and end.
+/// Beginnings and ends of the phases.
 fn marks(saw: &SawFile, course: &Course<'_>) -> Value {
     let charts = charts(saw, course);
     let (along, values) = charts.marks.columns();
@@ -85,7 +85,7 @@ fn marks(saw: &SawFile, course: &Course<'_>) -> Value {
     (0..along.len()).map(mark).collect()
 }
 
-/// What was planned before the text was refused.
+/// The last plan, while the present text is refused.
 fn faint(design: &SawDesign) -> Value {
     let last = design
         .last

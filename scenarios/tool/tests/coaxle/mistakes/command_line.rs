@@ -1,4 +1,4 @@
-//! Mistakes on the command line, with what it names: files, folders, disks.
+//! Mistakes on the command line, with the files, folders and disks that it names.
 
 use crate::mistakes::{FAILED, WRONG_ARGUMENT, WRONG_FILE};
 

@@ -1,6 +1,6 @@
 //! Mistakes in files.
 
-/// Of which file, what is there instead of what, and the line that it gives; `…` stands for a long list.
+/// File, text in it, mistake in its place, and the resulting line; `…` stands for a long list.
 pub(crate) const IN_FILES: &[(&str, &str, &str, &str)] = &[
     (
         "s.toml",

@@ -1,5 +1,5 @@
-//! What newcomers get wrong: each mistake ends the tool with one line that says where it is, what was received, and what is
-//! expected or what to do.
+//! Mistakes of newcomers. Each ends the tool with one line: where it is, what was received, and what is expected or what
+//! to do.
 
 mod command_line;
 mod good;
@@ -22,12 +22,12 @@ fn coaxle(folder: &Path, arguments: &[&str]) -> Output {
         .expect("the tool runs")
 }
 
-/// What is wrong in a file is so the next time, too; other things may not be.
+/// A mistake in a file lasts until the file changes; other failures need not.
 const WRONG_FILE: i32 = 78;
 const WRONG_ARGUMENT: i32 = 2;
 const FAILED: i32 = 1;
 
-/// What the tool says of what it cannot do, ending with this code: the lines that begin with "error: ", without that.
+/// Lines of the tool that begin with "error: ", without that prefix. The tool must end with this code.
 fn said(folder: &Path, arguments: &[&str], code: i32) -> Vec<String> {
     let output = coaxle(folder, arguments);
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -37,7 +37,7 @@ fn said(folder: &Path, arguments: &[&str], code: i32) -> Vec<String> {
     lines.map(str::to_owned).collect()
 }
 
-/// Whether a line is the expected one, in which `…` stands for anything.
+/// True if a line is the expected one, in which `…` stands for anything.
 fn is(line: &str, expected: &str) -> bool {
     match expected.split_once('…') {
         Some((begin, end)) => line.starts_with(begin) && line.ends_with(end),
@@ -50,7 +50,7 @@ struct Kind {
     file: &'static str,
     good: &'static str,
     check: &'static [&'static str],
-    /// How the tool ends with a mistake in it.
+    /// Exit code of the tool with a mistake in it.
     code: i32,
 }
 
