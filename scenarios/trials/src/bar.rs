@@ -1,4 +1,4 @@
-//! How far something is, on a terminal.
+//! Progress on a terminal.
 
 use std::io::{self, IsTerminal};
 
@@ -6,7 +6,7 @@ use coaxle_lab::finished::Progress;
 use coaxle_os::Interrupt;
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A progress bar, on a terminal only; and Ctrl-C, which ends what it shows.
+/// A progress bar, on a terminal only; Ctrl-C ends the task it shows.
 pub struct Bar {
     bar: ProgressBar,
     interrupt: Interrupt,
@@ -16,7 +16,7 @@ pub struct Bar {
 const STEPS: u64 = 1_000;
 
 impl Bar {
-    /// With what is behind the share.
+    /// A bar with this message behind the share.
     ///
     /// # Errors
     /// Signals that cannot be listened to.
@@ -33,7 +33,7 @@ impl Bar {
         Ok(Self { bar, interrupt })
     }
 
-    /// Takes it off the screen.
+    /// Removes the bar from the screen.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }

@@ -2,7 +2,7 @@
 //!
 //! Every node runs as a process of its own (this very program, called with `sender` or `receiver`)
 //! and writes its trace. All of them read one monotonic clock, so afterwards each receiver cycle
-//! can be compared with what the master really did.
+//! can be compared with the master's true motion.
 
 mod child;
 mod death;
@@ -53,7 +53,7 @@ impl Stage for Processes {
 /// Runs a checked scenario as processes. Their configs, logs, traces and raw arrivals are left in
 /// `out/nodes`.
 ///
-/// A node that a signal kills although the scenario does not order it is no error: it is among what failed of the run.
+/// A node that a signal kills although the scenario does not order it is no error: it is among the failures of the run.
 ///
 /// # Errors
 /// A node that does not start, ends by itself, or whose memory grows while it runs; a trace that cannot be read.
@@ -86,15 +86,15 @@ pub fn run(
     Ok(finished.interrupted_at(played.interrupted_at_s))
 }
 
-/// What happened while the nodes ran.
+/// Record of the run of the nodes.
 struct Played {
     begin: Instant<Machine>,
-    /// When it was ended before its time, s.
+    /// Time at which it was interrupted, s.
     interrupted_at_s: Option<f64>,
     deaths: Vec<Death>,
 }
 
-/// Starts every node but the twins, lets the events happen, and ends every node.
+/// Starts every node but the duplicate senders, lets the events happen, and ends every node.
 fn play(
     scenario: &Scenario,
     topology: &Topology,
@@ -150,7 +150,7 @@ fn play(
     })
 }
 
-/// How often the runner looks after its nodes.
+/// Interval of checks of the nodes.
 const LOOK: Duration = Duration::from_millis(20);
 
 fn wait(time: Duration) {

@@ -1,4 +1,4 @@
-//! The two nodes that are measured, as their files would say.
+//! Config files of the two nodes that are measured.
 
 use std::fmt::Write;
 
@@ -12,7 +12,7 @@ use coaxle_receiver::{Receiver, ReceiverConfig, ReceiverSnapshot};
 use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
 
-/// What is the same of both.
+/// Settings that both nodes share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct NodesConfig {
     pub(super) cycle: Span,
@@ -22,7 +22,7 @@ pub(super) struct NodesConfig {
 
 const SENDER: &str = "bench-sender";
 const RECEIVER: &str = "bench-receiver";
-/// As in the configs of the tour: a PC without real-time priority pauses for longer than the defaults bear.
+/// As in the configs of the tour: a PC without real-time priority pauses for longer than the defaults allow.
 const PATIENT: &str = "[far.sync.time-sync]\nmax-cycle-index-difference = 120.0\nage-of-data-limit = 100\nautomatic-re-init = true\n";
 
 impl NodesConfig {
@@ -61,10 +61,10 @@ impl NodesConfig {
         ))
     }
 
-    /// How many bytes a frame of the sender has, as it travels.
+    /// Length of a frame of the sender as transmitted, bytes.
     ///
     /// # Errors
-    /// It is no sender, or published nothing.
+    /// The config is no sender's, or the sender published nothing.
     pub(super) fn frame_bytes(&self) -> anyhow::Result<usize> {
         let config = sender_config(&self.sender(None)?)?;
         let seal = KeySeal::new(&config.name.channel_key(Channel::Axes));
@@ -83,7 +83,7 @@ pub(super) fn sender_config(text: &str) -> anyhow::Result<SenderConfig> {
     Ok(parse(SENDER, text)?)
 }
 
-/// The sender as its own program runs it, but for who keeps its records and what `wrap` makes of it.
+/// The sender as its own program runs it, except for its recorder and for the node that `wrap` makes of it.
 pub(super) fn sender_setup<N: Node + 'static>(
     config: &SenderConfig,
     recorder: Box<dyn Recorder<N::Snapshot>>,
@@ -94,7 +94,7 @@ pub(super) fn sender_setup<N: Node + 'static>(
     coaxle_sender::run::setup(config, Box::new(build), recorder)
 }
 
-/// The receiver as its own program runs it, but for who keeps its records.
+/// The receiver as its own program runs it, except for its recorder.
 pub(super) fn receiver_setup(
     text: &str,
     recorder: Box<dyn Recorder<ReceiverSnapshot>>,

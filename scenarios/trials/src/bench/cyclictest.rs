@@ -6,13 +6,13 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, bail};
 use coaxle_clock::Span;
 
-/// The latencies above this are told apart no more, µs.
+/// Upper end of the histogram, µs.
 const MOST_US: u32 = 20_000;
 
-/// Runs it with one thread for so long. Gives what it measured, ns; none where it is not installed.
+/// Runs it with one thread for this time. Returns the latencies, ns; none where it is not installed.
 ///
 /// # Errors
-/// It does not run, or says nothing that can be read.
+/// It does not run, or its output cannot be read.
 pub(super) fn run(
     cycle: Span,
     time: Span,
@@ -38,8 +38,8 @@ pub(super) fn run(
     measured(&String::from_utf8_lossy(&output.stdout)).map(Some)
 }
 
-/// The latencies of a histogram of whole microseconds, ns. Of those beyond it only the worst is known, which all of them
-/// are taken for.
+/// The latencies of a histogram of whole microseconds, ns. Those beyond the histogram are all taken for the worst, which
+/// alone is known.
 fn measured(text: &str) -> anyhow::Result<Vec<i64>> {
     let mut latencies = Vec::new();
     let (mut most_us, mut beyond) = (0, 0);

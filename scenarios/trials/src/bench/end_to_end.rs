@@ -1,4 +1,4 @@
-//! How long a sample is on its way between two processes: as a datagram, over Zenoh alone, and between our nodes.
+//! Latency of a sample between two processes: as a datagram, over Zenoh alone, and between our nodes.
 
 use std::collections::BTreeMap;
 
@@ -11,10 +11,10 @@ use super::quantiles::{Quantiles, Ratio};
 use super::settings::{Settings, connecting, free_address, listening};
 use super::turns::Turns;
 
-/// One way over loopback, from the wake-up of the loop that sends.
+/// Latencies one way over loopback, from the wake-up of the loop that sends.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct EndToEnd {
-    /// Of a message, the same for all.
+    /// Length of a message, equal for all.
     pub(super) bytes: usize,
     pub(super) axes: u32,
     /// From the wake-up to the arrival.
@@ -25,14 +25,14 @@ pub(super) struct EndToEnd {
     pub(super) zenoh_network: Option<Quantiles>,
     pub(super) stages: Stages,
     pub(super) ratios: Ratios,
-    /// What the system did not grant.
+    /// Requests for real time that the system did not grant.
     pub(super) denied: Vec<String>,
 }
 
-/// Where the time goes between our nodes.
+/// Stages of the latency between our nodes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Stages {
-    /// From when the sender's cycle should have begun to when it did.
+    /// From the ideal start of the sender's cycle to its wake-up.
     pub(super) wake_up: Option<Quantiles>,
     /// To the frame in the outbox.
     pub(super) scan: Option<Quantiles>,
@@ -42,7 +42,7 @@ pub(super) struct Stages {
     pub(super) network: Option<Quantiles>,
     /// To the beginning of the scan that takes it in.
     pub(super) wait: Option<Quantiles>,
-    /// From the wake-up of the sender to that.
+    /// From the wake-up of the sender to the beginning of that scan.
     pub(super) to_scan: Option<Quantiles>,
 }
 
@@ -60,7 +60,7 @@ pub(super) struct Ratios {
 /// Datagrams, Zenoh alone, our nodes.
 const CONTENDERS: i64 = 3;
 
-/// How long it takes.
+/// Planned time of the measurement.
 pub(super) fn planned(settings: &Settings) -> Span {
     settings.planned(CONTENDERS, WARM_UP)
 }
@@ -76,7 +76,7 @@ pub(super) fn measure(
     let turn = settings.turn(CONTENDERS);
     let mut ways = Ways::default();
     for round in 0..settings.rounds {
-        // Each comes first as often as last.
+        // Each contender is first as often as last.
         for place in 0..CONTENDERS {
             match (place + i64::from(round)) % CONTENDERS {
                 0 => ways.udp.add(&udp(settings, bytes)?.measure(turn, turns)?),
@@ -127,7 +127,7 @@ pub(super) fn nodes(settings: &Settings, axes: u32, stamps: bool) -> anyhow::Res
     Ok(Pair::new(sender, Plan::Receiver { config }))
 }
 
-/// What came of the rounds, ns.
+/// Measurements of all rounds, ns.
 #[derive(Default)]
 struct Ways {
     udp: Bare,
@@ -135,7 +135,7 @@ struct Ways {
     nodes: Ours,
 }
 
-/// Of a bare loop, in each round.
+/// Latencies of a bare loop, in each round.
 #[derive(Default)]
 struct Bare {
     one_way: Vec<Vec<i64>>,
@@ -154,7 +154,7 @@ impl Bare {
     }
 }
 
-/// Of our nodes.
+/// Latencies of our nodes.
 #[derive(Default)]
 struct Ours {
     one_way: Vec<Vec<i64>>,
@@ -206,7 +206,7 @@ struct Way {
     used: i64,
 }
 
-/// Of every frame that came and whose cycle is known.
+/// Stamps of every received frame whose cycle is known.
 fn ways<'a>(sender: &'a Told, receiver: &'a Told) -> impl Iterator<Item = Way> + 'a {
     let cycles: BTreeMap<u64, _> = sender.cycles.iter().map(|c| (c.count, c)).collect();
     receiver.frames.iter().filter_map(move |frame| {

@@ -1,4 +1,4 @@
-//! What a hundred axes in one frame cost each side.
+//! Processor load of each side for a hundred axes in one frame.
 
 use coaxle_clock::Span;
 use serde::Serialize;
@@ -12,11 +12,11 @@ use super::turns::Turns;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Load {
     pub(super) axes: u32,
-    /// Of a frame.
+    /// Length of a frame.
     pub(super) bytes: usize,
     /// Axes that the receiver followed at the end of each round, the fewest.
     pub(super) followed: usize,
-    /// Our nodes; none where nobody knows how to ask.
+    /// Our nodes; absent where the system does not report processor times.
     pub(super) nodes: Option<Sides>,
     /// A bare loop and Zenoh, with messages as long.
     pub(super) zenoh: Option<Sides>,
@@ -32,11 +32,11 @@ pub(super) struct Sides {
 /// Our nodes, Zenoh alone.
 const CONTENDERS: i64 = 2;
 
-/// Until a receiver knows the clock that it follows, and all its axes with it: some six seconds, more on a machine that others
-/// use. Both contenders wait as long, so that neither is measured in a better moment.
+/// Time until a receiver knows the clock that it follows, and all its axes with it: some six seconds, more on a busy
+/// machine. Both contenders wait this long, so that neither is measured in a better moment.
 const WARM_UP: Span = Span::from_secs(15);
 
-/// How long it takes.
+/// Planned time of the measurement.
 pub(super) fn planned(settings: &Settings) -> Span {
     settings.planned(CONTENDERS, WARM_UP)
 }
@@ -69,7 +69,7 @@ pub(super) fn measure(
     })
 }
 
-/// Of all rounds, which were as long.
+/// Mean over all rounds, which are equally long.
 fn mean(rounds: &[Measured]) -> Option<Sides> {
     let loads: Vec<[f64; 2]> = rounds
         .iter()

@@ -1,7 +1,7 @@
-//! `coaxle bench`: the real path from end to end, beside what the same machine does without us.
+//! `coaxle bench`: the real path from end to end, beside the same machine without coaxle.
 //!
-//! Whatever is compared is measured in turns within one run, so that a machine that is now faster and now slower hits all
-//! alike; ratios say more than times. Processes are this very program, which starts itself.
+//! Contenders are measured in turns within one run, so that changes of the machine's speed affect all of them equally;
+//! ratios say more than times. Processes are this very program, which starts itself.
 
 mod configs;
 mod cyclictest;
@@ -40,16 +40,16 @@ use wake_up::WakeUp;
 pub use peer::{PeerArgs, run as run_peer};
 pub use plan::PEER;
 
-/// What is measured.
+/// Arguments of `coaxle bench`.
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// Which parts [default: wake-up, end-to-end, load]
+    /// Parts to measure [default: wake-up, end-to-end, load]
     #[arg(value_enum)]
     parts: Vec<Part>,
-    /// How long each part measures, without what it takes to start: 30s, 2min …
+    /// Time that each part measures, without startup: 30s, 2min …
     #[arg(long = "for", value_name = "DURATION", default_value = "30s", value_parser = parse_duration)]
     time: Span,
-    /// In how many rounds: those that are compared take turns in each
+    /// Number of rounds: contenders take turns in each
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: u32,
     /// Cycle time of all loops and nodes, µs: 100 to 100000
@@ -61,7 +61,7 @@ pub struct BenchArgs {
     /// Axes of a frame in the part load, 1 to 128
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=128))]
     load_axes: u32,
-    /// How much is lost either way in the part transports, % of packets, in a network namespace: that takes root, ip and
+    /// Loss in each direction in the part transports, % of packets, in a network namespace: that takes root, ip and
     /// iptables
     #[arg(long, value_name = "PERCENT", value_delimiter = ',', default_value = "0,1,5", value_parser = percent)]
     loss: Vec<f64>,
@@ -76,23 +76,23 @@ pub struct BenchArgs {
 /// A part of the measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Part {
-    /// How late the cycle thread of a node wakes, beside a bare loop and cyclictest
+    /// Lateness of a node's cycle thread at wake-up, beside a bare loop and cyclictest
     WakeUp,
-    /// How long a sample is on its way between two processes, beside datagrams and Zenoh alone
+    /// Latency of a sample between two processes, beside datagrams and Zenoh alone
     EndToEnd,
-    /// What many axes in one frame cost each side
+    /// Load of each side for many axes in one frame
     Load,
-    /// How old the newest message is over each transport while packets are lost
+    /// Age of the newest message over each transport while packets are lost
     Transports,
 }
 
-/// How it is shown.
+/// Format of the output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Format {
     /// Tables.
     #[default]
     Plain,
-    /// One object.
+    /// A single object.
     Json,
 }
 
@@ -108,7 +108,7 @@ fn percent(text: &str) -> Result<f64, String> {
     share.ok_or_else(|| "expected a percentage from 0 to 50".to_owned())
 }
 
-/// Everything that was measured.
+/// Results of all parts.
 #[derive(Debug, Serialize)]
 struct Found {
     kernel: String,

@@ -6,12 +6,12 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, bail};
 
-/// Both ends of the cable: of the addresses that are set aside for measurements (RFC 2544).
+/// Addresses of the cable's ends, set aside for measurements (RFC 2544).
 pub(super) const HERE: Ipv4Addr = Ipv4Addr::new(198, 18, 0, 1);
 pub(super) const THERE: Ipv4Addr = Ipv4Addr::new(198, 18, 0, 2);
 const PREFIX: u8 = 30;
 
-/// The chains of the far end: what comes, and what goes.
+/// Chains of the far end, for incoming and outgoing packets.
 const CHAINS: [&str; 2] = ["INPUT", "OUTPUT"];
 
 /// The namespace, until it is dropped.
@@ -20,10 +20,10 @@ pub(super) struct Namespace {
 }
 
 impl Namespace {
-    /// Makes it, with a cable that loses nothing.
+    /// Creates a namespace, with a cable that loses nothing.
     ///
     /// # Errors
-    /// What is missing for that: a tool, a permission, something of the kernel.
+    /// The missing tool, permission or kernel feature.
     pub(super) fn new() -> anyhow::Result<Self> {
         let number = std::process::id();
         let name = format!("coaxle-bench-{number}");
@@ -44,7 +44,7 @@ impl Namespace {
         Ok(namespace)
     }
 
-    /// From now on this share of all packets is lost, either way.
+    /// Loses this share of all packets in each direction from now on.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -68,7 +68,7 @@ impl Namespace {
         Ok(())
     }
 
-    /// What comes before a program to run it there.
+    /// Command line prefix that runs a program there.
     pub(super) fn prefix(&self) -> Vec<String> {
         ["ip", "netns", "exec", &self.name]
             .map(str::to_owned)
@@ -82,7 +82,7 @@ impl Namespace {
 }
 
 impl Drop for Namespace {
-    /// The cable goes with it.
+    /// The cable is deleted with the namespace.
     fn drop(&mut self) {
         let _ = run("ip", &["netns", "delete", &self.name]);
     }

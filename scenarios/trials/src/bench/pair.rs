@@ -1,4 +1,4 @@
-//! Two processes, one that sends and one that receives, over a while that is measured.
+//! A sending and a receiving process, measured for a given time.
 
 use coaxle_clock::Span;
 use coaxle_os::machine;
@@ -7,32 +7,32 @@ use super::plan::{Plan, Told};
 use super::process::Process;
 use super::turns::Turns;
 
-/// Until both have met and all is warm; what comes meanwhile does not count.
+/// Time for both to meet and warm up, which does not count.
 pub(super) const WARM_UP: Span = Span::from_millis(500);
 
-/// A process that nobody ends does so itself so long after its time.
+/// Time after which a process ends by itself if it is not ended.
 const PATIENCE: Span = Span::from_secs(30);
 
-/// Who sends and who receives.
+/// The sender and the receiver.
 pub(super) struct Pair {
     pub(super) sender: Plan,
     pub(super) receiver: Plan,
-    /// What comes before the program of the receiver, if anything.
+    /// Command line prefix of the receiver's program, if any.
     pub(super) before_receiver: Vec<String>,
     pub(super) warm_up: Span,
 }
 
-/// What both tell, of the while that was measured.
+/// Reports of both over the measured time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Measured {
     pub(super) sender: Told,
     pub(super) receiver: Told,
-    /// How much of a processor each took, 1: a whole one; none where nobody knows.
+    /// Processor load of each, 1: a whole processor; absent where the system does not report it.
     pub(super) load: Option<[f64; 2]>,
 }
 
 impl Pair {
-    /// On this machine, without anything between.
+    /// A pair on this machine, without anything between.
     pub(super) const fn new(sender: Plan, receiver: Plan) -> Self {
         Self {
             sender,
@@ -42,13 +42,13 @@ impl Pair {
         }
     }
 
-    /// Lets both run, and keeps what was within the time.
+    /// Lets both run, and keeps the records within the measured time.
     ///
     /// # Errors
-    /// Either fails, or Ctrl-C came.
+    /// Either process fails, or Ctrl-C came.
     pub(super) fn measure(&self, time: Span, turns: &mut Turns<'_>) -> anyhow::Result<Measured> {
         let limit = self.warm_up + time + PATIENCE;
-        // Who connects tries again only after a while: the one who listens begins.
+        // A connecting process tries again only after a while: the listening one begins.
         let sender = Process::start("sending process", &self.sender, limit, &[])?;
         let before = &self.before_receiver;
         let receiver = Process::start("receiving process", &self.receiver, limit, before)?;
@@ -63,7 +63,7 @@ impl Pair {
         let load = before
             .zip(after)
             .map(|(before, after)| [0, 1].map(|side| share(before[side], after[side])));
-        // While there is still somebody to follow.
+        // While there is still a sender to follow.
         let receiver = receiver.end()?;
         let mut measured = Measured {
             sender: sender.end()?,
@@ -84,7 +84,7 @@ impl Measured {
         received.looks.retain(|look| within(look.at));
     }
 
-    /// What somebody did not get that was asked for.
+    /// Requests for real time that the system did not grant to either process.
     pub(super) fn denied(&self) -> impl Iterator<Item = &String> {
         self.sender.denied.iter().chain(&self.receiver.denied)
     }

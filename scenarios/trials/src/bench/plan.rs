@@ -1,44 +1,44 @@
-//! What a process of the measurement is to do, and what it tells at its end. Both travel as JSON.
+//! Plans of the processes of a measurement, and their reports. Both travel as JSON.
 
 use std::net::SocketAddr;
 
 use coaxle_node::config::{RealTimeConfig, TransportConfig};
 use serde::{Deserialize, Serialize};
 
-/// The line that says that messages can be sent, or received, from now on.
+/// Line with which a process reports that it can send, or receive.
 pub(super) const READY: &str = "ready";
 
 /// The command, not shown in the help, that makes this program one of them.
 pub const PEER: &str = "bench-peer";
 
-/// What a process does until it is asked to end.
+/// Part of a process until it is ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Plan {
     /// Sends datagrams, one a cycle.
     UdpSender { to: SocketAddr, pace: Pace },
-    /// Receives them.
+    /// Receives these datagrams.
     UdpReceiver { at: SocketAddr, looks: Option<Pace> },
     /// Publishes in a Zenoh session like that of a node, one message a cycle, and nothing else.
     ZenohSender {
         transport: TransportConfig,
         pace: Pace,
     },
-    /// Subscribes to that.
+    /// Subscribes to these messages.
     ZenohReceiver {
         transport: TransportConfig,
         real_time: RealTimeConfig,
         looks: Option<Pace>,
     },
-    /// Is a sender with this config.
+    /// Runs a sender with this config.
     Sender { config: String, stamps: bool },
-    /// The same without a network.
+    /// Runs such a sender without a network.
     SenderAlone { config: String },
-    /// Is a receiver with this config.
+    /// Runs a receiver with this config.
     Receiver { config: String },
 }
 
-/// How a bare loop goes round.
+/// Cycle and message of a bare loop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pace {
     pub(super) cycle_ns: i64,
@@ -47,21 +47,21 @@ pub(super) struct Pace {
     pub(super) real_time: RealTimeConfig,
 }
 
-/// What it tells. All instants are ns of the machine's clock, which all processes read.
+/// Report of a process. All instants are ns of the machine's clock, which all processes read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(super) struct Told {
     /// Cycles of a sender that is a node.
     pub(super) cycles: Vec<Cycle>,
-    /// Frames that came to a receiver that is a node.
+    /// Frames received by a receiver that is a node.
     pub(super) frames: Vec<FrameCame>,
-    /// Bare messages that came.
+    /// Bare messages received.
     pub(super) messages: Vec<MessageCame>,
-    /// How old the newest was whenever somebody looked.
+    /// Samples of the newest message's age.
     pub(super) looks: Vec<Look>,
     /// Axes that a receiver followed in its last cycle.
     pub(super) followed: usize,
-    /// What the system did not grant.
+    /// Requests for real time that the system did not grant.
     pub(super) denied: Vec<String>,
 }
 
@@ -69,11 +69,11 @@ pub(super) struct Told {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Cycle {
     pub(super) count: u64,
-    /// When it should have begun.
+    /// Ideal start.
     pub(super) ideal: i64,
-    /// When it did.
+    /// Actual start.
     pub(super) woke: i64,
-    /// When its frame was on the way to the publisher.
+    /// Hand-over of its frame to the publisher.
     pub(super) handed_over: i64,
 }
 
@@ -82,10 +82,10 @@ pub(super) struct Cycle {
 pub(super) struct FrameCame {
     /// The sender's cycle.
     pub(super) count: u64,
-    /// How long after the ideal start of that it left, as it says.
+    /// Departure after the ideal start of that cycle, by its send stamp.
     pub(super) left_after: i64,
     pub(super) arrived: i64,
-    /// When the scan began that took it in.
+    /// Start of the scan that took it in.
     pub(super) used: i64,
 }
 
@@ -93,26 +93,26 @@ pub(super) struct FrameCame {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct MessageCame {
     pub(super) count: u64,
-    /// When its loop woke.
+    /// Wake-up of its loop.
     pub(super) woke: i64,
-    /// When it was handed to the network.
+    /// Hand-over to the network.
     pub(super) left: i64,
     pub(super) arrived: i64,
 }
 
-/// Somebody looked at the newest message.
+/// A sample of the newest message's age.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Look {
     pub(super) at: i64,
-    /// How long ago the loop woke that sent it.
+    /// Age: time since the wake-up of the loop that sent it.
     pub(super) age: i64,
 }
 
 impl MessageCame {
-    /// Bytes that a message has at least.
+    /// Least length of a message, bytes.
     pub(super) const BYTES: usize = 3 * 8;
 
-    /// Writes what a message says into its beginning.
+    /// Writes the fields of a message into its beginning.
     pub(super) fn write(count: u64, woke: i64, left: i64, message: &mut [u8]) {
         let words = [count, woke as u64, left as u64];
         for (place, word) in message.chunks_exact_mut(8).zip(words) {
@@ -120,7 +120,7 @@ impl MessageCame {
         }
     }
 
-    /// Reads it again; none if it is too short.
+    /// Reads the fields of a message; none if it is too short.
     pub(super) fn read(arrived: i64, message: &[u8]) -> Option<Self> {
         let (words, _) = message.as_chunks::<8>();
         let [count, woke, left, ..] = words else {

@@ -1,4 +1,4 @@
-//! A process of a measurement, as the one holds it that started it.
+//! A process of a measurement, as its parent holds it.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -10,7 +10,7 @@ use coaxle_os::{ChildSignal, Os, System};
 
 use super::plan::{PEER, Plan, READY, Told};
 
-/// It runs until it is asked to end; with this value it ends anyhow.
+/// A running process, which is killed when this value is dropped.
 pub(super) struct Process {
     child: Child,
     out: BufReader<ChildStdout>,
@@ -18,8 +18,8 @@ pub(super) struct Process {
 }
 
 impl Process {
-    /// Starts one and waits until it is ready. It ends after `limit` at the latest; `before` comes before the program, as
-    /// `nice` would.
+    /// Starts a process and waits until it is ready. It ends after `limit` at the latest; `before` comes before the program,
+    /// as `nice` would.
     ///
     /// # Errors
     /// It does not start, or fails before it is ready: with its last words.
@@ -50,7 +50,7 @@ impl Process {
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());
-        // Ctrl-C is for who started it.
+        // Ctrl-C is for the parent.
         Os::apart_from_terminal(&mut command);
         let mut child = command.spawn().with_context(cannot)?;
         let out = child.stdout.take().with_context(cannot)?;
@@ -67,16 +67,16 @@ impl Process {
         Ok(process)
     }
 
-    /// The processor time that it has taken; none where nobody knows how to ask.
+    /// Processor time used so far; none where the system does not report it.
     pub(super) fn processor_time(&self) -> Option<Span> {
         let time = Os::processor_time(self.child.id())?;
         Some(Span::from_secs_f64(time.as_secs_f64()))
     }
 
-    /// Asks it to end, and gives what it tells.
+    /// Ends the process, and returns its report.
     ///
     /// # Errors
-    /// It failed: with its last words.
+    /// The process failed: with its last words.
     pub(super) fn end(mut self) -> anyhow::Result<Told> {
         Os::signal(&self.child, ChildSignal::End)
             .with_context(|| format!("cannot end the {}", self.what))?;
@@ -93,10 +93,10 @@ impl Process {
         serde_json::from_str(&text).with_context(|| format!("what the {} told", self.what))
     }
 
-    /// Why, as far as it said.
+    /// The reason of the failure, from its output.
     fn failed(mut self) -> anyhow::Error {
         let what = self.what;
-        // It may not have ended by itself, and would say nothing more.
+        // A process that has not ended by itself would write nothing more.
         let _ = Os::signal(&self.child, ChildSignal::End);
         let mut said = String::new();
         if let Some(mut errors) = self.child.stderr.take() {
@@ -110,7 +110,7 @@ impl Process {
 }
 
 impl Drop for Process {
-    /// Whatever goes wrong, none is left running.
+    /// No process is left running, on any failure.
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();

@@ -1,4 +1,4 @@
-//! What is usual, what is rare and what was worst.
+//! Usual, rare and worst values.
 
 use coaxle_lab::number::quantile;
 use serde::{Deserialize, Serialize};
@@ -6,18 +6,18 @@ use serde::{Deserialize, Serialize};
 /// Quantiles of times, µs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Quantiles {
-    /// Of how many.
+    /// Number of times.
     pub(super) count: usize,
-    /// Half of them were no more than this.
+    /// Half of the times are at most this.
     pub(super) p50_us: f64,
-    /// 99 of 100 were not.
+    /// 99 of 100 times are at most this.
     pub(super) p99_us: f64,
-    /// None was.
+    /// The longest time.
     pub(super) max_us: f64,
 }
 
 impl Quantiles {
-    /// Of times in ns; none of none.
+    /// Quantiles of times in ns; none without any.
     pub(super) fn of(nanos: impl IntoIterator<Item = i64>) -> Option<Self> {
         let mut micros: Vec<f64> = nanos.into_iter().map(|ns| ns as f64 / 1e3).collect();
         micros.sort_by(f64::total_cmp);
@@ -30,19 +30,19 @@ impl Quantiles {
     }
 }
 
-/// How many times as long half of the ones took as half of the others.
+/// Ratio of two medians.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Ratio {
-    /// Of the medians of all rounds together.
+    /// Ratio of the medians of all rounds together.
     pub(super) p50: f64,
-    /// The least of a single round.
+    /// Least ratio of a single round.
     pub(super) least: f64,
-    /// The most.
+    /// Greatest ratio of a single round.
     pub(super) most: f64,
 }
 
 impl Ratio {
-    /// Of the same rounds, of which each has some of both; none where there is none to compare.
+    /// Ratios over rounds in which both were measured; none if no round can be compared.
     pub(super) fn of(ours: &[Vec<i64>], theirs: &[Vec<i64>]) -> Option<Self> {
         let rounds = ours.iter().zip(theirs);
         let ratios: Vec<f64> = rounds

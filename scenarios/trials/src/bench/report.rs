@@ -139,7 +139,7 @@ fn cells(row: &Row) -> [String; 6] {
     ]
 }
 
-/// Of one processor, or of all packets.
+/// Percentage of one processor, or of all packets.
 fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }

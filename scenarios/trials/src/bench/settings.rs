@@ -1,4 +1,4 @@
-//! What is measured, and how.
+//! Settings of a measurement.
 
 use std::net::{SocketAddr, UdpSocket};
 
@@ -10,19 +10,19 @@ use serde::Serialize;
 use super::configs::NodesConfig;
 use super::plan::Pace;
 
-/// The same for all parts.
+/// Settings that all parts share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Settings {
     /// Cycle of every loop.
     pub(super) cycle: Span,
-    /// How long each part measures.
+    /// Time that each part measures.
     pub(super) time: Span,
-    /// In how many turns it does.
+    /// Number of rounds.
     pub(super) rounds: u32,
     pub(super) real_time: RealTimeConfig,
 }
 
-/// The same, for who reads figures.
+/// Settings as shown beside the figures.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Shown {
     cycle_us: f64,
@@ -32,12 +32,12 @@ pub(super) struct Shown {
 }
 
 impl Settings {
-    /// How long one of so many contenders is measured in each round.
+    /// Time that one of this many contenders is measured in each round.
     pub(super) fn turn(&self, contenders: i64) -> Span {
         Span::from_nanos(self.time.as_nanos() / (contenders * i64::from(self.rounds)))
     }
 
-    /// How long so many contenders take with all rounds, each of which warms up first for so long.
+    /// Time that this many contenders take in all rounds, each with its warm-up.
     pub(super) fn planned(&self, contenders: i64, warm_up: Span) -> Span {
         (self.turn(contenders) + warm_up) * contenders * i64::from(self.rounds)
     }
@@ -68,7 +68,7 @@ impl Settings {
     }
 }
 
-/// An address of this machine that nobody uses now.
+/// A free address of this machine.
 ///
 /// # Errors
 /// The system has none.

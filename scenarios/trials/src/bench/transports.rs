@@ -1,4 +1,4 @@
-//! What is the newest that somebody knows, over each transport, while packets are lost.
+//! Age of the newest message over each transport, while packets are lost.
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::Path;
@@ -18,13 +18,13 @@ use super::quantiles::Quantiles;
 use super::settings::{Settings, connecting, free_address, listening};
 use super::turns::Turns;
 
-/// All transports, at each loss.
+/// Results of all transports, at each loss.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Transports {
     pub(super) axes: u32,
-    /// Of a message.
+    /// Length of a message.
     pub(super) bytes: usize,
-    /// Why nothing is lost, if that is so.
+    /// Reason why no packet is lost, if so.
     pub(super) without_loss: Option<String>,
     pub(super) rows: Vec<Row>,
 }
@@ -33,17 +33,17 @@ pub(super) struct Transports {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Row {
     pub(super) transport: &'static str,
-    /// Of packets either way, 1: all.
+    /// Lost share of packets in each direction, 1: all.
     pub(super) loss: f64,
-    /// How long ago the loop woke that sent the newest message, whenever a cycle looks.
+    /// Time since the wake-up of the loop that sent the newest message, sampled once a cycle.
     pub(super) age: Option<Quantiles>,
-    /// Messages that came, of those that were sent from the first to the last of them, 1: all.
+    /// Messages received, of those that were sent from the first to the last of them, 1: all.
     pub(super) came: Option<f64>,
-    /// Why it cannot be measured, if that is so.
+    /// Reason why it cannot be measured, if so.
     pub(super) failed: Option<String>,
 }
 
-/// What is compared.
+/// A transport to compare.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Way {
     Datagrams,
@@ -75,16 +75,16 @@ impl Way {
         }
     }
 
-    /// One that never leaves the machine loses nothing.
+    /// True if packets leave the machine, where they can be lost.
     fn can_lose(self) -> bool {
         self != Self::UnixSocket
     }
 }
 
-/// Connections may have to be made anew while packets are lost.
+/// Connections may have to be made again while packets are lost.
 const WARM_UP: Span = Span::from_secs(3);
 
-/// How long it takes.
+/// Planned time of the measurement.
 pub(super) fn planned(settings: &Settings, losses: &[f64]) -> Span {
     let cases = cases(losses).count() as i64;
     settings.time + WARM_UP * (cases * i64::from(settings.rounds))
@@ -100,7 +100,7 @@ fn cases(losses: &[f64]) -> impl Iterator<Item = (Way, f64)> {
 }
 
 /// # Errors
-/// Ctrl-C came, or nothing can be started at all. A transport that cannot be measured has a row that says why.
+/// Ctrl-C came, or nothing can be started at all. A transport that cannot be measured has a row with the reason.
 pub(super) fn measure(
     settings: &Settings,
     axes: u32,
@@ -145,7 +145,7 @@ pub(super) fn measure(
     })
 }
 
-/// What came of the rounds of a transport at a loss.
+/// Results of the rounds of a transport at a loss.
 #[derive(Clone, Debug, Default)]
 struct Case {
     ages: Vec<i64>,
@@ -178,10 +178,10 @@ impl Case {
     }
 }
 
-/// Where both ends are.
+/// Addresses of both ends.
 struct Place {
     address: SocketAddr,
-    /// Where a datagram goes: the end that receives.
+    /// Destination of datagrams: the receiving end.
     far: SocketAddr,
     before_receiver: Vec<String>,
 }
@@ -283,7 +283,7 @@ impl Scratch {
         format!("unixsock-stream/{}", path.display())
     }
 
-    /// Both ends of a session over TLS or QUIC, with certificates of both, as a secure network has them.
+    /// A session over TLS or QUIC between both ends, with certificates of both, as a secure network has them.
     fn with_certificates(
         &self,
         ends: [TransportConfig; 2],

@@ -1,4 +1,4 @@
-//! How a measurement passes: in turns, so that what a machine does meanwhile hits all alike.
+//! A measurement in turns: changes of the machine affect all contenders equally.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use coaxle_clock::Span;
 use coaxle_lab::finished::Progress;
 use coaxle_os::machine;
 
-/// How often the progress is shown.
+/// Refresh interval of the progress.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Ctrl-C came while something was measured.
@@ -14,7 +14,7 @@ const LOOK: Duration = Duration::from_millis(20);
 #[error("interrupted: nothing is printed, as not everything was measured")]
 pub(super) struct Interrupted;
 
-/// What is still to be measured, on a progress bar.
+/// Remaining time of a measurement, on a progress bar.
 pub(super) struct Turns<'a> {
     progress: &'a mut dyn Progress,
     done: Span,
@@ -22,7 +22,7 @@ pub(super) struct Turns<'a> {
 }
 
 impl<'a> Turns<'a> {
-    /// Nothing is planned yet.
+    /// Starts with nothing planned.
     pub(super) fn new(progress: &'a mut dyn Progress) -> Self {
         Self {
             progress,
@@ -31,7 +31,7 @@ impl<'a> Turns<'a> {
         }
     }
 
-    /// So much more is to come.
+    /// Adds planned time.
     pub(super) fn plan(&mut self, time: Span) {
         self.planned += time;
     }
@@ -54,7 +54,7 @@ impl<'a> Turns<'a> {
         }
     }
 
-    /// So much was measured by somebody else.
+    /// Adds time that was measured elsewhere.
     ///
     /// # Errors
     /// [`Interrupted`].

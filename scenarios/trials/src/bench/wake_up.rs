@@ -1,4 +1,4 @@
-//! How late a thread wakes: the cycle of a node, a bare loop, and cyclictest.
+//! Lateness of threads at wake-up: the cycle of a node, a bare loop, and cyclictest.
 
 use coaxle_clock::Span;
 use coaxle_host::fitness;
@@ -11,28 +11,28 @@ use super::quantiles::{Quantiles, Ratio};
 use super::settings::Settings;
 use super::turns::Turns;
 
-/// How late wake-ups were.
+/// Lateness of wake-ups.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct WakeUp {
-    /// Of the cycle thread of a node.
+    /// Cycle thread of a node.
     pub(super) node: Option<Quantiles>,
-    /// Of a loop that does nothing but sleep, with the same settings.
+    /// A loop that only sleeps, with these very settings.
     pub(super) bare: Option<Quantiles>,
-    /// Of cyclictest; none where it is not installed.
+    /// Results of cyclictest; absent where it is not installed.
     pub(super) cyclictest: Option<Quantiles>,
     /// Our node over the bare loop.
     pub(super) node_over_bare: Option<Ratio>,
-    /// What the system did not grant.
+    /// Requests for real time that the system did not grant.
     pub(super) denied: Vec<String>,
 }
 
 /// A node, a bare loop, cyclictest.
 const CONTENDERS: i64 = 3;
 
-/// A node that nobody ends does so itself so long after its time.
+/// Time after which a node ends by itself if it is not ended.
 const PATIENCE: Span = Span::from_secs(30);
 
-/// How long it takes.
+/// Planned time of the measurement.
 pub(super) fn planned(settings: &Settings) -> Span {
     settings.planned(CONTENDERS, Span::ZERO)
 }
@@ -66,7 +66,7 @@ pub(super) fn measure(settings: &Settings, turns: &mut Turns<'_>) -> anyhow::Res
     })
 }
 
-/// How late the cycle thread of a node woke, for each deadline.
+/// Lateness of a node's cycle thread, for each deadline.
 fn of_node(settings: &Settings, time: Span, turns: &mut Turns<'_>) -> anyhow::Result<Vec<i64>> {
     let config = settings.nodes(1).sender(None)?;
     let plan = Plan::SenderAlone { config };
@@ -75,7 +75,7 @@ fn of_node(settings: &Settings, time: Span, turns: &mut Turns<'_>) -> anyhow::Re
     Ok(lateness(&node.end()?.cycles, settings.cycle))
 }
 
-/// Of every deadline. A node skips those that it is too late for; the bare loop does not, and so they count here, too.
+/// Lateness for every deadline, including those that a node skips as too late: the bare loop does not skip.
 fn lateness(cycles: &[Cycle], cycle: Span) -> Vec<i64> {
     let mut late = Vec::with_capacity(cycles.len());
     let mut due = cycles.first().map(|first| first.ideal);

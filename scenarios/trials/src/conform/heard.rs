@@ -1,13 +1,13 @@
-//! What came of listening to a node.
+//! Results of listening to a node.
 
 use super::rule::Finding;
 
-/// What there is to tell.
+/// Result of listening.
 pub(super) enum Heard {
-    /// What was found.
+    /// Findings about the rules.
     Findings(Vec<Finding>),
-    /// Nothing came: why, as far as can be told.
+    /// No message came: the reason, as far as known.
     Nothing(String),
-    /// Somebody ended it before it was done.
+    /// Ended by the user before it was done.
     Interrupted,
 }

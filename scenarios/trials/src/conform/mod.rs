@@ -1,6 +1,6 @@
-//! `coaxle conform`: whether somebody else's node keeps docs/WIRE.md.
+//! `coaxle conform`: checks another implementation's node against docs/WIRE.md.
 //!
-//! What is judged is judged without a network: messages and their arrivals go in, findings come out.
+//! Judging needs no network: messages and their arrivals go in, findings come out.
 
 mod heard;
 mod receiver;
@@ -22,7 +22,7 @@ use receiver::ReceiverArgs;
 use report::Format;
 use sender::SenderArgs;
 
-/// Who is tried.
+/// Arguments of `coaxle conform`.
 #[derive(Debug, Args)]
 pub struct ConformArgs {
     #[command(subcommand)]
@@ -37,10 +37,10 @@ pub struct ConformArgs {
 
 #[derive(Debug, Subcommand)]
 enum Tried {
-    /// Listen to a node that publishes axes, ask it for the time, and say which rules it keeps
+    /// Listen to a node that publishes axes, send it time requests, and show which rules it keeps
     Sender(SenderArgs),
-    /// Play good and bad frames to a node that follows axes, as the far node that its config names, and say what it makes
-    /// of them
+    /// Play good and bad frames to a node that follows axes, as the far node that its config names, and judge its
+    /// reaction
     Receiver(ReceiverArgs),
 }
 
@@ -53,7 +53,7 @@ impl Tried {
     }
 }
 
-/// Tries a node and says what was found: not met if a rule is broken, no data if nothing came.
+/// Tries a node and prints the findings: not met if a rule is broken, no data if nothing came.
 ///
 /// # Errors
 /// A wrong network section, a network that cannot be joined, a node that cannot be tried, or a report that cannot be

@@ -1,4 +1,4 @@
-//! What was found, for people, as JSON, and as continuous integration reads it.
+//! Findings for people, as JSON, and for continuous integration.
 
 use clap::ValueEnum;
 use coaxle_lab::junit::{Case, Failure};
@@ -8,13 +8,13 @@ use serde_json::{Value, json};
 
 use super::rule::{Finding, Outcome};
 
-/// How it is shown.
+/// Format of the findings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
     /// A line for each rule.
     #[default]
     Plain,
-    /// One object.
+    /// A single object.
     Json,
 }
 
@@ -31,7 +31,7 @@ pub(crate) fn exit(findings: &[Finding]) -> Exit {
     Exit::NotMet.unless(!findings.iter().any(Finding::is_broken))
 }
 
-/// A case for each rule. What was not seen is no failure.
+/// A case for each rule. A rule that was not seen is no failure.
 pub(crate) fn cases(findings: &[Finding]) -> impl Iterator<Item = Case> {
     findings.iter().map(|finding| Case {
         name: format!("{} {}", finding.rule.number, finding.rule.name),
@@ -62,7 +62,7 @@ fn line(finding: &Finding) -> String {
         Outcome::Broken { .. } => format!("; {}", place(finding)),
         _ => String::new(),
     };
-    // What a node says of itself may hold anything.
+    // A node's status may contain any text.
     one_line(&format!(
         "{:8} {:4} {:16} {}{place}",
         word,
@@ -93,7 +93,7 @@ fn place(finding: &Finding) -> String {
     format!("docs/WIRE.md#{}", finding.rule.section)
 }
 
-/// Kept, broken and not seen.
+/// Numbers of rules kept, broken and not seen.
 fn counts(findings: &[Finding]) -> [usize; 3] {
     let mut counts = [0; 3];
     for finding in findings {

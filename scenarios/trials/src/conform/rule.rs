@@ -1,4 +1,4 @@
-//! A rule of docs/WIRE.md, and what was found of it.
+//! A rule of docs/WIRE.md, and its outcome.
 
 use serde::Serialize;
 
@@ -7,9 +7,9 @@ use serde::Serialize;
 pub(crate) struct Rule {
     /// `S7`, `R3`: its number.
     pub(crate) number: &'static str,
-    /// Its short name.
+    /// Short name.
     pub(crate) name: &'static str,
-    /// The section of docs/WIRE.md that says it, as a link there.
+    /// Section of docs/WIRE.md with the rule, as a link there.
     pub(crate) section: &'static str,
 }
 
@@ -27,27 +27,27 @@ impl Rule {
     }
 }
 
-/// What was found of a rule.
+/// Outcome of a rule.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "outcome", rename_all = "kebab-case")]
 pub(crate) enum Outcome {
-    /// It is kept, as far as was seen.
+    /// Kept, as far as was seen.
     Kept {
-        /// What was seen.
+        /// Observations.
         seen: String,
     },
-    /// It is broken.
+    /// Broken.
     Broken {
-        /// What was received.
+        /// Received value.
         received: String,
-        /// What is expected.
+        /// Expected value.
         expected: String,
-        /// How often, if it was not always.
+        /// Number of violations.
         seen: String,
     },
-    /// Nothing was seen that it is about.
+    /// No case of it was seen.
     NotSeen {
-        /// Why.
+        /// Reason.
         why: String,
     },
 }
@@ -87,12 +87,12 @@ impl Finding {
     }
 }
 
-/// How often something was as it should be, and the first time that it was not.
+/// Number of good and bad cases, with the first bad one.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally {
     good: u64,
     bad: u64,
-    /// What was received, and what is expected.
+    /// Received and expected value.
     first: Option<(String, String)>,
 }
 
@@ -108,7 +108,7 @@ impl Tally {
         }
     }
 
-    /// Counts one more, which is as it should be or not; what it is then is put into words.
+    /// Counts a case, good or bad; `words` describes a bad one.
     pub(crate) fn check(&mut self, is_good: bool, words: impl FnOnce() -> (String, String)) {
         if is_good {
             self.good();
@@ -122,12 +122,12 @@ impl Tally {
         self.good + self.bad
     }
 
-    /// The outcome for things that are called so; `why` none was seen.
+    /// Outcome for cases called `things`; `why` explains that none was seen.
     pub(crate) fn outcome(&self, things: &str, why: &str) -> Outcome {
         self.outcome_but_for(0.0, things, why)
     }
 
-    /// The same where such a share may be otherwise: machines and networks are busy now and then.
+    /// Outcome that permits this share of bad cases: machines and networks are busy now and then.
     pub(crate) fn outcome_but_for(&self, share: f64, things: &str, why: &str) -> Outcome {
         let all = self.all();
         match &self.first {

@@ -1,4 +1,4 @@
-//! One node as a process.
+//! A node as a process.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -14,14 +14,14 @@ use coaxle_os::{ChildSignal, Os, System};
 use super::death::Death;
 use super::memory::MemoryWatch;
 
-/// What a node is.
+/// Role of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     Sender,
     Receiver,
 }
 
-/// What a node leaves of its cycles.
+/// Output of a node about its cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum NodeOutput {
     /// Every cycle; with a receiver, its raw arrivals beside it.
@@ -43,9 +43,9 @@ pub(crate) struct Child {
     memory: Option<MemoryWatch>,
 }
 
-/// How long a node may take to end by itself.
+/// Time that a node may take to end by itself.
 const PATIENCE: Span = Span::from_secs(10);
-/// The lines of its log that a death is reported with: what a node logs of an error and of what led to it.
+/// Number of log lines that a death is reported with: a node's error and its causes.
 const LAST_LINES: usize = 5;
 
 impl Child {
@@ -62,12 +62,12 @@ impl Child {
         }
     }
 
-    /// What it left, the file of each run, oldest first.
+    /// The file of each run, oldest first.
     pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
         self.files.iter().map(PathBuf::as_path)
     }
 
-    /// From the next start on it ends by itself after this time, if nobody ends it before.
+    /// Ends by itself after this time from the next start on, if it is not ended before.
     pub(crate) fn end_after(&mut self, time: Span) {
         self.run_for = Some(time);
     }
@@ -105,7 +105,7 @@ impl Child {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(log);
-        // Ctrl-C is for the run: it ends its nodes itself, and reads what they left.
+        // Ctrl-C is for the run: it ends its nodes itself, and reads their files.
         Os::apart_from_terminal(&mut command);
         let process = command
             .spawn()
@@ -131,7 +131,7 @@ impl Child {
         }
     }
 
-    /// What came of a node that has ended and should not have, or not so.
+    /// Result for a node that has ended early, or badly.
     fn ended(&mut self, status: ExitStatus, how: &str) -> anyhow::Result<Death> {
         self.process = None;
         let death = Death::of(&self.name, status, machine::now(), || self.last_lines());
@@ -174,12 +174,12 @@ impl Child {
     }
 
     pub(crate) fn ask_to_end(&self) -> anyhow::Result<()> {
-        // A frozen node hears nothing.
+        // A frozen node receives nothing.
         self.signal(ChildSignal::Resume)?;
         self.signal(ChildSignal::End)
     }
 
-    /// Waits for the end that the node was asked for; its death, if a signal killed it instead.
+    /// Waits for the requested end; returns the node's death, if a signal killed it instead.
     pub(crate) fn wait_for_end(&mut self) -> anyhow::Result<Option<Death>> {
         let Some(mut process) = self.process.take() else {
             return Ok(None);
@@ -238,7 +238,7 @@ impl Child {
 }
 
 impl Drop for Child {
-    /// Whatever goes wrong, no node is left running.
+    /// No node is left running, on any failure.
     fn drop(&mut self) {
         if let Some(process) = &mut self.process {
             let _ = process.kill();

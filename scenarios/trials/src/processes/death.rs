@@ -8,21 +8,21 @@ use coaxle_lab::verdict::Verdict;
 use coaxle_os::Machine;
 use serde_json::json;
 
-/// The death of a node by a signal: a crash, or somebody outside of the run. Nodes handle the signals that ask them to end, so
+/// The death of a node by a signal: a crash, or an external signal. Nodes handle the signals that ask them to end, so
 /// none of them kills one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Death {
     node: String,
     /// `signal: 11 (SIGSEGV)`, and whether a core was dumped.
     signal: String,
-    /// When it was noticed.
+    /// Time at which it was noticed.
     at: Instant<Machine>,
     /// The last lines of its log.
     last_lines: String,
 }
 
 impl Death {
-    /// None if the node ended by itself: then it has an exit code.
+    /// Absent if the node ended by itself: then it has an exit code.
     pub(super) fn of(
         node: &str,
         status: ExitStatus,

@@ -1,14 +1,14 @@
-//! Whether the memory of a node stays what it is once the node runs: every queue of it is bounded.
+//! Growth of a running node's memory: every queue of a node is bounded.
 
 use anyhow::ensure;
 use coaxle_clock::{Instant, Span};
 use coaxle_os::machine::Machine;
 
-/// A node has what it needs when it has run for so long.
+/// Time after which a node has allocated all it needs.
 const SETTLED: Span = Span::from_secs(10);
-/// How often a look is taken.
+/// Interval of checks.
 const EVERY: Span = Span::from_secs(1);
-/// What may come on top, bytes: the allocator rounds, and a new peer takes room.
+/// Allowed growth, bytes: the allocator rounds, and a new peer takes room.
 const MOST_GROWTH: u64 = 16 << 20;
 
 /// Watches the resident memory of one process.
@@ -16,7 +16,7 @@ const MOST_GROWTH: u64 = 16 << 20;
 pub(super) struct MemoryWatch {
     started: Instant<Machine>,
     looked: Instant<Machine>,
-    /// What it had when it was settled, bytes.
+    /// Memory when settled, bytes.
     settled: Option<u64>,
 }
 
@@ -29,12 +29,12 @@ impl MemoryWatch {
         }
     }
 
-    /// Whether it is time for the next look.
+    /// True if the next check is due.
     pub(super) fn is_due(&self, now: Instant<Machine>) -> bool {
         now - self.looked >= EVERY && now - self.started >= SETTLED
     }
 
-    /// The process has so many bytes now.
+    /// Checks the resident memory of the process, bytes.
     pub(super) fn look(&mut self, now: Instant<Machine>, resident: u64) -> anyhow::Result<()> {
         self.looked = now;
         let settled = *self.settled.get_or_insert(resident);

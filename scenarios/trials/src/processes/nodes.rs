@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::child::{Child, NodeOutput, Role};
 
-/// What nodes talk over.
+/// Transport protocol between nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Protocol {
     /// TCP
@@ -32,15 +32,15 @@ impl Protocol {
     }
 }
 
-/// The nodes, in the order of the scenario, senders first and twins last, with the endpoint each listens on.
+/// The nodes, in the order of the scenario, senders first and duplicates last, with the endpoint each listens on.
 pub(crate) struct Nodes {
     pub(crate) children: Vec<Child>,
     pub(crate) endpoints: Vec<String>,
 }
 
 impl Nodes {
-    /// Writes the nodes' configs into `folder`, which is emptied. Receivers leave there what
-    /// `of_receivers` says, senders a trace.
+    /// Writes the nodes' configs into `folder`, which is emptied. Receivers leave there the output that
+    /// `of_receivers` names, senders a trace.
     pub(crate) fn prepare(
         scenario: &Scenario,
         topology: &Topology,
@@ -74,11 +74,11 @@ fn write_configs(
 ) -> anyhow::Result<Vec<Child>> {
     let names: Vec<_> = topology.names().iter().chain(scenario.twins()).collect();
     let ways = wiring::links(&scenario.wirings());
-    // A node looks for files from where its config is, which is in another folder.
+    // A node resolves files from its config, which is in another folder.
     let here = std::env::current_dir().context("cannot tell the current folder")?;
     let mut children = Vec::new();
     for (n, name) in names.iter().enumerate() {
-        // Those of one name share a config, but for where they are reached.
+        // Nodes of one name share a config, except for their endpoints.
         let file = match n.checked_sub(topology.names().len()) {
             None => name.to_string(),
             Some(_) => format!("{name}-twin"),
@@ -100,7 +100,7 @@ fn write_configs(
                 .collect();
             config.relative_to(&here);
             config.seed = scenario.seed_of(&config.name);
-            // Those who ask this one connect to it themselves.
+            // Requesters connect to this node themselves.
             let heard: Vec<_> = (config.heard_nodes().iter())
                 .map(|heard| heard.node.clone())
                 .collect();
@@ -131,7 +131,7 @@ fn write_toml(folder: &Path, name: &str, config: &impl Serialize) -> anyhow::Res
     Ok(path)
 }
 
-/// Endpoints that nobody uses now. All are held until the last is found, so that they differ.
+/// Free endpoints. All are held until the last is found, so that they differ.
 fn free_endpoints(count: usize, protocol: Protocol) -> anyhow::Result<Vec<String>> {
     let any = ("127.0.0.1", 0);
     let addresses = match protocol {

@@ -12,7 +12,7 @@ use coaxle_node::CommandAnswer;
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
 
-/// The orders of a run. None of them holds the runner up: each waits for its answer elsewhere.
+/// The orders of a run. None of them delays the runner: each waits for its response on its own thread.
 pub(super) struct Orders {
     commander: Option<Arc<Commander>>,
     sent: Vec<Sent>,
@@ -66,7 +66,7 @@ impl Orders {
         Ok(())
     }
 
-    /// Waits for the answers that have not come yet, and leaves the network.
+    /// Waits for the outstanding responses, and leaves the network.
     pub(super) fn finish(self) -> Vec<Verdict> {
         let verdicts = self.sent.into_iter().map(Sent::judge).collect();
         if let Some(commander) = self.commander.and_then(Arc::into_inner) {

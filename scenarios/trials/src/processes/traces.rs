@@ -103,8 +103,8 @@ fn in_order<'a>(
     steps
 }
 
-/// A node's cycle, as its trace has it. It is read by place, not by name: how many nodes, axes and slaves
-/// there are is the config's.
+/// A node's cycle, as its trace has it. Columns are read by place, not by name: the config gives the numbers of nodes,
+/// axes and slaves.
 struct Cycle<R> {
     at_ns: i64,
     woke_ns: i64,
@@ -172,7 +172,7 @@ impl Columns<'_> {
     }
 }
 
-/// All rows of all runs of a node.
+/// Every row of all runs of a node.
 fn read<T>(
     child: &Child,
     each: impl Fn(&StringRecord) -> csv::Result<T>,

@@ -15,7 +15,7 @@ pub const COMMAND: &str = "keep-busy";
 pub(crate) struct Busy(Vec<Child>);
 
 impl Busy {
-    /// Starts so many.
+    /// Starts this many processes.
     ///
     /// # Errors
     /// A process cannot be started.

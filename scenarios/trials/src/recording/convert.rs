@@ -1,17 +1,17 @@
-//! From what a receiver wrote down, in two clocks, to a recording on one time scale.
+//! Conversion of a receiver's raw arrivals, in two clocks, to a recording on one time scale.
 
 use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
 
 use super::format::{Exchange, Message, Recording};
 use super::raw::Raw;
 
-/// How the receiver's clock shows the sender's time: zero is the ideal start of the first
+/// Map from the receiver's clock to the sender's time: zero is the ideal start of the first
 /// recorded cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TimeScale {
     /// The receiver's clock at zero, ns.
     zero_ns: i64,
-    /// How much faster the receiver's clock runs than the sender's, s/s.
+    /// Relative excess of the receiver's clock rate over the sender's, s/s.
     drift: f64,
 }
 
@@ -25,8 +25,8 @@ impl TimeScale {
         }
     }
 
-    /// Nothing is known of the clocks: the straight line is fitted that the earliest messages of each
-    /// second lie on, so that the least delay is zero.
+    /// Scale of unknown clocks: fits the straight line through the earliest messages of each second,
+    /// so that the least delay is zero.
     pub(crate) fn fitted(raw: &Raw) -> Self {
         let first = raw.sent_first();
         let points: Vec<Point> = raw
@@ -46,7 +46,7 @@ impl TimeScale {
         }
     }
 
-    /// How much faster the receiver's clock runs than the sender's, ppm.
+    /// Relative excess of the receiver's clock rate over the sender's, ppm.
     pub(crate) fn drift_ppm(&self) -> f64 {
         self.drift * 1e6
     }
@@ -73,7 +73,7 @@ pub(crate) fn convert(raw: &Raw, scale: &TimeScale) -> Recording {
     }
 }
 
-/// None if a number is too large for the file.
+/// Converts a message; none if a number is too large for the file.
 fn message(first: &ArrivalRow, row: &ArrivalRow, scale: &TimeScale) -> Option<Message> {
     let count = row.count.wrapping_sub(first.count) as i64;
     let stamp = row.send_stamp_ns.unwrap_or(0);
@@ -119,7 +119,7 @@ impl Point {
         }
     }
 
-    /// What is left of it without a drift.
+    /// The point without this drift.
     fn above(&self, drift: f64) -> Self {
         Self {
             phase: self.phase - drift * self.passed,
@@ -128,10 +128,10 @@ impl Point {
     }
 }
 
-/// How long the earliest message is looked for; an eighth of shorter recordings.
+/// Window of the search for the earliest message; an eighth of shorter recordings.
 const WINDOW_NS: f64 = 1e9;
 const SHORTEST: f64 = 8.0;
-/// Which message is the earliest depends on the drift; it is known well enough after the first pass.
+/// The earliest messages depend on the drift; it is known well enough after the first pass.
 const PASSES: usize = 2;
 
 /// The earliest point of each window, once a drift is taken away.

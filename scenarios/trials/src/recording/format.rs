@@ -1,4 +1,4 @@
-//! What a recording is, and the files it is kept in.
+//! Content of a recording, and its files.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -16,12 +16,12 @@ pub(crate) struct Recording {
     pub(crate) left_out: u64,
 }
 
-/// One message. The ideal start of its cycle is `count` times the cycle time.
+/// A message. The ideal start of its cycle is `count` times the cycle time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Message {
     /// The sender's cycle, counted from the first recorded one.
     pub(crate) count: i32,
-    /// How late after the ideal start of its cycle it was sent, ns; 0 where the sender does not say.
+    /// Departure after the ideal start of its cycle, ns; 0 where the sender does not state it.
     pub(crate) send_stamp_ns: i32,
     /// Arrival minus that, ns.
     pub(crate) delay_ns: i32,
@@ -43,7 +43,7 @@ pub(crate) struct Files {
     pub(crate) messages: PathBuf,
     /// `NAME-exchanges.csv`.
     pub(crate) exchanges: PathBuf,
-    /// `NAME.json`: how it was recorded, and what is in it.
+    /// `NAME.json`: origin and content of the recording.
     pub(crate) summary: PathBuf,
 }
 

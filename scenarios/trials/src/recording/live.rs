@@ -16,7 +16,7 @@ use super::convert::TimeScale;
 use super::raw::{Raw, rows};
 use crate::processes::{Child, Death, NodeOutput, Nodes, Protocol};
 
-/// What to record.
+/// Settings of a recording.
 #[derive(Clone, Debug)]
 pub(crate) struct Settings {
     pub(crate) duration: Span,
@@ -26,18 +26,18 @@ pub(crate) struct Settings {
     pub(crate) real_time: bool,
 }
 
-/// What was recorded.
+/// Result of a recording.
 #[derive(Debug)]
 pub(crate) struct Recorded {
     pub(crate) raw: Raw,
     pub(crate) scale: TimeScale,
-    /// What the nodes warned of.
+    /// Warnings of the nodes.
     pub(crate) warnings: Vec<String>,
 }
 
 /// Nodes have met after this time, or never do.
 const PATIENCE: Span = Span::from_secs(60);
-/// How often the recorder looks after its nodes.
+/// Interval of checks of the nodes.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Starts the nodes, lets them run, and ends them. Their files lie in `folder`.
@@ -61,7 +61,7 @@ pub(crate) fn record(
     let mut children = nodes.children;
     let busy = Busy::start(settings.busy)?;
     for child in &mut children {
-        // They end even if nobody is left to end them.
+        // Nodes end even if no process is left to end them.
         child.end_after(settings.duration + PATIENCE * 2);
         child.start()?;
     }
@@ -79,7 +79,7 @@ pub(crate) fn record(
     })
 }
 
-/// One sender, and one receiver that takes everything that comes, without any fault put in.
+/// A sender, and a receiver that takes all its messages, without any fault injected.
 fn scenario(settings: &Settings) -> anyhow::Result<Scenario> {
     let cycle = settings.cycle_us;
     let real_time = if settings.real_time {
@@ -169,8 +169,8 @@ fn file_of(node: &Child) -> anyhow::Result<PathBuf> {
     Ok(newest.to_owned())
 }
 
-/// Both nodes read the machine's clock, and the sender's trace says what that showed at the ideal
-/// start of its cycles: so the zero of the time scale is known exactly.
+/// Scale of one clock: both nodes read the machine's clock, and the sender's trace has its reading at the ideal
+/// start of its cycles, so the zero of the time scale is known exactly.
 fn scale(raw: &Raw, sender: &Path) -> anyhow::Result<TimeScale> {
     let first = raw.sent_first();
     let known = first_cycle(sender, first.epoch)?;
@@ -187,7 +187,7 @@ fn scale(raw: &Raw, sender: &Path) -> anyhow::Result<TimeScale> {
     ))
 }
 
-/// What is needed of a cycle in a sender's trace.
+/// Fields of a cycle in a sender's trace.
 #[derive(serde::Deserialize)]
 struct SenderCycle {
     at_ns: i64,
@@ -207,7 +207,7 @@ fn first_cycle(trace: &Path, run: u64) -> anyhow::Result<SenderCycle> {
     bail!("{path}: received no cycle of the recorded run, expected one")
 }
 
-/// What a node's log says at the levels of warning and error.
+/// Lines of a node's log at the levels of warning and error.
 fn warnings(node: &Child) -> Vec<String> {
     let text = std::fs::read_to_string(node.log()).unwrap_or_default();
     let is_warning = |line: &&str| line.contains(" WARN ") || line.contains(" ERROR ");

@@ -1,4 +1,4 @@
-//! `coaxle record-arrivals`: what messages between real nodes arrive like, in the format that the
+//! `coaxle record-arrivals`: arrivals of messages between real nodes, in the format that the
 //! estimators of a far clock are judged by.
 
 mod busy;
@@ -25,30 +25,30 @@ use live::Settings;
 use raw::Raw;
 use summary::{Origin, Summary};
 
-/// What is recorded, and where to.
+/// Settings and destination of a recording.
 #[derive(Debug, Args)]
 #[command(after_long_help = FORMAT)]
 pub struct RecordArgs {
     /// The recording: DIR/NAME gives DIR/NAME.i32, DIR/NAME-exchanges.csv and DIR/NAME.json
     #[arg(long, value_name = "DIR/NAME")]
     out: PathBuf,
-    /// How long, s
+    /// Duration, s
     #[arg(long, default_value = "60", value_parser = duration)]
     seconds: DurationSeconds,
     /// Cycle time of both nodes, µs: 100 to 100000
     #[arg(long, value_name = "MICROS", default_value = "1000", value_parser = cycle_micros)]
     cycle_us: CycleMicros,
-    /// What the nodes talk over
+    /// Transport protocol between the nodes
     #[arg(long, value_enum, default_value_t = Protocol::Tcp)]
     transport: Protocol,
-    /// Start so many processes beside the nodes, at most 256, that do nothing but keep processors busy
+    /// Start this number of processes beside the nodes, at most 256, that only keep processors busy
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=256))]
     busy: u16,
     /// Ask for SCHED_FIFO, priority 80, for the cycles of both nodes, and keep their memory in RAM;
-    /// what is not permitted is left out with a warning
+    /// requests that are not permitted are left out with a warning
     #[arg(long)]
     real_time: bool,
-    /// Record nothing, but convert what a receiver wrote with --arrivals or beside its --trace
+    /// Record nothing, but convert a receiver's file of --arrivals or the one beside its --trace
     #[arg(
         long,
         value_name = "FILE",
@@ -90,13 +90,13 @@ fn cycle_micros(text: &str) -> Result<CycleMicros, String> {
 }
 
 impl RecordArgs {
-    /// How long it will take, s; none if nothing is recorded.
+    /// Expected time, s; none if nothing is recorded.
     pub fn seconds(&self) -> Option<f64> {
         self.from.is_none().then(|| self.seconds.get())
     }
 }
 
-/// Records or converts, and says what is in the recording.
+/// Records or converts, and describes the recording.
 ///
 /// # Errors
 /// A node that does not start or ends badly, a file that cannot be read or written.
@@ -165,7 +165,7 @@ fn summarised(raw: &Raw, scale: &TimeScale, origin: Origin) -> (Recording, Summa
     (recording, summary)
 }
 
-/// Where the nodes' configs, logs and traces lie while they run.
+/// Folder of the nodes' configs, logs and traces while they run.
 fn nodes_folder(out: &Path) -> PathBuf {
     let mut folder = out.as_os_str().to_owned();
     folder.push("-nodes");

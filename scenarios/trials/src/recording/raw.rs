@@ -1,4 +1,4 @@
-//! What a receiver wrote down: its files of arrivals and exchanges, of one run of the sender.
+//! A receiver's files of arrivals and exchanges, of one run of the sender.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -22,7 +22,7 @@ pub(crate) struct Raw {
     pub(crate) other_runs: usize,
 }
 
-/// What is expected of a file that cannot be read as one.
+/// Kind of file expected, for errors.
 const KIND: &str = "a file that a receiver wrote with --arrivals, or beside its --trace";
 
 impl Raw {
@@ -58,7 +58,7 @@ impl Raw {
         Ok(raw)
     }
 
-    /// Leaves out what arrived later than `nanos` after the first message.
+    /// Drops messages that arrived later than `nanos` after the first message.
     pub(crate) fn keep_first(&mut self, nanos: i64) {
         let end = self.messages[0].arrival_ns.saturating_add(nanos);
         self.messages.retain(|row| row.arrival_ns <= end);
@@ -82,12 +82,12 @@ fn longest_run(messages: &[ArrivalRow]) -> Option<(u64, usize)> {
     Some((*longest.0, runs.len()))
 }
 
-/// All whole rows of a file with a head line.
+/// Every whole row of a file with a head line.
 fn read_rows<T: DeserializeOwned>(path: &Path) -> anyhow::Result<Vec<T>> {
     rows(path)?.collect()
 }
 
-/// The same, one after the other: recordings of hours are long.
+/// Reads such rows one after the other: recordings of hours are long.
 pub(crate) fn rows<T: DeserializeOwned>(
     path: &Path,
 ) -> anyhow::Result<impl Iterator<Item = anyhow::Result<T>>> {

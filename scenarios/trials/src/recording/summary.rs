@@ -1,4 +1,4 @@
-//! What is in a recording, for people and for programs.
+//! Summary of a recording, for people and for programs.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::format::{Message, Recording};
 
-/// How a recording came about, and what is in it: `NAME.json`.
+/// Origin and content of a recording: `NAME.json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Summary {
     pub(crate) origin: Origin,
@@ -22,11 +22,11 @@ pub(crate) struct Summary {
     pub(crate) exchanges: usize,
     /// Arrival minus send, µs.
     pub(crate) delay_us: Quantiles,
-    /// How late messages were sent, µs.
+    /// Lateness of departures, µs.
     pub(crate) send_stamp_us: Quantiles,
 }
 
-/// Where the recording is from.
+/// Origin of the recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "from")]
 pub(crate) enum Origin {
@@ -36,8 +36,8 @@ pub(crate) enum Origin {
         busy: u16,
         real_time: bool,
     },
-    /// A file of arrivals, of two clocks that nothing was known of: delays are what deviates from a
-    /// line of this drift, which is fitted.
+    /// A file of arrivals, of two unknown clocks: delays are deviations from a fitted line of this
+    /// drift.
     Fitted { file: String, drift_ppm: f64 },
 }
 
@@ -53,14 +53,14 @@ pub(crate) struct Quantiles {
 }
 
 impl Summary {
-    /// Of a recording with at least one message.
+    /// Summary of a recording with at least one message.
     pub(crate) fn of(recording: &Recording, origin: Origin, cycle_time_ns: i64) -> Self {
         let messages = &recording.messages;
         let counts = || messages.iter().map(|message| i64::from(message.count));
         let range = counts().max().unwrap_or(0) - counts().min().unwrap_or(0);
         Self {
             origin,
-            // Divided, as a factor of 1e-3 would add digits that mean nothing.
+            // Divided, as a factor of 1e-3 would add meaningless digits.
             cycle_time_us: cycle_time_ns as f64 / 1e3,
             seconds: range as f64 * cycle_time_ns as f64 / 1e9,
             messages: messages.len(),

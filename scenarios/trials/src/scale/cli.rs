@@ -15,7 +15,7 @@ use super::cost::Cost;
 use super::plot;
 use super::size::{Series, Size};
 
-/// What to measure.
+/// Arguments of `coaxle scale`.
 #[derive(Debug, Args)]
 pub struct ScaleArgs {
     /// Only these series [default: all]
@@ -24,7 +24,7 @@ pub struct ScaleArgs {
     /// Folder for scale.csv, scale.json and scale.svg
     #[arg(long, value_name = "DIR", default_value = "out/scale")]
     out: PathBuf,
-    /// As what to print it
+    /// Format of the output
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     /// Measure this size alone, in this process, and print it as JSON
@@ -32,7 +32,7 @@ pub struct ScaleArgs {
     size: Option<Size>,
 }
 
-/// As what a table is printed.
+/// Format of a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Format {
     /// For people
@@ -132,7 +132,7 @@ fn csv(costs: &[Cost]) -> anyhow::Result<String> {
     Ok(String::from_utf8(csv.into_inner()?)?)
 }
 
-/// The smallest size of a series that has one axis a node, and what is fixed beside it.
+/// The smallest size of a series with one axis per node, which has only the fixed costs beside it.
 fn first_of(costs: &[Cost], series: Series) -> Option<&Cost> {
     let mut of = costs.iter().filter(|cost| cost.size.series == series);
     of.find(|cost| cost.size.count == 1 && series == Series::Axes)

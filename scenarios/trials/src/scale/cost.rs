@@ -1,4 +1,4 @@
-//! What a size costs.
+//! Cost of a size.
 
 use coaxle_clock::Span;
 use coaxle_os::{Os, System};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::lockstep::{Lockstep, Took};
 use super::size::Size;
 
-/// What a size costs.
+/// Cost of a size.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Cost {
     #[serde(flatten)]
@@ -18,11 +18,11 @@ pub(super) struct Cost {
     pub(super) axes: usize,
     /// A cycle of all senders, µs.
     pub(super) senders_us: f64,
-    /// What comes to all nodes in a cycle, read and taken in, µs.
+    /// Messages of all nodes in a cycle, read and taken in, µs.
     pub(super) intake_us: f64,
     /// A scan of all receivers, µs.
     pub(super) receivers_us: f64,
-    /// Memory of all nodes, bytes; none where the system does not say.
+    /// Memory of all nodes, bytes; absent where the system does not report it.
     pub(super) memory_bytes: Option<u64>,
     /// Messages that are published in a cycle, and that come to a node.
     pub(super) published_per_cycle: f64,
@@ -31,12 +31,12 @@ pub(super) struct Cost {
 
 /// Cycles until clocks are known and slaves coupled.
 const UNTIL_SYNCED: usize = 3_000;
-/// Cycles that are measured together, and how often: the fastest counts, as whatever else the machine does only adds to it.
+/// Cycles that are measured together, and how often: the fastest counts, as other load only adds to it.
 const BATCH: usize = 25;
 const BATCHES: usize = 200;
 
 impl Cost {
-    /// Measures a size, in a process where nothing else was.
+    /// Measures a size, in a process of its own.
     ///
     /// # Errors
     /// A node that cannot be built.
@@ -77,14 +77,14 @@ impl Cost {
         self.cycle_us() / self.axes as f64
     }
 
-    /// What each axis beyond the first of its nodes costs, µs, where that costs so much as in `first`.
+    /// Cost of each axis beyond the first of its nodes, µs, if the fixed part costs as much as in `first`.
     pub(super) fn further_axis_us(&self, first: &Self) -> Option<f64> {
         let more = self.further_axes(first)?;
         Some((self.cycle_us() - self.times(first) * first.cycle_us()) / more)
     }
 
-    /// The memory of each axis more than in `first`, bytes, with its share of the nodes that it takes: most of what a process
-    /// has is not theirs.
+    /// Memory of each axis more than in `first`, bytes, with its share of its nodes: most of a process's memory does not
+    /// belong to the axes.
     pub(super) fn further_axis_bytes(&self, first: &Self) -> Option<f64> {
         let more = self.axes.checked_sub(first.axes).filter(|more| *more > 0)?;
         let (memory, first_memory) = (self.memory_bytes?, first.memory_bytes?);
@@ -96,7 +96,7 @@ impl Cost {
         (more > 0.0).then_some(more)
     }
 
-    /// How many times the nodes of `first` it has: in the series of axes that is what is fixed.
+    /// Number of nodes in multiples of `first`: the factor of the fixed costs in the series of axes.
     fn times(&self, first: &Self) -> f64 {
         self.nodes as f64 / first.nodes as f64
     }
@@ -110,7 +110,7 @@ fn batch(lockstep: &mut Lockstep) -> Took {
     sum
 }
 
-/// Of this process.
+/// Memory of this process.
 fn memory() -> Option<u64> {
     Os::resident_memory(std::process::id())
 }

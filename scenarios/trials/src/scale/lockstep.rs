@@ -1,4 +1,4 @@
-//! Nodes in virtual time, all in the same cycle: who publishes first, then who follows, with a clock beside them.
+//! Nodes in virtual time, all in the same cycle: publishers first, then followers, with a clock beside them.
 
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::frame::KeySeal;
@@ -11,18 +11,18 @@ use coaxle_sender::config::SenderConfig;
 
 use super::size::Size;
 
-/// All nodes of a size.
+/// Every node of a size.
 pub(super) struct Lockstep {
     senders: Vec<Sender>,
     receivers: Vec<Receiver>,
     wirings: Vec<Wiring>,
-    /// The ways from each publication of each node.
+    /// The links from each publication of each node.
     ways: Vec<Vec<Vec<Way>>>,
-    /// Of each publication of each node.
+    /// Seal of each publication of each node.
     seals: Vec<Vec<KeySeal>>,
-    /// Of each subscription of each node.
+    /// Reader of each subscription of each node.
     readers: Vec<Vec<Reader>>,
-    /// What was published and is not delivered yet; its buffers are used again.
+    /// Frames published and not delivered yet; their buffers are reused.
     posted: Vec<Posted>,
     waiting: usize,
     cycle: i64,
@@ -31,7 +31,7 @@ pub(super) struct Lockstep {
     pub(super) delivered: u64,
 }
 
-/// A frame, and which publication of which node it is.
+/// A frame, with the indices of its node and publication.
 struct Posted {
     node: usize,
     publication: usize,
@@ -41,11 +41,11 @@ struct Posted {
 /// Time that a cycle of all nodes took.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Took {
-    /// Senders: their cycle, and the frames of it.
+    /// Senders: their cycle and its frames.
     pub(super) senders: Span,
     /// Frames read, and taken in.
     pub(super) intake: Span,
-    /// Receivers: their scan, and the frames of it.
+    /// Receivers: their scan and its frames.
     pub(super) receivers: Span,
 }
 
@@ -183,7 +183,7 @@ impl Lockstep {
         self.published += 1;
     }
 
-    /// Everything that was published since the last time: by senders in this cycle, by receivers in the one before.
+    /// Delivers all frames published since the last call: by senders in this cycle, by receivers in the one before.
     fn deliver(&mut self, now: Instant<Local>) {
         let first = self.senders.len();
         for posted in &self.posted[..self.waiting] {
@@ -200,7 +200,7 @@ impl Lockstep {
         self.waiting = 0;
     }
 
-    /// Whether every slave of every receiver follows its master.
+    /// True if every slave of every receiver follows its master.
     #[cfg(test)]
     pub(super) fn is_in_sync(&self) -> bool {
         let slaves = self.receivers.iter().flat_map(|receiver| {
@@ -225,7 +225,7 @@ mod tests {
             }
             assert!(lockstep.is_in_sync(), "{size}");
             let each = lockstep.delivered as f64 / 4_000.0;
-            // Time requests, and what is said to them, besides.
+            // Plus time requests and their responses.
             assert!(
                 each > f64::from(frames) && each < f64::from(frames) + 0.5,
                 "{size}: {each}"

@@ -1,7 +1,7 @@
-//! `coaxle scale`: what nodes cost as they become more, and their axes.
+//! `coaxle scale`: cost of growing numbers of nodes and axes.
 //!
-//! Each size is measured in a process of its own, so that its memory is its own. The nodes are those that machines run, with the
-//! bytes that travel between them; time is virtual, and what is measured is the processor.
+//! Each size is measured in a process of its own, so that its memory is its own. The nodes and the bytes between them are
+//! those of real machines; time is virtual, and the processor is measured.
 
 mod cli;
 mod cost;

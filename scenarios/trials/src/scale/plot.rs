@@ -1,4 +1,4 @@
-//! `scale.svg`: what a cycle costs over how many there are, both by their logarithms.
+//! `scale.svg`: cost of a cycle over the size, on logarithmic axes.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use super::size::Series;
 const SIZE: (u32, u32) = (860, 560);
 const FONT: &str = "sans-serif";
 
-/// What the drawing library fails with.
+/// Error of the drawing library.
 type DrawError = Box<dyn std::error::Error>;
 
 /// Draws the costs of all series.

@@ -1,4 +1,4 @@
-//! What is measured: how many nodes, with how many axes.
+//! Sizes to measure: numbers of nodes and axes.
 
 use std::fmt::Write as _;
 use std::str::FromStr;
@@ -10,7 +10,7 @@ use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::SenderConfig;
 use serde::{Deserialize, Serialize};
 
-/// What grows.
+/// The growing quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Series {
@@ -22,7 +22,7 @@ pub(crate) enum Series {
     Axes,
 }
 
-/// One size of a series, as `receivers:64`.
+/// A size of a series, as `receivers:64`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Size {
     pub(crate) series: Series,
@@ -32,7 +32,7 @@ pub(crate) struct Size {
 /// Axes and slaves of a node: 1000 in eight of them. A frame holds 128.
 const AXES_OF_A_NODE: usize = 125;
 
-/// Most of what grows.
+/// Largest size.
 const MOST: usize = 10_000;
 
 impl Series {
@@ -61,7 +61,7 @@ impl Series {
 }
 
 impl Size {
-    /// How many axes each sender has: one sender after the other.
+    /// Number of axes of each sender.
     pub(crate) fn axes_of_senders(self) -> Vec<usize> {
         match self.series {
             Series::Receivers => vec![1],
@@ -90,7 +90,7 @@ impl Size {
         self.followed().len()
     }
 
-    /// Far axes of all receivers: as many slaves are there.
+    /// Far axes of all receivers, which is also the number of slaves.
     pub(crate) fn axes(self) -> usize {
         let axes = self.axes_of_senders();
         let followed = self.followed().into_iter().flatten();
@@ -98,7 +98,7 @@ impl Size {
     }
 
     /// # Errors
-    /// The size is none.
+    /// The size makes no valid config.
     pub(crate) fn senders(self) -> anyhow::Result<Vec<SenderConfig>> {
         let axes = self.axes_of_senders().into_iter().enumerate();
         axes.map(|(n, axes)| Ok(parse("sender", &sender(n, axes))?))
@@ -106,7 +106,7 @@ impl Size {
     }
 
     /// # Errors
-    /// The size is none.
+    /// The size makes no valid config.
     pub(crate) fn receiver_configs(self) -> anyhow::Result<Vec<ReceiverConfig>> {
         let axes = self.axes_of_senders();
         let followed = self.followed().into_iter().enumerate();

@@ -14,23 +14,23 @@ use coaxle_os::{Os, System};
 
 use super::plan::{Plan, Told};
 
-/// What such a process is told.
+/// Arguments of such a process.
 #[derive(Debug, Args)]
 pub struct PeerArgs {
-    /// What to do, as JSON
+    /// Plan of the process, as JSON
     plan: String,
     /// Die with this process, which started this one
     #[arg(long, value_name = "PID")]
     parent: i32,
-    /// End after this time if nobody asks before
+    /// End after this time at the latest
     #[arg(long = "for", value_name = "DURATION", value_parser = parse_duration)]
     limit: Span,
 }
 
-/// Does its part until it is asked to end, and tells what it saw on standard output.
+/// Does its part until it is ended, and writes its report to standard output.
 ///
 /// # Errors
-/// A wrong plan, or a part that cannot be played.
+/// A wrong plan, or a part that fails.
 pub fn run(args: &PeerArgs) -> anyhow::Result<Exit> {
     Os::die_with(args.parent).context("cannot be tied to the process that started it")?;
     let plan: Plan = serde_json::from_str(&args.plan).context("the plan of a process")?;
@@ -57,7 +57,7 @@ fn perform(plan: Plan, limit: Span) -> anyhow::Result<Told> {
     }
 }
 
-/// Says that it can begin.
+/// Reports that it is ready.
 fn say_ready() -> anyhow::Result<()> {
     let mut out = std::io::stdout();
     writeln!(out, "{}", super::plan::READY)

@@ -16,7 +16,7 @@ use super::say_ready;
 use crate::bench::configs::{receiver_setup, sender_config, sender_setup};
 use crate::bench::plan::{Cycle, FrameCame, Told};
 
-/// Runs the sender; with stamps if they are wanted, else just as its own program would.
+/// Runs the sender; with stamps if requested, else just as its own program would.
 pub(super) fn send(config: &str, stamps: bool, limit: Span) -> anyhow::Result<Told> {
     let kept = Kept::default();
     if stamps {
@@ -71,7 +71,7 @@ fn lock(kept: &Kept) -> std::sync::MutexGuard<'_, Told> {
     kept.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A sender that says when its frame was on the way to the publisher.
+/// A sender that stamps the hand-over of its frame to the publisher.
 struct Stamped {
     node: Sender,
     shown: Shown,
@@ -109,7 +109,7 @@ impl Node for Stamped {
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
         let outgoing = self.node.transmit();
         if outgoing.is_none() {
-            // Asked again, as everything before is in the outbox: the publisher is woken next.
+            // The last call: everything is in the outbox, and the publisher is woken next.
             self.shown.handed_over = machine::now();
         }
         outgoing
@@ -156,12 +156,12 @@ impl Recorder<SenderSnapshot> for Plain {
     }
 }
 
-/// Keeps what a receiver took in, and which scan did.
+/// Keeps the frames that a receiver took in, and the scan of each.
 struct ArrivalKeeper {
     kept: Kept,
-    /// When scans began, by when they should have.
+    /// Actual starts of scans, by their ideal starts.
     began: BTreeMap<i64, i64>,
-    /// Arrivals whose scan may not have been told yet, by when that should have begun.
+    /// Arrivals whose scan may not be recorded yet, by its ideal start.
     waiting: Vec<(i64, FrameCame)>,
 }
 
@@ -185,7 +185,7 @@ impl Recorder<ReceiverSnapshot> for ArrivalKeeper {
         let Some(stamp) = header.send_stamp else {
             return;
         };
-        // A clock without faults of its own: spans are the same in both.
+        // The node's clock has no faults of its own: spans are equal in both.
         let arrived = record.ideal_start + (record.arrival.at - record.tick.ideal_start);
         let came = FrameCame {
             count: header.count,

@@ -1,4 +1,4 @@
-//! Bare loops over the network, without a node: what a node cannot beat.
+//! Bare loops over the network, without a node: a lower bound for every node.
 
 use std::io::ErrorKind;
 use std::net::{SocketAddr, UdpSocket};
@@ -18,7 +18,7 @@ use crate::bench::plan::{Look, MessageCame, Pace, Told};
 
 const KEY: &str = "coaxle/bench/raw";
 
-/// How long it waits for a datagram, or for the end, before it looks again.
+/// Longest wait for a datagram, or for the end, between checks.
 const NAP: Duration = Duration::from_millis(20);
 
 /// The longest datagram.
@@ -29,7 +29,7 @@ pub(super) fn send_datagrams(to: SocketAddr, pace: &Pace, limit: Span) -> anyhow
     let any = if to.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
     let socket = UdpSocket::bind(any).context("cannot open a socket")?;
     go_round(pace, limit, |bytes| match socket.send_to(bytes, to) {
-        // Nobody listens there yet, or the network is full.
+        // No receiver listens there yet, or the network is full.
         Err(error) if is_passing(error.kind()) => Ok(()),
         sent => sent.map(drop).context("cannot send a datagram"),
     })
@@ -55,7 +55,7 @@ pub(super) fn publish(
     told
 }
 
-/// A loop of its own cycle that sends a message each time, until it is asked to end.
+/// A loop of its own cycle that sends a message each time, until it is ended.
 fn go_round(
     pace: &Pace,
     limit: Span,
@@ -72,7 +72,7 @@ fn go_round(
         due += cycle;
         machine::sleep_then_spin_until(due, spin);
         let woke = machine::now();
-        // As a node does, it skips what it is too late for.
+        // Skips missed cycles, as a node does.
         due += cycle * (woke - due).div_floor(cycle);
         count += 1;
         let left = machine::now();
@@ -89,7 +89,7 @@ fn spin(real_time: &RealTimeConfig) -> Span {
     Span::from_micros(i64::from(real_time.spin_us))
 }
 
-/// Receives on a thread of its own, and looks at the newest in a loop beside it, if that is wanted.
+/// Receives on a thread of its own. A loop beside it samples the newest message's age, if requested.
 pub(super) fn receive_datagrams(
     at: SocketAddr,
     looks: Option<&Pace>,
@@ -126,7 +126,7 @@ pub(super) fn receive_datagrams(
     Ok(told(&seen, looked))
 }
 
-/// The same of a Zenoh session.
+/// Receives messages of a Zenoh session likewise.
 pub(super) fn subscribe(
     transport: &TransportConfig,
     real_time: &RealTimeConfig,
@@ -145,7 +145,7 @@ pub(super) fn subscribe(
     Ok(told(&seen, looked))
 }
 
-/// A session whose threads have the priority that a node's would have, which they inherit.
+/// A session with a node's priority, which its threads inherit.
 fn open(transport: &TransportConfig, wishes: &RealTimeConfig) -> anyhow::Result<OverZenoh> {
     let (transport, carriers) = (transport.clone(), real_time::carriers(wishes));
     let opening = move || {
@@ -153,7 +153,7 @@ fn open(transport: &TransportConfig, wishes: &RealTimeConfig) -> anyhow::Result<
             priority: carriers,
             ..RealTimeConfig::default()
         };
-        // What is not granted, the loop says itself.
+        // The loop itself reports denied requests.
         let _ = real_time::apply(&wishes);
         OverZenoh::open_and_wait(&transport)
     };
@@ -161,11 +161,11 @@ fn open(transport: &TransportConfig, wishes: &RealTimeConfig) -> anyhow::Result<
     opened.map_err(|_| anyhow!("the Zenoh session panicked"))?
 }
 
-/// What came.
+/// Received messages.
 #[derive(Default)]
 struct Seen {
     messages: Mutex<Vec<MessageCame>>,
-    /// When the loop woke that sent the newest; 0 before the first.
+    /// Wake-up of the loop that sent the newest; 0 before the first.
     newest: AtomicI64,
 }
 
@@ -189,7 +189,7 @@ fn told(seen: &Seen, looks: Vec<Look>) -> Told {
     }
 }
 
-/// Waits for the end; meanwhile looks once a cycle how old the newest message is, if that is wanted.
+/// Waits for the end. Samples the newest message's age once a cycle meanwhile, if requested.
 fn look(pace: Option<&Pace>, seen: &Seen, until: &Until) -> Vec<Look> {
     let mut looks = Vec::new();
     let Some(pace) = pace else {
@@ -198,7 +198,7 @@ fn look(pace: Option<&Pace>, seen: &Seen, until: &Until) -> Vec<Look> {
         }
         return looks;
     };
-    // What is denied the sender says.
+    // The sender reports denied requests.
     let _ = real_time::apply(&pace.real_time);
     let cycle = Span::from_nanos(pace.cycle_ns);
     let mut due = machine::now();
@@ -215,7 +215,7 @@ fn look(pace: Option<&Pace>, seen: &Seen, until: &Until) -> Vec<Look> {
     looks
 }
 
-/// When a process ends.
+/// End of a process.
 struct Until {
     interrupt: Interrupt,
     limit: Instant<Machine>,

@@ -1,4 +1,4 @@
-//! Who is to be played to a receiver, by what its status says.
+//! The node to play to a receiver, by its status.
 
 use coaxle_clock::{CycleTime, Span};
 use coaxle_node::keys::NodeName;
@@ -6,10 +6,10 @@ use serde_json::{Map, Value};
 
 use super::player::Part;
 
-/// Frames come no more often than this: the machine has other things to do.
+/// Shortest period of frames: the machine has other things to do.
 const SHORTEST: Span = Span::from_millis(5);
 
-/// What was asked for.
+/// Choices of the user.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Wishes {
     pub(super) played: Option<NodeName>,
@@ -17,10 +17,10 @@ pub(super) struct Wishes {
     pub(super) cycle_time: Option<CycleTime>,
 }
 
-/// The node, its axis and its cycle time. `chance` is what its run is told from others by.
+/// The node, its axis and its cycle time. `chance` makes its run differ from others.
 ///
 /// # Errors
-/// Why nobody can be played, in words.
+/// The reason why no node can be played, in words.
 pub(super) fn part(
     receiver: &NodeName,
     status: &Map<String, Value>,
@@ -38,7 +38,7 @@ pub(super) fn part(
         axis,
         receiver: receiver.clone(),
         cycle_time,
-        // Odd factors leave no two chances alike.
+        // An odd factor keeps different chances different.
         epoch: chance.wrapping_mul(0x9e37_79b9_7f4a_7c15),
     })
 }

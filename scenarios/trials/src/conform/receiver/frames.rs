@@ -6,7 +6,7 @@ use coaxle_node::frame::{FORMAT_VERSION, KeySeal, body_capacity, encode_body, se
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, FrameHeader};
 
-/// What a frame says.
+/// Fields of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Content {
     pub(super) sender: u32,
@@ -25,7 +25,7 @@ pub(super) struct Writer {
     other_key: KeySeal,
 }
 
-/// Frames that are no good, for one reason.
+/// Frames to be refused for one reason.
 pub(super) type Bad = fn(&Writer, &Content) -> Vec<Vec<u8>>;
 
 impl Writer {
@@ -42,7 +42,7 @@ impl Writer {
         self.sealed(&content.body(), content.stamp)
     }
 
-    /// Of other versions.
+    /// Frames of other versions.
     pub(super) fn versions(&self, content: &Content) -> Vec<Vec<u8>> {
         let of = |version| {
             let mut body = content.body();
@@ -52,7 +52,7 @@ impl Writer {
         vec![of(0), of(2), of(255)]
     }
 
-    /// Without their end: nothing, too little, cut on the way, cut before it was sealed.
+    /// Frames without their end: nothing, too little, cut on the way, cut before it was sealed.
     pub(super) fn truncated(&self, content: &Content) -> Vec<Vec<u8>> {
         let (whole, body) = (self.frame(content), content.body());
         vec![
@@ -63,7 +63,7 @@ impl Writer {
         ]
     }
 
-    /// With a bit flipped, and with the check sum of another key.
+    /// Frames with a bit flipped, and with the check sum of another key.
     pub(super) fn check_sums(&self, content: &Content) -> Vec<Vec<u8>> {
         let mut flipped = self.frame(content);
         let middle = flipped.len() / 2;
@@ -74,7 +74,7 @@ impl Writer {
         vec![flipped, strayed]
     }
 
-    /// With a number that is too long, an option that begins with 2, and 129 axes.
+    /// Frames with a number that is too long, an option that begins with 2, and 129 axes.
     pub(super) fn malformed(&self, content: &Content) -> Vec<Vec<u8>> {
         let mut long = vec![FORMAT_VERSION, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01];
         long.extend(content.body());
@@ -89,15 +89,15 @@ impl Writer {
         ]
     }
 
-    /// With a byte behind the send stamp.
+    /// A frame with a byte behind the send stamp.
     pub(super) fn trailing(&self, content: &Content) -> Vec<Vec<u8>> {
         let mut body = content.body();
-        // A stamp, none; sealing puts another one behind it.
+        // An absent stamp; sealing puts another one behind it.
         body.push(0);
         vec![self.sealed(&body, None)]
     }
 
-    /// With cycle times that no node may have.
+    /// Frames with cycle times out of range.
     pub(super) fn cycle_times(&self, content: &Content) -> Vec<Vec<u8>> {
         let of = |cycle_time: Span| {
             self.frame(&Content {
@@ -113,13 +113,13 @@ impl Writer {
         ]
     }
 
-    /// Of another sender.
+    /// A frame of another sender.
     pub(super) fn senders(&self, content: &Content) -> Vec<Vec<u8>> {
         let sender = content.sender ^ 1;
         vec![self.frame(&Content { sender, ..*content })]
     }
 
-    /// With another axis, and without any.
+    /// Frames with another axis, and without any.
     pub(super) fn axes(&self, content: &Content) -> Vec<Vec<u8>> {
         let mut other = *content;
         other.axis.axis_id = other.axis.axis_id.wrapping_add(1_000);
@@ -129,7 +129,7 @@ impl Writer {
         ]
     }
 
-    /// With what is no number, and what is too large for an axis.
+    /// Frames with NaN, and with a value too large for an axis.
     pub(super) fn numbers(&self, content: &Content) -> Vec<Vec<u8>> {
         let of = |change: fn(&mut NcToPlcAxis)| {
             let mut other = *content;
@@ -143,13 +143,13 @@ impl Writer {
         ]
     }
 
-    /// Of another run.
+    /// A frame of another run.
     pub(super) fn runs(&self, content: &Content) -> Vec<Vec<u8>> {
         let epoch = content.epoch ^ 0x5555;
         vec![self.frame(&Content { epoch, ..*content })]
     }
 
-    /// Of the same run, with twice its cycle time.
+    /// A frame of this run, with twice its cycle time.
     pub(super) fn other_cycle_times(&self, content: &Content) -> Vec<Vec<u8>> {
         let nanos = i64::from(content.cycle_time_ns);
         let longest = CycleTime::MAX.as_nanos();
@@ -164,7 +164,7 @@ impl Writer {
         })]
     }
 
-    /// Of the same run, ten seconds ahead.
+    /// A frame of this run, ten seconds ahead.
     pub(super) fn counts(&self, content: &Content) -> Vec<Vec<u8>> {
         let ahead = 10_000_000_000 / u64::from(content.cycle_time_ns.max(1));
         let count = content.count + ahead;
@@ -194,7 +194,7 @@ impl Content {
         body
     }
 
-    /// All fields before the axes. By hand, as a header takes no cycle time that no node may have.
+    /// Every field before the axes. Written by hand, as a header takes no cycle time out of range.
     fn prefix(&self, axes: u64) -> Vec<u8> {
         let mut out = vec![FORMAT_VERSION];
         for number in [

@@ -1,4 +1,4 @@
-//! `coaxle conform receiver`: which rules of docs/WIRE.md a node keeps that follows axes.
+//! `coaxle conform receiver`: the rules of docs/WIRE.md that a node keeps which follows axes.
 
 mod cast;
 mod frames;
@@ -23,33 +23,33 @@ use coaxle_os::Interrupt;
 use super::heard::Heard;
 use cast::{Wishes, part};
 
-/// Whom to play to.
+/// Arguments of `coaxle conform receiver`.
 #[derive(Debug, Args)]
 pub(crate) struct ReceiverArgs {
-    /// The node that follows axes. What depends on its slaves moves: its axis has an error for a while, falls silent and
+    /// The node that follows axes. Its slaves may move: the played axis has an error for a while, falls silent and
     /// comes back elsewhere
     #[arg(value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
     pub(super) node: NodeName,
-    /// The far node to be, which must not be there itself [default: the one that the receiver follows]
+    /// The far node to play, which must not run itself [default: the one that the receiver follows]
     #[arg(long = "as", value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
     played: Option<NodeName>,
     /// The axis of that node [default: the first one that the receiver follows]
     #[arg(long, value_name = "ID")]
     axis: Option<u32>,
-    /// How often frames are sent, 100us to 100ms [default: the receiver's own cycle time, and its multiple from 5 ms on]
+    /// Period of frames, 100us to 100ms [default: the receiver's own cycle time, and its multiple from 5 ms on]
     #[arg(long, value_name = "DURATION", value_parser = cycle_time)]
     cycle_time: Option<CycleTime>,
     #[command(flatten)]
     network: NetworkArgs,
 }
 
-/// A receiver may take so long to turn up.
+/// Startup time allowed for a receiver to appear.
 const PATIENCE: Span = Span::from_secs(5);
 
-/// Plays, and says what was found.
+/// Plays the script, and returns the findings.
 ///
 /// # Errors
-/// A wrong network section, a network that cannot be joined, a receiver that follows nobody who can be played.
+/// A wrong network section, a network that cannot be joined, a receiver that follows no node that can be played.
 pub(super) fn judge(args: &ReceiverArgs) -> anyhow::Result<Heard> {
     let interrupt = Interrupt::listen()?;
     let watcher = args.network.watch(std::slice::from_ref(&args.node))?;
@@ -89,7 +89,7 @@ fn play(args: &ReceiverArgs, watcher: &Watcher, interrupt: &Interrupt) -> anyhow
     Ok(found.map_or(Heard::Interrupted, Heard::Findings))
 }
 
-/// The first status of a node that has just started tells neither: it has not run a cycle yet.
+/// True once a status names the followed nodes and axes: the first one of a node that has just started does not.
 fn says_what_it_follows(node: &SeenNode) -> bool {
     let status = node.status.as_ref().map(|(_, status)| status);
     status.is_some_and(|status| {

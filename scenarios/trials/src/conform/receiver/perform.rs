@@ -1,4 +1,4 @@
-//! The network's part: cycles in real time, and what comes meanwhile.
+//! The network's part: cycles in real time, and the messages received meanwhile.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -12,7 +12,7 @@ use serde_json::{Map, Value};
 use super::player::{Part, Player};
 use crate::conform::rule::Finding;
 
-/// So much waits for the next cycle.
+/// Most messages that wait for the next cycle.
 const MOST: usize = 1 << 12;
 
 enum Came {
@@ -21,7 +21,7 @@ enum Came {
     SeenBy(bool),
 }
 
-/// Plays the whole script; none if somebody ends it.
+/// Plays the whole script; none if interrupted.
 ///
 /// # Errors
 /// The transport refuses.
@@ -89,7 +89,7 @@ fn declare(
     part: &Part,
     queue: &Arc<SyncSender<Came>>,
 ) -> anyhow::Result<Vec<Declared>> {
-    // What finds no room is missing.
+    // Messages that find no room are dropped.
     let (requests, statuses, seen) = (Arc::clone(queue), Arc::clone(queue), Arc::clone(queue));
     let on_request = move |at, bytes: &[u8]| {
         let _ = requests.try_send(Came::Request(at, bytes.to_vec()));

@@ -1,5 +1,5 @@
-//! Plays the script, and judges what comes of it. Nothing here sends or receives: cycles, statuses and requests are handed
-//! in with their times, what is to be sent is handed out.
+//! Plays the script, and judges the receiver's reaction. Nothing here sends or receives: cycles, statuses and requests
+//! are handed in with their times, messages to send are handed out.
 
 use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
@@ -15,18 +15,18 @@ use super::rules::SEEN_BY;
 use super::script::{ERROR, Expect, Play, SCRIPT, Step};
 use crate::conform::rule::{Finding, Outcome};
 
-/// A status that came so long after the last frame of a step knows of it …
+/// A status covers the last frame of a step if it comes this much later …
 const SETTLED: Span = Span::from_millis(300);
-/// … or one that comes within so long does.
+/// … and must come within this time.
 const PATIENCE: Span = Span::from_secs(4);
 /// An exchange needs a clock that is known.
 const LONG_PATIENCE: Span = Span::from_secs(15);
 /// The silence before another run.
 const SILENCE: Span = Span::from_millis(1_500);
-/// How fast the axis moves, u/s.
+/// Velocity of the axis, u/s.
 const VELOCITY: f64 = 10.0;
 
-/// Who plays, and to whom.
+/// The nodes, axis and cycle time of a play.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
     /// The node that is played, as which the receiver follows it.
@@ -37,11 +37,11 @@ pub(super) struct Part {
     pub(super) receiver: NodeName,
     /// The cycle time of the node that is played.
     pub(super) cycle_time: CycleTime,
-    /// Its first run.
+    /// Epoch of its first run.
     pub(super) epoch: u64,
 }
 
-/// What is to be sent.
+/// A message to send.
 pub(super) type Sent = (Channel, Vec<u8>);
 
 /// The node that is played.
@@ -71,16 +71,16 @@ pub(super) struct Player {
 
 #[derive(Clone, Copy, Debug)]
 enum Phase {
-    /// For so many more cycles.
+    /// Playing, with this number of cycles left.
     Playing(u64),
-    /// Nothing is sent.
+    /// Sending nothing.
     Silent { until: Instant<Machine> },
-    /// Since then good frames alone come, and a status is awaited.
+    /// Sending good frames only since then, and waiting for a status.
     Judging { since: Instant<Machine> },
 }
 
 impl Player {
-    /// Begins at `start`.
+    /// A player that begins at `start`.
     pub(super) fn new(part: Part, start: Instant<Machine>) -> Self {
         Self {
             writer: Writer::new(&part.played),
@@ -102,32 +102,32 @@ impl Player {
         }
     }
 
-    /// When the next cycle is due.
+    /// Time of the next cycle.
     pub(super) fn due(&self) -> Instant<Machine> {
         self.start + self.part.cycle_time.span() * self.count as i64
     }
 
-    /// This run of the node that is played.
+    /// Epoch of the present run of the node that is played.
     pub(super) const fn epoch(&self) -> u64 {
         self.epoch
     }
 
-    /// Whether the script is at its end.
+    /// True at the end of the script.
     pub(super) const fn is_done(&self) -> bool {
         self.step >= SCRIPT.len()
     }
 
-    /// A time request came.
+    /// Takes a time request.
     pub(super) fn request(&mut self, at: Instant<Machine>, bytes: &[u8]) {
         self.requests.take(at, bytes, self.receiver_epoch);
     }
 
-    /// The receiver says that it hears the node that is played, or does no more.
+    /// Takes the receiver's token that it receives the played node, or its end.
     pub(super) fn seen_by(&mut self, is_seen: bool) {
         self.is_seen |= is_seen;
     }
 
-    /// A status of the receiver came.
+    /// Takes a status of the receiver.
     pub(super) fn status(&mut self, at: Instant<Machine>, status: &Map<String, Value>) {
         let epoch = status.get("epoch").and_then(Value::as_str);
         self.receiver_epoch = epoch.and_then(|epoch| u64::from_str_radix(epoch, 16).ok());
@@ -139,14 +139,14 @@ impl Player {
         self.judge(at);
     }
 
-    /// The cycle that is due at `now`, or later: what is sent in it.
+    /// Runs the cycle that is due at `now`, or a later one. Returns the messages to send.
     pub(super) fn cycle(&mut self, now: Instant<Machine>) -> Vec<Sent> {
         let Some(step) = SCRIPT.get(self.step) else {
             return Vec::new();
         };
         self.skip_missed(now);
         let sent = match self.phase {
-            // Until the first status nothing is known to compare with.
+            // Without a first status there is nothing to compare with.
             Phase::Playing(_) if self.before.is_none() => {
                 vec![(Channel::Axes, self.writer.frame(&self.content(now)))]
             }
@@ -165,7 +165,7 @@ impl Player {
         self.next(sent)
     }
 
-    /// What was found, in the order of the rules.
+    /// Findings, in the order of the rules.
     pub(super) fn findings(mut self) -> Vec<Finding> {
         let key = self.part.played.seen_by_key(&self.part.receiver);
         let seen = match self.is_seen {
@@ -186,7 +186,7 @@ impl Player {
         sent
     }
 
-    /// Cycles that were missed are skipped, as a sender skips them.
+    /// Skips missed cycles, as a sender does.
     fn skip_missed(&mut self, now: Instant<Machine>) {
         let cycle = self.part.cycle_time.span();
         let due = (now - self.start).div_floor(cycle);
@@ -245,7 +245,7 @@ impl Player {
         vec![self.writer.frame(content)]
     }
 
-    /// Each second frame comes behind the one after it.
+    /// Sends each second frame behind the one after it.
     fn late(&mut self, content: &Content) -> Vec<Vec<u8>> {
         let frame = self.writer.frame(content);
         match self.held_back.take() {
@@ -260,7 +260,7 @@ impl Player {
         }
     }
 
-    /// A cycle between steps: the axis goes on to show what is to be seen of it.
+    /// A cycle between steps: the axis keeps the state that the receiver's status is to show.
     fn good(&mut self, step: &Step, now: Instant<Machine>) -> Vec<Sent> {
         let mut content = self.content(now);
         if matches!(step.play, Play::ErrorCode) {
@@ -318,12 +318,12 @@ impl Player {
         self.start = now;
         self.count = 0;
         self.requests.forget();
-        // So that it is not silent again.
+        // Prevents another silence.
         self.played = 1;
         self.phase = Phase::Playing(cycles);
     }
 
-    /// A status has come: is it as it should be?
+    /// Judges the step by the newest status.
     fn judge(&mut self, at: Instant<Machine>) {
         let (Some(step), Phase::Judging { since }) = (SCRIPT.get(self.step), self.phase) else {
             return;
@@ -350,7 +350,7 @@ impl Player {
         Some(latest.outcome(before, step.expect, self.played, newest))
     }
 
-    /// It has had its time.
+    /// Ends the step after its timeout.
     fn give_up(&mut self, step: &Step, since: Instant<Machine>, now: Instant<Machine>) {
         let patience = match step.expect {
             Expect::Some(_) if self.requests.any() => LONG_PATIENCE,
@@ -375,7 +375,7 @@ impl Player {
     }
 }
 
-/// Whatever an i64 holds, and none.
+/// Absent, extreme, zero and right stamps in rotation.
 fn any_stamp(n: u64, right: Option<Span>) -> Option<Span> {
     match n % 6 {
         0 => None,

@@ -1,4 +1,4 @@
-//! What a receiver's status says of the node that is played.
+//! A receiver's status of the node that is played.
 
 use coaxle_node::keys::NodeName;
 use serde_json::{Map, Value};
@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use super::script::Expect;
 use crate::conform::rule::Outcome;
 
-/// What a receiver counts as wrong, in one way or another.
+/// Counters of rejected messages of all kinds.
 const WRONG: [&str; 13] = [
     "rejected_wrong_version",
     "rejected_truncated",
@@ -23,7 +23,7 @@ const WRONG: [&str; 13] = [
     "restarts",
 ];
 
-/// One status.
+/// Fields of a status.
 #[derive(Clone, Debug)]
 pub(super) struct Reading {
     far: Map<String, Value>,
@@ -33,7 +33,7 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    /// What it says of the axis `axis` of `node`; none where it does not follow that one.
+    /// The receiver's status of the axis `axis` of `node`; none where it does not follow that one.
     pub(super) fn of(status: &Map<String, Value>, node: &NodeName, axis: u32) -> Option<Self> {
         let far = status.get("far")?.get(node.as_str())?.as_object()?;
         let mut axes = status.get("axes")?.as_object()?.values();
@@ -50,12 +50,12 @@ impl Reading {
         self.far.get(name)?.as_u64()
     }
 
-    /// By how much a counter has gone up since.
+    /// Increase of a counter.
     fn since(&self, before: &Self, name: &str) -> Option<u64> {
         self.count(name)?.checked_sub(before.count(name)?)
     }
 
-    /// Counters that went up besides, in words.
+    /// Other counters that went up, in words.
     fn besides(&self, before: &Self, but_for: &[&str]) -> Option<String> {
         let others = WRONG.iter().filter(|name| !but_for.contains(name));
         let up = others.filter_map(|name| {
@@ -66,7 +66,7 @@ impl Reading {
         (!up.is_empty()).then(|| up.join(", "))
     }
 
-    /// What came of a step, as far as this status says, after so many frames: the newest count and epoch that were played.
+    /// Outcome of a step by this status, after `played` frames up to this epoch and count.
     pub(super) fn outcome(
         &self,
         before: &Self,

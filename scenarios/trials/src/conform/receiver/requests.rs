@@ -12,7 +12,7 @@ use coaxle_os::Machine;
 use super::rules::REQUESTS;
 use crate::conform::rule::{Finding, Outcome, Tally};
 
-/// Some ten times a second: the mean pause between two, s.
+/// Mean pause between two requests, s: some ten come each second.
 const PAUSE: (f64, f64) = (0.02, 1.0);
 
 /// Takes time requests and responds.
@@ -28,7 +28,7 @@ pub(super) struct Requests {
     times: Option<(Instant<Machine>, Instant<Machine>)>,
 }
 
-/// The run and the cycle that responds.
+/// The run and cycle of the response.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cycle {
     pub(super) epoch: u64,
@@ -36,12 +36,12 @@ pub(super) struct Cycle {
     pub(super) cycle_time: CycleTime,
     /// The ideal start of cycle 0.
     pub(super) start: Instant<Machine>,
-    /// When the responses leave.
+    /// Departure of the responses.
     pub(super) now: Instant<Machine>,
 }
 
 impl Requests {
-    /// To the node `played`, of the node `receiver`.
+    /// Requests from the node `receiver` to the node `played`.
     pub(super) fn new(played: &NodeName, receiver: &NodeName) -> Self {
         Self {
             requests: KeySeal::new(&played.channel_key(Channel::TimeRequests)),
@@ -55,7 +55,7 @@ impl Requests {
         }
     }
 
-    /// A request came at `at`; `epoch` is that of the receiver, as its status has it.
+    /// Takes a request that came at `at`; `epoch` is that of the receiver, as its status has it.
     pub(super) fn take(&mut self, at: Instant<Machine>, bytes: &[u8], epoch: Option<u64>) {
         let request = match self.requests.open_time_request(bytes) {
             Ok(request) => request,
@@ -75,12 +75,12 @@ impl Requests {
         }
     }
 
-    /// Another run begins: what was asked before is not answered.
+    /// Begins another run, which drops the waiting requests.
     pub(super) fn forget(&mut self) {
         self.waiting.clear();
     }
 
-    /// The frame that answers all that waits; with `bad`, others that are no answers, and how many.
+    /// Responds to all waiting requests in a frame; with `bad`, adds a frame of wrong responses, and returns their number.
     pub(super) fn respond(&mut self, cycle: &Cycle, bad: bool) -> (Vec<Vec<u8>>, u64) {
         let waiting = std::mem::take(&mut self.waiting);
         let reply = |(at, request): &(Instant<Machine>, TimeRequest)| Reply {
@@ -103,7 +103,7 @@ impl Requests {
         (frames, if bad { wrong.len() as u64 } else { 0 })
     }
 
-    /// Whether any request came.
+    /// True if any request came.
     pub(super) const fn any(&self) -> bool {
         self.seen.all() > 0
     }
@@ -170,7 +170,7 @@ impl Requests {
     }
 }
 
-/// What is no answer to a request: one to another run, one to what was never asked, one more.
+/// Wrong responses: to another run, to a request that was never sent, and a duplicate.
 fn wrong_ones(reply: &Reply) -> [Reply; 3] {
     let with = |change: fn(&mut TimeRequest)| {
         let mut other = *reply;

@@ -1,4 +1,4 @@
-//! The rules for who follows axes, by name. docs/WIRE.md has the same list.
+//! The rules for nodes that follow axes, by name. docs/WIRE.md has this list, too.
 
 use crate::conform::rule::Rule;
 

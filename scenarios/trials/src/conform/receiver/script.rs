@@ -1,4 +1,4 @@
-//! What is played, step by step, and what is to come of it.
+//! The steps to play, and the reaction expected to each.
 
 use super::frames::{Bad, Writer};
 use super::rules;
@@ -9,46 +9,46 @@ use crate::conform::rule::Rule;
 pub(super) struct Step {
     pub(super) rule: &'static Rule,
     pub(super) play: Play,
-    /// For so many cycles.
+    /// Number of cycles.
     pub(super) cycles: u64,
     pub(super) expect: Expect,
 }
 
-/// What is played. Good frames go on all the while, but where it says so.
+/// Frames and responses of a step. Good frames continue throughout, except where noted.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Play {
     /// Good frames and nothing else.
     Good,
-    /// Frames that are no good beside them.
+    /// Bad frames beside the good ones.
     Beside(Bad),
-    /// Good ones whose index has nothing to do with their count.
+    /// Good ones whose index is unrelated to their count.
     AnyIndex,
     /// Good ones with stamps of all kinds, and without.
     AnyStamp,
-    /// Every one twice.
+    /// Every frame twice.
     Twice,
-    /// Each second one behind the one after it.
+    /// Every second frame behind the one after it.
     Late,
     /// The axis has an error.
     ErrorCode,
     /// Silence, and then another run.
     NewRun,
-    /// Responses that are none, beside good ones.
+    /// Wrong responses, beside good ones.
     BadResponses,
 }
 
-/// What is to come of it, by the receiver's status.
+/// Expected reaction, by the receiver's status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Expect {
-    /// All frames were used.
+    /// Every frame was used.
     Used,
-    /// This counter of the far node, and none of what is counted as wrong besides, has gone up by as many as were played.
+    /// The increase of this counter of the far node equals the number of frames played, without other rejections.
     Counted(&'static str),
     /// The axis shows this error.
     Error(u32),
     /// The new run is followed.
     Run,
-    /// This counter has gone up by anything.
+    /// Any increase of this counter.
     Some(&'static str),
 }
 
@@ -58,7 +58,7 @@ pub(super) const ERROR: u32 = 0x4650;
 const FEW: u64 = 3;
 const MANY: u64 = 25;
 
-/// All of it, in the order in which it is played: what upsets a receiver's clock comes before the run that begins anew.
+/// The whole script, in its order: steps that disturb a receiver's clock come before the run that restarts.
 pub(super) static SCRIPT: [Step; 21] = [
     step(&rules::FOLLOWS, Play::Good, MANY, Expect::Used),
     refused(

@@ -1,4 +1,4 @@
-//! The script, played to a receiver as it should be, and to one that is wrong in one thing.
+//! The script, played to a correct receiver, and to receivers with one fault each.
 
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
@@ -15,7 +15,7 @@ use crate::conform::rule::{Finding, Outcome};
 
 const EPOCH: u64 = 77;
 
-/// A receiver in a few lines, which counts as docs/WIRE.md says.
+/// A receiver in a few lines, which counts as docs/WIRE.md requires.
 struct Toy {
     played: NodeName,
     name: NodeName,
@@ -141,7 +141,7 @@ impl Toy {
     }
 }
 
-/// Plays all of it to a receiver; `spoil` does something to each status.
+/// Plays the script to a receiver; `spoil` changes each status.
 fn play(asks: bool, spoil: impl Fn(&mut Map<String, Value>)) -> Vec<Finding> {
     let name = |name: &str| NodeName::new(name).unwrap();
     let (played, receiver) = (name("belt"), name("saw"));

@@ -1,4 +1,4 @@
-//! What frames say of their axes.
+//! Checks of the axes in frames.
 
 use std::collections::BTreeMap;
 
@@ -9,14 +9,14 @@ use super::rules::{AXIS_IDS, AXIS_NUMBERS, AXIS_ORDER, AXIS_STATE, AXIS_VELOCITY
 use super::runs::Step;
 use crate::conform::rule::{Finding, Outcome, Tally};
 
-/// Velocity and position are compared over so many frames.
+/// Number of frames over which velocity and position are compared.
 const WINDOW: u32 = 50;
-/// They may differ by such a share of the way …
+/// Difference of both, as a share of the way, that is allowed …
 const SHARE: f64 = 0.2;
-/// … in no more than such a share of the windows: a position may be set anew, and wrap.
+/// … and exceeded in at most this share of the windows: a position may be reset, and wrap.
 const WINDOWS: f64 = 0.5;
 
-/// What no axis can be at the same time.
+/// Contradictory states of an axis.
 const CONTRADICTIONS: [(StateWord, &str); 4] = [
     (
         StateWord::POSITIVE_DIRECTION.union(StateWord::NEGATIVE_DIRECTION),
@@ -45,7 +45,7 @@ pub(super) struct Axes {
     order: Tally,
     numbers: Tally,
     state: Tally,
-    /// Of each axis.
+    /// Tally of each axis.
     velocity: BTreeMap<u32, Tally>,
     windows: BTreeMap<u32, Window>,
     empty: u64,
@@ -56,14 +56,14 @@ pub(super) struct Axes {
 struct Window {
     begin: f64,
     velocity: f64,
-    /// The way by its velocity, and as long as it is there and back.
+    /// Way by the velocity, signed and as path length.
     way: f64,
     path: f64,
     frames: u32,
 }
 
 impl Axes {
-    /// The axes of a frame that has its place in a run.
+    /// Takes the axes of a frame that has its place in a run.
     pub(super) fn take(&mut self, axes: &[NcToPlcAxis], cycle: Span, step: Step) {
         self.empty += u64::from(axes.is_empty());
         let ids: Vec<_> = axes.iter().map(|axis| axis.axis_id).collect();
@@ -75,7 +75,7 @@ impl Axes {
         for axis in axes {
             self.judge(axis);
         }
-        // Of several with the same id the first is the axis.
+        // Of axes that share an id, the first is the axis.
         let mut seen = Vec::new();
         for axis in axes {
             if !seen.contains(&axis.axis_id) {
@@ -99,7 +99,7 @@ impl Axes {
         ]
     }
 
-    /// Of the first axis that is not as it should be, or of any that moved.
+    /// Outcome of the first axis that is not in order, or of any that moved.
     fn velocity(&self) -> Outcome {
         let of = |tally: &Tally| tally.outcome_but_for(WINDOWS, "stretches", "");
         let mut all: Vec<_> = self.velocity.values().map(of).collect();

@@ -1,4 +1,4 @@
-//! What a node makes of time requests.
+//! Checks of a node's responses to time requests.
 
 use std::collections::BTreeMap;
 
@@ -12,13 +12,13 @@ use coaxle_os::Machine;
 use super::rules::{ANSWER_ECHO, ANSWER_FRAME, ANSWER_ONCE, ANSWER_STAMPS, ANSWER_TIME};
 use crate::conform::rule::{Finding, Outcome, Tally};
 
-/// A response may come after two cycles and this: the machines are busy.
+/// Margin beyond two cycles within which a response may come: the machines are busy.
 const PATIENCE: Span = Span::from_millis(100);
-/// Such a share may be missing or late.
+/// Share of responses that may be missing or late.
 const MISSING: f64 = 0.2;
-/// Such a share may be of another run than the newest frame: a node that begins anew responds before it sends, or after.
+/// Share of responses that may differ in run from the newest frame: a restarting node responds before it sends, or after.
 const BETWEEN_RUNS: f64 = 0.1;
-/// The clock of responses and that of frames are the same one, as far as one can tell at once.
+/// Greatest difference between the clocks of responses and frames. A comparison in one moment is no more accurate.
 const APART: Span = Span::from_secs(1);
 
 /// The clock of the node, as the newest frame shows it.
@@ -26,13 +26,13 @@ const APART: Span = Span::from_secs(1);
 pub(super) struct FrameClock {
     pub(super) epoch: u64,
     pub(super) cycle_time: CycleTime,
-    /// When it left, or was due, since the ideal start of the node's cycle 0 …
+    /// Departure, or due time, since the ideal start of the node's cycle 0 …
     pub(super) left: Span,
-    /// … and came.
+    /// … and arrival.
     pub(super) at: Instant<Machine>,
 }
 
-/// What was asked, and what came.
+/// Requests sent, and their responses.
 #[derive(Debug)]
 pub(super) struct Exchange {
     seal: KeySeal,
@@ -52,9 +52,9 @@ pub(super) struct Exchange {
 struct Asked {
     request: TimeRequest,
     at: Instant<Machine>,
-    /// Whether it is one that a node may not refuse.
+    /// True if a node may not refuse it.
     is_good: bool,
-    /// When the first response came.
+    /// Arrival of the first response.
     answered: Option<Instant<Machine>>,
 }
 
@@ -74,7 +74,7 @@ impl Exchange {
         }
     }
 
-    /// A request left at `at`; a node is to refuse one that is not good.
+    /// Notes a request that left at `at`; a node must refuse a bad one.
     pub(super) fn asked(&mut self, at: Instant<Machine>, request: TimeRequest, is_good: bool) {
         let asked = Asked {
             request,
@@ -85,7 +85,7 @@ impl Exchange {
         self.asked.insert(request.number, asked);
     }
 
-    /// A frame of responses came at `at`.
+    /// Takes a frame of responses that came at `at`.
     pub(super) fn take(&mut self, at: Instant<Machine>, bytes: &[u8], frames: Option<&FrameClock>) {
         let mut replies = Vec::new();
         let opened = self
@@ -106,7 +106,7 @@ impl Exchange {
         }
     }
 
-    /// What is found at `end`, when nothing comes any more.
+    /// Findings at `end`, when no more messages come.
     pub(super) fn findings(&self, end: Instant<Machine>) -> Vec<Finding> {
         let none = "no request was answered: nobody can follow the node without lag";
         vec![
@@ -165,7 +165,7 @@ impl Exchange {
         frames: Option<&FrameClock>,
     ) {
         let request = &reply.request;
-        // What others asked is theirs.
+        // A response to another requester.
         if request.requester != self.requester {
             return;
         }
@@ -245,7 +245,7 @@ impl Exchange {
     fn time(&self, end: Instant<Machine>, none: &str) -> Outcome {
         let limit = self.cycle * 2 + PATIENCE;
         let all = self.asked.values().filter(|asked| asked.is_good);
-        // What was asked only just may be answered yet.
+        // A response to the most recent requests may still come.
         let due = all.filter(|asked| end - asked.at > limit * 3);
         let mut tally = Tally::default();
         let mut some = false;

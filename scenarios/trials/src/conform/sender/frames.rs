@@ -24,14 +24,14 @@ pub(super) struct Frames {
     sender_id: Tally,
 }
 
-/// What a frame is.
+/// Result of opening a frame.
 #[derive(Debug)]
 pub(super) enum Opened {
     /// A good one.
     Good(FrameHeader, Vec<NcToPlcAxis>),
-    /// Its cycle time is one that no node may have: this, if it can be read.
+    /// A frame with a cycle time out of range, if it can be read.
     CycleTime(Option<u64>),
-    /// None, or that of another node.
+    /// A malformed frame, or that of another node.
     Other,
 }
 
@@ -50,7 +50,7 @@ impl Frames {
         }
     }
 
-    /// All that came.
+    /// Number of frames received.
     pub(super) const fn all(&self) -> u64 {
         self.version.all()
     }
@@ -111,7 +111,7 @@ impl Frames {
         ]
     }
 
-    /// What a wrong check sum is over instead, where that can be guessed.
+    /// Input of a wrong check sum, where that can be guessed.
     fn sum_of(&self, bytes: &[u8]) -> String {
         let fits = |key: &str| {
             let opened = KeySeal::new(key).open(bytes, |_| {});
@@ -128,7 +128,7 @@ impl Frames {
     }
 }
 
-/// The number behind the version and so many numbers.
+/// The number behind the version and `count` numbers.
 fn varint_after(bytes: &[u8], count: usize) -> Option<u64> {
     let mut rest = bytes.get(1..)?;
     for n in 0..=count {

@@ -1,5 +1,5 @@
-//! What comes of a node is judged by the rules of docs/WIRE.md. Nothing here receives: what came is handed in, with its
-//! arrival.
+//! Judges the messages of a node by the rules of docs/WIRE.md. Nothing here receives: messages are handed in with their
+//! arrivals.
 
 use coaxle_clock::Instant;
 use coaxle_host::transport::Delivery;
@@ -17,16 +17,16 @@ use super::stamps::Stamps;
 use super::status::Status;
 use crate::conform::rule::Finding;
 
-/// Who asks a node for the time.
+/// Sender of time requests to a node.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Requester {
-    /// Its id.
+    /// Id of the requester.
     pub(super) id: u32,
-    /// Its run.
+    /// Run of the requester.
     pub(super) run: u64,
 }
 
-/// All that is known of a node by now.
+/// State of all checks of a node.
 #[derive(Debug)]
 pub(super) struct Judge {
     frames: Frames,
@@ -41,7 +41,7 @@ pub(super) struct Judge {
 }
 
 impl Judge {
-    /// Judges a node whose axes come on that channel, listening since `since`.
+    /// Judges a node that publishes its axes on this channel, listening since `since`.
     pub(super) fn new(
         node: &NodeName,
         channel: Channel,
@@ -61,12 +61,12 @@ impl Judge {
         }
     }
 
-    /// How many frames have come, good or not.
+    /// Number of frames received, good or not.
     pub(super) const fn frames(&self) -> u64 {
         self.frames.all()
     }
 
-    /// A frame of axes.
+    /// Takes a frame of axes.
     pub(super) fn frame(&mut self, at: Instant<Machine>, bytes: &[u8], delivery: Option<Delivery>) {
         self.presence.delivery(delivery);
         match self.frames.open(bytes) {
@@ -86,12 +86,12 @@ impl Judge {
         }
     }
 
-    /// A time request of this tool left; a node is to refuse one that is not good.
+    /// Notes a time request of this tool; a node must refuse a bad one.
     pub(super) fn asked(&mut self, at: Instant<Machine>, request: TimeRequest, is_good: bool) {
         self.exchange.asked(at, request, is_good);
     }
 
-    /// A frame of time responses.
+    /// Takes a frame of time responses.
     pub(super) fn responses(
         &mut self,
         at: Instant<Machine>,
@@ -102,12 +102,12 @@ impl Judge {
         self.exchange.take(at, bytes, self.clock.as_ref());
     }
 
-    /// A status.
+    /// Takes a status.
     pub(super) fn status(&mut self, at: Instant<Machine>, bytes: &[u8]) {
         self.status.take(at, bytes, self.clock.as_ref());
     }
 
-    /// A liveliness token came, or went.
+    /// Takes the appearance or disappearance of a liveliness token.
     pub(super) fn token(&mut self, key: &str, is_there: bool) {
         self.presence.token(key, is_there);
     }
@@ -129,7 +129,7 @@ impl Judge {
     }
 
     fn note(&mut self, at: Instant<Machine>, header: &FrameHeader, step: Step) {
-        // A frame without a stamp that can be believed left when it was due, as far as one knows.
+        // A frame without a credible stamp left when it was due, as far as is known.
         let due = header.cycle_time.span() * header.count as i64;
         let left = match step {
             Step::Begins => None,

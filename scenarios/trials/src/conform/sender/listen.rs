@@ -1,4 +1,4 @@
-//! Listening to a node over the network, and asking it for the time.
+//! Listening to a node over the network, and sending it time requests.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -15,18 +15,18 @@ use coaxle_os::{Interrupt, Machine, machine};
 
 use super::judge::{Judge, Requester};
 
-/// So much waits to be judged: some seconds at the shortest cycle time. What finds no room is missing, and would be found
-/// to be.
+/// Most messages that wait to be judged: some seconds at the shortest cycle time. A message without room is dropped, and
+/// counted as missing.
 const MOST: usize = 1 << 16;
-/// A node may take so long to turn up.
+/// Startup time allowed for a node to appear.
 const PATIENCE: Span = Span::from_secs(5);
-/// How often it asks: as receivers do.
+/// Period of time requests, as receivers have it.
 const ASK: Span = Span::from_millis(100);
-/// Each so many requests there is one whose check sum is wrong.
+/// Period of requests with a wrong check sum, in requests.
 const BAD: u32 = 5;
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Something that came.
+/// A received message.
 enum Heard {
     Frame(Instant<Machine>, Vec<u8>, Option<Delivery>),
     Responses(Instant<Machine>, Vec<u8>, Option<Delivery>),
@@ -41,7 +41,7 @@ pub(super) struct Listener {
     _declared: Vec<Declared>,
 }
 
-/// Asks for the time.
+/// Sends time requests.
 struct TimeRequests {
     publisher: Box<dyn Publisher>,
     seal: KeySeal,
@@ -50,14 +50,14 @@ struct TimeRequests {
     due: Instant<Machine>,
 }
 
-/// How listening ended.
+/// End of listening.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ended {
     /// The time was up.
     InTime,
-    /// Nothing came at all.
+    /// No message came.
     Silent,
-    /// Somebody ended it.
+    /// Interrupted by the user.
     Interrupted,
 }
 
@@ -87,7 +87,7 @@ impl Listener {
         })
     }
 
-    /// Hands all that comes to the judge, for so long since the first frame.
+    /// Hands all messages to the judge, for this time since the first frame.
     ///
     /// # Errors
     /// The network is gone.
@@ -136,7 +136,7 @@ impl Judge {
 }
 
 impl TimeRequests {
-    /// Asks if it is time to.
+    /// Sends a request if one is due.
     fn ask(&mut self, judge: &mut Judge) {
         let now = machine::now();
         if now < self.due {
@@ -176,7 +176,7 @@ fn declare(
     channel: Channel,
     queue: &Arc<SyncSender<Heard>>,
 ) -> anyhow::Result<Vec<Declared>> {
-    // What finds no room is missing.
+    // Messages that find no room are dropped.
     let (frames, responses, status) = (Arc::clone(queue), Arc::clone(queue), Arc::clone(queue));
     let on_frame = move |at, bytes: &[u8], delivery| {
         let _ = frames.try_send(Heard::Frame(at, bytes.to_vec(), delivery));

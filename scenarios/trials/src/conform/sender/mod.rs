@@ -1,4 +1,4 @@
-//! `coaxle conform sender`: which rules of docs/WIRE.md a node keeps that publishes axes.
+//! `coaxle conform sender`: the rules of docs/WIRE.md that a node keeps which publishes axes.
 
 mod axes;
 mod exchange;
@@ -28,23 +28,23 @@ use super::heard::Heard;
 use judge::{Judge, Requester};
 use listen::{Ended, Listener};
 
-/// Whom to listen to.
+/// Arguments of `coaxle conform sender`.
 #[derive(Debug, Args)]
 pub(crate) struct SenderArgs {
     /// The node that publishes axes
     #[arg(value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
     pub(super) node: NodeName,
-    /// Which of its axes: those of a sender, or the slaves of a receiver
+    /// Channel of its axes: those of a sender, or the slaves of a receiver
     #[arg(long, value_enum, default_value_t)]
     channel: Published,
-    /// Listen for so long, such as 10s, 500ms, 2min
+    /// Listen for this time, such as 10s, 500ms, 2min
     #[arg(long = "for", value_name = "DURATION", default_value = "10s", value_parser = parse_duration)]
     listen_for: Span,
     #[command(flatten)]
     network: NetworkArgs,
 }
 
-/// What a node publishes once per cycle.
+/// A channel that a node publishes once per cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Published {
     #[default]
@@ -52,10 +52,10 @@ enum Published {
     Slaves,
 }
 
-/// Who asks for the time here.
+/// Name of the requester of time here.
 const NAME: &str = "conform";
 
-/// Listens, and says what was found.
+/// Listens, and returns the findings.
 ///
 /// # Errors
 /// A wrong network section, or a network that cannot be joined.
@@ -79,7 +79,7 @@ fn listen(
     let now = machine::now();
     let requester = Requester {
         id: sender_id(&NodeName::new(NAME)?),
-        // Another one each time: answers to a tool that ran before are not meant.
+        // A new run each time: responses to an earlier tool do not match.
         run: now.as_nanos().unsigned_abs(),
     };
     let mut listener = Listener::new(transport, &args.node, channel, requester)?;

@@ -1,4 +1,4 @@
-//! How regularly frames come: the pace of the counts, missing ones, bursts.
+//! Regularity of frames: pace of the counts, missing counts, bursts.
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::FrameHeader;
@@ -9,18 +9,18 @@ use super::runs::Step;
 use super::stamps::possible;
 use crate::conform::rule::{Finding, Outcome};
 
-/// No quartz is off by so much …
+/// Greatest deviation of a quartz …
 const MOST_DRIFT: f64 = 1e-3;
-/// … and the least delay of a quarter of the time is known no better than this, s.
+/// … and accuracy of the least delay of a quarter of the time, s.
 const JITTER: f64 = 0.01;
-/// The least delay is kept of each such piece of time, s.
+/// Length of a piece of time, whose least delay is kept, s.
 const PIECE: f64 = 0.25;
-/// A run of so many pieces has a pace.
+/// Least number of pieces of a run with a pace.
 const LEAST_PIECES: usize = 4;
-/// So many counts may be missing, and so many frames leave late: machines and networks are busy now and then.
+/// Shares of counts that may be missing, and of frames that may leave late: machines and networks are busy now and then.
 const MISSING: f64 = 0.1;
 const LATE: f64 = 0.1;
-/// Of frames without stamps so many may come right behind the one before.
+/// Share of frames without stamps that may come right behind the one before.
 const CROWDED: f64 = 0.5;
 
 /// The pace of all runs.
@@ -33,7 +33,7 @@ pub(super) struct Pace {
     missing: u64,
     stamped: u64,
     late: u64,
-    /// Of the frames with the next count: how many there are, and how many came right behind the one before.
+    /// Frames with the next count: their number, and the number of those that came right behind the one before.
     next: u64,
     crowded: u64,
     before: Option<Instant<Machine>>,
@@ -45,12 +45,12 @@ struct Segment {
     since: Instant<Machine>,
     count: u64,
     cycle: Span,
-    /// Of each piece of time: when the frame came that had the least delay, and that, s since the first frame.
+    /// Least delay of each piece of time, with the arrival of its frame, s since the first frame.
     least: Vec<Option<(f64, f64)>>,
 }
 
 impl Pace {
-    /// A frame that has its place in a run.
+    /// Takes a frame that has its place in a run.
     pub(super) fn take(&mut self, at: Instant<Machine>, header: &FrameHeader, step: Step) {
         let cycle = header.cycle_time.span();
         self.came += 1;
@@ -162,7 +162,7 @@ impl Segment {
         }
     }
 
-    /// By how much frames come faster than their cycle time says, and how well that is known.
+    /// Relative excess of the frame rate over that of the stated cycle time, and its accuracy.
     fn rate(&self) -> Option<(f64, f64)> {
         let pieces = self.least.len();
         if pieces < LEAST_PIECES {

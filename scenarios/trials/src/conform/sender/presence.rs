@@ -1,4 +1,4 @@
-//! The tokens that say that a node is there, and how its frames are sent.
+//! Liveliness tokens of a node, and the delivery of its frames.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use crate::conform::rule::{Finding, Outcome, Tally};
 /// Zenoh's real-time priority.
 const REAL_TIME: u8 = 1;
 
-/// What is there.
+/// Tokens present, and deliveries of frames.
 #[derive(Debug)]
 pub(super) struct Presence {
     node: NodeName,
@@ -29,7 +29,7 @@ impl Presence {
         }
     }
 
-    /// A token came, or went.
+    /// Takes the appearance or disappearance of a token.
     pub(super) fn token(&mut self, key: &str, is_there: bool) {
         if is_there {
             self.tokens.insert(key.to_owned());
@@ -38,7 +38,7 @@ impl Presence {
         }
     }
 
-    /// How a frame was sent, if that is known.
+    /// Checks the delivery of a frame, if it is known.
     pub(super) fn delivery(&mut self, delivery: Option<Delivery>) {
         let Some(delivery) = delivery else {
             return;
@@ -61,7 +61,7 @@ impl Presence {
         });
     }
 
-    /// What is found; `epoch` is that of the newest frame.
+    /// Findings; `epoch` is that of the newest frame.
     pub(super) fn findings(&self, epoch: Option<u64>) -> Vec<Finding> {
         vec![
             Finding::new(&ALIVE, self.alive()),

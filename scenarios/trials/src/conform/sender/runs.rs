@@ -1,4 +1,4 @@
-//! Which run a frame is of, and its place in it: epoch, cycle time, count, index.
+//! Run of a frame, and its place in it: epoch, cycle time, count, index.
 
 use coaxle_clock::CycleTime;
 use coaxle_node::FrameHeader;
@@ -6,17 +6,17 @@ use coaxle_node::FrameHeader;
 use super::rules::{COUNT, CYCLE_TIME, EPOCH, INDEX};
 use crate::conform::rule::{Finding, Tally};
 
-/// More counts than this are not lost at a time, and none is as late as this: the node began anew.
+/// Greatest distance of counts within a run. Frames are not lost or late by more: the node has restarted.
 const FAR: u64 = 64;
 
-/// Where a frame is in its run.
+/// Place of a frame in its run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// It is the first one.
+    /// The first frame.
     Begins,
-    /// It is so many cycles after the one before.
+    /// A frame after the one before.
     Goes {
-        /// How many.
+        /// Number of cycles since that one.
         counts: u64,
     },
 }
@@ -42,7 +42,7 @@ struct Run {
 }
 
 impl Runs {
-    /// Where the frame is; none of one that has no place, which other rules need not look at.
+    /// Place of the frame; none for a frame without a place, which other rules need not check.
     pub(super) fn take(&mut self, header: &FrameHeader) -> Option<Step> {
         let Some(run) = self.current else {
             self.epoch.good();
@@ -64,7 +64,7 @@ impl Runs {
         self.place(run, header)
     }
 
-    /// A frame whose cycle time no node may have.
+    /// Counts a frame with a cycle time out of range.
     pub(super) fn cycle_time_out_of_range(&mut self, received: impl Into<String>) {
         self.cycle_time.bad(received, "100 µs to 100 ms");
     }

@@ -7,12 +7,12 @@ use super::rules::{STAMP_ORDER, STAMP_PRESENT, STAMP_RANGE};
 use super::runs::Step;
 use crate::conform::rule::{Finding, Outcome, Tally};
 
-/// No node is late by more.
+/// Greatest lateness of a node.
 const MOST: Span = Span::from_secs(1);
-/// So many zeros in a row are no chance.
+/// Number of zeros that are no coincidence.
 const ZEROS: u64 = 20;
 
-/// A stamp that a node may have.
+/// The stamp, if it is in the possible range.
 pub(super) fn possible(header: &FrameHeader) -> Option<Span> {
     let cycle = header.cycle_time.span();
     header
@@ -20,7 +20,7 @@ pub(super) fn possible(header: &FrameHeader) -> Option<Span> {
         .filter(|stamp| (-cycle..=MOST).contains(stamp))
 }
 
-/// What stamps say.
+/// Checks of the stamps.
 #[derive(Debug, Default)]
 pub(super) struct Stamps {
     with: u64,
@@ -28,12 +28,12 @@ pub(super) struct Stamps {
     zeros: u64,
     range: Tally,
     order: Tally,
-    /// When the frame before left, since the ideal start of its node's cycle 0.
+    /// Departure of the frame before, since the ideal start of its node's cycle 0.
     left: Option<Span>,
 }
 
 impl Stamps {
-    /// A frame that has its place in a run.
+    /// Takes a frame that has its place in a run.
     pub(super) fn take(&mut self, header: &FrameHeader, step: Step) {
         if step == Step::Begins {
             self.left = None;

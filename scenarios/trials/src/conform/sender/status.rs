@@ -11,20 +11,20 @@ use crate::conform::rule::{Finding, Outcome, Tally};
 
 /// The longest that is read, bytes.
 const LONGEST: usize = 16 << 20;
-/// Four times a second, or about so.
+/// Shortest and longest mean pause, s: about four come each second.
 const SHORTEST: f64 = 0.1;
 const LONGEST_PAUSE: f64 = 1.0;
-/// After so long without one there is none.
+/// Time without a status that counts as none at all.
 const PATIENCE: Span = Span::from_secs(2);
-/// Such a share may be of another run than the newest frame: a node that begins anew says so before it sends, or after.
+/// Share of statuses that may differ in run from the newest frame: a restarting node reports before it sends, or after.
 const BETWEEN_RUNS: f64 = 0.1;
-/// The cycle that it says may be off that of the frames by so much, s.
+/// Greatest difference between its cycle and that of the frames, s.
 const BEHIND: f64 = 1.5;
 
-/// A field, what it is, and whether a value is that.
+/// A field, its kind in words, and a check of a value.
 type Field = (&'static str, &'static str, fn(&Value) -> bool);
 
-/// What every node's status has at least, and how.
+/// Required fields of every node's status.
 const FIELDS: [Field; 7] = [
     ("node", "a text", Value::is_string),
     ("role", "a text", Value::is_string),
@@ -49,7 +49,7 @@ pub(super) fn epoch_of(text: &str) -> Option<u64> {
     is_hex.then(|| u64::from_str_radix(text, 16).ok()).flatten()
 }
 
-/// All that came.
+/// Checks of the received statuses.
 #[derive(Debug)]
 pub(super) struct Status {
     node: NodeName,
@@ -75,7 +75,7 @@ impl Status {
         }
     }
 
-    /// A status came at `at`.
+    /// Takes a status that came at `at`.
     pub(super) fn take(&mut self, at: Instant<Machine>, bytes: &[u8], frames: Option<&FrameClock>) {
         self.first.get_or_insert(at);
         self.last = Some(at);
@@ -114,7 +114,7 @@ impl Status {
         }
     }
 
-    /// What is found at `end`.
+    /// Findings at `end`.
     pub(super) fn findings(&self, end: Instant<Machine>) -> Vec<Finding> {
         let none = "no status came";
         let some = "no status with all fields came";
@@ -133,7 +133,7 @@ impl Status {
         ]
     }
 
-    /// Whether it says the same as the frames.
+    /// Checks a status against the frames.
     fn judge(
         &mut self,
         at: Instant<Machine>,

@@ -1,4 +1,4 @@
-//! A node as it should be, and the same with one thing wrong at a time: exactly the rule about that is broken.
+//! A correct node, and variants with one fault each: exactly the rule about that fault is broken.
 
 use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
@@ -20,13 +20,13 @@ const CYCLE: Span = Span::from_millis(10);
 const START: Instant<Machine> = Instant::from_nanos(1_000_000_000_000);
 const REQUESTER: Requester = Requester { id: 5, run: 6 };
 
-/// A node that publishes for four seconds, and what is done to each thing that it sends.
+/// A node that publishes for four seconds, and the changes applied to its messages.
 struct Bench {
     node: NodeName,
     judge: Judge,
     frame: fn(u64, &mut FrameHeader, &mut Vec<NcToPlcAxis>),
     bytes: fn(u64, Vec<u8>) -> Vec<Vec<u8>>,
-    /// When it arrives instead.
+    /// Arrival of a message.
     at: fn(u64, Instant<Machine>) -> Instant<Machine>,
     delivery: Delivery,
     reply: fn(&mut TimeResponsesHeader, &mut Reply) -> Span,
@@ -164,7 +164,7 @@ fn a_node_as_it_should_be_keeps_every_rule() {
     }
 }
 
-/// Finds exactly this rule broken.
+/// Expects exactly this rule to be broken.
 #[track_caller]
 fn finds(rule: &str, change: impl FnOnce(&mut Bench)) -> Outcome {
     let findings = Bench::with(change).findings();
@@ -250,7 +250,7 @@ fn a_restart_has_another_epoch() {
 
 #[test]
 fn frames_that_come_at_other_times_than_their_counts_say_are_found() {
-    // Two per cent slow, and its stamps by the same clock.
+    // Both pace and stamps are two per cent slow.
     finds("pace", |bench| {
         bench.at = |count, at| at + Span::from_micros(200) * count as i64
     });

@@ -1,4 +1,4 @@
-//! Made-up arrivals, of which the truth is known.
+//! Synthetic arrivals with known truth.
 
 use super::*;
 
@@ -96,7 +96,7 @@ fn a_drift_is_fitted_and_what_deviates_from_the_line_stays() {
         }
         let last = recording.exchanges.last().unwrap();
         let (there, back) = (last.t2_ns - last.t1_ns, last.t4_ns - last.t3_ns);
-        // What is there too much is missing on the way back.
+        // An excess in one direction is missing in the other.
         assert!((there + back - 70_000).abs() <= 30, "{there} {back}");
         assert!((there - 50_000).abs() < 60, "{there}");
     }
