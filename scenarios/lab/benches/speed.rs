@@ -1,4 +1,4 @@
-//! What a frame, a cycle and a virtual second cost: `cargo bench -p coaxle-lab`.
+//! Cost of a frame, a cycle and a virtual second: `cargo bench -p coaxle-lab`.
 
 use std::hint::black_box;
 use std::time::Duration;

@@ -72,7 +72,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "hour",
 ];
 
-/// What can go wrong, one scenario for each fault: in the order of the table in `docs/FAULTS.md`.
+/// Scenarios of faults, one for each: in the order of the table in `docs/FAULTS.md`.
 pub const FAULTS: &[(&str, &str)] = catalogue![
     "faults/drift",
     "faults/wander",
@@ -109,12 +109,12 @@ pub fn all() -> impl Iterator<Item = (&'static str, &'static str)> {
     CATALOG.iter().chain(FAULTS).copied()
 }
 
-/// A scenario's text, and what errors call it.
+/// A scenario's text, and its name in errors.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
     /// The scenario's name: of the catalogue, or the file's without its ending.
     pub name: String,
-    /// What errors call it.
+    /// Name in errors.
     pub file: String,
     /// The TOML.
     pub text: String,
@@ -123,7 +123,7 @@ pub struct Source {
 /// Finds a scenario: by its name in the catalogue, or by its path.
 ///
 /// # Errors
-/// Says what was asked for and which names there are.
+/// Names the scenario that was not found, and those that exist.
 pub fn find(name_or_path: &str) -> anyhow::Result<Source> {
     if let Some((name, text)) = all().find(|(name, _)| *name == name_or_path) {
         return Ok(Source {
@@ -168,7 +168,7 @@ impl Source {
         for text in sets {
             overrides::apply(&mut table, text).with_context(|| self.file.clone())?;
         }
-        // What is wrong without them has a line; what is wrong with them has none.
+        // An error without the overrides has a line; an error with them has none.
         let read = read::scenario(&self.file, table.clone());
         read.map_err(|error| match read::scenario(&self.file, own) {
             Err(own) => in_text(own).into(),

@@ -1,4 +1,4 @@
-//! Every receiver cycle against what the master really did.
+//! Comparison of every receiver cycle with the master's true motion.
 
 mod coupling;
 mod cuts;
@@ -29,7 +29,7 @@ use crate::topology::{Root, Topology};
 use judge::{Clocks, Judge, Source};
 use watch::ReceiverWatch;
 
-/// Where an axis of a sender truly was at the ideal start of a cycle, by its signals.
+/// True state of a sender's axis at the ideal start of a cycle, by its signals.
 pub fn truth_of(at_ns: i64, node: &SenderSignals, axis: &AxisSignals) -> TruthSample<Reference> {
     TruthSample {
         at: Instant::from_nanos(at_ns),
@@ -43,7 +43,7 @@ pub fn truth_of(at_ns: i64, node: &SenderSignals, axis: &AxisSignals) -> TruthSa
     }
 }
 
-/// How long a master's past is kept for receivers that are late.
+/// Time for which a master's past is kept for late receivers.
 const MEMORY: Span = Span::from_secs(5);
 
 /// The evaluation of a run.
@@ -52,27 +52,27 @@ pub struct Evaluation {
     senders: usize,
     start: Instant<Reference>,
     masters: Vec<Master>,
-    /// One for each far or virtual axis of each receiver.
+    /// A judge for each far or virtual axis of each receiver.
     judges: Vec<Judge>,
-    /// Which of them are the receiver's.
+    /// Indices of each receiver's judges.
     of_receiver: Vec<std::ops::Range<usize>>,
     /// The ids of the virtual axes of each receiver.
     virtual_axes: Vec<Box<[u32]>>,
-    /// One for each receiver.
+    /// A watch for each receiver.
     watches: Vec<ReceiverWatch>,
 }
 
-/// What an evaluation comes to.
+/// Result of an evaluation.
 #[derive(Debug)]
 pub struct Evaluated {
-    /// Each receiver, by each of its far or virtual axes.
+    /// Summaries of each receiver, by each of its far or virtual axes.
     pub receivers: Vec<(String, ReceiverSummary)>,
-    /// What did not hold in every cycle.
+    /// Violations of invariants.
     pub violations: Vec<InvariantViolation>,
 }
 
-/// A sender's axis that somebody follows, a receiver's virtual axis, or a receiver that somebody follows:
-/// of that only its clock counts, as its motion is its sender's.
+/// A sender's axis that is followed, a receiver's virtual axis, or a receiver that is followed: of a receiver only its
+/// clock counts, as its motion is its sender's.
 #[derive(Debug)]
 struct Master {
     node: usize,
@@ -97,7 +97,7 @@ fn master_of(masters: &mut Vec<Master>, node: usize, axis: u32, cycle_time: Cycl
 const CLOCK_ONLY: u32 = 0;
 
 impl Evaluation {
-    /// Nothing evaluated yet; the run starts at `start`.
+    /// An empty evaluation of a run that starts at `start`.
     #[must_use]
     pub fn new(
         scenario: &Scenario,
@@ -165,12 +165,12 @@ impl Evaluation {
         }
     }
 
-    /// A cycle of a sender: where one of its axes truly was.
+    /// Takes a cycle of a sender: the true state of one of its axes.
     pub fn master_was(&mut self, sender: usize, axis: u32, sample: TruthSample<Reference>) {
         push(&mut self.masters, sender, axis, sample);
     }
 
-    /// A cycle of a receiver.
+    /// Takes a cycle of a receiver.
     pub fn receiver_did(
         &mut self,
         receiver: usize,
@@ -201,7 +201,7 @@ impl Evaluation {
         }
     }
 
-    /// A receiver is the clock of those who follow it, and moves its virtual axes by it.
+    /// Takes a receiver as the clock of its followers, which moves its virtual axes.
     fn clock_was(&mut self, receiver: usize, at_ns: i64, signals: &SignalRow) {
         let sample = |axis| TruthSample {
             at: Instant::from_nanos(at_ns),
@@ -219,7 +219,7 @@ impl Evaluation {
         }
     }
 
-    /// The run is over: what still waits for the master is judged without it.
+    /// Ends the run: cycles that still wait for the master are judged without it.
     pub fn finish(mut self, sink: &mut impl RowSink) -> Evaluated {
         for (n, judge) in self.judges.iter_mut().enumerate() {
             while let Some(record) = judge.waiting.pop_front() {
@@ -240,13 +240,13 @@ impl Evaluation {
     }
 }
 
-/// Whether delays are alike for seconds: a small change of the drift is then not told from them for as long, and nor is what it
-/// makes of the error (docs/OBSERVER-METHOD.md).
+/// True if delays are correlated over seconds: a small change of the drift, and its effect on the error, cannot be
+/// distinguished from them for as long (docs/OBSERVER-METHOD.md).
 fn has_correlated_delays(scenario: &Scenario, receiver: &ReceiverConfig) -> bool {
     links_to(scenario, receiver).any(|link| link.correlated.is_some())
 }
 
-/// What arrivals of a receiver are rounded to, µs; none where delays change for good on the way.
+/// Resolution of a receiver's arrival times, µs; none where delays change for good on the way.
 fn steady_resolution(scenario: &Scenario, receiver: &ReceiverConfig) -> Option<f64> {
     let resolution = links_to(scenario, receiver).try_fold(0.0, |most, link| {
         let changes = !link.delay_steps.is_empty() || !link.delay_terms_us.is_empty();
@@ -256,12 +256,12 @@ fn steady_resolution(scenario: &Scenario, receiver: &ReceiverConfig) -> Option<f
     resolution.filter(|_| scenario.routers.is_empty())
 }
 
-/// Whether messages are forged on the way to a receiver: what they say of an axis is no truth.
+/// True if messages are forged on the way to a receiver: their content is no truth.
 fn is_forged(scenario: &Scenario, receiver: &ReceiverConfig) -> bool {
     links_to(scenario, receiver).any(|link| !link.forgeries.is_empty())
 }
 
-/// The faults of all links that messages of axes come to a receiver by.
+/// The faults of all links by which messages of axes reach a receiver.
 fn links_to<'a>(
     scenario: &'a Scenario,
     receiver: &'a ReceiverConfig,
@@ -270,7 +270,7 @@ fn links_to<'a>(
     own.chain([&scenario.network])
 }
 
-/// Whether the axis at the root is a sender's that is seen through an encoder.
+/// True if the axis at the root is a sender's that is seen through an encoder.
 fn comes_through_encoder(scenario: &Scenario, root: &Root) -> bool {
     let sender = scenario.senders.get(root.node);
     let mut axes = sender.into_iter().flat_map(|sender| sender.axes.iter());
@@ -278,7 +278,7 @@ fn comes_through_encoder(scenario: &Scenario, root: &Root) -> bool {
     axis.is_some_and(|axis| matches!(axis.source, SourceConfig::Encoder(_)))
 }
 
-/// When clocks of nodes jump, or those of receivers begin anew, which others may follow, s after the start of the run.
+/// Times at which clocks of nodes jump, or receivers restart, which others may follow, s after the start of the run.
 fn clock_jumps(scenario: &Scenario) -> Vec<f64> {
     let senders = scenario.senders.iter().map(|sender| &sender.clock);
     let receivers = (scenario.receivers.iter()).map(|receiver| &receiver.clock);
@@ -298,7 +298,7 @@ fn clock_jumps(scenario: &Scenario) -> Vec<f64> {
     jumps.chain(restarts.flatten()).collect()
 }
 
-/// The next cycle of a master, if anybody follows it.
+/// Takes the next cycle of a master, if it is followed.
 fn push(masters: &mut [Master], node: usize, axis: u32, sample: TruthSample<Reference>) {
     let is_it = |master: &&mut Master| master.node == node && master.axis == axis;
     if let Some(master) = masters.iter_mut().find(is_it) {
@@ -314,5 +314,5 @@ fn truly(axis: &VirtualAxisSignals) -> Kinematics {
     }
 }
 
-/// Rows that wait for a master that is silent: a second's worth.
+/// Most rows that wait for a silent master: a second's worth.
 const LONGEST_WAIT: usize = 1_000;

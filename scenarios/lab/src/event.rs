@@ -1,4 +1,4 @@
-//! What happens in a scenario on the way.
+//! Events of a scenario.
 
 use std::fmt;
 
@@ -17,61 +17,61 @@ use serde_json::json;
 
 use crate::verdict::Verdict;
 
-/// Something that happens to a node.
+/// An event at a node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "EventInFile", into = "EventInFile")]
 pub struct Event {
-    /// When, s after the start.
+    /// Time, s after the start.
     pub at_s: Moment,
-    /// To whom: a node, or in virtual time a router.
+    /// Addressee: a node, or in virtual time a router.
     pub node: NodeName,
-    /// What.
+    /// Kind of the event.
     pub what: Happening,
 }
 
-/// What can happen to a node.
+/// Kind of an event at a node.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
     reason = "a scenario has a handful, and plain values are simpler"
 )]
 pub enum Happening {
-    /// It goes away, and comes back; or a second one comes, and goes away.
+    /// Absence of the node, or presence of a duplicate.
     Away {
-        /// How.
+        /// Kind of absence.
         action: Action,
-        /// For how long, s.
+        /// Duration, s.
         for_s: Moment,
     },
-    /// It is told something, about one of its slaves or a node that it follows.
+    /// A command about one of its slaves or a node that it follows.
     Command(Commanded),
 }
 
-/// How a node goes away.
+/// Kind of a node's absence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Action {
-    /// It dies, as in a power cut, and is started anew afterwards.
+    /// The node dies, as in a power cut, and is restarted afterwards.
     Restart,
-    /// It stands still, as in a debugger, and then goes on.
+    /// The node stands still, as in a debugger, and then continues.
     Freeze,
-    /// The same, but what waited for it comes in pieces, as a mailbox is drained, and not at once. Processes do that in either case.
+    /// Like `freeze`, but waiting messages come in pieces, as a mailbox is drained, and not at once. Processes do that in either case.
     Stop,
-    /// A second node of the same name and config starts beside it, as by a mistake, and dies afterwards.
+    /// A duplicate node of this name and config starts beside it, as by a mistake, and dies afterwards.
     Twin,
 }
 
 /// A command to a slave, or about a far node. It comes at once in virtual time, and through the network to a process.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Commanded {
-    /// What is sent.
+    /// Order to send.
     pub order: CommandOrder,
-    /// The code with which it shall be refused; none if it shall be taken.
+    /// Expected code of a refusal; absent if the command is expected to be accepted.
     pub expect_refusal: Option<u32>,
 }
 
 impl Commanded {
-    /// Whether the answer is the expected one; none if none came. A scenario fails otherwise.
+    /// Compares the response with the expected one; none if none came. A scenario fails unless they match.
     pub fn judge(&self, event: &Event, answer: Option<&CommandAnswer>) -> Verdict {
         let expected = match self.expect_refusal {
             None => "accepted".to_owned(),
@@ -110,26 +110,26 @@ impl Commanded {
 #[derive(Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct EventInFile {
-    /// When, s after the start.
+    /// Time, s after the start.
     at_s: Moment,
-    /// The node that it happens to.
+    /// The node concerned.
     node: NodeName,
-    /// How the node goes away; with `for-s`.
+    /// Kind of the node's absence; with `for-s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     action: Option<Action>,
-    /// For how long it is away, s.
+    /// Duration of the absence, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     for_s: Option<Moment>,
-    /// Which of its slaves is told something; with `command`.
+    /// The slave that is commanded; with `command`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     slave: Option<SlaveName>,
-    /// Which of the nodes that it follows it is told something about; with `command`.
+    /// The followed node that the command is about; with `command`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     far: Option<FarName>,
-    /// The code with which the command shall be refused; without, it shall be taken.
+    /// Expected code of a refusal; without, the command is expected to be accepted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     expect_refusal: Option<u32>,
-    /// Whether it shall only say what would come of it.
+    /// Plan the command only, and report the result.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     dry_run: bool,
     /// The command, by its name.
@@ -137,7 +137,7 @@ struct EventInFile {
     command: Option<CommandInFile>,
 }
 
-/// A command, told by its name.
+/// A command, identified by its name.
 #[derive(Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
 #[schemars(rename = "AnyCommand")]
@@ -180,7 +180,7 @@ impl<'de> Visitor<'de> for ByName {
     }
 }
 
-/// A map whose first key was looked at.
+/// A map whose first key was read.
 struct Again<A> {
     key: Option<String>,
     rest: A,

@@ -1,4 +1,4 @@
-//! What a scenario expects of its outcome.
+//! Expectations of a scenario.
 
 use coaxle_node::fields_of;
 use schemars::JsonSchema;
@@ -9,17 +9,17 @@ use crate::number::significant;
 use crate::summary::{Summary, World};
 use crate::verdict::Verdict;
 
-/// One expectation: a field of the summary of one receiver, or router, against a bound.
+/// An expectation: a field of the summary of one receiver, or router, against a bound.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Expectation {
     /// The receiver.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub receiver: String,
-    /// Or the router. There are none in real processes, and nothing is expected of them there.
+    /// The router, instead of a receiver. There are none in real processes, and nothing is expected of them there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub router: Option<String>,
-    /// One of its slaves, if the field is one of a slave's.
+    /// The slave, if the field is one of a slave's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slave: Option<String>,
     /// The field of its summary.
@@ -36,7 +36,7 @@ pub struct Expectation {
     /// The field must not be above a share of another receiver's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_most_share: Option<Share>,
-    /// The only world it holds in; both if not said.
+    /// The only world in which it applies; both if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub world: Option<World>,
 }
@@ -63,7 +63,7 @@ impl Expectation {
         (receiver.into_iter()).chain(self.at_most_share.iter().map(|share| share.of.as_str()))
     }
 
-    /// Whether it says what is expected at all.
+    /// True if it has a bound.
     pub(crate) const fn has_bound(&self) -> bool {
         self.at_most.is_some()
             || self.at_least.is_some()
@@ -71,7 +71,7 @@ impl Expectation {
             || self.at_most_share.is_some()
     }
 
-    /// Judges it; none where it does not hold in this world.
+    /// Judges it; none where it does not apply in this world.
     #[must_use]
     pub fn judge(&self, summary: &Summary) -> Option<Verdict> {
         if self.world.is_some_and(|world| world != summary.world) {
@@ -120,7 +120,7 @@ impl Expectation {
 }
 
 impl Expectation {
-    /// What came out for a receiver, or for its slave of the name.
+    /// Value of the field for a receiver, or for its slave of this name.
     fn value_of(&self, summary: &Summary, receiver: &str) -> Value {
         if let Some(router) = &self.router {
             let fields = summary.routers.get(router).map(fields_of);

@@ -1,6 +1,6 @@
-//! The figures of a summary as columns: name, unit, what the values are, and what is bad.
+//! The figures of a summary as columns: name, unit, kind of value, and direction of worse values.
 //!
-//! Signals bring all of that from their declaration. What is evaluated besides is declared here, a line each.
+//! Signals bring these from their declaration. Other figures of the evaluation are declared here, a line each.
 
 use coaxle_node::config::Unit;
 use coaxle_node::fields_of;
@@ -15,30 +15,30 @@ use crate::units;
 /// A figure of a receiver, or of a slave.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Figure {
-    /// Its name: of a slave's with `slave.` in front.
+    /// Name, for a slave's figure with `slave.` in front.
     pub(crate) name: String,
-    /// Its name in the summary.
+    /// Name in the summary.
     field: &'static str,
-    /// Whether it is a slave's.
+    /// True for a slave's figure.
     pub(crate) is_of_slave: bool,
-    /// Its unit, in which `u` stands for another one; empty what has none.
+    /// Unit, in which `u` stands for another one; empty if it has none.
     unit: &'static str,
-    /// For which.
+    /// Meaning of `u` in the unit.
     u: U,
-    /// What its values are.
+    /// Kind of its values.
     pub(crate) kind: Kind,
-    /// Whether more of it is better. Otherwise what is farther from zero is worse.
+    /// True if larger values are better. Otherwise values farther from zero are worse.
     pub(crate) more_is_better: bool,
 }
 
-/// What `u` stands for.
+/// Meaning of `u`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum U {
     /// The unit of the receiver's master axis.
     Receiver,
-    /// That of the slave.
+    /// The unit of the slave.
     Slave,
-    /// That of the slave's master.
+    /// The unit of the slave's master.
     Master,
 }
 
@@ -59,7 +59,7 @@ impl Units {
         }
     }
 
-    /// Of all these rows together: `u` where they differ. Rows without a slave say nothing of slaves.
+    /// Units that these rows have in common: `u` where they differ. Rows without a slave do not affect slaves' units.
     pub(crate) fn common<'a>(rows: impl Iterator<Item = (&'a Self, bool)> + Clone) -> Self {
         let of_slaves = rows.clone().filter(|(_, has_slave)| *has_slave);
         Self {
@@ -71,7 +71,7 @@ impl Units {
 }
 
 impl Figure {
-    /// All figures: those of receivers, then those of slaves.
+    /// Every figure: those of receivers, then those of slaves.
     pub(crate) fn all() -> Vec<Self> {
         let signals = |signals: &'static [Signal]| signals.iter().filter(|s| s.is_summarized);
         let of_receiver = [
@@ -109,7 +109,7 @@ impl Figure {
         Self::declared(&declared, is_of_slave)
     }
 
-    /// Its unit among such rows.
+    /// Unit among such rows.
     pub(crate) fn unit(&self, units: &Units) -> String {
         let of = match self.u {
             U::Receiver => &units.receiver,
@@ -119,7 +119,7 @@ impl Figure {
         of.in_place_of_u(self.unit)
     }
 
-    /// Its name with its unit, as columns bear it: `lag_us`, `velocity_ripple_max [mm/s]`.
+    /// Column heading with the unit: `lag_us`, `velocity_ripple_max [mm/s]`.
     pub(crate) fn heading(&self, units: &Units) -> String {
         let unit = self.unit(units);
         let ascii = unit.replace('µ', "u");
@@ -131,7 +131,7 @@ impl Figure {
         }
     }
 
-    /// Its value among the fields of a receiver's summary or a slave's; none where there is none.
+    /// Value among the fields of a receiver's summary or a slave's; none where it is missing.
     pub(crate) fn value(&self, receiver: &Fields, slave: Option<&Fields>) -> Option<Value> {
         let fields = if self.is_of_slave { slave? } else { receiver };
         let value = fields.0.get(self.field)?;
@@ -176,7 +176,7 @@ fn full_name(field: &str, is_of_slave: bool) -> String {
     }
 }
 
-/// Name, unit, what `u` stands for in it, kind.
+/// Name, unit, meaning of `u`, kind.
 struct Declared(&'static str, &'static str, U, Kind);
 
 const fn number_of(name: &'static str, unit: &'static str, u: U) -> Declared {
@@ -266,7 +266,7 @@ const SLAVE: &[Declared] = &[
     number_of("cut_length_error_rms", "u", U::Master),
 ];
 
-/// Of these the least is the worst.
+/// Figures whose least value is the worst.
 const MORE_IS_BETTER: [&str; 8] = [
     "cuts",
     "cycles",
@@ -283,7 +283,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    /// Of a summary: units, lists and slaves are no figures.
+    /// Names of the figures of a summary, without units, lists and slaves.
     fn names_of(fields: &Fields) -> BTreeSet<&str> {
         const NO_FIGURES: [&str; 3] = ["unit", "cut_unit", "slaves"];
         let names = fields.0.keys().map(String::as_str);

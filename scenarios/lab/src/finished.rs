@@ -1,4 +1,4 @@
-//! What a run tells while it lasts, and what it hands back, in either world.
+//! Progress and result of a run, in either world.
 
 use std::collections::BTreeMap;
 
@@ -9,9 +9,9 @@ use crate::invariants::InvariantViolation;
 use crate::summary::ReceiverSummary;
 use crate::verdict::Verdict;
 
-/// Hears how far a run is, and may end it.
+/// Observer of a run's progress, which may end it.
 pub trait Progress {
-    /// This share of the run is done, 0 to 1. Whether to go on: if not, what there is by now is all.
+    /// Reports this share of the run as done, 0 to 1. False ends the run: its results up to now remain.
     #[must_use]
     fn at(&mut self, share: f64) -> bool;
 }
@@ -22,25 +22,25 @@ impl Progress for () {
     }
 }
 
-/// What either world hands back.
+/// Result of a run in either world.
 #[derive(Debug)]
 pub struct Finished {
-    /// Each receiver's figures, by its name.
+    /// Figures of each receiver, by its name.
     pub figures: BTreeMap<String, ReceiverSummary>,
-    /// Whether the commands to slaves had the answers that were expected.
+    /// Outcomes of the commands to slaves, against the expected ones.
     pub commands: Vec<Verdict>,
-    /// What did not hold in every cycle.
+    /// Violations of invariants.
     pub violations: Vec<InvariantViolation>,
     /// Nodes that a signal killed although the scenario did not order it; of processes alone.
     pub deaths: Vec<Verdict>,
-    /// What each router did.
+    /// Traffic of each router.
     pub routers: Vec<RouterTraffic>,
-    /// When it was ended before its time, s after its start.
+    /// Time of an early end, s after its start.
     pub interrupted_at_s: Option<f64>,
 }
 
 impl Finished {
-    /// A whole run, of which no more is known than what was evaluated.
+    /// The result of a whole run, with its evaluation only.
     #[must_use]
     pub fn new(evaluated: Evaluated) -> Self {
         Self {
@@ -53,7 +53,7 @@ impl Finished {
         }
     }
 
-    /// With when it was ended before its time, s after its start.
+    /// Adds the time of an early end, s after its start.
     #[must_use]
     pub fn interrupted_at(self, interrupted_at_s: Option<f64>) -> Self {
         Self {
@@ -62,31 +62,31 @@ impl Finished {
         }
     }
 
-    /// With what the commands to slaves came to.
+    /// Adds the outcomes of commands to slaves.
     #[must_use]
     pub fn with_commands(self, commands: Vec<Verdict>) -> Self {
         Self { commands, ..self }
     }
 
-    /// With the nodes that a signal killed.
+    /// Adds the nodes that a signal killed.
     #[must_use]
     pub fn with_deaths(self, deaths: Vec<Verdict>) -> Self {
         Self { deaths, ..self }
     }
 
-    /// With what each router did.
+    /// Adds the traffic of each router.
     #[must_use]
     pub fn with_routers(self, routers: Vec<RouterTraffic>) -> Self {
         Self { routers, ..self }
     }
 
-    /// Each receiver's figures, by its name.
+    /// Figures of each receiver, by its name.
     #[must_use]
     pub const fn figures(&self) -> &BTreeMap<String, ReceiverSummary> {
         &self.figures
     }
 
-    /// What did not hold in every cycle, whether the scenario means it or not.
+    /// Violations of invariants, including those that the scenario excepts.
     #[must_use]
     pub fn violations(&self) -> &[InvariantViolation] {
         &self.violations

@@ -5,15 +5,15 @@ use coaxle_receiver::ReceiverConfig;
 
 use crate::topology::{View, Viewed};
 
-/// What is known of it from the config.
+/// Properties of the axis, from the config.
 pub(crate) struct Followed {
-    /// How its set values are calculated: `virtual` where there is nothing to calculate.
+    /// Mode of calculating its set values: `virtual` for a virtual axis.
     pub(crate) mode: &'static str,
-    /// Whether that is to get in sync.
+    /// True if that mode synchronises.
     pub(crate) synchronises: bool,
-    /// Which one it is, in the whole scenario.
+    /// Name of the axis, in the whole scenario.
     pub(crate) name: String,
-    /// What its positions are in.
+    /// Unit of its positions.
     pub(crate) unit: Unit,
 }
 
@@ -43,5 +43,5 @@ impl Followed {
     }
 }
 
-/// In place of the mode of a far node, of a receiver as its own virtual axis leads it.
+/// Mode of a virtual axis, in place of a far node's.
 const VIRTUAL: &str = "virtual";

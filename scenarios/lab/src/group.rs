@@ -1,4 +1,4 @@
-//! `[[group]]` of a scenario: nodes that are alike, and what is expected of them, written once.
+//! `[[group]]` of a scenario: similar nodes and the expectations of them, written once.
 
 use std::collections::BTreeMap;
 
@@ -15,12 +15,12 @@ use crate::invariants::Exception;
 use crate::overrides;
 use crate::router::RouterConfig;
 
-/// Nodes that are alike, and what is expected of them, written once. Each element of its lists stands for as many of the
-/// scenario's own as `count` says; in every text of them `{n}`, or the name of another number in braces, is which one it is.
+/// Similar nodes, and the expectations of them, written once. Each element of its lists stands for as many of the
+/// scenario's own as `count` says; in every text of them `{n}`, or the name of another number in braces, is the element's number.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Group {
-    /// How many there are: `count = 64`, and `{n}` goes from 1 to 64; or by several numbers, `count = { hall = 4, line = 8 }`,
+    /// Number of copies: `count = 64`, and `{n}` goes from 1 to 64; or by several numbers, `count = { hall = 4, line = 8 }`,
     /// for all pairs of `{hall}` and `{line}`, the last name in the alphabet the fastest.
     pub count: Count,
     /// Fields that differ from one to the next, by their paths within the group, as `--set` takes them: evenly from the first
@@ -36,27 +36,27 @@ pub struct Group {
     /// Receivers.
     #[serde(rename = "receiver", default)]
     pub receivers: Vec<ReceiverConfig>,
-    /// What happens to them.
+    /// Events at them.
     #[serde(rename = "event", default)]
     pub events: Vec<Event>,
-    /// What is expected of them.
+    /// Expectations of them.
     #[serde(rename = "expect", default)]
     pub expectations: Vec<Expectation>,
-    /// What they break of what holds by default.
+    /// Exceptions from the default invariants.
     #[serde(rename = "exception", default)]
     pub exceptions: Vec<Exception>,
 }
 
-/// How many of a group there are.
+/// Number of copies of a group.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
     expecting = "expected a whole number from 1 to 1000, or a table of names with such numbers"
 )]
 pub enum Count {
-    /// So many, numbered by `{n}`.
+    /// A number of copies, numbered by `{n}`.
     Of(u32),
-    /// All combinations of these numbers, each from 1.
+    /// Every combination of these numbers, each from 1.
     By(BTreeMap<String, u32>),
 }
 
@@ -70,15 +70,15 @@ const LISTS: [&str; 6] = [
     "exception",
 ];
 
-/// What a group has besides.
+/// Other fields of a group.
 const FIELDS: [&str; 2] = ["count", "spread"];
 
-/// Most of a group.
+/// Greatest number of copies.
 const MOST_COPIES: u64 = 1_000;
 /// Most bytes of all groups written out.
 const MOST_BYTES: u64 = 16 << 20;
 
-/// What of a group is no list of elements.
+/// The fields of a group that are no lists of elements.
 #[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct Head {
@@ -87,7 +87,7 @@ struct Head {
     spread: BTreeMap<String, [f64; 2]>,
 }
 
-/// Where the elements of a scenario's lists come from that its file has but in a group.
+/// Origins of those list elements of a scenario that its file has in a group.
 #[derive(Debug, Default)]
 pub(crate) struct Origins(BTreeMap<&'static str, Origin>);
 
@@ -99,7 +99,7 @@ struct Origin {
 }
 
 impl Origins {
-    /// What a field is called in the file: `group[0].sender[1].name` for `sender[37].name`.
+    /// Path of a field in the file: `group[0].sender[1].name` for `sender[37].name`.
     fn called(&self, field: &str) -> Option<String> {
         let (list, rest) = field.split_once('[')?;
         let (number, rest) = rest.split_once(']')?;
@@ -115,14 +115,14 @@ impl Origins {
     }
 }
 
-/// Writes the groups of a scenario out, behind what its lists have already.
+/// Expands the groups of a scenario, behind the present elements of its lists.
 ///
 /// # Errors
 /// [`ConfigError`] names the file, the field, what was received and what is expected.
 pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, ConfigError> {
     let mut origins = Origins::default();
     let Some(Value::Array(groups)) = scenario.get("group") else {
-        // Whatever else it is, reading it by its type says what is wrong.
+        // A value of another type is reported when it is read by its type.
         return Ok(origins);
     };
     if !groups.iter().all(Value::is_table) {
@@ -171,7 +171,7 @@ pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, Config
     Ok(origins)
 }
 
-/// A path leads into one of the lists that the group has.
+/// Checks that a path leads into one of the lists that the group has.
 fn check_path(field: &str, group: &Table) -> Result<(), String> {
     let list = field.split('.').next().unwrap_or_default();
     if group.get(list).is_some_and(Value::is_array) {
@@ -206,11 +206,11 @@ fn head_of(file: &str, number: usize, group: &Table) -> Result<Head, ConfigError
     })
 }
 
-/// One number that a text may name, and what it is.
+/// A number that a text may name: name and value.
 type Number = (String, u32);
 
 impl Count {
-    /// The numbers of each of them.
+    /// The numbers of each copy.
     fn copies(&self) -> Result<Vec<Vec<Number>>, String> {
         let names: Vec<(&str, u32)> = match self {
             Self::Of(count) => vec![("n", *count)],

@@ -1,4 +1,4 @@
-//! What must hold in every cycle of every run, and what a scenario means to break.
+//! Invariants of every cycle of every run, and a scenario's exceptions.
 
 use std::fmt;
 
@@ -10,13 +10,13 @@ use crate::number::significant;
 use crate::summary::World;
 use crate::verdict::Verdict;
 
-/// Something that holds in every cycle, in both worlds.
+/// An invariant of every cycle, in both worlds.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Invariant {
-    /// What is shown of a slave or of a far axis are finite numbers.
+    /// Signals of a slave or of a far axis are finite numbers.
     Finite,
     /// The set positions of a slave keep its velocity in their differences.
     Velocity,
@@ -24,23 +24,23 @@ pub enum Invariant {
     Acceleration,
     /// Likewise its jerk.
     Jerk,
-    /// They keep its software limits; from beyond one, they go no farther.
+    /// Set positions keep the software limits; from beyond one, they go no farther.
     SoftwareLimit,
     /// The corrected time of a far axis never stands or goes back within a run of its node.
     FarTime,
-    /// In observer mode no cycle of it gains or loses more than a share of its length. TS5066 has no bound.
+    /// In observer mode no cycle of that time gains or loses more than a share of its length. TS5066 has no bound.
     FarRate,
-    /// In virtual time and in sync with a measured delay, the corrected time is wrong by no more than it says. For 12 s after a clock has jumped, or a
-    /// receiver that others may follow has begun anew, that is not judged; nor where delays are correlated.
-    /// With another delay, where none changes on the way, it goes away from where it was once settled by no more than 2 ms.
+    /// In virtual time and in sync with a measured delay, the error of the corrected time is no larger than stated. For 12 s after a clock has jumped, or a
+    /// receiver that others may follow has restarted, it is not judged; nor where delays are correlated.
+    /// With another delay, where none changes on the way, it deviates from its once settled value by no more than 2 ms.
     FarError,
     /// Within a run of its node the count of the frame that is used never goes back.
     Count,
     /// A slave leaves error stop for standstill or without power, never into a motion.
     ErrorLatch,
-    /// In error stop it comes to rest on no longer a way than its deceleration and jerk ask for.
+    /// In error stop the slave comes to rest within the way that its deceleration and jerk require.
     StoppingWay,
-    /// Within a run of the receiver the cycle number increases from row to row, and what is between was skipped, as it says.
+    /// Within a run of the receiver the cycle number increases from row to row, and the cycles between were skipped, as counted.
     Cycles,
     /// A slave that has set values has them in every cycle from then on.
     SetValues,
@@ -48,22 +48,22 @@ pub enum Invariant {
     Owner,
     /// Every message of a far node is accounted for, once.
     Messages,
-    /// A far axis goes no farther in a cycle, and where it follows is no farther from what was received, than its master's own motion
+    /// A far axis goes no farther in a cycle, and where it follows is no farther from the received position, than its master's own motion
     /// and its mode explain.
     FarAxis,
-    /// In virtual time, in observer mode and in sync with a measured delay, a far axis is where its master is at that instant, to what
-    /// its time may be wrong by, times the velocity, and what a motion that changed since the newest frame makes of it. Judged when
+    /// In virtual time, in observer mode and in sync with a measured delay, a far axis is at its master's position at that instant, within the
+    /// stated error of its time, times the velocity, and the effect of a motion that changed since the newest frame. Judged when
     /// `far-error` is, and not where the master is seen through an encoder.
     FarPosition,
-    /// A slave whose coupling is in sync is where that has it, to its window (`distance.in-sync-window`).
+    /// A slave whose coupling is in sync is at the coupling's position, within its window (`distance.in-sync-window`).
     InSync,
-    /// A slave that catches up with a target that goes on evenly does not go away from it faster and faster.
+    /// A slave that catches up with a steadily moving target does not go away from it faster and faster.
     Approach,
     /// The velocity that leaves beside a set position is that of the set positions, and keeps its limits.
     ToldVelocity,
     /// Likewise the acceleration.
     ToldAcceleration,
-    /// When the run is over no slave is in error stop, or farther from where its coupling has it than its window, and no far axis
+    /// At the end of the run no slave is in error stop, or farther from its coupling's position than its window, and no far axis
     /// in error, or lost.
     EndsWell,
 }
@@ -111,17 +111,17 @@ pub struct Watched {
 /// An invariant that did not hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InvariantViolation {
-    /// Of what.
+    /// The part concerned.
     pub of: Watched,
-    /// What did not hold.
+    /// The violated invariant.
     pub invariant: Invariant,
-    /// The first cycle in which it did not.
+    /// The first cycle in violation.
     pub first: Broken,
-    /// The worst.
+    /// The worst cycle.
     pub worst: Broken,
-    /// What was allowed, without what rounding may add.
+    /// Limit, without the allowance for rounding.
     pub limit: f64,
-    /// In how many cycles it did not.
+    /// Number of cycles in violation.
     pub cycles: u64,
 }
 
@@ -130,9 +130,9 @@ pub struct InvariantViolation {
 pub struct Broken {
     /// The receiver's cycle number.
     pub cycle: u64,
-    /// When, s after the start of the run.
+    /// Time, s after the start of the run.
     pub t_s: f64,
-    /// What there was: u, u/s, u/s² or u/s³ of a slave; of a far time s or a share; of what is counted a number.
+    /// Value received: u, u/s, u/s² or u/s³ of a slave; of a far time s or a share; of counters a number.
     pub value: f64,
 }
 
@@ -186,17 +186,17 @@ impl InvariantViolation {
     }
 }
 
-/// Something that a scenario means to break, and why.
+/// An exception of a scenario from an invariant, and its reason.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Exception {
     /// The receiver.
     pub receiver: String,
-    /// One of its slaves; of a far time, one of its far axes; of messages, one of its far nodes.
+    /// The slave, for a far time the far axis, or for messages the far node concerned.
     pub of: String,
-    /// What does not hold.
+    /// Invariants that do not hold.
     pub from: Vec<Invariant>,
-    /// Why not.
+    /// Reason.
     pub reason: String,
 }
 
@@ -208,7 +208,7 @@ impl Exception {
     }
 }
 
-/// What failed: what did not hold and is no exception, and in virtual time exceptions that were not needed.
+/// Failures: violations without an exception, and in virtual time exceptions that were not needed.
 /// Processes may or may not need theirs.
 pub(crate) fn judge(
     exceptions: &[Exception],

@@ -6,16 +6,16 @@ use std::path::Path;
 use anyhow::Context;
 use coaxle_os::exit::lines_of;
 
-/// Something that was judged.
+/// A judged case.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Case {
-    /// What it is called.
+    /// Name of the case.
     pub name: String,
-    /// Why it is not as it should be; none where it is.
+    /// Failure, if the case failed.
     pub failure: Option<Failure>,
 }
 
-/// Why it is not as it should be.
+/// Reason of a failure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
     /// In a line.
@@ -24,7 +24,7 @@ pub struct Failure {
     pub text: String,
 }
 
-/// Writes the report of all cases of a suite, which took so many seconds.
+/// Writes the report of all cases of a suite, which took `took_s`.
 ///
 /// # Errors
 /// Names the file that cannot be written.
@@ -38,13 +38,13 @@ pub fn write(
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// What came of a suite; of one that could not be run the report says so, too: an error, which is no failed case.
+/// Passes on the result of a suite. If it could not be run, writes a report with an error, which is no failed case.
 ///
 /// # Errors
-/// What kept it from being run.
+/// The error of the suite.
 pub fn told_of<T>(path: Option<&Path>, suite: &str, run: anyhow::Result<T>) -> anyhow::Result<T> {
     if let (Some(path), Err(error)) = (path, &run) {
-        // What kept it from running says more than why there is no report of that.
+        // That error says more than a missing report.
         let _ = std::fs::write(path, not_run(suite, &lines_of(error)));
     }
     run

@@ -1,4 +1,4 @@
-//! Where the nodes of a scenario are among its routers.
+//! Places of a scenario's nodes among its routers.
 
 use coaxle_node::config::did_you_mean;
 use coaxle_node::faults::check_link;
@@ -10,17 +10,17 @@ use crate::topology::{Topology, WrongField};
 /// Most routers of a scenario.
 const MOST_ROUTERS: usize = 128;
 
-/// Who is behind whom.
+/// Router of each node, and connections between routers.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Layout {
     /// The router of each node, by their numbers; none at all without routers.
     pub(crate) behind: Vec<usize>,
-    /// The routers that are connected, each pair with the one that says so first.
+    /// The routers that are connected, each pair with the declaring one first.
     pub(crate) connected: Vec<[usize; 2]>,
 }
 
 impl Layout {
-    /// Every node behind one router, if there are any.
+    /// The layout, with every node behind one router, if there are any.
     ///
     /// # Errors
     /// The field that is wrong, and why.
@@ -74,7 +74,7 @@ fn check_names(scenario: &Scenario, topology: &Topology) -> Result<(), WrongFiel
     Ok(())
 }
 
-/// A hop knows no key, and its messages are read by nobody.
+/// Refuses faults of content on a hop, which knows no key and does not read messages.
 fn check_links(scenario: &Scenario) -> Result<(), WrongField> {
     for (n, router) in scenario.routers.iter().enumerate() {
         let Some(link) = &router.link else {
@@ -163,7 +163,7 @@ mod tests {
         let scenario = read(PLANT).unwrap();
         let topology = Topology::of(&scenario).unwrap();
         let layout = Layout::of(&scenario, &topology).unwrap();
-        // Senders first; the router in the middle has nobody of its own.
+        // Senders first; the router in the middle has no node of its own.
         assert_eq!(layout.behind, [1, 2, 1, 2]);
         assert_eq!(layout.connected, [[1, 0], [2, 0]]);
     }

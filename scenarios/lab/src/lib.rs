@@ -1,17 +1,17 @@
 //! Experiments with distributed axes, in virtual time.
 //!
-//! A [`Scenario`](scenario::Scenario) is a TOML file: senders, receivers, a network, events, and what is expected of it all. It is
+//! A [`Scenario`](scenario::Scenario) is a TOML file: senders, receivers, a network, events, and expectations. It is
 //! played on a [`Stage`](stage::Stage): in the simulation ([`virtual_time`]), or as processes, which `coaxle-trials` has.
-//! Either feeds the same [`Evaluation`](evaluate::Evaluation), which compares every receiver cycle with what the master really did.
+//! Either feeds the same [`Evaluation`](evaluate::Evaluation), which compares every receiver cycle with the master's true motion.
 //!
 //! From the top down:
 //!
-//! * many runs: [`soak`] draws random schedules of faults and commands and makes smaller what fails, [`sweep`] runs a scenario over a grid;
+//! * many runs: [`soak`] draws random schedules of faults and commands and shrinks failing ones, [`sweep`] runs a scenario over a grid;
 //! * one run: [`run`] plays a scenario and leaves its trace and its summary in a folder; [`catalog`] has the scenarios that are shipped;
-//! * what came of it: [`summary`], [`expect`] and [`verdict`]; [`invariants`] hold in every cycle of every run; [`curves`] are what a
-//!   report draws;
+//! * results: [`summary`], [`expect`] and [`verdict`]; [`invariants`] hold in every cycle of every run; [`curves`] are
+//!   drawn by reports;
 //! * while it runs: [`virtual_time`], [`evaluate`], [`row`], [`timeline`], [`topology`];
-//! * what is written: [`scenario`], [`event`], [`group`], [`router`], [`overrides`].
+//! * files: [`scenario`], [`event`], [`group`], [`router`], [`overrides`].
 //!
 //! Nothing here needs Zenoh, a terminal or a browser. Same seed, same bytes.
 //!

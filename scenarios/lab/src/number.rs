@@ -1,6 +1,6 @@
 //! Numbers as people read and write them.
 
-/// So many significant digits, in plain notation where that stays short.
+/// A number with this many significant digits, in plain notation where that stays short.
 pub fn significant(value: f64, digits: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -17,8 +17,8 @@ pub fn significant(value: f64, digits: i32) -> String {
     format!("{value:.decimals$}")
 }
 
-/// What this share of sorted values is not above, at least one of them; between two as on a straight line from one to the
-/// other.
+/// Smallest value that at least this share of sorted values does not exceed; interpolated linearly between two. Needs at
+/// least one value.
 pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = share * (sorted.len() - 1) as f64;
     let (below, above) = (sorted[place as usize], sorted[place.ceil() as usize]);

@@ -8,14 +8,14 @@ use toml::{Table, Value};
 /// Most keys of a path.
 const MOST_KEYS: usize = 32;
 
-/// Most elements of a list that are told where one is not known.
+/// Most list elements named in the error about an unknown one.
 const MOST_LISTED: usize = 24;
 
 /// Sets one field of a table. A path is keys and list positions with dots between; the elements of
 /// the lists `sender` and `receiver` also go by their names: `receiver.saw.cycle-time-us=2000`.
 ///
 /// # Errors
-/// Says what was received and what is expected.
+/// Names what was received and what is expected.
 pub fn apply(table: &mut Table, text: &str) -> anyhow::Result<()> {
     let (path, value) = text.split_once('=').ok_or_else(|| {
         Mistake::in_argument(format!(
@@ -43,7 +43,7 @@ pub fn apply(table: &mut Table, text: &str) -> anyhow::Result<()> {
     set
 }
 
-/// Whatever TOML takes for a value; anything else is a text.
+/// Parses a value as TOML; anything else is a text.
 fn parse_value(text: &str) -> Value {
     format!("x = {text}")
         .parse::<Table>()
@@ -80,7 +80,7 @@ fn set(at: &mut Value, keys: &[&str], value: Value) -> anyhow::Result<()> {
     }
 }
 
-/// An element that a list has not, with those that it has: by their names, or by their positions from 0.
+/// The error about an unknown element, with the known ones: by their names, or by their positions from 0.
 fn unknown(list: &[Value], received: &str) -> String {
     let name = |element: &Value| Some(element.get("name")?.as_str()?.to_owned());
     let name = |(n, element): (usize, &Value)| name(element).unwrap_or_else(|| n.to_string());

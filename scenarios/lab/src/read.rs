@@ -22,7 +22,7 @@ use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, RouterSummary, SlaveSummary};
 use crate::topology::{Root, Topology, Viewed};
 
-/// Reads and checks a scenario. `file` is what the errors call it.
+/// Reads and checks a scenario. `file` is its name in errors.
 ///
 /// # Errors
 /// [`ConfigError`] names the file, the field, what was received and what is expected.
@@ -32,7 +32,7 @@ pub fn scenario(file: &str, table: toml::Table) -> Result<Scenario, ConfigError>
     written_out(file, table).map_err(|error| origins.in_file(error))
 }
 
-/// The same without groups.
+/// Reads and checks a scenario without groups.
 fn written_out(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> {
     let mut scenario: Scenario = from_table(file, table)?;
     let count = scenario.check_count();
@@ -61,9 +61,9 @@ fn written_out(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> 
     Ok(scenario)
 }
 
-/// Receivers are told in which units the far axes are that they follow, where their config does not say.
+/// Sets the units of far axes that a receiver's config does not have.
 fn tell_units(scenario: &mut Scenario, topology: &Topology) {
-    // A receiver may follow one that comes later in the file: each pass goes a step further.
+    // A receiver may follow one that comes later in the file: each pass resolves one step more.
     for _ in 0..scenario.receivers.len() {
         for view in topology.views() {
             let Viewed::Far { axis, .. } = view.of else {
@@ -96,7 +96,7 @@ fn unit_of_source(scenario: &Scenario, receiver: usize, axis: usize, root: &Root
     unit.unwrap_or_default()
 }
 
-/// The evaluation needs to see every axis that somebody follows.
+/// Shows every followed axis, which the evaluation needs.
 fn show_followed_axes(
     scenario: &mut Scenario,
     topology: &Topology,
@@ -139,7 +139,7 @@ fn check_events(scenario: &Scenario, topology: &Topology, file: &str) -> Result<
     Ok(())
 }
 
-/// A router goes away and comes back, and does nothing else.
+/// Checks that a router goes away and comes back, and does nothing else.
 fn check_event_of_router(scenario: &Scenario, event: &Event) -> Result<(), (&'static str, String)> {
     let (field, received) = match &event.what {
         _ if scenario.router(&event.node).is_none() => return Ok(()),
@@ -154,7 +154,7 @@ fn check_event_of_router(scenario: &Scenario, event: &Event) -> Result<(), (&'st
     Err((field, reason))
 }
 
-/// Who is commanded must be there.
+/// Checks that the addressee of a command exists.
 fn check_addressee(scenario: &Scenario, event: &Event) -> Result<(), (&'static str, String)> {
     let Happening::Command(commanded) = &event.what else {
         return Ok(());
@@ -197,7 +197,7 @@ fn check_expectations(
     Ok(())
 }
 
-/// Whether it can be judged at all, among the names that figures are under. Gives the wrong field and
+/// Checks that an expectation can be judged, among the names that have figures. Returns the wrong field and
 /// the reason.
 fn check_expectation(
     expectation: &Expectation,
@@ -253,7 +253,7 @@ fn check_expectation_of_router(
     check_bound(expectation, &fields_of(&RouterSummary::default()))
 }
 
-/// Whether there is such a field, and it is told what is expected of it.
+/// Checks that the field exists, and that the expectation has a bound.
 fn check_bound(
     expectation: &Expectation,
     fields: &Map<String, Value>,
@@ -270,7 +270,7 @@ fn check_bound(
     }
 }
 
-/// A name that nothing has, with those that there are.
+/// The error about an unknown name, with the known ones.
 fn unknown(received: &str, known: &[&str]) -> String {
     let meant = did_you_mean(received, known.iter().copied());
     let known = known.join(", ");
@@ -286,7 +286,7 @@ fn check_exceptions(scenario: &Scenario, file: &str) -> Result<(), ConfigError> 
     Ok(())
 }
 
-/// Whether it is an exception of anything. Gives the wrong field and the reason.
+/// Checks that the part of an exception exists. Returns the wrong field and the reason.
 fn check_exception(
     exception: &Exception,
     scenario: &Scenario,
@@ -318,7 +318,7 @@ fn check_exception(
     Ok(())
 }
 
-/// Every node must be able to start: its parameters are checked where they are used.
+/// Checks that every node is able to start: its parameters are checked where they are used.
 fn check_nodes(scenario: &Scenario, file: &str) -> Result<(), ConfigError> {
     let start = coaxle_clock::Instant::EPOCH;
     let wrong_file = |wrong: WrongTerm| ConfigError::field(file, wrong.field(), wrong.reason());

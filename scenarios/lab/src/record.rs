@@ -9,22 +9,21 @@ use serde::Serialize;
 
 use crate::topology::{View, Viewed, followed_of};
 
-/// What a receiver showed of itself in a cycle, as far as one of the axes that lead its slaves is
-/// concerned. Instants are
+/// Signals of a receiver in a cycle, with those of one of the axes that lead its slaves. Instants are
 /// nanoseconds of the world's reference clock: true time in the simulation, the machine's monotonic
 /// clock in the real world.
 #[derive(Debug, Default, PartialEq, Serialize)]
 pub struct Record {
     /// Ideal start of the cycle, ns.
     pub at_ns: i64,
-    /// When the scan really began, ns.
+    /// Actual beginning of the scan, ns.
     pub woke_ns: i64,
     /// The receiver itself.
     pub node: NodeSignals,
-    /// Which node that is, of the far node and its standbys.
+    /// Index of that node among the far node and its standbys.
     #[serde(skip)]
     pub place: usize,
-    /// The node that the axis is read from; nothing of one of the receiver's own. Its health is that of the far node.
+    /// The node that the axis is read from; default values for the receiver's own axes. Its health is that of the far node.
     pub far: FarNodeSignals,
     /// The axis.
     pub axis: FarAxisSignals,
@@ -40,7 +39,7 @@ impl Clone for Record {
         }
     }
 
-    /// In the buffer that is there.
+    /// Reuses the buffer.
     fn clone_from(&mut self, other: &Self) {
         self.slaves.clone_from(&other.slaves);
         self.at_ns = other.at_ns;
@@ -52,7 +51,7 @@ impl Clone for Record {
     }
 }
 
-/// A virtual axis as one that needs no correction: what its slaves have of it is what it is set to.
+/// Signals of a virtual axis as of a far axis without correction: its slaves follow its set values.
 fn as_far_axis(axis: &VirtualAxisSignals) -> FarAxisSignals {
     FarAxisSignals {
         synced: true,
@@ -66,7 +65,7 @@ fn as_far_axis(axis: &VirtualAxisSignals) -> FarAxisSignals {
 }
 
 impl Record {
-    /// Takes in a cycle; what was in it before is forgotten.
+    /// Replaces the record by a cycle.
     pub fn fill(&mut self, at_ns: i64, woke_ns: i64, signals: &SignalRow, view: &View) {
         self.at_ns = at_ns;
         self.woke_ns = woke_ns;
@@ -96,7 +95,7 @@ impl Record {
         self.slaves.first()
     }
 
-    /// Its set position.
+    /// Set position of the first slave.
     #[must_use]
     pub fn slave_position(&self) -> Option<f64> {
         self.slave()?.position

@@ -5,36 +5,36 @@ use coaxle_node::keys::NodeName;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A router of the simulated network. With one, every node is behind one, and what nodes say to each other goes from router to
-/// router, over each hop once for all who subscribe behind it. Beacons of timing channels take another way.
+/// A router of the simulated network. With one, every node is behind a router, and messages between nodes go from router to
+/// router, over each hop once for all subscribers behind it. Beacons of timing channels take another way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct RouterConfig {
-    /// Its name, which no node has.
+    /// Name, which no node has.
     pub name: NodeName,
-    /// The nodes behind it, by their names, in which `*` stands for any part: `hall-1-*`. What `network` does happens on the way
+    /// The nodes behind it, by their names, in which `*` stands for any part: `hall-1-*`. The faults of `network` apply on the way
     /// of each of them to the router, and on the way back.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub nodes: Vec<String>,
-    /// The routers that it is connected to; of two of them one says it.
+    /// The routers that it is connected to; only one of two names the other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub to: Vec<NodeName>,
-    /// What the links to those do to messages, in either direction. As `network`, if not said.
+    /// Faults of the links to those, in either direction. As `network`, if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkConfig>,
-    /// How long it takes for each message that it sends on, one after the other, µs.
+    /// Time to forward a message, one after the other, µs.
     #[serde(default)]
     pub forward_us: FaultMicros,
-    /// What passes over each of its links in either direction, Mbit/s: payloads alone. Anything, if not said.
+    /// Bandwidth of each of its links in either direction, Mbit/s: payloads alone. Unlimited, if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mbit_s: Option<Positive>,
-    /// What would have to wait longer than this, to be sent on or to pass over a link, is dropped, µs.
+    /// Longest wait for being sent on or passing over a link, µs; messages that would wait longer are dropped.
     #[serde(default = "usual_queue")]
     pub queue_us: FaultMicros,
 }
 
 impl RouterConfig {
-    /// Whether a node of this name is behind it.
+    /// True if a node of this name is behind it.
     pub(crate) fn is_before(&self, node: &str) -> bool {
         self.nodes.iter().any(|pattern| fits(pattern, node))
     }
@@ -44,7 +44,7 @@ fn usual_queue() -> FaultMicros {
     FaultMicros::new(10_000.0).unwrap_or_default()
 }
 
-/// Whether a name is as a pattern says, in which `*` stands for any part.
+/// True if a name matches a pattern, in which `*` stands for any part.
 pub(crate) fn fits(pattern: &str, name: &str) -> bool {
     let Some((before, rest)) = pattern.split_once('*') else {
         return pattern == name;
@@ -52,7 +52,7 @@ pub(crate) fn fits(pattern: &str, name: &str) -> bool {
     let Some(name) = name.strip_prefix(before) else {
         return false;
     };
-    // Each part where it comes first; the last one at the end.
+    // Each part at its first place; the last one at the end.
     let mut parts: Vec<&str> = rest.split('*').collect();
     let last = parts.pop().unwrap_or_default();
     let mut left = name;

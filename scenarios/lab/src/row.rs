@@ -1,4 +1,4 @@
-//! A receiver cycle, judged, and who takes it.
+//! A judged receiver cycle, and its sinks.
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Domain, Instant};
@@ -15,20 +15,20 @@ impl Domain for Reference {
     const NAME: &'static str = "reference";
 }
 
-/// One receiver cycle, judged.
+/// A judged receiver cycle.
 #[derive(Debug, PartialEq)]
 pub struct Row {
     /// Ideal start of the cycle, s after the start of the run.
     pub t_s: f64,
-    /// What the receiver recorded; in a box, as it waits, is judged, shown and used again.
+    /// Signals of the receiver; in a box, as it waits, is judged, shown and reused.
     pub record: Box<Record>,
-    /// Where its master truly was: position and velocity, in units of the axis it receives.
+    /// True position and velocity of its master, in units of the axis it receives.
     pub truth: Option<(f64, f64)>,
     /// Difference quotient of the set position given to the drive, slave units/s.
     pub set_velocity: Option<f64>,
     /// Corrected minus true far time, µs.
     pub time_error_us: Option<f64>,
-    /// Whether it counts for the figures: not before the receiver is first in sync.
+    /// True if it counts for the figures: not before the receiver is first in sync.
     pub evaluated: bool,
 }
 
@@ -55,8 +55,8 @@ pub trait RowSink {
     /// A row of one of the receivers' far or virtual axes, by its number among all of them.
     fn row(&mut self, view: usize, row: &Row);
 
-    /// Something that the n-th receiver took in during the cycle `tick`, which ideally started at `at`.
-    /// In virtual time only: processes write that down themselves.
+    /// Takes an arrival that the n-th receiver took in during the cycle `tick`, which ideally started at `at`.
+    /// In virtual time only: processes write arrivals themselves.
     fn arrived(&mut self, receiver: usize, at: Instant<True>, tick: &Tick, arrival: &Arrival) {
         let _ = (receiver, at, tick, arrival);
     }
@@ -90,7 +90,7 @@ impl<S: RowSink> RowSink for Option<S> {
     }
 }
 
-/// Both take it.
+/// Passes each row to both sinks.
 impl<A: RowSink, B: RowSink> RowSink for (A, B) {
     fn row(&mut self, view: usize, row: &Row) {
         self.0.row(view, row);

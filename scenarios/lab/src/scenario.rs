@@ -21,28 +21,28 @@ use crate::router::{RouterConfig, fits};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Scenario {
-    /// One line: what it shows.
+    /// Subject of the experiment, in one line.
     pub title: String,
-    /// What to look at, and why.
+    /// Points of interest, and reasons.
     #[serde(default)]
     pub description: String,
-    /// How long it runs, s of true time: at most a million, eleven days.
+    /// Duration, s of true time: at most a million, eleven days.
     pub duration_s: DurationSeconds,
     /// Seed of everything random. The same seed gives the same run in virtual time, byte for byte.
     #[serde(default = "first_seed")]
     pub seed: u64,
-    /// The simulated network. Real processes have a real one; what is to be laid over
-    /// that belongs into a receiver's `faults`.
+    /// The simulated network. Real processes have a real one; faults to be added to
+    /// that belong into a receiver's `faults`.
     #[serde(default)]
     pub network: LinkConfig,
-    /// The same for the beacons of timing channels, which take another way: none of what happens to messages happens to them.
+    /// The network of the beacons of timing channels, which take another way: no fault of `network` applies to them.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub timing_network: LinkConfig,
     /// The routers between nodes in virtual time; without any, each message goes from node to node at once. Real processes have
     /// none of them.
     #[serde(rename = "router", default, skip_serializing_if = "Vec::is_empty")]
     pub routers: Vec<RouterConfig>,
-    /// Nodes that are alike, written once: what is read has them among the senders and receivers.
+    /// Similar nodes, written once: reading expands them among the senders and receivers.
     #[serde(rename = "group", default, skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<Group>,
     /// The senders.
@@ -51,16 +51,16 @@ pub struct Scenario {
     /// The receivers.
     #[serde(rename = "receiver", default)]
     pub receivers: Vec<ReceiverConfig>,
-    /// What happens on the way.
+    /// Events during the run.
     #[serde(rename = "event", default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,
-    /// The grid that `coaxle sweep` runs it over, unless told otherwise.
+    /// The grid of `coaxle sweep`, unless another one is given.
     #[serde(rename = "sweep", default, skip_serializing_if = "Vec::is_empty")]
     pub grid: Vec<GridAxis>,
-    /// What is expected of the outcome.
+    /// Expectations of the outcome.
     #[serde(rename = "expect", default, skip_serializing_if = "Vec::is_empty")]
     pub expectations: Vec<Expectation>,
-    /// What it means to break of what holds in every run by default.
+    /// Exceptions from the invariants that hold in every run by default.
     #[serde(rename = "exception", default, skip_serializing_if = "Vec::is_empty")]
     pub exceptions: Vec<Exception>,
 }
@@ -100,7 +100,7 @@ impl Scenario {
         Err(("receiver", reason))
     }
 
-    /// What every node publishes and hears: senders first, then receivers, then twins.
+    /// Channels that every node publishes and subscribes to: senders first, then receivers, then duplicates.
     pub fn wirings(&self) -> Vec<Wiring> {
         let senders = self.senders.iter().map(SenderConfig::wiring);
         let receivers = self.receivers.iter().map(ReceiverConfig::wiring);
@@ -112,7 +112,7 @@ impl Scenario {
         wirings
     }
 
-    /// The nodes that a second one of the same name comes beside, in the order of the events.
+    /// The nodes that get a duplicate of the same name, in the order of the events.
     pub fn twins(&self) -> Vec<&NodeName> {
         let mut twins = Vec::new();
         for event in &self.events {
@@ -130,25 +130,25 @@ impl Scenario {
         twins
     }
 
-    /// The number of a node's twin, if it has one: twins come after all nodes.
+    /// Index of a node's duplicate, if it has one: duplicates come after all nodes.
     pub(crate) fn twin_of(&self, node: &NodeName) -> Option<usize> {
         let place = self.twins().iter().position(|twin| *twin == node)?;
         Some(self.senders.len() + self.receivers.len() + place)
     }
 
-    /// The number of the router of this name, if there is one.
+    /// Index of the router of this name, if there is one.
     pub(crate) fn router(&self, name: &NodeName) -> Option<usize> {
         self.routers.iter().position(|router| router.name == *name)
     }
 
-    /// The seed of one node, the same in both worlds.
+    /// Seed of one node, equal in both worlds.
     #[must_use]
     pub fn seed_of(&self, node: &NodeName) -> u64 {
         // A config file holds no integer above this.
         seed_of(self.seed, node.as_str()) & i64::MAX as u64
     }
 
-    /// Keeps only the receivers that are named, and what they need.
+    /// Keeps only the named receivers, and the nodes that they need.
     ///
     /// # Errors
     /// The name that no receiver has.

@@ -1,6 +1,6 @@
-//! Soak tests: random schedules of faults and commands, with everything checked that holds in every run.
+//! Soak tests: random schedules of faults and commands, with all invariants checked.
 //!
-//! A schedule is a scenario made from a seed. In virtual time a day of them takes minutes; what fails is made smaller for as
+//! A schedule is a scenario made from a seed. In virtual time a day of them takes minutes; a failing one is shrunk for as
 //! long as it fails, and left as a scenario file that repeats it.
 
 pub mod schedule;
@@ -31,53 +31,53 @@ use crate::stage::Stage;
 use crate::summary::{ReceiverSummary, World};
 use crate::virtual_time;
 
-/// What to run.
+/// Schedules to run, and their results' destination.
 #[derive(Clone)]
 pub struct Soak<'a> {
     /// In virtual time, or as processes: these run one schedule after the other, virtual time as many as there are processors.
     pub stage: &'a dyn Stage,
     /// The schedules.
     pub seeds: Range<u64>,
-    /// Whether they are [wide](schedule::wide).
+    /// True for [wide](schedule::wide) schedules.
     pub wide: bool,
-    /// Where files go: of what failed, and of processes.
+    /// Folder for files of failures, and of processes.
     pub out: PathBuf,
-    /// Where a report in JUnit's format goes.
+    /// Path of a report in JUnit's format.
     pub junit: Option<PathBuf>,
-    /// Runs what failed once more, beside its file, and leaves what there is to see of it.
+    /// Runs a failure once more, beside its file, and leaves its trace and report.
     pub leave: &'a Leave,
 }
 
 /// Runs a scenario with these options, which this command repeats, and leaves the results.
 pub type Leave = dyn Fn(&Source, &Options, &str) -> anyhow::Result<()> + Sync;
 
-/// What came out.
+/// Result of a soak.
 #[derive(Clone, Debug)]
 pub struct Soaked {
-    /// How many schedules were run, to their end.
+    /// Number of schedules that were run, to their end.
     pub schedules: u64,
-    /// How many there are; others than those that were run if it was ended before its time.
+    /// Number of all schedules; more than those that were run if the soak was interrupted.
     pub of: u64,
-    /// How long they were in their own time, s.
+    /// Simulated time, s.
     pub simulated_s: f64,
-    /// How long that took, s.
+    /// Elapsed time, s.
     pub took_s: f64,
-    /// What failed, by seed.
+    /// Failures, by seed.
     pub failures: Vec<Failure>,
 }
 
 /// A schedule that failed.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Failure {
-    /// Its seed.
+    /// Seed of the schedule.
     pub seed: u64,
-    /// What was wrong, a line each.
+    /// Faults found, a line each.
     pub wrong: Vec<String>,
     /// The scenario that repeats it.
     pub file: PathBuf,
 }
 
-/// The schedules that make up so many hours, from a seed on.
+/// Seeds of the schedules for this many hours, from the first seed on.
 #[must_use]
 pub fn seeds_of_hours(hours: f64, first: u64) -> Range<u64> {
     let count = (hours * 3_600.0 / schedule::DURATION_S).ceil().max(1.0);
@@ -85,11 +85,11 @@ pub fn seeds_of_hours(hours: f64, first: u64) -> Range<u64> {
 }
 
 impl Soak<'_> {
-    /// Runs all of it, for as long as `goes_on` says so; `progress` hears of every schedule that is over, with those and the
-    /// failed ones so far.
+    /// Runs all schedules, for as long as `goes_on` returns true; `progress` receives the numbers of finished and of
+    /// failed schedules.
     ///
     /// # Errors
-    /// A folder that another run writes to, a file that cannot be written. What fails is no error.
+    /// A folder that another run writes to, a file that cannot be written. A failing schedule is no error.
     pub fn run(
         &self,
         goes_on: &(dyn Fn() -> bool + Sync),
@@ -105,7 +105,7 @@ impl Soak<'_> {
                 if seed >= self.seeds.end || !goes_on() {
                     return Ok(());
                 }
-                // One that was ended on its way says nothing.
+                // An interrupted schedule has no result.
                 let Some(failed) = self.run_one(seed, goes_on)? else {
                     return Ok(());
                 };
@@ -144,13 +144,13 @@ impl Soak<'_> {
         Ok(soaked)
     }
 
-    /// What the report calls it.
+    /// Name of the suite in the report.
     #[must_use]
     pub fn suite(&self) -> String {
         format!("soak {}", self.stage.world().name())
     }
 
-    /// What failed, if anything did; none if it was ended before its time.
+    /// The failure, if any; the outer option is absent if it was interrupted.
     fn run_one(
         &self,
         seed: u64,
@@ -185,7 +185,7 @@ impl Soak<'_> {
         Ok(Some(Some(Failure { seed, wrong, file })))
     }
 
-    /// The rows of what failed, and its report, beside its file.
+    /// Leaves the rows of a failure, and its report, beside its file.
     fn leave_rows(&self, file: &Path, text: String) -> anyhow::Result<()> {
         let out = file.with_extension("");
         let options = Options {
@@ -200,7 +200,7 @@ impl Soak<'_> {
     }
 }
 
-/// Each schedule that was run, for the report.
+/// A case of the report for each schedule that was run.
 fn cases(done: &BTreeSet<u64>, soaked: &Soaked) -> impl Iterator<Item = Case> {
     done.iter().map(|seed| {
         let failed = soaked.failures.iter().find(|failure| failure.seed == *seed);
@@ -226,14 +226,14 @@ fn source(text: String) -> Source {
     }
 }
 
-/// What is wrong with a scenario in virtual time, a line each: an invariant that did not hold, a receiver that is not in
-/// sync at the end, and whatever keeps it from running.
+/// Faults of a scenario in virtual time, a line each: a violated invariant, a receiver that is not in sync at the end, or
+/// the error that prevents the run.
 #[must_use]
 pub fn wrong_with(text: &str) -> Vec<String> {
     wrong_while(text, &|| true).unwrap_or_default()
 }
 
-/// Says when a run is to end.
+/// Ends a run once the condition is false.
 struct While<'a>(&'a dyn Fn() -> bool);
 
 impl Progress for While<'_> {
@@ -242,7 +242,7 @@ impl Progress for While<'_> {
     }
 }
 
-/// The same for as long as it goes on; none if it was ended before its time.
+/// Faults of a scenario as long as `goes_on` returns true; none if it was interrupted.
 fn wrong_while(text: &str, goes_on: &dyn Fn() -> bool) -> Option<Vec<String>> {
     let run = || {
         let scenario = source(text.to_owned()).read(&[])?;
@@ -264,8 +264,8 @@ fn wrong_while(text: &str, goes_on: &dyn Fn() -> bool) -> Option<Vec<String>> {
     run().unwrap_or_else(|error: anyhow::Error| Some(vec![format!("{error:#}")]))
 }
 
-/// Of processes only what holds on a busy machine too: the invariants, and that every node runs to the end and is not killed by
-/// a signal.
+/// Faults of a run as processes. Only conditions that hold on a busy machine too are checked: the invariants, and that every
+/// node runs to the end and is not killed by a signal.
 fn wrong_on(
     stage: &dyn Stage,
     text: &str,
@@ -282,20 +282,20 @@ fn wrong_on(
     run().unwrap_or_else(|error: anyhow::Error| Some(vec![format!("{error:#}")]))
 }
 
-/// What did not hold. A slave may end in error stop, as its orders come as they like, and whether far axes end well is judged by
-/// whether they are back.
+/// Violations. A slave may end in error stop, as its orders come at random. Whether far axes end well is judged by
+/// `is_back`.
 fn violations(finished: &Finished) -> impl Iterator<Item = String> {
     let all = finished.violations().iter();
     let judged = all.filter(|one| one.invariant != Invariant::EndsWell);
     judged.map(ToString::to_string)
 }
 
-/// Fewer cycles of silence, or of difference, than a quiet network of these schedules may have: a block that bears no more may never
-/// get in sync.
+/// Cycles of silence, or of difference, that a quiet network of these schedules may have: a block that tolerates no more may
+/// never get in sync.
 const BORNE: f64 = 20.0;
 
-/// Whether a receiver has to be in sync once the network is quiet: by blocks that bear what is left of that, and with a master
-/// that is published.
+/// True if a receiver has to be in sync once the network is quiet: its blocks tolerate the remaining faults, and its master
+/// is published.
 fn is_to_be_in_sync(scenario: &Scenario, name: &str) -> bool {
     let named = |name: &str| {
         let mut receivers = scenario.receivers.iter();
@@ -304,7 +304,7 @@ fn is_to_be_in_sync(scenario: &Scenario, name: &str) -> bool {
     let receiver = named(receiver_of(name));
     let mut far = receiver.into_iter().flat_map(|receiver| &receiver.far);
     far.all(|far| {
-        // Slaves of an axis that cannot keep up with its master wait for it with their power off, for as long as it likes.
+        // Slaves of an axis that cannot keep up with its master wait for it with their power off, for any time.
         let master = named(far.node.as_str());
         let may_wait = master.is_some_and(has_limits);
         let is_published =
@@ -315,12 +315,12 @@ fn is_to_be_in_sync(scenario: &Scenario, name: &str) -> bool {
     })
 }
 
-/// Cycles this short are shorter than the jitter of these schedules, in which TS5066 finds no beat, s.
+/// Shortest cycle that is longer than the jitter of these schedules, s. In shorter ones TS5066 finds no beat.
 const SHORTEST_CYCLE: f64 = 0.4e-3;
-/// Seconds between two beats, at the most, of which it learns the drift before a schedule is over.
+/// Longest time between two beats with which it learns the drift before a schedule is over, s.
 const BETWEEN_BEATS: f64 = 10.0;
 
-/// Whether a block of TS5066 sees beats from which it can learn the drift.
+/// True if a block of TS5066 sees beats from which it can learn the drift.
 fn has_beats(scenario: &Scenario, receiver: &ReceiverConfig, far: &FarConfig) -> bool {
     let of = |name: &str, cycle: CycleMicros, clock: &ClockConfig| {
         (name == far.node.as_str()).then(|| (cycle.0.as_secs_f64(), clock.drift_ppm.get()))
@@ -349,18 +349,18 @@ fn has_limits(receiver: &ReceiverConfig) -> bool {
     axes.any(|axis| axis.limits.is_some())
 }
 
-/// A receiver that follows another one hears of it once that is back itself, and an observer may take so long to lock, s.
+/// Time that an observer may take to lock, s. A follower of another receiver starts once that is back itself.
 const STARTING_UP: f64 = 30.0;
 /// TS5066 learns the drift from one beat to the next.
 const BEATS: u64 = 2;
 
-/// Whether a receiver is in sync after so many seconds, or cannot be yet; or its clock is and the axis is on its way: that
-/// takes up to half a minute after it was away for long.
+/// True if a receiver is in sync after this time, or cannot be yet; or if its clock is and the axis is on its way. That
+/// takes up to half a minute after a long absence.
 fn is_back(receiver: &ReceiverSummary, duration: f64) -> bool {
     let (far, axis) = (&receiver.last.far, &receiver.last.axis);
     let is_on_its_way = far.synced && axis.continuity == ContinuityName::Rejoining;
     let heard_for = match far.last_relock_s {
-        // Nothing but another run made it begin anew: it is heard since then.
+        // Only another run restarted it: frames come since then.
         Some(since) if u64::from(far.relocks) <= far.restarts => duration - since,
         _ if far.restarts == 0 => {
             far.cycle_time_us.unwrap_or_default() * 1e-6 * far.expected as f64

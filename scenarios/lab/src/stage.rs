@@ -1,4 +1,4 @@
-//! Where a scenario is played.
+//! Worlds in which scenarios are played.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ pub trait Stage: Sync {
     /// Plays a checked scenario. Files of its nodes, if they leave any, go to a folder in `out`; each row goes to `sink`.
     ///
     /// # Errors
-    /// A node that does not start, breaks its contract or ends by itself. What is not as expected is no error.
+    /// A node that does not start, breaks its contract or ends by itself. An unmet expectation is no error.
     fn play(
         &self,
         scenario: &Scenario,
@@ -26,7 +26,7 @@ pub trait Stage: Sync {
     ) -> anyhow::Result<Finished>;
 }
 
-/// The simulation: as fast as it goes, the same bytes for the same seed.
+/// The simulation: as fast as it goes, with equal bytes for equal seeds.
 #[derive(Clone, Copy, Debug)]
 pub struct VirtualTime;
 

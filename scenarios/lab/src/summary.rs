@@ -1,4 +1,4 @@
-//! What came out of a run: `summary.json`.
+//! Results of a run: `summary.json`.
 
 mod coupling;
 mod cuts;
@@ -19,28 +19,28 @@ pub use router::{RouterLinkSummary, RouterSummary};
 
 use crate::verdict::Verdict;
 
-/// A run in figures.
+/// Figures of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     /// The scenario's name.
     pub scenario: String,
-    /// Its title.
+    /// Title of the scenario.
     pub title: String,
     /// `virtual` or `processes`.
     pub world: World,
     /// The seed.
     pub seed: u64,
-    /// How long it was to run, s of true time.
+    /// Intended duration, s of true time.
     pub duration_s: f64,
-    /// When it was ended before its time, s; what is here is of the time before.
+    /// Time of an early end, s; figures cover the time before it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interrupted_at_s: Option<f64>,
-    /// Each receiver's figures, by its name.
+    /// Figures of each receiver, by its name.
     pub receivers: BTreeMap<String, ReceiverSummary>,
-    /// Each router's figures, by its name; of virtual time alone.
+    /// Figures of each router, by its name; in virtual time alone.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub routers: BTreeMap<String, RouterSummary>,
-    /// Each expectation's outcome.
+    /// Outcome of each expectation.
     pub expectations: Vec<Verdict>,
 }
 
@@ -51,7 +51,7 @@ impl Summary {
     }
 }
 
-/// Where a scenario runs.
+/// World in which a scenario runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum World {
@@ -72,20 +72,20 @@ impl World {
     }
 }
 
-/// One receiver in figures. What concerns motion is in units of its master axis, and taken over
+/// Figures of one receiver. Those of motion are in units of its master axis, and taken over
 /// the time after it first synchronised, or from 100 cycles after its first data where its mode
 /// never does.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct ReceiverSummary {
     /// `bypass`, `pt1`, `time`, `sync` or `observer`.
     pub mode: &'static str,
-    /// Whose axis it follows: node, channel, axis id.
+    /// Followed axis: node, channel, axis id.
     pub master: String,
-    /// What that axis is in: what `u` stands for here.
+    /// Unit of that axis: the meaning of `u` here.
     pub unit: Unit,
     /// Cycles run.
     pub cycles: u64,
-    /// What its signals said in the last cycle.
+    /// Signals of the last cycle.
     #[serde(flatten)]
     #[schemars(skip)]
     pub last: LastSignals,
@@ -99,49 +99,49 @@ pub struct ReceiverSummary {
     pub time_to_sync_s: Option<f64>,
     /// Beats counted at that moment.
     pub beats_at_sync: Option<u32>,
-    /// How often synchronisation was reached.
+    /// Number of times that synchronisation was reached.
     pub synced_times: u64,
-    /// Whether it was in sync at the end.
+    /// True if it was in sync at the end.
     pub synced_at_end: bool,
     /// The true drift of the sender's clock, over the last seconds, ppm; positive when it is the faster one.
     pub drift_ppm_true: Option<f64>,
-    /// When the observer noticed jumps of the delay, s after the start.
+    /// Times at which the observer noticed jumps of the delay, s after the start.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub shift_times_s: Vec<f64>,
-    /// When another node took over, s after the start.
+    /// Times at which another node took over, s after the start.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub take_over_times_s: Vec<f64>,
-    /// When it began to lock anew, s after the start.
+    /// Times at which the observer restarted its lock, s after the start.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub relock_times_s: Vec<f64>,
-    /// By how much the delay was wrong, with the ripple of the far time, µs: the mean over the time that
+    /// Error of the delay, with the ripple of the far time, µs: the mean over the time that
     /// the lag errors below are taken over.
     pub delay_error_us: Option<f64>,
     /// Share of the cycles of that time in which the uncertainty covered the error.
     pub delay_covered_share: Option<f64>,
-    /// When the evaluation began, s after the start; null if there was nothing to evaluate.
+    /// Beginning of the evaluation, s after the start; null if there was nothing to evaluate.
     pub evaluated_from_s: Option<f64>,
     /// Cycles evaluated.
     pub evaluated_cycles: u64,
     /// Difference quotient of the set position given to the drive, minus the true master velocity:
     /// root mean square, u/s.
     pub velocity_ripple_rms: Option<f64>,
-    /// The same, largest magnitude, u/s.
+    /// Largest magnitude of that, u/s.
     pub velocity_ripple_max: Option<f64>,
     /// The largest ripple divided by the largest master velocity.
     pub velocity_ripple_ratio: Option<f64>,
     /// The root mean square once it had been in sync for a second without a break, u/s; with a mode
-    /// that never synchronises all that is evaluated. So for all that is said to be settled.
+    /// that never synchronises, over the whole evaluation. Likewise for all figures called settled.
     pub velocity_ripple_settled_rms: Option<f64>,
     /// The largest magnitude then, u/s.
     pub velocity_ripple_settled_max: Option<f64>,
-    /// The same, divided by the largest master velocity.
+    /// The largest settled ripple divided by the largest master velocity.
     pub velocity_ripple_settled_ratio: Option<f64>,
     /// The largest magnitude before that: while it locked in, and whenever it did so again, u/s.
     pub velocity_ripple_lock_in_max: Option<f64>,
     /// Corrected far time minus true far time, mean removed: root mean square, µs.
     pub corrected_time_error_rms_us: Option<f64>,
-    /// The same, largest magnitude, µs.
+    /// Largest magnitude of that, µs.
     pub corrected_time_error_max_us: Option<f64>,
     /// The root mean square once settled, without the mean of that time, µs.
     pub corrected_time_error_settled_rms_us: Option<f64>,
@@ -149,48 +149,48 @@ pub struct ReceiverSummary {
     pub corrected_time_error_settled_max_us: Option<f64>,
     /// The largest distance from that mean before it was settled, µs.
     pub corrected_time_error_lock_in_max_us: Option<f64>,
-    /// How far the corrected far time lies behind the true one in the mean, µs.
+    /// Mean lag of the corrected far time behind the true one, µs.
     pub lag_us: Option<f64>,
-    /// Largest distance of the far axis from where its master is at the same true instant, in motion as at rest, u.
+    /// Largest distance of the far axis from its master's position at one true instant, in motion and at rest, u.
     /// Taken over the time in which the receiver had been in sync for a second, as the lag errors are.
     pub far_position_error_max: Option<f64>,
-    /// The same, root mean square, u.
+    /// Root mean square of that, u.
     pub far_position_error_rms: Option<f64>,
-    /// Largest distance of the slave's set position from where the master is at the same true instant,
+    /// Largest distance of the slave's set position from the master's position at one true instant,
     /// in units of the master. This one and the next two are taken over the time in which the receiver
     /// had been in sync for a second.
     pub lag_error_max: Option<f64>,
-    /// The same in µs of travel: divided by the master's velocity, where that is at least a tenth of its
+    /// Largest such distance in µs of travel: divided by the master's velocity, where that is at least a tenth of its
     /// highest.
     pub lag_error_max_us: Option<f64>,
-    /// The same, root mean square, µs.
+    /// Root mean square of that, µs.
     pub lag_error_rms_us: Option<f64>,
-    /// Largest distance of the drive from where the master's true position puts the slave, lag and
-    /// all, in slave units.
+    /// Largest distance of the drive from the slave position by the master's true position, lag
+    /// included, in slave units.
     pub drive_position_error_max: Option<f64>,
     /// Largest following error of the drive, slave units.
     pub following_error_max: f64,
-    /// Whether the drive tripped.
+    /// True if the drive tripped.
     pub drive_tripped: bool,
     /// Largest delay from the ideal start of a cycle to its scan, µs.
     pub wake_up_max_us: f64,
-    /// Each slave's figures, by its name. What is said of a slave above is the first one.
+    /// Figures of each slave, by its name. The slave in figures above is the first one.
     #[schemars(skip)]
     pub slaves: BTreeMap<String, SlaveSummary>,
 }
 
-/// One slave in figures, by what it records of itself.
+/// Figures of one slave, by its signals.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct SlaveSummary {
-    /// What its position is in: what `u` stands for here.
+    /// Unit of its position: the meaning of `u` here.
     pub unit: Unit,
-    /// What its signals said in the last cycle.
+    /// Signals of the last cycle.
     #[serde(flatten, serialize_with = "last::summarized")]
     #[schemars(skip)]
     pub last: SlaveSignals,
     /// Times it went to error stop.
     pub errors: u64,
-    /// The last one's code, such as `0x42a0`; null if there was none.
+    /// Code of the last error, such as `0x42a0`; null if there was none.
     pub last_error: Option<String>,
     /// The code of the last refusal of a command; null if there was none.
     pub last_refusal: Option<String>,
@@ -211,10 +211,10 @@ pub struct SlaveSummary {
     pub jerk_share_max: Option<f64>,
     /// Largest following error of its drive, u.
     pub following_error_max: f64,
-    /// How it was coupled and released.
+    /// Coupling and release.
     #[serde(flatten)]
     pub coupling: CouplingSummary,
-    /// How it cut.
+    /// Cuts.
     #[serde(flatten)]
     pub cuts: CutsSummary,
 }

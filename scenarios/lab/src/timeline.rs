@@ -1,4 +1,4 @@
-//! A scenario's events as what happens to its nodes, in the order of time, for both worlds.
+//! A scenario's events as changes of its nodes, in the order of time, for both worlds.
 
 use coaxle_clock::Span;
 
@@ -6,44 +6,44 @@ use crate::event::{Action, Happening};
 use crate::scenario::Scenario;
 use crate::topology::Topology;
 
-/// Something that happens to a node or a router.
+/// A change of a node or a router.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// When, since the start.
+    /// Time since the start.
     pub at: Span,
-    /// To whom.
+    /// The node or router concerned.
     pub whom: Whom,
-    /// What.
+    /// Kind of the change.
     pub what: What,
 }
 
-/// To whom something happens.
+/// The node or router that a change concerns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Whom {
-    /// A node, by its number; twins come after all others.
+    /// A node, by its index; duplicates come after all others.
     Node(usize),
-    /// A router, by its number among routers; real processes have none.
+    /// A router, by its index among routers; real processes have none.
     Router(usize),
 }
 
-/// What can happen to a node, or a router.
+/// Kind of change of a node, or a router.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
-    /// It dies at once.
+    /// Dies at once.
     Kill,
-    /// It starts, anew if it was there before.
+    /// Starts, or restarts.
     Start,
-    /// It stands still.
+    /// Stands still.
     Stop,
-    /// It goes on.
+    /// Continues.
     Resume,
-    /// It goes on, and what waited for it comes in pieces.
+    /// Continues, with waiting messages in pieces.
     ResumeInPieces,
-    /// One of its slaves is commanded, by the scenario's event with this number.
+    /// A command to one of its slaves, by the scenario's event with this index.
     Command(usize),
 }
 
-/// Every event of the scenario. A node that goes away comes back, and a twin goes away.
+/// Changes of all events of the scenario. A node that goes away comes back, and a duplicate goes away.
 pub fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<Change> {
     let mut changes = Vec::new();
     for (number, event) in scenario.events.iter().enumerate() {

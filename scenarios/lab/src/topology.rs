@@ -1,5 +1,5 @@
-//! Who follows whom: every axis that leads slaves, resolved to the node that its motion comes from in the
-//! end: a sender, or a receiver with a virtual axis.
+//! Topology: every axis that leads slaves, resolved to the node at the root of its motion:
+//! a sender, or a receiver with a virtual axis.
 
 use coaxle_node::circles::{CIRCLE_CODE, circles};
 use coaxle_node::config::{ConfigError, did_you_mean};
@@ -16,57 +16,57 @@ pub struct Topology {
     views: Vec<View>,
 }
 
-/// A far or a virtual axis of a receiver, and where its motion comes from in the end. A receiver is judged
+/// A far or a virtual axis of a receiver, and the root of its motion. A receiver is judged
 /// by each of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// What it is called: as the receiver, where that follows but one axis.
+    /// Name: the receiver's, where it follows only one axis.
     pub name: String,
     /// The receiver, counted among the receivers.
     pub receiver: usize,
-    /// Which of its axes.
+    /// Axis of the receiver.
     pub of: Viewed,
     /// The receiver's slaves that follow it in the end.
     pub slaves: Vec<usize>,
     /// The axis that truly leads it.
     pub root: Root,
-    /// Of a far axis: where its motion comes from while a standby is followed.
+    /// Roots of a far axis's motion while a standby is followed.
     pub standbys: Vec<Root>,
-    /// The numbers of the nodes that it is read from, among all that the receiver hears: none of a virtual axis.
+    /// Indices of the nodes that it is read from, among all that the receiver receives: none for a virtual axis.
     pub nodes: Vec<usize>,
 }
 
-/// Which of these nodes is followed; the first, before the first cycle.
+/// Place of the followed one of these nodes; the first, before the first cycle.
 pub fn followed_of(nodes: &[usize], signals: &SignalRow) -> usize {
     let mut followed = nodes.iter().map(|node| signals.far[*node].followed);
     followed.position(|followed| followed).unwrap_or(0)
 }
 
-/// Which of a receiver's axes.
+/// An axis of a receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Viewed {
     /// A far axis.
     Far {
-        /// Which of the far nodes.
+        /// Index of the far node.
         far: usize,
-        /// Which of all far axes.
+        /// Index among all far axes.
         axis: usize,
     },
     /// A virtual axis.
     Virtual(usize),
 }
 
-/// Where an axis's motion comes from.
+/// Root of an axis's motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Root {
-    /// Number of the node that is followed; of a virtual axis its own.
+    /// Index of the followed node; for a virtual axis, of its own.
     pub source: usize,
-    /// Number of the node at the root: a sender, or a receiver with a virtual axis.
+    /// Index of the node at the root: a sender, or a receiver with a virtual axis.
     pub node: usize,
     /// The axis of that node.
     pub axis: u32,
-    /// What is received, as a function of that axis: the gears before it in one. None where
-    /// something else than gears moves a slave before it: then nobody knows.
+    /// Received position as a function of that axis: the gears before it in one. Absent where
+    /// a coupling other than a gear moves a slave before it: then the function is unknown.
     pub gear: Option<GearConfig>,
 }
 
@@ -78,7 +78,7 @@ pub struct WrongField {
 }
 
 impl WrongField {
-    /// A field, and what is wrong with it.
+    /// A field, and its fault.
     #[must_use]
     pub fn new(field: impl Into<String>, reason: impl Into<String>) -> Self {
         Self {
@@ -95,10 +95,10 @@ impl WrongField {
 }
 
 impl Topology {
-    /// Of a scenario.
+    /// Resolves the axes of a scenario.
     ///
     /// # Errors
-    /// Names the field that leads nowhere.
+    /// Names the field that refers to a missing node or axis.
     pub fn of(scenario: &Scenario) -> Result<Self, WrongField> {
         let names: Vec<NodeName> = scenario
             .senders
@@ -159,7 +159,7 @@ impl Topology {
         named(config).into_iter().map(view).collect()
     }
 
-    /// The number of a node.
+    /// Index of a node.
     pub fn node(&self, name: &NodeName) -> Option<usize> {
         self.names.iter().position(|known| known == name)
     }
@@ -175,7 +175,7 @@ impl Topology {
         &self.views
     }
 
-    /// The root of a far axis as `first` has it: the node that is followed, or a standby.
+    /// Root of a far axis in `first`: the node that is followed, or a standby.
     fn resolve(
         &self,
         scenario: &Scenario,
@@ -264,8 +264,8 @@ impl Topology {
     }
 }
 
-/// The axes of a receiver, the far ones first, with what they are called: as the receiver, where there is
-/// but one.
+/// The axes of a receiver, the far ones first, with their names: the receiver's, where there is
+/// only one.
 fn named(config: &ReceiverConfig) -> Vec<(String, Viewed)> {
     let far_axes = config.far_axes().enumerate();
     let far = far_axes.map(|(axis, (far, _, _))| Viewed::Far { far, axis });
@@ -284,7 +284,7 @@ fn named(config: &ReceiverConfig) -> Vec<(String, Viewed)> {
     axes
 }
 
-/// The slaves that follow an axis in the end.
+/// Indices of the slaves that follow an axis in the end.
 fn slaves_of(config: &ReceiverConfig, of: Viewed) -> Vec<usize> {
     let root = match of {
         Viewed::Far { axis, .. } => MasterRef::Far(axis),
@@ -312,7 +312,7 @@ fn virtual_root(
     }
 }
 
-/// Nodes that follow each other: a scenario knows all of them, so that none of a circle has to find it.
+/// Refuses nodes that follow each other: a scenario knows all of them, so that no node of a circle has to find it.
 fn check_circles(receivers: &[ReceiverConfig]) -> Result<(), WrongField> {
     let followers: Vec<_> = receivers
         .iter()
@@ -342,7 +342,7 @@ fn check_circles(receivers: &[ReceiverConfig]) -> Result<(), WrongField> {
     })
 }
 
-/// An axis that a node does not have, told with those it has.
+/// The error about an axis that a node does not have, with those it has.
 fn not_among(id: u32, node: &NodeName, known: impl Iterator<Item = u32>) -> String {
     let known: Vec<_> = known.map(|id| id.to_string()).collect();
     format!(
@@ -351,7 +351,7 @@ fn not_among(id: u32, node: &NodeName, known: impl Iterator<Item = u32>) -> Stri
     )
 }
 
-/// Gears one after the other, the last one first.
+/// Combines gears one after the other, the last one first.
 fn in_one(gears: &[Option<GearConfig>]) -> Option<GearConfig> {
     gears
         .iter()
@@ -374,7 +374,7 @@ fn field_of(scenario: &Scenario, node: usize, field: &str) -> String {
 
 #[cfg(test)]
 impl View {
-    /// A receiver called `r` with one far axis, which so many slaves follow.
+    /// A receiver called `r` with one far axis, which this many slaves follow.
     pub fn of_first_axis(slaves: usize) -> Self {
         Self {
             name: "r".to_owned(),

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::row::{Row, RowSink};
 use crate::topology::View;
 
-/// One line of the trace, in front of what the receiver recorded.
+/// A line of the trace, in front of the receiver's signals.
 #[derive(Serialize)]
 struct Line<'a> {
     receiver: &'a str,
@@ -22,7 +22,7 @@ struct Line<'a> {
     time_error_us: Option<f64>,
 }
 
-/// Writes the trace. The first error ends it and is told at the end.
+/// Writes the trace. The first error ends it and is reported at the end.
 pub(crate) struct TraceWriter<W: Write> {
     names: Vec<String>,
     columns: Vec<String>,
@@ -78,8 +78,8 @@ impl<W: Write> RowSink for TraceWriter<W> {
     }
 }
 
-/// The columns: those of the line, then those of the record by what they are about. Those of slaves have
-/// the names of all slaves in front that they are about.
+/// The columns: those of the line, then those of the record by parts of the receiver. Columns of slaves are
+/// prefixed with the names of all slaves that they contain.
 fn columns(receivers: &[ReceiverConfig], views: &[View]) -> Vec<String> {
     let line = [
         "receiver",

@@ -19,13 +19,13 @@ use truth::TruthSignals;
 
 mod truth {
     coaxle_node::signals! {
-        /// What the axis truly did, which no receiver knows, beside what was made of it.
+        /// True motion of the axis, unknown to the receiver, with the derived errors.
         pub struct TruthSignals of Truth {
             /// Since the start of the run.
             t_s: f64 ["s"],
-            /// Where it truly was.
+            /// True position.
             position: Option<f64> ["u"],
-            /// How fast it truly was.
+            /// True velocity.
             velocity: Option<f64> ["u/s"],
             /// Difference quotient of the set position that the first slave's drive gets.
             set_velocity: Option<f64> ["slave u/s"],
@@ -35,7 +35,7 @@ mod truth {
     }
 }
 
-/// Writes the trace. The first error ends it and is told at the end.
+/// Writes the trace. The first error ends it and is reported at the end.
 pub(crate) struct TraceRecording {
     path: PathBuf,
     encoders: Vec<RowEncoder>,
@@ -61,7 +61,7 @@ impl TraceRecording {
             .map(|view| table(&scenario.receivers[view.receiver], view))
             .collect();
         let offset_ns = match world {
-            // The same run gives the same bytes, whatever the day.
+            // Equal runs give equal bytes, on any day.
             World::Virtual => 0,
             World::Processes => machine::wall_clock_offset_ns(),
         };
@@ -103,7 +103,7 @@ impl TraceRecording {
     }
 }
 
-/// In the order of the instances of [`table`].
+/// Encodes a row in the order of the instances of [`table`].
 fn encode(
     encoder: &mut RowEncoder,
     truth: TruthSignals,
@@ -141,7 +141,7 @@ fn facts(name: &str, scenario: &Scenario, world: World) -> Facts {
     facts.map(|(name, fact)| (name.to_owned(), fact)).into()
 }
 
-/// An axis of a receiver, with what it is read from and the slaves that follow it in the end.
+/// An axis of a receiver, with the node it is read from and the slaves that follow it in the end.
 fn table(receiver: &ReceiverConfig, view: &View) -> Table {
     let unit = match view.of {
         Viewed::Far { axis, .. } => receiver.far_axis_unit(axis),

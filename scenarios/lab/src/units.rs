@@ -1,4 +1,4 @@
-//! Units of figures: those of the axes, where all that is shown together has the same.
+//! Units of figures: the axes' unit, where all figures shown together have it.
 
 use coaxle_node::config::Unit;
 
@@ -13,12 +13,12 @@ pub fn common<'a>(units: impl IntoIterator<Item = &'a Unit>) -> Unit {
     }
 }
 
-/// What small lengths are shown in.
+/// Unit of small lengths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fine {
-    /// So many of them are a unit of the axis.
+    /// Number of these in a unit of the axis.
     pub factor: f64,
-    /// What they are called.
+    /// Name of the unit.
     pub unit: String,
 }
 

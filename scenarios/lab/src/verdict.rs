@@ -1,4 +1,4 @@
-//! What became of an expectation.
+//! Outcome of an expectation.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -13,11 +13,11 @@ pub struct Verdict {
     pub slave: Option<String>,
     /// The field.
     pub field: String,
-    /// What was expected, in words.
+    /// Expected value, in words.
     pub expected: String,
-    /// What came out.
+    /// Received value.
     pub received: Value,
-    /// Whether it holds.
+    /// True if met.
     pub met: bool,
 }
 
@@ -29,7 +29,7 @@ impl std::fmt::Display for Verdict {
 }
 
 impl Verdict {
-    /// The receiver, the slave if it is one's, and the field.
+    /// The receiver, the slave if the outcome is about one, and the field.
     #[must_use]
     pub fn place(&self) -> String {
         let Self {

@@ -143,7 +143,7 @@ fn populate(scenario: &Scenario, topology: &Topology) -> anyhow::Result<World<An
     Ok(world)
 }
 
-/// Routers, what connects them, and every node behind one; a twin behind that of its original.
+/// Places the routers, their connections, and every node behind one; a duplicate behind that of its original.
 fn place_routers(
     world: &mut World<AnyNode>,
     scenario: &Scenario,
@@ -183,10 +183,10 @@ fn place_routers(
     Ok(())
 }
 
-/// The part of a run that twins draw their random numbers for.
+/// Seed part of duplicates' random numbers.
 const TWIN: &str = "twin";
 
-/// No original is started so often: its runs are others.
+/// First run of a duplicate: no original is restarted so often, so their runs differ.
 const FIRST_RUN_OF_TWIN: u64 = 1_000_000;
 
 fn sender(scenario: &Scenario, config: &SenderConfig) -> anyhow::Result<NodeSetup<AnyNode>> {
@@ -222,7 +222,7 @@ fn receiver(scenario: &Scenario, config: &ReceiverConfig) -> anyhow::Result<Node
     })
 }
 
-/// Every way between two nodes: as their wiring says, which real processes subscribe by.
+/// Connects every two nodes by their wiring, by which real processes subscribe, too.
 fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()> {
     let wirings = scenario.wirings();
     let first_twin = scenario.senders.len() + scenario.receivers.len();
@@ -236,7 +236,7 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()
             reader,
             ..
         } = subscription;
-        // The node that follows lays its faults over the link, in either direction.
+        // The follower lays its faults over the link, in either direction.
         let (follower, faults, far) = match channel {
             Channel::TimeRequests | Channel::BeaconRequests => {
                 (&from.node, &publication.faults, publication.far)
@@ -270,8 +270,8 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()
     Ok(())
 }
 
-/// What a network does to what messages say, which happens once however many hops there are. All else happens on each of
-/// them.
+/// Faults of a network in the content of messages, which apply once however many hops there are. All other faults apply on each
+/// hop.
 fn content_faults(network: &LinkConfig) -> LinkConfig {
     LinkConfig {
         corruption: network.corruption,
@@ -281,7 +281,7 @@ fn content_faults(network: &LinkConfig) -> LinkConfig {
     }
 }
 
-/// False if it was ended before.
+/// Runs up to `until`; false if interrupted before.
 fn run_in_steps<S: RowSink>(
     world: &mut World<AnyNode>,
     until: Instant<True>,
@@ -300,7 +300,7 @@ fn run_in_steps<S: RowSink>(
     Ok(true)
 }
 
-/// Virtual time between two looks at the progress bar.
+/// Virtual time between two updates of the progress.
 const PROGRESS_STEP: Span = Span::from_secs(1);
 
 struct Watcher<'a, S> {
@@ -308,12 +308,12 @@ struct Watcher<'a, S> {
     receivers: usize,
     evaluation: Evaluation,
     sink: &'a mut S,
-    /// What became of the commands among the scenario's events.
+    /// Outcomes of the commands among the scenario's events.
     outcomes: Vec<Option<CommandOutcome>>,
 }
 
 impl<S> Watcher<'_, S> {
-    /// Of a twin nobody asks what it does.
+    /// True for a duplicate node, which is not observed.
     const fn is_twin(&self, index: usize) -> bool {
         index >= self.senders + self.receivers
     }
@@ -369,7 +369,7 @@ enum AnyNode {
 }
 
 impl Node for AnyNode {
-    /// The watcher asks the nodes themselves.
+    /// The watcher reads the nodes themselves.
     type Snapshot = ();
 
     fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {

@@ -94,7 +94,7 @@ struct Played {
     deaths: Vec<Death>,
 }
 
-/// Starts every node but the duplicate senders, lets the events happen, and ends every node.
+/// Starts every node but the duplicates, lets the events happen, and ends every node.
 fn play(
     scenario: &Scenario,
     topology: &Topology,

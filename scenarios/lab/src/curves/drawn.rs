@@ -24,7 +24,7 @@ impl Drawn {
         Self(topology.views().iter().map(curves).collect())
     }
 
-    /// All there is to see.
+    /// Curves of all receivers.
     pub(crate) fn into_curves(self) -> Vec<Curves> {
         self.0
     }
@@ -32,7 +32,7 @@ impl Drawn {
 
 impl RowSink for Drawn {
     fn row(&mut self, view: usize, row: &Row) {
-        // What happens to one of them is seen of all.
+        // An event at one receiver opens a window for all.
         if let Some(window) = self.0[view].push(row) {
             let all = self.0.iter_mut();
             all.for_each(|curves| curves.keep(window.from_s, window.to_s));

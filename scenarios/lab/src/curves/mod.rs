@@ -1,4 +1,4 @@
-//! What is kept of a run for its pictures, however long it lasts.
+//! Curves of a run for its pictures, of bounded size for runs of any length.
 
 mod drawn;
 mod series;
@@ -20,9 +20,9 @@ pub use windows::{Happened, Window};
 pub struct Curves {
     /// The receiver's name.
     pub name: String,
-    /// Its mode.
+    /// The receiver's mode.
     pub mode: &'static str,
-    /// What its master is in.
+    /// Unit of its master.
     pub unit: Unit,
     /// Difference quotient of the set position given to the drive, slave units/s.
     pub set_velocity: Series,
@@ -36,11 +36,11 @@ pub struct Curves {
     pub drift_ppm: Series,
     /// Every slave.
     pub slaves: Vec<SlaveCurve>,
-    /// The changes of state: from when (s), and which.
+    /// The changes of state: time, s, and new state.
     pub states: Vec<(f64, Option<StateName>)>,
     /// Every cycle around one beat.
     pub around_beat: Vec<Row>,
-    /// What happened that every receiver's cycles are kept around.
+    /// Events that every receiver's cycles are kept around.
     pub windows: Vec<Window>,
     /// Own cycle time, s.
     cycle_s: f64,
@@ -55,7 +55,7 @@ pub struct Curves {
 pub struct SlaveCurve {
     /// The slave's name.
     pub name: String,
-    /// What its position is in.
+    /// Unit of its position.
     pub unit: Unit,
     /// Set position, u.
     pub position: Series,
@@ -103,14 +103,14 @@ impl Curves {
         }
     }
 
-    /// What the drive is in: the unit of the first slave, or of the master where there is none.
+    /// Unit of the drive: that of the first slave, or of the master without slaves.
     #[must_use]
     pub fn drive_unit(&self) -> &Unit {
         self.slaves.first().map_or(&self.unit, |slave| &slave.unit)
     }
 
-    /// The next cycle. The beat that is shown in full is the first one that counts for the figures. What happened may be worth [`keep`](Self::keep)ing every cycle around it, of all
-    /// receivers.
+    /// Takes the next cycle. The first beat that counts for the figures is shown in full. Returns a window around an event,
+    /// to [`keep`](Self::keep) every cycle of it, of all receivers.
     #[must_use]
     pub fn push(&mut self, row: &Row) -> Option<Window> {
         let t = row.t_s;

@@ -8,21 +8,21 @@ use std::collections::VecDeque;
 pub struct Series {
     /// The stretches, in order.
     pub stretches: Vec<Stretch>,
-    /// Every cycle of some windows, in order: when (s), and the value.
+    /// Every cycle of some windows, in order: time, s, and value.
     pub windows: Vec<Vec<(f64, f64)>>,
     /// Values per stretch.
     per_stretch: u32,
     filled: u32,
-    /// What a window may still begin with.
+    /// Recent values, with which a window may begin.
     recent: VecDeque<(f64, f64)>,
-    /// From when to when the last window is, s.
+    /// Beginning and end of the last window, s.
     open: Option<(f64, f64)>,
 }
 
 /// The values of a stretch of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
-    /// When it begins, s.
+    /// Beginning, s.
     pub t_s: f64,
     /// The smallest value.
     pub low: f64,
@@ -36,7 +36,7 @@ const MOST_STRETCHES: usize = 4_000;
 const RECENT: usize = 2_000;
 
 impl Series {
-    /// The next value; none is a gap.
+    /// Takes the next value; none is a gap.
     pub fn push(&mut self, t_s: f64, value: Option<f64>) {
         let Some(value) = value.filter(|value| value.is_finite()) else {
             return;
@@ -60,8 +60,7 @@ impl Series {
         }
     }
 
-    /// Keeps every cycle from one time to another, s: what has been of it, and what will be. Where it meets the window
-    /// before, that one goes on.
+    /// Keeps every cycle from one time to another, s, past and future. A window that meets the last one extends it.
     pub fn keep(&mut self, from_s: f64, to_s: f64) {
         let kept_until = match self.open {
             Some((from, to)) if from_s <= to => {

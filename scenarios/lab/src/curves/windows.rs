@@ -1,23 +1,23 @@
-//! Which parts of a run are kept cycle by cycle: those around what happens.
+//! Parts of a run that are kept cycle by cycle: those around events.
 
 use coaxle_axis::AxisStatus;
 
 use crate::record::Record;
 
-/// Something that is worth a closer look.
+/// Event that is worth a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Happened {
     /// The first message.
     Start,
     /// The clock is known.
     Sync,
-    /// It is no longer.
+    /// The clock is no longer known.
     SyncLost,
     /// A beat was counted.
     Beat,
     /// The delay jumped.
     Shift,
-    /// The observer began to lock anew.
+    /// The observer restarted its lock.
     Relock,
     /// Another node took over.
     TakeOver,
@@ -47,7 +47,7 @@ impl Happened {
         }
     }
 
-    /// How many cycles are kept before it and after it. A beat is counted a plateau after it was; a lock-in takes its time.
+    /// Number of cycles kept before and after. A beat is counted a plateau later; a lock-in takes its time.
     const fn cycles(self) -> (f64, f64) {
         match self {
             Self::Sync => (500.0, 1_000.0),
@@ -60,15 +60,15 @@ impl Happened {
 /// A part of a run that is kept cycle by cycle, of every receiver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Window {
-    /// When it begins, s.
+    /// Beginning, s.
     pub from_s: f64,
-    /// When it ends, s.
+    /// End, s.
     pub to_s: f64,
-    /// What for.
+    /// Event that opened it.
     pub what: Happened,
 }
 
-/// What one receiver's signals were, as far as it tells what happened.
+/// Signals of one receiver by which events are detected.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Watch {
     had_data: bool,
@@ -80,15 +80,15 @@ pub(super) struct Watch {
     epoch: Option<u64>,
     error: u16,
     slaves: Vec<AxisStatus>,
-    /// How often each has been told of.
+    /// Number of windows for each kind of event.
     told: Vec<(Happened, u32)>,
 }
 
-/// Windows for each kind of thing that happens to a receiver: the first ones show it as well as all.
+/// Most windows for each kind of event of a receiver: the first ones show it as well as all.
 const MOST_OF_A_KIND: u32 = 5;
 
 impl Watch {
-    /// What happened in this cycle that is worth a window.
+    /// Opens a window if an event happened in this cycle.
     pub(super) fn look(&mut self, t_s: f64, cycle_s: f64, record: &Record) -> Option<Window> {
         let what = self.happened(record);
         self.remember(record);

@@ -1,4 +1,4 @@
-//! When and where a slave is coupled and released.
+//! Times and positions at which a slave is coupled and released.
 
 use coaxle_axis::AxisStatus;
 use coaxle_clock::Span;
@@ -11,7 +11,7 @@ use crate::summary::CouplingSummary;
 #[derive(Debug, Default)]
 pub(super) struct CouplingJudge {
     before: Option<Moment>,
-    /// The synchronisation, or the release, that is going on.
+    /// The synchronisation, or the release, under way.
     under_way: Option<Way>,
     summary: CouplingSummary,
 }
@@ -53,8 +53,8 @@ impl Way {
     }
 }
 
-/// A slave is in sync, or on its way there, before the synchronisation position of its master as after it. One that falls
-/// behind has been in sync, and is not synchronised once more when it has caught up; one that was not there yet is on its way.
+/// Phases as counted: sync, and the way there, count before the master's synchronisation position as after it. A slave
+/// that falls behind after sync is not synchronised again on catching up. Before its first sync, it is on its way.
 const fn as_it_counts(phase: CouplingPhase, before: Option<CouplingPhase>) -> CouplingPhase {
     match (phase, before) {
         (CouplingPhase::InSyncBeforeSyncPosition, _)
@@ -67,7 +67,7 @@ const fn as_it_counts(phase: CouplingPhase, before: Option<CouplingPhase>) -> Co
 }
 
 impl CouplingJudge {
-    /// The next cycle; `master` is where the slave has its master.
+    /// Takes the next cycle; `master` is the slave's position of its master.
     pub(super) fn push(&mut self, at_ns: i64, master: Option<f64>, slave: &SlaveSignals) {
         let (Some(master), Some(position)) = (master, slave.position) else {
             return;
@@ -102,7 +102,7 @@ impl CouplingJudge {
             (Some(CouplingPhase::Synchronizing), Some(CouplingPhase::InSync)) => {
                 self.came_in_sync(&way.unwrap_or(last_step), now);
             }
-            // It was coupled from the start, wherever that is.
+            // Coupled from the start, at any position.
             (_, Some(CouplingPhase::InSync)) if !before.has_power => {}
             (_, Some(CouplingPhase::InSync)) => self.came_in_sync(&last_step, now),
             _ => self.under_way = Some(last_step),

@@ -1,4 +1,4 @@
-//! The error of every cut: where the tool truly met the material, against the marks on it.
+//! The error of every cut: the tool's true meeting with the material, against the marks on it.
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::config::Unit;
@@ -25,7 +25,7 @@ pub(super) struct CutsJudge {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moment {
     pub(super) at: Instant<Reference>,
-    /// Cuts done so far in this run of the receiver.
+    /// Number of cuts so far in this run of the receiver.
     cuts: u64,
     /// Set position of the slave, u.
     slave: Option<f64>,
@@ -44,20 +44,20 @@ impl Moment {
     }
 }
 
-/// Where and when a tool met its position 0 on the material, or so much beyond.
+/// Meeting of a tool with the material, at or beyond the slave's position 0.
 #[derive(Clone, Copy, Debug)]
 struct Meeting {
-    /// Between the cycle before (0) and this one (1).
+    /// Time, from the cycle before (0) to this one (1).
     share: f64,
-    /// How far beyond the slave's position 0 along the material, u of the master.
+    /// Distance beyond the slave's position 0 along the material, u of the master.
     along: f64,
 }
 
-/// What is known of the truth.
+/// Truth as far as known.
 pub(super) trait Truth {
-    /// Where the far axis truly was, u.
+    /// True position of the far axis, u.
     fn far_position(&self, at: Instant<Reference>) -> Option<f64>;
-    /// After the start of the run, s.
+    /// Time after the start of the run, s.
     fn time(&self, at: Instant<Reference>) -> f64;
 }
 
@@ -77,10 +77,10 @@ impl CutsJudge {
         }
     }
 
-    /// The next cycle. `follows_far`: the slave's master is the far axis.
+    /// Takes the next cycle. `follows_far`: the slave's master is the far axis.
     pub(super) fn push(&mut self, now: Moment, follows_far: bool, truth: &impl Truth) {
         let before = self.before.replace(now).unwrap_or(now);
-        // A receiver that was started anew counts from 0 again.
+        // A restarted receiver counts from 0 again.
         let cuts = now.cuts.checked_sub(before.cuts).unwrap_or(now.cuts);
         if cuts == 0 {
             return;
@@ -104,7 +104,7 @@ impl CutsJudge {
         self.note(truth.time(at), position);
     }
 
-    /// When the tool cut. One that cuts by itself does so between two cycles, where its drive is led
+    /// Time of the cut. A tool that cuts by itself does so between two cycles, in which its drive moves
     /// in a straight line from one set position to the next.
     fn meeting(&self, before: &Moment, now: &Moment) -> Option<Meeting> {
         let to = now.slave?;
@@ -211,14 +211,14 @@ mod tests {
         }
     }
 
-    /// A knife that turns once per 600 u, and where it is by so much ahead of the far axis.
+    /// Cuts of a knife that turns once per 600 u, `ahead` of the far axis.
     fn knife(velocity: f64, ahead: f64, cycles: i64) -> CutsSummary {
         let mut judge = CutsJudge::new(&slave(KNIFE), Unit::default());
         for n in 0..cycles {
             let at_ns = n * MILLISECOND + 300_000;
             let far = velocity * at_ns as f64 * 1e-9;
             let position = (far + ahead) * 360.0 / 600.0;
-            // Nothing was in sync before 300.
+            // Before 300, none was in sync.
             let cuts = (position / 360.0).floor().max(0.0) as u64;
             judge.push(moment(at_ns, cuts, position), true, &Uniform(velocity));
         }
@@ -256,7 +256,7 @@ mod tests {
     fn a_piece_is_as_long_as_its_cuts_are_apart() {
         let saw = slave("tool.ratio = 2\nmarks = { spacing = 500, sensor-distance = 700 }");
         let mut judge = CutsJudge::new(&saw, Unit::default());
-        // A saw that is where the far axis puts it, 0.002, then 0.005 u too far on.
+        // A saw at the far axis's position, then 0.002, then 0.005 u beyond it.
         for (n, off) in [(0, 0.0), (1, 0.002), (2, 0.005)] {
             let at_ns = (n * 500 + 40) * MILLISECOND;
             let position = 2.0 * (40.0 - off);

@@ -1,4 +1,4 @@
-//! One receiver, judged cycle by cycle.
+//! A receiver, judged cycle by cycle.
 
 use std::collections::VecDeque;
 
@@ -25,37 +25,37 @@ use crate::topology::{View, Viewed};
 /// Cycles after the first data from which a receiver that never synchronises is judged.
 const SETTLING: u64 = 100;
 
-/// Where the motion of an axis comes from, by the numbers of the masters.
+/// Source of an axis's motion, as indices of masters.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source {
-    /// The one that has the motion.
+    /// The master of the motion.
     pub(super) motion: usize,
-    /// The one that has the clock.
+    /// The master of the clock.
     pub(super) clock: usize,
-    /// What is received, as a function of that motion.
+    /// Received position as a function of that motion.
     pub(super) gear: Option<GearConfig>,
-    /// It is a receiver: of its runs nobody hears.
+    /// True for a receiver, whose runs are not visible.
     pub(super) is_receiver: bool,
-    /// It is as it is shown: not seen through an encoder, and not forged.
+    /// True if the axis is as shown: not seen through an encoder, and not forged.
     pub(super) is_shown: bool,
 }
 
-/// What is known of clocks and ways in virtual time.
+/// Clocks and links in virtual time, as far as known.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clocks<'a> {
-    /// When clocks jump, s after the start of the run.
+    /// Times at which clocks jump, s after the start of the run.
     pub(super) jumps: &'a [f64],
-    /// What arrivals are rounded to, µs; none where delays change for good.
+    /// Resolution of arrival times, µs; none where delays change for good.
     pub(super) resolution_us: Option<f64>,
 }
 
 /// Judges one receiver.
 #[derive(Debug)]
 pub(super) struct Judge {
-    /// Where its motion comes from: the far node, then its standbys.
+    /// Sources of its motion: the far node, then its standbys.
     sources: Vec<Source>,
     view: View,
-    /// From the master to the first slave, where gears alone couple it.
+    /// Gear from the master to the first slave, where gears alone couple it.
     gear: Option<GearConfig>,
     slaves: Vec<SlaveJudge>,
     cycle_time: CycleTime,
@@ -68,7 +68,7 @@ pub(super) struct Judge {
         reason = "records go round in their boxes: only these move"
     )]
     spare: Vec<Box<Record>>,
-    /// The one that was judged last.
+    /// The record that was judged last.
     last: Option<Box<Record>>,
     previous: Option<Previous>,
     first_data: Option<(i64, u64)>,
@@ -91,7 +91,7 @@ pub(super) struct Judge {
 #[derive(Clone, Copy, Debug)]
 struct Previous {
     at_ns: i64,
-    /// Whom it followed.
+    /// Place of the followed node.
     place: usize,
     slave_position: Option<f64>,
     true_position: Option<f64>,
@@ -103,7 +103,7 @@ struct Previous {
 const MOST_TIMES: usize = 1_000;
 
 impl Judge {
-    /// The judge of a receiver by one of its axes. What it says of its error is judged if there are `clock_jumps`.
+    /// The judge of a receiver by one of its axes. Its stated error is judged if there are `clock_jumps`.
     pub(super) fn new(
         config: &ReceiverConfig,
         sources: Vec<Source>,
@@ -111,7 +111,7 @@ impl Judge {
         clock_jumps: Option<Clocks<'_>>,
     ) -> Self {
         let followed = Followed::of(config, view);
-        // What comes by way of others, or in increments, is wrong by what those add.
+        // Relayed or incremental positions are wrong by the error that the relay or the encoder adds.
         let is_shown = sources
             .iter()
             .all(|source| source.is_shown && !source.is_receiver);
@@ -152,7 +152,7 @@ impl Judge {
         }
     }
 
-    /// The next cycle of its receiver.
+    /// Takes the next cycle of its receiver.
     pub(super) fn take(&mut self, at_ns: i64, woke_ns: i64, signals: &SignalRow) {
         let mut record = self.spare.pop().unwrap_or_default();
         record.fill(at_ns, woke_ns, signals, &self.view);
@@ -163,12 +163,12 @@ impl Judge {
         matches!(self.view.of, Viewed::Virtual(_))
     }
 
-    /// The record that was judged last: the one before is not needed any more.
+    /// Takes back the record that was judged last: the one before is not needed any more.
     pub(super) fn take_back(&mut self, record: Box<Record>) {
         self.spare.extend(self.last.replace(record));
     }
 
-    /// Whether the truth is known up to `at`, of the source at this place.
+    /// True if the truth of the source at this place is known up to `at`.
     pub(super) fn is_known(
         &self,
         masters: &[Master],
@@ -207,7 +207,7 @@ impl Judge {
             |previous| previous.slave_position,
             record.slave_position(),
         );
-        // What is shown of a run that has ended is no error of the next one's time.
+        // A row about an ended run shows no error of the next run's time.
         let is_heard = source.is_receiver
             || self.is_virtual()
             || epoch.is_some_and(|epoch| record.far.epoch == Some(epoch));
@@ -259,7 +259,7 @@ impl Judge {
         row
     }
 
-    /// What did not hold of the corrected time.
+    /// Violations by the corrected time and position.
     pub(super) fn violations(&self) -> impl Iterator<Item = InvariantViolation> + '_ {
         let of_time = self.far_error.iter().flat_map(FarErrorWatch::violations);
         let of_position = self.far_position.iter();
@@ -278,7 +278,7 @@ impl Judge {
         (passed > 0.0).then_some((now? - before(previous)?) / passed)
     }
 
-    /// When the observer noticed jumps, or began to lock anew.
+    /// Notes times of take-overs, jumps and relocks of the observer.
     fn note_events(&mut self, row: &Row) {
         let (summary, record) = (&mut self.summary, &row.record);
         let before = self.last.as_ref().map(|last| &last.far);
@@ -286,7 +286,7 @@ impl Judge {
         if record.far.take_overs > take_overs && summary.take_over_times_s.len() < MOST_TIMES {
             summary.take_over_times_s.push(row.t_s);
         }
-        // Each node has its own.
+        // Each node has its own counters.
         let same = self.last.as_ref().filter(|last| last.place == record.place);
         let before = same.map(|last| &last.far);
         let (shifts, relocks) = match before {
@@ -325,7 +325,7 @@ impl Judge {
         self.was_warning = warning;
     }
 
-    /// Decides from when on the receiver is judged.
+    /// Decides from which cycle on the receiver is judged.
     fn note_sync(&mut self, row: &Row) {
         let record = &row.record;
         if record.far.count.is_none() && !self.is_virtual() {
@@ -372,8 +372,8 @@ impl Judge {
         let drive_error = (slave.drive_position - (ratio * position + offset)).abs();
         let worst = self.summary.drive_position_error_max.get_or_insert(0.0);
         *worst = worst.max(drive_error);
-        // Over the same stretch as the set position's difference, and both its ends must count; a
-        // master that was started anew has no velocity from one run to the next.
+        // Over the stretch of the set position's difference, and both its ends must count; a
+        // restarted master has no velocity from one run to the next.
         let counts = self.previous.is_some_and(|previous| {
             previous.evaluated && previous.epoch == epoch && previous.place == row.record.place
         });
@@ -429,7 +429,7 @@ impl Judge {
     }
 }
 
-/// What a receiver follows, as it truly was.
+/// True motion of the followed axis.
 struct FarAxis<'a> {
     oracle: &'a Oracle<Reference>,
     gear: Option<GearConfig>,
@@ -437,7 +437,7 @@ struct FarAxis<'a> {
 }
 
 impl FarAxis<'_> {
-    /// Position and velocity, for those of the axis at the root.
+    /// Position and velocity of the followed axis, from those of the axis at the root.
     fn moves(&self, root: &Truth) -> Option<(f64, f64)> {
         let GearConfig { ratio, offset } = self.gear?;
         Some((ratio * root.position + offset, ratio * root.velocity))
@@ -462,7 +462,7 @@ fn seconds(span: Span) -> f64 {
 
 fn slaves_of(config: &ReceiverConfig, view: &View) -> Vec<SlaveJudge> {
     let judge = |n: &usize| {
-        // A slave's master is a slave of the same axis.
+        // A slave's master is a slave of this very axis.
         let (master, unit) = match config.master_of(*n) {
             Ok(MasterRef::Slave(master)) => (
                 view.slaves.iter().position(|n| *n == master),
@@ -477,8 +477,8 @@ fn slaves_of(config: &ReceiverConfig, view: &View) -> Vec<SlaveJudge> {
     view.slaves.iter().map(judge).collect()
 }
 
-/// Corrected minus true far time. Where a filter smears it the position tells, if it moves; but not while the axis is
-/// braked or brought back: then it stands for no far time, and is nowhere near.
+/// Corrected minus true far time. Where a filter smears it, the position shows it, if it moves; but not while the axis is
+/// braked or brought back: then it stands for no far time, and is far off.
 fn time_error_us(
     record: &Record,
     clock: Option<&Truth>,

@@ -1,4 +1,4 @@
-//! How far the slave is from where its master is at the same true instant.
+//! Distance of the slave from its master's position at one true instant.
 
 use coaxle_clock::delay::DelayState;
 use coaxle_receiver::config::GearConfig;
@@ -24,8 +24,8 @@ pub(super) struct Lag {
 }
 
 impl Lag {
-    /// A cycle of a receiver that is settled. `gear` makes the slave's position from the master's,
-    /// where one does; `fastest` is the master's highest velocity so far.
+    /// Takes a cycle of a settled receiver. `gear` makes the slave's position from the master's,
+    /// if there is one; `fastest` is the master's highest velocity so far.
     pub(super) fn push(&mut self, row: &Row, gear: Option<GearConfig>, fastest: f64) {
         let record = &row.record;
         if let (Some(slave), Some((position, velocity)), Some(GearConfig { ratio, offset })) =

@@ -1,21 +1,21 @@
-//! Lock-in and what comes after it: figures of the two say different things.
+//! Lock-in and the time after it, which have separate figures.
 
 use coaxle_clock::{Instant, Span};
 
 use super::moments::Moments;
 use crate::row::Reference;
 
-/// A receiver that has been in sync for so long has blended and slewed what there was.
+/// Time in sync after which a receiver has blended and slewed all corrections.
 const SETTLED_AFTER: Span = Span::from_secs(1);
 
-/// For how long a receiver has been in sync without a break.
+/// Time for which a receiver has been in sync without a break.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Settling {
     in_sync_since: Option<Instant<Reference>>,
 }
 
 impl Settling {
-    /// Whether it is settled in the cycle at `at`.
+    /// True if it is settled in the cycle at `at`.
     pub(super) fn is_settled(&mut self, in_sync: bool, at: Instant<Reference>) -> bool {
         if !in_sync {
             self.in_sync_since = None;
@@ -43,7 +43,7 @@ impl Settled {
         }
     }
 
-    /// A figure of what is settled, if anything is.
+    /// A figure over the settled time, if there is any.
     pub(super) fn once_settled(&self, figure: fn(&Moments) -> f64) -> Option<f64> {
         (self.settled.count > 0).then(|| figure(&self.settled))
     }

@@ -1,4 +1,4 @@
-//! One slave in figures.
+//! Figures of one slave.
 
 use coaxle_axis::AxisStatus;
 use coaxle_clock::Span;
@@ -13,7 +13,7 @@ use super::cuts::{CutsJudge, Moment, Truth};
 use crate::record::Record;
 use crate::summary::SlaveSummary;
 
-/// Judges one slave, by what it records of itself.
+/// Judges one slave by its signals.
 #[derive(Debug)]
 pub(super) struct SlaveJudge {
     name: String,
@@ -30,7 +30,7 @@ pub(super) struct SlaveJudge {
 }
 
 impl SlaveJudge {
-    /// The judge of a slave, with the number of its master among those of the same far axis, if that
+    /// The judge of a slave, with the index of its master among the slaves of its far axis, if that
     /// is a slave, and the units of both.
     pub(super) fn new(
         config: &SlaveConfig,
@@ -54,7 +54,7 @@ impl SlaveJudge {
         }
     }
 
-    /// The next cycle of its receiver, and its own part of it.
+    /// Takes the next cycle of its receiver, and the slave's part of it.
     pub(super) fn push(&mut self, record: &Record, slave: &SlaveSignals, truth: &impl Truth) {
         let at_ns = record.at_ns;
         let before = self.previous.replace((at_ns, *slave));
@@ -74,7 +74,7 @@ impl SlaveJudge {
         summary.following_error_max = summary.following_error_max.max(following_error);
     }
 
-    /// Where the slave has its master.
+    /// Position of the master for this slave.
     fn master_in(&self, record: &Record) -> Option<f64> {
         match self.master {
             None => record.axis.corrected_position,
@@ -93,7 +93,7 @@ impl SlaveJudge {
         }
     }
 
-    /// Only a slave that is told where to be can jump: power, homing and reset set it anew.
+    /// Jumps are counted only under set values: power, homing and reset set the position.
     fn measure(&mut self, before: &SlaveSignals, slave: &SlaveSignals, passed: f64) {
         let is_set_anew = |slave: &SlaveSignals| {
             matches!(
@@ -118,7 +118,7 @@ impl SlaveJudge {
         summary.acceleration_max = summary.acceleration_max.max(acceleration);
     }
 
-    /// `shares` is what its set positions had at most of its limits.
+    /// Ends the run; `shares` are the greatest shares of its limits that its set positions reached.
     pub(super) fn finish(mut self, shares: Option<Shares>) -> (String, SlaveSummary) {
         let code = |code| format!("{code:#06x}");
         self.summary.last_error = self.last_error.map(code);

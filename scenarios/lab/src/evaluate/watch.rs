@@ -1,4 +1,4 @@
-//! A receiver, watched for what must hold in every cycle: itself, the nodes that it hears, its far axes and its slaves.
+//! Invariant checks of a receiver in every cycle: itself, the nodes that it receives, its far axes and its slaves.
 
 mod axis;
 mod far_error;
@@ -35,7 +35,7 @@ pub(super) struct ReceiverWatch {
 }
 
 impl ReceiverWatch {
-    /// `events` are those of the whole scenario: of commands it counts what they may lead to.
+    /// `events` are those of the whole scenario: its commands decide which motions are possible.
     pub(super) fn new(config: &ReceiverConfig, events: &[Event], world: World) -> Self {
         let cycle_time = config.cycle_time_us.0.as_secs_f64();
         let slave = |slave: &SlaveConfig| SlaveWatch::new(slave, config, events);
@@ -54,7 +54,7 @@ impl ReceiverWatch {
         }
     }
 
-    /// The next cycle, which ideally began so many s after the start of the run.
+    /// Takes the next cycle, whose ideal start is `t_s` after the start of the run, s.
     pub(super) fn push(&mut self, t_s: f64, signals: &SignalRow) {
         let cycle = self.node.push(t_s, &signals.node);
         for (watch, far) in self.far.iter_mut().zip(&signals.far) {
@@ -68,18 +68,18 @@ impl ReceiverWatch {
         }
     }
 
-    /// The run is over.
+    /// Ends the run.
     pub(super) fn end(&mut self) {
         self.slaves.iter_mut().for_each(SlaveWatch::end);
         self.axes.iter_mut().for_each(AxisWatch::end);
     }
 
-    /// What the set positions of the n-th slave had at most of its limits; none if there is no such slave.
+    /// Greatest shares of its limits that the n-th slave's set positions reached; none if there is no such slave.
     pub(super) fn shares(&self, slave: usize) -> Option<Shares> {
         self.slaves.get(slave)?.shares()
     }
 
-    /// What did not hold.
+    /// Violations found.
     pub(super) fn violations(&self) -> impl Iterator<Item = InvariantViolation> + '_ {
         let node = std::iter::once((None, &self.node.found));
         let far = self.far.iter().map(|far| (Some(&far.name), &far.found));
@@ -131,7 +131,7 @@ mod tests {
         watch.violations().map(|found| found.invariant).collect()
     }
 
-    /// The same of a far node.
+    /// The invariants that rows of a far node break.
     fn broken_of_far(rows: impl IntoIterator<Item = FarNodeSignals>) -> Vec<Invariant> {
         broken(
             rows.into_iter()
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(broken(on), [Invariant::StoppingWay]);
     }
 
-    /// A far node whose run is followed as the n-th after the first.
+    /// A far node whose followed run is the n-th after the first.
     fn used(epoch: u64, count: u64, restarts: u64) -> FarNodeSignals {
         FarNodeSignals {
             followed: true,
@@ -219,7 +219,7 @@ mod tests {
         let runs = [(1, 5, 0), (1, 5, 0), (1, 7, 0), (2, 0, 1), (2, 1, 1)];
         assert_eq!(used(&runs), []);
         assert_eq!(used(&[(1, 5, 0), (1, 4, 0)]), [Invariant::Count]);
-        // The first that is followed may have no axes: then the count shows it, and the image later.
+        // The first frame followed may have no axes: then the count shows it, and the image later.
         assert_eq!(used(&[(1, 5, 0), (1, 5, 1), (2, 0, 1)]), []);
     }
 
@@ -295,7 +295,7 @@ mod tests {
 
     #[test]
     fn cycles_that_are_not_there_were_skipped() {
-        // One cycle after another, and so many between.
+        // Successive cycles, and others with this many between them.
         let after = |world, between: u64, skipped: u64| {
             let mut rows = [(); 2].map(|()| in_state(AxisStatus::Standstill, 0.0, 0.0));
             rows[1].node.cycle = between;
@@ -306,7 +306,7 @@ mod tests {
         assert_eq!(after(World::Virtual, 3, 3), []);
         assert_eq!(after(World::Virtual, 3, 2), [Invariant::Cycles]);
         assert_eq!(after(World::Virtual, 0, 1), [Invariant::Cycles]);
-        // A process may have shown less than it did.
+        // A process may have shown fewer cycles than it ran.
         assert_eq!(after(World::Processes, 3, 2), []);
         assert_eq!(after(World::Processes, 3, 4), [Invariant::Cycles]);
     }
@@ -335,7 +335,7 @@ mod tests {
         assert_eq!(broken([some]), [Invariant::SetValues]);
     }
 
-    /// A slave whose coupling says how far it is, so far from where that has it.
+    /// A slave at this distance from the position that its coupling requires.
     fn at_distance(phase: Option<CouplingPhase>, distance: f64) -> SignalRow {
         let mut row = in_state(AxisStatus::SynchronizedMotion, 0.0, 0.0);
         row.slaves[0].phase = phase;
@@ -380,7 +380,7 @@ mod tests {
         assert_eq!(broken(told), [Invariant::ToldAcceleration]);
     }
 
-    /// What is found of how a run ends.
+    /// Violations at the end of a run.
     fn ended(rows: impl IntoIterator<Item = SignalRow>) -> Vec<Invariant> {
         let config: ReceiverConfig = parse("saw.toml", CONFIG).expect("a config");
         let mut watch = ReceiverWatch::new(&config, &[], World::Virtual);
@@ -424,7 +424,7 @@ mod tests {
         let mut filtered = far(0, false, Following);
         filtered.far[0].mode = StateName::Pt1;
         assert_eq!(ended([synced(), filtered]), []);
-        // It never was in sync, and nobody says that it has to be by now.
+        // An axis that was never in sync need not be by now.
         assert_eq!(ended([far(0, false, Following)]), []);
     }
 

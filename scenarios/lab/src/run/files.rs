@@ -23,7 +23,7 @@ use super::{NODES_FOLDER, TraceFormat};
 /// The files, open.
 pub(super) struct Files {
     trace: Trace,
-    /// Of each receiver; none where they are processes, which write them themselves.
+    /// Arrivals of each receiver; none for processes, which write them themselves.
     arrivals: Vec<ArrivalsTrace>,
 }
 
@@ -68,7 +68,7 @@ impl Files {
         Ok(Self { trace, arrivals })
     }
 
-    /// Writes out what is left.
+    /// Writes the rest, and closes the files.
     ///
     /// # Errors
     /// Names the file that is incomplete.
@@ -99,7 +99,7 @@ impl RowSink for Files {
     }
 }
 
-/// Under the names that they have as processes.
+/// Creates the files under the names that they have as processes.
 fn create_arrivals(scenario: &Scenario, folder: &Path) -> anyhow::Result<Vec<ArrivalsTrace>> {
     std::fs::create_dir_all(folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))?;

@@ -1,4 +1,4 @@
-//! One run, from the scenario's text to what it leaves in its folder.
+//! A run, from the scenario's text to the results in its folder.
 
 mod cuts;
 mod files;
@@ -26,7 +26,7 @@ pub use size::warning as trace_warning;
 /// The folder, among the results of a run, of the files that nodes leave.
 pub const NODES_FOLDER: &str = "nodes";
 
-/// How to run a scenario.
+/// Options of a run.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Another seed than the scenario's.
@@ -35,14 +35,14 @@ pub struct Options {
     pub overrides: Vec<String>,
     /// Only these receivers; all if empty.
     pub receivers: Vec<String>,
-    /// Where to leave `summary.json`, the trace, and `cuts.csv` if a slave cuts.
+    /// Folder for `summary.json`, the trace, and `cuts.csv` if a slave cuts.
     pub out: PathBuf,
-    /// As what to write the trace, a row per receiver cycle, with the raw arrivals of each receiver:
-    /// `nodes/RECEIVER-arrivals.csv`, `nodes/RECEIVER-exchanges.csv`; none of them if none.
+    /// Format of the trace, a row per receiver cycle, with the raw arrivals of each receiver:
+    /// `nodes/RECEIVER-arrivals.csv`, `nodes/RECEIVER-exchanges.csv`; no such files if absent.
     pub trace: Option<TraceFormat>,
 }
 
-/// As what a run leaves its trace.
+/// Format of a trace.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum TraceFormat {
     /// `trace.mcap`, a recording.
@@ -52,14 +52,14 @@ pub enum TraceFormat {
     Csv,
 }
 
-/// What a run came to.
+/// Result of a run.
 #[derive(Debug)]
 pub struct Ran {
     /// The figures.
     pub summary: Summary,
-    /// What a report draws.
+    /// Curves for a report.
     pub curves: Vec<Curves>,
-    /// The folder with its files: whoever leaves more there keeps it until then.
+    /// The folder with its files, held as long as more may be written there.
     pub folder: ResultsFolder,
 }
 
@@ -96,7 +96,7 @@ pub fn run(
     })
 }
 
-/// The scenario as it is to be run.
+/// The scenario with the options applied.
 ///
 /// # Errors
 /// Names the file, the field, what was received and what is expected.
@@ -113,7 +113,7 @@ pub fn prepare(source: &Source, options: &Options) -> anyhow::Result<Scenario> {
     Ok(scenario)
 }
 
-/// A run in figures with everything that is expected of it.
+/// Summary of a run, with the outcomes of all expectations.
 pub(crate) fn judged(name: &str, scenario: &Scenario, world: World, finished: Finished) -> Summary {
     let seconds = finished
         .interrupted_at_s
@@ -125,7 +125,7 @@ pub(crate) fn judged(name: &str, scenario: &Scenario, world: World, finished: Fi
     summary.expectations.extend(finished.deaths);
     summary.interrupted_at_s = finished.interrupted_at_s;
     let mut violations = finished.violations;
-    // One that was ended on its way has no end of its own.
+    // An interrupted run has no end to judge.
     violations
         .retain(|one| summary.interrupted_at_s.is_none() || one.invariant != Invariant::EndsWell);
     let failed = invariants::judge(&scenario.exceptions, &violations, world);
@@ -165,7 +165,7 @@ fn write_summary(path: &Path, summary: &Summary) -> anyhow::Result<()> {
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// The files of all cycles, if they are wanted.
+/// The files of all cycles, if requested.
 fn create_files(
     name: &str,
     scenario: &Scenario,

@@ -1,10 +1,10 @@
-//! How large a trace becomes: said before much is written.
+//! Size of a trace, estimated before much is written.
 
 use super::TraceFormat;
 use crate::scenario::Scenario;
 use crate::topology::Topology;
 
-/// Bytes of a row with its slaves, as measured: `coaxle run beat`, and the same of others within a factor of two.
+/// Bytes of a row with its slaves, as measured: `coaxle run beat`, and within a factor of two for others.
 const fn row_bytes(format: TraceFormat) -> f64 {
     match format {
         TraceFormat::Mcap => 205.0,
@@ -12,10 +12,10 @@ const fn row_bytes(format: TraceFormat) -> f64 {
     }
 }
 
-/// What is worth a line.
+/// Size that is worth a warning.
 const MUCH: f64 = 500e6;
 
-/// What to say of the trace before the run, if it becomes large.
+/// Warning about the trace before the run, if it becomes large.
 #[must_use]
 pub fn warning(scenario: &Scenario, format: TraceFormat) -> Option<String> {
     let bytes = row_bytes(format) * rows(scenario)?;
@@ -24,7 +24,7 @@ pub fn warning(scenario: &Scenario, format: TraceFormat) -> Option<String> {
         .then(|| format!("its trace will take about {gigabytes:.1} GB; --no-trace leaves it out"))
 }
 
-/// One per cycle of a receiver and axis of it.
+/// Number of rows: one per cycle of a receiver and axis of it.
 fn rows(scenario: &Scenario) -> Option<f64> {
     let topology = Topology::of(scenario).ok()?;
     let seconds = scenario.duration_s.get();

@@ -1,5 +1,5 @@
-//! A schedule: nodes, what is wrong with their clocks and links, what happens to them and what they are told,
-//! all from one seed, as the text of a scenario. For some seconds everything may go wrong; the rest is quiet.
+//! A schedule: nodes, faults of their clocks and links, events and commands,
+//! all from one seed, as the text of a scenario. For some seconds any fault may occur; the rest is quiet.
 
 mod apart;
 mod wide;
@@ -11,21 +11,21 @@ use coaxle_node::faults::Random;
 use apart::Apart;
 use wide::Wide;
 
-/// When the last fault is over, s.
+/// End of the last fault, s.
 const QUIET_FROM: f64 = 8.0;
 
-/// How long it is quiet afterwards, s: TS5066 needs some beats, which come at least every 4 s, and an observer that
+/// Length of the quiet phase afterwards, s: TS5066 needs some beats, which come at least every 4 s, and an observer that
 /// began to lock while frames came half a second late needs half a minute.
 const QUIET_FOR: f64 = 32.0;
 
-/// How long a schedule is, s.
+/// Length of a schedule, s.
 pub const DURATION_S: f64 = QUIET_FROM + QUIET_FOR;
 
-/// What the slaves of a receiver can be coupled by.
+/// Cam plates for the slaves of a receiver.
 const PLATES: &str = "cams = [{ table-id = 10, course = 'cyclic', point = [{ master = 0, slave = 0, law = 'polynom5' }, \
      { master = 180, slave = 60, law = 'polynom5' }, { master = 360, slave = 0 }] }]\n";
 
-/// Parameters of the blocks of TS5066 that bear all that a schedule does.
+/// Parameters of the blocks of TS5066 that tolerate all faults of a schedule.
 const TIME_SYNC: &str =
     "{ age-of-data-limit = 500, max-cycle-index-difference = 500, automatic-re-init = true }";
 
@@ -35,8 +35,8 @@ pub fn of(seed: u64) -> String {
     written(seed, Wide::none(seed))
 }
 
-/// A scenario from a seed that also draws masters in motion, cycle times and limits of many decades, blocks of TS5066 that
-/// bear little, receivers that are stopped again and again, several faults in one cycle, couplings with strategies, and cam
+/// A scenario from a seed that also draws masters in motion, cycle times and limits of many decades, blocks of TS5066 with
+/// low tolerance, receivers that are stopped again and again, several faults in one cycle, couplings with strategies, and cam
 /// plates with points and plates that wait.
 #[must_use]
 pub fn wide(seed: u64) -> String {
@@ -126,7 +126,7 @@ impl Schedule {
         self.life_of(&name, &["restart", "freeze", "twin"]);
     }
 
-    /// A clock that drifts, and steps while anything may go wrong.
+    /// A clock that drifts, and steps during the faulty phase.
     fn clock(&mut self, drift: f64) -> String {
         let mut clock = format!(
             "clock = {{ drift-ppm = {drift:.1}, start-phase-us = {}, jitter = {{ exponential-us = {} }}",
@@ -219,11 +219,11 @@ impl Schedule {
             };
             let _ = writeln!(self.text, "  {step},");
         }
-        // One that has no length would be run for ever within a cycle.
+        // A step of zero length would run for ever within a cycle.
         self.add("  { dwell = { for-s = 0.2 } },\n]\n");
     }
 
-    /// What happens to a node while anything may go wrong.
+    /// Absences of a node during the faulty phase.
     fn life_of(&mut self, node: &str, actions: &[&str]) {
         for action in actions {
             if !self.random.chance(0.3) {
@@ -331,7 +331,7 @@ impl Schedule {
             ));
         }
         if self.random.chance(0.4) {
-            // Lasting ones, of which the network keeps what is not negative.
+            // Lasting ones, limited by the network to non-negative delays.
             let steps: Vec<_> = (0..self.random.whole(1, 2))
                 .map(|_| {
                     let by = self.random.between(-50_000.0, 50_000.0);
@@ -429,7 +429,7 @@ impl Schedule {
         let _ = write!(self.text, "\n[[receiver.slave]]\nname = '{name}'\n");
         let ratio = *self.random.one_of(&[1.0, 1.0, -1.0, 0.5, 2.0]);
         if self.random.chance(0.1) {
-            // Without limits: it follows, whatever comes.
+            // Without limits: it follows in any case.
             let _ = writeln!(self.text, "gear = {{ ratio = {ratio} }}");
             return;
         }
@@ -506,7 +506,7 @@ impl Schedule {
         }
     }
 
-    /// What a receiver is told about the node that it follows. In the end it follows it as configured.
+    /// Commands about the node that a receiver follows. In the end it follows it as configured.
     fn orders_about(&mut self, receiver: &str, far: &str, mode: &str) {
         let last = QUIET_FROM - 0.1;
         let tell = |events: &mut String, at: f64, command: &str| {
@@ -543,13 +543,13 @@ enum Follows {
     Receiver { cycle: u64 },
 }
 
-/// Draws of what is needed here.
+/// Random draws.
 trait Draw {
     fn between(&mut self, low: f64, high: f64) -> f64;
     fn below(&mut self, count: u64) -> u64;
     fn whole(&mut self, low: u64, high: u64) -> u64;
     fn one_of<'a, T>(&mut self, all: &'a [T]) -> &'a T;
-    /// Of each decade as often as of the next.
+    /// Draws from each decade equally often.
     fn decades(&mut self, low: f64, high: f64) -> f64;
 }
 

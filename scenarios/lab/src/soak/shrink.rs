@@ -1,11 +1,11 @@
-//! Makes what fails smaller for as long as it fails.
+//! Shrinks a failing scenario as long as it fails.
 
 use toml::{Table, Value};
 
-/// At most so many runs for one failure.
+/// Most runs for one failure.
 const MOST_RUNS: u32 = 400;
 
-/// The smallest scenario found that still fails while it goes on, and what is wrong with that.
+/// The smallest scenario found that still fails while `goes_on` holds, with its faults.
 pub(super) fn shrunk(
     text: String,
     wrong: Vec<String>,
@@ -33,19 +33,19 @@ pub(super) fn shrunk(
     smallest
 }
 
-/// Whether something of what was wrong still is, and not that it cannot be run any more.
+/// True if a fault of an earlier kind remains, and the scenario can still be run.
 fn fails_alike(before: &[String], now: &[String]) -> bool {
     let kinds = |wrong: &[String]| -> Vec<String> { wrong.iter().map(|line| kind(line)).collect() };
     let before = kinds(before);
     kinds(now).iter().any(|kind| before.contains(kind))
 }
 
-/// What kind of failure a line tells of: who and what, without when and how much.
+/// Kind of a fault: its part and condition, without time and amount.
 fn kind(line: &str) -> String {
     line.split(" at ").next().unwrap_or(line).to_owned()
 }
 
-/// Without the n-th thing that can be left out; none beyond the last.
+/// The table without its n-th removable part; none beyond the last.
 fn without(table: &Table, place: usize) -> Option<Table> {
     let mut places = Vec::new();
     for (list, inner, maps) in [

@@ -1,4 +1,4 @@
-//! How a slave is coupled and released, in figures.
+//! Figures of a slave's coupling and release.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -7,31 +7,31 @@ use serde::Serialize;
 ///
 /// Both are seen in whole cycles: a synchronisation begins with the cycle before its first one,
 /// where a saw is coupled, and ends with the first cycle in sync. So times and ways may be a cycle's
-/// more than they are, and two cycles' where the master begins it by passing a position.
+/// more than the true ones, and two cycles' where the master begins it by passing a position.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct CouplingSummary {
-    /// Times that it came in sync.
+    /// Number of times that it came in sync.
     pub synchronisations: u64,
-    /// How long the last one took, s.
+    /// Duration of the last synchronisation, s.
     pub sync_duration_s: Option<f64>,
-    /// The way of its master over it, u of the master.
+    /// Way of the master during it, u of the master.
     pub sync_master_way: Option<f64>,
-    /// Its own way over it, u.
+    /// Way of the slave during it, u.
     pub sync_slave_way: Option<f64>,
-    /// Where its master was when it came in sync, u of the master.
+    /// Position of the master at its end, u of the master.
     pub sync_master_position: Option<f64>,
-    /// Where it was itself then, u.
+    /// Position of the slave at its end, u.
     pub sync_slave_position: Option<f64>,
-    /// Its lowest position over it, u.
+    /// Lowest position of the slave during it, u.
     pub sync_position_min: Option<f64>,
-    /// Its highest position over it, u.
+    /// Highest position of the slave during it, u.
     pub sync_position_max: Option<f64>,
-    /// The way of its master over its last release, u of the master.
+    /// Way of the master during the last release, u of the master.
     pub release_master_way: Option<f64>,
-    /// Its own way over it, u.
+    /// Way of the slave during it, u.
     pub release_slave_way: Option<f64>,
-    /// Where its master was when it was released, u of the master.
+    /// Position of the master at its end, u of the master.
     pub release_master_position: Option<f64>,
-    /// Where it was itself then, u.
+    /// Position of the slave at its end, u.
     pub release_slave_position: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! What signals said last, as far as their declaration keeps it for the summary.
+//! Signals of the last cycle that their declaration keeps for the summary.
 
 use coaxle_node::fields_of;
 use coaxle_node::signal::{Signal, Signals};
@@ -6,7 +6,7 @@ use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals};
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
-/// A receiver's signals in its last cycle, as far as one of its far axes is concerned.
+/// A receiver's signals in its last cycle, with those of one of its far axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LastSignals {
     /// The receiver itself.
@@ -18,7 +18,7 @@ pub struct LastSignals {
 }
 
 impl LastSignals {
-    /// Every signal that the summary has, with its value, in the order of the declarations.
+    /// Every signal in the summary, with its value, in the order of the declarations.
     pub fn values(&self) -> impl Iterator<Item = (&'static Signal, Value)> {
         values(&self.node)
             .chain(values(&self.far))
@@ -32,7 +32,7 @@ impl Serialize for LastSignals {
     }
 }
 
-/// For a field of such signals: those that the summary has.
+/// Serializes a field of such signals: those in the summary.
 pub(super) fn summarized<T: Signals + Serialize, S: Serializer>(
     signals: &T,
     serializer: S,

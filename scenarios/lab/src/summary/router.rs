@@ -1,4 +1,4 @@
-//! What routers forwarded, in figures.
+//! Figures of the traffic of routers.
 
 use std::collections::BTreeMap;
 
@@ -6,38 +6,38 @@ use coaxle_sim::{Load, RouterTraffic};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// A router in figures, over the whole run. Bytes are those of payloads: a transport adds its own.
+/// Figures of a router over the whole run. Bytes are those of payloads: a transport adds its own.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct RouterSummary {
     /// Messages that came to it, 1/s.
     pub received_per_s: f64,
-    /// Their bytes, 1/s.
+    /// Bytes of these messages, 1/s.
     pub received_bytes_per_s: f64,
     /// Messages that it sent to nodes behind it, 1/s.
     pub to_nodes_per_s: f64,
-    /// Their bytes, 1/s.
+    /// Bytes of these messages, 1/s.
     pub to_nodes_bytes_per_s: f64,
     /// Messages that it sent to other routers, 1/s.
     pub to_routers_per_s: f64,
-    /// Their bytes, 1/s.
+    /// Bytes of these messages, 1/s.
     pub to_routers_bytes_per_s: f64,
     /// Messages that it or its links had no room for, or that came while it was dead.
     pub dropped: u64,
-    /// The same to each router that it is connected to.
+    /// Traffic to each router that it is connected to.
     pub links: BTreeMap<String, RouterLinkSummary>,
 }
 
-/// A link from one router to another in figures.
+/// Figures of a link from one router to another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct RouterLinkSummary {
     /// Messages, 1/s.
     pub messages_per_s: f64,
-    /// Their bytes, 1/s.
+    /// Bytes of these messages, 1/s.
     pub bytes_per_s: f64,
 }
 
 impl RouterSummary {
-    /// Of a run of so many seconds.
+    /// Figures of a run of this length, s.
     pub(crate) fn of(traffic: &RouterTraffic, seconds: f64) -> Self {
         let rates = |load: Load| {
             let rate = |count: u64| {

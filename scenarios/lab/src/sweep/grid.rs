@@ -4,7 +4,7 @@ use coaxle_os::exit::wrong_argument;
 
 use crate::scenario::GridAxis;
 
-/// One field and the values it takes.
+/// A field and its values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Axis {
     /// The path of the field, as `--set` takes it.
@@ -14,14 +14,14 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Its values as numbers, if all of them are finite ones.
+    /// Values as numbers, if all of them are finite ones.
     pub(super) fn numbers(&self) -> Option<Vec<f64>> {
         let numbers = self.values.iter().map(|value| number(value));
         numbers.collect()
     }
 }
 
-/// The number that a value is; none if it is none, or not finite.
+/// The number in a value; none if it is no number, or not finite.
 pub(super) fn number(value: &str) -> Option<f64> {
     let number: Option<f64> = value.replace('_', "").parse().ok();
     number.filter(|number| number.is_finite())
@@ -53,7 +53,7 @@ impl From<&GridAxis> for Axis {
     }
 }
 
-/// At commas, but not within brackets, braces or quotes: tables and lists are values too.
+/// Splits at commas, but not within brackets, braces or quotes: tables and lists are values too.
 fn split_values(text: &str) -> Vec<String> {
     let mut values = vec![String::new()];
     let (mut depth, mut quoted) = (0_u32, false);
@@ -78,10 +78,10 @@ fn split_values(text: &str) -> Vec<String> {
 /// Runs of a sweep at most, points times seeds: more is a mistake.
 pub const MOST_RUNS: usize = 10_000;
 
-/// All combinations, the last axis running fastest; each is to be run with so many seeds.
+/// Every combination, the last axis running fastest; each is to be run with this many seeds.
 ///
 /// # Errors
-/// Too many, a value of an axis or an axis that is there twice, and several seeds where they are an axis already.
+/// Too many runs, a duplicate value or axis, or several seeds where they are an axis already.
 pub(super) fn points(axes: &[Axis], seeds: usize) -> anyhow::Result<Vec<Vec<String>>> {
     let runs = axes.iter().try_fold(seeds, |runs, axis| {
         let runs = runs.checked_mul(axis.values.len());

@@ -1,4 +1,4 @@
-//! What belongs together of the runs of a point.
+//! Rows of a point's runs that belong together.
 
 use super::record::{FigureRow, RunRecord};
 use crate::figures::Units;
@@ -13,9 +13,9 @@ pub(super) struct Group<'a> {
     pub(super) rows: Vec<&'a FigureRow>,
 }
 
-/// Those of a point, of its runs with their seeds.
+/// Groups of a point, from its runs with their seeds.
 pub(super) fn groups(records: &[(u64, RunRecord)]) -> impl Iterator<Item = Group<'_>> {
-    // The same scenario but for its seed has the same rows.
+    // Runs that differ only in the seed have matching rows.
     let first = records
         .first()
         .into_iter()

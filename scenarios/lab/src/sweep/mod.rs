@@ -1,7 +1,7 @@
-//! One scenario over a grid of values, with one seed or several, in virtual time, on all cores.
+//! A scenario over a grid of values, with one seed or several, in virtual time, on all cores.
 //!
 //! [`prepare`] checks the scenario at every point, [`Prepared::run`] runs those that the folder does not have yet, and leaves
-//! tables there. A sweep that is ended goes on where it was.
+//! tables there. An interrupted sweep continues where it was.
 
 mod grid;
 mod group;
@@ -32,7 +32,7 @@ use crate::scenario::Scenario;
 use store::{Identity, Store};
 use work::Run;
 
-/// What to sweep over.
+/// Settings of a sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setup {
     /// The axes of the grid; the scenario's own if there are none.
@@ -41,7 +41,7 @@ pub struct Setup {
     pub overrides: Vec<String>,
     /// Only these receivers, and those they follow; all if empty.
     pub receivers: Vec<String>,
-    /// With how many seeds to run each point: the scenario's and those that follow it.
+    /// Number of seeds of each point: the scenario's and those that follow it.
     pub seeds: NonZeroUsize,
 }
 
@@ -56,14 +56,14 @@ impl Default for Setup {
     }
 }
 
-/// Where to leave what, and of what to make the plot.
+/// Options of the results.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// The folder.
     pub out: PathBuf,
-    /// Whether what is in the folder of a sweep is thrown away.
+    /// True to delete the results of an earlier sweep in the folder.
     pub is_fresh: bool,
-    /// The figure that is plotted, by its name in the tables; one that suits the scenario if none.
+    /// Name of the plotted figure in the tables; absent to choose one that suits the scenario.
     pub figure: Option<String>,
 }
 
@@ -149,7 +149,7 @@ fn identity(source: &Source, axes: &[Axis], setup: &Setup) -> anyhow::Result<Ide
 
 fn check_bytes(source: &Source, points: usize) -> anyhow::Result<()> {
     let bytes = source.text.len();
-    // One point is the scenario itself.
+    // A single point is the scenario itself.
     if points > 1 && bytes.saturating_mul(points) > MOST_BYTES {
         return wrong_file(format!(
             "{}: received {bytes} bytes at {points} points of a grid, expected at most {MOST_BYTES} bytes at all of \
@@ -205,13 +205,13 @@ impl Prepared {
         self.points.len()
     }
 
-    /// With how many seeds each point is run.
+    /// Number of seeds of each point.
     #[must_use]
     pub const fn seeds(&self) -> NonZeroUsize {
         self.seeds
     }
 
-    /// What is worth a word of its receivers, at the first point of the grid: a line each.
+    /// Notes on its receivers, at the first point of the grid: a line each.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let first = self.points.first();
@@ -225,11 +225,11 @@ impl Prepared {
         notes.collect()
     }
 
-    /// Runs whatever the folder does not have yet, and leaves the results of all there. `hear` hears how far it is, from any of
-    /// its threads, and says whether to go on: if not, the results are of what was run by then.
+    /// Runs the points that the folder does not have yet, and leaves the results of all there. `hear` receives the progress, from
+    /// any of its threads, and returns whether to continue: if not, the results are those up to then.
     ///
     /// # Errors
-    /// The folder of another sweep, or one that another run writes to; a figure that there is not; a run that fails; a file
+    /// The folder of another sweep, or one that another run writes to; an unknown figure; a run that fails; a file
     /// that cannot be written.
     pub fn run(
         &self,
@@ -245,7 +245,7 @@ impl Prepared {
         results::write(self, &runs, &figures, folder, options)
     }
 
-    /// Each point with each seed, in their order.
+    /// Every point with each seed, in their order.
     fn runs(&self, store: &Store) -> anyhow::Result<Vec<Run>> {
         let runs = self.points.iter().enumerate().flat_map(|(n, point)| {
             (0..self.seeds.get()).map(move |nth_seed| {

@@ -1,4 +1,4 @@
-//! What a sweep came to.
+//! Result of a sweep.
 
 use std::path::PathBuf;
 
@@ -6,30 +6,30 @@ use crate::results_folder::ResultsFolder;
 use crate::sweep::plot::Plot;
 use crate::sweep::shown::ShownRows;
 
-/// What a sweep came to.
+/// Result of a sweep.
 #[derive(Debug)]
 pub struct Swept {
-    /// The runs that are over, and all that there are.
+    /// Numbers of finished runs, and of all.
     pub runs: (usize, usize),
-    /// The points that were run, in their order, and what was not as expected there.
+    /// The points that were run, in their order, with the expectations not met there.
     pub points: Vec<PointOutcome>,
     /// `points.csv`, `points.parquet`, `summary.csv`.
     pub tables: Vec<PathBuf>,
     /// The figures of most interest.
     pub shown: ShownRows,
-    /// What is plotted, the most interesting figure first.
+    /// Plotted figures, the most interesting one first.
     pub plots: Vec<Plot>,
-    /// The folder: whoever leaves more there keeps it until then.
+    /// The folder, held as long as more may be written there.
     pub folder: ResultsFolder,
 }
 
-/// What was not as expected at a point.
+/// Outcome of the expectations at a point.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PointOutcome {
     /// The point: each field with its value.
     pub name: String,
-    /// How many expectations were judged, over all seeds.
+    /// Number of expectations judged, over all seeds.
     pub judged: usize,
-    /// What was not met, with the seed.
+    /// Failures, with the seed.
     pub failures: Vec<(u64, String)>,
 }

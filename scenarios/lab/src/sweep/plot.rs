@@ -1,7 +1,7 @@
-//! What is plotted of a sweep: a figure over the grid, whoever draws it.
+//! Plots of a sweep: a figure over the grid, for any drawing program.
 //!
 //! Over one axis it is a curve for each receiver or slave, over two a map for each; axes beyond the second have a map for each of
-//! their values. Axes with a single value are none.
+//! their values. Axes with a single value do not count.
 
 use coaxle_node::signal::Kind;
 use coaxle_os::exit::wrong_argument;
@@ -12,9 +12,9 @@ use super::shown::COLUMNS;
 use super::statistics::Statistics;
 use crate::figures::{Figure, Units};
 
-/// What cuts is judged by its pieces first.
+/// First choice for a scenario with cuts.
 const CUTTING: &str = "slave.cut_length_error_max";
-/// What every receiver is judged by.
+/// Choice for every receiver.
 const TIME_ERROR: &str = "corrected_time_error_rms_us";
 
 /// A figure over the grid.
@@ -22,26 +22,26 @@ const TIME_ERROR: &str = "corrected_time_error_rms_us";
 pub struct Plot {
     /// The figure with its unit.
     pub heading: String,
-    /// What lies from left to right.
+    /// The horizontal field.
     pub across: Along,
-    /// What lies from the bottom to the top of a map; none: it is a plot of curves.
+    /// The vertical field of a map; absent for a plot of curves.
     pub up: Option<Along>,
     /// The curves or maps.
     pub panels: Vec<Panel>,
-    /// So many more there would be.
+    /// Number of further panels that are left out.
     pub more: usize,
 }
 
 /// A field along which a plot goes.
 #[derive(Clone, Debug)]
 pub struct Along {
-    /// Its path.
+    /// Path of the field.
     pub field: String,
-    /// Its values, numbers in their order.
+    /// Values of the field, numbers in their order.
     pub values: Vec<String>,
     /// As numbers, if they are.
     pub numbers: Option<Vec<f64>>,
-    /// Each one's place among the values of the axis.
+    /// Place of each value among the values of the axis.
     order: Vec<usize>,
 }
 
@@ -57,10 +57,10 @@ pub struct Panel {
 /// Most curves or maps of a plot.
 const MOST_PANELS: usize = 12;
 
-/// Whether there is such a figure.
+/// Checks that the figure exists.
 ///
 /// # Errors
-/// Says what was asked for, and which there are that have it in their names.
+/// Names the figure that was not found, and those that contain its name.
 pub(super) fn check_figure(name: Option<&str>, figures: &[Figure]) -> anyhow::Result<()> {
     let plotted = |figure: &&Figure| figure.kind != Kind::Text;
     let Some(name) = name else {
@@ -97,21 +97,21 @@ pub(super) fn point_name(axes: &[Axis], values: &[String]) -> String {
     }
 }
 
-/// Collects what is plotted, point by point.
+/// Collects the plotted figures, point by point.
 pub(super) struct Plots<'a> {
     axes: &'a [Axis],
     points: usize,
     drawn: Vec<Drawn<'a>>,
 }
 
-/// A figure, and what it was: for each receiver or slave at each point.
+/// A figure, and its statistics for each receiver or slave at each point.
 struct Drawn<'a> {
     figure: &'a Figure,
     series: Vec<(String, Vec<Option<Statistics>>)>,
 }
 
 impl<'a> Plots<'a> {
-    /// Of the figure of the name and the usual ones.
+    /// Plots of the named figure and the usual ones.
     pub(super) fn new(axes: &'a [Axis], figures: &'a [Figure], wanted: Option<&str>) -> Self {
         let usual = [CUTTING, TIME_ERROR].into_iter();
         let usual = usual.chain(COLUMNS.map(|(_, name)| name));
@@ -132,7 +132,7 @@ impl<'a> Plots<'a> {
         }
     }
 
-    /// Takes what a receiver or slave was at the n-th point.
+    /// Takes the figures of a receiver or slave at the n-th point.
     pub(super) fn add(&mut self, point: usize, group: &Group<'_>) {
         for Drawn { figure, series } in &mut self.drawn {
             let name = match (figure.is_of_slave, group.slave) {
@@ -152,7 +152,7 @@ impl<'a> Plots<'a> {
         }
     }
 
-    /// A plot for each figure that there is, the most interesting one first.
+    /// A plot for each figure that has values, the most interesting one first.
     pub(super) fn finish(self, units: &Units) -> Vec<Plot> {
         let Self { axes, drawn, .. } = self;
         let plots = drawn.into_iter().filter_map(|drawn| {
@@ -208,7 +208,7 @@ fn plot(
     })
 }
 
-/// Each combination of these axes: their numbers with those of a value each.
+/// Every combination of these axes: the axes' indices with a value's index each.
 fn combinations(axes: &[(usize, &Axis)]) -> Vec<Vec<(usize, usize)>> {
     let mut all = vec![Vec::new()];
     for (n, axis) in axes {
@@ -224,14 +224,14 @@ fn combinations(axes: &[(usize, &Axis)]) -> Vec<Vec<(usize, usize)>> {
     all
 }
 
-/// The number of a point: the last axis runs fastest.
+/// Index of a point: the last axis runs fastest.
 fn index(axes: &[Axis], point: &[usize]) -> usize {
     let places = axes.iter().zip(point);
     places.fold(0, |index, (axis, place)| index * axis.values.len() + place)
 }
 
 impl Along {
-    /// Along an axis of the grid.
+    /// The field of an axis of the grid.
     #[must_use]
     pub fn of(axis: &Axis) -> Self {
         let mut order: Vec<usize> = (0..axis.values.len()).collect();
@@ -247,7 +247,7 @@ impl Along {
         }
     }
 
-    /// Where the values lie: at their numbers, or one beside the other.
+    /// Places of the values: at their numbers, or one beside the other.
     #[must_use]
     pub fn places(&self) -> Vec<f64> {
         let beside = || (0..self.values.len()).map(|n| n as f64).collect();
@@ -256,7 +256,7 @@ impl Along {
 }
 
 impl Plot {
-    /// The least and the largest median of all panels; none where there is none.
+    /// The least and the largest median of all panels; none without any.
     #[must_use]
     pub fn range(&self) -> Option<(f64, f64)> {
         let cells = self.panels.iter().flat_map(|panel| &panel.cells);
@@ -268,7 +268,7 @@ impl Plot {
     }
 }
 
-/// Whether values are better told apart by their logarithms: all above zero, over more than this factor.
+/// True if a logarithmic scale suits the values: all above zero, over more than this factor.
 #[must_use]
 pub fn is_logarithmic(values: impl Iterator<Item = f64>) -> bool {
     const FACTOR: f64 = 30.0;

@@ -1,4 +1,4 @@
-//! What came of one run, as the folder of a sweep keeps it.
+//! Record of one run in the folder of a sweep.
 
 use std::collections::BTreeMap;
 
@@ -10,12 +10,12 @@ use crate::figures::{Fields, Figure, Units};
 use crate::summary::{ReceiverSummary, Summary};
 use crate::verdict::Verdict;
 
-/// What came of a run: figures, and what was not as expected.
+/// Record of a run: figures, and failures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct RunRecord {
-    /// How many expectations there were, and what else holds in every run and did not.
+    /// Number of expectations, and of violated invariants.
     pub(super) judged: usize,
-    /// Those that were not met, a line each.
+    /// Failures, a line each.
     pub(super) failures: Vec<String>,
     /// The figures, a row for each receiver and slave of it.
     #[serde(default)]
@@ -30,11 +30,11 @@ pub(super) struct FigureRow {
     /// The slave, if it has any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) slave: Option<String>,
-    /// Whether it is the first of this receiver: a row for each receiver.
+    /// True for the first row of this receiver: figures of receivers count once.
     pub(super) is_first: bool,
-    /// What its figures are in.
+    /// Units of its figures.
     pub(super) units: Units,
-    /// By their names; what there is none of is left out. TOML keeps every bit of a number.
+    /// Figures by name; missing ones are left out. TOML keeps every bit of a number.
     figures: BTreeMap<String, toml::Value>,
 }
 
@@ -76,7 +76,7 @@ fn rows_of(name: &str, receiver: &ReceiverSummary, figures: &[Figure]) -> Vec<Fi
     slaves.map(row).collect()
 }
 
-/// None where TOML has no such value.
+/// Converts a value; none where TOML has no such value.
 fn stored(value: Value) -> Option<toml::Value> {
     Some(match value {
         Value::Number(number) => number.into(),
@@ -88,7 +88,7 @@ fn stored(value: Value) -> Option<toml::Value> {
 }
 
 impl FigureRow {
-    /// A figure; none where there is none.
+    /// Value of a figure; none where it is missing.
     pub(super) fn value(&self, figure: &Figure) -> Option<Value> {
         let value = self.figures.get(&figure.name)?;
         match figure.kind {

@@ -1,4 +1,4 @@
-//! What a sweep leaves in its folder, of as many runs as there are.
+//! Results of a sweep in its folder, of the runs finished so far.
 
 use super::group::groups;
 use super::outcome::{PointOutcome, Swept};
@@ -11,7 +11,7 @@ use super::{Options, Point, Prepared, store};
 use crate::figures::{Figure, Units};
 use crate::results_folder::ResultsFolder;
 
-/// Writes the tables of the runs that are over, and gathers what is shown of them. One point after the other is in memory.
+/// Writes the tables of the finished runs, and gathers the rows and plots to show. One point at a time is in memory.
 ///
 /// # Errors
 /// Names the file that cannot be written.
@@ -61,7 +61,7 @@ pub(super) fn write(
     })
 }
 
-/// Those of these runs that are over, with their seeds.
+/// Records of the finished ones of these runs, with their seeds.
 fn records_of(runs: &[Run]) -> Vec<(u64, RunRecord)> {
     let records = (runs.iter()).filter_map(|run| Some((run.seed, store::load(&run.place)?)));
     records.collect()
@@ -81,7 +81,7 @@ fn common_units(runs: &[Run]) -> Units {
     Units::common(seen.iter().map(|(units, has_slave)| (units, *has_slave)))
 }
 
-/// None where nothing is over.
+/// Outcome of a point; none where no run is finished.
 fn outcome_of(
     sweep: &Prepared,
     point: &Point,

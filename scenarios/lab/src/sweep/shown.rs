@@ -6,7 +6,7 @@ use super::statistics::Statistics;
 use crate::figures::Figure;
 use crate::number::significant;
 
-/// What a column is called, and the figure in it.
+/// Heading of each column, and its figure.
 pub(super) const COLUMNS: [(&str, &str); 8] = [
     ("sync_s", "time_to_sync_s"),
     ("drift_ppm", "drift_ppm"),
@@ -27,9 +27,9 @@ pub(super) struct Shown<'a> {
 /// The figures of most interest as words: a row for each point and receiver.
 #[derive(Clone, Debug)]
 pub struct ShownRows {
-    /// Columns that are no figures: those on the left.
+    /// Number of columns that are no figures: those on the left.
     pub words: usize,
-    /// What each column is called.
+    /// Heading of each column.
     pub header: Vec<String>,
     /// The rows, of several seeds with the medians.
     pub rows: Vec<Vec<String>>,
@@ -67,7 +67,7 @@ impl<'a> Shown<'a> {
         self.shown.rows.push(row.collect());
     }
 
-    /// All rows.
+    /// The finished rows.
     pub(super) fn finish(self) -> ShownRows {
         self.shown
     }

@@ -4,23 +4,23 @@ use super::record::FigureRow;
 use crate::figures::{Figure, number};
 use crate::number::quantile;
 
-/// What a figure of a point was, over its seeds.
+/// Statistics of a point's figure over its seeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statistics {
-    /// In how many runs there was one.
+    /// Number of runs with a value.
     pub known: usize,
-    /// The middle one, or the mean of the two middle ones.
+    /// The middle value, or the mean of the two middle ones.
     pub median: f64,
-    /// What one in twenty is below; between two runs as on a straight line from one to the other.
+    /// 5 % quantile; interpolated linearly between two runs.
     pub low: f64,
-    /// What one in twenty is above, likewise.
+    /// 95 % quantile, likewise.
     pub high: f64,
-    /// The one farthest from zero; where more is better, the least.
+    /// The value farthest from zero; where more is better, the least.
     pub worst: f64,
 }
 
 impl Statistics {
-    /// Of the same row with several seeds. None where no run has the figure, or it is a text.
+    /// Statistics of corresponding rows with several seeds. None where no run has the figure, or it is a text.
     pub(super) fn of(figure: &Figure, rows: &[&FigureRow]) -> Option<Self> {
         let values = rows.iter().filter_map(|row| row.value(figure));
         let mut values: Vec<f64> = values.filter_map(|value| number(&value)).collect();

@@ -1,7 +1,7 @@
-//! The runs of a sweep in its folder, so that one that was ended goes on where it was.
+//! The runs of a sweep in its folder, so that an interrupted one continues where it was.
 //!
-//! `sweep.toml` says which sweep it is. `runs/PROGRAM/KEY.toml` has what came of a run: the key is of the scenario at its point
-//! with its seed, as TOML, so that whatever changes it is another run; the program is the very file that runs.
+//! `sweep.toml` identifies the sweep. `runs/PROGRAM/KEY.toml` has the record of a run. The key is of the scenario at its point
+//! with its seed, as TOML, so that any change of it makes another run; the program is the very file that runs.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -17,14 +17,14 @@ use super::record::RunRecord;
 use crate::results_folder::ResultsFolder;
 use crate::scenario::Scenario;
 
-/// Which sweep it is: whose points may be in one folder.
+/// Identity of a sweep, whose points share one folder.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Identity {
     /// The scenario's name.
     pub(super) scenario: String,
     /// The fields of the axes.
     pub(super) fields: Vec<String>,
-    /// What is set at all points.
+    /// Fields set at all points.
     pub(super) set: Vec<String>,
     /// The only receivers; all if empty.
     pub(super) receivers: Vec<String>,
@@ -42,7 +42,7 @@ const IDENTITY: &str = "sweep.toml";
 const RUNS: &str = "runs";
 
 impl Store {
-    /// Opens the folder of this sweep; of a new one where nothing is in it yet, or `is_fresh` says so.
+    /// Opens the folder of this sweep; of a new one where it is empty, or if `is_fresh`.
     ///
     /// # Errors
     /// The folder of another sweep, and files that cannot be read or written.
@@ -63,7 +63,7 @@ impl Store {
         let text = toml::to_string(identity).context("cannot write the sweep as TOML")?;
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
         let runs = all.join(program().context("cannot read the program itself")?);
-        // What is in the folder of no sweep is somebody else's.
+        // Files in the folder of no sweep belong to others.
         if before.is_some() {
             remove_old(&all, &runs, is_fresh)?;
         }
@@ -71,13 +71,13 @@ impl Store {
         Ok(Self { runs })
     }
 
-    /// Where the record of a run is, or will be.
+    /// Path of the record of a run, present or not.
     ///
     /// # Errors
-    /// A scenario that TOML cannot say.
+    /// A scenario that TOML cannot express.
     pub(super) fn place(&self, scenario: &Scenario) -> anyhow::Result<PathBuf> {
         let mut scenario = scenario.clone();
-        // A point is the same in another grid.
+        // A point is equal in another grid.
         scenario.grid.clear();
         let text = toml::to_string(&scenario).context("cannot write the scenario as TOML")?;
         let mut hasher = DefaultHasher::new();
@@ -86,12 +86,12 @@ impl Store {
     }
 }
 
-/// What came of a run; none where that is not there, or not whole.
+/// Loads the record of a run; none where it is missing, or incomplete.
 pub(super) fn load(place: &Path) -> Option<RunRecord> {
     toml::from_str(&fs::read_to_string(place).ok()?).ok()
 }
 
-/// Keeps what came of a run. It is there as a whole or not at all, however the program ends.
+/// Writes the record of a run, as a whole or not at all, however the program ends.
 ///
 /// # Errors
 /// Names the file that cannot be written.
@@ -104,7 +104,7 @@ pub(super) fn keep(place: &Path, record: &RunRecord) -> anyhow::Result<()> {
 }
 
 impl Identity {
-    /// Gives what differs, in words.
+    /// Compares two identities. The error names the difference.
     fn check_same(&self, other: &Self) -> Result<(), String> {
         let list = |items: &[String]| match items {
             [] => "none".to_owned(),
@@ -144,7 +144,7 @@ fn read(path: &Path) -> anyhow::Result<Option<Identity>> {
     Ok(Some(identity))
 }
 
-/// Of the file that runs: what it does may change without its version.
+/// Hash of the running file: its behaviour may change without its version.
 fn program() -> io::Result<String> {
     let mut file = Os::own_program()?;
     let (mut hasher, mut piece) = (DefaultHasher::new(), vec![0; 1 << 20]);
@@ -157,7 +157,7 @@ fn program() -> io::Result<String> {
     Ok(format!("{:016x}", hasher.finish()))
 }
 
-/// The runs of other programs, and of this one, too, if it begins anew.
+/// Removes the runs of other programs, and of this one, too, if `is_fresh`.
 fn remove_old(all: &Path, own: &Path, is_fresh: bool) -> anyhow::Result<()> {
     make(all)?;
     let cannot = || format!("cannot read {}", all.display());
@@ -221,7 +221,7 @@ mod tests {
             load(&store.place(&scenario("seed=1")).unwrap()),
             Some(record())
         );
-        // The grid says nothing of one of its points.
+        // The key of a point does not depend on the grid.
         assert_eq!(store.place(&scenario("sweep=[]")).unwrap(), place);
         assert_eq!(load(&store.place(&scenario("seed=2")).unwrap()), None);
         Store::open(&folder, &identity(), true).unwrap();

@@ -59,7 +59,7 @@ impl<'a> Tables<'a> {
         })
     }
 
-    /// Appends what a run with a seed came to at a point.
+    /// Appends the figures of a run with a seed at a point.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -81,14 +81,14 @@ impl<'a> Tables<'a> {
         self.parquet.row(cells).context("points.parquet")
     }
 
-    /// Appends what all seeds of a point came to: a row for each figure.
+    /// Appends the statistics over all seeds of a point: a row for each figure.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub(super) fn summary(&mut self, point: &[String], group: &Group<'_>) -> anyhow::Result<()> {
         let places: Vec<_> = self.places(point).collect();
         for figure in self.figures {
-            // What is of the receiver is said once.
+            // A receiver's figures are written once.
             let is_said = if figure.is_of_slave {
                 group.slave.is_some()
             } else {
@@ -172,7 +172,7 @@ fn columns(axes: &[Axis], figures: &[Figure], units: &Units) -> Vec<TypedColumn>
         .collect()
 }
 
-/// Whether the seed has a column: not where it is an axis.
+/// True if the seed has a column: not where it is an axis.
 fn has_seed(axes: &[Axis]) -> bool {
     axes.iter().all(|axis| axis.field != SEED)
 }

@@ -1,4 +1,4 @@
-//! All cores at the runs that are missing.
+//! Work of all cores on the missing runs.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -17,43 +17,43 @@ use crate::virtual_time;
 /// A point with a seed.
 #[derive(Clone, Debug)]
 pub(super) struct Run {
-    /// Which of the points.
+    /// Index of the point.
     pub(super) point: usize,
-    /// Which of its seeds, and that seed.
+    /// Index of the seed, and the seed.
     pub(super) nth_seed: usize,
     pub(super) seed: u64,
-    /// Where what came of it is.
+    /// Path of its record.
     pub(super) place: PathBuf,
 }
 
-/// How far a sweep is.
+/// Progress of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoFar {
-    /// All runs of the sweep: points times seeds.
+    /// Number of all runs of the sweep: points times seeds.
     pub runs: usize,
-    /// Of these, what the folder had already.
+    /// Number of these that the folder had already.
     pub kept: usize,
-    /// What was run since then.
+    /// Number of runs finished since then.
     pub done: usize,
-    /// Of what was run since then, where expectations were not met.
+    /// Number of these with unmet expectations.
     pub failed: usize,
-    /// The share of what had to be run that is done, 0 to 1, with what is under way.
+    /// Finished share of the missing runs, 0 to 1, including runs under way.
     pub share: f64,
 }
 
-/// What the cores share.
+/// State that the cores share.
 struct Shared<'a> {
     waiting: std::vec::IntoIter<&'a Run>,
     so_far: SoFar,
-    /// How far each core is in its run.
+    /// Progress of each core in its run.
     under_way: Vec<f64>,
-    /// Whether to go on.
+    /// True to continue.
     goes_on: bool,
     error: Option<anyhow::Error>,
 }
 
-/// Each core takes the next run that nobody has begun, and leaves what came of it in its place. The first error ends them all, and
-/// `hear` does by false: what is under way is then left out.
+/// Lets each core take the next run that is not begun, and write its record. The first error ends them all, and so does
+/// `hear` with false: runs under way are then left out.
 pub(super) fn run_missing(
     name: &str,
     points: &[Point],
@@ -103,7 +103,7 @@ pub(super) fn run_missing(
     shared.error.map_or(Ok(()), Err)
 }
 
-/// One of the cores, which also hears how far its run is.
+/// A core, which also observes the progress of its run.
 struct Core<'s, 'a> {
     number: usize,
     shared: &'s Mutex<Shared<'a>>,
@@ -137,7 +137,7 @@ impl<'a> Core<'_, 'a> {
         }
     }
 
-    /// None if it was ended before its time.
+    /// Absent if interrupted.
     fn run(
         &mut self,
         name: &str,
@@ -174,7 +174,7 @@ impl Progress for Core<'_, '_> {
         let mut shared = lock(self.shared);
         shared.under_way[self.number] = share;
         self.tell(&mut shared);
-        // What is over is kept, even if nothing else is begun.
+        // A finished run is kept, even if no other is begun.
         shared.goes_on || share >= 1.0
     }
 }

@@ -1,4 +1,4 @@
-//! A far axis: the time that its set values stand for, and the frames that they are made of.
+//! A far axis: the time that its set values stand for, and their frames.
 
 use coaxle_clock::Instant;
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals};
@@ -14,24 +14,24 @@ use crate::topology::followed_of;
 #[derive(Debug)]
 pub(super) struct AxisWatch {
     pub(super) name: String,
-    /// Its node, and the standbys of that, by their numbers.
+    /// Indices of its node and that node's standbys.
     nodes: Vec<usize>,
     check: FarTimeCheck,
     motion: MotionWatch,
-    /// The newest cycle, and what was shown in it.
+    /// The newest cycle and its signals.
     last: Option<(WatchedCycle, FarAxisSignals)>,
-    /// The mode that made its set values, how often its clock was started anew by an order, and which node it is
+    /// The mode that made its set values, the number of its clock's restarts by an order, and the node it is
     /// read from.
     line: Option<(StateName, u32, usize)>,
     /// The frame that was used last.
     used: Option<Used>,
-    /// Which node it is read from, and how many took over before.
+    /// Index of the node it is read from, and number of take-overs before.
     owner: Option<(usize, u64)>,
     pub(super) found: Found,
 }
 
 impl AxisWatch {
-    /// `nodes` are its node and the standbys of that, by their numbers; the receiver's cycle time is in s.
+    /// `nodes` are the indices of its node and that node's standbys; the receiver's cycle time is in s.
     pub(super) fn new(
         name: String,
         nodes: Vec<usize>,
@@ -84,7 +84,7 @@ impl AxisWatch {
                 before.count as f64,
             );
         }
-        // From one mode to another, or from one node, it is another time: set values are led over to it.
+        // A change of mode or node changes the time: set values are blended over to it.
         let line = axis
             .state
             .map(|state| (state, far.re_initialisations, node));
@@ -109,7 +109,7 @@ impl AxisWatch {
         self.found.add(cycle, invariant, value, limit);
     }
 
-    /// The run is over.
+    /// Ends the run.
     pub(super) fn end(&mut self) {
         if let Some((cycle, axis)) = &self.last {
             self.motion.end(cycle, axis, &mut self.found);
@@ -131,7 +131,7 @@ impl AxisWatch {
 /// A frame that was used.
 #[derive(Clone, Copy, Debug)]
 struct Used {
-    /// The node, its epoch, and how many runs of it were followed: within an epoch the count may begin anew once, as
+    /// The node, its epoch, and the number of runs followed: within an epoch the count may restart once, as
     /// another run.
     run: (usize, u64, u64),
     count: u64,
@@ -145,7 +145,7 @@ impl Used {
     }
 }
 
-/// Whether its set values stand for a time that was calculated: in bypass they are as they came.
+/// True if its set values stand for a calculated time: in bypass they are as received.
 fn is_corrected(axis: &FarAxisSignals) -> bool {
     matches!(
         axis.state,

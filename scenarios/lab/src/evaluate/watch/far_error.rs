@@ -1,4 +1,4 @@
-//! What a receiver says of how wrong its corrected time is, against how wrong it is.
+//! Comparison of the error that a receiver states of its corrected time with the true one.
 
 use coaxle_clock::delay::DelayState;
 use coaxle_receiver::{ReceiverConfig, StateName};
@@ -8,25 +8,25 @@ use crate::invariants::{Invariant, InvariantViolation, Watched};
 use crate::row::Row;
 use crate::topology::{View, Viewed};
 
-/// Nobody can know of a clock that jumped: of what was measured before, exchanges count for ten seconds, and then
-/// the delay is slewed, s.
+/// Time after a clock's jump in which it cannot be known: older exchanges count for ten seconds, and then the
+/// delay is slewed, s.
 const AFTER_A_JUMP: f64 = 12.0;
-/// The cycle in which it jumps may have begun a little earlier, s.
+/// The cycle of the jump may have begun a little earlier, s.
 const BEFORE_IT: f64 = 0.1;
 
-/// A time without a measured delay is wrong by a constant, to this, µs, and what arrivals are rounded to: far more than any jitter
-/// makes of it, and far less than one that passes at the wrong pace comes to.
+/// Tolerance of the constant error of a time without a measured delay, µs, beside the resolution of arrivals: far more than
+/// any jitter causes, and far less than a wrong pace adds up to.
 const STEADY: f64 = 2_000.0;
-/// It has settled after so long, s.
+/// Settling time, s.
 const SETTLES: f64 = 2.0;
 
 /// Watches the corrected time of a far axis.
 #[derive(Debug)]
 pub(in super::super) struct FarErrorWatch {
     of: Watched,
-    /// When a clock jumps, or begins anew, s after the start of the run: what nobody can know beforehand.
+    /// Times at which a clock jumps, or restarts, s after the start of the run, which cannot be known beforehand.
     jumps: Vec<f64>,
-    /// How far it may go away from where it was once settled, µs, with a delay that nobody measures; none where delays change.
+    /// Greatest deviation from the settled error, µs, with a delay that is not measured; none where delays change.
     steady: Option<f64>,
     settled: Option<Settled>,
     found: Found,
@@ -35,16 +35,16 @@ pub(in super::super) struct FarErrorWatch {
 /// A time without a measured delay: it is wrong by a constant.
 #[derive(Clone, Copy, Debug)]
 struct Settled {
-    /// Since when nothing has begun again, s.
+    /// Time since which no event has restarted it, s.
     since: f64,
-    /// What has begun again how often.
+    /// Counters of the events that restart it.
     events: [u64; 5],
-    /// How wrong it was once it had settled, µs.
+    /// Error once settled, µs.
     error: Option<f64>,
 }
 
 impl FarErrorWatch {
-    /// None of one of the receiver's own axes.
+    /// Absent for the receiver's own axes.
     pub(in super::super) fn new(
         config: &ReceiverConfig,
         view: &View,
@@ -66,7 +66,7 @@ impl FarErrorWatch {
         })
     }
 
-    /// In sync with a measured delay it is wrong by its uncertainty at most, and by what it says is still to be made up.
+    /// Checks a cycle: in sync with a measured delay, the error is at most the uncertainty and the rest of the slew.
     pub(in super::super) fn push(&mut self, row: &Row) {
         let Some((error, bound)) = self.judged(row) else {
             return;
@@ -82,7 +82,7 @@ impl FarErrorWatch {
         (self.found).add(&cycle, Invariant::FarError, error.abs(), bound);
     }
 
-    /// What is judged, and how large it may be, µs.
+    /// Error to judge, and its bound, µs.
     fn judged(&mut self, row: &Row) -> Option<(f64, f64)> {
         let error = row.time_error_us;
         match stated(row) {
@@ -94,7 +94,7 @@ impl FarErrorWatch {
         }
     }
 
-    /// How far the time is from where it was once it had settled, µs, but for what is still to be made up.
+    /// Deviation of the error from its settled value, µs, without the rest of the slew.
     fn beside_settled(&mut self, row: &Row) -> Option<f64> {
         let (far, error) = (&row.record.far, row.time_error_us);
         let is_led = far.mode == StateName::Observer && row.record.axis.synced;
@@ -122,7 +122,7 @@ impl FarErrorWatch {
         Some(error - *settled.error.get_or_insert(error))
     }
 
-    /// Whether a clock has just jumped.
+    /// True if a clock has just jumped.
     pub(in super::super) fn has_jumped(&self, t_s: f64) -> bool {
         let has_jumped = |at: &f64| (at - BEFORE_IT..at + AFTER_A_JUMP).contains(&t_s);
         self.jumps.iter().any(has_jumped)
@@ -133,10 +133,10 @@ impl FarErrorWatch {
     }
 }
 
-/// How wrong it is at most, as it says, µs; none while it says nothing of it.
+/// Greatest error that the receiver states, µs; none while it states none.
 pub(super) fn stated(row: &Row) -> Option<f64> {
     let far = &row.record.far;
-    // In another mode the observer runs on beside it, and says what would be.
+    // In another mode the observer runs on beside it, and reports its own error.
     let leads = far.mode == StateName::Observer && row.record.axis.synced;
     let says = leads && far.delay_state == Some(DelayState::Measured);
     let uncertainty = far.delay_uncertainty_us.filter(|_| says)?;

@@ -1,4 +1,4 @@
-//! A node that is heard: its messages are accounted for, and its runs.
+//! A node that is received: the accounts of its messages, and its runs.
 
 use coaxle_node::keys::NodeName;
 use coaxle_receiver::signals::FarNodeSignals;
@@ -6,7 +6,7 @@ use coaxle_receiver::signals::FarNodeSignals;
 use super::found::{Found, WatchedCycle};
 use crate::invariants::Invariant;
 
-/// Watches a node that is heard.
+/// Watches a node that is received.
 #[derive(Debug)]
 pub(super) struct FarNodeWatch {
     pub(super) name: String,
@@ -18,7 +18,7 @@ pub(super) struct FarNodeWatch {
 #[derive(Clone, Copy, Debug)]
 struct Run {
     epoch: u64,
-    /// How many had been followed before when it was first shown.
+    /// Number of runs followed before it when it was first shown.
     restarts: u64,
 }
 
@@ -63,7 +63,7 @@ impl FarNodeWatch {
     }
 }
 
-/// Sums that are equal: of the messages that came, and of those that should have.
+/// Pairs of equal sums: of the messages that came, and of those that should have.
 fn accounts(far: &FarNodeSignals) -> [[u128; 2]; 2] {
     let sum = |all: &[u64]| all.iter().map(|one| u128::from(*one)).sum();
     let came = [

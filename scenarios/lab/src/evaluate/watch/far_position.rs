@@ -1,4 +1,4 @@
-//! Where a far axis is, against where its master is at that instant.
+//! Comparison of a far axis's position with its master's at that instant.
 
 use std::collections::VecDeque;
 
@@ -10,11 +10,11 @@ use crate::invariants::{Invariant, InvariantViolation, Watched};
 use crate::row::Row;
 use crate::topology::{View, Viewed};
 
-/// A change of mode is blended over, and where the axis is before that is over the mode does not say, s.
+/// Duration of blending after a change of mode, in which the mode does not define the position, s.
 const BLENDED: f64 = 0.2;
-/// Cycles by which the acceleration of the master may be seen late: it is taken from differences of its velocity.
+/// Cycles by which the master's acceleration may appear late: it is taken from differences of its velocity.
 const LATE: f64 = 3.0;
-/// What rounding adds, relative to where it is.
+/// Rounding error, relative to the position.
 const ROUNDING: f64 = 1e-11;
 
 /// Watches the position of a far axis whose master is known.
@@ -22,17 +22,17 @@ const ROUNDING: f64 = 1e-11;
 pub(in super::super) struct FarPositionWatch {
     of: Watched,
     cycle_time: f64,
-    /// Since when it is in sync without a break, s.
+    /// Time since which it is in sync without a break, s.
     since: Option<f64>,
-    /// Where the master was in the cycle before, its velocity, and when.
+    /// Position and velocity of the master in the cycle before, and its time.
     before: Option<[f64; 3]>,
-    /// Its accelerations lately, by how far its positions are beside its velocities, and when.
+    /// Recent accelerations, differences between its positions and its velocities, and times.
     lately: VecDeque<[f64; 3]>,
     found: Found,
 }
 
 impl FarPositionWatch {
-    /// None of one of the receiver's own axes, or one that comes in increments.
+    /// Absent for the receiver's own axes, or one that comes in increments.
     pub(in super::super) fn new(config: &ReceiverConfig, view: &View) -> Option<Self> {
         let Viewed::Far { axis, .. } = view.of else {
             return None;
@@ -51,7 +51,7 @@ impl FarPositionWatch {
         })
     }
 
-    /// The next cycle; `is_known` unless a clock has just jumped.
+    /// Takes the next cycle; `is_known` unless a clock has just jumped.
     pub(in super::super) fn push(&mut self, row: &Row, is_known: bool) {
         let Some((position, velocity)) = row.truth else {
             self.before = None;
@@ -73,7 +73,7 @@ impl FarPositionWatch {
         let late = bound * 1e-6;
         let [hardest, changed, jumped] = self.since(row.t_s - age - late);
         let by_time = (velocity.abs() + hardest * late) * late;
-        // What changed within a cycle is a mean over that.
+        // A change within a cycle is averaged over it.
         let over = age.max(self.cycle_time);
         let limit = by_time + 0.5 * changed * over * over + jumped;
         let value = (corrected - position).abs();
@@ -87,7 +87,7 @@ impl FarPositionWatch {
         }
     }
 
-    /// What the master did since the cycle before.
+    /// Notes the master's motion since the cycle before.
     fn learn(&mut self, row: &Row, [position, velocity]: [f64; 2]) {
         let before = self.before.replace([position, velocity, row.t_s]);
         let [acceleration, beside] = before.map_or([0.0; 2], |[from, slower, t_s]| {
@@ -102,8 +102,8 @@ impl FarPositionWatch {
         }
     }
 
-    /// What the master did since then: its greatest acceleration, by how much that has changed, none at all counted among what there
-    /// was, as it may be unknown, and how far it jumped.
+    /// The master's motion since then: greatest acceleration, its change, and jump. Zero counts among the accelerations, as
+    /// one of them may be unknown.
     fn since(&self, t_s: f64) -> [f64; 3] {
         let from = t_s - LATE * self.cycle_time;
         let lately = self.lately.iter().rev();

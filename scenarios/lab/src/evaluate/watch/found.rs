@@ -1,8 +1,8 @@
-//! What was found.
+//! Violations found.
 
 use crate::invariants::{Broken, Invariant, InvariantViolation, Watched};
 
-/// A cycle, when it ideally began, and how many it is after the one before: none if it is the first of a run.
+/// A cycle, its ideal start, and its distance from the one before: none for the first of a run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WatchedCycle {
     pub(super) number: u64,
@@ -10,7 +10,7 @@ pub(super) struct WatchedCycle {
     pub(super) since: Option<u32>,
 }
 
-/// What was found of one slave, far axis or far node, or of the receiver: an entry for each invariant.
+/// Violations by one slave, far axis or far node, or by the receiver: an entry for each invariant.
 #[derive(Debug, Default)]
 pub(super) struct Found(Vec<OfInvariant>);
 
@@ -53,7 +53,7 @@ impl Found {
         }
     }
 
-    /// What did not hold of it.
+    /// Violations by this part.
     pub(super) fn violations(&self, of: Watched) -> impl Iterator<Item = InvariantViolation> {
         self.0.iter().map(move |found| found.violation(of.clone()))
     }

@@ -1,4 +1,4 @@
-//! A far axis: its positions, against what its master can have done.
+//! A far axis: its positions, against its master's possible motion.
 
 use coaxle_receiver::config::{FarAxisConfig, FarConfig};
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals};
@@ -8,16 +8,16 @@ use coaxle_sim::{FarAxisMode, FarMotion, FarMotionBounds, FarMotionCheck, Receiv
 use super::found::{Found, WatchedCycle};
 use crate::invariants::Invariant;
 
-/// A beat of a block that bears any.
+/// Beat of a block that tolerates any.
 const MOST_BEATS: f64 = 1_000.0;
 
 /// Watches the positions of a far axis.
 #[derive(Debug)]
 pub(super) struct MotionWatch {
     check: FarMotionCheck,
-    /// The cycle of its node that the values of the axis are of, s, and how many frames without it there were before.
+    /// Cycle of its node that the axis's values are of, s, and the number of frames without the axis before.
     frame: Option<(f64, u64)>,
-    /// Whether it was in sync in this run of its receiver, and in its newest mode.
+    /// True if it was in sync in this run of its receiver, and in its newest mode.
     was_synced: bool,
     synchronises: bool,
 }
@@ -85,7 +85,7 @@ impl MotionWatch {
         let cycle_time = far.cycle_time_us? * 1e-6;
         let newest = far.count? as f64 * cycle_time;
         let at = match self.frame {
-            // The newest frame is one without it.
+            // The newest frame lacks the axis.
             Some((at, missing)) if missing != axis.missing => at,
             _ => newest,
         };
@@ -99,7 +99,7 @@ impl MotionWatch {
         })
     }
 
-    /// The run is over: this is how it ends.
+    /// Ends the run, and checks its final state.
     pub(super) fn end(&self, cycle: &WatchedCycle, axis: &FarAxisSignals, found: &mut Found) {
         let is_lost = axis.continuity == ContinuityName::Braking
             || (self.synchronises
@@ -112,8 +112,8 @@ impl MotionWatch {
     }
 }
 
-/// By how much the far time of TS5066's blocks may pass faster than time: they follow their slopes, and take away what a beat brings
-/// over their blending cycles, at most as much as they bear.
+/// Excess pace of the far time of TS5066's blocks: they follow their slopes, and remove the difference of a beat over their
+/// blending cycles, at most the one that they tolerate.
 fn pace_of_blocks(far: &FarConfig) -> f64 {
     let parameters = &far.sync.time_sync;
     let blending = parameters.time_mode_blending_cycles;

@@ -9,7 +9,7 @@ use crate::summary::World;
 /// Watches the cycles of a receiver.
 #[derive(Debug)]
 pub(super) struct NodeWatch {
-    /// Whether every cycle is shown: a process may leave out some when its telemetry is behind.
+    /// True if every cycle is shown: a process may leave out some when its telemetry is behind.
     shows_all: bool,
     /// The newest one.
     last: Option<NodeSignals>,
@@ -25,7 +25,7 @@ impl NodeWatch {
         }
     }
 
-    /// The next cycle, which ideally began so many s after the start of the run.
+    /// Takes the next cycle, whose ideal start is `t_s` after the start of the run, s.
     pub(super) fn push(&mut self, t_s: f64, node: &NodeSignals) -> WatchedCycle {
         let number = node.cycle;
         let last = self.last.replace(*node);
@@ -54,7 +54,7 @@ impl NodeWatch {
     }
 }
 
-/// How many cycles it executed before this one.
+/// Number of cycles executed before this one.
 const fn executed(node: &NodeSignals) -> i128 {
     node.cycle as i128 - node.overruns as i128
 }

@@ -25,11 +25,11 @@ pub(super) struct SlaveWatch {
     told: Option<ToldCheck>,
     target: Option<TargetWatch>,
     stop: Option<ErrorStopCheck>,
-    /// The newest cycle, and what was shown in it.
+    /// The newest cycle and its signals.
     last: Option<(WatchedCycle, SlaveSignals)>,
-    /// When an order resets it, s after the start of the run.
+    /// Times at which an order resets it, s after the start of the run.
     resets: Vec<f64>,
-    /// A lost master stops it whatever the jerk.
+    /// A lost master stops it with unlimited jerk.
     stops_quickly: bool,
     /// A master that runs back may stop it within a cycle.
     stops_instantly: bool,
@@ -37,7 +37,7 @@ pub(super) struct SlaveWatch {
     pub(super) found: Found,
 }
 
-/// What of a cycle the next one is compared with.
+/// State of a cycle that the next one is compared with.
 #[derive(Clone, Copy, Debug, Default)]
 struct Before {
     state: AxisStatus,
@@ -60,7 +60,7 @@ impl From<&SlaveSignals> for Before {
 }
 
 impl SlaveWatch {
-    /// `events` are those of the whole scenario: of commands it counts what they may lead to.
+    /// `events` are those of the whole scenario: its commands decide which motions are possible.
     pub(super) fn new(config: &SlaveConfig, receiver: &ReceiverConfig, events: &[Event]) -> Self {
         let cycle_time = receiver.cycle_time_us.0.as_secs_f64();
         let stops_instantly = commands_to(config, receiver, events).any(may_stop_instantly);
@@ -144,14 +144,14 @@ impl SlaveWatch {
         }
     }
 
-    /// The run is over.
+    /// Ends the run.
     pub(super) fn end(&mut self) {
         if let (Some((cycle, slave)), Some(target)) = (&self.last, &self.target) {
             target.end(cycle, slave, &mut self.found);
         }
     }
 
-    /// What its set positions had at most of its limits.
+    /// Greatest shares of its limits that its set positions reached.
     pub(super) fn shares(&self) -> Option<Shares> {
         self.check.as_ref().map(SetValueCheck::largest)
     }
@@ -191,7 +191,7 @@ impl SlaveWatch {
     }
 }
 
-/// Its set values; none before it has all of them.
+/// Set values; none if any is missing.
 fn set_of(slave: &SlaveSignals) -> Option<Kinematics> {
     Some(Kinematics {
         position: slave.position?,
@@ -226,7 +226,7 @@ fn software_limits(parameters: &SlaveParameters) -> [f64; 2] {
     [min, parameters.max_position.unwrap_or(f64::INFINITY)]
 }
 
-/// Whether a slave that was in error stop may be in this state next.
+/// True if a slave in error stop may enter this state next.
 const fn follows_error_stop(state: AxisStatus) -> bool {
     matches!(
         state,
@@ -261,7 +261,7 @@ fn commands_to<'a>(
     of_program.chain(of_events)
 }
 
-/// What an event tells a slave.
+/// Command of an event to the slave.
 fn command_of<'a>(
     event: &'a Event,
     slave: &SlaveConfig,

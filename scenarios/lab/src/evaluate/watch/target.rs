@@ -1,4 +1,4 @@
-//! A slave and its target: whether it is there when it says so, goes there when it can, and is there in the end.
+//! A slave and its target: it is there in sync, approaches it when it can, and is there in the end.
 
 use coaxle_axis::AxisStatus;
 use coaxle_axis::set_value_guard::DistancePolicy;
@@ -12,24 +12,24 @@ use coaxle_slave::{CouplingPhase, SlaveParameters};
 use super::found::{Found, WatchedCycle};
 use crate::invariants::Invariant;
 
-/// What rounding adds to that, relative to where it is.
+/// Rounding error, relative to the position.
 const ROUNDING: f64 = 1e-12;
-/// What the guard's own window is by default: the way of this time, s, at the highest velocity.
+/// Default of the guard's own window: the way of this time, s, at the highest velocity.
 const GUARD_WINDOW: f64 = 0.1;
 
-/// Watches how far a slave is from where its coupling, or its motion, has it.
+/// Watches the distance of a slave from the position that its coupling, or its motion, requires.
 #[derive(Debug)]
 pub(super) struct TargetWatch {
-    /// How far it may be in sync, u; none of a slave that may leave a distance as it is.
+    /// Greatest distance in sync, u; absent for a slave that may keep a distance.
     in_sync: Option<f64>,
-    /// How far it may be when the run is over, u; none if that is not watched.
+    /// Greatest distance at the end of the run, u; absent if it is not checked.
     at_end: Option<f64>,
     approach: ApproachCheck,
     set_anew: u32,
 }
 
 impl TargetWatch {
-    /// None of a slave without a window: its parameters were refused.
+    /// Absent for a slave without a window: its parameters were refused.
     pub(super) fn new(
         parameters: &SlaveParameters,
         limits: &Limits,
@@ -71,7 +71,7 @@ impl TargetWatch {
         }
     }
 
-    /// The run is over: this is how it ends.
+    /// Ends the run, and checks the final state.
     pub(super) fn end(&self, cycle: &WatchedCycle, slave: &SlaveSignals, found: &mut Found) {
         if slave.state == AxisStatus::ErrorStop {
             found.add(cycle, Invariant::EndsWell, slave.error.into(), 0.0);

@@ -1,11 +1,11 @@
-//! What is drawn now and then from a stream of its own: terms of drifts and delays, and clocks that jump back. Without them a seed
-//! stands for the same schedule as ever.
+//! Occasional draws from a random stream of its own: terms of drifts and delays, and clocks that jump back. A seed
+//! without them keeps its earlier schedule.
 
 use coaxle_node::faults::{Random, seed_of};
 
 use super::{Draw as _, QUIET_FROM};
 
-/// That stream.
+/// The separate random stream.
 pub(super) struct Apart {
     random: Random,
 }
@@ -17,7 +17,7 @@ impl Apart {
         }
     }
 
-    /// Terms of a clock's drift: what a quartz does that warms up, and a little more.
+    /// Terms of a clock's drift: a little more than a quartz has that warms up.
     pub(super) fn drift_terms(&mut self) -> Option<String> {
         self.sum(0.25, 10.0, 30.0)
             .map(|sum| format!("drift-terms-ppm = {sum}"))
@@ -29,7 +29,7 @@ impl Apart {
             .map(|sum| format!("delay-terms-us = {sum}"))
     }
 
-    /// A step of a clock's reading back, while anything may go wrong.
+    /// A step of a clock's reading back, during the faulty phase.
     pub(super) fn step_back(&mut self) -> Option<String> {
         self.random.chance(0.15).then(|| {
             let at = self.random.between(0.5, QUIET_FROM);
@@ -38,7 +38,7 @@ impl Apart {
         })
     }
 
-    /// In a share of all cases some terms of at most this amount, the slow ones with periods from this on.
+    /// Draws terms of at most this amount in a share of all cases, the slow ones with periods from this on.
     fn sum(&mut self, share: f64, most: f64, slow_s: f64) -> Option<String> {
         if !self.random.chance(share) {
             return None;

@@ -1,4 +1,4 @@
-//! What wide schedules draw beside all others, from a stream of its own. Without it a seed stands for the same schedule as ever.
+//! Additional draws of wide schedules, from a random stream of its own. All other seeds keep their earlier schedules.
 
 use std::fmt::Write as _;
 
@@ -6,24 +6,24 @@ use coaxle_node::faults::{Random, seed_of};
 
 use super::{Draw as _, QUIET_FROM};
 
-/// That stream.
+/// The separate random stream.
 pub(super) struct Wide {
     random: Random,
-    /// Whether this schedule is one of them.
+    /// True for a wide schedule.
     is_on: bool,
-    /// When several things happen in one cycle, s.
+    /// Time at which several events occur in one cycle, s.
     together: Option<f64>,
     /// The length of the turns of all masters, if they turn.
     modulo: Option<u32>,
 }
 
 impl Wide {
-    /// All of it.
+    /// Draws of a wide schedule.
     pub(super) fn all(seed: u64) -> Self {
         Self::new(seed, true)
     }
 
-    /// Nothing of it.
+    /// Draws of other schedules, without effect.
     pub(super) fn none(seed: u64) -> Self {
         Self::new(seed, false)
     }
@@ -41,7 +41,7 @@ impl Wide {
         }
     }
 
-    /// The cycle time of a sender, µs, for the one that was drawn.
+    /// The cycle time of a sender, µs, in place of the one drawn.
     pub(super) fn cycle_time(&mut self, drawn: u64) -> u64 {
         let all = [250, 500, 1_000, 2_000, 4_000, 5_000, 10_000];
         match self.is_on {
@@ -64,7 +64,7 @@ impl Wide {
         }
     }
 
-    /// When something happens, s, for the moment that was drawn.
+    /// Time of an event, s, in place of the one drawn.
     pub(super) fn moment(&mut self, drawn: f64, end: f64) -> f64 {
         match self.together {
             Some(at) if at < end && self.random.chance(0.6) => at,
@@ -87,7 +87,7 @@ impl Wide {
         format!(", limits = {{ {limits} }}")
     }
 
-    /// A sender's axis in motion: what stands behind its id, name and unit.
+    /// Text of a sender's axis in motion, behind its id, name and unit.
     pub(super) fn axis(&mut self) -> Option<String> {
         if !self.is_on || self.random.chance(0.3) {
             return None;
@@ -133,7 +133,7 @@ impl Wide {
         Some(text)
     }
 
-    /// How a receiver follows, for the mode that was drawn.
+    /// Mode of a receiver, in place of the one drawn.
     pub(super) fn mode(&mut self, drawn: &'static str) -> &'static str {
         const MODES: [&str; 4] = ["sync", "time", "sync", "observer"];
         match self.is_on && self.random.chance(0.3) {
@@ -142,7 +142,7 @@ impl Wide {
         }
     }
 
-    /// Parameters of the blocks of TS5066, which start up again by themselves, where they are others than those of all schedules.
+    /// Parameters of the blocks of TS5066, which restart by themselves, where they differ from those of all schedules.
     pub(super) fn time_sync(&mut self) -> Option<String> {
         if !self.is_on || self.random.chance(0.3) {
             return None;
@@ -157,7 +157,7 @@ impl Wide {
         ))
     }
 
-    /// When a receiver is stopped, and for how long, s: again and again.
+    /// Stops of a receiver: beginning and duration, s.
     pub(super) fn stops(&mut self) -> Vec<(f64, f64)> {
         if !self.is_on || self.random.chance(0.6) {
             return Vec::new();
@@ -183,12 +183,12 @@ impl Wide {
     fn limits(&mut self, ratio: f64) -> String {
         let velocity = ratio * self.random.decades(100.0, 20_000.0);
         let acceleration = ratio * self.random.decades(100.0, 1e7);
-        // A config admits no more.
+        // A config admits no larger jerk.
         let jerk = (acceleration * self.random.decades(1.0, 1e8)).min(1e15);
         format!("velocity = {velocity:.3}, acceleration = {acceleration:.3}, jerk = {jerk:.3}")
     }
 
-    /// A command, for the one that was drawn.
+    /// A command, in place of the one drawn.
     pub(super) fn command(&mut self, drawn: String) -> String {
         if !self.is_on || self.random.chance(0.5) {
             return drawn;
@@ -218,7 +218,7 @@ impl Wide {
     }
 }
 
-/// Two velocities again and again, each for so long, s.
+/// Two velocities in turn, each for its time, s.
 fn two_velocities(velocities: [f64; 2], times: [f64; 2]) -> String {
     let step = |n: usize| {
         let (value, time) = (velocities[n], times[n]);
