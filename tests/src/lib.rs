@@ -1,4 +1,4 @@
-//! What tests of several crates share.
+//! Helpers shared by tests of several crates.
 
 pub mod hostile;
 pub mod python;

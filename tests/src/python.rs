@@ -1,10 +1,10 @@
-//! Programs in Python, which are somebody else's clients and servers, where they are to be had.
+//! Programs in Python, which are third-party clients and servers, where they are available.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// An interpreter that can import `module`: that of `COAXLE_PYTHON`, of target/python, or the machine's. None where none can,
-/// which is said: the test that asks for it tests nothing.
+/// with a note on the output: the test that needs it tests nothing.
 #[must_use]
 #[expect(clippy::print_stdout, reason = "so a test says that it tested nothing")]
 pub fn with(module: &str) -> Option<PathBuf> {

@@ -3,8 +3,8 @@
 use std::fs::File;
 use std::io::Write;
 
-/// Notes that a test tries something again, and why: on its output, and in the file of `.ci/run` that lists such tests. A test that
-/// needs that often has a fault.
+/// Notes the reason why a test tries something again: on its output, and in the file of `.ci/run` that lists such tests. A
+/// test that needs that often has a fault.
 #[expect(clippy::print_stdout, reason = "so a test says that it tries again")]
 pub fn note(test: &str, reason: &str) {
     println!("tried again: {test}: {reason}");
@@ -13,6 +13,6 @@ pub fn note(test: &str, reason: &str) {
     };
     let reason = reason.lines().next().unwrap_or_default();
     let file = File::options().create(true).append(true).open(notes);
-    // Without the file the output has it.
+    // Without the file, the note is on the output.
     let _ = file.and_then(|mut file| writeln!(file, "tried again  {test}: {reason}"));
 }

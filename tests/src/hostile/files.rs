@@ -1,4 +1,4 @@
-//! What comes from files, as `--check` and the tool read it; and a little further, to the first cycles.
+//! Input from files, as `--check` and the tool read it, and up to the first cycles.
 
 use std::path::{Path, PathBuf};
 
@@ -75,7 +75,7 @@ pub(super) fn scenario(data: &[u8]) -> Outcome {
     Ok(())
 }
 
-/// A cam file, and everything that the tool tells of it.
+/// A cam file, and everything that the tool prints about it.
 pub(super) fn cam_file(data: &[u8]) -> Outcome {
     let path = root().join("scenarios/cams/t.toml");
     examine_cam(CamFile::parse(&path, text(data)?).map_err(told)?)
@@ -132,7 +132,7 @@ pub(super) fn plc_array(data: &[u8]) -> Outcome {
 fn examine_points(table: PointTable) -> Outcome {
     let csv = PointTable::from_csv("t.csv", &table.to_csv());
     let array = PointTable::from_structured_text("t.st", &table.to_structured_text("Cam"), None);
-    // What is no number is none in a program.
+    // NaN has no notation in a program: the array may be refused.
     let PointTable::Points(points) = table else {
         return Ok(());
     };
@@ -154,7 +154,7 @@ fn examine_points(table: PointTable) -> Outcome {
     source.plate().map(drop).map_err(told)
 }
 
-/// A saw file, planned, with what would help where it is refused.
+/// A saw file, planned, with remedies where it is refused.
 pub(super) fn saw_file(data: &[u8]) -> Outcome {
     let saw = SawFile::parse("saw.toml", text(data)?).map_err(told)?;
     match saw.plan() {

@@ -1,8 +1,8 @@
-//! Hostile input: whatever comes from a file or the network must not end a node, nor take its time or its memory.
+//! Hostile input: no input from files or the network may end a node, or use up its time or memory.
 //!
-//! A [`Target`] is a plain function over bytes that does with them what a node or the tool would. `tests/hostile.rs`
-//! runs each over the stored corpus and over [mutations](mutate) of it; `tests/fuzz` has the same for cargo-fuzz.
-//! `docs/CONTRIBUTING.md` says how.
+//! A [`Target`] is a plain function that handles bytes as a node or the tool would. `tests/hostile.rs`
+//! runs each over the stored corpus and over [mutations](mutate) of it; `tests/fuzz` has them for cargo-fuzz, too.
+//! `docs/CONTRIBUTING.md` describes how.
 
 mod files;
 pub mod mutate;
@@ -17,23 +17,23 @@ use coaxle_node::MOST_CHARACTERS;
 
 pub use seeds::root;
 
-/// What becomes of an input: taken, or refused with a message.
+/// Outcome of an input: taken, or refused with a message.
 pub type Outcome = Result<(), String>;
 
-/// Something that takes input from elsewhere.
+/// A function that takes external input.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
     /// The name of its folder in `tests/corpus`, and in `tests/fuzz`.
     pub name: &'static str,
-    /// What kind of input it takes.
+    /// Kind of input.
     pub kind: Kind,
-    /// Does what a node or the tool would do with it.
+    /// Handles the input as a node or the tool would.
     pub run: fn(&[u8]) -> Outcome,
-    /// Good inputs, each with a name: what is shipped, and what nodes send.
+    /// Good inputs, each with a name: shipped files, and messages of nodes.
     pub seeds: fn() -> Vec<(String, Vec<u8>)>,
 }
 
-/// What an input is made of.
+/// Kind of an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Text, of numbers, names and brackets.
@@ -42,7 +42,7 @@ pub enum Kind {
     Bytes,
 }
 
-/// All of them.
+/// Every target.
 pub const TARGETS: &[Target] = &[
     Target {
         name: "frame",
@@ -177,10 +177,10 @@ pub fn target(name: &str) -> &'static Target {
 }
 
 impl Target {
-    /// Runs it and looks at how it refuses: on one line, that says something and is not too long.
+    /// Runs it and checks the message of a refusal: one line, not empty and not too long.
     ///
     /// # Panics
-    /// Where it does not.
+    /// The message is not.
     pub fn examine(&self, data: &[u8]) -> Outcome {
         let outcome = (self.run)(data);
         if let Err(message) = &outcome {

@@ -1,4 +1,4 @@
-//! Changes of good inputs that make hostile ones, the same for the same seed.
+//! Changes of good inputs into hostile ones, deterministic for a seed.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use super::Kind;
 /// Longest input that is made, bytes.
 pub const MOST_BYTES: usize = 1 << 16;
 
-/// What stands for a number once it was changed.
+/// Replacements of a number.
 const NUMBERS: &[&str] = &[
     "0",
     "-0.0",
@@ -55,7 +55,7 @@ const NUMBERS: &[&str] = &[
     "null",
 ];
 
-/// What stands for a text once it was changed.
+/// Replacements of a text.
 const TEXTS: &[&str] = &[
     "",
     " ",
@@ -83,7 +83,7 @@ const TEXTS: &[&str] = &[
     "nan",
 ];
 
-/// What is put in somewhere.
+/// Pieces to insert anywhere.
 const PIECES: &[&str] = &[
     "[",
     "]",
@@ -113,7 +113,7 @@ const PIECES: &[&str] = &[
     "a.a.a.a.a = 1\n",
 ];
 
-/// What is put in many times over.
+/// Pieces to insert many times over.
 const NESTED: &[&str] = &[
     "[", "{\"a\":", "{a=", "a.", "[[a]]\n", "(", "-", "9", "\"", "é", ";", ",",
 ];
@@ -126,14 +126,14 @@ pub struct Mutator {
 }
 
 impl Mutator {
-    /// The one of a seed.
+    /// The mutator of a seed.
     #[must_use]
     pub fn new(seed: u64, kind: Kind) -> Self {
         let random = Random::new(seed);
         Self { random, kind }
     }
 
-    /// One of the inputs with up to four changes, in which parts of another may be.
+    /// Mutates one of the inputs by up to four changes, which may splice in parts of another.
     pub fn next(&mut self, inputs: &[Vec<u8>]) -> Vec<u8> {
         let mut data = inputs[self.below(inputs.len())].clone();
         let other = &inputs[self.below(inputs.len())];
@@ -160,7 +160,7 @@ impl Mutator {
         these[self.below(these.len())]
     }
 
-    /// A part of so many bytes, mostly a short one.
+    /// A range, mostly a short one.
     fn range(&mut self, length: usize) -> Range<usize> {
         let start = self.below(length + 1);
         let most = length - start;
@@ -286,7 +286,7 @@ impl Mutator {
         }
     }
 
-    /// A piece so often that whoever follows it too deep, or keeps all of it, is found out.
+    /// Inserts a piece so often that a reader which recurses too deep, or keeps all of it, fails.
     fn nest(&mut self, data: &mut Vec<u8>) {
         let at = self.below(data.len() + 1);
         let times = 1 << self.below(15);
@@ -305,7 +305,7 @@ impl Mutator {
         start..end.map_or(data.len(), |end| at + end + 1)
     }
 
-    /// Without a line, or with two that changed places.
+    /// Removes a line, or swaps two.
     fn change_lines(&mut self, data: &mut Vec<u8>) {
         let (one, two) = (self.line(data), self.line(data));
         if self.below(2) == 0 || one.end > two.start {
@@ -317,7 +317,7 @@ impl Mutator {
         data.splice(one, second);
     }
 
-    /// Some lines many times over, as a list with thousands of elements is.
+    /// Repeats some lines many times over, as a list with thousands of elements does.
     fn repeat_lines(&mut self, data: &mut Vec<u8>) {
         let (one, two) = (self.line(data), self.line(data));
         let lines = one.start.min(two.start)..one.end.max(two.end);

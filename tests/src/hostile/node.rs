@@ -4,7 +4,7 @@ use coaxle_node::Node;
 use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::keys::NodeName;
 
-/// Some cycles of a node, each on time. What it sends are frames, and their numbers are some.
+/// Runs some cycles of a node, each on time, and checks that its frames are valid and their numbers finite.
 pub(super) fn scan(node: &mut impl Node, name: &NodeName, cycles: usize) {
     let mut sealed = Vec::new();
     for _ in 0..cycles {

@@ -1,4 +1,4 @@
-//! What comes from a PLC to a gateway: by ADS, as datagrams, as lines on a pipe; up to the frames that it publishes of them.
+//! Input from a PLC to a gateway: by ADS, as datagrams, as lines on a pipe; up to the frames that it publishes.
 
 use std::collections::VecDeque;
 
@@ -18,24 +18,24 @@ use super::seeds::root;
 
 const CONFIG: &str =
     "name = 'plc'\ncycle-time-us = 1000\n[pipe]\n[[axis]]\nid = 7\nname = 'belt'\n";
-/// Its cycle time.
+/// Cycle time of the PLC.
 const CYCLE: Span = Span::from_millis(1);
 /// The axis of that.
 const ID: u32 = 7;
-/// Good cycles of the PLC before what comes: its clock is known then.
+/// Number of good cycles before the input, after which the PLC's clock is known.
 const CYCLES_BEFORE: u16 = 400;
 /// Bytes of a cycle index.
 const INDEX_LEN: usize = 2;
 /// Most samples that a gateway is run for.
 const MOST_SAMPLES: usize = 1_000;
-/// Where the recording of a connection is, whose answers are good input.
+/// Path of the recording of a connection, whose responses are good input.
 const RECORDED: &str = "scenarios/tool/src/gateway/ads/recorded.txt";
 
 /// Samples that came, one for each cycle of the PLC.
 #[derive(Default)]
 struct Came {
     samples: VecDeque<PlcSample>,
-    /// When the newest was taken.
+    /// Time at which the newest was taken.
     taken: Option<Instant<Local>>,
 }
 
@@ -49,7 +49,7 @@ impl Came {
         });
     }
 
-    /// Has a gateway that knows its PLC publish all of it: what receivers take of its frames are numbers.
+    /// Has a gateway that knows its PLC publish every sample: receivers must take finite numbers from its frames.
     fn publish(mut self) {
         let config: GatewayConfig =
             coaxle_node::config::parse("plc.toml", CONFIG).expect("a config");
@@ -108,7 +108,7 @@ impl Port for Came {
     }
 }
 
-/// What a PLC sends over an ADS connection, as its gateway takes it: answers with an index or an image, and notifications.
+/// Input of a PLC over an ADS connection, as its gateway takes it: responses with an index or an image, and notifications.
 pub(super) fn ads(data: &[u8]) -> Outcome {
     let (mut rest, mut came, mut index) = (data, Came::default(), CycleIndex(0));
     let mut assembly = Assembly::of(&[INDEX_LEN, IMAGE_LEN]);
@@ -164,7 +164,7 @@ fn take_value(value: &[u8], index: &mut CycleIndex, came: &mut Came) {
     }
 }
 
-/// The answers of the recorded connection.
+/// The responses of the recorded connection.
 pub(super) fn recorded() -> Vec<(String, Vec<u8>)> {
     let text = std::fs::read_to_string(root().join(RECORDED)).expect("the recording");
     let answers = text.lines().filter_map(|line| line.strip_prefix("< "));
@@ -175,7 +175,7 @@ pub(super) fn recorded() -> Vec<(String, Vec<u8>)> {
     vec![("recorded".to_owned(), answers.flat_map(bytes).collect())]
 }
 
-/// Datagrams, each its length as two bytes and what it holds, in both layouts.
+/// Datagrams, each as its length in two bytes and its content, in both layouts.
 pub(super) fn datagrams(data: &[u8]) -> Outcome {
     let mut outcome = Ok(());
     for layout in [ImageLayout::TwinCat2, ImageLayout::AxisRef] {
@@ -229,7 +229,7 @@ pub(super) fn lines(data: &[u8]) -> Outcome {
     outcome
 }
 
-/// The same axis as lines.
+/// The moving axis as lines.
 pub(super) fn good_lines() -> Vec<(String, Vec<u8>)> {
     let mut text = head_line(["belt"].into_iter()) + "\n";
     for cycle in 0..60_u16 {
@@ -240,7 +240,7 @@ pub(super) fn good_lines() -> Vec<(String, Vec<u8>)> {
     vec![("moving".to_owned(), text.into_bytes())]
 }
 
-/// It goes on where those before ended.
+/// Index of a cycle, after those of the good cycles before.
 const fn index_of(cycle: u16) -> u16 {
     65_000_u16.wrapping_add(CYCLES_BEFORE + cycle)
 }

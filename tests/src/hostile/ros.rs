@@ -1,4 +1,4 @@
-//! What comes from ROS: a trajectory, up to the orders that it makes.
+//! Input from ROS: a trajectory, up to the orders that it makes.
 
 use coaxle_clock::Instant;
 use coaxle_node::command::{CommandOrder, SlaveName};
@@ -13,7 +13,7 @@ use super::wire::near;
 
 const JOINTS: [&str; 2] = ["saw/carriage", "saw/blade"];
 
-/// A trajectory, for two slaves that are there; each order that it makes is one that a node reads.
+/// A trajectory for two existing slaves; a node must be able to read each order that it makes.
 pub(super) fn trajectory(data: &[u8]) -> Outcome {
     let trajectory = JointTrajectory::from_bytes(data).map_err(|error| error.to_string())?;
     let known = JOINTS.map(address);
@@ -37,7 +37,7 @@ pub(super) fn trajectory(data: &[u8]) -> Outcome {
     Ok(())
 }
 
-/// Places with times, a halt, and what begins later.
+/// Good trajectories: positions with times, a halt, and a later start.
 pub(super) fn trajectories() -> Vec<(String, Vec<u8>)> {
     let point = |positions: &[f64], seconds: i32| JointTrajectoryPoint {
         positions: positions.to_vec(),

@@ -1,4 +1,4 @@
-//! Good inputs: what is shipped, what the documents show, and what nodes send.
+//! Good inputs: shipped files, examples of the documents, and messages of nodes.
 
 use std::path::{Path, PathBuf};
 
@@ -262,7 +262,7 @@ pub(super) fn arrivals() -> Seeds {
     ]
 }
 
-/// A message a millisecond after the one before, its check sum put right if it is not.
+/// Appends a message a millisecond after the one before, with its check sum corrected.
 fn push(stream: &mut Vec<u8>, channel: Channel, message: &[u8]) {
     let later = if channel == Channel::Axes { 10 } else { 0 };
     stream.extend_from_slice(&[0x80 | subscription_to(channel), later]);

@@ -1,4 +1,4 @@
-//! What comes from the network to a running receiver: its far node's messages, and orders to its slaves.
+//! Input from the network to a running receiver: its far node's messages, and orders to its slaves.
 
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::config::parse;
@@ -68,12 +68,12 @@ fn receiver() -> (ReceiverConfig, Receiver) {
 
 /// Most cycles that a stream of messages is run for.
 const MOST_CYCLES: usize = 1_000;
-/// In which steps a message of a stream comes after the one before.
+/// Unit of the time between two messages of a stream.
 const STEP: Span = Span::from_micros(100);
 
-/// Messages to a receiver, one after the other, with its cycles between them. Each is a byte that says by which
-/// subscription it comes, and with its highest bit that the check sum be put right; a byte that says how much later it
-/// comes, in 100 µs; its length, as two bytes, the lower one first; and what it says.
+/// Messages to a receiver, one after the other, with its cycles between them. Each consists of a byte with the number of its
+/// subscription, whose highest bit requests a corrected check sum; a byte with the time since the one before, in 100 µs; its
+/// length, as two bytes, the lower one first; and its content.
 pub(super) fn arrivals(data: &[u8]) -> Outcome {
     let (config, mut receiver) = receiver();
     let wiring = config.wiring();
@@ -129,7 +129,7 @@ const CYCLES_BEFORE: usize = 20;
 /// Cycles after it.
 const CYCLES_AFTER: usize = 50;
 
-/// An order, read, carried out by a running receiver, and answered.
+/// An order, read, executed by a running receiver, with its response.
 pub(super) fn order(data: &[u8]) -> Outcome {
     let order = CommandOrder::from_json(data).map_err(|error| error.to_string())?;
     let written = order.to_json();

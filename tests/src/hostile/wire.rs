@@ -1,4 +1,4 @@
-//! What comes from the network, message by message, as a node's subscriptions read it.
+//! Input from the network, message by message, as a node's subscriptions read it.
 
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_node::frame::sender_id;
@@ -7,12 +7,12 @@ use coaxle_node::{Channel, Intake, KeptMessage, Message, Reader, TimeServer};
 
 use super::Outcome;
 
-/// The node that is heard.
+/// The publishing node.
 pub(super) fn far() -> NodeName {
     NodeName::new("conveyor").expect("a valid name")
 }
 
-/// The node that hears.
+/// The subscribing node.
 pub(super) fn near() -> NodeName {
     NodeName::new("saw").expect("a valid name")
 }
@@ -39,7 +39,7 @@ pub(super) fn time_response(data: &[u8]) -> Outcome {
     read(Reader::time_responses_of(&far(), &near()), &key, data)
 }
 
-/// Reads the bytes as they are, and once more with the check sum put right: past that is where the fields are.
+/// Reads the bytes as they are, and once more with a correct check sum, which exposes the fields behind it.
 fn read(mut reader: Reader, key: &str, data: &[u8]) -> Outcome {
     let _ = read_one(&mut reader, data);
     read_one(&mut reader, &with_checksum(key, data))
