@@ -1,6 +1,6 @@
 //! Hostile input: no target panics, takes long, or refuses it without one clear line.
 //!
-//! `HOSTILE_CASES` and `HOSTILE_SEED` say how many mutations the long run does of each target, and from which seed on.
+//! `HOSTILE_CASES` and `HOSTILE_SEED` set the number of mutations of each target in the long run, and the first seed.
 
 #![expect(
     clippy::unwrap_used,
@@ -39,7 +39,7 @@ fn corpus(target: &Target) -> Vec<(PathBuf, Vec<u8>)> {
     paths.into_iter().map(read).collect()
 }
 
-/// What became of many inputs.
+/// Outcomes of many inputs.
 #[derive(Debug, Default)]
 struct Tally {
     taken: usize,
@@ -70,7 +70,7 @@ impl Tally {
     }
 }
 
-/// Leaves an input that was found in a file, to look at and to add to the corpus.
+/// Stores an input that fails in a file, to examine and to add to the corpus.
 fn kept(target: &Target, data: &[u8]) -> String {
     let name = format!("coaxle-hostile-{}-{}", target.name, std::process::id());
     let path = std::env::temp_dir().join(name);
@@ -105,7 +105,7 @@ fn what_is_shipped_is_taken() {
     }
 }
 
-/// Each input of the corpus, and what is said to it.
+/// Runs each input of the corpus, and lists the outcomes.
 #[test]
 fn the_stored_corpus_holds() {
     let mut table = String::new();

@@ -1,5 +1,5 @@
-//! The package as Python has it: its tests and its examples, with the extension and the tool that were just built, where
-//! Python has what they need.
+//! The Python package: its tests and its examples, with the extension and the tool that were just built, where
+//! Python has the modules they need.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,7 +13,7 @@ struct Package {
 }
 
 impl Package {
-    /// None where no Python has `modules`.
+    /// Absent where no Python has `modules`.
     fn with(modules: &str) -> Option<Self> {
         let python = python::with(modules)?;
         let folder = tempfile::tempdir().expect("a scratch folder");
@@ -45,7 +45,7 @@ impl Package {
     }
 }
 
-/// The extension, which lies beside this test as it is built for it.
+/// The extension, which is built beside this test.
 fn extension() -> PathBuf {
     let test = std::env::current_exe().expect("this test");
     let beside = test.parent().expect("it lies in a folder");

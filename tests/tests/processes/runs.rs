@@ -1,8 +1,8 @@
 //! Real processes over real Zenoh, as a user starts them.
 //!
-//! What a run must do on any machine is asserted always. What needs the processor in time (synchronising,
-//! a figure) is asserted where the nodes kept their cycles: by their own count of overruns, not by a clock here.
-//! The same scenarios have their figures in virtual time.
+//! Conditions that hold on any machine are asserted always. Those that need the processor in time (synchronising,
+//! a figure) are asserted where the nodes kept their cycles: by their own count of overruns, not by a clock here.
+//! These scenarios have their figures in virtual time.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard};
 
 use serde_json::Value;
 
-/// One run at a time: the cores are few.
+/// Lock for one run at a time: the cores are few.
 static MACHINE: Mutex<()> = Mutex::new(());
 
 fn alone() -> MutexGuard<'static, ()> {
@@ -38,13 +38,13 @@ fn run_processes(scenario: &str, out: &Path, sets: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).expect("a summary")
 }
 
-/// Whether a receiver had the processor in time: nine cycles in a thousand may be skipped. A hypervisor or a
-/// build beside this test takes it away for longer, and that is not what is tested here.
+/// True if a receiver had the processor in time: nine cycles in a thousand may be skipped. A hypervisor or a
+/// build beside this test takes it away for longer, and that is not tested here.
 fn kept_its_cycles(receiver: &Value) -> bool {
     is_rare(receiver, "overruns")
 }
 
-/// Whether every receiver of a run did, and every sender: what a sender skips its receivers have lost.
+/// True if every receiver of a run had, and every sender: cycles that a sender skips are lost to its receivers.
 fn all_kept_their_cycles(summary: &Value) -> bool {
     let receivers = summary["receivers"].as_object().expect("receivers");
     receivers
@@ -65,7 +65,7 @@ fn is_rare(receiver: &Value, field: &str) -> bool {
     rare
 }
 
-/// What is expected of each, on a machine that has time for it: `docs/FAULTS.md` has the same in virtual time.
+/// Checks the expectations of each fault, where the machine has time for it: `docs/FAULTS.md` has those in virtual time.
 #[test]
 #[ignore = "a quarter of an hour"]
 fn every_fault_as_processes() {
@@ -262,7 +262,7 @@ fn the_delay_is_measured_and_taken_away() {
     }
     let delay = figure("measured", "delay_us").expect("measured");
     assert!((900.0..10_000.0).contains(&delay), "{delay}");
-    // Delays that stay alike for long, as on a busy machine, may keep a receiver from being sure so soon.
+    // Delays that stay correlated for long, as on a busy machine, may keep a receiver from being sure so soon.
     let lags = ["off", "measured"].map(|receiver| figure(receiver, "lag_us"));
     if let [Some(off), Some(measured)] = lags {
         assert!(off > 900.0, "{off}");
@@ -376,7 +376,7 @@ fn arrivals_are_recorded_with_true_delays_and_nobody_is_left_busy() {
             .map(move |row| i32::from_le_bytes(number(row, n)))
     };
     assert_eq!(column(0).next(), Some(0));
-    // Nothing arrives before it is sent; on loopback it takes some microseconds at least.
+    // No message arrives before it is sent; on loopback it takes some microseconds at least.
     let mut delays: Vec<i32> = column(2).collect();
     delays.sort_unstable();
     assert!(delays[0] > 1_000, "{} ns", delays[0]);

@@ -1,5 +1,5 @@
-//! Nodes as whoever supervises them sees them: exit codes, signals, the service manager, what becomes of them when their
-//! parent dies, and a log or a disk that takes nothing.
+//! Nodes as a supervisor sees them: exit codes, signals, the service manager, the end of their parent, and a log
+//! or a disk that takes nothing.
 
 use std::fs::{DirEntry, File};
 use std::io::Read;
@@ -31,7 +31,7 @@ fn node(role: &str, config: &Path) -> Command {
     command
 }
 
-/// The node with its log in a file; waits until it says that it runs.
+/// A node with its log in a file; waits until it logs that it runs.
 fn running(command: &mut Command, log: &Path) -> Process {
     let node = Process::start("the node", command, log);
     until("the node runs", || node.logged("running"));
@@ -65,7 +65,7 @@ fn signals_end_a_node_cleanly() {
         ("TERM", "Terminated"),
         ("INT", "Interrupted"),
     ] {
-        // What these tests were started to ignore, under nohup, their nodes ignore too.
+        // Signals ignored by these tests, under nohup, are ignored by their nodes, too.
         if name == "HUP" && ignores_hang_up() {
             continue;
         }
@@ -144,7 +144,7 @@ fn nobody_waits_for_a_log_that_is_full_or_not_read() {
     let node = Process::start_without_log("the node", &mut verbose).expect("it starts");
     assert!(node.wait().success());
 
-    // A pipe that nobody reads, until the node has ended.
+    // A pipe that is not read until the node has ended.
     verbose.stderr(Stdio::piped());
     let node = Process::start_without_log("the node", &mut verbose).expect("it starts");
     let mut pipe = node.take_stderr().expect("a pipe");
@@ -207,7 +207,7 @@ fn a_node_that_a_signal_kills_against_the_scenario_fails_the_run() {
     let signal = "killed by signal: 6 (SIGABRT)";
     assert!(text("received").starts_with(signal), "{death}");
     assert!(text("expected").contains("INFO"), "its last lines: {death}");
-    // What a person reads says so, too.
+    // The output for people has it, too.
     let said = read(&logs.path().join("out")) + &run.log();
     assert!(said.contains(signal), "{said}");
     // The rest of the run is there.
@@ -215,7 +215,7 @@ fn a_node_that_a_signal_kills_against_the_scenario_fails_the_run() {
     assert!(cycles > Some(90), "{summary}");
 }
 
-/// A run of two nodes as processes, and the folder of what it says.
+/// Starts a run of two nodes as processes. Returns it, and the folder of its output.
 fn run_processes(out: &Path, set: &str) -> (Process, TempDir) {
     let logs = tempfile::tempdir().expect("a scratch folder");
     let said = File::create(logs.path().join("out")).expect("a file");

@@ -1,5 +1,5 @@
-//! `coaxle conform`: it finds nothing wrong with our own nodes and with a client in Python that was written by docs/WIRE.md, and of a
-//! sender in Python with a fault exactly the rule that this breaks.
+//! `coaxle conform`: it finds nothing wrong with our own nodes and with a client in Python that was written by docs/WIRE.md. With
+//! a sender in Python that has a fault, it finds exactly the rule that the fault breaks.
 
 mod nodes;
 mod python;
@@ -12,19 +12,19 @@ use coaxle_tests::retries;
 use nodes::{Nodes, broken};
 use python::Python;
 
-/// So many senders at a time: the machine may have two processors.
+/// Number of senders at a time: the machine may have two processors.
 const AT_A_TIME: usize = 3;
-/// What depends on time may go wrong on a machine that is busy.
+/// Attempts at conditions that depend on time: the machine may be busy.
 const ATTEMPTS: usize = 3;
 
-/// One test at a time, for the same reason.
+/// Lock for one test at a time, as the machine may have two processors.
 static TURN: Mutex<()> = Mutex::new(());
 
 fn turn() -> MutexGuard<'static, ()> {
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Tries until nothing is found, and says what was found last if it always is.
+/// Repeats the attempt until it succeeds. After the last one, panics with its message.
 fn attempts(mut attempt: impl FnMut() -> Result<(), String>) {
     for n in 1.. {
         match attempt() {
@@ -38,7 +38,7 @@ fn attempts(mut attempt: impl FnMut() -> Result<(), String>) {
     }
 }
 
-/// That no rule is broken.
+/// Checks that no rule is broken.
 fn nothing(broken: &[String]) -> Result<(), String> {
     match broken {
         [] => Ok(()),
@@ -178,7 +178,7 @@ fn each_planted_fault_is_found_and_nothing_besides() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Whether exactly these rules are found broken; else what is.
+/// Checks that exactly these rules are found broken. The error has those that are.
 fn tried(python: &Python, fault: Option<&str>, rules: &[String]) -> Result<(), String> {
     let mut told = String::new();
     for _ in 0..ATTEMPTS {
@@ -195,7 +195,7 @@ fn tried(python: &Python, fault: Option<&str>, rules: &[String]) -> Result<(), S
             return Ok(());
         }
         told = format!("{found:?}: {report:?}");
-        // What is planted is there however busy the machine is.
+        // A planted fault is found on a busy machine, too.
         if !rules.iter().all(|rule| found.contains(rule)) {
             break;
         }

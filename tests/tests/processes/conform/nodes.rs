@@ -16,7 +16,7 @@ pub(crate) struct Nodes {
     processes: Vec<Process>,
 }
 
-/// What the tool says.
+/// Output of the tool.
 #[derive(Debug)]
 pub(crate) struct Report {
     pub(crate) exit: i32,
@@ -35,7 +35,7 @@ impl Default for Nodes {
 }
 
 impl Nodes {
-    /// Starts a node of ours.
+    /// Starts one of our nodes.
     pub(crate) fn start(&mut self, role: &str, name: &str, config: &str) {
         let file = self.folder.path().join(format!("{name}.toml"));
         std::fs::write(&file, format!("name = '{name}'\n{config}")).expect("a config");
@@ -49,7 +49,7 @@ impl Nodes {
         self.spawn(name, &mut command, endpoint);
     }
 
-    /// Runs a script as a node: its name, the endpoint where it listens, and the rest are its words.
+    /// Runs a script as a node, with its name, its endpoint, and options.
     pub(crate) fn run(&mut self, script: &[PathBuf; 2], name: &str, options: &[&str]) {
         let endpoint = free_endpoint();
         let mut command = Command::new(&script[0]);
@@ -58,7 +58,7 @@ impl Nodes {
         self.spawn(name, &mut command, endpoint);
     }
 
-    /// What the tool finds.
+    /// Runs `coaxle conform` with these arguments.
     pub(crate) fn conform(&self, words: &[&str]) -> Report {
         let mut all = vec!["conform"];
         all.extend(words);
@@ -66,7 +66,7 @@ impl Nodes {
         self.ask(&all)
     }
 
-    /// What the tool says.
+    /// Runs the tool with these arguments, connected to the nodes.
     pub(crate) fn ask(&self, words: &[&str]) -> Report {
         let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
         command.args(words).stdin(Stdio::null());
@@ -81,7 +81,7 @@ impl Nodes {
         }
     }
 
-    /// What a node has printed so far.
+    /// Output of a node so far.
     pub(crate) fn printed(&self, name: &str) -> String {
         let file = self.folder.path().join(format!("{name}.out"));
         std::fs::read_to_string(file).unwrap_or_default()
@@ -106,7 +106,7 @@ pub(crate) fn broken(report: &Value) -> Vec<String> {
         .collect()
 }
 
-/// Nobody else takes a port that was just free.
+/// A free endpoint. No other process takes a port that was just free.
 fn free_endpoint() -> String {
     let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
     format!("tcp/127.0.0.1:{}", port.expect("a free port").port())

@@ -8,12 +8,12 @@ use std::process::Command;
 pub(crate) struct Python(PathBuf);
 
 impl Python {
-    /// None where there is none, which is said.
+    /// Finds an interpreter; none, with a note on the output, where there is none.
     pub(crate) fn find() -> Option<Self> {
         coaxle_tests::python::with("zenoh").map(Self)
     }
 
-    /// What runs one of our scripts.
+    /// Command of one of our scripts.
     pub(crate) fn script(&self, name: &str) -> [PathBuf; 2] {
         [self.0.clone(), root().join("tests/python").join(name)]
     }

@@ -1,5 +1,5 @@
-//! A PLC behind a gateway: a receiver follows its axis, and it gets back what that makes of it. One PLC is a small server of
-//! our own; others are somebody else's, in Python, and left out where they are not there.
+//! A PLC behind a gateway: a receiver follows its axis, and the PLC gets the corrected axis back. One PLC is a small server of
+//! our own; others are third-party programs in Python, left out where they are not available.
 
 #![expect(clippy::print_stdout, reason = "what came back is a figure")]
 
@@ -14,7 +14,7 @@ use std::process::{Command, Stdio};
 use coaxle_test_process::Process;
 use coaxle_tests::python;
 
-/// How long the PLC runs, s: its axis comes back for some seconds of it.
+/// Duration of the PLC's run, s: its axis comes back for some seconds of it.
 const SECONDS: &str = "30";
 
 fn free_tcp() -> u16 {
@@ -40,8 +40,8 @@ fn node(role: &str, folder: &Path, config: &str) -> Process {
     Process::start(role, &mut command(role, folder, config), &log)
 }
 
-/// Runs a PLC behind a gateway with this way to it, and a receiver behind that; what the PLC says: how often it got its axis
-/// back, and of the newest ones how far they were off, mm, and their velocity, mm/s.
+/// Runs a PLC behind a gateway with this connection, and a receiver behind that. Returns the PLC's report: the number of
+/// times that its axis came back, and of the newest ones their error, mm, and velocity, mm/s.
 fn circle(way: &str, symbols: [&str; 3], mut plc: Command, cycle_us: u32) -> (u32, Vec<[f64; 2]>) {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let port = free_tcp();
@@ -78,7 +78,7 @@ fn script(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// The machine may be busy: half of the newest must be within 60 ms of the way.
+/// Requires half of the newest to be within 60 ms of travel, as the machine may be busy.
 fn judge(what: &str, (came, newest): (u32, Vec<[f64; 2]>)) {
     assert!(came > 200, "{what}: {came} came");
     let mut off: Vec<f64> = newest.iter().map(|[error, _]| error.abs()).collect();

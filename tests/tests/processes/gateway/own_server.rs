@@ -1,4 +1,4 @@
-//! Against our own server: both ways to read, both images, a connection that ends, refusals and nonsense.
+//! Against our own server: both ways to read, both images, a connection that ends, refusals and malformed replies.
 
 use std::process::Output;
 
@@ -13,7 +13,7 @@ use crate::gateway::{command, free_tcp, node};
 /// The machine may be very busy.
 const PATIENCE: Span = Span::from_secs(120);
 
-/// The way to a PLC, with its axis.
+/// Config of a gateway to a PLC, with its axis.
 fn gateway(plc: &Plc, port: u16, read: &str, symbol: &str, output: &str) -> String {
     format!(
         "name = 'plc'\ncycle-time-us = 4000\n\
@@ -25,19 +25,19 @@ fn gateway(plc: &Plc, port: u16, read: &str, symbol: &str, output: &str) -> Stri
     )
 }
 
-/// A PLC that goes on, and what it gets back.
+/// A running PLC, and the axis that it gets back.
 struct Circle<'a> {
     plc: &'a Plc,
     next: Instant<Machine>,
     index: Vec<u8>,
-    /// The variable that is written, and where its position is.
+    /// Name of the variable that is written, and offset of its position.
     variable: (&'a str, usize),
-    /// How far what came back is behind, cycles.
+    /// Delays of the values that came back, cycles.
     behind: Vec<f64>,
 }
 
 impl Circle<'_> {
-    /// Goes on until half of the newest hundred that came back are within ten cycles: the receiver has locked in.
+    /// Runs cycles until half of the newest hundred that came back are within ten cycles: the receiver has locked in.
     fn turn_until_it_is_close(&mut self, what: &str) {
         let until = machine::now() + PATIENCE;
         loop {
@@ -57,7 +57,7 @@ impl Circle<'_> {
         }
     }
 
-    /// A cycle of the PLC, and what came back in it.
+    /// Runs a cycle of the PLC, and notes the value that came back in it.
     fn step(&mut self) {
         assert_alive("the PLC gets its axis back");
         // A machine that stood still does not catch up.
@@ -163,7 +163,7 @@ fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_stop_of_the_pl
         gateway.logged("does not run any more (state 6)")
     });
 
-    // It goes on while both outputs are written; then one of those who fill them starts anew.
+    // The PLC continues while both outputs are written; then a publisher of one of them restarts.
     plc.run();
     circle.turn_until_it_is_close("after the PLC was in stop");
     drop(of_far_axes);
@@ -174,7 +174,7 @@ fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_stop_of_the_pl
     circle.turn_until_it_is_close("after the receiver started anew");
 }
 
-/// The gateway for two seconds, with what it logs.
+/// Runs the gateway for two seconds. Returns its output with the log.
 fn run_shortly(config: &str) -> Output {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let mut command = command("gateway", folder.path(), config);

@@ -16,7 +16,7 @@ use crate::gateway::{command, free_tcp, node};
 /// The machine may be very busy.
 const PATIENCE: Span = Span::from_secs(120);
 const CYCLE: Span = Span::from_millis(4);
-/// What the axis does in a cycle.
+/// Distance of the axis per cycle.
 const STEP: f64 = 2.0;
 
 #[test]
@@ -58,7 +58,7 @@ struct Pipe {
     _folder: tempfile::TempDir,
 }
 
-/// What comes out of the gateway.
+/// Output of the gateway.
 #[derive(Debug, PartialEq)]
 enum Said {
     Head(String),
@@ -111,7 +111,7 @@ impl Pipe {
             .expect("it is read");
     }
 
-    /// Goes on until half of the newest hundred that came back are within ten cycles: the receiver has locked in.
+    /// Runs cycles until half of the newest hundred that came back are within ten cycles: the receiver has locked in.
     fn turn_until_it_is_close(&mut self, form: fn(u64) -> Vec<u8>) {
         let until = machine::now() + PATIENCE;
         loop {
@@ -139,7 +139,7 @@ impl Pipe {
         }
     }
 
-    /// Ends standard input, of which the gateway says that it has ended, and goes on. What it logged until then.
+    /// Ends standard input, which the gateway logs, and goes on. Returns the log until then.
     fn end(&mut self) -> String {
         drop(self.to_gateway.take());
         until("the gateway says that standard input has ended", || {

@@ -10,12 +10,12 @@ use coaxle_gateway::ams::{
     READ_WRITE, REPLY, REQUEST, VALUE_BY_HANDLE, WRITE, take_packet,
 };
 
-/// Its cycle time, s.
+/// Cycle time of the PLC, s.
 pub(crate) const CYCLE_S: f64 = 0.004;
 /// The error of a symbol that is not there.
 const NO_SYMBOL: u32 = 0x710;
 
-/// A PLC whose axis goes on by one each cycle.
+/// A PLC whose axis advances by one each cycle.
 pub(crate) struct Plc {
     address: SocketAddr,
     state: Arc<Mutex<State>>,
@@ -31,7 +31,7 @@ struct State {
 
 struct Connection {
     stream: TcpStream,
-    /// Its first packet, which says who it is.
+    /// Addresses of its first packet.
     ends: Option<Ends>,
     notified: Vec<u32>,
 }
@@ -75,12 +75,12 @@ impl Plc {
         plc
     }
 
-    /// Its runtime goes into stop.
+    /// Sets its runtime to stop.
     pub(crate) fn stop(&self) {
         self.lock().is_stopped = true;
     }
 
-    /// And into run again.
+    /// Sets its runtime to run again.
     pub(crate) fn run(&self) {
         self.lock().is_stopped = false;
     }
@@ -89,7 +89,7 @@ impl Plc {
         self.address
     }
 
-    /// The next cycle: index, axes, notifications.
+    /// Runs the next cycle: index, axes, notifications.
     pub(crate) fn step(&self) {
         let mut state = self.lock();
         state.cycle += 1;
@@ -114,7 +114,7 @@ impl Plc {
         found.expect("it is there").1.clone()
     }
 
-    /// Where its axis is.
+    /// Position of its axis.
     pub(crate) fn position(&self) -> f64 {
         self.lock().cycle as f64
     }
@@ -142,7 +142,7 @@ impl State {
         }
     }
 
-    /// Sends all that is wanted of this cycle, with one stamp.
+    /// Sends all notifications of this cycle, with one stamp.
     fn notify(&mut self) {
         let stamp = self.cycle * 40_000 + 1;
         for connection in &mut self.connections {
@@ -234,7 +234,7 @@ fn serve(mut stream: TcpStream, state: &Mutex<State>) {
     let Ok(peer) = stream.peer_addr() else {
         return;
     };
-    // Notifications and replies must not wait for each other's receipts.
+    // Notifications and replies must not wait for each other's acknowledgements.
     stream.set_nodelay(true).expect("it is there");
     if state.lock().expect("it is there").talks_nonsense {
         let _ = stream.write_all(&[0, 0, 3, 0, 0, 0, 1, 2, 3]);

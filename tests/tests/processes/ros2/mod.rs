@@ -1,4 +1,4 @@
-//! `coaxle ros2`: somebody else's Zenoh and somebody else's decoder, in Python, see our axes as joint states, and move a slave by
+//! `coaxle ros2`: third-party Zenoh and a third-party decoder, in Python, see our axes as joint states, and move a slave by
 //! a trajectory. Without Python with both there is nothing to test with.
 
 #![expect(
@@ -21,7 +21,7 @@ fn joint(heard: &Value, name: &str) -> Option<(f64, f64, f64)> {
     Some((value("position")?, value("velocity")?, stamp as f64 * 1e-9))
 }
 
-/// All that is known of a joint so far.
+/// Every state of a joint so far.
 fn track(world: &World, name: &str) -> Vec<(f64, f64, f64)> {
     let heard = world.heard();
     heard
@@ -40,7 +40,7 @@ fn somebody_elses_ros_sees_the_axes_and_moves_a_slave() {
     states_are_whole(&world);
     a_trajectory_moves_the_slave(&mut world);
     what_is_no_trajectory_is_refused(&mut world);
-    // It goes as it came: its tokens first.
+    // Exit in order: its tokens go first.
     assert_eq!(world.interrupt(), Some(0), "{}", world.log());
     world.until("its tokens are gone", |heard| {
         let gone = |heard: &&Value| heard["alive"] == false;

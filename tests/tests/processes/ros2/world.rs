@@ -19,7 +19,7 @@ const RECEIVER: &str = "name = 'saw'\ncycle-time-us = 5000\npublish-far-axes = t
                         [[slave]]\nname = 'carriage'\ncouple = 'off'\n\
                         limits = { velocity = 500, acceleration = 5000, jerk = 1e5, max-position = 800 }\n";
 
-/// All of them, until this is dropped.
+/// The running processes, until this is dropped.
 pub(crate) struct World {
     bridge: Process,
     _others: Vec<Process>,
@@ -29,7 +29,7 @@ pub(crate) struct World {
 }
 
 impl World {
-    /// None where there is no Python for it, which is said.
+    /// Starts the processes; none, with a note on the output, where there is no Python for it.
     pub(crate) fn start(options: &[&str]) -> Option<Self> {
         let python = python::with("rosbags, zenoh")?;
         let folder = tempfile::tempdir().expect("a scratch folder");
@@ -69,7 +69,7 @@ impl World {
         })
     }
 
-    /// What Python has heard so far.
+    /// Messages that Python has received so far.
     pub(crate) fn heard(&self) -> Vec<Value> {
         let text = read(self.folder.path(), "python.out");
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
@@ -79,7 +79,7 @@ impl World {
             .collect()
     }
 
-    /// What the tool has said so far.
+    /// Log of the tool so far.
     pub(crate) fn log(&self) -> String {
         self.bridge.log()
     }
@@ -105,19 +105,19 @@ impl World {
         writeln!(self.told, "{told}").expect("it listens");
     }
 
-    /// Waits until what Python has heard is so.
+    /// Waits until the messages that Python has received meet a condition.
     pub(crate) fn until(&self, what: &str, mut is_so: impl FnMut(&[Value]) -> bool) {
         until(what, || is_so(&self.heard()));
     }
 
-    /// Ctrl-C; the exit code.
+    /// Sends Ctrl-C. Returns the exit code.
     pub(crate) fn interrupt(&mut self) -> Option<i32> {
         self.bridge.signal("INT");
         self.bridge.wait().code()
     }
 }
 
-/// Nobody else takes a port that was just free.
+/// A free endpoint. No other process takes a port that was just free.
 pub(crate) fn free_endpoint() -> String {
     let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
     format!("tcp/127.0.0.1:{}", port.expect("a free port").port())

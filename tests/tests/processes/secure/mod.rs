@@ -1,8 +1,8 @@
-//! Attempts at a network under the secure profile, with real certificates over real Zenoh on loopback: what must
-//! not get through does not, at the one it is meant for, and what may does, in the same sessions. `docs/SECURE.md`
+//! Attempts at a network under the secure profile, with real certificates over real Zenoh on loopback: forbidden messages
+//! do not reach their target, and permitted ones do, in the same sessions. `docs/SECURE.md`
 //! lists the attempts.
 //!
-//! That something does not arrive is judged by what was sent after it on the same link and did arrive, so no test
+//! That a message does not arrive is judged by a later one on the same link that did arrive, so no test
 //! here waits for a time to pass.
 
 mod network;
@@ -13,7 +13,7 @@ use coaxle_host::credentials::Authority;
 use coaxle_test_process::until;
 use network::{Lab, Session, expired, year};
 
-/// The nodes with what each declares in earnest.
+/// The line with its regular declarations.
 fn line(lab: &Lab) -> Session {
     let mut line = lab.member("line");
     line.announce("coaxle/line/alive");
@@ -41,7 +41,7 @@ fn as_saw(mut saw: Session) -> Session {
     saw
 }
 
-/// What the profile is for goes on.
+/// Checks that the regular messages still pass.
 fn follows(saw: &Session, line: &mut Session) {
     until("saw hears line", || {
         line.say("coaxle/line/axes", "frame");
@@ -98,7 +98,7 @@ fn who_has_no_certificate_of_ours_that_holds_gets_no_link() {
         ),
         ("without TLS", lab.plain("saw")),
     ];
-    // Each retries four times a second: long enough for several attempts of all, by what reaches saw of line.
+    // Each retries four times a second: long enough for several attempts of all, measured by saw's messages from line.
     for round in 0..300 {
         let text = format!("round {round}");
         for (who, stranger) in &mut strangers {
@@ -141,7 +141,7 @@ fn a_name_that_nobody_knows_has_a_link_and_no_rights() {
         "{:?}",
         line.seen()
     );
-    // What it says to itself is all that it hears.
+    // Its own messages are all that it receives.
     assert!(
         mallory.seen().iter().all(|seen| seen.ends_with("mallory")),
         "{:?}",
@@ -190,7 +190,7 @@ fn a_member_is_itself_and_nobody_else() {
         saw.seen()
     );
 
-    // What is longer than any message may be costs its sender the link, at most.
+    // A message longer than permitted costs its sender the link, at most.
     press.say("coaxle/press/axes", &"z".repeat(MAX_MESSAGE_BYTES + 1));
     let mut line = line(&lab);
     follows(&saw, &mut line);

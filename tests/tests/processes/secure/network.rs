@@ -1,5 +1,5 @@
 //! A small secure network on loopback: certificates and profiles as `coaxle secure init` makes them, sessions that
-//! keep what reaches them, and attackers whose own profile holds nothing back.
+//! record received messages, and attackers whose own profile permits everything.
 
 use std::collections::BTreeSet;
 use std::net::TcpListener;
@@ -64,7 +64,7 @@ impl Lab {
         }
     }
 
-    /// Where a node listens, over TLS or whatever.
+    /// Endpoint of a node, over TLS or another protocol.
     pub(crate) fn endpoint(&self, protocol: &str, node: &str) -> String {
         let n = NODES
             .iter()
@@ -79,7 +79,7 @@ impl Lab {
         self.folder_with(name, &self.authority, year(), &rights)
     }
 
-    /// The folder of somebody with a certificate of an authority, who believes ours.
+    /// A folder for a member with a certificate of this authority, which trusts ours.
     pub(crate) fn folder_with(
         &self,
         name: &str,
@@ -100,7 +100,7 @@ impl Lab {
         folder
     }
 
-    /// A member that keeps to its profile, as its config says.
+    /// A member that keeps to its profile, with its config.
     pub(crate) fn member(&self, name: &str) -> Session {
         let known = self
             .network
@@ -118,7 +118,7 @@ impl Lab {
         })
     }
 
-    /// The same with certificates alone, as if nobody had to have rights.
+    /// A member with certificates only, as if no rights were needed.
     pub(crate) fn lawless_member(&self, name: &str) -> Session {
         let known = self
             .network
@@ -134,12 +134,12 @@ impl Lab {
         })
     }
 
-    /// Somebody with a certificate of ours who sends whatever it likes to a node.
+    /// An attacker with a certificate of ours that sends any message to a node.
     pub(crate) fn rogue(&self, name: &str, to: &str) -> Session {
         self.rogue_with(name, to, &self.authority, year())
     }
 
-    /// The same, where a node of its name ought to be.
+    /// Such an attacker, at the endpoint of the node of its name.
     pub(crate) fn rogue_at(&self, name: &str) -> Session {
         Session::open(&TransportConfig {
             secure: Some(self.folder_with(name, &self.authority, year(), LAWLESS)),
@@ -162,7 +162,7 @@ impl Lab {
         })
     }
 
-    /// Somebody without a certificate, who believes our authority.
+    /// A client without a certificate, which trusts our authority.
     pub(crate) fn nameless(&self, to: &str) -> Session {
         let authority = self.folder("saw").join("ca.pem");
         let authority = toml::Value::from(authority.to_str().expect("a plain path"));
@@ -177,7 +177,7 @@ impl Lab {
         })
     }
 
-    /// Somebody without TLS.
+    /// A client without TLS.
     pub(crate) fn plain(&self, to: &str) -> Session {
         Session::open(&TransportConfig {
             connect: vec![self.endpoint("tcp", to)],
@@ -186,10 +186,10 @@ impl Lab {
     }
 }
 
-/// TLS with the certificates beside it, and nothing that holds back who has this.
+/// TLS with the certificates beside it, without access control.
 const LAWLESS: &str = "{ mode: 'peer', listen: { endpoints: [] }, transport: { link: { tls: { enable_mtls: true } } } }";
 
-/// A session with all that reached it.
+/// A session with all messages that reached it.
 pub(crate) struct Session {
     transport: OverZenoh,
     seen: Seen,
@@ -209,7 +209,7 @@ impl Session {
         }
     }
 
-    /// Keeps what is published under a key as `key text`; of a long payload its length.
+    /// Records messages published under a key as `key text`; for a long payload, its length.
     pub(crate) fn hear(&mut self, key: &str) {
         let (seen, of) = (Arc::clone(&self.seen), key.to_owned());
         let keep = move |_, bytes: &[u8]| {
@@ -225,7 +225,7 @@ impl Session {
         self.declared.push(declared.expect("a subscription"));
     }
 
-    /// Keeps that a key was announced.
+    /// Records that a key was announced.
     pub(crate) fn watch(&mut self, key: &str) {
         let seen = Arc::clone(&self.seen);
         let keep = move |key: &str, is_there| {
@@ -237,7 +237,7 @@ impl Session {
         self.declared.push(declared.expect("a watch"));
     }
 
-    /// Keeps the requests that come, and replies to each.
+    /// Records requests, and replies to each.
     pub(crate) fn serve(&mut self, key: &str) {
         let seen = Arc::clone(&self.seen);
         let keep = move |_, request: Box<dyn Request>| {
@@ -254,7 +254,7 @@ impl Session {
         self.declared.push(declared.expect("an announcement"));
     }
 
-    /// Publishes under a key, whoever hears it.
+    /// Publishes under a key, with or without subscribers.
     pub(crate) fn say(&mut self, key: &str, text: &str) {
         if !self.publishers.iter().any(|(known, _)| known == key) {
             let publisher = self.transport.publisher(key, Urgency::RealTime);
@@ -268,7 +268,7 @@ impl Session {
             .expect("a session");
     }
 
-    /// Sends a request, and gives the reply if there is one within a second.
+    /// Sends a request. Returns the reply if there is one within a second.
     pub(crate) fn ask(&self, key: &str, text: &str) -> Option<String> {
         let client = self
             .transport
@@ -282,7 +282,7 @@ impl Session {
         lock(&self.seen).contains(what)
     }
 
-    /// All that came, for messages.
+    /// Every received message, for messages of failures.
     pub(crate) fn seen(&self) -> Vec<String> {
         lock(&self.seen).iter().cloned().collect()
     }
@@ -312,7 +312,7 @@ pub(crate) fn year() -> Validity {
     Validity::days(machine::wall_clock(), 365)
 }
 
-/// It was over an hour ago.
+/// A validity that ended an hour ago.
 pub(crate) fn expired() -> Validity {
     let hour = Duration::from_secs(3_600);
     let until = machine::wall_clock() - hour;
@@ -320,7 +320,7 @@ pub(crate) fn expired() -> Validity {
     Validity { from, until }
 }
 
-/// Ports that nobody uses now. All are held until the last is found, so that they differ.
+/// Free ports. All are held until the last is found, so that they differ.
 pub(crate) fn free_ports() -> [u16; 3] {
     let held = [(); 3].map(|()| TcpListener::bind("127.0.0.1:0").expect("a port"));
     held.map(|listener| listener.local_addr().expect("an address").port())

@@ -21,7 +21,7 @@ fn coaxle(folder: &Path, line: &str) -> Command {
     command
 }
 
-/// What the tool says, and whether it is content.
+/// Output of the tool, and whether it succeeded.
 fn said(folder: &Path, line: &str) -> (String, bool) {
     let Output {
         status,
@@ -134,7 +134,7 @@ fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
     let saw_node = start(folder, "receiver", "saw");
     until("the saw follows the line", || saw_node.logged("health is "));
 
-    // Somebody who belongs to no secure network, and somebody who belongs to it and has no rights at the line.
+    // A client of no secure network, and a member without rights at the line.
     write(
         folder,
         "plain",

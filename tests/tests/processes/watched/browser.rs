@@ -1,4 +1,4 @@
-//! A real browser, driven as the WebDriver standard says: Chromium and its driver, where they are installed.
+//! A real browser, driven by the WebDriver standard: Chromium and its driver, where they are installed.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -11,7 +11,7 @@ use std::time::Duration;
 use coaxle_test_process::{Process, until};
 use serde_json::{Value, json};
 
-/// Without these it asks half the world for news.
+/// Options without which it sends requests of its own.
 const QUIET: [&str; 8] = [
     "--headless",
     "--no-sandbox",
@@ -23,19 +23,19 @@ const QUIET: [&str; 8] = [
     "--disable-sync",
 ];
 
-/// One at a time: two of them leave the nodes of a test too little of a small machine.
+/// Lock for one browser at a time: two of them leave the nodes of a test too little of a small machine.
 static TURN: Mutex<()> = Mutex::new(());
 
 pub(crate) struct Browser {
     port: u16,
     session: String,
     _driver: Process,
-    // Given back last, when the driver is gone.
+    // Released last, when the driver is gone.
     _turn: MutexGuard<'static, ()>,
 }
 
 impl Browser {
-    /// Starts it; none where it is not installed, which is said.
+    /// Starts it; none, with a note on the output, where it is not installed.
     #[expect(clippy::print_stdout, reason = "so a test says that it tested nothing")]
     pub(crate) fn start() -> Option<Self> {
         let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
@@ -73,12 +73,12 @@ impl Browser {
         self.ask("/url", &json!({ "url": address }));
     }
 
-    /// Runs a script in the page, and gives what it returns.
+    /// Runs a script in the page, and returns its result.
     pub(crate) fn run(&self, script: &str) -> Value {
         self.ask("/execute/sync", &json!({ "script": script, "args": [] }))
     }
 
-    /// Clicks into an element, so far right and below of its middle.
+    /// Clicks into an element, at this offset to the right and below its middle.
     pub(crate) fn click(&self, selector: &str, (right, below): (i64, i64), shift: bool) {
         let found = self.ask(
             "/element",
@@ -90,7 +90,7 @@ impl Browser {
         let key = |what: &str| json!({ "type": what, "value": "\u{e008}" });
         let pause = json!({ "type": "pause" });
         let held = match shift {
-            // It is up again after the button is.
+            // The key is released after the button.
             true => json!([key("keyDown"), pause, pause, pause, key("keyUp")]),
             false => json!([pause, pause, pause]),
         };
@@ -104,14 +104,14 @@ impl Browser {
         self.ask("/actions", &json!({ "actions": [keys, mouse] }));
     }
 
-    /// Clicks twice into an element, so far right and below of its middle.
+    /// Clicks twice into an element, at this offset to the right and below its middle.
     pub(crate) fn double_click(&self, selector: &str, at: (i64, i64)) {
         let place = self.place_in(selector, at);
         let (down, up) = (button("pointerDown"), button("pointerUp"));
         self.mouse(&json!([place, down, up, down, up]));
     }
 
-    /// Drags within an element, from one place to another, each so far right and below of its middle.
+    /// Drags within an element, between two offsets to the right and below its middle.
     pub(crate) fn drag(&self, selector: &str, from: (i64, i64), to: (i64, i64)) {
         let between = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
         let [from, between, to] = [from, between, to].map(|at| self.place_in(selector, at));
@@ -190,7 +190,7 @@ impl Drop for Browser {
     }
 }
 
-/// The body of an answer. The driver keeps the connection open.
+/// The body of a response. The driver keeps the connection open.
 fn body_of(stream: TcpStream) -> Vec<u8> {
     let mut reader = BufReader::new(stream);
     let mut length = 0;
@@ -210,7 +210,7 @@ fn body_of(stream: TcpStream) -> Vec<u8> {
     body
 }
 
-/// Base64, as a screenshot comes.
+/// Decodes Base64, the format of a screenshot.
 fn decoded(text: &str) -> Vec<u8> {
     const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let digit = |c: u8| DIGITS.iter().position(|known| *known == c);

@@ -10,7 +10,7 @@ use crate::watched::browser::Browser;
 use crate::watched::line::{Line, printed, said};
 use crate::watched::page::keep;
 
-/// The tool that gives out the page of a file.
+/// The tool that serves the page of a file.
 struct Editor {
     _tool: Process,
     address: String,
@@ -41,7 +41,7 @@ impl Editor {
 
 const CHART: &str = ".chart[data-quantity='0']";
 
-/// What the page is like, asked until it is so.
+/// State of the page, polled until a condition holds.
 struct Page<'a>(&'a Browser);
 
 impl Page<'_> {
@@ -51,7 +51,7 @@ impl Page<'_> {
         });
     }
 
-    /// Nothing is on its way any more.
+    /// Waits until no request is under way.
     fn rest(&self) {
         self.until("page.answer && !page.isBusy && page.queue.length === 0 && !charts.drag");
     }
@@ -68,7 +68,7 @@ impl Page<'_> {
         (number(0), number(1))
     }
 
-    /// Puts a value into a field as a user does who leaves it then.
+    /// Enters a value into a field as a user does, and leaves the field.
     fn fill(&self, label: &str, value: &str) {
         self.rest();
         let (label, value) = (json!(label), json!(value));
@@ -141,7 +141,7 @@ fn a_plate_is_designed_from_scratch_and_run() {
     assert_eq!(browser.run("return page.answer.view.points[1].slave"), 60);
     page.press("#redo");
     page.press("#undo");
-    // What laws are advised, and one of them is taken.
+    // Advised laws, one of which is taken.
     page.until("document.querySelectorAll('#advice tbody tr').length > 10");
     page.press("#advice tbody tr:first-child button");
     page.until("document.querySelectorAll('#points .mark').length === 9");
@@ -196,7 +196,7 @@ fn a_plate_is_designed_from_scratch_and_run() {
     assert!(page.told().contains("accepted"), "{}", page.told());
 }
 
-/// A refused saw is shown with what would pass, and passes when that is taken.
+/// A refused saw is shown with its remedies, and passes with one of them.
 #[test]
 fn a_saw_is_moved_until_it_passes() {
     let Some(browser) = Browser::start() else {
@@ -212,7 +212,7 @@ fn a_saw_is_moved_until_it_passes() {
     page.until("page.answer && page.answer.view.refusal");
     page.press("#remedies button");
     page.until("page.answer.view.plan");
-    // The slider is moved until it is refused again: the limit is where it was said to be.
+    // The slider is moved until it is refused again: the limit is at the stated place.
     let slider = "[aria-label='gear-in-pos.master-sync-position slider']";
     browser.run(&format!(
         "const s = document.querySelector(\"{slider}\"); s.value = 150; s.dispatchEvent(new Event('input')); \

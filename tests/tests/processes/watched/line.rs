@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 use coaxle_test_process::{Process, output};
 use tempfile::TempDir;
 
-/// A sender, and receivers that follow it, or something like it. Each listens, as nothing is forwarded between peers.
+/// A sender, and receivers that follow it, or other nodes. Each listens, as nothing is forwarded between peers.
 pub(crate) struct Line {
     pub(crate) folder: TempDir,
     pub(crate) endpoints: Vec<String>,
@@ -20,7 +20,7 @@ impl Line {
         Self::moving(0.0, 0.0)
     }
 
-    /// The sender alone, whose axis moves so fast, u/s, and whose clock so much, ppm.
+    /// The sender alone, with this velocity of its axis, u/s, and this drift of its clock, ppm.
     pub(crate) fn moving(velocity: f64, drift_ppm: f64) -> Self {
         let mut line = Self {
             folder: tempfile::tempdir().expect("a scratch folder"),
@@ -40,7 +40,7 @@ impl Line {
     }
 
     pub(crate) fn start_with(&mut self, role: &str, name: &str, config: &str, options: &[&str]) {
-        // Nobody else takes a port that was just free.
+        // A port that was just free is not taken by others.
         let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
         let endpoint = format!("tcp/127.0.0.1:{}", port.expect("a free port").port());
         let file = self.folder.path().join(format!("{name}.toml"));

@@ -1,4 +1,4 @@
-//! Running nodes as who watches them sees them: who is there, what they say, when a clock is known, what they show of every
+//! Running nodes as an observer sees them: their presence, their statuses, when a clock is known, and their rows of every
 //! cycle.
 
 mod browser;

@@ -10,7 +10,7 @@ use coaxle_test_process::{Process, until};
 use crate::watched::browser::Browser;
 use crate::watched::line::{Line, said};
 
-/// The tool that gives out the page, of a line.
+/// The tool that serves the page of a line.
 struct Scope {
     _tool: Process,
     address: String,
@@ -54,7 +54,7 @@ fn a_beat_is_found_by_the_trigger_and_measured() {
         "{ node = 'belt', axis = 3 }\n[[slave]]\nname = 'gear'",
     );
     let scope = Scope::of(&line, &[]);
-    // The rates of change of positions: the velocity that arrives, and the cured one.
+    // The rates of change of positions: the velocity that arrives, and the corrected one.
     let signals = "saw:belt.3.received_position',saw:belt.3.corrected_position',saw:gear.state,saw:belt.drift_ppm";
     browser.open(&format!("{}/#signals={signals}&span=0.4", scope.address));
     let number = |script: &str| browser.run(script).as_f64().unwrap_or_default();
@@ -108,7 +108,7 @@ fn a_beat_is_found_by_the_trigger_and_measured() {
     keep(&browser, "scope.png");
 }
 
-/// Both read what each says beside the other: what is kept of a hundred signals at 1 kHz by blocks is what their rows say.
+/// Compares the two summaries of a hundred signals at 1 kHz: by blocks, and row by row.
 const SAME_AS_ROW_BY_ROW: &str = "
 const { rows } = state.sources.get('saw');
 const wrong = [];
@@ -162,7 +162,7 @@ fn a_hundred_signals_at_a_kilohertz_are_all_there_and_drawn_several_times_a_seco
     std::thread::park_timeout(Duration::from_secs(5));
     let frames = number(drawn) - before;
     let rate = frames / (machine::now() - begin).as_secs_f64();
-    // What is drawn on a busy machine of two cores, without a graphics processor; nine on an idle one.
+    // Refresh rate on a busy machine of two cores, without a graphics processor; nine on an idle one.
     assert!(rate > 1.0, "{rate} times a second");
     assert_eq!(browser.run(SAME_AS_ROW_BY_ROW), "");
     assert_eq!(number("return Number(document.body.dataset.missing)"), 0.0);
@@ -247,7 +247,7 @@ fn a_node_gives_out_a_page_of_itself() {
     assert!(shown("/metrics").contains("coaxle_up{node=\"saw\"} 1"));
 }
 
-/// Keeps a picture in `target/tmp`, for who wants to look at it.
+/// Keeps a picture in `target/tmp`, for examination.
 pub(crate) fn keep(browser: &Browser, name: &str) {
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     browser.screenshot(&file);

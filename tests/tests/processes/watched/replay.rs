@@ -7,7 +7,7 @@ use crate::watched::line::{Line, printed};
 const SAW: &str = "cycle-time-us = 2000\nmode = 'MODE'\nmaster = { node = 'belt', axis = 3 }\n\
     [[slave]]\nname = 'carriage'\ncouple = 'off'\nlimits = { velocity = 500, acceleration = 5000, jerk = 100000 }\n";
 
-/// Without the endpoints of running nodes.
+/// Runs the tool without the endpoints of running nodes.
 fn coaxle(words: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
     command.args(words).output().expect("it runs")
@@ -31,7 +31,7 @@ fn a_receiver_comes_to_the_same_bit_for_bit_and_a_killed_one_too() {
         assert_eq!(answer.status.code(), Some(0), "{answer:?}");
     }
     std::thread::park_timeout(std::time::Duration::from_millis(800));
-    // It has no time to end its recording.
+    // Killed, it cannot end its recording.
     line.nodes[1].kill();
 
     let replayed = coaxle(&["replay", &recording]);
@@ -45,7 +45,7 @@ fn a_receiver_comes_to_the_same_bit_for_bit_and_a_killed_one_too() {
     ]));
     assert!(moved.contains("replayed: "), "{moved}");
 
-    // Another mode is another receiver: what differs is told, and is no failure.
+    // Another mode is another receiver: differences are reported, and are no failure.
     let other = line.folder.path().join("other.toml");
     let config = SAW.replace("MODE", "time");
     std::fs::write(&other, format!("name = 'saw'\n{config}")).expect("a config");
