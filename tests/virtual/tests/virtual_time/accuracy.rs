@@ -1,4 +1,4 @@
-//! What TS5066's method reaches, in virtual time, against what the master truly did.
+//! Accuracy of TS5066's method, in virtual time, against the master's true motion.
 
 use coaxle_lab::sweep::{Options, Setup, prepare};
 use coaxle_report::sweep;

@@ -1,4 +1,4 @@
-//! The recorded arrivals are complete: an observer that is given them finds what the receiver found,
+//! Completeness of the recorded arrivals: an observer that is fed with them reproduces the receiver's results,
 //! bit for bit.
 
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 
 use crate::common;
 
-/// Much of what can happen to messages, and a restart of the sender.
+/// Many faults of messages, and a restart of the sender.
 const OVERRIDES: [&str; 9] = [
     "duration-s=12",
     "expect=[]",
@@ -59,7 +59,7 @@ fn an_observer_that_is_given_the_arrivals_finds_the_same_to_the_bit() {
             let sigma = shown(seen.offset_sigma.as_micros());
             assert_eq!(line["far.offset_sigma_us"], sigma, "cycle {cycle}");
             assert_eq!(line["far.shifts"], seen.shifts.to_string(), "cycle {cycle}");
-            // While it is brought back its set values stand for no instant.
+            // While the axis is brought back, its set values stand for no instant.
             if line["axis.state"] == "observer" && line["axis.continuity"] == "following" {
                 let count: u64 = line["far.count"].parse().expect("a number");
                 let far_time = replay.far_time_ns(&seen, count);
@@ -75,21 +75,21 @@ fn an_observer_that_is_given_the_arrivals_finds_the_same_to_the_bit() {
     }
 }
 
-/// What the receiver did with the arrivals, done again.
+/// Replay of the receiver's processing of the arrivals.
 struct Replay {
     observer: PhaseObserver,
     delay: DelayExchange,
     arrivals: BTreeMap<u64, Vec<ArrivalRow>>,
     exchanges: BTreeMap<u64, Vec<ExchangeRow>>,
-    /// Cycles are a cycle time apart, whether anything came in them or not.
+    /// Cycles are a cycle time apart, with or without arrivals.
     start_ns: i64,
     measured: bool,
     received: bool,
 }
 
-/// Of the receiver and of the sender, ns.
+/// Cycle time of the receiver and of the sender, ns.
 const CYCLE: i64 = 1_000_000;
-/// Requests carry the run of who asks; here it is always the same.
+/// Run of the requester in requests; here it is constant.
 const RUN: u64 = 1;
 
 impl Replay {
@@ -109,7 +109,7 @@ impl Replay {
         }
     }
 
-    /// One cycle; none before the first message.
+    /// Runs a cycle. Returns none before the first message.
     fn cycle(&mut self, cycle: u64) -> Option<ObserverOutput> {
         let now = Instant::from_nanos(self.start_ns + cycle as i64 * CYCLE);
         for row in self.arrivals.remove(&cycle).unwrap_or_default() {
@@ -146,7 +146,7 @@ impl Replay {
         self.observer.set_delay(delay);
     }
 
-    /// As the receiver shows it: by how much it moves the newest message.
+    /// Far time as the receiver shows it: by how much it moves the newest message.
     fn far_time_ns(&self, seen: &ObserverOutput, count: u64) -> i64 {
         let far = seen.far_time.expect("known");
         let sent = self.observer.far_time_of(count).expect("known");
@@ -183,7 +183,7 @@ fn trace(path: &Path) -> Vec<BTreeMap<String, String>> {
     rows(path)
 }
 
-/// As files show a number: all of its digits.
+/// A number as in files: all of its digits.
 fn shown(number: f64) -> String {
     let mut csv = csv::WriterBuilder::new()
         .has_headers(false)

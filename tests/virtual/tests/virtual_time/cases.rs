@@ -1,5 +1,5 @@
-//! Cases from public reports, and from trying the product: each with what is right, found by other means than this product, beside
-//! what holds in every run. What is in `tests/corpus/cases` may be run by hand, too, once the replays are written beside them.
+//! Cases from public reports, and from trying the product: each with the right result, found by other means than this product,
+//! beside the invariants of every run. Those in `tests/corpus/cases` may be run by hand, too, once the replays are written beside them.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -11,7 +11,7 @@ use coaxle_lab::stage::VirtualTime;
 
 const CASES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../corpus/cases");
 
-/// What they come from.
+/// Sources of the cases.
 const FOLDERS: [&str; 4] = ["far-axis", "slaves", "cams", "field"];
 
 #[test]
@@ -37,7 +37,7 @@ fn every_case_comes_to_what_is_right() {
     );
 }
 
-/// Copies the cases of a folder to where the replays are that they name, and gives their names.
+/// Copies the cases of a folder beside the replays that they name, which it writes. Returns their names.
 fn gather(folder: &str, to: &Path) -> Vec<String> {
     write_replays(to);
     let entries = fs::read_dir(Path::new(CASES).join(folder)).expect("the corpus");
@@ -61,7 +61,7 @@ fn gather(folder: &str, to: &Path) -> Vec<String> {
     names
 }
 
-/// What is wrong with a case, a line each.
+/// Faults of a case, a line each.
 fn run_case(path: &Path) -> Vec<String> {
     let out = path.with_extension("out");
     let options = Options {

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use coaxle_lab::catalog::{self, CATALOG};
 use coaxle_lab::summary::{ReceiverSummary, RouterSummary, SlaveSummary, Summary};
 
-/// Every scenario's run, in the order of the catalogue: some take seconds, so they run but once.
+/// Runs of every scenario, in the order of the catalogue: some take seconds, so they run only once.
 static RUNS: LazyLock<Vec<Summary>> = LazyLock::new(|| {
     let run = |(name, _): &(&str, &str)| crate::common::run(name, &[]);
     CATALOG.iter().map(run).collect()
@@ -24,7 +24,7 @@ fn every_scenario_meets_its_expectations() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// Scenarios that raise something, and what for.
+/// Scenarios that raise errors, warnings or events, with the reasons.
 const RAISES: &[(&str, &str)] = &[
     ("drift-change", "a drift that changes by more than half"),
     ("sender-restart", "a sender restarts"),
@@ -57,7 +57,7 @@ fn a_clean_run_raises_nothing() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// What a receiver had to tell of faults, once it was up.
+/// Faults that a receiver reported, once it was up.
 fn raised(name: &str, receiver: &ReceiverSummary) -> Vec<String> {
     let far = &receiver.last.far;
     let up = receiver.evaluated_from_s.unwrap_or(f64::INFINITY);
@@ -80,20 +80,20 @@ fn raised(name: &str, receiver: &ReceiverSummary) -> Vec<String> {
         .collect()
 }
 
-/// What a change of the structure must leave as it is. Where a change is meant, review the table and
+/// Figures that a change of the structure must not affect. After an intended change, review the table and
 /// accept it.
 #[test]
 fn the_figures_of_every_scenario() {
     insta::assert_snapshot!(figures(|receiver| receiver.mode != "observer"));
 }
 
-/// Those of the phase observer apart, as work on it changes them.
+/// Figures of the phase observer, kept apart as work on it changes them.
 #[test]
 fn the_figures_of_every_observer() {
     insta::assert_snapshot!(figures(|receiver| receiver.mode == "observer"));
 }
 
-/// What routers forwarded.
+/// Traffic that routers forwarded.
 #[test]
 fn the_figures_of_every_router() {
     let mut lines = BTreeMap::new();
@@ -115,7 +115,7 @@ fn figures(is_wanted: impl Fn(&ReceiverSummary) -> bool) -> String {
     let (mut receivers, mut slaves) = (BTreeMap::new(), BTreeMap::new());
     for summary in RUNS.iter() {
         let scenario = &summary.scenario;
-        // Of very many that are alike, some.
+        // A selection of very many similar ones.
         let every = summary.receivers.len().div_ceil(MOST_LINES);
         let wanted = summary.receivers.iter().step_by(every.max(1));
         for (name, receiver) in wanted.filter(|(_, receiver)| is_wanted(receiver)) {
@@ -223,7 +223,7 @@ fn of_slave(s: &SlaveSummary) -> [Cell; 16] {
 fn digits(figure: Option<f64>) -> String {
     match figure {
         None => "-".to_owned(),
-        // What rounding leaves of nothing.
+        // Rounding errors around zero.
         Some(figure) if figure.abs() < 1e-9 => "0".to_owned(),
         Some(figure) => {
             let rounded: f64 = format!("{figure:.2e}").parse().expect("a number");
@@ -239,12 +239,12 @@ fn text<T: ToString>(value: Option<&T>) -> String {
     value.map_or_else(|| "-".to_owned(), T::to_string)
 }
 
-/// Whether it was in sync at the end.
+/// Mark of a receiver that was not in sync at the end.
 const fn mark(synced: bool) -> &'static str {
     if synced { "" } else { ", lost" }
 }
 
-/// What a line of a trace holds: tools of others read it.
+/// Columns of a trace: third-party tools read it.
 #[test]
 fn the_columns_of_a_trace() {
     let source = coaxle_lab::catalog::find("rotary-knife").expect("a scenario of the catalogue");
@@ -265,7 +265,7 @@ fn the_shipped_files_and_the_catalogue_are_the_same() {
     assert_eq!(files, names);
 }
 
-/// The scenarios in a folder of the catalogue's, as they are called.
+/// Names of the scenarios in a folder of the catalogue.
 fn files_of(folder: &str) -> Vec<String> {
     let catalogue = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/catalog/");
     std::fs::read_dir(format!("{catalogue}{folder}"))

@@ -30,7 +30,7 @@ pub(crate) fn trace_into(name: &str, overrides: &[&str], receivers: &[&str], out
     let _ = run_with(&source, &options);
 }
 
-/// The same, with the files left in `out`.
+/// Runs a scenario, with the files left in `out`.
 pub(crate) fn run_into(
     source: &Source,
     overrides: &[&str],
@@ -64,7 +64,7 @@ fn run_with(source: &Source, options: &Options) -> Summary {
     .summary
 }
 
-/// One receiver's figures.
+/// Figures of one receiver.
 pub(crate) fn figures<'a>(summary: &'a Summary, receiver: &str) -> &'a ReceiverSummary {
     &summary.receivers[receiver]
 }

@@ -7,7 +7,7 @@ const SEEDS: std::ops::Range<u64> = 3_000..3_020;
 #[test]
 fn pieces_are_cut_within_five_micrometres_whatever_the_clocks_do() {
     for seed in SEEDS {
-        // Either clock the faster one, and shorter and longer ways.
+        // Either clock is the faster one, and ways are shorter or longer.
         let drift = if seed % 2 == 0 { 100 } else { -100 };
         let sets = [
             format!("seed={seed}"),

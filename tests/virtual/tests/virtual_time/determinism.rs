@@ -1,4 +1,4 @@
-//! The same scenario and seed give the same run, byte for byte.
+//! Equal scenarios and seeds give equal runs, byte for byte.
 
 use coaxle_lab::catalog;
 
@@ -21,7 +21,7 @@ fn files_of(name: &str, overrides: &[&str], seed: u64) -> Vec<Vec<u8>> {
 
 #[test]
 fn the_same_seed_gives_the_same_bytes() {
-    // Everything random at once: drift that wanders, jitter of both ends, loss, repetition,
+    // All random faults at once: random walk of the drift, jitter of both ends, loss, repetition,
     // reordering, and a restart.
     let wandering = [
         "duration-s=8",

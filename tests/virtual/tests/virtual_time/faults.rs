@@ -1,4 +1,4 @@
-//! What can go wrong: every fault alone, against what is expected of it and against the invariants of every run.
+//! Faults, each alone, against its expectations and against the invariants of every run.
 //!
 //! The table in `docs/FAULTS.md` is made here. All seeds of the long run:
 //! `SEEDS=1..200 cargo test --release --workspace --test virtual_time every_fault_with_many_seeds -- --ignored`.
@@ -12,12 +12,12 @@ use coaxle_lab::catalog::FAULTS;
 use coaxle_lab::summary::Summary;
 use coaxle_lab::verdict::Verdict;
 
-/// Those of every test run, after the first, which makes the table.
+/// Seeds of every test run, after the first, which makes the table.
 const FEW: RangeInclusive<u64> = 2..=3;
-/// Those of the long run.
+/// Seeds of the long run.
 const MANY: RangeInclusive<u64> = 1..=200;
 
-/// To write it anew after a change: `UPDATE_DOCS=1 cargo test --workspace --test virtual_time faults`.
+/// Update after a change: `UPDATE_DOCS=1 cargo test --workspace --test virtual_time faults`.
 #[test]
 fn the_table_of_faults_is_what_was_seen() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/FAULTS.md");

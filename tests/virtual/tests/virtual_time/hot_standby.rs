@@ -2,9 +2,9 @@
 
 use crate::common::run;
 
-/// When the lines fall silent, s.
+/// Times at which the lines fall silent, s.
 const SILENT: [f64; 2] = [10.0, 20.0];
-/// How long they are borne with, s.
+/// Configured take-over timeout, s.
 const PATIENCE: f64 = 0.05;
 
 #[test]

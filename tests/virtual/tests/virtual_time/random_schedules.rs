@@ -1,5 +1,5 @@
-//! Random schedules in virtual time: whatever goes wrong, no slave leaves its limits, no far time goes back, and
-//! when it is quiet again everybody is in sync.
+//! Random schedules in virtual time: under all faults, no slave leaves its limits, no far time goes back, and
+//! when it is quiet again every receiver is in sync.
 //!
 //! Some run with every test run; `coaxle soak --hours 10` runs more. `SCHEDULES=1234 cargo test -p
 //! coaxle-virtual-tests random_schedules::` runs one seed alone, `SCHEDULES=1000..2000` a range.
@@ -10,7 +10,7 @@ use coaxle_lab::soak::Soak;
 use coaxle_lab::stage::VirtualTime;
 use coaxle_report::reported;
 
-/// Seeds that once failed, and why.
+/// Seeds that once failed, with the reasons.
 const REGRESSIONS: &[(u64, &str)] = &[
     (
         15,
@@ -28,7 +28,7 @@ const REGRESSIONS: &[(u64, &str)] = &[
     ),
 ];
 
-/// Those of every test run.
+/// Seeds of every test run.
 const FEW: Range<u64> = 0..100;
 
 #[test]

@@ -42,7 +42,7 @@ fn every_cut_is_within_ten_micrometres_of_its_mark() {
     }
 }
 
-/// Around the cut the edge is as fast as the web, whatever the length of the sheet.
+/// Around the cut the edge is as fast as the web, for any length of the sheet.
 #[test]
 fn the_knife_is_synchronous_from_270_to_30_degrees() {
     let out = tempfile::tempdir().expect("a scratch folder");

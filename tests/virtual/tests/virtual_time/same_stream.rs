@@ -1,4 +1,4 @@
-//! Random schedules, run more than once: the same seed gives the same rows, and what becomes of slaves changes nothing of the
+//! Random schedules, run more than once: equal seeds give equal rows, and the slaves do not affect the
 //! axes that they follow.
 
 use std::collections::BTreeMap;
@@ -11,15 +11,15 @@ use coaxle_lab::soak::schedule;
 use coaxle_lab::virtual_time;
 use toml::Table;
 
-/// Those of every test run.
+/// Seeds of every test run.
 const SEEDS: std::ops::Range<u64> = 500..512;
 
 /// The rows of a run, each as one number, by axis.
 #[derive(Default)]
 struct Rows {
-    /// Those of the far nodes and axes.
+    /// Rows of the far nodes and axes.
     far: BTreeMap<usize, Vec<u64>>,
-    /// Those of everything.
+    /// Rows of all signals.
     all: BTreeMap<usize, Vec<u64>>,
 }
 
@@ -61,7 +61,7 @@ fn rows_of(text: String) -> Rows {
     rows
 }
 
-/// Says where two runs differ first.
+/// Checks that two runs are equal, and reports the first difference.
 fn assert_same(seed: u64, one: &BTreeMap<usize, Vec<u64>>, other: &BTreeMap<usize, Vec<u64>>) {
     assert_eq!(one.len(), other.len(), "seed {seed}");
     for (view, rows) in one {
@@ -104,7 +104,7 @@ fn what_becomes_of_slaves_changes_nothing_of_their_masters() {
     assert_eq!(changed, SEEDS.end - SEEDS.start, "there were slaves");
 }
 
-/// Of what follows a receiver the master is a slave: it is left out.
+/// Leaves out receivers that follow a receiver, as their master is a slave.
 fn of_senders_alone(mut schedule: Table) -> Table {
     let mut gone = Vec::new();
     list(&mut schedule, "receiver").retain(|receiver| {
@@ -119,7 +119,7 @@ fn of_senders_alone(mut schedule: Table) -> Table {
     schedule
 }
 
-/// Each receiver with but the slave that it has without being told: a gear, without limits and commands.
+/// Leaves each receiver only its default slave: a gear, without limits and commands.
 fn without_slaves(mut schedule: Table) -> Table {
     for receiver in list(&mut schedule, "receiver") {
         let receiver = receiver.as_table_mut().expect("a receiver");
